@@ -1,0 +1,58 @@
+"""The physical program: scene state, actions, event program, contract schema, edits."""
+
+from physagent_studio.program.actions import Action, After, Directed, OnContact, duration_of
+from physagent_studio.program.base import Frozen
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.contract import Clause, Contract, Statement
+from physagent_studio.program.edits import (
+    AddItem,
+    Edit,
+    MoveItem,
+    RemoveItem,
+    SetField,
+    apply,
+    apply_with_inverse,
+    value_at,
+)
+from physagent_studio.program.materials import MATERIALS, Material
+from physagent_studio.program.program import Clip, EventProgram, PhysicalProgram
+from physagent_studio.program.scene import (
+    Click,
+    Grounding,
+    Landmark,
+    SceneObject,
+    SceneState,
+    Support,
+)
+
+__all__ = [
+    "MATERIALS",
+    "Action",
+    "AddItem",
+    "After",
+    "Camera",
+    "Clause",
+    "Click",
+    "Clip",
+    "Contract",
+    "Directed",
+    "Edit",
+    "EventProgram",
+    "Frozen",
+    "Grounding",
+    "Landmark",
+    "Material",
+    "MoveItem",
+    "OnContact",
+    "PhysicalProgram",
+    "RemoveItem",
+    "SceneObject",
+    "SceneState",
+    "SetField",
+    "Statement",
+    "Support",
+    "apply",
+    "apply_with_inverse",
+    "duration_of",
+    "value_at",
+]

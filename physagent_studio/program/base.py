@@ -1,0 +1,59 @@
+"""Building blocks of every program model: immutable, closed and bounded.
+
+SI units. World frame right-handed, +x right in the image, +y away from the camera, +z up;
+quaternions (w, x, y, z). No value is NaN or infinite, none is unbounded.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
+
+
+class Frozen(BaseModel):
+    """Base of all program values: frozen, no unknown fields, finite numbers."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True
+    )
+
+
+Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_\-]{0,63}$")]
+Text = Annotated[str, StringConstraints(max_length=4000)]
+
+Metres = Annotated[float, Field(ge=-1e4, le=1e4)]
+Length = Annotated[float, Field(gt=0, le=1e4)]
+Speed = Annotated[float, Field(ge=-500, le=500)]
+AngularSpeed = Annotated[float, Field(ge=-1000, le=1000)]
+Newtons = Annotated[float, Field(ge=-1e7, le=1e7)]
+NewtonMetres = Annotated[float, Field(ge=-1e7, le=1e7)]
+Degrees = Annotated[float, Field(ge=-360, le=360)]
+Pixels = Annotated[float, Field(ge=-1e5, le=1e5)]
+
+Position = tuple[Metres, Metres, Metres]
+Velocity = tuple[Speed, Speed, Speed]
+AngularVelocity = tuple[AngularSpeed, AngularSpeed, AngularSpeed]
+Force = tuple[Newtons, Newtons, Newtons]
+Torque = tuple[NewtonMetres, NewtonMetres, NewtonMetres]
+Size = tuple[Length, Length, Length]
+Pixel = tuple[Pixels, Pixels]
+
+Source = Literal["given", "estimated", "assumed", "person"]
+"""Where a number came from: stated by the case, measured in the picture, a default, a person."""
+
+
+def _unit(value: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+    norm = math.sqrt(sum(part * part for part in value))
+    if norm < 1e-6:
+        raise ValueError("a rotation needs a quaternion (w, x, y, z) that is not zero")
+    if abs(norm - 1) < 1e-12:
+        return value
+    w, x, y, z = (part / norm for part in value)
+    return (w, x, y, z)
+
+
+_Unit = Annotated[float, Field(ge=-1e6, le=1e6)]
+Quaternion = Annotated[tuple[_Unit, _Unit, _Unit, _Unit], AfterValidator(_unit)]
+IDENTITY: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)

@@ -1,0 +1,164 @@
+"""Typed edits of a program: atomic, validated, invertible.
+
+A path is dotted and names list items by their id or name (`event.actions.kick.velocity.0`,
+`scene.objects.ball.density`). The planner, a person and an importer all change a program
+through `apply`, so whatever they ask for passes the same validation.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterable
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, JsonValue, ValidationError
+
+from physagent_studio.errors import EditError, Problem, ProgramError
+from physagent_studio.program.base import Frozen
+from physagent_studio.program.problems import problems_of
+from physagent_studio.program.program import PhysicalProgram
+
+Path = Annotated[str, Field(min_length=1, max_length=500)]
+
+
+class SetField(Frozen):
+    """Sets the field at `path`, which must exist in the program."""
+
+    op: Literal["set"] = "set"
+    path: Path
+    value: JsonValue
+
+
+class AddItem(Frozen):
+    """Adds an item to the list at `path`, at `index` or at the end."""
+
+    op: Literal["add"] = "add"
+    path: Path
+    item: JsonValue
+    index: Annotated[int, Field(ge=0, le=10_000)] | None = None
+
+
+class RemoveItem(Frozen):
+    """Removes the list item at `path`."""
+
+    op: Literal["remove"] = "remove"
+    path: Path
+
+
+class MoveItem(Frozen):
+    """Moves the list item at `path` to position `index`."""
+
+    op: Literal["move"] = "move"
+    path: Path
+    index: Annotated[int, Field(ge=0, le=10_000)]
+
+
+Edit = Annotated[SetField | AddItem | RemoveItem | MoveItem, Field(discriminator="op")]
+
+
+def apply(program: PhysicalProgram, edits: Iterable[Edit]) -> PhysicalProgram:
+    """The program with all edits applied in order, or an `EditError` and no change at all."""
+    return apply_with_inverse(program, edits)[0]
+
+
+def apply_with_inverse(
+    program: PhysicalProgram, edits: Iterable[Edit]
+) -> tuple[PhysicalProgram, tuple[Edit, ...]]:
+    """The edited program and the edits that lead back from it to `program`."""
+    data: Any = program.model_dump(mode="json")
+    inverse: list[Edit] = []
+    for edit in edits:
+        inverse.append(_apply_one(data, edit))
+    try:
+        edited = PhysicalProgram.model_validate(data)
+    except ValidationError as error:
+        raise ProgramError(problems_of(error, data)) from error
+    return edited, tuple(reversed(inverse))
+
+
+def _apply_one(data: Any, edit: Edit) -> Edit:
+    """Applies one edit to plain data in place and returns its inverse."""
+    if isinstance(edit, AddItem):
+        return _add(data, edit)
+    parent, key = _locate(data, edit.path)
+    if isinstance(edit, SetField):
+        old = copy.deepcopy(parent[key])
+        parent[key] = copy.deepcopy(edit.value)
+        return SetField(path=_renamed(edit, parent, key), value=old)
+    if not isinstance(parent, list):
+        raise EditError((Problem(edit.path, "is not an item of a list"),))
+    item = parent.pop(key)
+    if isinstance(edit, RemoveItem):
+        return AddItem(path=edit.path.rpartition(".")[0], item=item, index=key)
+    if edit.index > len(parent):
+        message = f"cannot move to position {edit.index}"
+        raise EditError((Problem(edit.path, message, f"0 … {len(parent)}"),))
+    parent.insert(edit.index, item)
+    return MoveItem(path=edit.path, index=key)
+
+
+def _add(data: Any, edit: AddItem) -> Edit:
+    parent, key = _locate(data, edit.path)
+    items = parent[key]
+    if not isinstance(items, list):
+        raise EditError((Problem(edit.path, "is not a list"),))
+    index = len(items) if edit.index is None else edit.index
+    if index > len(items):
+        message = f"cannot add at position {index}"
+        raise EditError((Problem(edit.path, message, f"0 … {len(items)}"),))
+    items.insert(index, copy.deepcopy(edit.item))
+    label = _label(edit.item)
+    return RemoveItem(path=f"{edit.path}.{index if label is None else label}")
+
+
+def _renamed(edit: SetField, parent: Any, key: Any) -> str:
+    """Where the field is found after the edit: setting an id or name moves its own path."""
+    if isinstance(parent, dict) and key in ("id", "name") and _label(parent) == parent[key]:
+        head = edit.path.split(".")
+        if len(head) >= 2:
+            return ".".join([*head[:-2], str(parent[key]), head[-1]])
+    if isinstance(parent, list) and (label := _label(parent[key])) is not None:
+        return ".".join([*edit.path.split(".")[:-1], label])
+    return edit.path
+
+
+def _label(item: Any) -> str | None:
+    """What names a list item in a path: its id, else its name."""
+    if not isinstance(item, dict):
+        return None
+    label = item.get("id", item.get("name"))
+    return label if isinstance(label, str) else None
+
+
+def _locate(data: Any, path: str) -> tuple[Any, Any]:
+    """The container and key of `path`; an `EditError` names what exists there."""
+    parts = path.split(".")
+    node, here = data, ""
+    for position, part in enumerate(parts):
+        key = _key(node, part, here)
+        if position == len(parts) - 1:
+            return node, key
+        node, here = node[key], f"{here}.{part}" if here else part
+    raise EditError((Problem(path, "is empty"),))
+
+
+def _key(node: Any, part: str, here: str) -> Any:
+    if isinstance(node, dict):
+        if part in node:
+            return part
+        raise EditError((Problem(here, f"has no field '{part}'", f"fields: {', '.join(node)}"),))
+    if isinstance(node, list):
+        for index, item in enumerate(node):
+            if _label(item) == part:
+                return index
+        if part.isdecimal() and int(part) < len(node) and _label(node[int(part)]) is None:
+            return int(part)
+        known = ", ".join(_label(item) or str(index) for index, item in enumerate(node))
+        raise EditError((Problem(here, f"has no item '{part}'", f"items: {known or 'none'}"),))
+    raise EditError((Problem(here, f"has no parts, so '{part}' cannot be found in it"),))
+
+
+def value_at(program: PhysicalProgram, path: str) -> JsonValue:
+    """The plain value at a path, or an `EditError` that names what exists there."""
+    parent, key = _locate(program.model_dump(mode="json"), path)
+    return parent[key]

@@ -1,0 +1,175 @@
+"""`PhysicalProgram`, P = (S, E): the executable hypothesis, and the only thing that is edited."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from physagent_studio.program.actions import Action, After, Directed, OnContact, duration_of
+from physagent_studio.program.base import Frozen, Text
+from physagent_studio.program.contract import Contract
+from physagent_studio.program.scene import SceneState
+
+
+class Clip(Frozen):
+    """Time: `frames` frames of `steps_per_frame` control steps of `step_seconds`.
+
+    The engine divides a step into `substeps`; `playback_fps` is how fast the clip is shown.
+    Frame 0 is the initial state, so 81 frames have 80 intervals and the last step is 319.
+    """
+
+    frames: Annotated[int, Field(ge=2, le=2000)] = 81
+    step_seconds: Annotated[float, Field(ge=1e-4, le=0.1)] = 0.01
+    steps_per_frame: Annotated[int, Field(ge=1, le=100)] = 4
+    substeps: Annotated[int, Field(ge=1, le=1000)] = 10
+    playback_fps: Annotated[float, Field(ge=1, le=120)] = 25.0
+
+    @property
+    def steps(self) -> int:
+        """Number of control steps in the clip."""
+        return (self.frames - 1) * self.steps_per_frame
+
+    @property
+    def seconds(self) -> float:
+        """Simulated time of the clip."""
+        return self.steps * self.step_seconds
+
+
+class EventProgram(Frozen):
+    """E: the prompt it serves and the schedule of actions."""
+
+    prompt: Text = ""
+    actions: tuple[Action, ...] = Field(default=(), max_length=500)
+
+
+class PhysicalProgram(Frozen):
+    """P = (S, E) with its clip and its contract; immutable data, no code."""
+
+    version: Annotated[int, Field(ge=1, le=1)] = 1
+    clip: Clip = Clip()
+    scene: SceneState = SceneState()
+    event: EventProgram = EventProgram()
+    contract: Contract = Contract()
+
+    @model_validator(mode="after")
+    def _consistent(self) -> PhysicalProgram:
+        problems = [*_duplicates(self), *_unknown_names(self), *_windows(self)]
+        if problems:
+            raise ValueError("\n".join(problems))
+        return self
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of the canonical JSON form."""
+        text = json.dumps(self.model_dump(mode="json"), sort_keys=True, separators=(",", ":"))
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def action(self, action_id: str) -> Action | None:
+        """The action of that id, or None."""
+        return next((item for item in self.event.actions if item.id == action_id), None)
+
+
+# Each finding is "path|message|allowed" on one line; `program.problems` reads them back.
+
+
+def _duplicates(program: PhysicalProgram) -> list[str]:
+    scene = program.scene
+    problems: list[str] = []
+    seen: set[str] = set()
+    for room, items in (
+        ("objects", scene.objects),
+        ("supports", scene.supports),
+        ("landmarks", scene.landmarks),
+    ):
+        for item in items:
+            if item.name in seen:
+                problems.append(f"scene.{room}.{item.name}|the name is used twice|names are unique")
+            seen.add(item.name)
+    for path, ids in (
+        ("event.actions", [a.id for a in program.event.actions]),
+        ("contract.statements", [s.id for s in program.contract.statements]),
+    ):
+        problems += [
+            f"{path}.{one}|the id is used twice|ids are unique"
+            for one in sorted({i for i in ids if ids.count(i) > 1})
+        ]
+    return problems
+
+
+def _unknown(path: str, name: str, known: set[str], what: str) -> list[str]:
+    if name in known:
+        return []
+    return [f"{path}|there is no {what} '{name}'|known: {', '.join(sorted(known)) or 'none'}"]
+
+
+def _unknown_names(program: PhysicalProgram) -> list[str]:
+    scene = program.scene
+    objects = {item.name for item in scene.objects}
+    solids = objects | {item.name for item in scene.supports}
+    places = solids | {item.name for item in scene.landmarks}
+    actions = {item.id for item in program.event.actions}
+    problems: list[str] = []
+    for item in scene.objects:
+        if item.support is not None:
+            path = f"scene.objects.{item.name}.support"
+            problems += _unknown(path, item.support, solids - {item.name}, "object or support")
+    for action in program.event.actions:
+        path = f"event.actions.{action.id}"
+        problems += _unknown(f"{path}.name", action.name, objects, "object")
+        for field in ("velocity", "angular_velocity", "force", "torque"):
+            vector = getattr(action, field, None)
+            if isinstance(vector, Directed) and isinstance(vector.toward, str):
+                problems += _unknown(f"{path}.{field}.toward", vector.toward, places, "place")
+        if isinstance(action.when, OnContact):
+            problems += _unknown(f"{path}.when.a", action.when.a, solids, "object or support")
+            problems += _unknown(f"{path}.when.b", action.when.b, solids, "object or support")
+        if isinstance(action.when, After):
+            others = actions - {action.id}
+            problems += _unknown(f"{path}.when.action", action.when.action, others, "action")
+    return problems + _unknown_in_contract(program, objects, places)
+
+
+def _unknown_in_contract(
+    program: PhysicalProgram, objects: set[str], places: set[str]
+) -> list[str]:
+    problems: list[str] = []
+    clauses = {clause.id for clause in program.contract.clauses}
+    ids = {statement.id for statement in program.contract.statements}
+    for statement in program.contract.statements:
+        path = f"contract.statements.{statement.id}"
+        if statement.clause is not None:
+            problems += _unknown(f"{path}.clause", statement.clause, clauses, "clause")
+        if (subject := getattr(statement, "subject", None)) is not None:
+            problems += _unknown(f"{path}.subject", subject, objects, "object")
+        for field in ("other", "landmark", "near", "before", "toward"):
+            if (name := getattr(statement, field, None)) is not None:
+                problems += _unknown(f"{path}.{field}", name, places, "place")
+        for name in (*getattr(statement, "of", ()), *_ordered(statement)):
+            problems += _unknown(path, name, ids - {statement.id}, "statement")
+    return problems
+
+
+def _ordered(statement: object) -> tuple[str, ...]:
+    first, second = getattr(statement, "first", None), getattr(statement, "second", None)
+    return tuple(name for name in (first, second) if isinstance(name, str))
+
+
+def _windows(program: PhysicalProgram) -> list[str]:
+    steps = program.clip.steps
+    problems: list[str] = []
+    for action in program.event.actions:
+        path = f"event.actions.{action.id}"
+        if action.when is None and action.start_step >= steps:
+            problems.append(
+                f"{path}.start_step|step {action.start_step} lies past the end of the clip"
+                f"|0 … {steps - 1}"
+            )
+        elif action.when is None and action.start_step + duration_of(action) > steps:
+            problems.append(
+                f"{path}.duration|{duration_of(action)} steps from step {action.start_step} "
+                f"run past the end of the clip|at most {steps - action.start_step}"
+            )
+    return problems

@@ -1,0 +1,266 @@
+"""`SceneState`, the S of a program P = (S, E): what is in the picture and what it is made of.
+
+A geometric field that is None is *open*: reconstruction fills it and keeps everything else, so
+a number that a person or a case gave survives every rerun. Derived data (masks, meshes, the
+background plate) are not here; they belong to `records.Scene`.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from physagent_studio.program.base import (
+    IDENTITY,
+    Frozen,
+    Length,
+    Metres,
+    Name,
+    Pixel,
+    Position,
+    Quaternion,
+    Size,
+    Source,
+    Text,
+)
+from physagent_studio.program.camera import Camera
+
+Radians = Annotated[float, Field(ge=-7, le=7)]
+Density = Annotated[float, Field(ge=0.1, le=30000)]
+Friction = Annotated[float, Field(ge=0, le=5)]
+Restitution = Annotated[float, Field(ge=0, le=1)]
+
+
+# --- shapes of objects; every shape is centred on its own centre of mass ---------------------
+
+
+class Sphere(Frozen):
+    kind: Literal["sphere"] = "sphere"
+    radius: Length
+
+
+class Ellipsoid(Frozen):
+    kind: Literal["ellipsoid"] = "ellipsoid"
+    radii: Size
+
+
+class Box(Frozen):
+    """An axis-aligned box in the body frame; `size` are the full edge lengths."""
+
+    kind: Literal["box"] = "box"
+    size: Size
+
+
+class Cylinder(Frozen):
+    """Axis along body z."""
+
+    kind: Literal["cylinder"] = "cylinder"
+    radius: Length
+    height: Length
+
+
+class Capsule(Frozen):
+    """Axis along body z; `height` includes both caps, so it is at least twice the radius."""
+
+    kind: Literal["capsule"] = "capsule"
+    radius: Length
+    height: Length
+
+
+class Frustum(Frozen):
+    """A cone cut parallel to its base (a cup, a bucket); axis along body z."""
+
+    kind: Literal["frustum"] = "frustum"
+    bottom_radius: Annotated[float, Field(ge=0, le=1e4)]
+    top_radius: Annotated[float, Field(ge=0, le=1e4)]
+    height: Length
+
+
+class Revolved(Frozen):
+    """A surface of revolution about body z: the profile is (z, radius) from bottom to top, m."""
+
+    kind: Literal["revolved"] = "revolved"
+    profile: tuple[tuple[Metres, Annotated[float, Field(ge=0, le=1e4)]], ...] = Field(
+        min_length=2, max_length=256
+    )
+
+
+class Inflated(Frozen):
+    """The object's mask inflated along camera rays; `thickness` scales depth to width.
+
+    `size` is the bounding box (x, y, z) of the result in the body frame, metres.
+    """
+
+    kind: Literal["inflated"] = "inflated"
+    size: Size
+    thickness: Annotated[float, Field(gt=0, le=5)] = 1.0
+
+
+class Meshed(Frozen):
+    """A triangle mesh given by value; `asset` is the content hash of the stored mesh."""
+
+    kind: Literal["mesh"] = "mesh"
+    asset: Annotated[str, Field(pattern=r"^[0-9a-f]{16,64}$")]
+    size: Size
+
+
+Shape = Annotated[
+    Sphere | Ellipsoid | Box | Cylinder | Capsule | Frustum | Revolved | Inflated | Meshed,
+    Field(discriminator="kind"),
+]
+
+
+# --- supports: what does not move ------------------------------------------------------------
+
+
+class Floor(Frozen):
+    """The half-space z ≤ `height`."""
+
+    kind: Literal["floor"] = "floor"
+    height: Metres = 0.0
+
+
+class Wall(Frozen):
+    """The half-space behind a vertical plane: `point` on it, `yaw` of its outward normal."""
+
+    kind: Literal["wall"] = "wall"
+    point: Position
+    yaw: Radians
+
+
+class Slab(Frozen):
+    """A solid box (table, shelf, step): `position` is its centre, `yaw` its turn about +z."""
+
+    kind: Literal["box"] = "box"
+    position: Position
+    size: Size
+    yaw: Radians = 0.0
+
+
+class Ramp(Frozen):
+    """A solid wedge, optionally with a flat plateau behind its top edge.
+
+    toe: middle of the lower edge on the ground. yaw: uphill direction, counter-clockwise from
+    +x seen from above. run: horizontal length of the slope. rise: height. width: across.
+    """
+
+    kind: Literal["ramp"] = "ramp"
+    toe: Position
+    yaw: Radians
+    run: Length
+    rise: Length
+    width: Length
+    plateau: Annotated[float, Field(ge=0, le=1e4)] = 0.0
+
+
+SupportShape = Annotated[Floor | Wall | Slab | Ramp, Field(discriminator="kind")]
+
+
+# --- grounding: what a person clicked --------------------------------------------------------
+
+
+class Click(Frozen):
+    """A click in the picture; label 1 lies inside the thing, 0 outside."""
+
+    x: Annotated[float, Field(ge=-1e5, le=1e5)]
+    y: Annotated[float, Field(ge=-1e5, le=1e5)]
+    label: Literal[0, 1] = 1
+
+
+class Grounding(Frozen):
+    """How a name is tied to the picture."""
+
+    points: tuple[Click, ...] = Field(default=(), max_length=500)
+    box: tuple[float, float, float, float] | None = None
+    candidate: Annotated[int, Field(ge=0, le=15)] = 0
+
+
+# --- things ----------------------------------------------------------------------------------
+
+
+class SceneObject(Frozen):
+    """A thing that can move.
+
+    position: centre of mass in the world, m. rotation: pose R_world_body. support: what it
+    stands on in the picture (support or object), None in the air. material: a row of
+    `program.materials`; density (kg/m³), friction and restitution override that row.
+    """
+
+    name: Name
+    grounding: Grounding = Grounding()
+    shape: Shape | None = None
+    position: Position | None = None
+    rotation: Quaternion = IDENTITY
+    support: Name | None = None
+    material: Name = "plastic"
+    density: Density | None = None
+    friction: Friction | None = None
+    restitution: Restitution | None = None
+    source: Source = "estimated"
+
+
+class Support(Frozen):
+    """A thing that does not move and carries others; shape None is still unresolved."""
+
+    name: Name
+    grounding: Grounding = Grounding()
+    shape: SupportShape | None = None
+    material: Name = "wood"
+    friction: Friction | None = None
+    restitution: Restitution | None = None
+    source: Source = "estimated"
+
+
+class Landmark(Frozen):
+    """A named place: a point, a line, an area or an opening, on a support or in space.
+
+    pixels: where it was clicked. points: the same places in the world, m; None is open.
+    """
+
+    name: Name
+    kind: Literal["point", "line", "area", "opening"]
+    on: Name | None = None
+    pixels: tuple[Pixel, ...] = Field(default=(), max_length=64)
+    points: tuple[Position, ...] | None = Field(default=None, max_length=64)
+    source: Source = "estimated"
+
+
+class Scale(Frozen):
+    """What fixes metres: the reference's name, its assumed size, and where that came from."""
+
+    reference: Name | None = None
+    metres: Length | None = None
+    source: Source = "assumed"
+
+
+class SceneState(Frozen):
+    """Everything that reconstruction knows or has to find, in the world frame."""
+
+    camera: Camera | None = None
+    horizon: Annotated[float, Field(ge=-1e5, le=1e5)] | None = None
+    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    scale: Scale = Scale()
+    objects: tuple[SceneObject, ...] = Field(default=(), max_length=200)
+    supports: tuple[Support, ...] = Field(default=(), max_length=64)
+    landmarks: tuple[Landmark, ...] = Field(default=(), max_length=64)
+    flags: tuple[Text, ...] = Field(default=(), max_length=64)
+
+    def object(self, name: str) -> SceneObject | None:
+        """The object of that name, or None."""
+        return next((item for item in self.objects if item.name == name), None)
+
+    def support(self, name: str) -> Support | None:
+        """The support of that name, or None."""
+        return next((item for item in self.supports if item.name == name), None)
+
+    def landmark(self, name: str) -> Landmark | None:
+        """The landmark of that name, or None."""
+        return next((item for item in self.landmarks if item.name == name), None)
+
+    @property
+    def is_resolved(self) -> bool:
+        """Whether nothing that a simulation needs is open."""
+        return all(o.shape is not None and o.position is not None for o in self.objects) and all(
+            s.shape is not None for s in self.supports
+        )

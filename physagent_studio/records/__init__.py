@@ -1,0 +1,52 @@
+"""The frozen values that cross rooms."""
+
+from physagent_studio.records.case import Case, Image
+from physagent_studio.records.evidence import Evidence, RolloutEvidence, SceneEvidence
+from physagent_studio.records.judgement import (
+    CRITERIA,
+    Assessment,
+    Check,
+    Criterion,
+    Decision,
+    Hunk,
+    LoopState,
+    Memory,
+    MemoryEntry,
+    Mismatch,
+    Override,
+    Preview,
+    Proposal,
+    Round,
+)
+from physagent_studio.records.rollout import CONTACT_DTYPE, ActionSpan, Rollout, Warning_
+from physagent_studio.records.scene import Candidate, Finding, Mesh, Scene
+
+__all__ = [
+    "CONTACT_DTYPE",
+    "CRITERIA",
+    "ActionSpan",
+    "Assessment",
+    "Candidate",
+    "Case",
+    "Check",
+    "Criterion",
+    "Decision",
+    "Evidence",
+    "Finding",
+    "Hunk",
+    "Image",
+    "LoopState",
+    "Memory",
+    "MemoryEntry",
+    "Mesh",
+    "Mismatch",
+    "Override",
+    "Preview",
+    "Proposal",
+    "Rollout",
+    "RolloutEvidence",
+    "Round",
+    "Scene",
+    "SceneEvidence",
+    "Warning_",
+]

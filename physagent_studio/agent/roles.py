@@ -1,0 +1,73 @@
+"""The three roles of the method and the reviewer, on one page.
+
+A rule-based agent, a language model and a person implement them alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from physagent_studio.program import PhysicalProgram
+from physagent_studio.records import (
+    Assessment,
+    Case,
+    Check,
+    Decision,
+    Evidence,
+    Memory,
+    Preview,
+    Proposal,
+    Rollout,
+    Scene,
+)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Trial:
+    """One candidate run of a planner's search: its rollout and its checks, contract first."""
+
+    rollout: Rollout
+    checks: tuple[Check, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Situation:
+    """What a planner works from.
+
+    try_out runs a candidate program; it raises `StudioError` for one that cannot run and
+    `Cancelled` when the person cancels. scene: the reconstruction, None before stage 1.
+    """
+
+    case: Case
+    program: PhysicalProgram
+    scene: Scene
+    rollout: Rollout | None
+    assessment: Assessment
+    memory: Memory
+    try_out: Callable[[PhysicalProgram], Trial]
+
+
+class Generator(Protocol):
+    """G: writes the first program from the case; must not simulate."""
+
+    def first(self, case: Case) -> PhysicalProgram: ...
+
+
+class Verifier(Protocol):
+    """V: judges a stage from its evidence against the prompt; never proposes."""
+
+    def judge(self, evidence: Evidence, prompt: str) -> Assessment: ...
+
+
+class Planner(Protocol):
+    """P: proposes edits of just the failed factor."""
+
+    def propose(self, situation: Situation) -> Proposal: ...
+
+
+class Reviewer(Protocol):
+    """Decides on a proposal; None means that a person is asked, and nobody answering is no."""
+
+    def decide(self, proposal: Proposal, preview: Preview) -> Decision | None: ...

@@ -1,0 +1,33 @@
+"""`Case`: the input image, the event prompt and the clicks that ground names in the image."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.scene import Grounding, Landmark, Support
+
+Image = NDArray[np.uint8]
+"""(H, W, 3) uint8, RGB."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Case:
+    """What a person brings.
+
+    image: (H, W, 3) uint8 RGB, or None for a bare program without a photo.
+    image_hash: SHA-256 of the decoded pixels; "" without a photo.
+    objects: (name, grounding) in the case's order. events: (name, prompt) of all its events.
+    """
+
+    name: str
+    image: Image | None
+    image_hash: str
+    objects: tuple[tuple[str, Grounding], ...]
+    supports: tuple[Support, ...]
+    landmarks: tuple[Landmark, ...]
+    prompt: str
+    event: str = ""
+    events: tuple[tuple[str, str], ...] = ()

@@ -1,0 +1,256 @@
+"""What is measured, said, proposed and decided: `Check` … `Decision`, as plain data."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from physagent_studio.program.base import Frozen
+from physagent_studio.program.edits import Edit
+from physagent_studio.program.program import PhysicalProgram
+
+Stage = Literal["reconstruction", "simulation"]
+CRITERIA = ("object trajectory", "contact timing", "force direction", "material response")
+"""The paper's four criteria of stage 2."""
+
+
+class Check(Frozen):
+    """One statement measured. margin: signed, ≥ 0 holds, in units of the threshold's scale.
+
+    margin is continuous where the physics is, so that a search can follow it even while the
+    statement fails (a miss by 0.31 m has margin −0.31 over its scale). step: when it was decided.
+    """
+
+    id: str
+    text: str
+    ok: bool
+    measured: float | None
+    threshold: float | None
+    unit: str
+    margin: float
+    step: int | None = None
+    clause: str | None = None
+    kind: str = ""
+    always_on: bool = False
+
+
+class Mismatch(Frozen):
+    """What went wrong, in words and figures, never the remedy.
+
+    code: stable word for planners, such as `misses`, `too_slow`, `falls_short`, `overshoots`,
+    `no_contact`, `unwanted_contact`, `not_toppled`, `toppled`, `moved`, `blow_up`.
+    """
+
+    code: str
+    text: str
+    subject: str = ""
+    other: str = ""
+    check: str = ""
+    figures: dict[str, float] = {}
+    step: int | None = None
+
+
+class Criterion(Frozen):
+    """One of the paper's criteria with its verdict and reason."""
+
+    name: str
+    ok: bool
+    reason: str
+
+
+class Assessment(Frozen):
+    """A verifier's verdict on one stage. `diagnosis` never says what to change."""
+
+    stage: Stage
+    passed: bool
+    checks: tuple[Check, ...] = ()
+    criteria: tuple[Criterion, ...] = ()
+    diagnosis: tuple[Mismatch, ...] = ()
+    untested: tuple[str, ...] = ()
+    author: str = "rules"
+
+    @property
+    def score(self) -> float:
+        """Sum of capped margins; larger is better, ≥ 0 only when all hold."""
+        return sum(min(check.margin, 0.0) for check in self.checks)
+
+    @property
+    def realised(self) -> int:
+        """How many checks hold."""
+        return sum(check.ok for check in self.checks)
+
+
+class Hunk(Frozen):
+    """A part of a proposal that can be accepted by itself."""
+
+    id: str
+    summary: str
+    edits: tuple[Edit, ...]
+
+
+class Proposal(Frozen):
+    """The planner's structured edits. `simulations`: candidate runs that its search cost."""
+
+    id: str
+    hunks: tuple[Hunk, ...]
+    rationale: str
+    factor: str
+    confidence: float
+    simulations: int = 0
+    touches_verified: bool = False
+    question: str = ""
+    author: str = "rules"
+
+    @property
+    def edits(self) -> tuple[Edit, ...]:
+        """All edits in order."""
+        return tuple(edit for hunk in self.hunks for edit in hunk.edits)
+
+
+class Preview(Frozen):
+    """What trying a proposal out showed; not a round. rollout: key in the session's files."""
+
+    program: PhysicalProgram | None
+    checks: tuple[Check, ...] = ()
+    passed: bool = False
+    rollout: str | None = None
+    problem: str = ""
+
+
+DecisionKind = Literal[
+    "accept", "accept_hunks", "override", "edit", "reject", "hint", "skip", "stop"
+]
+
+
+class Decision(Frozen):
+    """What was decided on a proposal, by whom, when and why.
+
+    edits: what is applied to the program (empty for reject, hint, skip and stop).
+    at: ISO 8601, UTC. evidence: hash of what the decider was shown.
+    """
+
+    kind: DecisionKind
+    author: str
+    at: str
+    reason: str = ""
+    hunks: tuple[str, ...] = ()
+    edits: tuple[Edit, ...] = ()
+    before: str = ""
+    after: str = ""
+    evidence: str = ""
+
+
+class Override(Frozen):
+    """A person's verdict beside the machine's."""
+
+    passed: bool
+    author: str
+    at: str
+    words: str = ""
+
+
+class Round(Frozen):
+    """One round, immutable. parent: the round it grew from; None for the first.
+
+    rollout, scene: keys in the session's files. simulations: engine runs of this round, its
+    planner's search included. author: who wrote its program.
+    """
+
+    id: str
+    number: int
+    parent: str | None
+    program: PhysicalProgram
+    author: str
+    scene: str | None = None
+    rollout: str | None = None
+    assessment: Assessment | None = None
+    override: Override | None = None
+    proposal: Proposal | None = None
+    preview: Preview | None = None
+    decision: Decision | None = None
+    rejected: tuple[tuple[Proposal, Decision], ...] = ()
+    simulations: int = 0
+
+    @property
+    def passed(self) -> bool:
+        """Whether stage 2 holds, a person's word going first."""
+        if self.override is not None:
+            return self.override.passed
+        a = self.assessment
+        return a is not None and a.stage == "simulation" and a.passed
+
+
+class MemoryEntry(Frozen):
+    """What one round taught: what was edited, why, and what came of it."""
+
+    round: str
+    factor: str
+    rationale: str
+    edits: tuple[Edit, ...]
+    decided: str
+    reason: str
+    margins_before: dict[str, float]
+    margins_after: dict[str, float]
+
+
+class Memory(Frozen):
+    """What the planner knows of earlier rounds. pinned: paths that the agent never changes.
+
+    verified: paths that a passed stage vouches for; changed last, and only saying so.
+    tried: hashes of programs that were already run. hints: a person's words, newest last.
+    """
+
+    entries: tuple[MemoryEntry, ...] = ()
+    pinned: tuple[str, ...] = ()
+    verified: tuple[str, ...] = ()
+    tried: tuple[str, ...] = ()
+    hints: tuple[str, ...] = ()
+    rejected: tuple[tuple[Proposal, str], ...] = ()
+
+
+Phase = Literal["reconstruct", "simulate", "propose", "decide", "revise", "done"]
+Outcome = Literal["realised", "budget", "stopped", "stuck", "running"]
+PolicyName = Literal["auto", "ask", "ask_when"]
+
+
+class LoopState(Frozen):
+    """The whole state of the reflection loop, stored after every phase.
+
+    rounds: all rounds of the tree, in order of creation. head: the round being worked on.
+    """
+
+    rounds: tuple[Round, ...] = ()
+    head: str | None = None
+    phase: Phase = "reconstruct"
+    outcome: Outcome = "running"
+    budget: int = 10
+    policy: PolicyName = "ask"
+    pinned: tuple[str, ...] = ()
+    hints: tuple[str, ...] = ()
+
+    @property
+    def current(self) -> Round | None:
+        """The round at the head."""
+        return next((item for item in self.rounds if item.id == self.head), None)
+
+    def path(self) -> tuple[Round, ...]:
+        """Rounds from the first to the head, along parents."""
+        by_id = {item.id: item for item in self.rounds}
+        chain: list[Round] = []
+        node = self.current
+        while node is not None:
+            chain.append(node)
+            node = by_id.get(node.parent) if node.parent else None
+        return tuple(reversed(chain))
+
+    @property
+    def best(self) -> Round | None:
+        """The round on the path whose rollout holds best; the result when the budget ends."""
+        judged = [r for r in self.path() if r.rollout and r.assessment]
+        if not judged:
+            return None
+        return max(judged, key=_merit)
+
+
+def _merit(item: Round) -> tuple[bool, float, int]:
+    assert item.assessment is not None
+    return (item.passed, item.assessment.score, item.number)

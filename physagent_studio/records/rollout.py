@@ -1,0 +1,100 @@
+"""`Rollout`: what happened when a program ran; opened without MuJoCo."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+CONTACT_DTYPE = np.dtype(
+    [
+        ("step", np.int32),  # control step on which it was seen
+        ("a", np.int16),  # body index, see Rollout.bodies
+        ("b", np.int16),
+        ("point", np.float64, 3),  # world, m
+        ("normal", np.float64, 3),  # world, unit, from a to b
+        ("impulse", np.float64),  # normal impulse on this step, N·s
+        ("depth", np.float64),  # deepest penetration on this step, m, ≥ 0
+    ]
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Warning_:
+    """What the engine or a tripwire reported: on which step, about what, in a sentence."""
+
+    step: int
+    kind: Literal["blow_up", "penetration", "energy", "engine", "action", "material"]
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class ActionSpan:
+    """When an action really acted (start inclusive, end exclusive); None: it never started.
+
+    work: energy that it put in, J.
+    """
+
+    id: str
+    start: int | None
+    end: int | None
+    work: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Rollout:
+    """S control steps of N objects; index 0 is the initial state, so arrays have S + 1 rows.
+
+    objects: names, in the order of axis 1. bodies: objects first, then supports; contacts
+    refer to these. positions: (S+1, N, 3) world, m, of the centres of mass. rotations:
+    (S+1, N, 4) R_world_body, wxyz. velocities: (S+1, N, 3) world, m/s. angular: (S+1, N, 3)
+    world, rad/s. contacts: structured, `CONTACT_DTYPE`, sorted by step; resting contacts appear
+    on every step. kinetic, potential: (S+1, N) J. masses: (N,) kg. penetration: (S+1,) m,
+    deepest. vertices: deformed visual vertices per frame for soft objects, (frames, V, 3).
+    """
+
+    program_hash: str
+    objects: tuple[str, ...]
+    bodies: tuple[str, ...]
+    step_seconds: float
+    steps_per_frame: int
+    frames: int
+    positions: FloatArray
+    rotations: FloatArray
+    velocities: FloatArray
+    angular: FloatArray
+    contacts: NDArray[np.void]
+    kinetic: FloatArray
+    potential: FloatArray
+    masses: FloatArray
+    penetration: FloatArray
+    spans: tuple[ActionSpan, ...]
+    warnings: tuple[Warning_, ...]
+    versions: tuple[tuple[str, str], ...]
+    vertices: tuple[tuple[str, FloatArray], ...] = ()
+
+    @property
+    def blown_up(self) -> Warning_ | None:
+        """The warning that ended the run early, or None."""
+        return next((item for item in self.warnings if item.kind == "blow_up"), None)
+
+    @property
+    def steps(self) -> int:
+        """Number of control steps; rows of the arrays less one."""
+        return len(self.positions) - 1
+
+    def index(self, name: str) -> int:
+        """Index of an object or support among `bodies`."""
+        return self.bodies.index(name)
+
+    def frame_steps(self) -> NDArray[np.int64]:
+        """(frames,) the control step that each frame shows."""
+        return np.minimum(np.arange(self.frames) * self.steps_per_frame, self.steps)
+
+    def frame_of(self, step: int) -> int:
+        """The frame that shows a control step."""
+        return min(step // self.steps_per_frame, self.frames - 1)

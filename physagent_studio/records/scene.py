@@ -1,0 +1,77 @@
+"""`Scene`: what reconstruction derives from a picture and a `SceneState`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.scene import SceneState
+from physagent_studio.records.case import Image
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+BoolArray = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Mesh:
+    """A textured triangle mesh in the body frame (origin at the centre of mass), m.
+
+    vertices: (V, 3) float64. faces: (F, 3) int32, counter-clockwise seen from outside.
+    uv: (V, 2) float64 pixels in `texture`, (0, 0) its top left corner; None without texture.
+    texture: (h, w, 3) uint8 RGB, or None. color: RGB 0–255 where there is no texture.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    uv: FloatArray | None = None
+    texture: Image | None = None
+    color: tuple[int, int, int] = (160, 160, 160)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Candidate:
+    """One mask that a segmenter offers: (H, W) bool, and how it scores it (0 … 1)."""
+
+    mask: BoolArray
+    score: float
+    method: str
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One check of stage 1: what was measured in the reconstruction and whether that is fine."""
+
+    name: str
+    subject: str
+    measured: float
+    threshold: float
+    unit: str
+    ok: bool
+    kind: Literal["points", "mask", "camera", "geometry", "placement", "support"]
+    text: str
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Scene:
+    """A reconstructed scene; `state` is the given one with every open field filled.
+
+    masks: (H, W) bool per object. meshes: visual mesh per object, body frame.
+    candidates: alternatives per object, best first. plate: the photo with the objects filled
+    in; None without a photo. support_meshes: for display, world frame.
+    findings: the checks that stage 1 judges. hash: of everything that went in.
+    """
+
+    state: SceneState
+    photo: Image | None
+    plate: Image | None
+    masks: MappingProxyType[str, BoolArray]
+    meshes: MappingProxyType[str, Mesh]
+    support_meshes: MappingProxyType[str, Mesh]
+    candidates: MappingProxyType[str, tuple[Candidate, ...]]
+    findings: tuple[Finding, ...]
+    hash: str

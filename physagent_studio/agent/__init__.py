@@ -1,0 +1,1 @@
+"""The reflective agent: roles, loop, evidence, memory, reviewer policies."""

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from physagent_studio.program import PhysicalProgram
+from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.records import (
     Assessment,
     Case,
@@ -50,9 +50,13 @@ class Situation:
 
 
 class Generator(Protocol):
-    """G: writes the first program from the case; must not simulate."""
+    """G: writes the first program from the case.
 
-    def first(self, case: Case) -> PhysicalProgram: ...
+    It may look at the reconstruction of the scene state that it wrote (distances and sizes are
+    needed for mechanics; the result is cached for stage 1), but it never simulates.
+    """
+
+    def first(self, case: Case, reconstruct: Callable[[SceneState], Scene]) -> PhysicalProgram: ...
 
 
 class Verifier(Protocol):

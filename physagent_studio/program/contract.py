@@ -248,11 +248,15 @@ class Before(_Statement):
 
 
 class AllOf(_Statement):
+    """Every one of `of` holds."""
+
     kind: Literal["all_of"] = "all_of"
     of: tuple[Name, ...] = Field(min_length=1, max_length=64)
 
 
 class AnyOf(_Statement):
+    """At least one of `of` holds."""
+
     kind: Literal["any_of"] = "any_of"
     of: tuple[Name, ...] = Field(min_length=1, max_length=64)
 

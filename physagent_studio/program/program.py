@@ -115,7 +115,7 @@ def _unknown_names(program: PhysicalProgram) -> list[str]:
     for item in scene.objects:
         if item.support is not None:
             path = f"scene.objects.{item.name}.support"
-            problems += _unknown(path, item.support, solids - {item.name}, "object or support")
+            problems += _unknown(path, item.support, (solids | {"air"}) - {item.name}, "support")
     for action in program.event.actions:
         path = f"event.actions.{action.id}"
         problems += _unknown(f"{path}.name", action.name, objects, "object")

@@ -36,11 +36,15 @@ Restitution = Annotated[float, Field(ge=0, le=1)]
 
 
 class Sphere(Frozen):
+    """A ball."""
+
     kind: Literal["sphere"] = "sphere"
     radius: Length
 
 
 class Ellipsoid(Frozen):
+    """Half-axes along body x, y, z."""
+
     kind: Literal["ellipsoid"] = "ellipsoid"
     radii: Size
 
@@ -182,9 +186,10 @@ class Grounding(Frozen):
 class SceneObject(Frozen):
     """A thing that can move.
 
-    position: centre of mass in the world, m. rotation: pose R_world_body. support: what it
-    stands on in the picture (support or object), None in the air. material: a row of
-    `program.materials`; density (kg/m³), friction and restitution override that row.
+    position: centre of mass in the world, m. rotation: pose R_world_body; reconstruction sets
+    it together with an open shape. support: what it stands on in the picture (support or
+    object), "air" for nothing, None for open. material: a row of `program.materials`; density
+    (kg/m³), friction and restitution override that row.
     """
 
     name: Name

@@ -18,7 +18,7 @@ from physagent_studio.records.judgement import (
     Proposal,
     Round,
 )
-from physagent_studio.records.rollout import CONTACT_DTYPE, ActionSpan, Rollout, Warning_
+from physagent_studio.records.rollout import CONTACT_DTYPE, ActionSpan, Alarm, Rollout
 from physagent_studio.records.scene import Candidate, Finding, Mesh, Scene
 
 __all__ = [
@@ -48,5 +48,5 @@ __all__ = [
     "Round",
     "Scene",
     "SceneEvidence",
-    "Warning_",
+    "Alarm",
 ]

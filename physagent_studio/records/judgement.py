@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
+from pydantic import Field
+
 from physagent_studio.program.base import Frozen
 from physagent_studio.program.edits import Edit
 from physagent_studio.program.program import PhysicalProgram
@@ -45,7 +47,7 @@ class Mismatch(Frozen):
     subject: str = ""
     other: str = ""
     check: str = ""
-    figures: dict[str, float] = {}
+    figures: dict[str, float] = Field(default_factory=dict)
     step: int | None = None
 
 

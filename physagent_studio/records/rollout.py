@@ -24,7 +24,7 @@ CONTACT_DTYPE = np.dtype(
 
 
 @dataclass(frozen=True, slots=True)
-class Warning_:
+class Alarm:
     """What the engine or a tripwire reported: on which step, about what, in a sentence."""
 
     step: int
@@ -73,12 +73,12 @@ class Rollout:
     masses: FloatArray
     penetration: FloatArray
     spans: tuple[ActionSpan, ...]
-    warnings: tuple[Warning_, ...]
+    warnings: tuple[Alarm, ...]
     versions: tuple[tuple[str, str], ...]
     vertices: tuple[tuple[str, FloatArray], ...] = ()
 
     @property
-    def blown_up(self) -> Warning_ | None:
+    def blown_up(self) -> Alarm | None:
         """The warning that ended the run early, or None."""
         return next((item for item in self.warnings if item.kind == "blow_up"), None)
 

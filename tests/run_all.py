@@ -1,0 +1,115 @@
+"""Every check of this project, in order: `python3 launch.py test`, and nothing else, calls this.
+
+It runs on the interpreter of .venv. Words after `test` go to pytest. A failing step does not stop
+the others; the exit code is 0 only when all of them passed.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).resolve().parent.parent
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+
+
+class Step(NamedTuple):
+    """One check: its headline and the command that makes it."""
+
+    name: str
+    command: list[str]
+
+
+def steps(pytest_words: list[str]) -> list[Step]:
+    """The checks, the quick ones first."""
+    python = [sys.executable, "-m"]
+    lint_imports = str(Path(sys.executable).with_name("lint-imports"))
+    return [
+        Step("ruff check", [*python, "ruff", "check", "."]),
+        Step("ruff format", [*python, "ruff", "format", "--check", "."]),
+        Step("pyright", [*python, "pyright", "--pythonpath", sys.executable]),
+        Step("lint-imports", [sys.executable, lint_imports]),
+        Step("wheel", [*python, "pytest", "-q", "tests/packaging"]),
+        Step("pytest", [*python, "pytest", "-q", "--ignore=tests/packaging", *pytest_words]),
+    ]
+
+
+def playwright_browser() -> str | None:
+    """Path of the Chromium that playwright has downloaded, if it has."""
+    from playwright.sync_api import sync_playwright  # only the test extra has it
+
+    with sync_playwright() as playwright:
+        path = playwright.chromium.executable_path
+    return path if Path(path).exists() else None
+
+
+def is_debian() -> bool:
+    """Whether apt has a real chromium package here; Ubuntu's is a stub for a snap."""
+    release = Path("/etc/os-release")
+    return (
+        release.exists()
+        and "ID=debian" in release.read_text(encoding="utf-8").splitlines()
+        and shutil.which("apt-get") is not None
+    )
+
+
+def browser_commands() -> list[list[str]]:
+    """What brings a Chromium, the first choice first."""
+    is_root = os.name == "posix" and os.geteuid() == 0
+    # Only root may add the system libraries that the download leans on.
+    libraries = ["--with-deps"] if is_root and sys.platform == "linux" else []
+    download = [sys.executable, "-m", "playwright", "install", *libraries, "chromium"]
+    if is_root and is_debian():
+        install = "apt-get update -q && apt-get install -q -y --no-install-recommends chromium"
+        return [["sh", "-c", install], download]
+    return [download]
+
+
+def find_browser() -> str | None:
+    """A Chromium on this machine, the system's own first."""
+    return next(filter(None, map(shutil.which, BROWSERS)), None) or playwright_browser()
+
+
+def ensure_browser() -> bool:
+    """Whether there is a Chromium, after having tried to install one."""
+    if find_browser():
+        return True
+    for command in browser_commands():
+        print(f"No Chromium here; installing it: {' '.join(command)}", flush=True)
+        if subprocess.call(command, cwd=ROOT) == 0 and find_browser():
+            return True
+    return False
+
+
+def headline(text: str) -> None:
+    """A line that the eye finds in a long log."""
+    print(f"\n==== {text} {'=' * max(0, 74 - len(text))}", flush=True)
+
+
+def main(pytest_words: list[str]) -> int:
+    """Run all steps, print a summary, return the exit code."""
+    results: list[tuple[str, bool, float]] = []
+    headline("Chromium")
+    started = time.monotonic()
+    results.append(("Chromium", ensure_browser(), time.monotonic() - started))
+    print(find_browser() or "Chromium could not be installed.", flush=True)
+    for step in steps(pytest_words):
+        headline(step.name)
+        started = time.monotonic()
+        passed = subprocess.call(step.command, cwd=ROOT) == 0
+        results.append((step.name, passed, time.monotonic() - started))
+    headline("Summary")
+    for name, passed, seconds in results:
+        print(f"{'passed' if passed else 'FAILED':8}{name:16}{seconds:7.1f} s")
+    return 0 if all(passed for _, passed, _ in results) else 1
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main(sys.argv[1:]))
+    except KeyboardInterrupt:
+        print("\nStopped.", file=sys.stderr)
+        sys.exit(130)

@@ -33,9 +33,9 @@ OLDEST = (3, 11)
 # The order of preference: the newest Python often waits months for its wheels.
 NAMES = ("python3.13", "python3.12", "python3.11", "python3.14", "python3", "python")
 
-# Measured on Linux x86-64 with an empty cache; see README.md.
-DOWNLOAD_MB, DISK_MB, MINUTES = 330, 950, "1 to 4"
-TEST_DOWNLOAD_MB, TEST_DISK_MB = 250, 800
+# Measured on Linux x86-64; the disk counts .venv and what pip keeps in its cache.
+DOWNLOAD_MB, DISK_MB, MINUTES = 200, 950, "1 to 3"
+TEST_DOWNLOAD_MB, TEST_DISK_MB = 130, 600
 
 
 class LaunchError(Exception):
@@ -85,28 +85,26 @@ def choose_python(paths: Iterable[str]) -> str:
     Raises:
         LaunchError: there is none; the sentence names what was found and what to install.
     """
-    found: list[str] = []
+    found: dict[str, Probe] = {}
     for path in paths:
         answer = probe(path)
         if answer is None:
             continue
         if answer.version >= OLDEST and not answer.missing:
             return path
-        label = f"{path} is {dotted(answer.version)}"
+        found[path] = answer
+    for path, answer in found.items():
         if answer.version >= OLDEST:
-            label += f" without {answer.missing}"
-        if label not in found:
-            found.append(label)
-    incomplete = [label for label in found if "without" in label]
-    if incomplete:
-        version = incomplete[0].split(" is ")[1].split()[0]
-        raise LaunchError(
-            f"Python cannot make a virtual environment ({incomplete[0]}): install that part of "
-            f"Python (Debian and Ubuntu: sudo apt install python{version}-venv) and start again."
-        )
+            version = dotted(answer.version)
+            raise LaunchError(
+                f"Python {version} ({path}) lacks {answer.missing}, needed for a virtual "
+                "environment: install that part of it "
+                f"(Debian and Ubuntu: sudo apt install python{version}-venv) and start again."
+            )
+    old = [f"{path} is {dotted(answer.version)}" for path, answer in found.items()]
     raise LaunchError(
         f"Python {dotted(OLDEST)} or newer is needed and none is on PATH "
-        f"({'; '.join(found) or 'no Python runs'}): install one (python.org, "
+        f"({'; '.join(old) or 'no Python runs'}): install one (python.org, "
         "`brew install python@3.13` or `sudo apt install python3 python3-venv`) and start again."
     )
 

@@ -1,0 +1,44 @@
+"""Fixtures for every room."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+# Before NumPy and OpenCV are imported: more threads than cores only make the tests slower.
+os.environ.setdefault("OMP_NUM_THREADS", "2")
+os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "2")
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(autouse=True)
+def _own_workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No test writes into the data folder of the person who runs it."""
+    monkeypatch.setenv("PHYSAGENT_HOME", str(tmp_path / "physagent-home"))
+
+
+@pytest.fixture(scope="session")
+def repository() -> Path:
+    """The checkout that the tests run from."""
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def cases_dir() -> Path:
+    """The folder of real photographs, which lies beside the checkout where there is one."""
+    folder = ROOT.parent / "shared" / "cases"
+    if not folder.is_dir():
+        pytest.skip(f"the real photographs are not here ({folder})")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def chromium() -> str:
+    """Path of the Chromium for the browser tests."""
+    from tests.run_all import find_browser
+
+    path = find_browser()
+    if path is None:
+        pytest.skip("no Chromium here; `python3 launch.py test` installs one")
+    return path

@@ -1,0 +1,51 @@
+"""The runner of all checks: nothing is skipped and no failure is lost."""
+
+import sys
+
+import pytest
+
+from tests import run_all
+
+
+def step(name: str, code: str) -> run_all.Step:
+    return run_all.Step(name, [sys.executable, "-c", code])
+
+
+@pytest.fixture
+def _browser_is_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(run_all, "find_browser", lambda: "/somewhere/chromium")
+
+
+@pytest.mark.usefixtures("_browser_is_here")
+@pytest.mark.parametrize(("middle", "code"), [("pass", 0), ("raise SystemExit(3)", 1)])
+def test_one_failure_fails_the_whole_but_stops_nothing(
+    middle: str, code: int, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    three = [step("first", "pass"), step("second", middle), step("third", "print('ran')")]
+    monkeypatch.setattr(run_all, "steps", lambda words: three)
+    assert run_all.main([]) == code
+    shown = capfd.readouterr().out
+    assert "ran" in shown
+    summary = shown[shown.index("==== Summary") :]
+    assert ("FAILED  second" in summary) is (code == 1)
+    assert "passed  third" in summary
+
+
+def test_a_browser_that_cannot_be_had_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(run_all, "find_browser", lambda: None)
+    monkeypatch.setattr(run_all, "browser_commands", lambda: [["false"], ["true"]])
+    monkeypatch.setattr(run_all, "steps", lambda words: [])
+    assert run_all.main([]) == 1
+
+
+def test_every_tool_takes_its_turn_and_pytest_the_extra_words() -> None:
+    steps = run_all.steps(["-k", "one"])
+    assert [each.name for each in steps] == [
+        "ruff check",
+        "ruff format",
+        "pyright",
+        "lint-imports",
+        "wheel",
+        "pytest",
+    ]
+    assert steps[-1].command[-2:] == ["-k", "one"]

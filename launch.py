@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import platform
 import re
 import shutil
 import subprocess
@@ -36,6 +37,7 @@ NAMES = ("python3.13", "python3.12", "python3.11", "python3.14", "python3", "pyt
 # Measured on Linux x86-64; the disk counts .venv and what pip keeps in its cache.
 DOWNLOAD_MB, DISK_MB, MINUTES = 200, 950, "1 to 3"
 TEST_DOWNLOAD_MB, TEST_DISK_MB = 130, 600
+SUPPORTED = "Python 3.11 to 3.14 on Linux (x86-64 or ARM64, glibc 2.28) and macOS on Apple silicon"
 
 
 class LaunchError(Exception):
@@ -235,8 +237,8 @@ def explain(log: str) -> str:
     if missing:
         return (
             f"There is no ready-made package (wheel) of {missing[-1]} for Python "
-            f"{dotted(sys.version_info[:2])} on this system: put another Python, for example "
-            "3.12, first on PATH and start again."
+            f"{dotted(sys.version_info[:2])} on {platform.system()} {platform.machine()}; "
+            f"{SUPPORTED} have one."
         )
     return f"pip could not install the project: its last lines above, or {LOG}, say why."
 
@@ -275,11 +277,11 @@ def ensure_installed(extras: Sequence[str], arguments: Sequence[str]) -> None:
 # ---- the start -------------------------------------------------------------------------------
 
 
-def browser_wanted(environment: Mapping[str, str], platform: str) -> bool:
+def browser_wanted(environment: Mapping[str, str], system: str) -> bool:
     """Whether a browser opened here would be seen by the person who asked for it."""
     if any(environment.get(name) for name in ("SSH_CONNECTION", "SSH_CLIENT", "SSH_TTY")):
         return False
-    if platform in ("darwin", "win32"):
+    if system in ("darwin", "win32"):
         return True
     return bool(environment.get("DISPLAY") or environment.get("WAYLAND_DISPLAY"))
 

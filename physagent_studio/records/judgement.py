@@ -153,7 +153,9 @@ class Override(Frozen):
 class Round(Frozen):
     """One round, immutable. parent: the round it grew from; None for the first.
 
-    rollout, scene: keys in the session's files. simulations: engine runs of this round, its
+    rollout, scene, frames: keys in the session's files (frames: the 27 of stage 2).
+    origin: the decision that made its program; decision: the last one on its own proposal;
+    rejected: proposals that were turned down here, each with its decision. simulations: engine runs of this round, its
     planner's search included. author: who wrote its program.
     """
 
@@ -164,7 +166,9 @@ class Round(Frozen):
     author: str
     scene: str | None = None
     rollout: str | None = None
+    frames: str | None = None
     assessment: Assessment | None = None
+    origin: Decision | None = None
     override: Override | None = None
     proposal: Proposal | None = None
     preview: Preview | None = None
@@ -209,7 +213,7 @@ class Memory(Frozen):
     rejected: tuple[tuple[Proposal, str], ...] = ()
 
 
-Phase = Literal["reconstruct", "simulate", "propose", "decide", "revise", "done"]
+Phase = Literal["generate", "reconstruct", "simulate", "propose", "decide", "revise", "done"]
 Outcome = Literal["realised", "budget", "stopped", "stuck", "running"]
 PolicyName = Literal["auto", "ask", "ask_when"]
 
@@ -218,12 +222,15 @@ class LoopState(Frozen):
     """The whole state of the reflection loop, stored after every phase.
 
     rounds: all rounds of the tree, in order of creation. head: the round being worked on.
+    draft: a person's program that has not become a round yet; the next round runs it.
+    budget: how many rounds the path may have before the loop ends by itself.
     """
 
     rounds: tuple[Round, ...] = ()
     head: str | None = None
-    phase: Phase = "reconstruct"
+    phase: Phase = "generate"
     outcome: Outcome = "running"
+    draft: PhysicalProgram | None = None
     budget: int = 10
     policy: PolicyName = "ask"
     pinned: tuple[str, ...] = ()

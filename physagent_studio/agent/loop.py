@@ -1,0 +1,281 @@
+"""The reflection loop: `advance` takes a state to the next, one phase at a time.
+
+Reconstruct, judge (stage 1); simulate, judge (stage 2); propose; decide; revise. Awaiting a
+decision is a stored state, so it survives a restart. A stage-1 failure consumes a round and
+never simulates. Every state that `advance` returns can be persisted and continued from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from physagent_studio.agent.memory import memory_of
+from physagent_studio.agent.reviewer import POLICIES
+from physagent_studio.agent.roles import Generator, Planner, Situation, Trial, Verifier
+from physagent_studio.errors import Cancelled, ProgramError, StudioError
+from physagent_studio.program import PhysicalProgram, SceneState, apply
+from physagent_studio.records import (
+    Case,
+    Check,
+    Decision,
+    Image,
+    LoopState,
+    Preview,
+    Proposal,
+    Rollout,
+    RolloutEvidence,
+    Round,
+    Scene,
+    SceneEvidence,
+)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Crew:
+    """Who plays the three roles."""
+
+    generator: Generator
+    verifier: Verifier
+    planner: Planner
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Bench:
+    """What the loop works with; the workbench supplies it.
+
+    put/get pairs keep arrays out of the state: they return and take keys. evidence renders
+    the sampled frames of a rollout, or returns () where nothing shall be rendered.
+    """
+
+    case: Case
+    reconstruct: Callable[[SceneState, Scene | None], Scene]
+    simulate: Callable[[PhysicalProgram, Scene], Rollout]
+    measure: Callable[[PhysicalProgram, Rollout], tuple[Check, ...]]
+    view: Callable[[Scene], Image | None]
+    evidence: Callable[[Scene, Rollout], tuple[Image, ...]]
+    put_scene: Callable[[Scene], str]
+    get_scene: Callable[[str], Scene]
+    put_rollout: Callable[[Rollout], str]
+    get_rollout: Callable[[str], Rollout]
+    put_frames: Callable[[tuple[Image, ...]], str]
+
+
+def advance(state: LoopState, crew: Crew, bench: Bench) -> LoopState:
+    """The next state; the same object where a person has to act first or all is done."""
+    if state.phase == "generate":
+        return _generate(state, crew, bench)
+    if state.phase == "reconstruct":
+        return _stage_one(state, crew, bench)
+    if state.phase == "simulate":
+        return _stage_two(state, crew, bench)
+    if state.phase == "propose":
+        return _propose(state, crew, bench)
+    if state.phase == "decide":
+        return _review(state)
+    return state
+
+
+def _generate(state: LoopState, crew: Crew, bench: Bench) -> LoopState:
+    program = state.draft or crew.generator.first(
+        bench.case, lambda scene: bench.reconstruct(scene, None)
+    )
+    author = "person" if state.draft else "generator"
+    return add_round(state, program, author, None)
+
+
+def add_round(
+    state: LoopState, program: PhysicalProgram, author: str, origin: Decision | None
+) -> LoopState:
+    """A new round below the head that will run `program`."""
+    number = max((item.number for item in state.rounds), default=0) + 1
+    parent = state.current
+    new = Round(
+        id=f"r{number}",
+        number=number,
+        parent=parent.id if parent else None,
+        program=program,
+        author=author,
+        origin=origin,
+        # The scene of the round before is what a partial reconstruction starts from.
+        scene=parent.scene if parent else None,
+    )
+    return state.model_copy(
+        update={
+            "rounds": (*state.rounds, new),
+            "head": new.id,
+            "phase": "reconstruct",
+            "outcome": "running",
+            "draft": None,
+        }
+    )
+
+
+def _stage_one(state: LoopState, crew: Crew, bench: Bench) -> LoopState:
+    current = _head(state)
+    before = bench.get_scene(current.scene) if current.scene else None
+    scene = bench.reconstruct(current.program.scene, before)
+    program = current.program.model_copy(update={"scene": scene.state})
+    evidence = SceneEvidence(program, scene, bench.view(scene))
+    assessment = crew.verifier.judge(evidence, program.event.prompt)
+    judged = current.model_copy(
+        update={"program": program, "scene": bench.put_scene(scene), "assessment": assessment}
+    )
+    state = replace_round(state, judged)
+    return _to(state, "simulate") if assessment.passed else _after_verdict(state)
+
+
+def _stage_two(state: LoopState, crew: Crew, bench: Bench) -> LoopState:
+    current = _head(state)
+    scene = bench.get_scene(_key(current.scene))
+    rollout = bench.simulate(current.program, scene)
+    checks = bench.measure(current.program, rollout)
+    frames = bench.evidence(scene, rollout)
+    evidence = RolloutEvidence(current.program, scene, rollout, checks, frames)
+    assessment = crew.verifier.judge(evidence, current.program.event.prompt)
+    judged = current.model_copy(
+        update={
+            "rollout": bench.put_rollout(rollout),
+            "frames": bench.put_frames(frames) if frames else None,
+            "assessment": assessment,
+            "simulations": current.simulations + 1,
+        }
+    )
+    return _after_verdict(replace_round(state, judged))
+
+
+def _after_verdict(state: LoopState) -> LoopState:
+    if _head(state).passed:
+        return _to(state, "done", "realised")
+    if len(state.path()) >= state.budget:
+        return _to(state, "done", "budget")
+    return _to(state, "propose")
+
+
+def _propose(state: LoopState, crew: Crew, bench: Bench) -> LoopState:
+    current = _head(state)
+    assert current.assessment is not None
+    scene = bench.get_scene(_key(current.scene))
+    trial = _trial(scene, bench)
+    situation = Situation(
+        case=bench.case,
+        program=current.program,
+        scene=scene,
+        rollout=bench.get_rollout(current.rollout) if current.rollout else None,
+        assessment=current.assessment,
+        memory=memory_of(state),
+        try_out=trial,
+    )
+    proposal = crew.planner.propose(situation)
+    preview = preview_of(current.program, proposal, trial, bench)
+    used = proposal.simulations + (1 if preview.rollout else 0)
+    proposed = current.model_copy(
+        update={
+            "proposal": proposal,
+            "preview": preview,
+            "decision": None,
+            "simulations": current.simulations + used,
+        }
+    )
+    return _to(replace_round(state, proposed), "decide")
+
+
+def _trial(scene: Scene, bench: Bench) -> Callable[[PhysicalProgram], Trial]:
+    def try_out(program: PhysicalProgram) -> Trial:
+        if program.scene != scene.state:
+            changed = bench.reconstruct(program.scene, scene)
+            program = program.model_copy(update={"scene": changed.state})
+            rollout = bench.simulate(program, changed)
+        else:
+            rollout = bench.simulate(program, scene)
+        return Trial(rollout, bench.measure(program, rollout))
+
+    return try_out
+
+
+def preview_of(
+    program: PhysicalProgram,
+    proposal: Proposal,
+    trial: Callable[[PhysicalProgram], Trial],
+    bench: Bench,
+) -> Preview:
+    """Tries a proposal out, for the eyes of whoever decides; not a round."""
+    if not proposal.hunks:
+        return Preview(program=None)
+    try:
+        revised = apply(program, proposal.edits)
+        ran = trial(revised)
+    except Cancelled:
+        raise
+    except StudioError as error:
+        return Preview(program=None, problem=str(error))
+    return Preview(
+        program=revised,
+        checks=ran.checks,
+        passed=all(check.ok for check in ran.checks),
+        rollout=bench.put_rollout(ran.rollout),
+    )
+
+
+def _review(state: LoopState) -> LoopState:
+    current = _head(state)
+    assert current.proposal is not None
+    assert current.preview is not None
+    decision = POLICIES[state.policy].decide(current.proposal, current.preview)
+    return state if decision is None else decide(state, decision)
+
+
+def decide(state: LoopState, decision: Decision) -> LoopState:
+    """Carries out a decision on the head's proposal, whoever made it.
+
+    Raises `ProgramError` (and changes nothing) where the decided edits do not apply.
+    """
+    current = _head(state)
+    decision = decision.model_copy(update={"before": current.program.hash})
+    if decision.kind == "stop":
+        return _to(_decided(state, decision), "done", "stuck" if _is_stuck(current) else "stopped")
+    if decision.kind in ("reject", "hint", "skip"):
+        rejected = current.rejected
+        if current.proposal is not None:
+            rejected = (*rejected, (current.proposal, decision))
+        hints = (*state.hints, decision.reason) if decision.kind == "hint" else state.hints
+        changed = current.model_copy(
+            update={"rejected": rejected, "proposal": None, "preview": None, "decision": decision}
+        )
+        state = replace_round(state, changed).model_copy(update={"hints": hints})
+        return _to(state, "propose")
+    if not decision.edits:
+        raise ProgramError(())
+    revised = apply(current.program, decision.edits)
+    decision = decision.model_copy(update={"after": revised.hash})
+    author = "planner" if decision.kind in ("accept", "accept_hunks") else "person"
+    return add_round(_decided(state, decision), revised, author, decision)
+
+
+def _is_stuck(current: Round) -> bool:
+    return current.proposal is not None and not current.proposal.hunks
+
+
+def _decided(state: LoopState, decision: Decision) -> LoopState:
+    return replace_round(state, _head(state).model_copy(update={"decision": decision}))
+
+
+def _head(state: LoopState) -> Round:
+    current = state.current
+    assert current is not None, "only `generate` runs without a round"
+    return current
+
+
+def _key(key: str | None) -> str:
+    assert key is not None, "stage 1 has stored its scene"
+    return key
+
+
+def _to(state: LoopState, phase: str, outcome: str = "running") -> LoopState:
+    return state.model_copy(update={"phase": phase, "outcome": outcome})
+
+
+def replace_round(state: LoopState, changed: Round) -> LoopState:
+    """The state with the round of that id replaced."""
+    rounds = tuple(changed if item.id == changed.id else item for item in state.rounds)
+    return state.model_copy(update={"rounds": rounds})

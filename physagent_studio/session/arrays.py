@@ -1,0 +1,176 @@
+"""Scenes, pictures and cases as bytes: compressed NumPy archives and PNG, never pickles."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import json
+from types import MappingProxyType
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program import Grounding, Landmark, SceneState, Support
+from physagent_studio.records import Candidate, Case, Finding, Image, Mesh, Scene
+
+
+def png(image: Image) -> bytes:
+    """RGB (H, W, 3) uint8 as a PNG file."""
+    return cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))[1].tobytes()
+
+
+def from_png(data: bytes) -> Image:
+    """The RGB pixels of a PNG that `png` wrote."""
+    decoded = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+    assert decoded is not None
+    return cv2.cvtColor(decoded, cv2.COLOR_BGR2RGB).astype(np.uint8)
+
+
+def pack(arrays: dict[str, NDArray[Any]], meta: dict[str, Any]) -> bytes:
+    """Arrays and JSON-able facts as one compressed archive with reproducible bytes."""
+    stream = io.BytesIO()
+    text = json.dumps(meta, sort_keys=True)
+    np.savez_compressed(stream, __meta__=np.frombuffer(text.encode(), np.uint8), **arrays)  # type: ignore[arg-type]
+    return stream.getvalue()
+
+
+def unpack(data: bytes) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """What `pack` packed."""
+    with np.load(io.BytesIO(data), allow_pickle=False) as archive:
+        arrays = {key: archive[key] for key in archive.files if key != "__meta__"}
+        return arrays, json.loads(archive["__meta__"].tobytes())
+
+
+def pack_frames(frames: tuple[Image, ...]) -> bytes:
+    """Pictures as JPEG in one archive: evidence for eyes, so lossy is fine."""
+    encoded = {
+        f"{index:03d}": cv2.imencode(
+            ".jpg", cv2.cvtColor(frame, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, 88]
+        )[1].ravel()
+        for index, frame in enumerate(frames)
+    }
+    return pack(encoded, {"frames": len(frames)})
+
+
+def unpack_frames(data: bytes) -> tuple[Image, ...]:
+    """The pictures of `pack_frames`, RGB."""
+    arrays, _ = unpack(data)
+    return tuple(from_png(arrays[key].tobytes()) for key in sorted(arrays))
+
+
+def pack_scene(scene: Scene) -> bytes:
+    """A scene with all its arrays; the photo is the case's and is not repeated."""
+    arrays: dict[str, NDArray[Any]] = {}
+    if scene.plate is not None:
+        arrays["plate"] = np.frombuffer(png(scene.plate), np.uint8)
+    for name, mask in scene.masks.items():
+        arrays[f"mask/{name}"] = np.packbits(mask)
+    for room, meshes in (("mesh", scene.meshes), ("support", scene.support_meshes)):
+        for name, mesh in meshes.items():
+            arrays |= _mesh_arrays(f"{room}/{name}", mesh)
+    candidates: dict[str, list[tuple[float, str]]] = {}
+    for name, offered in scene.candidates.items():
+        candidates[name] = [(item.score, item.method) for item in offered]
+        for index, item in enumerate(offered):
+            arrays[f"candidate/{name}/{index}"] = np.packbits(item.mask)
+    shape = next((list(mask.shape) for mask in scene.masks.values()), None)
+    meta = {
+        "state": scene.state.model_dump(mode="json"),
+        "hash": scene.hash,
+        "mask_shape": shape,
+        "masks": list(scene.masks),
+        "colors": {n: m.color for n, m in (scene.meshes | scene.support_meshes).items()},
+        "meshes": list(scene.meshes),
+        "support_meshes": list(scene.support_meshes),
+        "candidates": candidates,
+        "findings": [dataclasses.asdict(item) for item in scene.findings],
+    }
+    return pack(arrays, meta)
+
+
+def unpack_scene(data: bytes, photo: Image | None) -> Scene:
+    """The scene of `pack_scene`, with the case's photo put back."""
+    arrays, meta = unpack(data)
+    shape = tuple(meta["mask_shape"] or (0, 0))
+
+    def mask(key: str) -> NDArray[np.bool_]:
+        return np.unpackbits(arrays[key], count=shape[0] * shape[1]).reshape(shape).astype(bool)
+
+    candidates = {
+        name: tuple(
+            Candidate(mask(f"candidate/{name}/{index}"), score, method)
+            for index, (score, method) in enumerate(offered)
+        )
+        for name, offered in meta["candidates"].items()
+    }
+    colors = meta["colors"]
+    return Scene(
+        state=SceneState.model_validate(meta["state"]),
+        photo=photo,
+        plate=from_png(arrays["plate"].tobytes()) if "plate" in arrays else None,
+        masks=MappingProxyType({name: mask(f"mask/{name}") for name in meta["masks"]}),
+        meshes=_meshes(arrays, "mesh", meta["meshes"], colors),
+        support_meshes=_meshes(arrays, "support", meta["support_meshes"], colors),
+        candidates=MappingProxyType(candidates),
+        findings=tuple(Finding(**item) for item in meta["findings"]),
+        hash=meta["hash"],
+    )
+
+
+def _mesh_arrays(key: str, mesh: Mesh) -> dict[str, NDArray[Any]]:
+    arrays: dict[str, NDArray[Any]] = {
+        f"{key}/vertices": mesh.vertices,
+        f"{key}/faces": mesh.faces,
+    }
+    if mesh.uv is not None and mesh.texture is not None:
+        arrays[f"{key}/uv"] = mesh.uv
+        arrays[f"{key}/texture"] = np.frombuffer(png(mesh.texture), np.uint8)
+    return arrays
+
+
+def _meshes(
+    arrays: dict[str, NDArray[Any]], room: str, names: list[str], colors: dict[str, list[int]]
+) -> MappingProxyType[str, Mesh]:
+    meshes = {}
+    for name in names:
+        key = f"{room}/{name}"
+        texture = arrays.get(f"{key}/texture")
+        meshes[name] = Mesh(
+            vertices=arrays[f"{key}/vertices"],
+            faces=arrays[f"{key}/faces"],
+            uv=arrays.get(f"{key}/uv"),
+            texture=None if texture is None else from_png(texture.tobytes()),
+            color=(colors[name][0], colors[name][1], colors[name][2]),
+        )
+    return MappingProxyType(meshes)
+
+
+def case_json(case: Case) -> dict[str, Any]:
+    """Everything of a case but its pixels."""
+    return {
+        "name": case.name,
+        "image_hash": case.image_hash,
+        "objects": [[name, item.model_dump(mode="json")] for name, item in case.objects],
+        "supports": [item.model_dump(mode="json") for item in case.supports],
+        "landmarks": [item.model_dump(mode="json") for item in case.landmarks],
+        "prompt": case.prompt,
+        "event": case.event,
+        "events": [list(item) for item in case.events],
+    }
+
+
+def case_from_json(data: dict[str, Any], image: Image | None) -> Case:
+    """The case of `case_json`."""
+    return Case(
+        name=data["name"],
+        image=image,
+        image_hash=data["image_hash"],
+        objects=tuple((name, Grounding.model_validate(item)) for name, item in data["objects"]),
+        supports=tuple(Support.model_validate(item) for item in data["supports"]),
+        landmarks=tuple(Landmark.model_validate(item) for item in data["landmarks"]),
+        prompt=data["prompt"],
+        event=data["event"],
+        events=tuple((name, prompt) for name, prompt in data["events"]),
+    )

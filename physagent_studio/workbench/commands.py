@@ -1,0 +1,199 @@
+"""Commands: what a person or a program may ask of the workbench, as frozen values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from physagent_studio.program import Click, Edit, PhysicalProgram
+from physagent_studio.records.judgement import DecisionKind, PolicyName
+
+
+@dataclass(frozen=True, slots=True)
+class OpenCase:
+    """A new session from a case folder; event None takes its first."""
+
+    folder: Path
+    event: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class OpenImage:
+    """A new session from a photo, a sentence and clicks per object name."""
+
+    path: Path
+    prompt: str
+    objects: tuple[tuple[str, tuple[Click, ...]], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class OpenProgram:
+    """A new session from a program alone, without a photo."""
+
+    program: PhysicalProgram
+    title: str = "program"
+
+
+@dataclass(frozen=True, slots=True)
+class OpenSession:
+    """Reopens a stored session."""
+
+    id: str
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """Goes on until a person has to decide or the loop ends; a draft becomes a round first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """Goes on until the loop ends, deciding by policy `auto` whatever the session's policy."""
+
+
+@dataclass(frozen=True, slots=True)
+class Decide:
+    """A person's decision on the proposal of that id; another id than the current is ignored."""
+
+    kind: DecisionKind
+    proposal_id: str
+    reason: str = ""
+    hunks: tuple[str, ...] = ()
+    edits: tuple[Edit, ...] = ()
+    author: str = "person"
+
+
+@dataclass(frozen=True, slots=True)
+class ApplyEdits:
+    """Hand edits of the program: they go to the draft, which is simulated at once."""
+
+    edits: tuple[Edit, ...]
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ApplyText:
+    """Replaces the program by a YAML text; on a problem nothing changes."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class ValidateText:
+    """Checks a YAML text and shows its problems; nothing changes."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class DiscardDraft:
+    """Drops the draft; the round's own program is current again."""
+
+
+@dataclass(frozen=True, slots=True)
+class ShowRound:
+    """Shows a round read-only; None shows the head."""
+
+    id: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class ForkFrom:
+    """Moves the head to a round; what is decided there makes a new branch."""
+
+    id: str
+
+
+@dataclass(frozen=True, slots=True)
+class OverruleVerdict:
+    """A person's verdict on the head, recorded beside the machine's."""
+
+    passed: bool
+    words: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SetPolicy:
+    """Who decides from now on."""
+
+    policy: PolicyName
+
+
+@dataclass(frozen=True, slots=True)
+class SetBudget:
+    """How many rounds the path may have; 1 … 100."""
+
+    rounds: int
+
+
+@dataclass(frozen=True, slots=True)
+class Pin:
+    """The agent never changes this path of the program."""
+
+    path: str
+
+
+@dataclass(frozen=True, slots=True)
+class Unpin:
+    """The agent may change this path again."""
+
+    path: str
+
+
+@dataclass(frozen=True, slots=True)
+class Undo:
+    """One step back."""
+
+
+@dataclass(frozen=True, slots=True)
+class Redo:
+    """One step forward."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rename:
+    """Gives the session another title."""
+
+    title: str
+
+
+@dataclass(frozen=True, slots=True)
+class Render:
+    """Writes the shown rollout as a video."""
+
+    path: Path
+
+
+@dataclass(frozen=True, slots=True)
+class DismissNotice:
+    """Removes a notice."""
+
+    id: int
+
+
+Command = (
+    OpenCase
+    | OpenImage
+    | OpenProgram
+    | OpenSession
+    | Step
+    | Run
+    | Decide
+    | ApplyEdits
+    | ApplyText
+    | ValidateText
+    | DiscardDraft
+    | ShowRound
+    | ForkFrom
+    | OverruleVerdict
+    | SetPolicy
+    | SetBudget
+    | Pin
+    | Unpin
+    | Undo
+    | Redo
+    | Rename
+    | Render
+    | DismissNotice
+)
+

@@ -1,0 +1,316 @@
+"""The desk: one open session and what every command does to it. Synchronous, one thread."""
+
+from __future__ import annotations
+
+from functools import singledispatchmethod
+from typing import Any
+
+from physagent_studio.agent import loop
+from physagent_studio.contract import measure
+from physagent_studio.errors import InputError, Problem, ProgramError
+from physagent_studio.program import Edit, PhysicalProgram, apply, value_at
+from physagent_studio.program.document import load_program
+from physagent_studio.records import Check, Decision, LoopState, Override, Rollout, Round, Scene
+from physagent_studio.session import Session
+from physagent_studio.session.session import now
+from physagent_studio.workbench import commands
+from physagent_studio.workbench.engine import Control, Engine
+
+RUNNING = {
+    "generate": "reading the photo and the sentence",
+    "reconstruct": "reconstructing the scene",
+    "simulate": "simulating",
+    "propose": "searching for a repair",
+    "decide": "deciding",
+}
+
+
+class Desk:
+    """Carries out commands on a session; after each the session is on the disk."""
+
+    def __init__(self, session: Session, control: Control, *, evidence: bool = True) -> None:
+        self.session = session
+        self.control = control
+        self.case = session.case
+        self.engine = Engine(session, self.case, control, evidence)
+        self.state: LoopState = session.load()
+        self.shown: str | None = None
+        self.problems: tuple[Problem, ...] = ()
+        self.text: str | None = None
+        self._live: tuple[str, Scene | None, Rollout | None, tuple[Check, ...]] | None = None
+
+    # --- what is on view ---------------------------------------------------------------------
+
+    @property
+    def round(self) -> Round | None:
+        """The round on view."""
+        wanted = self.shown or self.state.head
+        return next((item for item in self.state.rounds if item.id == wanted), None)
+
+    @property
+    def program(self) -> PhysicalProgram:
+        """The draft, else the program of the round on view."""
+        if self.shown is None and self.state.draft is not None:
+            return self.state.draft
+        return self.round.program if self.round else PhysicalProgram()
+
+    def on_view(self) -> tuple[Scene | None, Rollout | None, tuple[Check, ...]]:
+        """Scene, rollout and checks of what is on view; a draft is run where it was not yet."""
+        if self.shown is None and self.state.draft is not None:
+            return self._run_draft(self.state.draft)
+        item = self.round
+        if item is None:
+            return None, None, ()
+        scene = self.session.scene(item.scene) if item.scene else None
+        rollout = self.session.rollout(item.rollout) if item.rollout else None
+        return scene, rollout, item.assessment.checks if item.assessment else ()
+
+    def preview(self) -> Rollout | None:
+        """The rollout of the head's proposal, tried out."""
+        item = self.state.current
+        if self.shown not in (None, self.state.head) or item is None or item.preview is None:
+            return None
+        return self.session.rollout(item.preview.rollout) if item.preview.rollout else None
+
+    def _run_draft(
+        self, draft: PhysicalProgram
+    ) -> tuple[Scene | None, Rollout | None, tuple[Check, ...]]:
+        if self._live is None or self._live[0] != draft.hash:
+            head = self.state.current
+            before = self.session.scene(head.scene) if head and head.scene else None
+            scene = self.engine.reconstruct(draft.scene, before)
+            complete = draft.model_copy(update={"scene": scene.state})
+            rollout = self.engine.simulate(complete, scene)
+            self._live = (draft.hash, scene, rollout, measure(complete, rollout))
+        return self._live[1:]
+
+    # --- the loop ----------------------------------------------------------------------------
+
+    def advance(self, *, policy: str | None = None) -> None:
+        """Goes on until a person has to act or all is done; every phase is saved."""
+        crew, bench = self.engine.crew(), self.engine.bench()
+        kept = self.state.policy
+        while self.state.phase != "done":
+            self.control.check()
+            self.control.progress(self._doing(), None)
+            working = self.state.model_copy(update={"policy": policy or kept})
+            after = loop.advance(working, crew, bench)
+            if after is working:
+                break
+            self._log_decision(working, after)
+            self._save(after.model_copy(update={"policy": kept}))
+
+    def _doing(self) -> str:
+        number = self.state.current.number if self.state.current else 1
+        return f"round {number}: {RUNNING.get(self.state.phase, 'working')}"
+
+    def _log_decision(self, before: LoopState, after: LoopState) -> None:
+        old, new = before.current, None
+        if old is not None:
+            new = next(item for item in after.rounds if item.id == old.id)
+        if new is not None and old is not None and new.decision not in (None, old.decision):
+            assert new.decision is not None
+            payload = {"round": new.id, **new.decision.model_dump(mode="json")}
+            self.session.record("decision", new.decision.author, payload)
+
+    def _save(self, state: LoopState, checkpoint: str | None = None) -> None:
+        self.session.save(state, checkpoint=checkpoint)
+        self.state = state
+
+    # --- commands ----------------------------------------------------------------------------
+
+    @singledispatchmethod
+    def handle(self, command: Any) -> None:
+        """Carries out one command or raises a `StudioError` and changes nothing."""
+        raise InputError(f"the command {type(command).__name__} is not known here")
+
+    @handle.register
+    def _(self, command: commands.Step) -> None:
+        self._begin("step")
+        self.advance()
+
+    @handle.register
+    def _(self, command: commands.Run) -> None:
+        self._begin("run")
+        self.advance(policy="auto")
+
+    def _begin(self, label: str) -> None:
+        """Turns a draft into the next round; a new checkpoint for undo either way."""
+        self.shown = None
+        state = self.state
+        if state.draft is not None and state.current is not None:
+            origin = Decision(
+                kind="override",
+                author="person",
+                at=now(),
+                reason="edited by hand",
+                before=state.current.program.hash,
+                after=state.draft.hash,
+            )
+            state = loop.add_round(state, state.draft, "person", origin)
+        elif state.phase == "done" and state.outcome == "budget":
+            state = state.model_copy(
+                update={"phase": "propose", "outcome": "running", "budget": len(state.path()) + 5}
+            )
+        self._save(state, label)
+
+    @handle.register
+    def _(self, command: commands.Decide) -> None:
+        item = self.state.current
+        if item is None or item.proposal is None or item.proposal.id != command.proposal_id:
+            return  # A second click on a proposal that is already decided has no effect.
+        decision = Decision(
+            kind=command.kind,
+            author=command.author,
+            at=now(),
+            reason=command.reason,
+            hunks=command.hunks,
+            edits=_decided_edits(command, item),
+            evidence=item.rollout or item.scene or "",
+        )
+        before = self.state.model_copy(update={"phase": "decide"})
+        after = loop.decide(before, decision)
+        self._save(after, command.kind)
+        self._log_decision(before, after)
+        self.advance()
+
+    @handle.register
+    def _(self, command: commands.ApplyEdits) -> None:
+        self._require_head("edit")
+        draft = apply(self.program, command.edits)
+        self._draft(draft, command.reason or "edit")
+
+    @handle.register
+    def _(self, command: commands.ApplyText) -> None:
+        self._require_head("edit")
+        self.text = command.text
+        draft = self._parsed(command.text)
+        self._draft(draft, "program text")
+        self.text = None
+
+    @handle.register
+    def _(self, command: commands.ValidateText) -> None:
+        self.text = command.text
+        self._parsed(command.text)
+
+    def _parsed(self, text: str) -> PhysicalProgram:
+        try:
+            program = load_program(text)
+        except ProgramError as error:
+            self.problems = error.problems
+            raise
+        self.problems = ()
+        return program
+
+    def _draft(self, draft: PhysicalProgram, label: str) -> None:
+        if draft == self.program:
+            return
+        self._run_draft(draft)
+        self.problems = ()
+        self._save(self.state.model_copy(update={"draft": draft}), label)
+
+    def _require_head(self, what: str) -> None:
+        if self.shown not in (None, self.state.head):
+            raise InputError(f"round {self.shown} is shown read-only; fork from it to {what}")
+
+    @handle.register
+    def _(self, command: commands.DiscardDraft) -> None:
+        if self.state.draft is not None:
+            self._save(self.state.model_copy(update={"draft": None}), "discard draft")
+        self.text, self.problems = None, ()
+
+    @handle.register
+    def _(self, command: commands.ShowRound) -> None:
+        known = {item.id for item in self.state.rounds}
+        if command.id is not None and command.id not in known:
+            raise InputError(f"there is no round '{command.id}'; rounds: {', '.join(known)}")
+        self.shown = None if command.id == self.state.head else command.id
+
+    @handle.register
+    def _(self, command: commands.ForkFrom) -> None:
+        item = next((r for r in self.state.rounds if r.id == command.id), None)
+        if item is None:
+            raise InputError(f"there is no round '{command.id}'")
+        self.shown = None
+        phase = "decide" if item.proposal is not None else "propose"
+        update = {
+            "head": item.id,
+            "draft": None,
+            "phase": "done" if item.passed else phase if item.assessment else "reconstruct",
+            "outcome": "realised" if item.passed else "running",
+        }
+        self._save(self.state.model_copy(update=update), f"fork from {item.id}")
+
+    @handle.register
+    def _(self, command: commands.OverruleVerdict) -> None:
+        item = self.state.current
+        if item is None or item.assessment is None:
+            raise InputError("there is no verdict to overrule yet")
+        override = Override(passed=command.passed, author="person", at=now(), words=command.words)
+        state = loop.replace_round(self.state, item.model_copy(update={"override": override}))
+        if command.passed:
+            state = state.model_copy(update={"phase": "done", "outcome": "realised"})
+        elif state.phase == "done":
+            state = state.model_copy(update={"phase": "propose", "outcome": "running"})
+        self._save(state, "overrule verdict")
+        self.session.record("override", "person", {"round": item.id, **override.model_dump()})
+
+    @handle.register
+    def _(self, command: commands.SetPolicy) -> None:
+        self._save(self.state.model_copy(update={"policy": command.policy}), "policy")
+
+    @handle.register
+    def _(self, command: commands.SetBudget) -> None:
+        if not 1 <= command.rounds <= 100:
+            raise InputError(f"a budget of {command.rounds} rounds is not allowed (1 … 100)")
+        self._save(self.state.model_copy(update={"budget": command.rounds}), "budget")
+
+    @handle.register
+    def _(self, command: commands.Pin) -> None:
+        value_at(self.program, command.path)
+        pinned = tuple(dict.fromkeys((*self.state.pinned, command.path)))
+        self._save(self.state.model_copy(update={"pinned": pinned}), "pin")
+
+    @handle.register
+    def _(self, command: commands.Unpin) -> None:
+        pinned = tuple(path for path in self.state.pinned if path != command.path)
+        self._save(self.state.model_copy(update={"pinned": pinned}), "unpin")
+
+    @handle.register
+    def _(self, command: commands.Undo) -> None:
+        self._move(self.session.undo())
+
+    @handle.register
+    def _(self, command: commands.Redo) -> None:
+        self._move(self.session.redo())
+
+    def _move(self, state: LoopState | None) -> None:
+        if state is not None:
+            self.state, self.shown, self.text, self.problems = state, None, None, ()
+
+    @handle.register
+    def _(self, command: commands.Rename) -> None:
+        title = command.title.strip()
+        if not title or len(title) > 200:
+            raise InputError("a title has 1 to 200 characters")
+        self.session.rename(title)
+
+
+def _decided_edits(command: commands.Decide, item: Round) -> tuple[Edit, ...]:
+    """The edits that a decision applies: whole, by hunks, or the person's own."""
+    assert item.proposal is not None
+    if command.kind == "accept":
+        return item.proposal.edits
+    if command.kind == "accept_hunks":
+        unknown = set(command.hunks) - {hunk.id for hunk in item.proposal.hunks}
+        if unknown:
+            raise InputError(f"the proposal has no hunk {', '.join(sorted(unknown))}")
+        chosen = [hunk for hunk in item.proposal.hunks if hunk.id in command.hunks]
+        if not chosen:
+            raise InputError("select at least one hunk, or reject the proposal")
+        return tuple(edit for hunk in chosen for edit in hunk.edits)
+    if command.kind in ("override", "edit"):
+        if not command.edits:
+            raise InputError("an override needs at least one edit of yours")
+        return command.edits
+    return ()

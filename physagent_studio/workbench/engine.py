@@ -1,0 +1,132 @@
+"""Binds the rooms to the loop: reconstruction, simulation, measurement, rendering, files."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.agent.loop import Bench, Crew
+from physagent_studio.agent.rules import RuleGenerator, RulePlanner, RuleVerifier
+from physagent_studio.contract import measure
+from physagent_studio.errors import Cancelled
+from physagent_studio.program import PhysicalProgram, SceneState
+from physagent_studio.reconstruction import reconstruct
+from physagent_studio.records import Case, Image, Rollout, Scene
+from physagent_studio.rendering import Compositor
+from physagent_studio.session import Session
+from physagent_studio.simulation import simulate
+
+EVIDENCE_EVERY = 3
+"""The paper shows its verifier x1, x4 … x79: every third frame from the first."""
+
+
+@dataclass
+class Control:
+    """How a long piece of work hears of cancellation and tells of progress."""
+
+    cancelled: Callable[[], bool] = lambda: False
+    progress: Callable[[str, float | None], None] = lambda what, share: None
+
+    def check(self) -> None:
+        """Raises `Cancelled` where the person has cancelled."""
+        if self.cancelled():
+            raise Cancelled("cancelled")
+
+
+@dataclass
+class Engine:
+    """The rooms at work for one session. `evidence`: whether rounds render their frames.
+
+    simulations counts every run of the physics engine, searches and previews included.
+    """
+
+    session: Session
+    case: Case
+    control: Control = field(default_factory=Control)
+    evidence: bool = True
+    simulations: int = 0
+    _scenes: dict[str, Scene] = field(default_factory=dict)
+
+    def crew(self) -> Crew:
+        """The embedded agent in all three roles."""
+        return Crew(RuleGenerator(), RuleVerifier(), RulePlanner())
+
+    def bench(self) -> Bench:
+        """What the loop works with."""
+        session = self.session
+        return Bench(
+            case=self.case,
+            reconstruct=self.reconstruct,
+            simulate=self.simulate,
+            measure=measure,
+            view=self.view,
+            evidence=self.sample,
+            put_scene=session.put_scene,
+            get_scene=session.scene,
+            put_rollout=session.put_rollout,
+            get_rollout=session.rollout,
+            put_frames=session.put_frames,
+        )
+
+    def reconstruct(self, state: SceneState, previous: Scene | None) -> Scene:
+        """The scene of that state, from the cache where nothing changed."""
+        key = _hash(state)
+        if previous is not None and previous.state == state:
+            return previous
+        if key not in self._scenes:
+            scene = reconstruct(
+                self.case,
+                state,
+                previous=previous,
+                cancelled=self.control.cancelled,
+                progress=self.control.progress,
+            )
+            # A completed state reconstructs to itself, so it is known by both keys.
+            self._scenes[key] = self._scenes[_hash(scene.state)] = scene
+        return self._scenes[key]
+
+    def simulate(self, program: PhysicalProgram, scene: Scene) -> Rollout:
+        """One run of the physics engine."""
+        self.control.check()
+        self.simulations += 1
+        return simulate(program, scene.meshes, cancelled=self.control.cancelled)
+
+    def view(self, scene: Scene) -> Image | None:
+        """The reconstruction seen by its own camera, to be held against the photo."""
+        if not self.evidence or scene.state.camera is None or not scene.state.objects:
+            return None
+        positions, rotations = _initial(scene)
+        return Compositor(scene).frame(positions, rotations).rgb
+
+    def sample(self, scene: Scene, rollout: Rollout) -> tuple[Image, ...]:
+        """Every third frame of a rollout, rendered."""
+        if not self.evidence or scene.state.camera is None:
+            return ()
+        compositor = Compositor(scene)
+        frames = []
+        steps = rollout.frame_steps()[::EVIDENCE_EVERY]
+        for index, step in enumerate(steps):
+            self.control.check()
+            self.control.progress("rendering evidence", index / len(steps))
+            frames.append(
+                compositor.frame(rollout.positions[step], rollout.rotations[step]).rgb
+            )
+        return tuple(frames)
+
+
+def _initial(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    objects = scene.state.objects
+    return (
+        np.array([item.position for item in objects], float),
+        np.array([item.rotation for item in objects], float),
+    )
+
+
+def _hash(state: SceneState) -> str:
+    text = json.dumps(state.model_dump(mode="json"), sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()

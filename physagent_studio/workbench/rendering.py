@@ -1,0 +1,36 @@
+"""Writes what is on view as a video or a motion prior."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from physagent_studio.errors import InputError
+from physagent_studio.exchange import export_motion_prior, write_video
+from physagent_studio.rendering import render_clip
+from physagent_studio.workbench.desk import Desk
+
+
+def render_rollout(desk: Desk, path: Path) -> Path:
+    """The rollout on view as an MP4; returns where it was written."""
+    scene, rollout, _ = desk.on_view()
+    if scene is None or rollout is None:
+        raise InputError("nothing was simulated yet, so there is nothing to render")
+    total = rollout.frames
+
+    def frames():  # noqa: ANN202 - a generator of pictures
+        for index, frame in enumerate(render_clip(scene, rollout)):
+            desk.control.check()
+            desk.control.progress("rendering", index / total)
+            yield frame.rgb
+
+    write_video(path, frames(), desk.program.clip.playback_fps)
+    return path
+
+
+def export_rollout(desk: Desk, folder: Path) -> Path:
+    """The rollout on view as a motion prior folder."""
+    scene, rollout, _ = desk.on_view()
+    if scene is None or rollout is None:
+        raise InputError("nothing was simulated yet, so there is nothing to export")
+    export_motion_prior(folder, scene, rollout, desk.program, desk.program.clip.playback_fps)
+    return folder

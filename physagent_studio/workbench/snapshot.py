@@ -1,0 +1,52 @@
+"""`Snapshot`: the frozen picture of the workbench that views draw from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from physagent_studio.errors import Problem
+from physagent_studio.program import PhysicalProgram
+from physagent_studio.records import Case, Check, LoopState, Rollout, Scene
+
+
+@dataclass(frozen=True, slots=True)
+class Notice:
+    """Something a person should know; error and warning stay until dismissed."""
+
+    id: int
+    level: Literal["info", "warning", "error"]
+    text: str
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Snapshot:
+    """All that a view needs.
+
+    program: the draft if there is one, else that of the shown round. rollout, checks: of the
+    same. preview_rollout: of the head's proposal, for a ghost; None while another round is
+    shown. shown_round: id of the round on view; read_only: it is not the head. busy: what is
+    happening now, in words, None at rest. progress: 0 … 1 of it, None where unknown.
+    revision: grows with every change.
+    """
+
+    revision: int
+    session_id: str | None = None
+    title: str = ""
+    case: Case | None = None
+    state: LoopState = LoopState()
+    program: PhysicalProgram = PhysicalProgram()
+    scene: Scene | None = None
+    rollout: Rollout | None = None
+    checks: tuple[Check, ...] = ()
+    preview_rollout: Rollout | None = None
+    shown_round: str | None = None
+    read_only: bool = False
+    has_draft: bool = False
+    yaml_text: str = ""
+    yaml_problems: tuple[Problem, ...] = ()
+    busy: str | None = None
+    progress: float | None = None
+    notices: tuple[Notice, ...] = ()
+    can_undo: bool = False
+    can_redo: bool = False

@@ -1,0 +1,211 @@
+"""The workbench: a queue of commands, one worker thread that owns the document, snapshots out."""
+
+from __future__ import annotations
+
+import itertools
+import logging
+import queue
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+
+from physagent_studio.errors import Cancelled, InputError, StudioError
+from physagent_studio.exchange import case_from_image, load_case
+from physagent_studio.program.document import dump_program
+from physagent_studio.records import Case, LoopState
+from physagent_studio.session import Session, Store
+from physagent_studio.workbench import commands
+from physagent_studio.workbench.desk import Desk
+from physagent_studio.workbench.engine import Control
+from physagent_studio.workbench.rendering import render_rollout
+from physagent_studio.workbench.snapshot import Notice, Snapshot
+
+log = logging.getLogger(__name__)
+Subscriber = Callable[[Snapshot], None]
+
+
+class Workbench:
+    """Owns the open session. `post` returns at once; subscribers are called by the worker.
+
+    Only the worker thread touches the desk, so a command is atomic and the order of posting
+    is the order of effect.
+    """
+
+    def __init__(self, store: Store, *, evidence: bool = True) -> None:
+        self.store = store
+        self._evidence = evidence
+        self._queue: queue.Queue[commands.Command | None] = queue.Queue()
+        self._cancel = threading.Event()
+        self._lock = threading.Lock()
+        self._subscribers: list[Subscriber] = []
+        self._snapshot = Snapshot(revision=0)
+        self._numbers = itertools.count(1)
+        self._desk: Desk | None = None
+        self._control = Control(self._cancel.is_set, self._progress)
+        self._worker = threading.Thread(target=self._work, name="workbench", daemon=True)
+        self._worker.start()
+
+    # --- for any thread ----------------------------------------------------------------------
+
+    def post(self, command: commands.Command) -> None:
+        """Queues a command."""
+        self._queue.put(command)
+
+    def cancel(self) -> None:
+        """Stops what is running now; what was acknowledged stays."""
+        self._cancel.set()
+
+    def snapshot(self) -> Snapshot:
+        """The latest snapshot."""
+        return self._snapshot
+
+    def subscribe(self, callback: Subscriber) -> Callable[[], None]:
+        """Calls back after every change, first with the present snapshot; returns the undoing."""
+        with self._lock:
+            self._subscribers.append(callback)
+        callback(self._snapshot)
+
+        def unsubscribe() -> None:
+            with self._lock:
+                if callback in self._subscribers:
+                    self._subscribers.remove(callback)
+
+        return unsubscribe
+
+    def wait(self, timeout: float = 60.0) -> bool:
+        """Whether everything posted so far was carried out within `timeout` seconds."""
+        done = threading.Event()
+        self._queue.put(_Marker(done))  # type: ignore[arg-type]
+        return done.wait(timeout)
+
+    def close(self) -> None:
+        """Cancels what runs, closes the session and ends the worker."""
+        self._cancel.set()
+        self._queue.put(None)
+        self._worker.join(timeout=10)
+
+    # --- the worker --------------------------------------------------------------------------
+
+    def _work(self) -> None:
+        while (command := self._queue.get()) is not None:
+            if isinstance(command, _Marker):
+                command.done.set()
+                continue
+            self._cancel.clear()
+            self._carry_out(command)
+        if self._desk is not None:
+            self._desk.session.close()
+
+    def _carry_out(self, command: commands.Command) -> None:
+        """The one boundary where any failure becomes a notice instead of a dead worker."""
+        try:
+            self._dispatch(command)
+        except Cancelled:
+            self._notice("info", "Cancelled. Everything up to here is kept.")
+        except StudioError as error:
+            self._notice("error", str(error))
+        except Exception as error:  # noqa: BLE001 - the boundary
+            log.exception("command %s failed", type(command).__name__)
+            self._notice("error", f"Something went wrong on our side: {error!r}. Nothing is lost.")
+        self._publish_desk()
+
+    def _dispatch(self, command: commands.Command) -> None:
+        if isinstance(command, commands.OpenCase):
+            self._open_case(load_case(command.folder, command.event))
+        elif isinstance(command, commands.OpenImage):
+            case = case_from_image(command.path, command.prompt, dict(command.objects))
+            self._open_case(case)
+        elif isinstance(command, commands.OpenProgram):
+            self._open_program(command)
+        elif isinstance(command, commands.OpenSession):
+            self._open(self.store.open(command.id))
+        elif isinstance(command, commands.DismissNotice):
+            kept = tuple(item for item in self._snapshot.notices if item.id != command.id)
+            self._publish(replace(self._snapshot, notices=kept))
+        elif self._desk is None:
+            raise InputError("no session is open")
+        elif isinstance(command, commands.Render):
+            path = render_rollout(self._desk, command.path)
+            self._notice("info", f"The video was written to {path}")
+        else:
+            self._desk.handle(command)
+
+    def _open_case(self, case: Case) -> None:
+        self._open(self.store.create(case, LoopState()))
+
+    def _open_program(self, command: commands.OpenProgram) -> None:
+        program = command.program
+        case = Case(
+            name=command.title,
+            image=None,
+            image_hash="",
+            objects=(),
+            supports=(),
+            landmarks=(),
+            prompt=program.event.prompt,
+        )
+        self._open(self.store.create(case, LoopState(draft=program), title=command.title))
+
+    def _open(self, session: Session) -> None:
+        if self._desk is not None:
+            self._desk.session.close()
+        self._desk = Desk(session, self._control, evidence=self._evidence)
+
+    # --- snapshots ---------------------------------------------------------------------------
+
+    def _progress(self, what: str, share: float | None) -> None:
+        self._publish(replace(self._snapshot, busy=what, progress=share))
+
+    def _notice(self, level: str, text: str) -> None:
+        notice = Notice(next(self._numbers), level, text)  # type: ignore[arg-type]
+        notices = (*self._snapshot.notices[-9:], notice)
+        self._publish(replace(self._snapshot, notices=notices))
+
+    def _publish_desk(self) -> None:
+        desk = self._desk
+        if desk is None:
+            self._publish(replace(self._snapshot, busy=None, progress=None))
+            return
+        try:
+            scene, rollout, checks = desk.on_view()
+            preview = desk.preview()
+        except StudioError as error:
+            self._notice("error", str(error))
+            scene, rollout, checks, preview = None, None, (), None
+        program, shown = desk.program, desk.round
+        self._publish(
+            Snapshot(
+                revision=0,
+                session_id=desk.session.id,
+                title=desk.session.title,
+                case=desk.case,
+                state=desk.state,
+                program=program,
+                scene=scene,
+                rollout=rollout,
+                checks=checks,
+                preview_rollout=preview,
+                shown_round=shown.id if shown else None,
+                read_only=desk.shown is not None,
+                has_draft=desk.state.draft is not None,
+                yaml_text=dump_program(program) if desk.text is None else desk.text,
+                yaml_problems=desk.problems,
+                notices=self._snapshot.notices,
+                can_undo=desk.session.can_undo,
+                can_redo=desk.session.can_redo,
+            )
+        )
+
+    def _publish(self, snapshot: Snapshot) -> None:
+        self._snapshot = replace(snapshot, revision=self._snapshot.revision + 1)
+        with self._lock:
+            subscribers = tuple(self._subscribers)
+        for callback in subscribers:
+            callback(self._snapshot)
+
+
+class _Marker:
+    """A place in the queue that somebody waits for."""
+
+    def __init__(self, done: threading.Event) -> None:
+        self.done = done

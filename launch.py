@@ -37,6 +37,7 @@ NAMES = ("python3.13", "python3.12", "python3.11", "python3.14", "python3", "pyt
 # Measured on Linux x86-64; the disk counts .venv and what pip keeps in its cache.
 DOWNLOAD_MB, DISK_MB, MINUTES = 200, 950, "1 to 3"
 TEST_DOWNLOAD_MB, TEST_DISK_MB = 130, 600
+STUDIO_PORT = "8080"  # where the studio begins to look for a free port
 SUPPORTED = "Python 3.11 to 3.14 on Linux (x86-64 or ARM64, glibc 2.28) and macOS on Apple silicon"
 
 
@@ -277,13 +278,32 @@ def ensure_installed(extras: Sequence[str], arguments: Sequence[str]) -> None:
 # ---- the start -------------------------------------------------------------------------------
 
 
+def over_ssh(environment: Mapping[str, str]) -> bool:
+    """Whether the person sits at another machine."""
+    return any(environment.get(name) for name in ("SSH_CONNECTION", "SSH_CLIENT", "SSH_TTY"))
+
+
 def browser_wanted(environment: Mapping[str, str], system: str) -> bool:
     """Whether a browser opened here would be seen by the person who asked for it."""
-    if any(environment.get(name) for name in ("SSH_CONNECTION", "SSH_CLIENT", "SSH_TTY")):
+    if over_ssh(environment):
         return False
     if system in ("darwin", "win32"):
         return True
     return bool(environment.get("DISPLAY") or environment.get("WAYLAND_DISPLAY"))
+
+
+def ssh_line(environment: Mapping[str, str], words: Sequence[str]) -> str:
+    """How to see the studio of this machine from the one the person sits at."""
+    parts = environment.get("SSH_CONNECTION", "").split()
+    host, gate = (parts[2], parts[3]) if len(parts) == 4 else (platform.node(), "22")
+    user = environment.get("USER") or environment.get("LOGNAME") or "you"
+    port = words[words.index("--port") + 1] if "--port" in words[:-1] else STUDIO_PORT
+    other = "" if gate == "22" else f"-p {gate} "
+    return (
+        f"You are here over SSH. On your own machine, give\n"
+        f"    ssh {other}-L {port}:127.0.0.1:{port} {user}@{host}\n"
+        f"and open the address below there (if it has another port, put that for {port})."
+    )
 
 
 def physagent_words(words: Sequence[str], browser: bool) -> list[str]:
@@ -320,6 +340,8 @@ def main(arguments: list[str]) -> int:
             hand_over([str(venv_program("python")), str(tests), *arguments[1:]])
         ensure_installed([], arguments)
         words = physagent_words(arguments, browser_wanted(os.environ, sys.platform))
+        if words[0] == "studio" and over_ssh(os.environ):
+            say(ssh_line(os.environ, words))
         # Through the interpreter: the first line of a script cannot hold every path.
         interpreter = [] if os.name == "nt" else [str(venv_program("python"))]
         hand_over([*interpreter, str(venv_program("physagent")), *words])

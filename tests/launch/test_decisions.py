@@ -202,6 +202,14 @@ def test_a_browser_is_opened_only_where_it_is_seen(
     assert launch.browser_wanted(environment, platform) is wanted
 
 
+def test_the_way_in_over_ssh() -> None:
+    environment = {"SSH_CONNECTION": "10.0.0.1 50000 10.0.0.2 22", "USER": "ann"}
+    assert "\n    ssh -L 8080:127.0.0.1:8080 ann@10.0.0.2\n" in launch.ssh_line(environment, [])
+    environment["SSH_CONNECTION"] = "10.0.0.1 50000 fe80::2 2222"
+    line = launch.ssh_line(environment, ["studio", "--port", "9000"])
+    assert "\n    ssh -p 2222 -L 9000:127.0.0.1:9000 ann@fe80::2\n" in line
+
+
 @pytest.mark.parametrize(
     ("words", "browser", "full"),
     [

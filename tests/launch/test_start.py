@@ -15,11 +15,12 @@ class Started:
     """One finished start: its exit code, its process number and its output."""
 
     def __init__(self, checkout: Path, *words: str) -> None:
+        alike = {name: value for name, value in os.environ.items() if not name.startswith("SSH_")}
         offline = {"PIP_NO_INDEX": "1", "PIP_CONFIG_FILE": os.devnull}
         with subprocess.Popen(
             [sys.executable, "launch.py", *words],
             cwd=checkout,
-            env={**os.environ, **offline},
+            env={**alike, **offline},
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,

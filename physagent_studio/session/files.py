@@ -29,7 +29,9 @@ class FileStore:
         try:
             data = path.read_bytes()
         except OSError as error:
-            raise InputError(f"the session's file {key} cannot be read: {error.strerror}") from error
+            raise InputError(
+                f"the session's file {key} cannot be read: {error.strerror}"
+            ) from error
         if hashlib.sha256(data).hexdigest() != key.partition(".")[0]:
             raise InputError(f"the session's file {key} was changed after it was written")
         return data

@@ -110,7 +110,9 @@ class Session:
 
     def load(self) -> LoopState:
         """The state at the cursor, with all rounds."""
-        row = self._db.execute("SELECT payload FROM states WHERE seq = ?", (self._cursor,)).fetchone()
+        row = self._db.execute(
+            "SELECT payload FROM states WHERE seq = ?", (self._cursor,)
+        ).fetchone()
         if row is None:
             raise InputError(f"session {self.id} has no state at its cursor")
         return self._with_rounds(row[0])

@@ -196,4 +196,3 @@ Command = (
     | Render
     | DismissNotice
 )
-

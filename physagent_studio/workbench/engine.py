@@ -113,9 +113,7 @@ class Engine:
         for index, step in enumerate(steps):
             self.control.check()
             self.control.progress("rendering evidence", index / len(steps))
-            frames.append(
-                compositor.frame(rollout.positions[step], rollout.rotations[step]).rgb
-            )
+            frames.append(compositor.frame(rollout.positions[step], rollout.rotations[step]).rgb)
         return tuple(frames)
 
 

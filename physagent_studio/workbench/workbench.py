@@ -104,7 +104,7 @@ class Workbench:
             self._notice("info", "Cancelled. Everything up to here is kept.")
         except StudioError as error:
             self._notice("error", str(error))
-        except Exception as error:  # noqa: BLE001 - the boundary
+        except Exception as error:
             log.exception("command %s failed", type(command).__name__)
             self._notice("error", f"Something went wrong on our side: {error!r}. Nothing is lost.")
         self._publish_desk()

@@ -1,0 +1,198 @@
+"""The commands of `physagent`; each only parses, calls the workbench and prints.
+
+Rooms are imported inside the commands, so that `--help` and `validate` answer at once.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from physagent_studio.cli import output
+from physagent_studio.cli.guard import guarded
+
+app = typer.Typer(
+    name="physagent",
+    help="Turn one photograph and one sentence into a physical program, run it, repair it.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON value for machines.")]
+Workspace = Annotated[
+    Path | None,
+    typer.Option(help="Folder of sessions; else $PHYSAGENT_HOME, else your data folder."),
+]
+Objects = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--object", help='Where a thing is in the photo: "name@x,y"; again for more clicks.'
+    ),
+]
+
+
+def main() -> None:
+    """Entry point of the console script."""
+    app()
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from physagent_studio import __version__
+
+        typer.echo(f"physagent-studio {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Turn one photograph and one sentence into a physical program, run it, repair it."""
+
+
+@app.command(epilog="Example: physagent studio my_case --event rolls_over_line")
+@guarded
+def studio(
+    target: Annotated[
+        str | None, typer.Argument(help="A case folder, session, program.yaml or image.")
+    ] = None,
+    event: Annotated[str | None, typer.Option(help="Which event of the case.")] = None,
+    prompt: Annotated[str, typer.Option(help="The event, with an image as target.")] = "",
+    objects: Objects = None,
+    port: Annotated[
+        int | None, typer.Option(min=1, max=65535, help="Else the next free one from 8080.")
+    ] = None,
+    browser: Annotated[bool, typer.Option(help="Open the address in the browser.")] = True,
+    workspace: Workspace = None,
+) -> None:
+    """Open the studio in the browser; without a target the demo, or your sessions."""
+    from physagent_studio.cli.studio import run_studio
+
+    run_studio(target, event, prompt, objects or [], port, browser, workspace)
+
+
+@app.command(epilog="Example: physagent run my_case --event falls  (or an image with --prompt)")
+@guarded
+def run(
+    target: Annotated[str, typer.Argument(help="A case folder, an image or a session.")],
+    event: Annotated[str | None, typer.Option(help="Which event of the case.")] = None,
+    prompt: Annotated[str, typer.Option(help="The event, with an image as target.")] = "",
+    objects: Objects = None,
+    rounds: Annotated[int, typer.Option(min=1, max=100, help="Most rounds to try.")] = 10,
+    policy: Annotated[str, typer.Option(help="auto, ask or ask_when: who decides.")] = "auto",
+    frames: Annotated[bool, typer.Option(help="Render the evidence frames.")] = True,
+    as_json: Json = False,
+    workspace: Workspace = None,
+) -> None:
+    """Run the reflection loop until the event happens or the budget ends."""
+    from physagent_studio.cli.run import RunRequest, run_loop
+
+    request = RunRequest(target, event, prompt, tuple(objects or ()), rounds, policy, frames)
+    raise typer.Exit(run_loop(request, workspace, as_json))
+
+
+@app.command(epilog="Example: physagent validate program.yaml")
+@guarded
+def validate(
+    program: Annotated[Path, typer.Argument(help="A program in YAML.")], as_json: Json = False
+) -> None:
+    """Check a program: every problem with its path, line and what is allowed."""
+    from physagent_studio.cli.programs import read_program
+    from physagent_studio.program.preflight import preflight
+
+    parsed = read_program(program)
+    findings = preflight(parsed)
+    if as_json:
+        rows = [{"path": item.path, "message": item.message} for item in findings]
+        output.print_json({"valid": True, "hash": parsed.hash, "warnings": rows})
+        return
+    counts = f"{len(parsed.scene.objects)} objects, {len(parsed.event.actions)} actions"
+    typer.echo(f"{program}: valid, {counts}")
+    for item in findings:
+        typer.echo(f"  note · {item.path}: {item.message}")
+
+
+@app.command(epilog="Example: physagent simulate program.yaml --out rollout.npz")
+@guarded
+def simulate(
+    program: Annotated[Path, typer.Argument(help="A program in YAML.")],
+    out: Annotated[Path, typer.Option(help="Where the rollout goes, .npz.")],
+    as_json: Json = False,
+) -> None:
+    """Run a program once and save its rollout."""
+    from physagent_studio.cli.programs import simulate_program
+
+    raise typer.Exit(simulate_program(program, out, as_json))
+
+
+@app.command(epilog="Example: physagent render SESSION --out clip.mp4")
+@guarded
+def render(
+    session: Annotated[str, typer.Argument(help="A session id or a unique beginning of one.")],
+    out: Annotated[Path, typer.Option(help="Where the video goes, .mp4.")],
+    round_id: Annotated[str | None, typer.Option("--round", help="Else the best round.")] = None,
+    workspace: Workspace = None,
+) -> None:
+    """Write a session's clip as an H.264 video."""
+    from physagent_studio.cli.sessions import render_session
+
+    typer.echo(f"wrote {render_session(session, round_id, out, workspace)}")
+
+
+@app.command(epilog="Example: physagent export SESSION --out prior/")
+@guarded
+def export(
+    session: Annotated[str, typer.Argument(help="A session id or a unique beginning of one.")],
+    out: Annotated[Path, typer.Option(help="A folder that is new or empty.")],
+    round_id: Annotated[str | None, typer.Option("--round", help="Else the best round.")] = None,
+    workspace: Workspace = None,
+) -> None:
+    """Write a motion prior: frames, exact flow, masks, depth, program and rollout."""
+    from physagent_studio.cli.sessions import export_session
+
+    typer.echo(f"wrote {export_session(session, round_id, out, workspace)}")
+
+
+@app.command(epilog="Example: physagent reconstruct my_case --sheet sheet.png")
+@guarded
+def reconstruct(
+    case: Annotated[Path, typer.Argument(help="A case folder.")],
+    sheet: Annotated[Path, typer.Option(help="Where the contact sheet goes, .png.")],
+) -> None:
+    """Reconstruct a case once and write a contact sheet of every step."""
+    from physagent_studio.cli.programs import reconstruct_case
+
+    typer.echo(f"wrote {reconstruct_case(case, sheet)}")
+
+
+@app.command(epilog="Example: physagent sessions")
+@guarded
+def sessions(as_json: Json = False, workspace: Workspace = None) -> None:
+    """List the sessions of the workspace, last changed first."""
+    from physagent_studio.cli.sessions import list_sessions
+
+    output.print_sessions(list_sessions(workspace), as_json)
+
+
+@app.command(epilog="Example: physagent bench physics --json")
+@guarded
+def bench(
+    name: Annotated[str, typer.Argument(help="Which bench; `physagent bench list` names them.")],
+    cases: Annotated[Path | None, typer.Option(help="Folder of case folders.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Also write the table here, Markdown.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Measure: prints a table, exits 0 only when every bound holds."""
+    from physagent_studio.benchmark import run_bench
+
+    rows = run_bench(name, cases=cases, out=out)
+    output.print_rows(name, rows, as_json)
+    if not all(row.ok for row in rows):
+        raise typer.Exit(3)

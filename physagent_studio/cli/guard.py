@@ -1,0 +1,54 @@
+"""The boundary of the command line: errors become one sentence and an exit code."""
+
+from __future__ import annotations
+
+import functools
+import os
+import sys
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar
+
+import typer
+
+from physagent_studio.errors import Cancelled, ProgramError, StudioError
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+OUR_FAULT, BAD_INPUT, NOT_REALISED, WAITING, CANCELLED = 1, 2, 3, 4, 130
+
+
+def guarded(command: Callable[P, R]) -> Callable[P, R]:
+    """Wraps a command so that a person never sees a traceback (`PHYSAGENT_DEBUG=1` shows it)."""
+
+    @functools.wraps(command)
+    def wrapper(*args: P.args, **kwargs: P.kwargs) -> R:
+        try:
+            return command(*args, **kwargs)
+        except (Cancelled, KeyboardInterrupt):
+            _say("cancelled; everything up to here is kept")
+            raise typer.Exit(CANCELLED) from None
+        except ProgramError as error:
+            for problem in error.problems:
+                _say(str(problem))
+            raise typer.Exit(BAD_INPUT) from None
+        except StudioError as error:
+            _say(str(error))
+            raise typer.Exit(BAD_INPUT) from None
+        except BrokenPipeError:
+            # The reader of our output is gone; nothing more can be said to it.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            raise typer.Exit(OUR_FAULT) from None
+        except (typer.Exit, typer.Abort):
+            raise
+        except Exception as error:
+            if os.environ.get("PHYSAGENT_DEBUG"):
+                raise
+            _say(f"this is our fault: {error!r}; PHYSAGENT_DEBUG=1 shows where")
+            raise typer.Exit(OUR_FAULT) from None
+
+    return wrapper
+
+
+def _say(text: str) -> None:
+    typer.echo(f"physagent: {' '.join(text.split())}", err=True)

@@ -1,0 +1,90 @@
+"""Tables for people, JSON for machines."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from physagent_studio.benchmark.rows import Row
+from physagent_studio.records import Check
+from physagent_studio.session import SessionInfo
+from physagent_studio.workbench.engine import Control
+
+
+def print_json(value: Any) -> None:
+    """One JSON value on standard output; numbers are finite."""
+    print(json.dumps(value, indent=2, allow_nan=False, ensure_ascii=False))
+
+
+@contextmanager
+def progress_control(quiet: bool) -> Iterator[Control]:
+    """A `Control` that draws a progress bar on standard error, or nothing."""
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal:
+        yield Control()
+        return
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=24),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("starting", total=None)
+
+        def show(what: str, share: float | None) -> None:
+            bar.update(task, description=what, total=1.0 if share is not None else None)
+            if share is not None:
+                bar.update(task, completed=share)
+
+        yield Control(progress=show)
+
+
+def print_checks(checks: Sequence[Check]) -> None:
+    """The contract as a checklist."""
+    table = Table("", "statement", "measured", "threshold", "margin", box=None, pad_edge=False)
+    for check in checks:
+        mark = "[green]✓[/]" if check.ok else "[red]✗[/]"
+        table.add_row(
+            mark,
+            check.text,
+            _number(check.measured, check.unit),
+            _number(check.threshold, check.unit),
+            f"{check.margin:+.3g}",
+        )
+    Console().print(table)
+
+
+def print_rows(name: str, rows: Sequence[Row], as_json: bool) -> None:
+    """Bench figures with their bounds."""
+    if as_json:
+        print_json([row.as_dict() for row in rows])
+        return
+    table = Table("", "figure", "value", "unit", "bound", title=f"bench {name}", box=None)
+    for row in rows:
+        mark = "[green]✓[/]" if row.ok else "[red]✗[/]"
+        value = f"{row.value:.6g}" if isinstance(row.value, float) else str(row.value)
+        table.add_row(mark, row.name, value, row.unit, row.bound)
+    Console().print(table)
+
+
+def print_sessions(infos: Sequence[SessionInfo], as_json: bool) -> None:
+    """The session list."""
+    if as_json:
+        keys = ("id", "title", "prompt", "rounds", "outcome", "modified")
+        print_json([{key: getattr(item, key) for key in keys} for item in infos])
+        return
+    table = Table("session", "title", "rounds", "outcome", "changed", box=None, pad_edge=False)
+    for item in infos:
+        table.add_row(item.id, item.title, str(item.rounds), item.outcome, item.modified)
+    Console().print(table if infos else "no sessions yet")
+
+
+def _number(value: float | None, unit: str) -> str:
+    return "–" if value is None else f"{value:.4g} {unit}".strip()

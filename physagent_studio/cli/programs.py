@@ -1,0 +1,86 @@
+"""Commands on files: programs and cases, without a session."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import typer
+
+from physagent_studio.cli import output
+from physagent_studio.cli.guard import NOT_REALISED
+from physagent_studio.contract import measure
+from physagent_studio.errors import InputError
+from physagent_studio.exchange import load_case
+from physagent_studio.program import PhysicalProgram
+from physagent_studio.program.document import load_program
+from physagent_studio.records import Case
+from physagent_studio.records.rollout_io import save_rollout
+
+MAX_PROGRAM_BYTES = 4_000_000
+
+
+def read_program(path: Path) -> PhysicalProgram:
+    """The program in a file."""
+    try:
+        if path.stat().st_size > MAX_PROGRAM_BYTES:
+            raise InputError(f"{path} is larger than {MAX_PROGRAM_BYTES // 1_000_000} MB")
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path} cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path} is not UTF-8 text (byte {error.start})") from error
+    return load_program(text)
+
+
+def bare_case(program: PhysicalProgram, name: str) -> Case:
+    """A case without a photo, around a program."""
+    return Case(
+        name=name,
+        image=None,
+        image_hash="",
+        objects=(),
+        supports=(),
+        landmarks=(),
+        prompt=program.event.prompt,
+    )
+
+
+def simulate_program(path: Path, out: Path, as_json: bool) -> int:
+    """Runs a program and saves the rollout; the exit code."""
+    from physagent_studio.reconstruction import reconstruct
+    from physagent_studio.simulation import simulate
+
+    program = read_program(path)
+    scene = reconstruct(bare_case(program, path.stem), program.scene)
+    program = program.model_copy(update={"scene": scene.state})
+    rollout = simulate(program, scene.meshes)
+    try:
+        save_rollout(out, rollout)
+    except OSError as error:
+        raise InputError(f"{out} cannot be written: {error.strerror}") from error
+    checks = measure(program, rollout)
+    if as_json:
+        rows = [check.model_dump(mode="json") for check in checks]
+        blown = rollout.blown_up.text if rollout.blown_up else None
+        output.print_json({"out": str(out), "checks": rows, "blown_up": blown})
+    else:
+        output.print_checks(checks)
+        for alarm in rollout.warnings:
+            typer.echo(f"  step {alarm.step}: {alarm.text}")
+        typer.echo(f"wrote {out}")
+    return NOT_REALISED if rollout.blown_up else 0
+
+
+def reconstruct_case(folder: Path, sheet: Path) -> Path:
+    """Reconstructs a case and writes its contact sheet."""
+    from physagent_studio.agent.rules import RuleGenerator
+    from physagent_studio.reconstruction import reconstruct
+    from physagent_studio.reconstruction.sheet import contact_sheet
+
+    case = load_case(folder, None)
+    program = RuleGenerator().first(case, lambda state: reconstruct(case, state))
+    picture = contact_sheet(reconstruct(case, program.scene), case)
+    if not sheet.parent.is_dir() or not cv2.imwrite(str(sheet), picture[..., ::-1]):
+        raise InputError(f"{sheet} cannot be written; its folder must exist and be writable")
+    return sheet

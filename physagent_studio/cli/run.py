@@ -1,0 +1,87 @@
+"""`physagent run`: the loop on the command line."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from physagent_studio.cli import output
+from physagent_studio.cli.guard import NOT_REALISED, WAITING
+from physagent_studio.cli.targets import case_of, is_session
+from physagent_studio.errors import InputError
+from physagent_studio.records import LoopState
+from physagent_studio.session import Session, Store
+from physagent_studio.workbench.desk import Desk
+from physagent_studio.workbench.report import report_of
+
+
+@dataclass(frozen=True, slots=True)
+class RunRequest:
+    """What was asked on the command line."""
+
+    target: str
+    event: str | None
+    prompt: str
+    objects: tuple[str, ...]
+    rounds: int
+    policy: str
+    frames: bool
+
+
+def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
+    """Runs until the loop ends or waits for a person; the exit code."""
+    if request.policy not in ("auto", "ask", "ask_when"):
+        raise InputError(f"--policy {request.policy} is not known (auto, ask, ask_when)")
+    store = Store(workspace)
+    session = _session(request, store)
+    started = time.perf_counter()
+    try:
+        with output.progress_control(as_json) as control:
+            desk = Desk(session, control, evidence=request.frames)
+            if not as_json:
+                typer.echo(f"session {session.id}")
+            desk.advance(policy=request.policy)
+        report = report_of(desk.state, session, time.perf_counter() - started)
+    finally:
+        session.close()
+    _print(report, desk.state, as_json)
+    if desk.state.phase == "decide":
+        return WAITING
+    return 0 if report["realised"] and not report["untested"] else NOT_REALISED
+
+
+def _session(request: RunRequest, store: Store) -> Session:
+    if is_session(request.target, store):
+        return store.open(request.target)
+    case = case_of(request.target, request.event, request.prompt, request.objects)
+    if request.event is None and len(case.events) > 1:
+        names = ", ".join(name for name, _ in case.events)
+        raise InputError(f"this case has several events; choose one with --event: {names}")
+    if not case.prompt.strip():
+        raise InputError('an image needs the event in words: --prompt "the ball falls"')
+    return store.create(case, LoopState(policy="auto", budget=request.rounds))
+
+
+def _print(report: dict[str, Any], state: LoopState, as_json: bool) -> None:
+    if as_json:
+        output.print_json(report)
+        return
+    best = state.best or state.current
+    if best and best.assessment:
+        output.print_checks(best.assessment.checks)
+    for key, title in (
+        ("diagnosis", "diagnosis"),
+        ("untested", "untested"),
+        ("not_understood", "not understood"),
+    ):
+        for text in report[key]:
+            typer.echo(f"{title}: {text}")
+    word = "realised" if report["realised"] else f"not realised ({report['outcome']})"
+    typer.echo(
+        f"{word} after {report['rounds']} rounds, {report['simulations']} simulations, "
+        f"{report['seconds']:.1f} s · session {report['session']}"
+    )

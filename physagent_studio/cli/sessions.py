@@ -1,0 +1,51 @@
+"""Commands on stored sessions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from physagent_studio.cli.output import progress_control
+from physagent_studio.errors import InputError
+from physagent_studio.session import SessionInfo, Store
+from physagent_studio.workbench import commands
+from physagent_studio.workbench.desk import Desk
+from physagent_studio.workbench.rendering import export_rollout, render_rollout
+
+
+def list_sessions(workspace: Path | None) -> tuple[SessionInfo, ...]:
+    """All sessions of the workspace."""
+    return Store(workspace).list()
+
+
+def render_session(
+    session_id: str, round_id: str | None, out: Path, workspace: Path | None
+) -> Path:
+    """The clip of a round, or of the best one, as a video."""
+    session = Store(workspace).open(session_id)
+    try:
+        with progress_control(False) as control:
+            desk = _showing(Desk(session, control), round_id)
+            return render_rollout(desk, out)
+    finally:
+        session.close()
+
+
+def export_session(
+    session_id: str, round_id: str | None, out: Path, workspace: Path | None
+) -> Path:
+    """The motion prior of a round, or of the best one."""
+    session = Store(workspace).open(session_id)
+    try:
+        with progress_control(False) as control:
+            desk = _showing(Desk(session, control), round_id)
+            return export_rollout(desk, out)
+    finally:
+        session.close()
+
+
+def _showing(desk: Desk, round_id: str | None) -> Desk:
+    best = desk.state.best
+    if round_id is None and best is None:
+        raise InputError(f"session {desk.session.id} has no simulated round yet")
+    desk.handle(commands.ShowRound(round_id or (best.id if best else None)))
+    return desk

@@ -1,0 +1,68 @@
+"""`physagent studio`: opens a target in the browser and serves until Ctrl+C."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from pathlib import Path
+
+from physagent_studio.assets import assets_dir
+from physagent_studio.cli.programs import read_program
+from physagent_studio.cli.targets import PROGRAMS, case_of, is_session, parse_objects
+from physagent_studio.session import Store
+from physagent_studio.workbench import Workbench, commands
+
+
+def run_studio(
+    target: str | None,
+    event: str | None,
+    prompt: str,
+    objects: list[str],
+    port: int | None,
+    browser: bool,
+    workspace: Path | None,
+) -> None:
+    """Serves the studio on loopback until it is interrupted."""
+    from physagent_studio.studio import serve
+
+    store = Store(workspace)
+    opening = _opening(target, event, prompt, tuple(objects), store)
+    workbench = Workbench(store)
+    try:
+        running = serve(workbench, host="127.0.0.1", port=port, open_browser=browser)
+        print(f"studio: {running.address}", flush=True)
+        if opening is not None:
+            workbench.post(opening)
+        _until_interrupted()
+        running.stop()
+    finally:
+        workbench.close()
+
+
+def _opening(
+    target: str | None, event: str | None, prompt: str, objects: tuple[str, ...], store: Store
+) -> commands.Command | None:
+    """The command that opens the target; bad input is said before anything is served."""
+    if target is None:
+        sessions = store.list()
+        if sessions:
+            return commands.OpenSession(sessions[0].id)
+        return commands.OpenCase(assets_dir() / "demo", event)
+    if is_session(target, store):
+        store.open(target).close()
+        return commands.OpenSession(target)
+    path = Path(target)
+    if path.suffix.lower() in PROGRAMS and path.name not in ("case.yaml", "case.yml"):
+        return commands.OpenProgram(read_program(path), path.stem)
+    case = case_of(target, event, prompt, objects)
+    if path.is_dir() or path.suffix.lower() in PROGRAMS:
+        return commands.OpenCase(path, event)
+    return commands.OpenImage(path, case.prompt, tuple(parse_objects(objects).items()))
+
+
+def _until_interrupted() -> None:
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    while not stop.wait(0.5):
+        pass

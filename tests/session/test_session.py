@@ -1,0 +1,197 @@
+"""A session keeps what it acknowledged: states, rounds, files, undo, kill -9."""
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+import pytest
+
+from physagent_studio.agent.loop import add_round
+from physagent_studio.errors import InputError
+from physagent_studio.program import Click, Grounding, PhysicalProgram, SceneState
+from physagent_studio.records import Candidate, Case, Decision, Finding, LoopState, Mesh, Scene
+from physagent_studio.session import Store
+
+
+def a_case(image: bool = True) -> Case:
+    pixels = np.random.default_rng(0).integers(0, 255, (24, 32, 3), dtype=np.uint8)
+    return Case(
+        name="still_life",
+        image=pixels if image else None,
+        image_hash="ab" if image else "",
+        objects=(("ball", Grounding(points=(Click(x=3, y=4),))),),
+        supports=(),
+        landmarks=(),
+        prompt="The ball falls.",
+        event="falls",
+        events=(("falls", "The ball falls."),),
+    )
+
+
+def test_a_session_reopens_as_it_was(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    session = store.create(a_case(), LoopState(budget=7))
+    state = add_round(session.load(), PhysicalProgram(), "generator", None)
+    session.save(state, checkpoint="step")
+    session.record("decision", "person", {"why": "because"})
+    session.close()
+
+    again = store.open(session.id[:-2])
+    assert again.load() == state
+    assert again.case.prompt == "The ball falls."
+    expected = a_case().image
+    assert expected is not None
+    assert again.case.image is not None
+    assert np.array_equal(again.case.image, expected)
+    assert [entry[1:] for entry in again.log()] == [("decision", "person", {"why": "because"})]
+
+
+def test_undo_and_redo_walk_checkpoints_and_keep_every_round(tmp_path: Path) -> None:
+    session = Store(tmp_path).create(a_case(), LoopState())
+    states = [session.load()]
+    for number in range(10):
+        decision = Decision(kind="override", author="person", at="now", reason=str(number))
+        states.append(add_round(states[-1], PhysicalProgram(), "person", decision))
+        session.save(states[-1], checkpoint=f"edit {number}")
+    for expected in reversed(states[:-1]):
+        undone = session.undo()
+        assert undone is not None
+        assert undone.head == expected.head
+        assert len(undone.rounds) == 10
+    assert session.undo() is None
+    for expected in states[1:]:
+        redone = session.redo()
+        assert redone is not None
+        assert redone.head == expected.head
+    assert session.redo() is None
+
+
+def test_a_new_step_after_undo_drops_what_was_undone(tmp_path: Path) -> None:
+    session = Store(tmp_path).create(a_case(), LoopState(budget=1))
+    session.save(LoopState(budget=2), checkpoint="two")
+    session.undo()
+    session.save(LoopState(budget=3), checkpoint="three")
+    assert not session.can_redo
+    undone = session.undo()
+    assert undone is not None
+    assert undone.budget == 1
+
+
+def test_scenes_survive_the_round_trip(tmp_path: Path) -> None:
+    case = a_case()
+    mask = np.zeros((24, 32), bool)
+    mask[4:9, 5:11] = True
+    mesh = Mesh(
+        vertices=np.eye(3),
+        faces=np.array([[0, 1, 2]], np.int32),
+        uv=np.eye(3)[:, :2],
+        texture=np.full((4, 5, 3), 77, np.uint8),
+    )
+    plain = Mesh(vertices=np.eye(3), faces=np.array([[0, 1, 2]], np.int32), color=(1, 2, 3))
+    scene = Scene(
+        state=SceneState(),
+        photo=case.image,
+        plate=case.image,
+        masks=MappingProxyType({"ball": mask}),
+        meshes=MappingProxyType({"ball": mesh}),
+        support_meshes=MappingProxyType({"floor": plain}),
+        candidates=MappingProxyType({"ball": (Candidate(mask, 0.5, "grabcut"),)}),
+        findings=(Finding("iou", "ball", 0.9, 0.8, "", True, "mask", "fine"),),
+        hash="cafe",
+    )
+    store = Store(tmp_path)
+    session = store.create(case, LoopState())
+    key = session.put_scene(scene)
+    session.close()
+    back = store.open(session.id).scene(key)
+    assert np.array_equal(back.masks["ball"], mask)
+    assert np.array_equal(back.candidates["ball"][0].mask, mask)
+    assert back.findings == scene.findings
+    texture = back.meshes["ball"].texture
+    assert texture is not None
+    assert mesh.texture is not None
+    assert np.array_equal(texture, mesh.texture)
+    assert back.support_meshes["floor"].color == (1, 2, 3)
+    assert back.plate is not None
+    assert case.image is not None
+    assert np.array_equal(back.plate, case.image)
+
+
+def test_a_changed_file_is_refused(tmp_path: Path) -> None:
+    session = Store(tmp_path).create(a_case(), LoopState())
+    key = session.files.put(b"some bytes", ".bin")
+    (session.folder / "files" / key).write_bytes(b"other bytes")
+    with pytest.raises(InputError, match="was changed"):
+        session.files.get(key)
+
+
+def test_an_unwritable_workspace_is_one_sentence(tmp_path: Path) -> None:
+    blocked = tmp_path / "file"
+    blocked.write_text("not a folder")
+    with pytest.raises(InputError, match="cannot be written"):
+        Store(blocked).create(a_case(), LoopState())
+
+
+def test_unknown_and_ambiguous_ids_are_refused(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    store.create(a_case(), LoopState()).close()
+    store.create(a_case(), LoopState()).close()
+    with pytest.raises(InputError, match="no session 'nothing'"):
+        store.open("nothing")
+    with pytest.raises(InputError, match="no session 'still-life'"):
+        store.open("still-life")
+    with pytest.raises(InputError, match="not a session id"):
+        store.open("../../etc")
+
+
+def test_duplicate_rename_delete(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    session = store.create(a_case(), LoopState(budget=4))
+    copy = store.duplicate(session.id)
+    session.rename("Another title")
+    session.close()
+    titles = {item.id: item.title for item in store.list()}
+    assert titles[session.id] == "Another title"
+    assert titles[copy] == "still life-falls"
+    assert store.open(copy).load().budget == 4
+    store.delete(session.id)
+    assert [item.id for item in store.list()] == [copy]
+
+
+WRITER = """
+import sys
+from pathlib import Path
+from physagent_studio.agent.loop import add_round
+from physagent_studio.program import PhysicalProgram
+from physagent_studio.session import Store
+session = Store(Path(sys.argv[1])).open(sys.argv[2])
+state = session.load()
+while True:
+    state = add_round(state, PhysicalProgram(), "person", None)
+    session.save(state, checkpoint="step")
+    print(state.head, flush=True)
+"""
+
+
+def test_kill_9_loses_nothing_that_was_acknowledged(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    session = store.create(a_case(), LoopState())
+    session.close()
+    command = [sys.executable, "-c", textwrap.dedent(WRITER), str(tmp_path), session.id]
+    for kill_after in (1, 4, 9):
+        writer = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        assert writer.stdout is not None
+        acknowledged = [writer.stdout.readline().strip() for _ in range(kill_after)]
+        os.kill(writer.pid, signal.SIGKILL)
+        rest = writer.stdout.read().split()
+        writer.wait()
+        writer.stdout.close()
+        state = store.open(session.id).load()
+        ids = [item.id for item in state.rounds]
+        for head in (*acknowledged, *rest):
+            assert head in ids

@@ -1,0 +1,128 @@
+"""Bad input on the command line: one clear sentence, exit 2, nothing lost."""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+CASE = """
+image: {image}
+size: [64, 48]
+objects:
+  ball: {{points: [[{x}, 20, 1]]}}
+events: {{falls: The ball falls.}}
+"""
+
+
+def physagent(*words: str, home: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "physagent_studio", *words]
+    environment = {"PHYSAGENT_HOME": str(home), "PATH": "/usr/bin:/bin", "HOME": str(home)}
+    return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=120)
+
+
+def case_folder(folder: Path, *, image: str = "input.png", x: float | str = 20) -> Path:
+    folder.mkdir(exist_ok=True)
+    (folder / "case.yaml").write_text(CASE.format(image=image, x=x))
+    cv2.imwrite(str(folder / "input.png"), np.full((48, 64, 3), 128, np.uint8))
+    (folder / "words.png").write_text("this is no picture")
+    return folder
+
+
+def one_sentence(result: subprocess.CompletedProcess[str], *words: str) -> None:
+    lines = result.stderr.strip().splitlines()
+    assert result.returncode == 2, result.stderr
+    assert "Traceback" not in result.stderr
+    assert len(lines) == 1, lines
+    for word in words:
+        assert word in lines[0], lines[0]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"image": "gone.png"}, ("gone.png",)),
+        ({"image": "words.png"}, ("words.png",)),
+        ({"x": 900}, ("ball", "900")),
+        ({"x": ".nan"}, ("ball",)),
+    ],
+)
+def test_a_broken_case(tmp_path: Path, change: dict[str, str], said: tuple[str, ...]) -> None:
+    folder = case_folder(tmp_path / "case", **change)  # type: ignore[arg-type]
+    one_sentence(physagent("run", str(folder), "--event", "falls", home=tmp_path), *said)
+
+
+def test_unknown_event_names_the_known_ones(tmp_path: Path) -> None:
+    folder = case_folder(tmp_path / "case")
+    result = physagent("run", str(folder), "--event", "fals", home=tmp_path)
+    one_sentence(result, "fals", "falls")
+
+
+def test_a_missing_target(tmp_path: Path) -> None:
+    one_sentence(physagent("run", "./nowhere", home=tmp_path), "nowhere")
+    one_sentence(physagent("render", "nosession", "--out", "x.mp4", home=tmp_path), "nosession")
+
+
+PROGRAM = """
+scene:
+  objects:
+    - {name: ball, shape: {kind: sphere, radius: 0.1}, position: [0, 2, 0.1]}
+event:
+  actions:
+    - {operator: ApplyForce, id: kick, name: NAME, force: [FORCE, 0, 0],
+       start_step: START, duration: 5}
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "force", "start", "said"),
+    [
+        ("bal", "1", "0", ("event.actions.kick.name", "bal", "ball")),
+        ("ball", ".nan", "0", ("event.actions.kick.force",)),
+        ("ball", "1", "318", ("event.actions.kick.duration", "past the end")),
+        ("ball", "1", "900", ("event.actions.kick.start_step", "past the end")),
+    ],
+)
+def test_a_broken_program(
+    tmp_path: Path, name: str, force: str, start: str, said: tuple[str, ...]
+) -> None:
+    path = tmp_path / "program.yaml"
+    path.write_text(
+        PROGRAM.replace("NAME", name).replace("FORCE", force).replace("START", start)
+    )
+    one_sentence(physagent("validate", str(path), home=tmp_path), "line ", *said)
+    out = tmp_path / "rollout.npz"
+    one_sentence(physagent("simulate", str(path), "--out", str(out), home=tmp_path), *said)
+    assert not out.exists()
+
+
+def test_an_unwritable_workspace(tmp_path: Path) -> None:
+    folder = case_folder(tmp_path / "case")
+    blocked = tmp_path / "blocked"
+    blocked.write_text("a file, not a folder")
+    result = physagent("run", str(folder), "--workspace", str(blocked), home=tmp_path)
+    one_sentence(result, "blocked", "cannot be written")
+
+
+def test_a_busy_port(tmp_path: Path) -> None:
+    folder = case_folder(tmp_path / "case")
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = str(taken.getsockname()[1])
+        result = physagent("studio", str(folder), "--no-browser", "--port", port, home=tmp_path)
+    one_sentence(result, port)
+
+
+def test_a_malformed_object_word(tmp_path: Path) -> None:
+    picture = tmp_path / "p.png"
+    cv2.imwrite(str(picture), np.full((48, 64, 3), 128, np.uint8))
+    result = physagent(
+        "run", str(picture), "--prompt", "The ball falls.", "--object", "ball", home=tmp_path
+    )
+    one_sentence(result, "name@x,y")

@@ -1,0 +1,85 @@
+"""Clips: the frames of a rollout, one after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+
+import numpy as np
+
+from physagent_studio.errors import Cancelled, InputError
+from physagent_studio.records.rollout import Rollout
+from physagent_studio.records.scene import Scene
+from physagent_studio.rendering.compositor import Compositor
+from physagent_studio.rendering.frame import Frame
+from physagent_studio.rendering.raster import FloatArray
+
+
+def render_frame(
+    scene: Scene, positions: FloatArray, rotations: FloatArray, *, shadows: bool = True
+) -> Frame:
+    """One picture; use a `Compositor` for many of the same scene.
+
+    positions: (N, 3) world, m. rotations: (N, 4) R_world_body wxyz.
+    """
+    return Compositor(scene).frame(positions, rotations, shadows=shadows)
+
+
+def render_clip(
+    scene: Scene,
+    rollout: Rollout,
+    frames: Iterable[int] | None = None,
+    *,
+    cancelled: Callable[[], bool] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Iterator[Frame]:
+    """Render the frames of a rollout (all, or those numbered from 0 in `frames`), in order.
+
+    cancelled: asked before each frame. progress: told the share done, 0 … 1.
+
+    Raises:
+        InputError: the rollout is of other objects, or a frame does not exist.
+        Cancelled: `cancelled` said so.
+    """
+    compositor = Compositor(scene)
+    if rollout.objects != compositor.names:
+        raise InputError(
+            f"the rollout is of {', '.join(rollout.objects) or 'nothing'}, "
+            f"the scene has {', '.join(compositor.names) or 'nothing'}"
+        )
+    wanted = list(range(rollout.frames) if frames is None else frames)
+    for number in wanted:
+        if not 0 <= number < rollout.frames:
+            raise InputError(f"there is no frame {number}; the clip has 0 … {rollout.frames - 1}")
+    return _frames(compositor, rollout, wanted, cancelled, progress)
+
+
+def frame_of(compositor: Compositor, rollout: Rollout, number: int) -> Frame:
+    """Frame `number` of a rollout; where the rollout ended early, its last state."""
+    step = int(rollout.frame_steps()[number])
+    vertices = {
+        name: deformed[min(number, len(deformed) - 1)] for name, deformed in rollout.vertices
+    }
+    return compositor.frame(_finite(rollout.positions, step), _finite(rollout.rotations, step),
+                            vertices)
+
+
+def _finite(values: FloatArray, step: int) -> FloatArray:
+    """The last row up to `step` that is finite: a blown-up run stands still where it broke."""
+    while step > 0 and not np.isfinite(values[step]).all():
+        step -= 1
+    return values[step]
+
+
+def _frames(
+    compositor: Compositor,
+    rollout: Rollout,
+    wanted: list[int],
+    cancelled: Callable[[], bool] | None,
+    progress: Callable[[float], None] | None,
+) -> Iterator[Frame]:
+    for done, number in enumerate(wanted):
+        if cancelled is not None and cancelled():
+            raise Cancelled("rendering was cancelled")
+        yield frame_of(compositor, rollout, number)
+        if progress is not None:
+            progress((done + 1) / len(wanted))

@@ -1,0 +1,51 @@
+"""Exact forward flow: every pixel's surface point, followed to where the next frame has it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.rendering.frame import Flow, Frame
+from physagent_studio.rendering.raster import NEAR, FloatArray
+
+_DEPTH_TOLERANCE = 0.01
+"""Share of its depth by which a point may lie behind what the next frame shows at its pixel."""
+
+
+def flow_between(frame: Frame, following: Frame) -> Flow:
+    """Forward flow from one frame to the next of the same `Compositor`.
+
+    A point that leaves the picture or is hidden in the next frame has its true vector and
+    `visible` False; one that passes behind the camera has 0 and False.
+    """
+    height, width = frame.ids.shape
+    hits, lens = frame.surface.hits, frame.surface.lens
+    corners = following.surface.points[frame.surface.faces[hits.face]]
+    moved = np.einsum("ki,kij->kj", hits.weights, corners)
+    ahead = moved[:, 2] > NEAR
+    moved[~ahead, 2] = 1.0
+    target = lens.project(moved)
+    y, x = np.divmod(hits.pixel, width)
+    start = np.stack([x + 0.5, y + 0.5], 1)
+    vectors = np.zeros((height * width, 2), np.float32)
+    vectors[hits.pixel] = np.where(ahead[:, None], target - start, 0)
+    visible = (following.ids < 0).ravel()
+    owner = frame.ids.ravel()[hits.pixel]
+    visible[hits.pixel] = ahead & _still_seen(following, target, moved[:, 2], owner)
+    return Flow(vectors.reshape(height, width, 2), visible.reshape(height, width))
+
+
+def _still_seen(
+    following: Frame, target: FloatArray, depth: FloatArray, owner: NDArray[np.int16]
+) -> NDArray[np.bool_]:
+    """Whether one of the four pixels around a target shows the same object at the same depth."""
+    height, width = following.ids.shape
+    inside = (target >= 0).all(1) & (target[:, 0] < width) & (target[:, 1] < height)
+    left = np.floor(np.where(inside[:, None], target, 0) - 0.5).astype(np.int64)
+    seen = np.zeros(len(target), bool)
+    for dx, dy in ((0, 0), (1, 0), (0, 1), (1, 1)):
+        x = np.clip(left[:, 0] + dx, 0, width - 1)
+        y = np.clip(left[:, 1] + dy, 0, height - 1)
+        same = following.ids[y, x] == owner
+        seen |= same & (depth <= following.depth[y, x] * (1 + _DEPTH_TOLERANCE))
+    return inside & seen

@@ -1,0 +1,182 @@
+"""What does not move: the ground that takes shadows and the supports that hide objects."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import Floor, SceneState, Wall
+from physagent_studio.records.scene import Mesh
+from physagent_studio.rendering.batch import Batch
+from physagent_studio.rendering.raster import FloatArray, Hits, Lens, rasterise
+from physagent_studio.rendering.shadow import Ground, light_axes
+
+_STRIDE = 2
+"""Shadows are soft, so the ground is looked up at every second pixel."""
+_TOLERANCE = 0.08
+"""How far an object may sink into its support, in its own radii, before the support hides it."""
+_CONTRADICTED = 0.2
+"""Share of an object's visible pixels that a support would hide in the photo itself."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Solid:
+    """A support that can hide objects. planes: (P, 4) outward normal and offset of those of its
+    faces that look at the camera, n·x ≤ offset behind them.
+    """
+
+    name: str
+    planes: FloatArray
+
+    def sunk(self, points: FloatArray) -> FloatArray:
+        """How far points (K, 3) lie behind the faces that the camera sees, m."""
+        if not len(self.planes):
+            return np.full(len(points), np.inf)
+        return (self.planes[:, 3] - points @ self.planes[:, :3].T).min(1)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Stage:
+    """Static geometry as the camera sees it.
+
+    depth: (H·W,) along the axis to the nearest solid, inf for none. solid: (H·W,) its index.
+    rays: (H·W, 3) world directions with optical-axis component 1. ground: takes shadows.
+    """
+
+    solids: tuple[Solid, ...]
+    depth: FloatArray
+    solid: NDArray[np.int16]
+    rays: FloatArray
+    origin: FloatArray
+    ground: Ground
+
+    @classmethod
+    def of(cls, state: SceneState, meshes: Mapping[str, Mesh], camera: Camera, lens: Lens) -> Self:
+        """Prepare the supports of a scene; `meshes` are in the world frame."""
+        origin = np.array(camera.position, float)
+        rays = pixel_rays(camera, lens)
+        shapes = {support.name: support.shape for support in state.supports}
+        names = [n for n in meshes if not isinstance(shapes.get(n), Floor | Wall)]
+        depth, solid = _nearest([meshes[n] for n in names], camera, lens)
+        under = np.minimum(depth, _planes_depth(state, meshes, origin, rays))
+        return cls(
+            solids=tuple(_solid(n, meshes[n], origin) for n in names),
+            depth=depth,
+            solid=solid,
+            rays=rays,
+            origin=origin,
+            ground=_ground(under, origin, rays, lens),
+        )
+
+    def hidden(self, hits: Hits, owner: NDArray, tolerance: FloatArray) -> NDArray[np.bool_]:
+        """Which hits lie behind a solid. tolerance: (objects, solids) m, inf never hides."""
+        result = np.zeros(len(hits.pixel), bool)
+        near = np.flatnonzero(hits.depth > self.depth[hits.pixel])
+        if not len(near):
+            return result
+        which = self.solid[hits.pixel[near]]
+        points = self.origin + self.rays[hits.pixel[near]] * hits.depth[near, None]
+        for index, solid in enumerate(self.solids):
+            mine = np.flatnonzero(which == index)
+            if len(mine):
+                sunk = solid.sunk(points[mine])
+                allowed = tolerance[owner[near[mine]], index]
+                result[near[mine]] = sunk > allowed
+        return result
+
+    def tolerances(
+        self, hits: Hits, owner: NDArray, radii: FloatArray, shown: NDArray[np.bool_]
+    ) -> FloatArray:
+        """(objects, solids) tolerance that agrees with the photo.
+
+        hits, owner: of the initial pose. shown: (K,) whether the photo shows the object at that
+        hit. What the photo shows is never hidden: the tolerance grows, or the pair is let off.
+        """
+        result = np.tile(_TOLERANCE * radii[:, None], (1, len(self.solids)))
+        for index in range(len(radii)):
+            mine = np.flatnonzero((owner == index) & shown)
+            if not len(mine):
+                continue
+            behind = mine[hits.depth[mine] > self.depth[hits.pixel[mine]]]
+            which = self.solid[hits.pixel[behind]]
+            points = self.origin + self.rays[hits.pixel[behind]] * hits.depth[behind, None]
+            for other, solid in enumerate(self.solids):
+                sunk = solid.sunk(points[which == other])
+                limit = result[index, other]
+                wrong = np.count_nonzero(sunk > limit)
+                if wrong > _CONTRADICTED * len(mine):
+                    result[index, other] = np.inf
+                elif wrong:
+                    result[index, other] = max(limit, 1.1 * float(sunk.max()))
+        return result
+
+
+def pixel_rays(camera: Camera, lens: Lens) -> FloatArray:
+    """World directions (H·W, 3) through the pixel centres, optical-axis component 1."""
+    x = (np.arange(lens.width) + 0.5 - lens.cx) / lens.focal
+    y = (np.arange(lens.height) + 0.5 - lens.cy) / lens.focal
+    right, down, forward = camera.matrix.T
+    rays = forward + x[None, :, None] * right + y[:, None, None] * down
+    return rays.reshape(-1, 3)
+
+
+def _nearest(
+    meshes: list[Mesh], camera: Camera, lens: Lens
+) -> tuple[FloatArray, NDArray[np.int16]]:
+    depth = np.full(lens.width * lens.height, np.inf)
+    solid = np.full(lens.width * lens.height, -1, np.int16)
+    batch = Batch.of(meshes)
+    if len(batch.faces):
+        points = (batch.vertices - camera.position) @ camera.matrix
+        # Without regard to facing, so that the hollow of an open mesh hides too.
+        hits = rasterise(points, batch.faces, lens, np.zeros(len(batch.faces), bool))
+        depth[hits.pixel] = hits.depth
+        solid[hits.pixel] = batch.face_owner[hits.face]
+    return depth, solid
+
+
+def _planes_depth(
+    state: SceneState, meshes: Mapping[str, Mesh], origin: FloatArray, rays: FloatArray
+) -> FloatArray:
+    """Depth of the nearest floor or wall along each ray, inf for none."""
+    depth = np.full(len(rays), np.inf)
+    for support in state.supports:
+        if isinstance(support.shape, Floor):
+            normal, offset = np.array([0.0, 0, 1]), support.shape.height
+        elif isinstance(support.shape, Wall):
+            yaw = support.shape.yaw
+            normal = np.array([np.cos(yaw), np.sin(yaw), 0])
+            offset = float(normal @ np.array(support.shape.point))
+        else:
+            continue
+        along = rays @ normal
+        with np.errstate(divide="ignore", invalid="ignore"):
+            distance = (offset - origin @ normal) / along
+        depth = np.where((along < 0) & (distance > 0), np.minimum(depth, distance), depth)
+    return depth
+
+
+def _solid(name: str, mesh: Mesh, origin: FloatArray) -> Solid:
+    a, b, c = (mesh.vertices[mesh.faces[:, i]] for i in range(3))
+    normals = np.cross(b - a, c - a)
+    length = np.linalg.norm(normals, axis=1)
+    keep = length > 1e-12
+    normals = normals[keep] / length[keep, None]
+    planes = np.column_stack([normals, np.einsum("ij,ij->i", normals, a[keep])])
+    planes = np.unique(np.round(planes, 6), axis=0)
+    return Solid(name, planes[planes[:, :3] @ origin > planes[:, 3]])
+
+
+def _ground(depth: FloatArray, origin: FloatArray, rays: FloatArray, lens: Lens) -> Ground:
+    rows = np.arange(0, lens.height, _STRIDE)
+    columns = np.arange(0, lens.width, _STRIDE)
+    sampled = (rows[:, None] * lens.width + columns).ravel()
+    cells = np.flatnonzero(np.isfinite(depth[sampled]))
+    pixels = sampled[cells]
+    points = origin + rays[pixels] * depth[pixels, None]
+    return Ground((len(rows), len(columns)), cells, points @ light_axes().T)

@@ -15,7 +15,12 @@ def without_fireflies(image: Array, factor: float = 2.5) -> Array:
     luma = image @ np.array([0.2126, 0.7152, 0.0722], np.float32)
     padded = np.pad(luma, 1, mode="edge")
     around = np.stack(
-        [padded[i : i + height, j : j + width] for i in range(3) for j in range(3) if i != 1 or j != 1]
+        [
+            padded[i : i + height, j : j + width]
+            for i in range(3)
+            for j in range(3)
+            if i != 1 or j != 1
+        ]
     )
     limit = np.sort(around, axis=0)[-2] * factor + 1e-4
     return (image * np.minimum(1, limit / np.maximum(luma, 1e-6))[..., None]).astype(np.float32)
@@ -45,7 +50,7 @@ def develop(
     read_noise: float = 7.0,
     blur: float = 0.45,
     vignette: float = 0.10,
-    contrast: float = 0.10,
+    contrast: float = 0.5,
 ) -> NDArray[np.uint8]:
     """An sRGB photograph (H, W, 3) uint8 of linear radiance.
 

@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float32]
 
 
-def smooth(
-    rng: np.random.Generator, shape: tuple[int, int], cell: tuple[float, float]
-) -> Array:
+def smooth(rng: np.random.Generator, shape: tuple[int, int], cell: tuple[float, float]) -> Array:
     """Unit-variance noise (rows, columns) whose features are about `cell` pixels large."""
     coarse = tuple(max(2, int(np.ceil(n / c)) + 3) for n, c in zip(shape, cell, strict=True))
     grid = rng.standard_normal(coarse).astype(np.float32)

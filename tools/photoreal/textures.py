@@ -86,8 +86,8 @@ def boards(
     texel: float,
     *,
     board: float = 0.105,
-    light: tuple[float, float, float] = (196, 152, 106),
-    dark: tuple[float, float, float] = (112, 71, 42),
+    light: tuple[float, float, float] = (184, 138, 94),
+    dark: tuple[float, float, float] = (94, 57, 33),
 ) -> Surface:
     """A table top of edge-glued boards, `size` = (along the grain, across) in metres.
 
@@ -122,8 +122,8 @@ def solid_wood(
     rng: np.random.Generator,
     *,
     light: tuple[float, float, float] = (232, 203, 160),
-    dark: tuple[float, float, float] = (190, 140, 88),
-    ring: float = 0.0042,
+    dark: tuple[float, float, float] = (160, 104, 56),
+    ring: float = 0.0056,
 ) -> tuple[Array, Array]:
     """Colour (..., 3) and darkness (...) of solid wood at body points (..., 3), grain along z."""
     seed = int(rng.integers(1 << 20))
@@ -153,13 +153,11 @@ def plaster(
     stain = layered(rng, shape, (0.05 / texel, 0.07 / texel), 3)
     grain = layered(rng, shape, (0.004 / texel, 0.004 / texel), 2, 0.6)
     trowel = layered(rng, shape, (0.035 / texel, 0.16 / texel), 3)
-    tone = 1 + 0.016 * cloud + 0.006 * stain + 0.006 * grain
+    tone = 1 + 0.018 * cloud + 0.006 * stain + 0.004 * grain
     warm = 0.006 * layered(rng, shape, (0.4 / texel, 0.5 / texel), 2)
-    colour = linear(tint) * tone[..., None] * np.stack(
-        [1 + warm, np.ones_like(warm), 1 - warm], -1
-    )
+    colour = linear(tint) * tone[..., None] * np.stack([1 + warm, np.ones_like(warm), 1 - warm], -1)
     pits = np.clip(smooth(rng, shape, (0.003 / texel, 0.004 / texel)) - 2.3, 0, 1)
-    height = 2.4e-4 * trowel + 7e-5 * grain - 3e-4 * pits
+    height = 2.2e-4 * trowel + 1.2e-5 * grain - 1.5e-4 * pits
     rough = np.full(shape, 0.85, np.float32)
     return Surface(np.clip(colour, 0, 1).astype(np.float32), rough, height.astype(np.float32))
 
@@ -177,10 +175,10 @@ def plain(
     """Paint, plastic, card or cloth: one colour, slightly uneven in tone, gloss and height."""
     cloud = layered(rng, shape, cell, 4)
     fine = smooth(rng, shape, (2, 2))
-    colour = linear(tint) * (1 + mottle * cloud + 0.4 * mottle * fine)[..., None]
+    colour = linear(tint) * (1 + mottle * cloud + 0.1 * mottle * fine)[..., None]
     rough = roughness * (1 + 0.08 * layered(rng, shape, cell, 5, 0.7))
     return Surface(
         np.clip(colour, 0, 1).astype(np.float32),
         np.clip(rough, 0.05, 1).astype(np.float32),
-        (bump * (0.6 * cloud + fine)).astype(np.float32),
+        (bump * (cloud + 0.2 * fine)).astype(np.float32),
     )

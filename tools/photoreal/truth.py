@@ -36,7 +36,9 @@ def quaternion(matrix: NDArray[np.floating]) -> list[float]:
     return [round(float(part), 9) + 0.0 for part in q]
 
 
-def truth_of(items: Sequence[Item], lens: Lens, ids: NDArray[np.uint8], **more: Any) -> dict[str, Any]:
+def truth_of(
+    items: Sequence[Item], lens: Lens, ids: NDArray[np.uint8], **more: Any
+) -> dict[str, Any]:
     """Everything that is known about the picture, as plain JSON values."""
     camera = {
         "size": list(lens.size),
@@ -77,7 +79,9 @@ def click(mask: NDArray[np.bool_]) -> tuple[int, int]:
     return int(x), int(y)
 
 
-def write_case(folder: Path, image: str, truth: dict[str, Any], ids: NDArray[np.uint8], events: dict[str, str]) -> None:
+def write_case(
+    folder: Path, image: str, truth: dict[str, Any], ids: NDArray[np.uint8], events: dict[str, str]
+) -> None:
     """`case.yaml`, `truth.json` and `ids.png`."""
     grounding = {
         role: {

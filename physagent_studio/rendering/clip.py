@@ -59,8 +59,9 @@ def frame_of(compositor: Compositor, rollout: Rollout, number: int) -> Frame:
     vertices = {
         name: deformed[min(number, len(deformed) - 1)] for name, deformed in rollout.vertices
     }
-    return compositor.frame(_finite(rollout.positions, step), _finite(rollout.rotations, step),
-                            vertices)
+    return compositor.frame(
+        _finite(rollout.positions, step), _finite(rollout.rotations, step), vertices
+    )
 
 
 def _finite(values: FloatArray, step: int) -> FloatArray:

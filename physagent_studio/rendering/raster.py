@@ -69,9 +69,7 @@ class Facets:
     rows: IntArray
 
 
-def facets(
-    points: FloatArray, faces: IntArray, lens: Lens, one_sided: NDArray[np.bool_]
-) -> Facets:
+def facets(points: FloatArray, faces: IntArray, lens: Lens, one_sided: NDArray[np.bool_]) -> Facets:
     """Prepare the faces that can be seen.
 
     points: (V, 3) camera frame. faces: (F, 3), counter-clockwise from outside.

@@ -1,0 +1,101 @@
+"""H.264 videos that browsers play."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import numpy as np
+from av.codec.codec import UnknownCodecError
+from av.video.reformatter import Colorspace, ColorRange
+from av.video.stream import VideoStream
+from numpy.typing import NDArray
+
+from physagent_studio.errors import BackendMissing, InputError
+from physagent_studio.exchange.files import written
+
+Picture = NDArray[np.uint8]
+
+_ENCODERS = ("libx264", "libopenh264")
+_OPTIONS = {"libx264": {"crf": "17", "preset": "medium"}, "libopenh264": {"b": "8M"}}
+_BT709 = 1
+
+
+def encoder_name() -> str:
+    """The H.264 encoder that this installation has.
+
+    Raises:
+        BackendMissing: PyAV was built without one.
+    """
+    for name in _ENCODERS:
+        try:
+            av.codec.Codec(name, "w")
+        except UnknownCodecError:
+            continue
+        return name
+    raise BackendMissing(
+        f"this PyAV ({av.__version__}) has no H.264 encoder ({' or '.join(_ENCODERS)}); "
+        "install its wheel with `pip install --force-reinstall --only-binary :all: av`"
+    )
+
+
+def write_video(path: Path | str, frames: Iterable[Picture], fps: float) -> None:
+    """Write pictures (H, W, 3) uint8 RGB, all of one size, as an MP4 (H.264, yuv420p, faststart).
+
+    An odd side grows by one repeated row or column, since the format wants even ones. The file
+    appears under its name only when it is complete.
+
+    Raises:
+        InputError: no frames, frames of different sizes, a bad rate, an unwritable path.
+        BackendMissing: there is no H.264 encoder.
+    """
+    path = Path(path)
+    if not 0 < fps <= 1000:
+        raise InputError(f"{fps} frames a second is no rate for a video (0 … 1000)")
+    name = encoder_name()
+    pictures = iter(frames)
+    first = next(pictures, None)
+    if first is None:
+        raise InputError(f"there are no frames, so {path.name} was not written")
+    with (
+        written(path) as partial,
+        av.open(str(partial), "w", format="mp4", options={"movflags": "+faststart"}) as container,
+    ):
+        stream = container.add_stream(name, Fraction(fps).limit_denominator(100_000))
+        assert isinstance(stream, VideoStream)
+        _set_up(stream, first, name)
+        for number, picture in enumerate(_all(first, pictures)):
+            if picture.shape != first.shape:
+                raise InputError(f"frame {number} is {picture.shape}, the first {first.shape}")
+            container.mux(stream.encode(_video_frame(picture)))
+        container.mux(stream.encode(None))
+
+
+def _all(first: Picture, rest: Iterable[Picture]) -> Iterable[Picture]:
+    yield first
+    yield from rest
+
+
+def _set_up(stream: VideoStream, first: Picture, name: str) -> None:
+    height, width = first.shape[:2]
+    stream.width, stream.height = width + width % 2, height + height % 2
+    stream.pix_fmt = "yuv420p"
+    stream.options = _OPTIONS[name]
+    # Said in the file, or players guess the matrix from the size and shift the colours.
+    context = stream.codec_context
+    context.color_range = ColorRange.MPEG
+    context.colorspace = context.color_primaries = context.color_trc = _BT709
+
+
+def _video_frame(picture: Picture) -> av.VideoFrame:
+    height, width = picture.shape[:2]
+    if height % 2 or width % 2:
+        picture = np.pad(picture, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
+    frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
+    return frame.reformat(
+        format="yuv420p",
+        dst_colorspace=Colorspace.ITU709,
+        dst_color_range=ColorRange.MPEG,
+    )

@@ -1,0 +1,125 @@
+"""From chunks to clauses: one verb each, with its subjects, objects, places and adverbs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from physagent_studio.agent.rules.reading.phrases import Chunk, NounPhrase
+
+
+@dataclass(frozen=True, slots=True)
+class RawClause:
+    """start, end: chunk indices. joint: what introduces it. shared: its subject is the object
+    of the clause before ("makes it stop"). lead: places said before the subject."""
+
+    verb: Chunk | None
+    subjects: tuple[NounPhrase, ...] = ()
+    objects: tuple[NounPhrase, ...] = ()
+    places: tuple[tuple[str, NounPhrase], ...] = ()
+    lead: tuple[tuple[str, NounPhrase], ...] = ()
+    adverbs: tuple[str, ...] = ()
+    joint: str = ""
+    relative: bool = False
+    complement: bool = False
+    start: int = 0
+    end: int = 0
+
+
+_JOINERS = ("and", "sub", "rel", "stop")
+
+
+def split(chunks: Sequence[Chunk]) -> tuple[RawClause, ...]:
+    """The clauses in order; chunks without any verb make one clause without a verb."""
+    verbs = [i for i, chunk in enumerate(chunks) if chunk.kind == "verb"]
+    if not verbs:
+        return (RawClause(None, end=len(chunks)),) if chunks else ()
+    starts = [0] + [
+        _boundary(chunks, before, verb) for before, verb in zip(verbs, verbs[1:], strict=False)
+    ]
+    ends = [*starts[1:], len(chunks)]
+    return tuple(
+        _clause(chunks, start, verb, end)
+        for start, verb, end in zip(starts, verbs, ends, strict=True)
+    )
+
+
+def _boundary(chunks: Sequence[Chunk], before: int, verb: int) -> int:
+    """Index of the chunk with which the clause of `verb` begins."""
+    strong = [i for i in range(before + 1, verb) if chunks[i].strong_stop]
+    if strong:
+        return strong[-1] + 1
+    hard = [i for i in range(before + 1, verb) if chunks[i].kind in ("sub", "rel")]
+    joiners = [i for i in range(before + 1, verb) if chunks[i].kind in _JOINERS]
+    if not joiners:
+        return verb
+    if hard:
+        return _run_start(chunks, hard[-1], before)
+    last = joiners[-1]
+    if any(chunk.kind == "np" for chunk in chunks[last + 1 : verb]):
+        last = _coordinated_subject(chunks, joiners, before)
+    return _run_start(chunks, last, before)
+
+
+def _coordinated_subject(chunks: Sequence[Chunk], joiners: Sequence[int], before: int) -> int:
+    """ "…, the cube and the pin fall": the joiner with which the whole subject begins."""
+    last = joiners[-1]
+    for joiner in reversed(joiners[:-1]):
+        between = [chunk.kind for chunk in chunks[joiner + 1 : last]]
+        if between and set(between) <= {"np"} and chunks[last].kind == "and":
+            return joiner
+        if between:
+            break
+        last = joiner
+    return last
+
+
+def _run_start(chunks: Sequence[Chunk], index: int, before: int) -> int:
+    while index - 1 > before and (
+        chunks[index - 1].kind in ("and", "stop") or chunks[index - 1].word in ("just", "only")
+    ):
+        index -= 1
+    return index
+
+
+def _clause(chunks: Sequence[Chunk], start: int, verb: int, end: int) -> RawClause:
+    head, tail = chunks[start:verb], chunks[verb + 1 : end]
+    joint = next((c.word for c in head if c.kind in ("sub", "rel")), "")
+    if not joint:
+        joint = next((c.word for c in head if c.kind == "and"), "")
+    subjects, lead = _subject(head)
+    complement = start == verb and start > 0 and not chunks[start - 1].strong_stop
+    objects = tuple(c.np for c in tail if c.kind == "np" and c.np is not None)
+    return RawClause(
+        chunks[verb],
+        subjects,
+        objects,
+        tuple((c.word, c.np) for c in tail if c.kind == "pp" and c.np is not None),
+        lead,
+        tuple(c.word for c in (*head, *tail) if c.kind in ("adv", "gap")),
+        joint,
+        any(c.kind == "rel" for c in head),
+        complement,
+        start,
+        end,
+    )
+
+
+def _subject(
+    head: Sequence[Chunk],
+) -> tuple[tuple[NounPhrase, ...], tuple[tuple[str, NounPhrase], ...]]:
+    """The run of noun phrases nearest before the verb, and the places around it."""
+    kept: list[NounPhrase] = []
+    joined = True
+    for chunk in reversed(head):
+        if chunk.kind == "np" and chunk.np is not None and joined:
+            kept.append(chunk.np)
+            joined = False
+        elif chunk.kind in ("and", "stop") and kept:
+            joined = True
+        elif chunk.kind in ("sub", "rel") or (chunk.kind == "np" and not joined):
+            break
+        elif chunk.kind == "pp" and kept and joined:
+            break
+    lead = tuple((c.word, c.np) for c in head if c.kind == "pp" and c.np is not None)
+    return tuple(reversed(kept)), lead

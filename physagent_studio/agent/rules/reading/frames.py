@@ -1,0 +1,84 @@
+"""What the reader returns: typed event frames, places, and what it could not read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Relation = Literal[
+    "on", "in", "toward", "at", "from", "off", "over", "along", "down", "up", "under", "above",
+    "against", "near", "behind", "before", "after", "around", "between", "until", "object",
+]  # fmt: skip
+Way = Literal[
+    "left", "right", "up", "down", "forward", "backward", "sideways", "outward", "inward", "off",
+    "away", "toward_camera",
+]  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A place that a clause speaks of.
+
+    kind: what `name` is; a group is what the clause's object stands on or among. part: a place on it (`edge`, `lower_end`, …) or "". landmark_kind:
+    for landmarks that the case does not give, what they would be.
+    """
+
+    name: str
+    kind: Literal["object", "support", "landmark", "group"]
+    part: str = ""
+    landmark_kind: Literal["point", "line", "area", "opening"] = "point"
+
+
+@dataclass(frozen=True, slots=True)
+class EventFrame:
+    """One thing that happens, or is so, in the prompt.
+
+    agent: objects that act. patient: objects that undergo or do it. cause: what else brings it
+    about (wind, friction, person, gravity). any_one: one of the patients suffices. only: nothing
+    else of its kind. places: how it stands to places, first the nearest. link: how the clause
+    hangs on the one before (`then`, `while`, `before`, `after`, `as`, `which`). posture: how it
+    ends (`upright`, `flat`, `side`, `still`, `inverted`).
+    """
+
+    sense: str
+    clause: str
+    patient: tuple[str, ...] = ()
+    agent: tuple[str, ...] = ()
+    cause: str = ""
+    any_one: bool = False
+    only: bool = False
+    direction: Way | None = None
+    origin: Way | None = None
+    places: tuple[tuple[Relation, Place], ...] = ()
+    manner: frozenset[str] = frozenset()
+    posture: str = ""
+    path: Literal["", "curve", "straight", "circle"] = ""
+    count: int | None = None
+    negated: bool = False
+    link: str = "then"
+
+    def place(self, *relations: str) -> Place | None:
+        """The first place in one of these relations."""
+        return next((place for relation, place in self.places if relation in relations), None)
+
+
+@dataclass(frozen=True, slots=True)
+class ReadClause:
+    """A clause of the prompt: its id, its wording, and whether any of it was read."""
+
+    id: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """frames in the order of the prompt; not_understood: words that nothing stands for."""
+
+    clauses: tuple[ReadClause, ...]
+    frames: tuple[EventFrame, ...]
+    not_understood: tuple[str, ...]
+
+    def places(self) -> tuple[Place, ...]:
+        """All places spoken of, once each."""
+        found = {p: None for frame in self.frames for _, p in frame.places}
+        return tuple(found)

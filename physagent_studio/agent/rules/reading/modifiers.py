@@ -1,0 +1,237 @@
+"""What a clause says beside its verb: directions, manners, places, postures, counts, causes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+from physagent_studio.agent.rules.reading import vocabulary as v
+from physagent_studio.agent.rules.reading.clauses import RawClause
+from physagent_studio.agent.rules.reading.frames import Place, Relation, Way
+from physagent_studio.agent.rules.reading.names import (
+    Discourse,
+    Inventory,
+    is_group,
+    resolve_objects,
+    resolve_place,
+)
+from physagent_studio.agent.rules.reading.phrases import NounPhrase
+
+FIXED_WAYS: dict[str, Way] = {
+    "toward_camera": "toward_camera",
+    "from_camera": "away",
+    "from_left": "right",
+    "from_right": "left",
+    "from_front": "away",
+    "from_behind": "forward",
+    "from_above": "down",
+    "from_below": "up",
+    "from_side": "sideways",
+}
+STRIKING = frozenset(("into", "against", "with", "on", "onto", "upon"))
+PATHS: dict[str, Literal["curve", "straight", "circle"]] = {
+    "arc": "curve", "curve": "curve", "bend": "curve", "hook": "curve", "c": "curve",
+    "line": "straight", "circle": "circle", "loop": "circle", "spiral": "circle",
+}  # fmt: skip
+PATH_ADJECTIVES: dict[str, Literal["curve", "straight", "circle"]] = {
+    "curved": "curve", "curving": "curve", "straight": "straight", "circular": "circle",
+    "bending": "curve",
+}  # fmt: skip
+
+
+@dataclass
+class Details:
+    """The modifiers of one clause. struck: objects that a "into …" or "with …" names."""
+
+    direction: Way | None = None
+    origin: Way | None = None
+    places: tuple[tuple[Relation, Place], ...] = ()
+    manner: frozenset[str] = frozenset()
+    posture: str = ""
+    path: Literal["", "curve", "straight", "circle"] = ""
+    count: int | None = None
+    cause: str = ""
+    by: tuple[str, ...] = ()
+    struck: tuple[str, ...] = ()
+    unknown: dict[str, None] = field(default_factory=dict)
+
+    def object_places(
+        self, objects: Sequence[NounPhrase], stock: Inventory, talk: Discourse
+    ) -> tuple[tuple[Relation, Place], ...]:
+        """Direct objects as places ("crosses the goal line", "reaches the table")."""
+        found: list[tuple[Relation, Place]] = []
+        for phrase in objects:
+            if (place := resolve_place(phrase, stock, talk)) is not None:
+                found.append(("object", place))
+            elif not _is_measure(phrase):
+                self.unknown[phrase.head] = None
+        return tuple(found)
+
+
+def details_of(
+    clause: RawClause,
+    objects: Sequence[NounPhrase],
+    stock: Inventory,
+    talk: Discourse,
+    unknown: dict[str, None],
+) -> Details:
+    """Reads the adverbs and prepositional phrases of a clause; reports unknown words."""
+    details = Details(unknown=unknown)
+    for word in clause.adverbs:
+        _adverb(word, details, talk)
+    for phrase in (*objects, *clause.subjects):
+        _adjectives(phrase, details)
+    for preposition, phrase in (*clause.lead, *clause.places):
+        _preposition(preposition, phrase, details, stock, talk, clause)
+    return details
+
+
+def _adverb(word: str, details: Details, talk: Discourse) -> None:
+    if word in FIXED_WAYS:
+        if word.startswith("from_") and word != "from_camera":
+            details.origin = FIXED_WAYS[word]
+        else:
+            details.direction = FIXED_WAYS[word]
+    elif word in ("inside", "in") and talk.landmark is not None:
+        details.places = (*details.places, ("in", talk.landmark))
+    elif word in v.MANNERS:
+        details.manner |= {v.MANNERS[word]}
+    elif word in v.DIRECTIONS:
+        way = v.DIRECTIONS[word]
+        if details.direction in (None, "off", "down", "up"):
+            details.direction = way  # type: ignore[assignment]
+    elif word in v.COUNTS:
+        details.count = v.COUNTS[word]
+    elif word in v.POSTURES:
+        details.posture = v.POSTURES[word]
+    elif word in _ENDS:
+        details.posture = _ENDS[word]
+    elif not _is_known(word):
+        details.unknown[word] = None
+
+
+_ENDS = {"motionless": "still", "sidelong": "side", "inverted": "inverted", "airborne": "airborne"}
+
+
+def _is_known(word: str) -> bool:
+    tables: tuple[Mapping[str, object] | frozenset[str], ...] = (
+        v.FILLERS, v.PREPOSITIONS, v.POSITIONS, v.PLAIN_ADJECTIVES, v.COLOURS, v.SIZES,
+        v.NEGATIONS, v.DETERMINERS, v.AUXILIARIES, v.SUBORDINATORS, v.RELATIVES, v.CONJUNCTIONS,
+        v.MATERIAL_WORDS,
+    )  # fmt: skip
+    return any(word in table for table in tables) or word in ("halfway", "times", "horizontally")
+
+
+def _adjectives(phrase: NounPhrase, details: Details) -> None:
+    """ "A strong sideways push": the adjectives of a force belong to the clause."""
+    if phrase.head not in v.FORCE_NOUNS and phrase.head not in v.CAUSES and not _is_path(phrase):
+        return
+    _force_adjectives(phrase, details)
+    if phrase.of is not None:
+        _force_adjectives(phrase.of, details)
+
+
+def _force_adjectives(phrase: NounPhrase, details: Details) -> None:
+    for adjective in phrase.adjectives:
+        if adjective in v.MANNERS:
+            details.manner |= {v.MANNERS[adjective]}
+        elif adjective in v.DIRECTIONS and details.direction is None:
+            details.direction = v.DIRECTIONS[adjective]  # type: ignore[assignment]
+        if adjective in PATH_ADJECTIVES:
+            details.path = PATH_ADJECTIVES[adjective]
+    if _is_path(phrase):
+        details.path = PATHS.get(phrase.head, details.path)
+
+
+def _is_path(phrase: NounPhrase) -> bool:
+    shaped = any(a in PATH_ADJECTIVES for a in phrase.adjectives)
+    return (
+        phrase.head in ("arc", "curve", "hook", "circle", "loop", "spiral", "c")
+        or (phrase.head in ("line", "path", "trajectory", "course", "motion", "arc") and shaped)
+    )
+
+
+def _is_measure(phrase: NounPhrase) -> bool:
+    return (
+        phrase.head in v.IGNORED_NOUNS
+        or phrase.head in v.FORCE_NOUNS
+        or phrase.head in v.CAUSES
+        or phrase.head in ("metre", "meter", "second", "degree", "time", "cm", "masscenter")
+        or _is_path(phrase)
+    )
+
+
+def _preposition(
+    preposition: str,
+    phrase: NounPhrase,
+    details: Details,
+    stock: Inventory,
+    talk: Discourse,
+    clause: RawClause,
+) -> None:
+    if phrase.head in ("time", "times") and phrase.number:
+        details.count = phrase.number
+        return
+    if phrase.head in v.FORCE_NOUNS or _is_path(phrase):
+        _force_adjectives(phrase, details)
+        return
+    resolved = resolve_objects(phrase, stock, talk)
+    if preposition in ("by", "because_of", "from", "with", "under", "in") and resolved is None:
+        heads = (phrase.head, phrase.of.head if phrase.of else "")
+        cause = next((v.CAUSES[h] for h in heads if h in v.CAUSES), "")
+        if cause:
+            details.cause = cause
+            _force_adjectives(phrase, details)
+            return
+    if _by_or_way(preposition, phrase, details):
+        return
+    if resolved is not None:
+        if preposition == "by" and len(clause.objects) == 0:
+            details.by = resolved.names
+            talk.mention(resolved.names)
+            return
+        if preposition in STRIKING and not is_group(phrase, stock):
+            details.struck = resolved.names
+        if not is_group(phrase, stock):
+            talk.mention(resolved.names)
+    _place(preposition, phrase, details, stock, talk)
+
+
+def _by_or_way(preposition: str, phrase: NounPhrase, details: Details) -> bool:
+    """Directions said with a preposition: "to the left", "toward the camera"."""
+    word = phrase.head
+    way = v.DIRECTIONS.get(word) if not phrase.nouns else None
+    side = word == "side" and next((a for a in phrase.adjectives if a in ("left", "right")), None)
+    if preposition in ("to", "toward", "towards") and (word in v.CAMERA_WORDS):
+        details.direction = "toward_camera"
+    elif preposition == "away_from" and word in v.CAMERA_WORDS:
+        details.direction = "away"
+    elif preposition in ("to", "toward", "towards", "on") and (way or side):
+        details.direction = side or way  # type: ignore[assignment]
+    elif word in ("side", "sides") and preposition in ("to", "from", "on", "onto"):
+        if preposition in ("on", "onto"):
+            details.posture = "side"
+        elif preposition == "from":
+            details.origin = "sideways"
+        else:
+            details.direction = "sideways"
+    else:
+        return False
+    return True
+
+
+def _place(
+    preposition: str, phrase: NounPhrase, details: Details, stock: Inventory, talk: Discourse
+) -> None:
+    relation = v.RELATIONS.get(preposition)
+    place = resolve_place(phrase, stock, talk)
+    if place is None or relation is None:
+        if preposition == "away_from" or _is_measure(phrase) or phrase.pronoun:
+            details.direction = details.direction or ("off" if preposition == "away_from" else None)
+            return
+        if phrase.head not in ("air", "second", "place"):
+            details.unknown[phrase.head] = None
+        return
+    if relation not in ("with", "by", "during"):
+        details.places = (*details.places, (relation, place))  # type: ignore[assignment]

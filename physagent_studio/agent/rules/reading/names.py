@@ -1,0 +1,419 @@
+"""From noun phrases to the case's objects, supports and landmarks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from physagent_studio.agent.rules.reading import vocabulary as v
+from physagent_studio.agent.rules.reading.frames import Place
+from physagent_studio.agent.rules.reading.phrases import NounPhrase
+from physagent_studio.agent.rules.reading.tokens import singular
+from physagent_studio.program.scene import Grounding
+
+
+@dataclass(frozen=True, slots=True)
+class Thing:
+    """A name of the case with the words it is made of and where it was clicked, pixels."""
+
+    name: str
+    words: tuple[str, ...]
+    spots: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def head(self) -> str:
+        """The last word of the name that is no position or number."""
+        plain = [w for w in self.words if w not in v.POSITIONS and not w.isdecimal()]
+        return plain[-1] if plain else self.words[-1]
+
+    @property
+    def spot(self) -> tuple[float, float] | None:
+        """The mean of its clicks, pixels."""
+        if not self.spots:
+            return None
+        n = len(self.spots)
+        return (sum(x for x, _ in self.spots) / n, sum(y for _, y in self.spots) / n)
+
+
+def thing(name: str, grounding: Grounding = Grounding()) -> Thing:  # noqa: B008 - frozen
+    """A name with its words; a box stands for a click in its middle."""
+    words = tuple(singular(word) for word in name.lower().replace("-", "_").split("_") if word)
+    spots = tuple((c.x, c.y) for c in grounding.points if c.label)
+    if not spots and grounding.box is not None:
+        x0, y0, x1, y1 = grounding.box
+        spots = (((x0 + x1) / 2, (y0 + y1) / 2),)
+    return Thing(name, words or (name.lower(),), spots)
+
+
+@dataclass(frozen=True)
+class Inventory:
+    """Everything that the case names, and the name of its ground."""
+
+    objects: tuple[Thing, ...]
+    supports: tuple[Thing, ...] = ()
+    landmarks: tuple[Thing, ...] = ()
+    ground: str = "floor"
+    nouns: frozenset[str] = field(default_factory=frozenset)
+
+    def phrases(self) -> tuple[tuple[str, ...], ...]:
+        """Names of several words that would confuse a word-by-word reading."""
+        things = (*self.objects, *self.supports, *self.landmarks)
+        return tuple(t.words for t in things if any(w in v.AUXILIARIES for w in t.words))
+
+
+def inventory(
+    objects: Sequence[tuple[str, Grounding]],
+    supports: Sequence[tuple[str, Grounding]] = (),
+    landmarks: Sequence[str] = (),
+) -> Inventory:
+    """The inventory of a case."""
+    own = tuple(thing(name, grounding) for name, grounding in objects)
+    carried = tuple(thing(name, grounding) for name, grounding in supports)
+    places = tuple(thing(name) for name in landmarks)
+    ground = next((s.name for s in carried if s.words[-1] in v.GROUND_WORDS), "floor")
+    words = {w for t in (*own, *carried, *places) for w in t.words if w not in v.POSITIONS}
+    words |= {near for w in words for near in _alike(w)} | set(v.LANDMARKS) | set(v.GROUND_WORDS)
+    words |= {w for row in v.SUPPORT_CLASSES for w in row if w not in v.VERBS}
+    words |= {t.name.lower() for t in (*own, *carried, *places)}
+    words -= v.ORDINALS.keys() | v.COLOURS | v.SIZES.keys() | v.MATERIAL_WORDS - _heads(own)
+    return Inventory(own, carried, places, ground, frozenset(words))
+
+
+def _heads(things: Iterable[Thing]) -> frozenset[str]:
+    return frozenset(t.head for t in things)
+
+
+def _alike(word: str) -> frozenset[str]:
+    found = [row for row in v.SYNONYMS if word in row]
+    return frozenset().union(*found) if found else frozenset()
+
+
+@dataclass
+class Discourse:
+    """What was spoken of so far in the prompt; lives only while it is read."""
+
+    mentions: list[tuple[str, ...]] = field(default_factory=list)
+    subject: tuple[str, ...] = ()
+    support: Place | None = None
+    landmark: Place | None = None
+
+    def mention(self, names: tuple[str, ...]) -> None:
+        """Notes that these objects were spoken of."""
+        if names:
+            self.mentions.append(names)
+
+    @property
+    def known(self) -> frozenset[str]:
+        """All objects mentioned so far."""
+        return frozenset(name for names in self.mentions for name in names)
+
+
+@dataclass(frozen=True, slots=True)
+class Resolved:
+    """Objects that a phrase stands for; any_one: one of them is meant."""
+
+    names: tuple[str, ...]
+    any_one: bool = False
+
+
+def resolve_objects(
+    phrase: NounPhrase, stock: Inventory, talk: Discourse, *, subject_of_clause: bool = False
+) -> Resolved | None:
+    """The objects meant by a noun phrase, or None where it names no object of the case."""
+    if phrase.pronoun:
+        return _pronoun(phrase.head, stock, talk, subject_of_clause)
+    if phrase.of is not None and phrase.head in v.MASS_HEADS:
+        inner = _candidates(phrase.of, stock, talk)
+        return _choose(phrase, inner, stock, talk, phrase.of) if inner else None
+    if is_group(phrase, stock):
+        group = next((m for m in reversed(talk.mentions) if len(m) > 1), ())
+        everything = tuple(t.name for t in stock.objects)
+        if phrase.head in ("one", "other", "rest", "each", "both", "all"):
+            return _choose(phrase, _class_of_last(stock, talk), stock, talk, phrase)
+        return Resolved(group or everything) if len(everything) > 1 else None
+    if phrase.head in v.OTHERS or (not phrase.nouns and phrase.adjectives):
+        return _choose(phrase, _class_of_last(stock, talk), stock, talk, phrase)
+    found = _candidates(phrase, stock, talk)
+    return _choose(phrase, found, stock, talk, phrase) if found else None
+
+
+def is_group(phrase: NounPhrase, stock: Inventory) -> bool:
+    """Whether the phrase names a group ("the stack") and no object of the case."""
+    named = any(phrase.head in t.words for t in stock.objects)
+    return phrase.head in v.MASS_HEADS and not named
+
+
+def _pronoun(word: str, stock: Inventory, talk: Discourse, subject: bool) -> Resolved | None:
+    everything = tuple(t.name for t in stock.objects)
+    if word in ("everything", "all"):
+        return Resolved(everything)
+    if word in ("itself", "themselves"):
+        return Resolved(talk.subject) if talk.subject else None
+    if word == "others":
+        rest = tuple(name for name in everything if name not in talk.known)
+        return Resolved(rest) if rest else None
+    if word in ("they", "them", "both", "these", "those", "each"):
+        group = next((m for m in reversed(talk.mentions) if len(m) > 1), ())
+        pair = _last_two(talk) if word == "both" or not group else ()
+        return Resolved(pair or group) if pair or group else None
+    if word not in ("it", "one", "that", "this", "he", "she", "him"):
+        return None
+    if subject and talk.subject:
+        return Resolved(talk.subject)
+    other = next((m for m in reversed(talk.mentions) if m != talk.subject), talk.subject)
+    return Resolved(other) if other else None
+
+
+def _last_two(talk: Discourse) -> tuple[str, ...]:
+    seen: list[str] = []
+    for names in reversed(talk.mentions):
+        seen += [name for name in names if name not in seen]
+    return tuple(reversed(seen[:2])) if len(seen) >= 2 else ()
+
+
+def _class_of_last(stock: Inventory, talk: Discourse) -> tuple[Thing, ...]:
+    """Objects of the same kind as the last one spoken of, else all."""
+    by_name = {t.name: t for t in stock.objects}
+    for names in reversed(talk.mentions):
+        heads = {by_name[name].head for name in names if name in by_name}
+        found = tuple(t for t in stock.objects if t.head in heads)
+        if len(found) > 1:
+            return found
+    return stock.objects
+
+
+def _candidates(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> tuple[Thing, ...]:
+    """Objects whose name fits the phrase's nouns; adjectives are looked at afterwards."""
+    if phrase.head in v.GENERIC:
+        return stock.objects
+    for test in (_same_name, _head_fits, _word_fits, _synonym_fits):
+        found = tuple(t for t in stock.objects if test(phrase, t))
+        if found:
+            exact = tuple(t for t in found if {singular(n) for n in phrase.nouns} <= set(t.words))
+            return exact or found
+    return ()
+
+
+def _same_name(phrase: NounPhrase, t: Thing) -> bool:
+    return t.name.lower() in phrase.nouns or phrase.head == t.name.lower()
+
+
+def _head_fits(phrase: NounPhrase, t: Thing) -> bool:
+    return phrase.head == t.head
+
+
+def _word_fits(phrase: NounPhrase, t: Thing) -> bool:
+    place = phrase.head in v.POSITIONS or phrase.head in v.GROUND_WORDS | v.TABLE_WORDS
+    return phrase.head in t.words and not place
+
+
+def _synonym_fits(phrase: NounPhrase, t: Thing) -> bool:
+    return any(phrase.head in _alike(word) for word in t.words)
+
+
+def _choose(
+    phrase: NounPhrase,
+    found: tuple[Thing, ...],
+    stock: Inventory,
+    talk: Discourse,
+    inner: NounPhrase,
+) -> Resolved | None:
+    adjectives = (*phrase.adjectives, *(inner.adjectives if inner is not phrase else ()))
+    if any(a in v.OTHERS for a in (*adjectives, phrase.head)) or phrase.determiner == "another":
+        found = tuple(t for t in found if t.name not in talk.known)
+    if phrase.alternatives:
+        parts = [_filter(found, group, None, talk) for group in phrase.alternatives]
+        names = {t.name: None for part in parts for t in part}
+        return Resolved(tuple(names)) if names else None
+    number = phrase.number if phrase.number is not None else inner.number
+    kept = _filter(found, adjectives, number, talk)
+    if not kept:
+        return None
+    return _quantify(phrase, inner, kept, number, talk)
+
+
+def _quantify(
+    phrase: NounPhrase,
+    inner: NounPhrase,
+    kept: tuple[Thing, ...],
+    number: int | None,
+    talk: Discourse,
+) -> Resolved:
+    names = tuple(t.name for t in kept)
+    one_of = phrase.head == "one" or number == 1
+    if len(names) == 1:
+        return Resolved(names)
+    if one_of and inner is not phrase:
+        return Resolved(names, any_one=True)
+    if number is not None:
+        return Resolved(names[:number])
+    if phrase.plural or inner.plural or phrase.determiner in ("all", "both", "each", "every"):
+        return Resolved(names)
+    if phrase.head in v.OTHERS:
+        return Resolved(names)
+    last = next((m for m in reversed(talk.mentions) if len(m) == 1 and m[0] in names), None)
+    if last is not None and phrase.determiner in ("the", "that", "this", "its"):
+        return Resolved(last)
+    return Resolved(names, any_one=True)
+
+
+def _filter(
+    found: tuple[Thing, ...], adjectives: Sequence[str], number: int | None, talk: Discourse
+) -> tuple[Thing, ...]:
+    kept = found
+    for adjective in adjectives:
+        word = v.POSITIONS.get(adjective, adjective)
+        named = tuple(t for t in kept if word in t.words or adjective in t.words)
+        if named and not (number and number > len(named)):
+            kept = named
+        elif adjective in v.POSITIONS and len(kept) > 1:
+            kept = _placed(kept, word, number or 1)
+        elif adjective in v.ORDINALS and len(kept) > 1:
+            kept = _ordinal(kept, v.ORDINALS[adjective], talk)
+        elif adjective in v.COLOURS:
+            kept = tuple(t for t in kept if not set(t.words) & v.COLOURS - {t.head})
+    return kept
+
+
+def _placed(kept: tuple[Thing, ...], word: str, number: int) -> tuple[Thing, ...]:
+    """The `number` things that lie furthest on that side of the picture."""
+    if any(t.spot is None for t in kept):
+        return kept
+    axis = 0 if word in ("left", "right") else 1
+    ordered = sorted(kept, key=lambda t: (t.spot or (0, 0))[axis])
+    if word in ("right", "bottom", "front"):
+        ordered.reverse()
+    if word == "middle":
+        spread = [max(c) - min(c) for c in zip(*[t.spot or (0, 0) for t in kept], strict=True)]
+        ordered = sorted(kept, key=lambda t: (t.spot or (0, 0))[int(spread[1] > spread[0])])
+        start = max((len(ordered) - number) // 2, 0)
+        return tuple(ordered[start : start + number])
+    return tuple(ordered[:number])
+
+
+def _ordinal(kept: tuple[Thing, ...], which: int, talk: Discourse) -> tuple[Thing, ...]:
+    """ "A third orange" after two others is the one not spoken of; else by order of the case."""
+    fresh = tuple(t for t in kept if t.name not in talk.known)
+    if len(fresh) < len(kept):
+        return fresh[:1] or kept[-1:]
+    return (kept[which if which < 0 else min(which, len(kept)) - 1],)
+
+
+def nearest_to(names: Sequence[str], place: Thing, stock: Inventory) -> tuple[str, ...]:
+    """The names ordered by the distance of their clicks from those of a place."""
+
+    def distance(name: str) -> float:
+        spot = next((t.spot for t in stock.objects if t.name == name), None)
+        if spot is None or not place.spots:
+            return 0.0
+        return min((spot[0] - x) ** 2 + (spot[1] - y) ** 2 for x, y in place.spots)
+
+    return tuple(sorted(names, key=distance))
+
+
+GROUPS = frozenset("stack pile heap tower row group set bunch".split())
+
+# --- places ----------------------------------------------------------------------------------
+
+
+def resolve_place(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Place | None:
+    """The place meant by a noun phrase, or None where it names none that is known."""
+    if is_group(phrase, stock) and len(stock.objects) > 1 and phrase.head in GROUPS:
+        return Place("stack", "group")
+    if phrase.pronoun:
+        found = _pronoun(phrase.head, stock, talk, False)
+        return Place(found.names[0], "object") if found else None
+    if (own := _landmark(phrase, stock)) is not None:
+        return own
+    if phrase.head in v.PARTS and phrase.head not in ("side",):
+        return _part(phrase, stock, talk)
+    if (support := _support(phrase, stock)) is not None:
+        talk.support = support
+        return support
+    found = resolve_objects(phrase, stock, talk)
+    if found is not None:
+        return Place(found.names[0], "object")
+    if phrase.head in v.GROUND_WORDS or phrase.head in v.TABLE_WORDS:
+        return Place(stock.ground, "support")
+    if phrase.head in v.LANDMARKS:
+        return _needed_landmark(phrase, talk)
+    return None
+
+
+def _needed_landmark(phrase: NounPhrase, talk: Discourse) -> Place:
+    words = [w for w in phrase.adjectives if w in v.COLOURS] + [singular(n) for n in phrase.nouns]
+    place = Place("_".join(words), "landmark", "", _landmark_kind(v.LANDMARKS[phrase.head]))
+    talk.landmark = place
+    return place
+
+
+def _landmark_kind(word: str):  # noqa: ANN202 - a literal of Place
+    return {"opening": "opening", "line": "line", "area": "area"}.get(word, "point")
+
+
+def _landmark(phrase: NounPhrase, stock: Inventory) -> Place | None:
+    nouns = {singular(n) for n in phrase.nouns}
+    if phrase.of is not None:
+        nouns |= {singular(n) for n in phrase.of.nouns}
+    for t in stock.landmarks:
+        if set(t.words) == nouns or (phrase.head == t.head and nouns <= set(t.words)):
+            return Place(t.name, "landmark")
+    return None
+
+
+def _support(phrase: NounPhrase, stock: Inventory) -> Place | None:
+    nouns = {singular(n) for n in phrase.nouns}
+    heads = [t for t in stock.supports if phrase.head in t.words]
+    words = heads or [t for t in stock.supports if nouns & set(t.words) and phrase.head != "plate"]
+    alike = [
+        t
+        for t in stock.supports
+        for row in v.SUPPORT_CLASSES
+        if phrase.head in row and set(t.words) & row
+    ]
+    found = words or alike
+    if any(phrase.head in t.words for t in stock.objects) and not heads:
+        return None
+    if len(found) > 1:
+        kept = _filter(tuple(found), phrase.adjectives, phrase.number, Discourse())
+        found = list(kept) or found
+    return Place(found[0].name, "support") if found else None
+
+
+def _part(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Place | None:
+    """A place on a support: "the table edge", "the lower end of the ramp", "the bottom"."""
+    part = v.PARTS[phrase.head]
+    if part == "end":
+        part = _which_end(phrase.adjectives)
+    base = _base_of_part(phrase, stock, talk)
+    if base is None:
+        return None
+    if base.kind != "support" or part == "surface":
+        return base
+    if part in ("upper_end", "lower_end") and not _is_slope(base.name, stock):
+        return base if phrase.head != "end" else Place(base.name, "support", "edge")
+    return Place(base.name, "support", "edge" if part in ("end", "side") else part)
+
+
+def _which_end(adjectives: Sequence[str]) -> str:
+    if any(a in ("lower", "bottom", "lowest", "far") for a in adjectives):
+        return "lower_end"
+    return "upper_end" if any(a in ("upper", "top", "highest") for a in adjectives) else "end"
+
+
+def _base_of_part(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Place | None:
+    if phrase.of is not None and (base := resolve_place(phrase.of, stock, talk)) is not None:
+        return base
+    if len(phrase.nouns) > 1:
+        whose = NounPhrase(singular(phrase.nouns[-2]), phrase.nouns[:-1], phrase.adjectives)
+        if (base := resolve_place(whose, stock, talk)) is not None:
+            return base
+    if phrase.of is not None:
+        return None
+    only = Place(stock.supports[0].name, "support") if stock.supports else None
+    return talk.support or only
+
+
+def _is_slope(name: str, stock: Inventory) -> bool:
+    words = next((t.words for t in stock.supports if t.name == name), ())
+    return bool(set(words) & v.SUPPORT_CLASSES[1])

@@ -1,0 +1,356 @@
+"""The words that the reader knows, as plain data; nothing here belongs to one picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Kind = Literal["move", "act", "goto", "state", "light", "cause"]
+
+
+@dataclass(frozen=True, slots=True)
+class Verb:
+    """What a verb means. kind says who undergoes it.
+
+    move: the subject does it (with a direct object, the object does). act: the subject does it
+    to the object. goto: the subject does it with regard to a place or thing. state: how the
+    subject is. light: adds nothing of its own (starts to …). cause: subject makes … happen.
+    """
+
+    sense: str
+    kind: Kind
+    manner: tuple[str, ...] = ()
+
+
+def _verbs(kind: Kind, table: dict[str, str], manner: tuple[str, ...] = ()) -> dict[str, Verb]:
+    return {
+        word: Verb(sense, kind, manner) for sense, words in table.items() for word in words.split()
+    }
+
+
+VERBS: dict[str, Verb] = {
+    **_verbs(
+        "move",
+        {
+            "fall": "fall plummet plunge tumble drop",
+            "descend": "descend sink",
+            "float": "float drift_down waft",
+            "roll": "roll",
+            "slide": "slide glide slither skid skate",
+            "slip": "slip",
+            "move": "move go travel advance proceed drive run continue come head race speed ride "
+            "creep shift progress",
+            "drift": "drift",
+            "fly": "fly soar sail",
+            "jump": "jump hop leap",
+            "rise": "rise ascend climb lift",
+            "topple": "topple tip overturn capsize keel",
+            "lean": "lean tilt",
+            "flip": "flip somersault overturn_flip tumble_over",
+            "spin": "spin rotate revolve twirl whirl pirouette",
+            "turn": "turn",
+            "curve": "curve bend_path arc veer swerve hook",
+            "bounce": "bounce rebound ricochet",
+            "stop": "stop halt brake",
+            "settle": "settle",
+            "sway": "sway swing wave flutter flap oscillate wobble rock billow ripple shake "
+            "tremble quiver",
+            "bend": "bend bow flex",
+            "collapse": "collapse crumble disintegrate cave implode",
+            "break": "break shatter crack snap fracture burst splinter split smash",
+            "spread": "spread flow scatter spill pour",
+            "deform": "deform squash compress squeeze dent crumple buckle flatten squish",
+            "slow": "slow decelerate",
+            "accelerate": "accelerate",
+            "separate": "separate detach disconnect",
+            "circle": "circle orbit",
+            "reverse": "reverse",
+        },
+    ),
+    **_verbs(
+        "act",
+        {
+            "push": "push shove nudge press poke prod propel bump_away force",
+            "pull": "pull drag tug tow yank remove withdraw",
+            "kick": "kick boot punt",
+            "throw": "throw toss hurl fling lob pitch launch shoot",
+            "hit": "hit strike bump collide crash smack slam ram clip tap contact touch impact "
+            "graze meet",
+            "knock": "knock bowl_over",
+            "crush": "crush trample",
+            "blow": "blow buffet",
+            "tip_over": "upset",
+            "catch": "catch",
+            "dislodge": "dislodge displace",
+        },
+    ),
+    **_verbs(
+        "goto",
+        {
+            "reach": "reach arrive",
+            "cross": "cross traverse overstep",
+            "pass": "pass",
+            "enter": "enter",
+            "land": "land alight touchdown",
+            "approach": "approach",
+            "leave": "leave exit depart",
+            "miss": "miss avoid",
+            "lose": "lose",
+        },
+    ),
+    **_verbs(
+        "state",
+        {
+            "stay": "remain stay keep",
+            "rest": "rest sit lie stand perch",
+            "hang": "hang dangle hover",
+            "stack": "stack pile balance",
+        },
+    ),
+    **_verbs("light", {"start": "start begin", "try": "try attempt manage want"}),
+    **_verbs("cause", {"make": "make cause let send set get give", "receive": "receive take"}),
+    **_verbs("cause", {"change": "change"}),
+    **_verbs("cause", {"drive": "follow"}),
+    **_verbs("cause", {"form": "form"}),
+}
+
+IRREGULAR: dict[str, str] = {
+    "fell": "fall", "fallen": "fall", "threw": "throw", "thrown": "throw", "flew": "fly",
+    "flown": "fly", "slid": "slide", "hung": "hang", "swung": "swing", "blew": "blow",
+    "blown": "blow", "struck": "strike", "stricken": "strike", "broke": "break",
+    "broken": "break", "spun": "spin", "went": "go", "gone": "go", "came": "come",
+    "lost": "lose", "bent": "bend", "shook": "shake", "shaken": "shake", "sent": "send",
+    "made": "make", "lay": "lie", "laid": "lie", "lying": "lie", "stood": "stand",
+    "kept": "keep", "began": "begin", "begun": "begin", "rose": "rise", "risen": "rise",
+    "caught": "catch", "drove": "drive", "driven": "drive", "sank": "sink", "sunk": "sink",
+    "leapt": "leap", "crept": "creep", "got": "get", "gotten": "get", "gave": "give",
+    "given": "give", "took": "take", "taken": "take", "met": "meet", "ran": "run",
+    "sat": "sit", "split": "split", "shot": "shoot", "rode": "ride", "overturned": "overturn",
+    "hit": "hit", "set": "set", "let": "let", "burst": "burst", "flung": "fling",
+    "sprang": "jump", "put": "put", "held": "hold",
+}  # fmt: skip
+"""Irregular forms; those that are past participles as well as regular `-ed` read as passive."""
+
+PARTICIPLES = frozenset(
+    ["fallen", "thrown", "flown", "hung", "swung", "blown", "struck", "broken", "spun", "lost", "bent", "shaken", "sent", "made", "laid", "kept", "caught", "driven", "sunk", "given", "taken", "met", "hit", "set", "split", "shot", "flung", "hung", "slid", "held", "put"]
+)
+
+COMBINED: dict[tuple[str, str], str] = {
+    ("fall", "over"): "topple", ("fall", "apart"): "collapse", ("tumble", "over"): "topple",
+    ("tip", "over"): "topple", ("topple", "over"): "topple", ("roll", "over"): "flip",
+    ("turn", "over"): "flip", ("flip", "over"): "flip", ("turn", "around"): "turn_around",
+    ("turn", "back"): "turn_around", ("turn", "about"): "turn_around", ("spin", "around"): "spin",
+    ("turn", "left"): "curve", ("turn", "right"): "curve", ("bend", "left"): "curve",
+    ("bend", "right"): "curve", ("bend", "to"): "curve",
+    ("knock", "over"): "knock_over", ("knock", "down"): "knock_over",
+    ("knock", "off"): "push", ("push", "over"): "knock_over", ("kick", "over"): "knock_over",
+    ("tip", "off"): "fall", ("blow", "over"): "knock_over", ("come", "off"): "leave",
+    ("slip", "off"): "slip", ("break", "apart"): "break", ("break", "up"): "break",
+    ("slow", "down"): "slow", ("speed", "up"): "accelerate", ("fly", "off"): "fly",
+    ("take", "off"): "leave", ("lift", "off"): "leave", ("go", "over"): "cross",
+    ("bounce", "off"): "bounce", ("bounce", "back"): "bounce", ("come", "down"): "fall",
+    ("go", "down"): "descend", ("move", "down"): "descend", ("push", "down"): "push",
+    ("swing", "around"): "turn_around", ("drift", "down"): "float", ("sway", "down"): "float",
+    ("float", "down"): "float", ("spread", "out"): "spread", ("cave", "in"): "collapse",
+    ("roll", "back"): "reverse", ("slide", "back"): "reverse", ("move", "back"): "reverse",
+    ("knock", "away"): "push", ("hit", "over"): "knock_over",
+}  # fmt: skip
+"""A verb with a particle or direction after it, where that makes another sense."""
+
+WITH_OBJECT: dict[tuple[str, str], str] = {
+    ("lose", "balance"): "lose_balance", ("lose", "support"): "lose_support",
+    ("lose", "contact"): "lose_support", ("lose", "footing"): "slip", ("lose", "grip"): "slip",
+    ("lose", "speed"): "slow", ("lose", "height"): "descend", ("lose", "momentum"): "slow",
+    ("change", "direction"): "reverse", ("reverse", "direction"): "reverse",
+    ("come", "rest"): "stop", ("come", "stop"): "stop", ("come", "halt"): "stop",
+    ("gain", "speed"): "accelerate", ("make", "turn"): "curve", ("hit", "ground"): "land",
+    ("hit", "floor"): "land", ("keep", "balance"): "stay", ("make", "contact"): "hit",
+    ("make", "flip"): "flip", ("make", "somersault"): "flip", ("follow", "arc"): "curve",
+    ("follow", "curve"): "curve", ("follow", "path"): "move", ("form", "arc"): "curve",
+    ("form", "curve"): "curve", ("form", "c"): "curve", ("form", "circle"): "circle",
+    ("make", "circle"): "circle", ("hold", "position"): "stay", ("keep", "position"): "stay",
+    ("keep", "place"): "stay",
+}  # fmt: skip
+"""A verb with the head of its object (or of its "to …"), where that makes another sense."""
+
+FORCE_NOUNS = frozenset(
+    ["force", "push", "shove", "kick", "nudge", "impulse", "hit", "tap", "blow", "bump", "knock", "strike", "poke", "thrust", "impact", "throw", "toss", "pressure"]
+)
+FORCE_SENSE = {"kick": "kick", "throw": "throw", "toss": "throw", "hit": "push", "blow": "push"}
+
+CAUSES: dict[str, str] = {
+    "wind": "wind", "breeze": "wind", "gust": "wind", "air": "air", "airflow": "wind",
+    "storm": "wind", "draft": "wind", "draught": "wind", "friction": "friction",
+    "gravity": "gravity", "drag": "friction", "person": "person", "hand": "person",
+    "someone": "person", "player": "person", "finger": "person", "foot": "person",
+    "child": "person", "kicker": "person", "weight": "gravity", "inertia": "inertia",
+    "momentum": "inertia", "impact": "impact", "collision": "impact", "fan": "wind",
+}  # fmt: skip
+
+DIRECTIONS: dict[str, str] = {
+    "left": "left", "leftward": "left", "leftwards": "left", "right": "right",
+    "rightward": "right", "rightwards": "right", "forward": "forward", "forwards": "forward",
+    "ahead": "forward", "onward": "forward", "onwards": "forward", "backward": "backward",
+    "backwards": "backward", "back": "backward", "up": "up", "upward": "up", "upwards": "up",
+    "down": "down", "downward": "down", "downwards": "down", "downhill": "down",
+    "uphill": "up", "sideways": "sideways", "sideway": "sideways", "sideward": "sideways",
+    "laterally": "sideways", "outward": "outward", "outwards": "outward",
+    "vertically": "down", "inward": "inward", "inwards": "inward", "away": "off",
+    "off": "off", "aside": "sideways", "lateral": "sideways",
+}  # fmt: skip
+
+CAMERA_WORDS = frozenset(["camera", "viewer", "us", "observer", "lens", "you"])
+
+MANNERS: dict[str, str] = {
+    **dict.fromkeys(["slowly", "slow", "gradually", "leisurely", "sluggishly"], "slow"),
+    **dict.fromkeys(["gently", "gentle", "softly", "lightly", "light", "soft", "weak", "weakly", "mild", "mildly"], "gentle"),
+    **dict.fromkeys(["quickly", "quick", "fast", "rapidly", "rapid", "swiftly", "suddenly", "swift", "sudden"], "fast"),
+    **dict.fromkeys(
+        ["hard", "heavily", "heavy", "strongly", "strong", "forcefully", "powerfully", "powerful", "violently", "violent", "firmly", "forceful", "fiercely"],
+        "hard",
+    ),
+    **dict.fromkeys(["continuously", "continuous", "steadily", "steady", "constantly", "smoothly", "smooth"], "continuous"),
+    **dict.fromkeys(["rhythmically", "rhythmic", "periodically", "periodic", "repeatedly"], "rhythmic"),
+    **dict.fromkeys(["straight", "directly", "vertical"], "straight"),
+    **dict.fromkeys(["slightly", "barely"], "slight"),
+}  # fmt: skip
+
+FILLERS = frozenset(
+    ["finally", "eventually", "then", "also", "just", "immediately", "naturally", "simply", "simultaneously", "together", "again", "afterwards", "afterward", "thereby", "instead", "soon", "later", "now", "initially", "first", "meanwhile", "suddenly", "still", "completely", "fully", "entirely", "almost", "nearly", "quite", "very", "too", "so", "well", "thus", "hence", "therefore", "already", "only", "even", "once", "there", "here", "subsequently", "next", "apart", "under", "freely", "perfectly", "cleanly", "really", "squarely"]
+)
+COUNTS = {"once": 1, "twice": 2, "thrice": 3}
+
+POSTURES: dict[str, str] = {
+    "upright": "upright", "standing": "upright", "stable": "still", "still": "still",
+    "untouched": "still", "unmoved": "still", "motionless": "still", "stationary": "still",
+    "undisturbed": "still", "intact": "still", "unaffected": "still", "fixed": "still",
+    "put": "still", "flat": "flat", "steady": "still", "balanced": "upright",
+    "vertical": "upright", "behind": "still",
+}  # fmt: skip
+
+COLOURS = frozenset(
+    ["red", "orange", "yellow", "green", "blue", "purple", "violet", "pink", "brown", "black", "white", "gray", "grey", "silver", "gold", "golden", "beige", "cyan", "magenta", "turquoise", "transparent", "clear", "striped", "dark", "bright", "pale"]
+)
+SIZES = {
+    **dict.fromkeys(["small", "tiny", "little", "smaller", "smallest", "mini", "short"], "small"),
+    **dict.fromkeys(["large", "big", "huge", "tall", "giant", "bigger", "biggest", "larger", "largest", "massive"], "large"),
+}
+POSITIONS: dict[str, str] = {
+    "top": "top", "upper": "top", "topmost": "top", "uppermost": "top", "highest": "top",
+    "bottom": "bottom", "lower": "bottom", "lowest": "bottom", "lowermost": "bottom",
+    "bottommost": "bottom", "left": "left", "leftmost": "left", "lefthand": "left",
+    "right": "right", "rightmost": "right", "righthand": "right", "middle": "middle",
+    "central": "middle", "center": "middle", "centre": "middle", "front": "front",
+    "nearest": "front", "closest": "front", "rear": "back", "back": "back", "far": "back",
+    "farthest": "back", "furthest": "back", "near": "front",
+}  # fmt: skip
+ORDINALS = {"first": 1, "second": 2, "third": 3, "fourth": 4, "fifth": 5, "last": -1}
+NUMBERS = {
+    "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8,
+    "nine": 9, "ten": 10,
+}  # fmt: skip
+OTHERS = frozenset(["other", "others", "remaining", "rest"])
+MATERIAL_WORDS = frozenset(
+    ["wooden", "metal", "metallic", "plastic", "rubber", "glass", "stone", "ceramic", "foam", "paper", "cardboard", "clay", "leather", "steel", "iron", "concrete", "icy", "frozen", "sandy", "cotton", "acrylic"]
+)
+PLAIN_ADJECTIVES = frozenset(
+    ["ripe", "flat", "round", "square", "long", "narrow", "wide", "original", "new", "same", "whole", "single", "nearby", "hanging", "resting", "moving", "rolling", "falling", "flying", "standing", "sliding", "empty", "full", "shifting", "stationary", "old", "heavy", "light", "hard", "soft", "loose", "entire", "final", "initial", "side", "opposite", "grassy", "inside", "outer", "inner", "open", "free", "shiny", "smooth", "rough"]
+)
+
+DETERMINERS = frozenset(
+    ["a", "an", "the", "this", "these", "those", "its", "their", "his", "her", "our", "my", "your", "each", "every", "all", "both", "some", "any", "another", "several", "no"]
+)
+PRONOUNS = frozenset(["it", "they", "them", "itself", "themselves", "one", "others", "everything", "he", "she", "him"])
+AUXILIARIES = frozenset(
+    ["is", "are", "was", "were", "be", "been", "being", "am", "has", "have", "had", "do", "does", "did", "will", "would", "shall", "should", "may", "might", "must", "could", "can", "gets", "getting", "becomes", "become", "became"]
+)
+BE = frozenset(["is", "are", "was", "were", "be", "been", "being", "am", "gets", "getting", "get", "got", "becomes", "become", "became"])
+NEGATIONS = frozenset(["not", "never", "n't", "cannot", "hardly"])
+PREPOSITIONS = frozenset(
+    ["on", "onto", "upon", "in", "into", "inside", "within", "to", "toward", "towards", "from", "off", "of", "over", "under", "underneath", "beneath", "below", "above", "across", "along", "through", "past", "against", "with", "without", "by", "at", "near", "beside", "behind", "before", "after", "around", "between", "among", "beyond", "down", "up", "outside", "until", "via", "for", "alongside", "about", "throughout", "during", "like"]
+)
+CONJUNCTIONS = frozenset(["and", "or", "but", "then", "nor"])
+SUBORDINATORS = frozenset(
+    ["as", "while", "when", "because", "since", "so", "until", "before", "after", "if", "although", "though", "whereas", "whilst", "once", "where", "until", "without"]
+)
+RELATIVES = frozenset(["that", "which", "who"])
+
+RELATIONS: dict[str, str] = {
+    "on": "on", "onto": "on", "upon": "on", "in": "in", "into": "into", "inside": "in",
+    "within": "in", "to": "toward", "toward": "toward", "towards": "toward", "at": "at",
+    "from": "from", "off": "off", "over": "over", "across": "along", "past": "over",
+    "beyond": "over", "through": "along", "along": "along", "down": "down", "up": "up",
+    "under": "under", "underneath": "under", "beneath": "under", "below": "under",
+    "above": "above", "against": "against", "near": "near", "beside": "near", "behind": "behind",
+    "before": "before", "after": "after", "around": "around", "between": "between",
+    "with": "with", "by": "by", "until": "until", "outside": "off", "alongside": "near",
+}  # fmt: skip
+
+GROUND_WORDS = frozenset(
+    ["floor", "ground", "grass", "field", "lawn", "pitch", "lane", "road", "street", "pavement", "rink", "ice", "sand", "beach", "court", "carpet", "turf", "snow", "asphalt", "sheet", "track", "soil", "dirt"]
+)
+TABLE_WORDS = frozenset(["table", "tabletop", "desk", "counter", "countertop", "bench", "worktop", "surface"])
+SUPPORT_CLASSES: tuple[frozenset[str], ...] = (
+    TABLE_WORDS,
+    frozenset(["ramp", "slope", "incline", "wedge", "slide", "chute"]),
+    frozenset(["belt", "conveyor"]),
+    frozenset(["shelf", "ledge", "rack"]),
+    frozenset(["step", "stair", "stairs"]),
+    frozenset(["wall"]),
+    frozenset(["platform", "stage", "podium", "pedestal"]),
+)
+PARTS: dict[str, str] = {
+    "edge": "edge", "rim": "edge", "brink": "edge", "border": "edge", "corner": "edge",
+    "side": "side", "end": "end", "bottom": "lower_end", "foot": "lower_end", "toe": "lower_end",
+    "base": "lower_end", "top": "upper_end", "crest": "upper_end", "center": "center",
+    "centre": "center", "middle": "center", "surface": "surface",
+}  # fmt: skip
+LANDMARKS: dict[str, str] = {
+    "goal": "opening", "net": "opening", "hoop": "opening", "gate": "opening", "hole": "opening",
+    "doorway": "opening", "door": "opening", "gap": "opening", "pocket": "opening",
+    "line": "line", "stripe": "line", "finish": "line", "target": "point", "bullseye": "point",
+    "mark": "point", "marker": "point", "spot": "point", "zone": "area",
+    "area": "area", "circle": "area", "square": "area", "region": "area",
+}  # fmt: skip
+MASS_HEADS = frozenset(
+    ["stack", "pile", "row", "pair", "set", "group", "line", "bunch", "tower", "heap", "piece", "block", "slice", "number", "all", "each", "one", "two", "three", "some", "both", "half"]
+)
+"""Heads that stand for what follows their "of"."""
+
+IGNORED_NOUNS = frozenset(
+    ["position", "place", "motion", "way", "air", "mass", "direction", "distance", "path", "force", "time", "speed", "balance", "support", "frame", "stop", "rest", "center", "centre", "end", "case", "fashion", "manner", "movement", "scene", "image", "picture", "other", "each", "result", "order", "turn", "angle", "height", "clip", "video", "effect", "action", "moment", "origin", "location", "spin", "halt", "speed", "momentum", "direction", "stand"]
+)
+"""Nouns that name neither a thing nor a place of the scene."""
+
+SYNONYMS: tuple[frozenset[str], ...] = tuple(
+    frozenset(row.split())
+    for row in (
+        "ball football sphere",
+        "car vehicle automobile truck",
+        "stone rock boulder pebble",
+        "can tin",
+        "bin trashcan dustbin",
+        "box crate carton package parcel",
+        "cube block die box brick",
+        "cup mug glass tumbler",
+        "bottle flask",
+        "suit clothes clothing garment costume outfit laundry dress shirt coat jacket robe",
+        "house castle building",
+        "tree plant",
+        "puck disc disk",
+        "pin skittle bowlingpin",
+        "stool chair seat",
+        "scooter moped motorcycle motorbike",
+        "bike bicycle",
+        "book volume",
+        "duck toy",
+        "car toy",
+        "balloon",
+        "pot vase jar urn",
+        "lamp lantern",
+        "domino tile",
+        "person man woman figure figurine doll",
+        "orange apple persimmon lemon lime peach pear melon pumpkin fruit",
+    )
+)
+GENERIC = frozenset(["object", "objects", "thing", "things", "item", "items", "body"])

@@ -120,7 +120,7 @@ class PassesOver(_Statement):
 
 
 class Stops(_Statement):
-    """Slower than `speed` at the end, within `distance` m of `near` where that is given."""
+    """Has moved and is slower than `speed` at the end, within `distance` m of `near` if given."""
 
     kind: Literal["stops"] = "stops"
     subject: Name
@@ -130,7 +130,7 @@ class Stops(_Statement):
 
 
 class StopsBefore(_Statement):
-    """At rest at the end and has not reached `before` (object, support or landmark)."""
+    """Has moved, is at rest at the end and has not reached `before` (body or landmark)."""
 
     kind: Literal["stops_before"] = "stops_before"
     subject: Name
@@ -139,7 +139,7 @@ class StopsBefore(_Statement):
 
 
 class Airborne(_Statement):
-    """Is without any contact for at least `seconds` in one stretch."""
+    """Is without any contact for at least `seconds` in one stretch, and not held by an action."""
 
     kind: Literal["airborne"] = "airborne"
     subject: Name
@@ -147,7 +147,7 @@ class Airborne(_Statement):
 
 
 class Rotates(_Statement):
-    """Turns by at least `angle` degrees in total, about `axis` where that is given."""
+    """Turns by at least `angle` degrees in total; net about `axis`, either way, if given."""
 
     kind: Literal["rotates"] = "rotates"
     subject: Name
@@ -240,7 +240,7 @@ class Sways(_Statement):
 
 
 class Before(_Statement):
-    """The statement `first` becomes true before the statement `second` does."""
+    """Both become true, the statement `first` before the statement `second`."""
 
     kind: Literal["before"] = "before"
     first: Name
@@ -303,6 +303,28 @@ class Contract(Frozen):
     clauses: tuple[Clause, ...] = Field(default=(), max_length=64)
     statements: tuple[Statement, ...] = Field(default=(), max_length=256)
     not_understood: tuple[Text, ...] = Field(default=(), max_length=64)
+
+    @property
+    def serving(self) -> frozenset[str]:
+        """Ids of statements that only serve a composite; they are measured but not demanded.
+
+        What a `before` orders is demanded like any other, unless the `before` itself serves.
+        """
+        named: set[str] = set()
+        for statement in self.statements:
+            if isinstance(statement, AllOf | AnyOf):
+                named.update(statement.of)
+        for _ in self.statements:
+            inner = {
+                one
+                for statement in self.statements
+                if isinstance(statement, Before) and statement.id in named
+                for one in (statement.first, statement.second)
+            }
+            if inner <= named:
+                break
+            named |= inner
+        return frozenset(named)
 
     @property
     def untested(self) -> tuple[Clause, ...]:

@@ -24,6 +24,7 @@ from physagent_studio.program.base import (
     Source,
     Text,
 )
+from physagent_studio.program.bodies import Body, Rigid
 from physagent_studio.program.camera import Camera
 
 Radians = Annotated[float, Field(ge=-7, le=7)]
@@ -189,7 +190,7 @@ class SceneObject(Frozen):
     position: centre of mass in the world, m. rotation: pose R_world_body; reconstruction sets
     it together with an open shape. support: what it stands on in the picture (support or
     object), "air" for nothing, None for open. material: a row of `program.materials`; density
-    (kg/m³), friction and restitution override that row.
+    (kg/m³), friction and restitution override that row. body: how it holds together.
     """
 
     name: Name
@@ -202,6 +203,7 @@ class SceneObject(Frozen):
     density: Density | None = None
     friction: Friction | None = None
     restitution: Restitution | None = None
+    body: Body = Rigid()
     source: Source = "estimated"
 
 

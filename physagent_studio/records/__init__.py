@@ -18,7 +18,7 @@ from physagent_studio.records.judgement import (
     Proposal,
     Round,
 )
-from physagent_studio.records.rollout import CONTACT_DTYPE, ActionSpan, Alarm, Rollout
+from physagent_studio.records.rollout import CONTACT_DTYPE, ActionSpan, Alarm, Release, Rollout
 from physagent_studio.records.scene import Candidate, Finding, Mesh, Scene
 
 __all__ = [
@@ -43,6 +43,7 @@ __all__ = [
     "Override",
     "Preview",
     "Proposal",
+    "Release",
     "Rollout",
     "RolloutEvidence",
     "Round",

@@ -20,6 +20,7 @@ class Check(Frozen):
 
     margin is continuous where the physics is, so that a search can follow it even while the
     statement fails (a miss by 0.31 m has margin −0.31 over its scale). step: when it was decided.
+    demanded: False for a statement that only serves a composite; it counts through that alone.
     """
 
     id: str
@@ -33,6 +34,7 @@ class Check(Frozen):
     clause: str | None = None
     kind: str = ""
     always_on: bool = False
+    demanded: bool = True
 
 
 class Mismatch(Frozen):
@@ -73,12 +75,12 @@ class Assessment(Frozen):
     @property
     def score(self) -> float:
         """Sum of capped margins; larger is better, ≥ 0 only when all hold."""
-        return sum(min(check.margin, 0.0) for check in self.checks)
+        return sum(min(check.margin, 0.0) for check in self.checks if check.demanded)
 
     @property
     def realised(self) -> int:
         """How many checks hold."""
-        return sum(check.ok for check in self.checks)
+        return sum(check.ok for check in self.checks if check.demanded)
 
 
 class Hunk(Frozen):

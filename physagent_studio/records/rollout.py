@@ -45,6 +45,16 @@ class ActionSpan:
     work: float
 
 
+@dataclass(frozen=True, slots=True)
+class Release:
+    """A joint of the breakable object `name` that let go: on which step, at what impulse, N·s."""
+
+    step: int
+    name: str
+    joint: str
+    impulse: float
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Rollout:
     """S control steps of N objects; index 0 is the initial state, so arrays have S + 1 rows.
@@ -55,6 +65,7 @@ class Rollout:
     world, rad/s. contacts: structured, `CONTACT_DTYPE`, sorted by step; resting contacts appear
     on every step. kinetic, potential: (S+1, N) J. masses: (N,) kg. penetration: (S+1,) m,
     deepest. vertices: deformed visual vertices per frame for soft objects, (frames, V, 3).
+    releases: joints of breakable objects that let go, sorted by step.
     """
 
     program_hash: str
@@ -76,6 +87,7 @@ class Rollout:
     warnings: tuple[Alarm, ...]
     versions: tuple[tuple[str, str], ...]
     vertices: tuple[tuple[str, FloatArray], ...] = ()
+    releases: tuple[Release, ...] = ()
 
     @property
     def blown_up(self) -> Alarm | None:

@@ -1,0 +1,272 @@
+"""What must be true of any rollout, whatever the prompt says."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.contract.facts import Facts, Window
+from physagent_studio.contract.outcome import bounded
+from physagent_studio.contract.words import number
+from physagent_studio.program.bodies import DEFORMABLE
+from physagent_studio.program.scene import Floor
+from physagent_studio.program.shapes import Placed, depth_inside, lowest, place_support
+from physagent_studio.records.judgement import Check
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+SUSTAINED, SUSTAINED_SECONDS = 0.05, 0.03
+"""Overlap that lasts may be this part of the smaller body's smallest extent."""
+PEAK = 0.3
+"""Overlap in the moment of a blow may be this part of it."""
+ELASTIC_SECONDS = 0.06
+"""Longest time for which a contact may store energy that the books do not show."""
+CAUSE_SECONDS = 0.1
+"""A cause may lie this far back when something starts to move."""
+STILL, MOVING = 0.01, 0.05
+"""Speeds below and above which a body counts as at rest and as moving, m/s."""
+
+
+def always_on(facts: Facts) -> tuple[Check, ...]:
+    """The five checks of the physics, in a fixed order."""
+    return (
+        _no_blow_up(facts),
+        _no_deep_penetration(facts),
+        _energy(facts),
+        _caused(facts),
+        _no_sinking(facts),
+    )
+
+
+def _made(
+    name: str,
+    text: str,
+    margin: float,
+    measured: float | None = None,
+    threshold: float | None = None,
+    unit: str = "",
+    step: int | None = None,
+) -> Check:
+    ok = margin >= 0
+    return Check(
+        id=f"physics.{name}",
+        text=text.format(answer="yes" if ok else "no"),
+        ok=ok,
+        measured=measured,
+        threshold=threshold,
+        unit=unit,
+        margin=bounded(margin),
+        step=step,
+        kind=name,
+        always_on=True,
+    )
+
+
+def _no_blow_up(facts: Facts) -> Check:
+    alarm = facts.rollout.blown_up
+    if alarm is not None:
+        text = f"the run stays stable: {{answer}}, step {alarm.step}: {_safe(alarm.text)}"
+        return _made("blow_up", text, -1.0, step=alarm.step)
+    if not facts.complete:
+        text = f"the run stays stable: {{answer}}, numbers end at step {facts.last}"
+        return _made("blow_up", text, -1.0, step=facts.last)
+    return _made("blow_up", "the run stays stable: {answer}", 1.0)
+
+
+def _safe(text: str) -> str:
+    return text.replace("{", "(").replace("}", ")")
+
+
+# --- penetration -----------------------------------------------------------------------------
+
+
+def _no_deep_penetration(facts: Facts) -> Check:
+    """The deepest overlap of any pair, less what it had in frame 0, over what it may be."""
+    rows = facts.rollout.contacts
+    rows = rows[rows["step"] <= facts.last]
+    worst, text, step = 0.0, "nothing overlaps deeply: {answer}", None
+    measured, threshold, ignored = 0.0, None, 0.0
+    for a, b in sorted({(int(a), int(b)) for a, b in zip(rows["a"], rows["b"], strict=True)}):
+        mine = rows[(rows["a"] == a) & (rows["b"] == b)]
+        depth = np.zeros(facts.last + 1)
+        np.maximum.at(depth, mine["step"], mine["depth"])
+        start = float(depth[: facts.rollout.steps_per_frame].max()) if depth[0] > 0 else 0.0
+        ignored = max(ignored, start)
+        grown = np.maximum(depth - start, 0.0)
+        extent = min(_extent(facts, a), _extent(facts, b))
+        lasting = _lasting(grown, max(1, round(SUSTAINED_SECONDS / facts.dt)))
+        for values, share in ((lasting, SUSTAINED), (grown, PEAK)):
+            ratio = float(values.max()) / max(share * extent, 1e-3)
+            if ratio > worst:
+                worst, measured = ratio, float(values.max())
+                threshold, step = max(share * extent, 1e-3), int(values.argmax())
+                one, two = facts.rollout.bodies[a], facts.rollout.bodies[b]
+                figures = f"{number(measured * 1000)} mm ≤ {number(threshold * 1000)} mm"
+                text = f"{one} and {two} overlap by {figures}: {{answer}}"
+    if ignored > 1e-3:
+        text += f", beside {number(ignored * 1000)} mm from the start"
+    return _made("penetration", text, 1.0 - worst, measured, threshold, "m", step)
+
+
+def _lasting(values: FloatArray, count: int) -> FloatArray:
+    """(S,) the least value of the `count` rows up to each row."""
+    if len(values) < count:
+        return np.zeros_like(values)
+    windows = np.lib.stride_tricks.sliding_window_view(values, count).min(axis=1)
+    return np.concatenate([np.zeros(count - 1), windows])
+
+
+def _extent(facts: Facts, index: int) -> float:
+    """Smallest extent of a body, m; supports count as large."""
+    if index >= len(facts.rollout.objects):
+        return np.inf
+    return float(facts.outline(facts.rollout.bodies[index]).size.min())
+
+
+# --- energy ----------------------------------------------------------------------------------
+
+
+def _energy(facts: Facts) -> Check:
+    """How much energy appears on steps on which no action acts, over a fiftieth of all of it."""
+    if _stores_energy(facts):
+        text = "energy rises only where an action does work: {answer}, not judged: elastic bodies"
+        return _made("energy", text + " keep energy that is not recorded", 0.0)
+    kinetic, potential = facts.rollout.kinetic, facts.rollout.potential
+    rows = slice(0, facts.last + 1)
+    total = (kinetic + potential)[rows].sum(axis=1)
+    gained = _gains(total, facts.dt)
+    acted = _any_action(facts)[rows]
+    gained[acted] = 0.0
+    appeared = float(gained.sum())
+    step = int(gained.argmax()) if appeared > 0 else None
+    weight = float(facts.rollout.masses.sum()) * 9.81
+    allowed = 0.02 * float(kinetic[rows].sum(axis=1).max() + np.ptp(total)) + weight * 2e-4
+    text = (
+        f"energy appears without work: {number(appeared, 'J')} ≤ {number(allowed, 'J')}: {{answer}}"
+    )
+    margin = (allowed - appeared) / max(allowed, 1e-9)
+    return _made("energy", text, margin, appeared, allowed, "J", step)
+
+
+def _gains(total: FloatArray, dt: float) -> FloatArray:
+    """(S,) rise of each row above all rows of the moment before it.
+
+    A bounce takes energy into the contact and gives it back; only what exceeds the level of
+    the last hundredths of a second is new.
+    """
+    reach = max(1, round(ELASTIC_SECONDS / dt))
+    padded = np.concatenate([np.full(reach, -np.inf), total])
+    before = np.lib.stride_tricks.sliding_window_view(padded, reach)[: len(total)].max(axis=1)
+    return np.where(np.isfinite(before), np.maximum(total - before, 0.0), 0.0)
+
+
+def _any_action(facts: Facts) -> BoolArray:
+    """(S + 1,) whether any action acts, or has just stopped."""
+    acted = np.zeros(facts.rollout.steps + 1, bool)
+    for span in facts.rollout.spans:
+        if span.start is not None:
+            end = facts.rollout.steps if span.end is None else span.end
+            acted[span.start : end + 2] = True
+    return acted
+
+
+def _stores_energy(facts: Facts) -> bool:
+    return any(item.body.kind in DEFORMABLE for item in facts.program.scene.objects)
+
+
+# --- causes ----------------------------------------------------------------------------------
+
+
+def _caused(facts: Facts) -> Check:
+    """Nothing that lay still starts to move without an action, another body or a fall."""
+    for name in facts.rollout.objects:
+        item = facts.program.scene.object(name)
+        if item is not None and item.body.kind in DEFORMABLE:
+            continue
+        for start in _starts(facts, name):
+            if not _has_cause(facts, name, start):
+                frame = facts.rollout.frame_of(start)
+                text = (
+                    "nothing moves without a cause: {answer}, "
+                    f"{name} starts to move at frame {frame}"
+                )
+                return _made("cause", text, -1.0, step=start)
+    return _made("cause", "nothing moves without a cause: {answer}", 1.0)
+
+
+def _starts(facts: Facts, name: str) -> list[int]:
+    """Steps at which the object, having been still, begins a motion that gets anywhere."""
+    track = facts.track(name, facts.whole())
+    bustle = track.bustle
+    starts: list[int] = []
+    still = True
+    since = 0
+    for row, value in enumerate(bustle):
+        if value < STILL:
+            still, since = True, row
+        elif value > MOVING and still:
+            ahead = track.positions[row : row + round(0.5 / facts.dt) + 1]
+            travel = np.linalg.norm(ahead - track.positions[since], axis=-1).max()
+            if travel > max(0.005, 0.05 * track.size):
+                starts.append(since)
+            still = False
+    return starts
+
+
+def _has_cause(facts: Facts, name: str, start: int) -> bool:
+    reach = max(2, round(CAUSE_SECONDS / facts.dt))
+    around = Window(max(0, start - reach), min(facts.last, start + reach))
+    if facts.acted_on(name)[around.rows].any():
+        return True
+    others = (other for other in facts.rollout.objects if other != name)
+    if any(facts.touching(name, other, around).any() for other in others):
+        return True
+    if not facts.touching_anything(name, Window(start, start)).any():
+        return True
+    return _paid_by_height(facts, name, start)
+
+
+def _paid_by_height(facts: Facts, name: str, start: int) -> bool:
+    """Whether its height pays for its motion: it slides, rolls or tips over."""
+    index = facts.rollout.objects.index(name)
+    rows = slice(start, min(facts.last, start + round(0.5 / facts.dt)) + 1)
+    energy = (facts.rollout.kinetic + facts.rollout.potential)[rows, index]
+    kinetic = facts.rollout.kinetic[rows, index]
+    return float(energy.max() - energy[0]) <= 0.2 * float(kinetic.max()) + 1e-9
+
+
+# --- sinking ---------------------------------------------------------------------------------
+
+
+def _no_sinking(facts: Facts) -> Check:
+    """No object gets below the ground or into a solid support, beyond where it began."""
+    worst, step = 0.0, None
+    measured, threshold = 0.0, None
+    text = "every support carries what is on it: {answer}"
+    for name in facts.rollout.objects:
+        item = facts.program.scene.object(name)
+        if item is None or item.shape is None or item.body.kind in DEFORMABLE:
+            continue
+        track = facts.track(name, facts.whole())
+        allowed = max(0.1 * float(track.outline.size.min()), 2e-3)
+        for support in facts.program.scene.supports:
+            if support.shape is None:
+                continue
+            depth = _depth(track.placed, place_support(support.shape), support.shape)
+            grown = depth - max(float(depth[0]), 0.0)
+            ratio = float(grown.max()) / allowed
+            if ratio > max(worst, 0.1):
+                worst, step = ratio, int(grown.argmax())
+                measured, threshold = float(grown.max()), allowed
+                figures = f"{number(measured * 1000)} mm ≤ {number(allowed * 1000)} mm"
+                text = f"{name} sinks into {support.name} by {figures}: {{answer}}"
+    return _made("sink", text, 1.0 - worst, measured, threshold, "m", step)
+
+
+def _depth(body: Placed, support: Placed, shape: object) -> FloatArray:
+    """(T,) depth of the lowest point below a floor; in other supports, of the centre, m."""
+    assert body.outline is not None
+    if isinstance(shape, Floor) and body.outline.exact:
+        return shape.height - lowest(body)
+    return depth_inside(body.positions, support)

@@ -1,0 +1,253 @@
+"""A program and its rollout, as the measures ask for them: tracks, touches, tilts, windows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.program.rotations import matrices_of
+from physagent_studio.program.shapes import Outline, Placed, outline_of, place_object, place_support
+from physagent_studio.records.rollout import Rollout
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+T = TypeVar("T")
+
+CARRYING = 0.3
+"""A contact carries when the upward part of its normal is at least this."""
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """Control steps first … last, both inclusive."""
+
+    first: int
+    last: int
+
+    @property
+    def rows(self) -> slice:
+        """The rows of the rollout's arrays."""
+        return slice(self.first, self.last + 1)
+
+    def __len__(self) -> int:
+        return self.last - self.first + 1
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Track:
+    """One object over a window of W steps.
+
+    positions (W, 3), rotations (W, 4), velocities (W, 3), angular (W, 3); rest_rotation (4,) is
+    its pose at step 0, which tilt refers to.
+    """
+
+    name: str
+    window: Window
+    dt: float
+    outline: Outline
+    positions: FloatArray
+    rotations: FloatArray
+    velocities: FloatArray
+    angular: FloatArray
+    rest_rotation: FloatArray
+
+    @property
+    def size(self) -> float:
+        """Characteristic size: mean edge of the bounding box, m."""
+        return float(self.outline.size.mean())
+
+    @property
+    def speed(self) -> FloatArray:
+        """(W,) speed of the centre of mass, m/s."""
+        return np.linalg.norm(self.velocities, axis=-1)
+
+    @property
+    def bustle(self) -> FloatArray:
+        """(W,) speed of the centre or, for a spin, of a point halfway out, m/s."""
+        spin = np.linalg.norm(self.angular, axis=-1) * self.outline.radius / 2
+        return np.maximum(self.speed, spin)
+
+    def final_bustle(self) -> float:
+        """Mean of `bustle` over the last twentieth of a second, m/s."""
+        count = max(1, round(0.05 / self.dt))
+        return float(self.bustle[-count:].mean())
+
+    @property
+    def placed(self) -> Placed:
+        """Its outline over the window."""
+        return Placed(self.outline, positions=self.positions, matrices=matrices_of(self.rotations))
+
+    def tilt(self, since_start: bool = False) -> FloatArray:
+        """(W,) degrees between its up axis and the vertical; turns about the vertical are none.
+
+        The up axis is the body axis that pointed up at step 0, or, with `since_start`, when the
+        window began. A ball has none (always 0), and a
+        body of revolution tilts only as its axis of symmetry does: a can rolling on its side
+        does not.
+        """
+        if self.outline.is_ball:
+            return np.zeros(len(self.positions))
+        matrices = matrices_of(self.rotations)
+        first = matrices[0] if since_start else matrices_of(self.rest_rotation[None])[0]
+        if self.outline.axis is not None:
+            axis = np.array(self.outline.axis)
+            now = np.degrees(np.arccos(np.clip(matrices[:, 2] @ axis, -1, 1)))
+            then = np.degrees(np.arccos(np.clip(first[2] @ axis, -1, 1)))
+            return np.abs(now - then)
+        up = first.T @ np.array([0.0, 0.0, 1.0])
+        return np.degrees(np.arccos(np.clip((matrices @ up)[:, 2], -1, 1)))
+
+    def first(self, condition: BoolArray) -> int | None:
+        """The step at which a per-step condition (W,) is first true."""
+        return self.window.first + int(np.argmax(condition)) if condition.any() else None
+
+
+@dataclass(frozen=True, eq=False)
+class Facts:
+    """A program with its rollout. `last` is the last step with finite numbers before any blow-up.
+
+    The cache holds per-pair contact masks and per-shape outlines of this one rollout.
+    """
+
+    program: PhysicalProgram
+    rollout: Rollout
+    last: int
+    _cache: dict[object, object] = field(default_factory=dict, repr=False)
+
+    @classmethod
+    def of(cls, program: PhysicalProgram, rollout: Rollout) -> Facts:
+        """Facts up to the last step that can be trusted."""
+        rows = rollout.positions.reshape(len(rollout.positions), -1)
+        finite: BoolArray = np.asarray(np.isfinite(rows).all(axis=1))
+        last = rollout.steps if finite.all() else int(np.argmin(finite)) - 1
+        if rollout.blown_up is not None:
+            last = min(last, max(rollout.blown_up.step - 1, 0))
+        return cls(program, rollout, last)
+
+    def cached(self, key: object, make: Callable[[], T]) -> T:
+        """The value of `make`, computed once per key."""
+        if key not in self._cache:
+            self._cache[key] = make()
+        return self._cache[key]  # type: ignore[return-value]
+
+    @property
+    def complete(self) -> bool:
+        """Whether the run reached its end."""
+        return self.rollout.blown_up is None and self.last == self.rollout.steps
+
+    @property
+    def dt(self) -> float:
+        """Seconds per control step."""
+        return self.rollout.step_seconds
+
+    def window(self, from_step: int | None, to_step: int | None) -> Window | None:
+        """The steps of a statement's window that the run covers, or None if it covers none."""
+        first = from_step or 0
+        last = self.last if to_step is None else min(to_step, self.last)
+        return Window(first, last) if first <= last else None
+
+    def whole(self) -> Window:
+        """Every step that can be trusted."""
+        return Window(0, self.last)
+
+    def is_object(self, name: str) -> bool:
+        """Whether the rollout has an object of that name."""
+        return name in self.rollout.objects
+
+    def outline(self, name: str) -> Outline:
+        """The outline of an object; a point where its shape is open."""
+        item = self.program.scene.object(name)
+        shape = item.shape if item is not None else None
+        if shape is None:
+            return Outline(is_ball=True, exact=False, rounding=0.05)
+        return self.cached(("outline", name), lambda: outline_of(shape))
+
+    def track(self, name: str, window: Window) -> Track:
+        """One object over a window."""
+        index, rows = self.rollout.objects.index(name), window.rows
+        run = self.rollout
+        return Track(
+            name=name,
+            window=window,
+            dt=run.step_seconds,
+            outline=self.outline(name),
+            positions=run.positions[rows, index],
+            rotations=run.rotations[rows, index],
+            velocities=run.velocities[rows, index],
+            angular=run.angular[rows, index],
+            rest_rotation=run.rotations[0, index],
+        )
+
+    def placed(self, name: str, window: Window) -> Placed | None:
+        """An object over the window or a support; None where its shape is open."""
+        if self.is_object(name):
+            return self.track(name, window).placed
+        support = self.program.scene.support(name)
+        if support is None or support.shape is None:
+            return None
+        return place_support(support.shape)
+
+    def placed_at_start(self, name: str, step: int) -> Placed | None:
+        """A support, or an object as it is at one step."""
+        item = self.program.scene.object(name)
+        if item is not None and item.shape is not None and self.is_object(name):
+            index = self.rollout.objects.index(name)
+            run = self.rollout
+            return place_object(item.shape, run.positions[step, index], run.rotations[step, index])
+        return self.placed(name, Window(step, step))
+
+    # --- contacts ----------------------------------------------------------------------------
+
+    def pair(self, first: str, second: str) -> NDArray[np.void]:
+        """Contact rows between two bodies, sorted by step."""
+        return self.cached(("pair", first, second), lambda: self._pair(first, second))
+
+    def _pair(self, first: str, second: str) -> NDArray[np.void]:
+        bodies, rows = self.rollout.bodies, self.rollout.contacts
+        if first not in bodies or second not in bodies:
+            return rows[:0]
+        a, b = bodies.index(first), bodies.index(second)
+        forward = (rows["a"] == a) & (rows["b"] == b)
+        return rows[(forward | ((rows["a"] == b) & (rows["b"] == a))) & (rows["step"] <= self.last)]
+
+    def touching(self, first: str, second: str, window: Window) -> BoolArray:
+        """(W,) whether two bodies touch on each step of a window."""
+        return _mask(self.pair(first, second)["step"], window)
+
+    def touching_anything(self, name: str, window: Window) -> BoolArray:
+        """(W,) whether a body touches anything at all."""
+        index, rows = self.rollout.index(name), self.rollout.contacts
+        mine = (rows["a"] == index) | (rows["b"] == index)
+        return _mask(rows["step"][mine], window)
+
+    def carried(self, name: str, by: str, window: Window) -> BoolArray:
+        """(W,) whether `by` carries the object: they touch, and the push on it points up."""
+        rows = self.pair(name, by)
+        upward = rows["normal"][:, 2]  # from a to b, so it is the push on b
+        up = np.where(rows["a"] == self.rollout.index(name), -upward, upward) if len(rows) else []
+        return _mask(rows["step"][np.asarray(up, float) >= CARRYING], window)
+
+    def acted_on(self, name: str, operators: tuple[str, ...] = ()) -> BoolArray:
+        """(S + 1,) whether an action (of these operators, or any) acts on the object."""
+        acted = np.zeros(self.rollout.steps + 1, bool)
+        for span in self.rollout.spans:
+            action = self.program.action(span.id)
+            if action is None or action.name != name or span.start is None:
+                continue
+            if not operators or action.operator in operators:
+                end = self.rollout.steps if span.end is None else span.end
+                acted[span.start : end + 1] = True
+        return acted
+
+
+def _mask(steps: NDArray[np.int32], window: Window) -> BoolArray:
+    mask = np.zeros(len(window), bool)
+    inside = (steps >= window.first) & (steps <= window.last)
+    mask[steps[inside] - window.first] = True
+    return mask

@@ -1,0 +1,276 @@
+"""Measures of how an object moves and turns."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.contract.facts import Facts, Track, Window
+from physagent_studio.contract.outcome import (
+    Outcome,
+    excess,
+    shortfall,
+    unmeasurable,
+    worst,
+)
+from physagent_studio.contract.places import Place, distance_to, place_of
+from physagent_studio.program.actions import Direction
+from physagent_studio.program.contract import (
+    Airborne,
+    DescendsSlowly,
+    Falls,
+    Flips,
+    Moves,
+    PathBends,
+    Reverses,
+    Rotates,
+    SpeedBetween,
+    Stays,
+    Topples,
+    Upright,
+)
+
+FloatArray = NDArray[np.float64]
+
+DIRECTIONS: dict[Direction, tuple[float, float, float]] = {
+    "left": (-1.0, 0.0, 0.0),
+    "right": (1.0, 0.0, 0.0),
+    "up": (0.0, 0.0, 1.0),
+    "down": (0.0, 0.0, -1.0),
+    "away": (0.0, 1.0, 0.0),
+    "toward_camera": (0.0, -1.0, 0.0),
+}
+KICK = 15.0
+"""A turn of more than this many degrees within one step is an impact and not a bend."""
+
+
+def moves(statement: Moves, facts: Facts, window: Window) -> Outcome:
+    """Greatest displacement since the window began, along the direction if one is given."""
+    track = facts.track(statement.subject, window)
+    travel = track.positions - track.positions[0]
+    if statement.direction is not None:
+        progress = travel @ np.array(DIRECTIONS[statement.direction])
+    elif statement.toward is not None:
+        place = place_of(statement.toward, facts, window.first)
+        if not isinstance(place, Place):
+            return unmeasurable(place)
+        distance = distance_to(place, track.positions)
+        progress = distance[0] - distance
+    else:
+        progress = np.linalg.norm(travel, axis=-1)
+    return _peak(track, progress, statement.distance, "m")
+
+
+def falls(statement: Falls, facts: Facts, window: Window) -> Outcome:
+    """Deepest drop of the centre of mass below its highest point so far."""
+    track = facts.track(statement.subject, window)
+    height = track.positions[:, 2]
+    return _peak(track, np.maximum.accumulate(height) - height, statement.drop, "m")
+
+
+def _peak(track: Track, values: FloatArray, threshold: float, unit: str) -> Outcome:
+    """value ≥ threshold for the greatest of per-step values, decided when first reached."""
+    best = float(values.max())
+    step = track.first(values >= threshold)
+    if step is None:
+        step = track.window.first + int(values.argmax())
+    return Outcome(excess(best, threshold), best, threshold, unit, "≥", step)
+
+
+def stays(statement: Stays, facts: Facts, window: Window) -> Outcome:
+    """Greatest displacement and, but for a ball, greatest tilt, both since the window began."""
+    track = facts.track(statement.subject, window)
+    away = np.linalg.norm(track.positions - track.positions[0], axis=-1)
+    tilt = track.tilt(since_start=True)
+    outcomes = [_ceiling(track, away, statement.distance, "m", f"{track.name} moves")]
+    if not track.outline.is_ball:
+        outcomes.append(_ceiling(track, tilt, statement.tilt, "°", f"{track.name} tilts"))
+    return worst(outcomes)
+
+
+def _ceiling(track: Track, values: FloatArray, threshold: float, unit: str, claim: str) -> Outcome:
+    """value ≤ threshold for all of the window, decided when first broken."""
+    most = float(values.max())
+    broken = track.first(values > threshold)
+    step = track.window.last if broken is None else broken
+    margin = shortfall(most, threshold)
+    return Outcome(margin, most, threshold, unit, "≤", step, claim=claim, lasting=True)
+
+
+def topples(statement: Topples, facts: Facts, window: Window) -> Outcome:
+    """Tilt at the end; while it has never been enough, the greatest tilt tells how near it was."""
+    track = facts.track(statement.subject, window)
+    if track.outline.is_ball:
+        return Outcome(-1.0, 0.0, statement.tilt, "°", "≥", window.last, "a ball cannot topple")
+    tilt, need = track.tilt(), statement.tilt
+    final, most = float(tilt[-1]), float(tilt.max())
+    if final >= need:
+        # It topples when it passes the threshold for the last time.
+        below = np.nonzero(tilt < need)[0]
+        step = window.first + (int(below[-1]) + 1 if len(below) else 0)
+        return Outcome(excess(final, need), final, need, "°", "≥", step, lasting=True)
+    margin = excess(most, need) if most < need else -0.1 * (need - final) / max(need, 1e-3)
+    note = "" if most < need else f"it tilted {most:.0f}° and came back"
+    step = window.first + int(tilt.argmax())
+    return Outcome(min(margin, -1e-6), final, need, "°", "≥", step, note, lasting=True)
+
+
+def upright(statement: Upright, facts: Facts, window: Window) -> Outcome:
+    """Tilt at the end of the window."""
+    track = facts.track(statement.subject, window)
+    final = float(track.tilt()[-1])
+    note = "a ball has no upright side" if track.outline.is_ball else ""
+    margin = shortfall(final, statement.tilt)
+    return Outcome(margin, final, statement.tilt, "°", "≤", window.last, note, lasting=True)
+
+
+def airborne(statement: Airborne, facts: Facts, window: Window) -> Outcome:
+    """Longest stretch without a contact; being held in the air is not flying."""
+    free = ~facts.touching_anything(statement.subject, window)
+    free &= ~facts.acted_on(statement.subject, ("FixObject",))[window.rows]
+    best = run = 0
+    best_end = 0
+    reached: int | None = None
+    for row, is_free in enumerate(free):
+        run = run + 1 if is_free else 0
+        if run > best:
+            best, best_end = run, row
+        if reached is None and run and (run - 1) * facts.dt >= statement.seconds:
+            reached = row
+    seconds = max(best - 1, 0) * facts.dt
+    step = window.first + (best_end if reached is None else reached)
+    margin = excess(seconds, statement.seconds)
+    return Outcome(margin, seconds, statement.seconds, "s", "≥", step)
+
+
+def rotates(statement: Rotates, facts: Facts, window: Window) -> Outcome:
+    """Turning in total; about an axis, in either sense, the net turn."""
+    track = facts.track(statement.subject, window)
+    turned = np.degrees(_cumulative(track.angular, track.dt))
+    if statement.axis is not None:
+        axis = np.array(statement.axis)
+        length = float(np.linalg.norm(axis))
+        if length < 1e-9:
+            return unmeasurable("the axis is zero")
+        return _peak(track, np.abs(turned @ (axis / length)), statement.angle, "°")
+    # Summed over tenths of a second, so that the trembling of a resting body does not add up.
+    stride = max(1, round(0.1 / track.dt))
+    marks = np.unique(np.append(np.arange(0, len(turned), stride), len(turned) - 1))
+    parts = np.linalg.norm(np.diff(turned[marks], axis=0), axis=-1)
+    total = np.concatenate([[0.0], np.cumsum(np.where(parts > 0.5, parts, 0.0))])
+    return _peak(track, np.interp(np.arange(len(turned)), marks, total), statement.angle, "°")
+
+
+def _cumulative(rates: FloatArray, dt: float) -> FloatArray:
+    """(W, 3) trapezoidal integral of per-step rates (W, 3), starting at zero."""
+    steps = (rates[1:] + rates[:-1]) * dt / 2
+    return np.concatenate([np.zeros((1, rates.shape[1])), np.cumsum(steps, axis=0)])
+
+
+def flips(statement: Flips, facts: Facts, window: Window) -> Outcome:
+    """How far its up axis sweeps about a horizontal axis; rolling about its own axis is none.
+
+    The sweep is the net turn about horizontal axes from any moment to any later one, so to and
+    fro does not add up.
+    """
+    track = facts.track(statement.subject, window)
+    if track.outline.is_ball:
+        return Outcome(-1.0, 0.0, statement.angle, "°", "≥", window.last, "a ball cannot flip")
+    rates = track.angular.copy()
+    if track.outline.axis is not None:
+        axes = track.placed.matrices @ np.array(track.outline.axis)
+        rates -= np.sum(rates * axes, axis=-1, keepdims=True) * axes
+    swept = np.degrees(_cumulative(rates, track.dt)[:, :2])
+    if statement.direction is not None:
+        dx, dy, _ = DIRECTIONS[statement.direction]
+        # Tipping towards d turns about z × d.
+        along = swept @ np.array([-dy, dx])
+        return _peak(track, along - np.minimum.accumulate(along), statement.angle, "°")
+    gaps = np.linalg.norm(swept[:, None] - swept[None, :], axis=-1)
+    return _peak(track, np.tril(gaps).max(axis=1), statement.angle, "°")
+
+
+def speed_between(statement: SpeedBetween, facts: Facts, window: Window) -> Outcome:
+    """Greatest speed of the centre of mass."""
+    track = facts.track(statement.subject, window)
+    best = float(track.speed.max())
+    step = window.first + int(track.speed.argmax())
+    scale = max(statement.low, min(statement.high, 100.0) * 0.1, 0.1)
+    fast = (best - statement.low) / scale
+    slow = (statement.high - best) / scale
+    if fast <= slow:
+        return Outcome(fast, best, statement.low, "m/s", "≥", step, lasting=True)
+    return Outcome(slow, best, statement.high, "m/s", "≤", step, lasting=True)
+
+
+def descends_slowly(statement: DescendsSlowly, facts: Facts, window: Window) -> Outcome:
+    """Drop of the centre since its highest point, and greatest speed downwards."""
+    track = facts.track(statement.subject, window)
+    height = track.positions[:, 2]
+    drop = _peak(track, np.maximum.accumulate(height) - height, statement.drop, "m")
+    fastest = float((-track.velocities[:, 2]).max())
+    slow = Outcome(
+        shortfall(fastest, statement.speed),
+        fastest,
+        statement.speed,
+        "m/s",
+        "≤",
+        window.first + int((-track.velocities[:, 2]).argmax()),
+        claim=f"{track.name} comes down at",
+        lasting=True,
+    )
+    return worst([drop, slow])
+
+
+def path_bends(statement: PathBends, facts: Facts, window: Window) -> Outcome:
+    """How far the horizontal path turns to one side, knocks left out.
+
+    Left and right are the mover's own, which is also how it looks in the picture, except for
+    what comes towards the camera: there they are the picture's.
+    """
+    track = facts.track(statement.subject, window)
+    flat = _smoothed(track.velocities[:, :2], 2)
+    speed = np.linalg.norm(flat, axis=-1)
+    moving = speed > max(0.05, 0.05 * float(speed.max()))
+    heading = np.degrees(np.arctan2(flat[:, 1], flat[:, 0]))
+    turn = (np.diff(heading) + 180) % 360 - 180
+    turn[~(moving[1:] & moving[:-1]) | (np.abs(turn) > KICK)] = 0.0
+    left = np.concatenate([[0.0], np.cumsum(turn)])
+    if moving.any() and _comes_closer(flat[int(np.argmax(moving))]):
+        left = -left
+    to_left = left - np.minimum.accumulate(left)
+    to_right = np.maximum.accumulate(left) - left
+    sides = {"left": to_left, "right": to_right, "either": np.maximum(to_left, to_right)}
+    return _peak(track, sides[statement.side], statement.angle, "°")
+
+
+def _comes_closer(heading: FloatArray) -> bool:
+    return bool(heading[1] < -abs(heading[0]))
+
+
+def _smoothed(values: FloatArray, reach: int) -> FloatArray:
+    """Moving average over 2 · reach + 1 rows."""
+    if len(values) < 3:
+        return values
+    padded = np.pad(values, ((reach, reach), (0, 0)), mode="edge")
+    sums = np.cumsum(np.pad(padded, ((1, 0), (0, 0))), axis=0)
+    width = 2 * reach + 1
+    return (sums[width:] - sums[:-width]) / width
+
+
+def reverses(statement: Reverses, facts: Facts, window: Window) -> Outcome:
+    """Greatest angle between an earlier and a later horizontal heading, both really travelled."""
+    track = facts.track(statement.subject, window)
+    stride = max(1, round(0.08 / track.dt))
+    marks = np.arange(0, len(track.positions), stride)
+    legs = np.diff(track.positions[marks, :2], axis=0)
+    length = np.linalg.norm(legs, axis=-1)
+    real = np.nonzero(length > max(0.004, 0.02 * float(length.max(initial=0.0))))[0]
+    if len(real) < 2:
+        return Outcome(-1.0, 0.0, statement.angle, "°", "≥", window.last)
+    unit = legs[real] / length[real, None]
+    angles = np.degrees(np.arccos(np.clip(unit @ unit.T, -1, 1)))
+    later = np.tril(angles).max(axis=1)
+    values = np.zeros(len(track.positions))
+    values[marks[real + 1]] = later
+    return _peak(track, values, statement.angle, "°")

@@ -1,0 +1,175 @@
+"""Statements in plain English, for checklists and reports."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from physagent_studio.program.contract import Statement
+from physagent_studio.program.program import PhysicalProgram
+
+SIDES = {
+    "left": "to the left",
+    "right": "to the right",
+    "up": "up",
+    "down": "down",
+    "away": "away from the camera",
+    "toward_camera": "towards the camera",
+}
+
+
+def number(value: float, unit: str = "") -> str:
+    """A measured value as one reads it: 2°, 0.31 m, 1.2 m/s."""
+    if unit in ("°", "joints", "swings"):
+        text = (
+            f"{value:.0f}"
+            if abs(value - round(value)) < 0.05 or abs(value) >= 10
+            else f"{value:.1f}"
+        )
+    elif abs(value) >= 100:
+        text = f"{value:.0f}"
+    elif abs(value) >= 10:
+        text = f"{value:.1f}"
+    elif abs(value) >= 0.1 or value == 0:
+        text = f"{value:.2f}"
+    else:
+        text = f"{value:.3f}" if abs(value) >= 0.001 else f"{value:.1e}"
+    if "." in text and "e" not in text:
+        text = text.rstrip("0").rstrip(".")
+    text = "0" if text == "-0" else text
+    return text + (unit if unit in ("", "°", "×") else f" {unit}")
+
+
+def describe(statement: Statement, program: PhysicalProgram) -> str:
+    """The statement as a line of a checklist, its thresholds included."""
+    bound = _BOUNDS.get(statement.kind)
+    text = claim(statement, program)
+    if bound is not None and (extra := bound(statement)):
+        text += f" ({extra})"
+    return text + window_text(statement, program)
+
+
+def claim(statement: Statement, program: PhysicalProgram) -> str:
+    """The statement without thresholds: "bowling_ball does not touch right_pin"."""
+    if statement.kind in ("all_of", "any_of", "before"):
+        return _composite(statement, program)
+    plain, denied = _CLAIMS[statement.kind](statement)
+    subject = getattr(statement, "subject", "")
+    return f"{subject} {denied if statement.negated else plain}"
+
+
+def window_text(statement: Statement, program: PhysicalProgram) -> str:
+    """Which part of the clip it speaks of, if not all of it."""
+    per = program.clip.steps_per_frame
+    start, end = statement.from_step, statement.to_step
+    if start and end is not None:
+        return f", between frames {start // per} and {end // per}"
+    if start:
+        return f", from frame {start // per} on"
+    return f", until frame {end // per}" if end is not None else ""
+
+
+def _composite(statement: Any, program: PhysicalProgram) -> str:
+    by_id = {one.id: one for one in program.contract.statements}
+
+    def words(name: str) -> str:
+        other = by_id.get(name)
+        if other is None or other.kind in ("all_of", "any_of", "before"):
+            return f"“{name}”"
+        return claim(other, program)
+
+    if statement.kind == "before":
+        text = f"{words(statement.first)}, before {words(statement.second)}"
+    else:
+        joined = (" and " if statement.kind == "all_of" else " or ").join(map(words, statement.of))
+        text = joined
+    return f"not so: {text}" if statement.negated else text
+
+
+def _pair(plain: str, denied: str) -> tuple[str, str]:
+    return plain, denied
+
+
+def _verb(verb: str, base: str, rest: str = "") -> tuple[str, str]:
+    tail = f" {rest}" if rest else ""
+    return f"{verb}{tail}", f"does not {base}{tail}"
+
+
+def _moves(s: Any) -> tuple[str, str]:
+    rest = SIDES[s.direction] if s.direction else f"towards {s.toward}" if s.toward else ""
+    return _verb("moves", "move", rest)
+
+
+def _bends(s: Any) -> tuple[str, str]:
+    return _verb("bends its path", "bend its path", "" if s.side == "either" else SIDES[s.side])
+
+
+_CLAIMS: dict[str, Callable[[Any], tuple[str, str]]] = {
+    "moves": _moves,
+    "falls": lambda s: _verb("falls", "fall"),
+    "contacts": lambda s: _verb("touches", "touch", s.other),
+    "topples": lambda s: _verb("topples", "topple"),
+    "stays": lambda s: _verb("stays", "stay", "in place"),
+    "rests_on": lambda s: _verb("rests", "rest", f"on {s.other} at the end"),
+    "reaches": lambda s: _verb("reaches", "reach", s.other),
+    "leaves": lambda s: _verb("leaves", "leave", f"{s.other} for good"),
+    "lands_in": lambda s: _verb("lands", "land", f"in {s.landmark}"),
+    "passes_over": lambda s: _verb("passes", "pass", f"over {s.landmark}"),
+    "stops": lambda s: _verb("stops", "stop", f"near {s.near}" if s.near else ""),
+    "stops_before": lambda s: _verb("stops", "stop", f"before {s.before}"),
+    "airborne": lambda s: _verb("flies", "fly", "free of any contact"),
+    "rotates": lambda s: _verb("turns", "turn"),
+    "flips": lambda s: _verb("flips", "flip", SIDES[s.direction] if s.direction else ""),
+    "upright": lambda s: _verb("stands", "stand", "upright at the end"),
+    "speed_between": lambda s: _pair("has the right top speed", "has another top speed"),
+    "path_bends": _bends,
+    "reverses": lambda s: _verb("turns", "turn", "back"),
+    "descends_slowly": lambda s: _verb("comes", "come", "down slowly"),
+    "deforms": lambda s: _verb("changes", "change", "its shape"),
+    "spreads": lambda s: _verb("spreads", "spread", "out"),
+    "breaks": lambda s: _verb("breaks", "break"),
+    "sways": lambda s: _verb("sways", "sway"),
+}
+
+_BOUNDS: dict[str, Callable[[Any], str]] = {
+    "moves": lambda s: f"by at least {number(s.distance, 'm')}",
+    "falls": lambda s: f"by at least {number(s.drop, 'm')}",
+    "topples": lambda s: f"tilts at least {number(s.tilt, '°')}",
+    "stays": lambda s: (
+        f"moves at most {number(s.distance, 'm')}, tilts at most {number(s.tilt, '°')}"
+    ),
+    "stops": lambda s: f"within {number(s.distance, 'm')}" if s.near else "",
+    "airborne": lambda s: f"for at least {number(s.seconds, 's')}",
+    "rotates": lambda s: f"by at least {number(s.angle, '°')}",
+    "flips": lambda s: f"by at least {number(s.angle, '°')}",
+    "upright": lambda s: f"tilts at most {number(s.tilt, '°')}",
+    "speed_between": lambda s: f"{number(s.low)} to {number(s.high, 'm/s')}",
+    "path_bends": lambda s: f"by at least {number(s.angle, '°')}",
+    "reverses": lambda s: f"by at least {number(s.angle, '°')}",
+    "descends_slowly": lambda s: (
+        f"by at least {number(s.drop, 'm')}, at most {number(s.speed, 'm/s')}"
+    ),
+    "deforms": lambda s: f"by at least {number(100 * s.strain)} % of its size",
+    "spreads": lambda s: f"to at least {number(s.factor, '×')} its footprint",
+    "sways": lambda s: f"at least {number(s.cycles)} times by ±{number(s.amplitude, '°')}",
+}
+
+MEASURED: dict[str, str] = {
+    "moves": "moves",
+    "falls": "falls",
+    "topples": "tilts",
+    "upright": "tilts",
+    "stays": "moves",
+    "airborne": "flies",
+    "rotates": "turns",
+    "flips": "flips",
+    "path_bends": "bends its path",
+    "reverses": "turns back",
+    "descends_slowly": "comes down",
+    "speed_between": "has a top speed of",
+    "deforms": "changes its shape by",
+    "spreads": "grows its footprint",
+    "breaks": "breaks",
+    "sways": "sways",
+}
+"""How a figure is introduced: "left_pin tilts 2° ≤ 20°"."""

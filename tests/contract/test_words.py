@@ -1,0 +1,46 @@
+"""What a check says is what an English reader reads."""
+
+import numpy as np
+
+from physagent_studio.contract import describe
+
+
+def test_a_contact_names_its_frame(stage, time):
+    stage.path("ball", x=time).touch("ball", "cube", [70, 71], normal=(1, 0, 0))
+    check = stage.check("contacts", subject="ball", other="cube")
+    assert check.text == "ball touches cube: yes, frame 17"
+    assert check.step == 70
+
+
+def test_a_miss_says_by_how_much_and_when(stage, time):
+    stage.path("ball", x=time, y=-0.31 - 0.2)
+    check = stage.check("contacts", subject="ball", other="cube")
+    assert check.text.startswith("ball touches cube: no, comes within 0.31 m at frame 2")
+
+
+def test_a_figure_is_compared_with_its_threshold(stage, time):
+    stage.turn("can", (1, 0, 0), 2 * time)
+    assert stage.check("upright", subject="can").text == "can tilts 2° ≤ 20°: yes"
+    stage.turn("can", (1, 0, 0), 25 * time)
+    assert stage.check("upright", subject="can").text == "can tilts 25° ≤ 20°: no"
+    negated = stage.check("upright", subject="can", negated=True)
+    assert negated.text == "can tilts 25° > 20°: yes"
+
+
+def test_describe_needs_no_rollout(stage):
+    program = stage.program(
+        {"id": "a", "kind": "contacts", "subject": "ball", "other": "cube", "negated": True},
+        {"id": "b", "kind": "stays", "subject": "can", "from_step": 40},
+        {"id": "c", "kind": "before", "first": "a", "second": "b"},
+    )
+    lines = [describe(one, program) for one in program.contract.statements]
+    assert lines == [
+        "ball does not touch cube",
+        "can stays in place (moves at most 0.03 m, tilts at most 15°), from frame 10 on",
+        "ball does not touch cube, before can stays in place",
+    ]
+
+
+def test_a_measured_number_is_in_every_text(stage, time):
+    stage.path("ball", z=1 - np.minimum(time, 0.5))
+    assert stage.check("falls", subject="ball").text == "ball falls 0.5 m ≥ 0.02 m: yes, frame 1"

@@ -1,0 +1,5 @@
+"""Program → MuJoCo model → rollout."""
+
+from physagent_studio.simulation.simulator import Simulator, simulate
+
+__all__ = ["Simulator", "simulate"]

@@ -1,0 +1,100 @@
+"""`ApplyDisturbance`: every model a closed form of time, seed and (for wind) velocity."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from physagent_studio.program.actions import ApplyDisturbance
+from physagent_studio.simulation.surfaces import FloatArray
+from physagent_studio.simulation.vectors import DIRECTIONS
+
+AIR_DENSITY = 1.204
+"""kg/m³ at 20 °C and sea level."""
+
+DEFAULT_FREQUENCY = {"side": 2.0, "shake": 4.0, "jitter": 12.0}
+"""Hz."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Drag:
+    """How a body catches the wind: drag coefficient, and R_world_body with silhouette areas."""
+
+    coefficient: float
+    rotation: FloatArray
+    shadows: FloatArray
+
+    def force(self, wind: FloatArray) -> FloatArray:
+        """½ ρ C A |u| u for air that passes with u = `wind` (3,) m/s."""
+        speed = float(np.linalg.norm(wind))
+        if speed < 1e-9:
+            return np.zeros(3)
+        along = self.rotation.T @ (wind / speed)
+        # The silhouette of an ellipsoid with these axis silhouettes.
+        area = float(np.linalg.norm(along * self.shadows))
+        return 0.5 * AIR_DENSITY * self.coefficient * area * speed * wind
+
+
+def disturbance(
+    action: ApplyDisturbance, time: float, total: float, velocity: FloatArray, drag: Drag
+) -> FloatArray:
+    """Force (3,) in N at `time` s after the start of a window of `total` s."""
+    if action.model == "wind":
+        return drag.force(action.amplitude * axis_of(action) - velocity)
+    return action.amplitude * _SHAPES[action.model](action, time, total)
+
+
+def axis_of(action: ApplyDisturbance) -> FloatArray:
+    """Unit vector of the disturbance; bump goes up by default, the others go to +x."""
+    given = action.direction
+    if given is None:
+        given = "up" if action.model == "bump" else "right"
+    raw = np.array(DIRECTIONS[given] if isinstance(given, str) else given, float)
+    length = float(np.linalg.norm(raw))
+    return raw / length if length > 1e-12 else np.array([1.0, 0.0, 0.0])
+
+
+def _gust(action: ApplyDisturbance, time: float, total: float) -> FloatArray:
+    """Swells and dies: sin²; its impulse is amplitude · total / 2."""
+    return axis_of(action) * math.sin(math.pi * time / total) ** 2
+
+
+def _bump(action: ApplyDisturbance, time: float, total: float) -> FloatArray:
+    """One knock: half a sine; its impulse is amplitude · total · 2/π."""
+    return axis_of(action) * math.sin(math.pi * time / total)
+
+
+def _side(action: ApplyDisturbance, time: float, total: float) -> FloatArray:
+    """To and fro along the axis; over full periods its impulse is zero."""
+    return axis_of(action) * math.sin(2 * math.pi * _frequency(action) * time)
+
+
+def _shake(action: ApplyDisturbance, time: float, total: float) -> FloatArray:
+    """A sine on each axis, frequency apart by small ratios, phases from the seed."""
+    phases = np.random.default_rng(action.seed).uniform(0, 2 * math.pi, 3)
+    rates = _frequency(action) * np.array([1.0, 1.13, 0.87])
+    return np.sin(2 * math.pi * rates * time + phases) / math.sqrt(3)
+
+
+def _jitter(action: ApplyDisturbance, time: float, total: float) -> FloatArray:
+    """Band-limited noise: eight sines per axis around the frequency, drawn from the seed."""
+    draw = np.random.default_rng(action.seed)
+    rates = _frequency(action) * draw.uniform(0.3, 1.7, (3, 8))
+    phases = draw.uniform(0, 2 * math.pi, (3, 8))
+    return np.sin(2 * math.pi * rates * time + phases).sum(1) / math.sqrt(24)
+
+
+def _frequency(action: ApplyDisturbance) -> float:
+    return action.frequency or DEFAULT_FREQUENCY[action.model]
+
+
+_SHAPES: dict[str, Callable[[ApplyDisturbance, float, float], FloatArray]] = {
+    "gust": _gust,
+    "bump": _bump,
+    "side": _side,
+    "shake": _shake,
+    "jitter": _jitter,
+}

@@ -1,0 +1,204 @@
+"""The stepping loop: control steps cut into engine steps, actions at their edges."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import mujoco
+import numpy as np
+
+from physagent_studio.errors import Cancelled
+from physagent_studio.program import PhysicalProgram
+from physagent_studio.records import Alarm
+from physagent_studio.simulation.model import Compiled
+from physagent_studio.simulation.schedule import Schedule, Slot
+from physagent_studio.simulation.surfaces import FloatArray
+from physagent_studio.simulation.touches import ContactLog
+from physagent_studio.simulation.world import World
+
+FASTEST = 5e3
+"""m/s or rad/s above which a state is absurd and the run has blown up."""
+
+SNAPSHOT = mujoco.mjtState.mjSTATE_INTEGRATION.value
+
+
+@dataclass(eq=False, slots=True)
+class Trace:
+    """What the loop writes: raw states per control step and snapshots per frame.
+
+    positions: (S+1, nq). velocities: (S+1, nv). snapshots: (frames, state size).
+    rows: how many rows of them are valid.
+    """
+
+    positions: FloatArray
+    velocities: FloatArray
+    snapshots: FloatArray
+    log: ContactLog
+    schedule: Schedule
+    substeps: int
+    rows: int = 0
+    alarms: list[Alarm] = field(default_factory=list)
+    first_touch: dict[tuple[int, int], int] = field(default_factory=dict)
+
+
+def new_trace(program: PhysicalProgram, compiled: Compiled, substeps: int) -> Trace:
+    """An empty trace of a whole clip."""
+    model, clip = compiled.model, program.clip
+    dt = clip.step_seconds / substeps
+    return Trace(
+        np.empty((clip.steps + 1, model.nq)),
+        np.empty((clip.steps + 1, model.nv)),
+        np.empty((clip.frames, mujoco.mj_stateSize(model, SNAPSHOT))),
+        ContactLog(model, compiled.geom_bodies, substeps, dt),
+        Schedule(program.event.actions, clip.steps),
+        substeps,
+    )
+
+
+def run(
+    world: World,
+    trace: Trace,
+    first: int,
+    cancelled: Callable[[], bool] | None,
+    progress: Callable[[float], None] | None,
+) -> None:
+    """Runs the control steps from `first` to the end of the clip, or to a blow-up."""
+    clip = world.program.clip
+    model, data = world.compiled.model, world.compiled.data
+    for step in range(first, clip.steps + 1):
+        trace.positions[step], trace.velocities[step] = data.qpos, data.qvel
+        trace.rows = step + 1
+        if step % clip.steps_per_frame == 0:
+            frame = step // clip.steps_per_frame
+            if not _sound(world, trace, step):
+                return
+            _report(cancelled, progress, step / clip.steps)
+            mujoco.mj_getState(model, data, trace.snapshots[frame], SNAPSHOT)
+        if step < clip.steps:
+            _edges(world, trace, step)
+            _advance(world, trace, step)
+    _finish(world, trace)
+
+
+def _report(
+    cancelled: Callable[[], bool] | None, progress: Callable[[float], None] | None, share: float
+) -> None:
+    if cancelled is not None and cancelled():
+        raise Cancelled("the simulation was cancelled")
+    if progress is not None:
+        progress(share)
+
+
+def _edges(world: World, trace: Trace, step: int) -> None:
+    """Ends and begins the actions whose window opens or closes before `step`."""
+    schedule = trace.schedule
+    if schedule.is_conditional:
+        if schedule.awaits_contact and step:
+            _note_touches(trace, step)
+        schedule.resolve(step, lambda a, b: _touched(world, trace, a, b))
+    if not schedule.has_edge(step):
+        return
+    ending, starting = schedule.turn(step)
+    for slot in ending:
+        slot.effect.end(world)
+    for slot in starting:
+        slot.effect.begin(world)
+
+
+def _note_touches(trace: Trace, step: int) -> None:
+    """Remembers which pairs touched first during the step before."""
+    for pair in trace.log.touching((step - 1) * trace.substeps):
+        trace.first_touch.setdefault(pair, step - 1)
+
+
+def _touched(world: World, trace: Trace, a: str, b: str) -> int | None:
+    one, other = sorted((world.bodies[a], world.bodies[b]))
+    return trace.first_touch.get((one, other))
+
+
+def _advance(world: World, trace: Trace, step: int) -> None:
+    """One control step. Reads contacts as `touches` describes."""
+    model, data = world.compiled.model, world.compiled.data
+    active = trace.schedule.active
+    fine = [slot for slot in active if slot.effect.each_substep]
+    if active or trace.schedule.just_ended:
+        data.xfrc_applied[:] = 0
+        trace.schedule.just_ended = False
+    seconds = world.program.clip.step_seconds
+    for slot in active:
+        if not slot.effect.each_substep:
+            slot.effect.act(world, (step - _start(slot)) * seconds)
+    base = data.xfrc_applied.copy() if fine else None
+    first, last = step * trace.substeps, (step + 1) * trace.substeps - 1
+    read, before, fresh = trace.log.read, data.ncon, False
+    for tick in range(first, last + 1):
+        if base is not None:
+            data.xfrc_applied[:] = base
+            for slot in fine:
+                since = (step - _start(slot)) * seconds + (tick - first) * world.dt
+                slot.effect.act(world, since)
+        mujoco.mj_step(model, data)
+        count = data.ncon
+        if count != before or fresh or tick == last:
+            read(data, tick)
+            fresh, before = count != before, count
+
+
+def _start(slot: Slot) -> int:
+    assert slot.start is not None
+    return slot.start
+
+
+def _finish(world: World, trace: Trace) -> None:
+    """Settles the actions that reach the end of the clip."""
+    for slot in trace.schedule.active:
+        slot.effect.end(world)
+
+
+def _sound(world: World, trace: Trace, step: int) -> bool:
+    """False, with an alarm, where the state is no longer physics; cuts the trace before it."""
+    since = max(step - world.program.clip.steps_per_frame, 0)
+    speeds = np.abs(trace.velocities[since : step + 1])
+    numbers = world.data.warning.number
+    bad = bool(
+        numbers[mujoco.mjtWarning.mjWARN_BADQACC]
+        or numbers[mujoco.mjtWarning.mjWARN_BADQVEL]
+        or numbers[mujoco.mjtWarning.mjWARN_BADQPOS]
+    )
+    if not bad and speeds.max(initial=0.0) < FASTEST:
+        return True
+    # NaN compares false, so an unsound row is one that is not provably slow.
+    rows = (~(speeds < FASTEST)).any(axis=1)
+    row = since + int(np.argmax(rows)) if rows.any() else step
+    column = int(
+        np.argmax(~(trace.velocities[row] < FASTEST) | ~(trace.velocities[row] > -FASTEST))
+    )
+    name = _object_at(world, column)
+    trace.alarms.append(Alarm(row, "blow_up", _diagnosis(trace, row, name)))
+    trace.rows = max(row, 1)
+    return False
+
+
+def _object_at(world: World, dof: int) -> str:
+    names = [item.name for item in world.program.scene.objects]
+    for name in names:
+        start = world.handle(name).velocity
+        if start <= dof < start + 6:
+            return name
+    return names[0] if names else "the scene"
+
+
+def _diagnosis(trace: Trace, row: int, name: str) -> str:
+    """A sentence: when, what, and which action most likely did it."""
+    recent = [
+        slot
+        for slot in trace.schedule.slots
+        if slot.start is not None and slot.start < row and (slot.end or 0) >= row - 20
+    ]
+    own = [slot for slot in recent if slot.action.name == name]
+    text = f"the simulation blew up at step {row}: the motion of {name} became absurd"
+    if own or recent:
+        slot = (own or recent)[-1]
+        return f"{text}; likely cause: action {slot.action.id} ({slot.action.operator})"
+    return f"{text}; no action was at work, so look at overlaps, sizes and densities"

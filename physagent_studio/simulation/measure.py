@@ -1,0 +1,106 @@
+"""Raw engine states → the rollout's arrays, energies and alarms."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from physagent_studio.program import PhysicalProgram
+from physagent_studio.program.rotations import matrices_of
+from physagent_studio.records import ActionSpan, Alarm, Rollout
+from physagent_studio.simulation.engine import Trace
+from physagent_studio.simulation.surfaces import FloatArray
+from physagent_studio.simulation.world import World
+
+DEEP = 0.1
+"""Share of an object's smallest extent from which a penetration is worth an alarm."""
+
+
+def rollout_of(world: World, trace: Trace, versions: tuple[tuple[str, str], ...]) -> Rollout:
+    """The rollout of a finished run."""
+    program, compiled = world.program, world.compiled
+    scene, rows = program.scene, trace.rows
+    raw, speed = trace.positions[:rows], trace.velocities[:rows]
+    at = np.array([handle.position for handle in compiled.handles], int)
+    to = np.array([handle.velocity for handle in compiled.handles], int)
+    span = np.arange(4)
+    positions = raw[:, at[:, None] + span[:3]]
+    rotations = raw[:, at[:, None] + 3 + span]
+    velocities = speed[:, to[:, None] + span[:3]]
+    turning = speed[:, to[:, None] + 3 + span[:3]]
+    matrices = matrices_of(rotations)
+    contacts = trace.log.contacts((rows - 1) * trace.substeps - 1)
+    contacts = contacts[contacts["step"] < max(rows - 1, 0)]
+    body = [handle.body for handle in compiled.handles]
+    masses = compiled.model.body_mass[body].copy()
+    kinetic, potential = _energies(world, positions, velocities, turning, matrices, masses)
+    penetration = np.zeros(rows)
+    np.maximum.at(penetration, contacts["step"] + 1, contacts["depth"])
+    return Rollout(
+        program_hash=program.hash,
+        objects=tuple(item.name for item in scene.objects),
+        bodies=tuple(item.name for item in (*scene.objects, *scene.supports)),
+        step_seconds=program.clip.step_seconds,
+        steps_per_frame=program.clip.steps_per_frame,
+        frames=program.clip.frames,
+        positions=positions,
+        rotations=rotations,
+        velocities=velocities,
+        angular=np.einsum("tnij,tnj->tni", matrices, turning),
+        contacts=contacts,
+        kinetic=kinetic,
+        potential=potential,
+        masses=masses,
+        penetration=penetration,
+        spans=_spans(trace),
+        warnings=(*trace.alarms, *_deep(program, world, contacts)),
+        versions=versions,
+    )
+
+
+def _energies(
+    world: World,
+    positions: FloatArray,
+    velocities: FloatArray,
+    turning: FloatArray,
+    matrices: FloatArray,
+    masses: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Kinetic and potential energy (T, N), J. turning: angular velocity in the body frame."""
+    model = world.compiled.model
+    body = [handle.body for handle in world.compiled.handles]
+    frames = matrices_of(model.body_iquat[body])
+    principal = np.einsum("nji,tnj->tni", frames, turning)
+    spin = 0.5 * np.einsum("ni,tni->tn", model.body_inertia[body], principal**2)
+    kinetic = 0.5 * masses * np.einsum("tni,tni->tn", velocities, velocities) + spin
+    centres = positions + np.einsum("tnij,nj->tni", matrices, model.body_ipos[body])
+    return kinetic, -masses * (centres @ np.array(world.program.scene.gravity))
+
+
+def _spans(trace: Trace) -> tuple[ActionSpan, ...]:
+    last = trace.rows - 1
+    found = []
+    for slot in trace.schedule.slots:
+        ran = slot.began and slot.start is not None and slot.end is not None
+        start = slot.start if ran else None
+        end = min(slot.end, last) if ran and slot.end is not None else None
+        found.append(ActionSpan(slot.action.id, start, end, slot.effect.work))
+    return tuple(found)
+
+
+def _deep(program: PhysicalProgram, world: World, contacts: np.ndarray) -> list[Alarm]:
+    """One alarm per pair whose deepest overlap is a fair share of the smaller body."""
+    things = (*program.scene.objects, *program.scene.supports)
+    solids = world.compiled.solids
+    alarms: list[Alarm] = []
+    pairs, index = np.unique(contacts[["a", "b"]], return_inverse=True)
+    for number, (a, b) in enumerate(pairs.tolist()):
+        rows = contacts[index == number]
+        deepest = rows[int(np.argmax(rows["depth"]))]
+        smallest = min(float(solids[i].extent.min()) for i in (a, b) if i < len(solids))
+        if deepest["depth"] > DEEP * smallest:
+            text = (
+                f"{things[a].name} sinks {1000 * float(deepest['depth']):.1f} mm "
+                f"into {things[b].name}"
+            )
+            alarms.append(Alarm(int(deepest["step"]), "penetration", text))
+    return alarms

@@ -1,0 +1,287 @@
+"""`PhysicalProgram` → MuJoCo model, built in memory.
+
+The structure (shapes, supports, who may be fixed) is compiled once and cached; everything else
+(density, friction, restitution, gravity, time step, poses) is written into the compiled model
+before each run, on the first run too, so that a cached model gives the same bits as a new one.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from physagent_studio.errors import SimulationError
+from physagent_studio.program import PhysicalProgram, SceneState
+from physagent_studio.program.rotations import about_up
+from physagent_studio.program.scene import Floor, Ramp, Slab, SupportShape, Wall
+from physagent_studio.simulation.contact_law import (
+    IMPEDANCE,
+    combine,
+    density_of,
+    reference,
+    touch_of,
+)
+from physagent_studio.simulation.solids import Hull, Piece, Solid
+from physagent_studio.simulation.surfaces import FloatArray, hull, prism
+
+REFERENCE_DENSITY = 1000.0
+"""kg/m³ at which bodies are compiled; their real density is written in afterwards."""
+
+GEOM_TYPES = {
+    "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
+    "ellipsoid": mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+    "box": mujoco.mjtGeom.mjGEOM_BOX,
+    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
+    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Handle:
+    """Where a rigid object lives in the model.
+
+    body: MuJoCo body id. position: address in `qpos`. velocity: address in `qvel`.
+    weld: id of the equality that holds it, or −1. anchor: mocap index, or −1.
+    """
+
+    body: int
+    position: int
+    velocity: int
+    weld: int = -1
+    anchor: int = -1
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Compiled:
+    """A compiled structure and its maps; the model's numbers are rewritten by `configure`.
+
+    handles, solids: per object. geom_bodies: (ngeom,) index among objects-then-supports of
+    each geom. pair_bodies: (npair, 2) the same for each explicit contact pair.
+    """
+
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    handles: tuple[Handle, ...]
+    solids: tuple[Solid, ...]
+    geom_bodies: np.ndarray
+    pair_bodies: np.ndarray
+    base_mass: FloatArray
+    base_inertia: FloatArray
+
+
+def compile_model(scene: SceneState, solids: tuple[Solid, ...], fixed: frozenset[str]) -> Compiled:
+    """Compiles the structure of a scene.
+
+    fixed: names of the objects that some action may hold in place.
+    Raises SimulationError where MuJoCo refuses the scene.
+    """
+    spec = mujoco.MjSpec()
+    _options(spec)
+    geoms: list[list[str]] = []
+    for item, solid in zip(scene.objects, solids, strict=True):
+        geoms.append(_add_object(spec, item.name, solid, item.name in fixed))
+    for support in scene.supports:
+        assert support.shape is not None
+        geoms.append(_add_support(spec, support.name, support.shape))
+    pairs = _add_pairs(spec, geoms, len(scene.objects))
+    try:
+        model = spec.compile()
+    except ValueError as error:
+        raise SimulationError(f"the scene cannot be turned into a physics model: {error}") from None
+    return _compiled(model, scene, solids, geoms, pairs)
+
+
+def _options(spec: mujoco.MjSpec) -> None:
+    option = spec.option
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.impratio = 10
+    option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    option.jacobian = mujoco.mjtJacobian.mjJAC_AUTO
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    spec.compiler.fusestatic = False
+    spec.compiler.boundmass = 0
+    spec.compiler.boundinertia = 0
+
+
+def _add_object(spec: mujoco.MjSpec, name: str, solid: Solid, fixed: bool) -> list[str]:
+    body = spec.worldbody.add_body(name=f"object/{name}")
+    body.add_freejoint(name=f"object/{name}")
+    body.explicitinertial = True
+    body.mass = solid.mass.volume * REFERENCE_DENSITY
+    body.ipos = solid.mass.centre
+    body.fullinertia = _six(solid.mass.inertia * REFERENCE_DENSITY)
+    names = []
+    for number, piece in enumerate(solid.pieces):
+        names.append(f"object/{name}/{number}")
+        _add_piece(spec, body, names[-1], piece)
+    if fixed:
+        spec.worldbody.add_body(name=f"anchor/{name}", mocap=True)
+        weld = spec.add_equality(
+            name=f"weld/{name}",
+            type=mujoco.mjtEq.mjEQ_WELD,
+            objtype=mujoco.mjtObj.mjOBJ_BODY,
+            name1=f"anchor/{name}",
+            name2=f"object/{name}",
+            active=False,
+            solref=[0.002, 1],
+            solimp=[0.9999, 0.9999, 0.001, 0.5, 2],
+        )
+        # Anchor point, relative pose (identity) and torque scale of a weld.
+        weld.data = [0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0]
+    return names
+
+
+def _six(inertia: FloatArray) -> list[float]:
+    """MuJoCo's order of a symmetric matrix: xx, yy, zz, xy, xz, yz."""
+    xx, yy, zz = np.diag(inertia)
+    return [xx, yy, zz, inertia[0, 1], inertia[0, 2], inertia[1, 2]]
+
+
+def _add_piece(spec: mujoco.MjSpec, body: mujoco.MjsBody, name: str, piece: Piece) -> None:
+    # No geom collides on its own: every contact comes from an explicit pair with our rule.
+    if isinstance(piece, Hull):
+        spec.add_mesh(name=name, uservert=piece.vertices.ravel(), userface=piece.faces.ravel())
+        body.add_geom(
+            name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, contype=0, conaffinity=0
+        )
+        return
+    body.add_geom(name=name, type=GEOM_TYPES[piece.kind], size=piece.size, contype=0, conaffinity=0)
+
+
+def _add_support(spec: mujoco.MjSpec, name: str, shape: SupportShape) -> list[str]:
+    label = f"support/{name}"
+    body = spec.worldbody.add_body(name=label)
+    plane = {"type": mujoco.mjtGeom.mjGEOM_PLANE, "size": [0, 0, 1]}
+    match shape:
+        case Floor(height=height):
+            body.pos = [0, 0, height]
+            body.add_geom(name=label, contype=0, conaffinity=0, **plane)
+        case Wall(point=point, yaw=yaw):
+            body.pos = point
+            # Turns the plane's normal from +z to the horizontal direction `yaw`.
+            half = math.sqrt(0.5)
+            tilt = (half, 0.0, half, 0.0)
+            body.quat = _product(about_up(yaw), tilt)
+            body.add_geom(name=label, contype=0, conaffinity=0, **plane)
+        case Slab(position=position, size=size, yaw=yaw):
+            body.pos, body.quat = position, about_up(yaw)
+            half_size = [edge / 2 for edge in size]
+            kind = mujoco.mjtGeom.mjGEOM_BOX
+            body.add_geom(name=label, type=kind, size=half_size, contype=0, conaffinity=0)
+        case Ramp(toe=toe, yaw=yaw):
+            body.pos, body.quat = toe, about_up(yaw)
+            vertices, faces = hull(ramp_corners(shape), name)
+            spec.add_mesh(name=label, uservert=vertices.ravel(), userface=faces.ravel())
+            kind = mujoco.mjtGeom.mjGEOM_MESH
+            body.add_geom(name=label, type=kind, meshname=label, contype=0, conaffinity=0)
+    return [label]
+
+
+def ramp_corners(ramp: Ramp) -> FloatArray:
+    """Corners (N, 3) of the solid under a ramp and its plateau, in the frame of its toe.
+
+    It reaches below the toe, so that nothing meets a feather edge from inside.
+    """
+    depth = max(ramp.rise, 0.1)
+    back = ramp.run + ramp.plateau
+    outline = [(0.0, 0.0), (ramp.run, ramp.rise), (back, ramp.rise), (back, -depth), (0.0, -depth)]
+    return prism(np.array(sorted(set(outline), key=outline.index)), ramp.width)
+
+
+def _product(a: tuple[float, ...], b: tuple[float, ...]) -> list[float]:
+    result = np.zeros(4)
+    mujoco.mju_mulQuat(result, np.asarray(a), np.asarray(b))
+    return result.tolist()
+
+
+def _add_pairs(
+    spec: mujoco.MjSpec, geoms: list[list[str]], objects: int
+) -> list[tuple[int, int, str]]:
+    """Every two bodies that can touch, one pair per two geoms; supports do not move."""
+    found = []
+    for a in range(objects):
+        for b in range(a + 1, len(geoms)):
+            for one in geoms[a]:
+                for other in geoms[b]:
+                    name = f"{one}|{other}"
+                    spec.add_pair(name=name, geomname1=one, geomname2=other, condim=3)
+                    found.append((a, b, name))
+    return found
+
+
+def _compiled(
+    model: mujoco.MjModel,
+    scene: SceneState,
+    solids: tuple[Solid, ...],
+    geoms: list[list[str]],
+    pairs: list[tuple[int, int, str]],
+) -> Compiled:
+    geom_bodies = np.zeros(model.ngeom, np.int16)
+    for index, names in enumerate(geoms):
+        for name in names:
+            geom_bodies[model.geom(name).id] = index
+    pair_bodies = np.zeros((model.npair, 2), np.int64)
+    for a, b, name in pairs:
+        pair_bodies[model.pair(name).id] = (a, b)
+    return Compiled(
+        model,
+        mujoco.MjData(model),
+        tuple(_handle(model, item.name) for item in scene.objects),
+        solids,
+        geom_bodies,
+        pair_bodies,
+        model.body_mass.copy(),
+        model.body_inertia.copy(),
+    )
+
+
+def _handle(model: mujoco.MjModel, name: str) -> Handle:
+    joint = model.joint(f"object/{name}")
+    weld = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_EQUALITY, f"weld/{name}")
+    anchor = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, f"anchor/{name}")
+    return Handle(
+        int(joint.bodyid[0]),
+        int(joint.qposadr[0]),
+        int(joint.dofadr[0]),
+        weld,
+        int(model.body_mocapid[anchor]) if anchor >= 0 else -1,
+    )
+
+
+def configure(compiled: Compiled, program: PhysicalProgram, dt: float) -> None:
+    """Writes the numbers of `program` into the compiled model and resets its data."""
+    model, data, scene = compiled.model, compiled.data, program.scene
+    model.opt.timestep = dt
+    model.opt.gravity[:] = scene.gravity
+    for item, handle in zip(scene.objects, compiled.handles, strict=True):
+        scale = density_of(item) / REFERENCE_DENSITY
+        model.body_mass[handle.body] = compiled.base_mass[handle.body] * scale
+        model.body_inertia[handle.body] = compiled.base_inertia[handle.body] * scale
+        if handle.weld >= 0:
+            model.eq_solref[handle.weld] = (2 * dt, 1)
+    _configure_pairs(compiled, scene, dt)
+    mujoco.mj_resetData(model, data)
+    for item, handle in zip(scene.objects, compiled.handles, strict=True):
+        data.qpos[handle.position : handle.position + 3] = item.position
+        data.qpos[handle.position + 3 : handle.position + 7] = item.rotation
+    # Inverse weights of contacts follow from masses.
+    qpos = data.qpos.copy()
+    mujoco.mj_setConst(model, data)
+    mujoco.mj_resetData(model, data)
+    data.qpos[:] = qpos
+
+
+def _configure_pairs(compiled: Compiled, scene: SceneState, dt: float) -> None:
+    model = compiled.model
+    touches = [touch_of(item) for item in (*scene.objects, *scene.supports)]
+    model.pair_solimp[:] = IMPEDANCE
+    model.pair_margin[:] = 0
+    model.pair_gap[:] = 0
+    for index, (a, b) in enumerate(compiled.pair_bodies.tolist()):
+        touch = combine(touches[a], touches[b])
+        model.pair_friction[index] = (touch.friction, touch.friction, 0.005, 1e-4, 1e-4)
+        model.pair_solref[index] = reference(touch.restitution, dt)

@@ -1,0 +1,173 @@
+"""`simulate`: a physical program in, a rollout out."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
+from threading import Lock
+from types import MappingProxyType
+from typing import TypeVar
+
+import mujoco
+import numpy as np
+
+from physagent_studio import __version__
+from physagent_studio.errors import SimulationError
+from physagent_studio.program import PhysicalProgram
+from physagent_studio.program.actions import FixObject
+from physagent_studio.records import Alarm, Mesh, Rollout
+from physagent_studio.simulation.engine import Trace, new_trace, run
+from physagent_studio.simulation.measure import rollout_of
+from physagent_studio.simulation.model import Compiled, compile_model, configure
+from physagent_studio.simulation.settle import settle
+from physagent_studio.simulation.solids import Solid, solid_of
+from physagent_studio.simulation.surfaces import Surface
+from physagent_studio.simulation.tunnelling import substeps_for
+from physagent_studio.simulation.world import World
+
+K = TypeVar("K")
+V = TypeVar("V")
+
+NO_MESHES: Mapping[str, Mesh] = MappingProxyType({})
+
+
+class Simulator:
+    """Runs programs and keeps the last compiled models, so that an edit costs only the run.
+
+    One run at a time; a second caller waits. capacity: compiled models and solids kept.
+    """
+
+    def __init__(self, capacity: int = 16) -> None:
+        self._models: OrderedDict[str, Compiled] = OrderedDict()
+        self._solids: OrderedDict[str, Solid] = OrderedDict()
+        self._digests: OrderedDict[int, tuple[Mesh, str]] = OrderedDict()
+        self._capacity = capacity
+        self._lock = Lock()
+
+    def simulate(
+        self,
+        program: PhysicalProgram,
+        meshes: Mapping[str, Mesh] = NO_MESHES,
+        *,
+        cancelled: Callable[[], bool] | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Rollout:
+        """Runs the whole clip; see `simulate`."""
+        _require_resolved(program)
+        with self._lock:
+            solids = tuple(
+                self._solid(item.name, program, meshes) for item in program.scene.objects
+            )
+            compiled = self._compiled(program, meshes, solids)
+            world, trace = _prepare(program, compiled)
+            run(world, trace, 0, cancelled, progress)
+            return rollout_of(world, trace, _versions())
+
+    def _solid(self, name: str, program: PhysicalProgram, meshes: Mapping[str, Mesh]) -> Solid:
+        item = program.scene.object(name)
+        assert item is not None and item.shape is not None
+        key = f"{name}|{item.shape.model_dump_json()}|{self._digest(meshes.get(name))}"
+        if key not in self._solids:
+            self._solids[key] = solid_of(name, item.shape, meshes.get(name), _no_split)
+        return _recent(self._solids, key, 8 * self._capacity)
+
+    def _compiled(
+        self, program: PhysicalProgram, meshes: Mapping[str, Mesh], solids: tuple[Solid, ...]
+    ) -> Compiled:
+        """The structure of the scene: shapes, supports and who may be fixed."""
+        scene = program.scene
+        fixed = frozenset(a.name for a in program.event.actions if isinstance(a, FixObject))
+        parts = [mujoco.mj_versionString(), *sorted(fixed), "|"]
+        for item in scene.objects:
+            assert item.shape is not None
+            shape = item.shape.model_dump_json()
+            parts += [item.name, shape, self._digest(meshes.get(item.name))]
+        for support in scene.supports:
+            assert support.shape is not None
+            parts += [support.name, support.shape.model_dump_json()]
+        key = hashlib.sha256("\n".join(parts).encode()).hexdigest()
+        if key not in self._models:
+            self._models[key] = compile_model(scene, solids, fixed)
+        return _recent(self._models, key, self._capacity)
+
+    def _digest(self, mesh: Mesh | None) -> str:
+        """Content hash of a mesh's surface, remembered per mesh object."""
+        if mesh is None:
+            return ""
+        known = self._digests.get(id(mesh))
+        if known is None:
+            parts = (np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.faces))
+            digest = hashlib.blake2b(digest_size=16)
+            for part in parts:
+                digest.update(str(part.shape).encode())
+                digest.update(part.tobytes())
+            self._digests[id(mesh)] = (mesh, digest.hexdigest())
+        return _recent(self._digests, id(mesh), 64 * self._capacity)[1]
+
+
+def _recent(cache: OrderedDict[K, V], key: K, capacity: int) -> V:
+    """Marks `key` as just used and drops what has not been used for longest."""
+    cache.move_to_end(key)
+    while len(cache) > capacity:
+        cache.popitem(last=False)
+    return cache[key]
+
+
+def _no_split(surface: Surface) -> tuple[Surface, ...] | None:
+    return None
+
+
+def _require_resolved(program: PhysicalProgram) -> None:
+    scene = program.scene
+    open_fields = [
+        *(f"scene.objects.{o.name}.shape" for o in scene.objects if o.shape is None),
+        *(f"scene.objects.{o.name}.position" for o in scene.objects if o.position is None),
+        *(f"scene.supports.{s.name}.shape" for s in scene.supports if s.shape is None),
+    ]
+    if open_fields:
+        raise SimulationError(
+            f"{', '.join(open_fields)} is open: reconstruct the scene or give it before simulating"
+        )
+
+
+def _prepare(program: PhysicalProgram, compiled: Compiled) -> tuple[World, Trace]:
+    """Writes the program into the model and stands everything at its initial state."""
+    scene, clip = program.scene, program.clip
+    substeps = substeps_for(program, compiled.solids)
+    dt = clip.step_seconds / substeps
+    configure(compiled, program, dt)
+    names = {item.name: index for index, item in enumerate(scene.objects)}
+    things = (*scene.objects, *scene.supports)
+    bodies = {item.name: index for index, item in enumerate(things)}
+    world = World(program, compiled, dt, names, bodies)
+    trace = new_trace(program, compiled, substeps)
+    for solid in compiled.solids:
+        if solid.note:
+            trace.alarms.append(Alarm(0, "material", solid.note))
+    trace.alarms += settle(compiled, scene, dt)
+    return world, trace
+
+
+def _versions() -> tuple[tuple[str, str], ...]:
+    return (("mujoco", mujoco.mj_versionString()), ("physagent-studio", __version__))
+
+
+def simulate(
+    program: PhysicalProgram,
+    meshes: Mapping[str, Mesh] = NO_MESHES,
+    *,
+    simulator: Simulator | None = None,
+    cancelled: Callable[[], bool] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Rollout:
+    """Runs a program whose scene is resolved.
+
+    meshes: visual mesh per object name, body frame; shapes that are no primitives collide as its
+    convex hull, or as convex parts. simulator: keeps compiled models between calls. progress:
+    called with 0 … 1 at every frame. The same program and meshes give the same bits.
+    Raises SimulationError for a scene that cannot run and Cancelled when `cancelled` says so. A
+    blow-up is no error: the rollout ends before it with a warning of kind `blow_up`.
+    """
+    runner = simulator or Simulator()
+    return runner.simulate(program, meshes, cancelled=cancelled, progress=progress)

@@ -1,0 +1,255 @@
+"""What a shape weighs and what it collides as: convex pieces that MuJoCo takes as they are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from physagent_studio.program.scene import (
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Frustum,
+    Inflated,
+    Meshed,
+    Revolved,
+    Shape,
+    Sphere,
+)
+from physagent_studio.records import Mesh
+from physagent_studio.simulation.surfaces import (
+    FloatArray,
+    MassProperties,
+    Surface,
+    box_surface,
+    ellipsoid_surface,
+    hull,
+    is_closed,
+    mass_properties,
+    revolve,
+)
+
+CONVEX_ENOUGH = 0.9
+"""Volume over hull volume from which on the hull stands for the body."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Primitive:
+    """kind: sphere, ellipsoid, box, cylinder or capsule; size: MuJoCo's half sizes, m."""
+
+    kind: str
+    size: tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Hull:
+    """A convex piece, vertices (V, 3) m in the body frame, and its faces (F, 3)."""
+
+    vertices: FloatArray
+    faces: np.ndarray
+
+
+Piece = Primitive | Hull
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Solid:
+    """Collision pieces, mass properties at density 1, and what had to be approximated.
+
+    extent: (3,) m, size of the bounding box. shadows: (3,) m², silhouette areas along the body
+    axes. kind: the primitive's name, or "mesh". note: a sentence about a lossy stand-in, or "".
+    """
+
+    pieces: tuple[Piece, ...]
+    mass: MassProperties
+    extent: FloatArray
+    shadows: FloatArray
+    kind: str = "mesh"
+    note: str = ""
+
+
+Decompose = Callable[[Surface], tuple[Surface, ...] | None]
+"""Splits a concave surface into convex ones; None where the backend is missing."""
+
+
+def solid_of(name: str, shape: Shape, mesh: Mesh | None, decompose: Decompose) -> Solid:
+    """The solid of an object; `name` is for error texts.
+
+    mesh: its visual mesh, used by shapes that are no primitives.
+    """
+    primitive = _primitive(shape)
+    if primitive is not None:
+        return primitive
+    if isinstance(shape, Revolved):
+        return _revolved(shape)
+    if isinstance(shape, Frustum):
+        return _frustum(shape)
+    assert isinstance(shape, Inflated | Meshed)
+    return _meshed(name, shape, mesh, decompose)
+
+
+def _solid(pieces: tuple[Piece, ...], surface: Surface, note: str = "") -> Solid:
+    vertices, faces = surface
+    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
+    # Half of the projected faces: exact for convex bodies, a bound above for others.
+    shadows = np.abs(np.cross(b - a, c - a)).sum(0) / 4
+    return Solid(pieces, mass_properties(surface), np.ptp(vertices, axis=0), shadows, note=note)
+
+
+def _primitive(shape: Shape) -> Solid | None:
+    """Primitives with their closed-form volume and inertia."""
+    match shape:
+        case Sphere(radius=r):
+            return _ellipsoid("sphere", r, r, r)
+        case Ellipsoid(radii=(a, b, c)):
+            return _ellipsoid("ellipsoid", a, b, c)
+        case Box(size=(x, y, z)):
+            moments = [(y * y + z * z) / 12, (x * x + z * z) / 12, (x * x + y * y) / 12]
+            half = (x / 2, y / 2, z / 2)
+            return _exact("box", half, x * y * z, moments, [x, y, z], [y * z, x * z, x * y])
+        case Cylinder(radius=r, height=h):
+            side = (3 * r * r + h * h) / 12
+            shadows = [2 * r * h, 2 * r * h, math.pi * r * r]
+            moments, extent = [side, side, r * r / 2], [2 * r, 2 * r, h]
+            volume = math.pi * r * r * h
+            return _exact("cylinder", (r, h / 2, 0), volume, moments, extent, shadows)
+        case Capsule(radius=r, height=h):
+            return _capsule(r, max(h - 2 * r, 1e-6))
+        case _:
+            return None
+
+
+def _ellipsoid(kind: str, a: float, b: float, c: float) -> Solid:
+    moments = [(b * b + c * c) / 5, (a * a + c * c) / 5, (a * a + b * b) / 5]
+    shadows = [math.pi * b * c, math.pi * a * c, math.pi * a * b]
+    volume = 4 / 3 * math.pi * a * b * c
+    return _exact(kind, (a, b, c), volume, moments, [2 * a, 2 * b, 2 * c], shadows)
+
+
+def _capsule(r: float, length: float) -> Solid:
+    shaft, ball = math.pi * r * r * length, 4 / 3 * math.pi * r**3
+    along = shaft * r * r / 2 + ball * 0.4 * r * r
+    # A half ball's centroid lies 3r/8 from its flat face.
+    across = shaft * (3 * r * r + length**2) / 12 + ball * (
+        0.4 * r * r + length**2 / 4 + 3 * length * r / 8
+    )
+    volume = shaft + ball
+    moments = [across / volume, across / volume, along / volume]
+    side = 2 * r * length + math.pi * r * r
+    extent, shadows = [2 * r, 2 * r, length + 2 * r], [side, side, math.pi * r * r]
+    return _exact("capsule", (r, length / 2, 0), volume, moments, extent, shadows)
+
+
+def _exact(
+    kind: str,
+    size: tuple[float, float, float],
+    volume: float,
+    moments: list[float],
+    extent: list[float],
+    shadows: list[float],
+) -> Solid:
+    mass = MassProperties(volume, np.zeros(3), np.diag(moments) * volume)
+    return Solid((Primitive(kind, size),), mass, np.array(extent), np.array(shadows), kind)
+
+
+def _frustum(shape: Frustum) -> Solid:
+    low, high = shape.bottom_radius, shape.top_radius
+    total = low * low + low * high + high * high
+    centre = shape.height / 4 * (low * low + 2 * low * high + 3 * high * high) / max(total, 1e-12)
+    profile = np.array([[-centre, low], [shape.height - centre, high]])
+    surface = revolve(profile)
+    return _solid((Hull(*hull(surface[0], "frustum")),), surface)
+
+
+def _revolved(shape: Revolved) -> Solid:
+    profile = np.array(shape.profile, float)
+    if profile[-1, 0] >= profile[0, 0]:
+        outline, pieces = profile, _slices(profile)
+    else:
+        outline = profile[::-1]
+        pieces = _slices(outline)
+    return _solid(pieces, revolve(outline))
+
+
+def _slices(profile: FloatArray, tolerance: float = 0.02) -> tuple[Piece, ...]:
+    """Convex slices of a solid of revolution whose outline (z, r) rises.
+
+    The outline is cut where it turns concave by more than `tolerance` of its largest radius.
+    """
+    slack = tolerance * float(profile[:, 1].max())
+    cuts = [0, *_concave_cuts(profile, 0, len(profile) - 1, slack), len(profile) - 1]
+    pieces = []
+    for start, stop in zip(cuts, cuts[1:], strict=False):
+        part = profile[start : stop + 1]
+        if part[-1, 0] - part[0, 0] > 1e-6:
+            points = revolve(part)[0]
+            pieces.append(Hull(*hull(points, "surface of revolution")))
+    return tuple(pieces)
+
+
+def _concave_cuts(profile: FloatArray, first: int, last: int, slack: float) -> list[int]:
+    """Indices at which to cut so that each part's radius is nearly concave in z."""
+    if last - first < 2:
+        return []
+    z, r = profile[first : last + 1].T
+    # The upper hull of the outline; where it lies above the outline, the body has a waist.
+    gap = _upper_hull(z, r) - r
+    deepest = int(np.argmax(gap[1:-1])) + 1
+    if gap[deepest] <= slack:
+        return []
+    middle = first + deepest
+    left = _concave_cuts(profile, first, middle, slack)
+    return [*left, middle, *_concave_cuts(profile, middle, last, slack)]
+
+
+def _upper_hull(z: FloatArray, r: FloatArray) -> FloatArray:
+    """Values at z of the least concave function above r (Andrew's monotone chain)."""
+    chain: list[int] = []
+    for index in range(len(z)):
+        while len(chain) > 1:
+            a, b = chain[-2], chain[-1]
+            rise = (r[b] - r[a]) * (z[index] - z[a])
+            if rise > (r[index] - r[a]) * (z[b] - z[a]):
+                break
+            chain.pop()
+        chain.append(index)
+    return np.interp(z, z[chain], r[chain])
+
+
+def _meshed(name: str, shape: Inflated | Meshed, mesh: Mesh | None, decompose: Decompose) -> Solid:
+    note = ""
+    if mesh is not None:
+        surface = (np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int32))
+    elif isinstance(shape, Inflated):
+        x, y, z = shape.size
+        surface = ellipsoid_surface((x / 2, y / 2, z / 2))
+    else:
+        surface = box_surface(shape.size)
+        note = f"no mesh was given for {name}: it collides and weighs as a box of its size"
+    outer = hull(surface[0], name)
+    outer_mass = mass_properties(outer)
+    own = mass_properties(surface) if is_closed(surface) else None
+    if own is None or not 0.02 * outer_mass.volume < own.volume <= 1.001 * outer_mass.volume:
+        note = note or f"the mesh of {name} is not closed: it weighs as much as its convex hull"
+        return _replace_mass(_solid((Hull(*outer),), surface, note), outer_mass)
+    if own.volume >= CONVEX_ENOUGH * outer_mass.volume:
+        return _solid((Hull(*outer),), surface, note)
+    parts = decompose(surface)
+    if parts is None:
+        note = (
+            f"{name} is hollow or concave, but collides as its convex hull: "
+            "install the extra 'convex' (pip install 'physagent-studio[convex]') to split it"
+        )
+        parts = (outer,)
+    return _solid(tuple(Hull(*part) for part in parts), surface, note)
+
+
+def _replace_mass(solid: Solid, mass: MassProperties) -> Solid:
+    return Solid(solid.pieces, mass, solid.extent, solid.shadows, note=solid.note)
+
+
+__all__ = ["Hull", "Piece", "Primitive", "Solid", "solid_of"]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 from physagent_studio.records import LoopState, Memory, MemoryEntry, Round
 
 # What a passed stage 1 vouches for. Material, density and friction are not seen in a photo.
@@ -15,7 +17,7 @@ def memory_of(state: LoopState) -> Memory:
     """The memory at the head: entries along its path, everything tried anywhere in the tree."""
     path = state.path()
     entries = tuple(
-        _entry(before, after) for before, after in zip(path, path[1:], strict=False) if after.origin
+        _entry(before, after) for before, after in itertools.pairwise(path) if after.origin
     )
     rejected = tuple(
         (proposal, decision.reason) for item in path for proposal, decision in item.rejected

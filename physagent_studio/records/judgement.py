@@ -157,8 +157,9 @@ class Round(Frozen):
 
     rollout, scene, frames: keys in the session's files (frames: the 27 of stage 2).
     origin: the decision that made its program; decision: the last one on its own proposal;
-    rejected: proposals that were turned down here, each with its decision. simulations: engine runs of this round, its
-    planner's search included. author: who wrote its program.
+    rejected: proposals that were turned down here, each with its decision.
+    simulations: engine runs of this round, its planner's search included. author: who wrote
+    its program.
     """
 
     id: str

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from physagent_studio.errors import Problem
@@ -34,8 +34,8 @@ class Snapshot:
     session_id: str | None = None
     title: str = ""
     case: Case | None = None
-    state: LoopState = LoopState()
-    program: PhysicalProgram = PhysicalProgram()
+    state: LoopState = field(default_factory=LoopState)
+    program: PhysicalProgram = field(default_factory=PhysicalProgram)
     scene: Scene | None = None
     rollout: Rollout | None = None
     checks: tuple[Check, ...] = ()

@@ -47,14 +47,16 @@ class Effect(ABC):
         return self.action.name
 
     def begin(self, world: World) -> None:
-        """Runs once, at the start of the first step."""
+        """Runs once, at the start of the first step; most effects have nothing to do."""
+        return
 
     @abstractmethod
     def act(self, world: World, time: float) -> None:
         """Runs before each (engine or control) step; time: s since the action began."""
 
     def end(self, world: World) -> None:
-        """Runs once, after the last step."""
+        """Runs once, after the last step; most effects have nothing to do."""
+        return
 
 
 class _Push(Effect):

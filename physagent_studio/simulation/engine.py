@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-import mujoco
 import numpy as np
 
 from physagent_studio.errors import Cancelled
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.records import Alarm
+from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.model import Compiled
 from physagent_studio.simulation.schedule import Schedule, Slot
 from physagent_studio.simulation.surfaces import FloatArray
@@ -20,7 +20,7 @@ from physagent_studio.simulation.world import World
 FASTEST = 5e3
 """m/s or rad/s above which a state is absurd and the run has blown up."""
 
-SNAPSHOT = mujoco.mjtState.mjSTATE_INTEGRATION.value
+SNAPSHOT = mj.mjtState.mjSTATE_INTEGRATION.value
 
 
 @dataclass(eq=False, slots=True)
@@ -49,7 +49,7 @@ def new_trace(program: PhysicalProgram, compiled: Compiled, substeps: int) -> Tr
     return Trace(
         np.empty((clip.steps + 1, model.nq)),
         np.empty((clip.steps + 1, model.nv)),
-        np.empty((clip.frames, mujoco.mj_stateSize(model, SNAPSHOT))),
+        np.empty((clip.frames, mj.mj_stateSize(model, SNAPSHOT))),
         ContactLog(model, compiled.geom_bodies, substeps, dt),
         Schedule(program.event.actions, clip.steps),
         substeps,
@@ -74,7 +74,7 @@ def run(
             if not _sound(world, trace, step):
                 return
             _report(cancelled, progress, step / clip.steps)
-            mujoco.mj_getState(model, data, trace.snapshots[frame], SNAPSHOT)
+            mj.mj_getState(model, data, trace.snapshots[frame], SNAPSHOT)
         if step < clip.steps:
             _edges(world, trace, step)
             _advance(world, trace, step)
@@ -92,7 +92,10 @@ def _report(
 
 def _edges(world: World, trace: Trace, step: int) -> None:
     """Ends and begins the actions whose window opens or closes before `step`."""
-    schedule = trace.schedule
+    schedule, world.step = trace.schedule, step
+    if step == 0:
+        for item in world.program.scene.objects:
+            world.half_kick(item.name)
     if schedule.is_conditional:
         if schedule.awaits_contact and step:
             _note_touches(trace, step)
@@ -138,7 +141,7 @@ def _advance(world: World, trace: Trace, step: int) -> None:
             for slot in fine:
                 since = (step - _start(slot)) * seconds + (tick - first) * world.dt
                 slot.effect.act(world, since)
-        mujoco.mj_step(model, data)
+        mj.mj_step(model, data)
         count = data.ncon
         if count != before or fresh or tick == last:
             read(data, tick)
@@ -162,9 +165,9 @@ def _sound(world: World, trace: Trace, step: int) -> bool:
     speeds = np.abs(trace.velocities[since : step + 1])
     numbers = world.data.warning.number
     bad = bool(
-        numbers[mujoco.mjtWarning.mjWARN_BADQACC]
-        or numbers[mujoco.mjtWarning.mjWARN_BADQVEL]
-        or numbers[mujoco.mjtWarning.mjWARN_BADQPOS]
+        numbers[mj.mjtWarning.mjWARN_BADQACC]
+        or numbers[mj.mjtWarning.mjWARN_BADQVEL]
+        or numbers[mj.mjtWarning.mjWARN_BADQPOS]
     )
     if not bad and speeds.max(initial=0.0) < FASTEST:
         return True

@@ -31,6 +31,7 @@ def rollout_of(world: World, trace: Trace, versions: tuple[tuple[str, str], ...]
     contacts = trace.log.contacts((rows - 1) * trace.substeps - 1)
     contacts = contacts[contacts["step"] < max(rows - 1, 0)]
     body = [handle.body for handle in compiled.handles]
+    velocities += _held_back(world, contacts, rows)
     masses = compiled.model.body_mass[body].copy()
     kinetic, potential = _energies(world, positions, velocities, turning, matrices, masses)
     penetration = np.zeros(rows)
@@ -55,6 +56,18 @@ def rollout_of(world: World, trace: Trace, versions: tuple[tuple[str, str], ...]
         warnings=(*trace.alarms, *_deep(program, world, contacts)),
         versions=versions,
     )
+
+
+def _held_back(world: World, contacts: np.ndarray, rows: int) -> FloatArray:
+    """(T, N, 3) m/s: what `World.half_kick` took off, for as long as the body flies freely."""
+    missing = np.zeros((rows, len(world.names), 3))
+    for step, index, kick in world.kicks:
+        mine = (contacts["a"] == index) | (contacts["b"] == index)
+        later = contacts["step"][mine & (contacts["step"] >= step)]
+        until = int(later.min()) + 1 if len(later) else rows
+        missing[step + 1 : until, index] = kick
+        missing[max(until, step + 1) :, index] = 0
+    return missing
 
 
 def _energies(

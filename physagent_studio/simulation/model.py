@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 
 from physagent_studio.errors import SimulationError
@@ -24,6 +23,7 @@ from physagent_studio.simulation.contact_law import (
     reference,
     touch_of,
 )
+from physagent_studio.simulation.mj import Data, Model, Spec, SpecBody, mj
 from physagent_studio.simulation.solids import Hull, Piece, Solid
 from physagent_studio.simulation.surfaces import FloatArray, hull, prism
 
@@ -31,11 +31,11 @@ REFERENCE_DENSITY = 1000.0
 """kg/m³ at which bodies are compiled; their real density is written in afterwards."""
 
 GEOM_TYPES = {
-    "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
-    "ellipsoid": mujoco.mjtGeom.mjGEOM_ELLIPSOID,
-    "box": mujoco.mjtGeom.mjGEOM_BOX,
-    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
-    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
+    "sphere": mj.mjtGeom.mjGEOM_SPHERE,
+    "ellipsoid": mj.mjtGeom.mjGEOM_ELLIPSOID,
+    "box": mj.mjtGeom.mjGEOM_BOX,
+    "cylinder": mj.mjtGeom.mjGEOM_CYLINDER,
+    "capsule": mj.mjtGeom.mjGEOM_CAPSULE,
 }
 
 
@@ -62,8 +62,8 @@ class Compiled:
     each geom. pair_bodies: (npair, 2) the same for each explicit contact pair.
     """
 
-    model: mujoco.MjModel
-    data: mujoco.MjData
+    model: Model
+    data: Data
     handles: tuple[Handle, ...]
     solids: tuple[Solid, ...]
     geom_bodies: np.ndarray
@@ -78,7 +78,7 @@ def compile_model(scene: SceneState, solids: tuple[Solid, ...], fixed: frozenset
     fixed: names of the objects that some action may hold in place.
     Raises SimulationError where MuJoCo refuses the scene.
     """
-    spec = mujoco.MjSpec()
+    spec = mj.MjSpec()
     _options(spec)
     geoms: list[list[str]] = []
     for item, solid in zip(scene.objects, solids, strict=True):
@@ -94,20 +94,20 @@ def compile_model(scene: SceneState, solids: tuple[Solid, ...], fixed: frozenset
     return _compiled(model, scene, solids, geoms, pairs)
 
 
-def _options(spec: mujoco.MjSpec) -> None:
+def _options(spec: Spec) -> None:
     option = spec.option
-    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.integrator = mj.mjtIntegrator.mjINT_IMPLICITFAST
+    option.cone = mj.mjtCone.mjCONE_ELLIPTIC
     option.impratio = 10
-    option.solver = mujoco.mjtSolver.mjSOL_NEWTON
-    option.jacobian = mujoco.mjtJacobian.mjJAC_AUTO
-    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    option.solver = mj.mjtSolver.mjSOL_NEWTON
+    option.jacobian = mj.mjtJacobian.mjJAC_AUTO
+    option.disableflags |= mj.mjtDisableBit.mjDSBL_AUTORESET
     spec.compiler.fusestatic = False
     spec.compiler.boundmass = 0
     spec.compiler.boundinertia = 0
 
 
-def _add_object(spec: mujoco.MjSpec, name: str, solid: Solid, fixed: bool) -> list[str]:
+def _add_object(spec: Spec, name: str, solid: Solid, fixed: bool) -> list[str]:
     body = spec.worldbody.add_body(name=f"object/{name}")
     body.add_freejoint(name=f"object/{name}")
     body.explicitinertial = True
@@ -122,8 +122,8 @@ def _add_object(spec: mujoco.MjSpec, name: str, solid: Solid, fixed: bool) -> li
         spec.worldbody.add_body(name=f"anchor/{name}", mocap=True)
         weld = spec.add_equality(
             name=f"weld/{name}",
-            type=mujoco.mjtEq.mjEQ_WELD,
-            objtype=mujoco.mjtObj.mjOBJ_BODY,
+            type=mj.mjtEq.mjEQ_WELD,
+            objtype=mj.mjtObj.mjOBJ_BODY,
             name1=f"anchor/{name}",
             name2=f"object/{name}",
             active=False,
@@ -141,21 +141,21 @@ def _six(inertia: FloatArray) -> list[float]:
     return [xx, yy, zz, inertia[0, 1], inertia[0, 2], inertia[1, 2]]
 
 
-def _add_piece(spec: mujoco.MjSpec, body: mujoco.MjsBody, name: str, piece: Piece) -> None:
+def _add_piece(spec: Spec, body: SpecBody, name: str, piece: Piece) -> None:
     # No geom collides on its own: every contact comes from an explicit pair with our rule.
     if isinstance(piece, Hull):
         spec.add_mesh(name=name, uservert=piece.vertices.ravel(), userface=piece.faces.ravel())
         body.add_geom(
-            name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, contype=0, conaffinity=0
+            name=name, type=mj.mjtGeom.mjGEOM_MESH, meshname=name, contype=0, conaffinity=0
         )
         return
     body.add_geom(name=name, type=GEOM_TYPES[piece.kind], size=piece.size, contype=0, conaffinity=0)
 
 
-def _add_support(spec: mujoco.MjSpec, name: str, shape: SupportShape) -> list[str]:
+def _add_support(spec: Spec, name: str, shape: SupportShape) -> list[str]:
     label = f"support/{name}"
     body = spec.worldbody.add_body(name=label)
-    plane = {"type": mujoco.mjtGeom.mjGEOM_PLANE, "size": [0, 0, 1]}
+    plane = {"type": mj.mjtGeom.mjGEOM_PLANE, "size": [0, 0, 1]}
     match shape:
         case Floor(height=height):
             body.pos = [0, 0, height]
@@ -170,13 +170,13 @@ def _add_support(spec: mujoco.MjSpec, name: str, shape: SupportShape) -> list[st
         case Slab(position=position, size=size, yaw=yaw):
             body.pos, body.quat = position, about_up(yaw)
             half_size = [edge / 2 for edge in size]
-            kind = mujoco.mjtGeom.mjGEOM_BOX
+            kind = mj.mjtGeom.mjGEOM_BOX
             body.add_geom(name=label, type=kind, size=half_size, contype=0, conaffinity=0)
         case Ramp(toe=toe, yaw=yaw):
             body.pos, body.quat = toe, about_up(yaw)
             vertices, faces = hull(ramp_corners(shape), name)
             spec.add_mesh(name=label, uservert=vertices.ravel(), userface=faces.ravel())
-            kind = mujoco.mjtGeom.mjGEOM_MESH
+            kind = mj.mjtGeom.mjGEOM_MESH
             body.add_geom(name=label, type=kind, meshname=label, contype=0, conaffinity=0)
     return [label]
 
@@ -194,13 +194,11 @@ def ramp_corners(ramp: Ramp) -> FloatArray:
 
 def _product(a: tuple[float, ...], b: tuple[float, ...]) -> list[float]:
     result = np.zeros(4)
-    mujoco.mju_mulQuat(result, np.asarray(a), np.asarray(b))
+    mj.mju_mulQuat(result, np.asarray(a), np.asarray(b))
     return result.tolist()
 
 
-def _add_pairs(
-    spec: mujoco.MjSpec, geoms: list[list[str]], objects: int
-) -> list[tuple[int, int, str]]:
+def _add_pairs(spec: Spec, geoms: list[list[str]], objects: int) -> list[tuple[int, int, str]]:
     """Every two bodies that can touch, one pair per two geoms; supports do not move."""
     found = []
     for a in range(objects):
@@ -214,7 +212,7 @@ def _add_pairs(
 
 
 def _compiled(
-    model: mujoco.MjModel,
+    model: Model,
     scene: SceneState,
     solids: tuple[Solid, ...],
     geoms: list[list[str]],
@@ -229,7 +227,7 @@ def _compiled(
         pair_bodies[model.pair(name).id] = (a, b)
     return Compiled(
         model,
-        mujoco.MjData(model),
+        mj.MjData(model),
         tuple(_handle(model, item.name) for item in scene.objects),
         solids,
         geom_bodies,
@@ -239,10 +237,10 @@ def _compiled(
     )
 
 
-def _handle(model: mujoco.MjModel, name: str) -> Handle:
+def _handle(model: Model, name: str) -> Handle:
     joint = model.joint(f"object/{name}")
-    weld = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_EQUALITY, f"weld/{name}")
-    anchor = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, f"anchor/{name}")
+    weld = mj.mj_name2id(model, mj.mjtObj.mjOBJ_EQUALITY, f"weld/{name}")
+    anchor = mj.mj_name2id(model, mj.mjtObj.mjOBJ_BODY, f"anchor/{name}")
     return Handle(
         int(joint.bodyid[0]),
         int(joint.qposadr[0]),
@@ -264,14 +262,14 @@ def configure(compiled: Compiled, program: PhysicalProgram, dt: float) -> None:
         if handle.weld >= 0:
             model.eq_solref[handle.weld] = (2 * dt, 1)
     _configure_pairs(compiled, scene, dt)
-    mujoco.mj_resetData(model, data)
+    mj.mj_resetData(model, data)
     for item, handle in zip(scene.objects, compiled.handles, strict=True):
         data.qpos[handle.position : handle.position + 3] = item.position
         data.qpos[handle.position + 3 : handle.position + 7] = item.rotation
     # Inverse weights of contacts follow from masses.
     qpos = data.qpos.copy()
-    mujoco.mj_setConst(model, data)
-    mujoco.mj_resetData(model, data)
+    mj.mj_setConst(model, data)
+    mj.mj_resetData(model, data)
     data.qpos[:] = qpos
 
 

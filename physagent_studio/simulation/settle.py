@@ -7,12 +7,12 @@ pair that starts deeper than that keeps the hair and comes apart slowly for the 
 
 from __future__ import annotations
 
-import mujoco
 import numpy as np
 
 from physagent_studio.program import SceneState
 from physagent_studio.records import Alarm
 from physagent_studio.simulation.contact_law import combine, reference, touch_of
+from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.model import Compiled
 
 HAIR = 0.08
@@ -25,7 +25,7 @@ SILENT = 0.001
 def settle(compiled: Compiled, scene: SceneState, dt: float) -> list[Alarm]:
     """Softens the pairs that overlap in the initial state; the data must be freshly reset."""
     model, data = compiled.model, compiled.data
-    mujoco.mj_forward(model, data)
+    mj.mj_forward(model, data)
     alarms = []
     things = (*scene.objects, *scene.supports)
     for (a, b), (depth, pairs) in sorted(_overlaps(compiled).items()):

@@ -9,7 +9,6 @@ from threading import Lock
 from types import MappingProxyType
 from typing import TypeVar
 
-import mujoco
 import numpy as np
 
 from physagent_studio import __version__
@@ -19,6 +18,7 @@ from physagent_studio.program.actions import FixObject
 from physagent_studio.records import Alarm, Mesh, Rollout
 from physagent_studio.simulation.engine import Trace, new_trace, run
 from physagent_studio.simulation.measure import rollout_of
+from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.model import Compiled, compile_model, configure
 from physagent_studio.simulation.settle import settle
 from physagent_studio.simulation.solids import Solid, solid_of
@@ -66,7 +66,8 @@ class Simulator:
 
     def _solid(self, name: str, program: PhysicalProgram, meshes: Mapping[str, Mesh]) -> Solid:
         item = program.scene.object(name)
-        assert item is not None and item.shape is not None
+        assert item is not None
+        assert item.shape is not None
         key = f"{name}|{item.shape.model_dump_json()}|{self._digest(meshes.get(name))}"
         if key not in self._solids:
             self._solids[key] = solid_of(name, item.shape, meshes.get(name), _no_split)
@@ -78,7 +79,7 @@ class Simulator:
         """The structure of the scene: shapes, supports and who may be fixed."""
         scene = program.scene
         fixed = frozenset(a.name for a in program.event.actions if isinstance(a, FixObject))
-        parts = [mujoco.mj_versionString(), *sorted(fixed), "|"]
+        parts = [mj.mj_versionString(), *sorted(fixed), "|"]
         for item in scene.objects:
             assert item.shape is not None
             shape = item.shape.model_dump_json()
@@ -150,7 +151,7 @@ def _prepare(program: PhysicalProgram, compiled: Compiled) -> tuple[World, Trace
 
 
 def _versions() -> tuple[tuple[str, str], ...]:
-    return (("mujoco", mujoco.mj_versionString()), ("physagent-studio", __version__))
+    return (("mujoco", mj.mj_versionString()), ("physagent-studio", __version__))
 
 
 def simulate(

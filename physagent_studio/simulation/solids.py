@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -183,7 +184,7 @@ def _slices(profile: FloatArray, tolerance: float = 0.02) -> tuple[Piece, ...]:
     slack = tolerance * float(profile[:, 1].max())
     cuts = [0, *_concave_cuts(profile, 0, len(profile) - 1, slack), len(profile) - 1]
     pieces = []
-    for start, stop in zip(cuts, cuts[1:], strict=False):
+    for start, stop in pairwise(cuts):
         part = profile[start : stop + 1]
         if part[-1, 0] - part[0, 0] > 1e-6:
             points = revolve(part)[0]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,7 +85,7 @@ def hull(points: FloatArray, what: str) -> Surface:
 def prism(outline: FloatArray, width: float) -> FloatArray:
     """Corners (2N, 3) of an outline (N, 2) in (x, z), extruded by `width` along y about y = 0."""
     front = np.column_stack([outline[:, 0], np.full(len(outline), -width / 2), outline[:, 1]])
-    return np.concatenate([front, front + [0, width, 0]])
+    return np.concatenate([front, front + np.array([0.0, width, 0.0])])
 
 
 def revolve(profile: FloatArray, segments: int = SEGMENTS) -> Surface:
@@ -110,7 +111,7 @@ def revolve(profile: FloatArray, segments: int = SEGMENTS) -> Surface:
         blocks.append(np.column_stack([xy, np.full(size, z)]))
         rings.append(np.resize(np.arange(count, count + size, dtype=np.int32), segments))
         count += size
-    faces = [_band(low, high) for low, high in zip(rings, rings[1:], strict=False)]
+    faces = [_band(low, high) for low, high in pairwise(rings)]
     return np.concatenate(blocks), np.concatenate(faces)
 
 

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.records import CONTACT_DTYPE
+from physagent_studio.simulation.mj import Data, Model, mj
 from physagent_studio.simulation.surfaces import FloatArray
 
 IntArray = NDArray[np.int64]
@@ -28,18 +28,18 @@ class ContactLog:
     """
 
     def __init__(
-        self, model: mujoco.MjModel, geom_bodies: NDArray[np.int16], substeps: int, dt: float
+        self, model: Model, geom_bodies: NDArray[np.int16], substeps: int, dt: float
     ) -> None:
         self._geom_bodies = geom_bodies
         self._substeps = substeps
         self._dt = dt
-        self._pyramid = model.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL
+        self._pyramid = model.opt.cone == mj.mjtCone.mjCONE_PYRAMIDAL
         self._ticks: list[int] = []
         self._counts: list[int] = []
         self._parts: list[tuple[Any, ...]] = []
         self._rows: list[FloatArray] = []
 
-    def read(self, data: mujoco.MjData, tick: int) -> None:
+    def read(self, data: Data, tick: int) -> None:
         """Keeps the contacts of engine step `tick`; the arrays are views, hence the copies."""
         self._ticks.append(tick)
         contact = data.contact

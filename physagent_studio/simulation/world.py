@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-import mujoco
 import numpy as np
 
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.simulation.disturbance import Drag
+from physagent_studio.simulation.mj import Data, mj
 from physagent_studio.simulation.model import Compiled, Handle
 from physagent_studio.simulation.surfaces import FloatArray
 from physagent_studio.simulation.vectors import support_centre
@@ -25,6 +25,8 @@ DRAG = {"sphere": 0.47, "ellipsoid": 0.5, "box": 1.05, "cylinder": 1.0, "capsule
 class World:
     """Reads and writes the state of single objects.
 
+    step: the control step that comes next. kicks: (step, object, velocity that was held back).
+
     dt: engine step, s. names: index of each object. bodies: the same, supports after objects.
     """
 
@@ -33,6 +35,8 @@ class World:
     dt: float
     names: dict[str, int]
     bodies: dict[str, int]
+    step: int = 0
+    kicks: list[tuple[int, int, FloatArray]] = field(default_factory=list)
 
     def handle(self, name: str) -> Handle:
         """The rigid body of that name."""
@@ -44,7 +48,7 @@ class World:
         return self.program.clip.step_seconds
 
     @property
-    def data(self) -> mujoco.MjData:
+    def data(self) -> Data:
         """MuJoCo's state."""
         return self.compiled.data
 
@@ -96,12 +100,14 @@ class World:
 
     def half_kick(self, name: str) -> None:
         """Takes half a step of the present acceleration off the linear velocity."""
-        mujoco.mj_forward(self.compiled.model, self.data)
+        mj.mj_forward(self.compiled.model, self.data)
         at = self.handle(name).velocity
         acceleration = self.data.qacc[at : at + 3]
         limit = IMPACT * max(9.81, float(np.linalg.norm(self.program.scene.gravity)))
         if np.linalg.norm(acceleration) < limit:
-            self.data.qvel[at : at + 3] -= acceleration * self.dt / 2
+            kick = acceleration * self.dt / 2
+            self.data.qvel[at : at + 3] -= kick
+            self.kicks.append((self.step, self.names[name], kick))
 
     def set_angular(self, name: str, angular: FloatArray) -> None:
         """Assigns the angular velocity, world, rad/s (MuJoCo keeps it in the body frame)."""
@@ -156,7 +162,8 @@ class World:
         if landmark is not None and landmark.points:
             return np.mean(np.array(landmark.points, float), axis=0)
         support = scene.support(name)
-        assert support is not None and support.shape is not None
+        assert support is not None
+        assert support.shape is not None
         return support_centre(support.shape, near)
 
     def centre(self, name: str) -> FloatArray:

@@ -22,18 +22,18 @@ from pathlib import Path
 import cv2
 import mitsuba as mi
 import numpy as np
-
 from photoreal import meshes, textures
 from photoreal.develop import develop
 from photoreal.noise import solid, solid_layered
 from photoreal.stage import Item, Lens, Room, identities, panel, radiance, turn
 from photoreal.textures import Surface, linear
-from photoreal.truth import truth_of, write_case
+from photoreal.truth import planes, truth_of, write_case
 
 SEED = 20250
 OUT = Path(__file__).resolve().parent.parent / "assets" / "demo"
 EVENTS = {
-    "knocks_block_over": "The red ball rolls to the right, hits the wooden block and knocks it over.",
+    "knocks_block_over": "The red ball rolls to the right, hits the wooden block and knocks it "
+    "over.",
     "only_the_cube": "The red ball rolls to the right, passes the wooden block and hits only the "
     "green cube, leaving the wooden block standing.",
 }
@@ -96,8 +96,8 @@ def ball(rng: np.random.Generator) -> Item:
     rough = 0.13 + 0.03 * cloud + 0.30 * scuff + 0.10 * seam
     height = 1.6e-4 * seam + 6e-6 * grain + 3e-5 * cloud
     truth = {
-        "name": "red_ball", "id": 1, "role": "object", "material": "rubber", "colour": "red",
-        "shape": {"kind": "sphere", "radius": BALL_RADIUS},
+        "name": "red_ball", "id": 1, "role": "object", "support": "floor", "material": "rubber",
+        "colour": "red", "shape": {"kind": "sphere", "radius": BALL_RADIUS},
     }  # fmt: skip
     return Item(
         meshes.ellipsoid((BALL_RADIUS,) * 3),
@@ -113,7 +113,7 @@ def block(rng: np.random.Generator) -> Item:
     points = meshes.atlas_points(BLOCK_SIZE, 640)
     colour, dark = textures.solid_wood(points, rng)
     truth = {
-        "name": "wooden_block", "id": 2, "role": "object", "material": "wood",
+        "name": "wooden_block", "id": 2, "role": "object", "support": "floor", "material": "wood",
         "colour": "light brown", "shape": {"kind": "box", "size": list(BLOCK_SIZE)},
     }  # fmt: skip
     return Item(
@@ -131,8 +131,8 @@ def cube(rng: np.random.Generator) -> Item:
         rng, (1000, 1500), (160, 160), (42, 128, 66), roughness=0.36, mottle=0.025, bump=8e-6
     )
     truth = {
-        "name": "green_cube", "id": 3, "role": "object", "material": "wood", "colour": "green",
-        "shape": {"kind": "box", "size": [CUBE_SIZE] * 3},
+        "name": "green_cube", "id": 3, "role": "object", "support": "floor", "material": "wood",
+        "colour": "green", "shape": {"kind": "box", "size": [CUBE_SIZE] * 3},
     }  # fmt: skip
     body = meshes.box((CUBE_SIZE,) * 3, 0.0035)
     return Item(body, surface, (*CUBE, CUBE_SIZE / 2), turn(CUBE_YAW), truth)
@@ -155,7 +155,7 @@ def main() -> None:
     light = radiance(items, room(), lens, samples=args.samples, seed=SEED)
     picture = develop(light, exposure=1.45, balance=(1.06, 1.0, 0.93), seed=SEED)
     ids = identities(items, lens)
-    truth = truth_of(items, lens, ids, seed=SEED, table_end=TABLE_END, wall=WALL)
+    truth = truth_of(items, lens, ids, planes(WALL), seed=SEED, table_end=TABLE_END)
     args.out.mkdir(parents=True, exist_ok=True)
     cv2.imwrite(str(args.out / "input.png"), picture[..., ::-1], [cv2.IMWRITE_PNG_COMPRESSION, 9])
     write_case(args.out, "input.png", truth, ids, EVENTS)

@@ -48,7 +48,7 @@ def develop(
     seed: int,
     full_well: float = 9000.0,
     read_noise: float = 7.0,
-    blur: float = 0.45,
+    blur: float = 0.38,
     vignette: float = 0.10,
     contrast: float = 0.5,
 ) -> NDArray[np.uint8]:

@@ -8,6 +8,7 @@ world +x right, +y away from the camera, +z up, quaternions wxyz, pixel (i, j) c
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -36,10 +37,25 @@ def quaternion(matrix: NDArray[np.floating]) -> list[float]:
     return [round(float(part), 9) + 0.0 for part in q]
 
 
+def planes(wall: float) -> list[dict[str, Any]]:
+    """The floor z = 0 and the wall y = `wall`, as supports."""
+    return [
+        {"name": "floor", "shape": {"kind": "floor", "height": 0.0}},
+        {"name": "wall", "shape": {"kind": "wall", "point": [0.0, wall, 0.0], "yaw": -math.pi / 2}},
+    ]
+
+
 def truth_of(
-    items: Sequence[Item], lens: Lens, ids: NDArray[np.uint8], **more: Any
+    items: Sequence[Item],
+    lens: Lens,
+    ids: NDArray[np.uint8],
+    unseen: Sequence[dict[str, Any]],
+    **more: Any,
 ) -> dict[str, Any]:
-    """Everything that is known about the picture, as plain JSON values."""
+    """Everything that is known about the picture, as plain JSON values.
+
+    unseen: supports that have no number in `ids`.
+    """
     camera = {
         "size": list(lens.size),
         "focal": round(lens.focal, 6),
@@ -53,7 +69,7 @@ def truth_of(
         "camera": camera,
         "horizon": round(float(horizon), 4),
         "objects": [e for e in known if e["role"] == "object"],
-        "supports": [e for e in known if e["role"] == "support"],
+        "supports": [*unseen, *(e for e in known if e["role"] == "support")],
         **more,
     }
 
@@ -85,9 +101,7 @@ def write_case(
     """`case.yaml`, `truth.json` and `ids.png`."""
     grounding = {
         role: {
-            e["name"]: {"points": [[*click(ids == e["id"]), 1]]}
-            for e in truth[role]
-            if e.get("shape", {}).get("kind") not in ("floor", "wall")
+            e["name"]: {"points": [[*click(ids == e["id"]), 1]]} for e in truth[role] if "id" in e
         }
         for role in ("objects", "supports")
     }

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import av
 import numpy as np
-from av.codec.codec import UnknownCodecError
-from av.video.reformatter import Colorspace, ColorRange
+from av.codec.codec import Codec, UnknownCodecError
+from av.video.reformatter import ColorRange, Colorspace
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
@@ -31,7 +31,7 @@ def encoder_name() -> str:
     """
     for name in _ENCODERS:
         try:
-            av.codec.Codec(name, "w")
+            Codec(name, "w")
         except UnknownCodecError:
             continue
         return name
@@ -82,9 +82,9 @@ def _set_up(stream: VideoStream, first: Picture, name: str) -> None:
     height, width = first.shape[:2]
     stream.width, stream.height = width + width % 2, height + height % 2
     stream.pix_fmt = "yuv420p"
-    stream.options = _OPTIONS[name]
     # Said in the file, or players guess the matrix from the size and shift the colours.
     context = stream.codec_context
+    context.options = dict(_OPTIONS[name])
     context.color_range = ColorRange.MPEG
     context.colorspace = context.color_primaries = context.color_trc = _BT709
 

@@ -51,7 +51,8 @@ def draw_backdrop(
     solid = [m for name, m in meshes.items() if not isinstance(shapes.get(name), Floor | Wall)]
     _solids(canvas, depth, solid, camera, fine)
     picture = np.clip(canvas, 0, 255).astype(np.uint8).reshape(fine.height, fine.width, 3)
-    return np.asarray(cv2.resize(picture, (lens.width, lens.height), interpolation=cv2.INTER_AREA))
+    small = cv2.resize(picture, (lens.width, lens.height), interpolation=cv2.INTER_AREA)
+    return np.asarray(small, np.uint8)
 
 
 def _sky(rays: FloatArray) -> FloatArray:

@@ -35,8 +35,9 @@ class Batch:
     """Concatenated meshes.
 
     vertices: (V, 3) body frame, m. normals: (F, 3, 3) unit, of each face's corners, smooth but
-    for creases. faces: (F, 3). uv: (V, 2) pixels of the object's texture. owner, face_owner: object of each vertex and face. first: (N + 1,)
-    where each object's vertices start. one_sided: (F,) faces of closed meshes.
+    for creases. faces: (F, 3). uv: (V, 2) pixels of the object's texture. owner, face_owner:
+    object of each vertex and face. first: (N + 1,) where each object's vertices start.
+    one_sided: (F,) faces of closed meshes.
     """
 
     vertices: FloatArray
@@ -54,7 +55,9 @@ class Batch:
         """Concatenate meshes in order."""
         counts = [len(mesh.vertices) for mesh in meshes]
         first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-        faces = [np.asarray(m.faces, np.int32) + start for m, start in zip(meshes, first)]
+        faces = [
+            np.asarray(m.faces, np.int32) + start for m, start in zip(meshes, first, strict=False)
+        ]
         joined = _stack(faces, 3, np.int32)
         face_owner = np.repeat(np.arange(len(meshes)), [len(f) for f in faces]).astype(np.int32)
         vertices = _stack([np.asarray(mesh.vertices, float) for mesh in meshes], 3, float)

@@ -74,7 +74,7 @@ def _gather(
     index: int,
     width: int,
     height: int,
-) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+) -> tuple[NDArray, NDArray, NDArray]:
     """Mean colour and depth of the object in the pixels around, with how many there are."""
     total = np.zeros((len(y), 3), np.float32)
     weight = np.zeros((len(y), 1), np.float32)
@@ -99,7 +99,7 @@ def _others(
     index: int,
     width: int,
     height: int,
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+) -> tuple[NDArray, NDArray]:
     """Mean colour of what is behind the object around each pixel, with how many there are."""
     total = np.zeros((len(y), 3), np.float32)
     weight = np.zeros((len(y), 1), np.float32)

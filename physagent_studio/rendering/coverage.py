@@ -57,7 +57,8 @@ def _outline_weight(batch: Batch, pixels: FloatArray) -> FloatArray:
     # Rows grow downwards, so a face that looks at the camera runs clockwise: negative area.
     facing = np.where(area < 0, 1.0, np.where(batch.one_sided, 0.0, -1.0))
     edges = batch.edges
-    return np.bincount(edges.edge, edges.sign * facing[edges.face], minlength=len(edges.ends))
+    directed = edges.sign * facing[edges.face]
+    return np.bincount(edges.edge, directed, len(edges.ends)).astype(np.float64)
 
 
 def _partial(ends: FloatArray, weight: FloatArray, lens: Lens) -> Partial:
@@ -92,7 +93,7 @@ def _accumulate(ends: FloatArray, weight: FloatArray, width: int, height: int) -
     cell = y * (width + 2) + x
     total = np.bincount(cell, rise * (1 - inner), minlength=height * (width + 2))
     total += np.bincount(cell + 1, rise * inner, minlength=height * (width + 2))
-    return np.cumsum(total.reshape(height, width + 2), axis=1)
+    return np.cumsum(total.reshape(height, width + 2), axis=1, dtype=np.float64)
 
 
 def _split(

@@ -37,7 +37,7 @@ class Lens:
     def project(self, points: FloatArray) -> FloatArray:
         """Camera-frame points (N, 3), z > 0 → pixels (N, 2)."""
         scaled = self.focal * points[:, :2] / points[:, 2:]
-        return scaled + (self.cx, self.cy)
+        return scaled + np.array([self.cx, self.cy])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -79,8 +79,7 @@ def facets(points: FloatArray, faces: IntArray, lens: Lens, one_sided: NDArray[n
     bc = _cross(b, c)
     volume = np.einsum("ij,ij->i", a, bc)
     # A face looks at the camera where its outward normal does: A·n < 0, and A·n is the volume.
-    z = points[:, 2][faces]
-    nearest, farthest = z.min(1), z.max(1)
+    nearest, farthest = _range(points[:, 2], faces)
     keep = (np.abs(volume) > 1e-18) & (farthest > NEAR) & ((volume < 0) | ~one_sided)
     rows = _rows(points, faces, lens, nearest)
     keep &= rows[:, 0] <= rows[:, 1]
@@ -100,8 +99,8 @@ def flat_facets(points: FloatArray, depth: FloatArray, faces: IntArray, size: in
     a, b, c = (flat[faces[:, i]] for i in range(3))
     bc = _cross(b, c)
     volume = np.einsum("ij,ij->i", a, bc)
-    y = points[:, 1][faces] + size / 2
-    rows = np.stack([np.ceil(y.min(1) - 0.5), np.floor(y.max(1) - 0.5)], 1)
+    top, bottom = _range(points[:, 1] + size / 2, faces)
+    rows = np.stack([np.ceil(top - 0.5), np.floor(bottom - 0.5)], 1)
     rows = np.clip(rows, (0, -1), (size, size - 1)).astype(np.int32)
     k = np.flatnonzero((np.abs(volume) > 1e-12) & (rows[:, 0] <= rows[:, 1])).astype(np.int32)
     edges = np.stack([bc, _cross(c, a), _cross(a, b)], 1)[k] / volume[k][:, None, None]
@@ -111,13 +110,13 @@ def flat_facets(points: FloatArray, depth: FloatArray, faces: IntArray, size: in
 def scan(facets: Facets, lens: Lens) -> tuple[NDArray[np.int64], IntArray, NDArray[np.float32]]:
     """Scan convert: flat pixels, rows of `facets` and priority of the winner at each pixel."""
     row_of, y = _expand(facets.rows[:, 0], facets.rows[:, 1])
-    yc = y + (0.5 - lens.cy)
+    yc = y.astype(np.float64) + (0.5 - lens.cy)
     left, right = _spans(facets.edges[row_of], yc, lens)
     some = left <= right
     row_of, y, yc, left, right = row_of[some], y[some], yc[some], left[some], right[some]
     span, x = _expand(left, right)
     order = facets.order[row_of]
-    base = (order[:, 1] * yc + order[:, 2] + order[:, 0] * (0.5 - lens.cx)).astype(np.float64)
+    base = order[:, 1] * yc + order[:, 2] + order[:, 0] * (0.5 - lens.cx)
     # NumPy would promote int32 × float32 to float64 and the comparison below would then fail.
     priority = (base[span] + order[:, 0][span] * x).astype(np.float32)
     pixel = y[span].astype(np.int64) * lens.width + x
@@ -155,11 +154,17 @@ def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
     return out
 
 
+def _range(values: FloatArray, faces: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Least and greatest value (F,) over each face's corners; ten times as fast as min(1)."""
+    a, b, c = (values[faces[:, i]] for i in range(3))
+    return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+
+
 def _rows(points: FloatArray, faces: IntArray, lens: Lens, nearest: FloatArray) -> IntArray:
     """First and last pixel row (F, 2) of each face; all rows where it reaches behind."""
     safe = np.maximum(points[:, 2], NEAR)
-    y = (lens.focal * points[:, 1] / safe + lens.cy)[faces]
-    rows = np.stack([np.ceil(y.min(1) - 0.5 - _SLACK), np.floor(y.max(1) - 0.5 + _SLACK)], 1)
+    top, bottom = _range(lens.focal * points[:, 1] / safe + lens.cy, faces)
+    rows = np.stack([np.ceil(top - 0.5 - _SLACK), np.floor(bottom - 0.5 + _SLACK)], 1)
     rows = np.clip(rows, (0, -1), (lens.height, lens.height - 1)).astype(np.int32)
     rows[nearest < NEAR] = (0, lens.height - 1)
     return rows
@@ -176,15 +181,17 @@ def _expand(first: IntArray, last: IntArray) -> tuple[IntArray, IntArray]:
 
 def _spans(edges: FloatArray, yc: FloatArray, lens: Lens) -> tuple[IntArray, IntArray]:
     """First and last pixel of each row of a face; empty where first > last."""
-    slope = edges[:, :, 0]
-    at_zero = edges[:, :, 1] * yc[:, None] + edges[:, :, 2]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        crossing = -at_zero / slope
-    low = np.where(slope > 0, crossing, -np.inf).max(1)
-    high = np.where(slope < 0, crossing, np.inf).min(1)
-    outside = ((slope == 0) & (at_zero < 0)).any(1)
-    # Beyond the horizon of a face that reaches behind the camera, the depth is negative.
-    left = np.ceil(np.clip(low + (lens.cx - 0.5) - _SLACK, 0, lens.width))
-    right = np.floor(np.clip(high + (lens.cx - 0.5) + _SLACK, -1, lens.width - 1))
-    right[outside] = -1
+    low, high = np.full(len(yc), -np.inf), np.full(len(yc), np.inf)
+    for side in range(3):
+        slope = edges[:, side, 0]
+        at_zero = edges[:, side, 1] * yc + edges[:, side, 2]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            crossing = -at_zero / slope
+        np.maximum(low, crossing, out=low, where=slope > 0)
+        np.minimum(high, crossing, out=high, where=slope < 0)
+        # A side that runs along the row has the whole row on one hand.
+        high[(slope == 0) & (at_zero < 0)] = -np.inf
+    shift = lens.cx - 0.5
+    left = np.ceil(np.clip(low + (shift - _SLACK), 0, lens.width))
+    right = np.floor(np.clip(high + (shift + _SLACK), -1, lens.width - 1))
     return left.astype(np.int32), right.astype(np.int32)

@@ -168,7 +168,7 @@ def _solid(name: str, mesh: Mesh, origin: FloatArray) -> Solid:
     keep = length > 1e-12
     normals = normals[keep] / length[keep, None]
     planes = np.column_stack([normals, np.einsum("ij,ij->i", normals, a[keep])])
-    planes = np.unique(np.round(planes, 6), axis=0)
+    planes = np.unique(np.round(planes.astype(np.float64), 6), axis=0)
     return Solid(name, planes[planes[:, :3] @ origin > planes[:, 3]])
 
 

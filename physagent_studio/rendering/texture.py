@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.records.scene import Mesh
-from physagent_studio.rendering.raster import FloatArray
 from physagent_studio.rendering.frame import Picture
+from physagent_studio.rendering.raster import FloatArray
 
 _STRIP = 4096
 """cv2.remap takes no picture wider than 32767 pixels, so samples are laid out in rows."""
@@ -33,7 +33,7 @@ class Paint:
             return cls((), mesh.color)
         levels = [np.ascontiguousarray(mesh.texture[..., :3])]
         while len(levels) < _LEVELS and min(levels[-1].shape[:2]) > 16:
-            levels.append(np.asarray(cv2.pyrDown(levels[-1])))
+            levels.append(np.asarray(cv2.pyrDown(levels[-1]), np.uint8))
         return cls(tuple(levels), mesh.color)
 
     def sample(self, uv: FloatArray, shrink: float) -> NDArray[np.float32]:
@@ -56,7 +56,6 @@ def bilinear(image: NDArray, where: FloatArray) -> NDArray[np.float32]:
     rows = -(-count // _STRIP)
     grid = np.zeros((rows * _STRIP, 2), np.float32)
     grid[:count] = where
-    grid = grid.reshape(rows, _STRIP, 2)
-    picked = cv2.remap(image, grid, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    channels = image.shape[2:] or ()
-    return picked.reshape(-1, *channels)[:count].astype(np.float32)
+    across, down = (np.ascontiguousarray(grid[:, i]).reshape(rows, _STRIP) for i in (0, 1))
+    picked = cv2.remap(image, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(picked).reshape(-1, *image.shape[2:])[:count].astype(np.float32)

@@ -1,0 +1,279 @@
+"""Reads `case.yaml`: every finding is one sentence with the file and the line."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from physagent_studio.errors import InputError
+from physagent_studio.exchange.plain_yaml import MAX_BYTES, Place, PlainYaml, read_yaml
+from physagent_studio.program.materials import MATERIALS
+from physagent_studio.program.problems import problems_of
+from physagent_studio.program.scene import Click, Grounding, Landmark, Support, SupportShape
+
+MAX_OBJECTS = 200
+MAX_SUPPORTS = 64
+MAX_LANDMARKS = 64
+MAX_POINTS = 500
+MAX_PROMPT = 4000
+RESERVED = ("air",)
+_KINDS = ("point", "line", "area", "opening")
+_ROOT = ("image", "size", "objects", "supports", "landmarks", "events")
+_SHAPE: TypeAdapter[Any] = TypeAdapter(SupportShape)
+
+
+def slug(name: str) -> str:
+    """A name as programs write it: blanks become `_`, other signs go; "" if nothing is left."""
+    text = re.sub(r"\s+", "_", name.strip())
+    return re.sub(r"[^A-Za-z0-9_\-]", "", text).lstrip("-")[:64]
+
+
+def check_inside(x: float, y: float, size: tuple[int, int], what: str) -> None:
+    """That a click is in the picture of `size` (width, height); `what` starts the message."""
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise InputError(f"{what}: a click must be finite numbers, not ({x:g}, {y:g})")
+    if not (0 <= x < size[0] and 0 <= y < size[1]):
+        raise InputError(
+            f"{what}: the click ({x:g}, {y:g}) lies outside the picture "
+            f"(x 0 … {size[0] - 1}, y 0 … {size[1] - 1})"
+        )
+
+
+class CaseReader:
+    """One case.yaml being read; every message carries its file and line."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.names: dict[str, Place] = {}
+        self.doc: PlainYaml = read_yaml(_text(path), str(path))
+        if not isinstance(self.doc.data, dict):
+            raise InputError(f"{path}: a case is a mapping with image, objects and events")
+        self._known((), self.doc.data, _ROOT)
+
+    def fail(self, place: Place, what: str) -> InputError:
+        return InputError(f"{self.path}, line {self.doc.line(place)}: {what}")
+
+    def image_path(self) -> Path:
+        """The photo's path, inside the case folder."""
+        given = self.doc.data.get("image")
+        if not isinstance(given, str) or not given:
+            raise self.fail(("image",), "image must name the photo's file")
+        folder = self.path.parent.resolve()
+        image = (folder / given).resolve()
+        if not image.is_relative_to(folder):
+            raise self.fail(("image",), f"image '{given}' lies outside the case folder")
+        if not image.is_file():
+            raise self.fail(("image",), f"image '{given}' does not exist in {self.path.parent}")
+        return image
+
+    def check_size(self, image: Path, size: tuple[int, int]) -> None:
+        """That the stated size, if any, is the photo's, so that the clicks mean its pixels."""
+        stated = self.doc.data.get("size")
+        if stated is None:
+            return
+        whole = isinstance(stated, list) and len(stated) == 2
+        if not whole or not all(type(v) is int and v > 0 for v in stated):
+            raise self.fail(("size",), "size must be [width, height] in whole pixels")
+        if tuple(stated) != size:
+            raise self.fail(
+                ("size",),
+                f"size is {stated[0]}×{stated[1]}, but {image.name} is {size[0]}×{size[1]}",
+            )
+
+    def objects(self, size: tuple[int, int]) -> tuple[tuple[str, Grounding], ...]:
+        """Names and groundings, in the file's order."""
+        found = []
+        for name, place, entry in self._things("objects", MAX_OBJECTS):
+            self._known(place, entry, ("points", "box"))
+            grounding = self._grounding(place, entry, size)
+            if grounding.box is None and not any(c.label for c in grounding.points):
+                raise self.fail(place, f"object '{name}' needs a click inside it, or a box")
+            found.append((name, grounding))
+        if not found:
+            raise self.fail(("objects",), "objects must name at least one object with its clicks")
+        return tuple(found)
+
+    def supports(self, size: tuple[int, int]) -> tuple[Support, ...]:
+        """Supports with their clicks and, where the case states it, their shape."""
+        found = []
+        for name, place, entry in self._things("supports", MAX_SUPPORTS):
+            self._known(place, entry, ("points", "box", "shape", "material"))
+            material = entry.get("material", Support.model_fields["material"].default)
+            if material not in MATERIALS:
+                raise self.fail(
+                    (*place, "material"),
+                    f"there is no material '{material}' (known: {', '.join(MATERIALS)})",
+                )
+            shape = self._shape(place, entry.get("shape"))
+            found.append(
+                Support(
+                    name=name,
+                    grounding=self._grounding(place, entry, size),
+                    shape=shape,
+                    material=material,
+                    source="estimated" if shape is None else "given",
+                )
+            )
+        return tuple(found)
+
+    def landmarks(self, size: tuple[int, int]) -> tuple[Landmark, ...]:
+        """Named places with their pixels."""
+        found = []
+        for name, place, entry in self._things("landmarks", MAX_LANDMARKS):
+            self._known(place, entry, ("kind", "points", "on"))
+            kind = entry.get("kind")
+            if kind not in _KINDS:
+                raise self.fail((*place, "kind"), f"kind must be one of {', '.join(_KINDS)}")
+            points = [self._pair(p, q, size) for p, q in self._points(place, entry)]
+            if not points:
+                raise self.fail(place, f"landmark '{name}' needs points [[x, y], …]")
+            on = entry.get("on")
+            if on is not None and (not isinstance(on, str) or slug(on) not in self.names):
+                raise self.fail(
+                    (*place, "on"),
+                    f"there is no support '{on}' (known: {', '.join(self.names) or 'none'})",
+                )
+            found.append(
+                Landmark(
+                    name=name,
+                    kind=kind,
+                    on=slug(on) if on else None,
+                    pixels=tuple(points[:64]),
+                    source="given",
+                )
+            )
+        return tuple(found)
+
+    def events(self) -> tuple[tuple[str, str], ...]:
+        """(name, prompt) in the file's order."""
+        entries = self.doc.data.get("events") or {}
+        if not isinstance(entries, dict):
+            raise self.fail(("events",), "events must be a mapping of names to prompts")
+        for name, prompt in entries.items():
+            place = ("events", name)
+            if not isinstance(prompt, str) or not prompt.strip():
+                raise self.fail(place, f"event '{name}' needs a sentence as its prompt")
+            if len(prompt) > MAX_PROMPT:
+                raise self.fail(place, f"event '{name}' has more than {MAX_PROMPT} characters")
+        return tuple((name, " ".join(prompt.split())) for name, prompt in entries.items())
+
+    def check_names(self) -> None:
+        """That nothing is called what the program keeps for itself."""
+        for name in RESERVED:
+            if name in self.names:
+                raise self.fail(self.names[name], f"'{name}' is a reserved name")
+
+    # --- parts -------------------------------------------------------------------------------
+
+    def _things(self, room: str, limit: int) -> list[tuple[str, Place, dict[str, Any]]]:
+        entries = self.doc.data.get(room)
+        if entries is None:
+            return []
+        if not isinstance(entries, dict):
+            raise self.fail((room,), f"{room} must be a mapping of names")
+        if len(entries) > limit:
+            raise self.fail((room,), f"there are {len(entries)} {room} (at most {limit})")
+        found = []
+        for given, entry in entries.items():
+            place: Place = (room, given)
+            name = slug(given)
+            if not name:
+                raise self.fail(place, f"'{given}' is no name (letters, digits, _ and -)")
+            if name in self.names:
+                raise self.fail(place, f"the name '{name}' is used twice")
+            self.names[name] = place
+            if entry is not None and not isinstance(entry, dict):
+                raise self.fail(place, f"'{given}' must be a mapping with points")
+            found.append((name, place, entry or {}))
+        return found
+
+    def _known(self, place: Place, entry: Mapping[str, Any], known: Sequence[str]) -> None:
+        for key in entry:
+            if key not in known:
+                near = difflib.get_close_matches(key, known, 1, 0.6)
+                hint = f"; did you mean '{near[0]}'?" if near else ""
+                raise self.fail(
+                    (*place, key), f"'{key}' is not known here (known: {', '.join(known)}{hint})"
+                )
+
+    def _points(self, place: Place, entry: Mapping[str, Any]) -> list[tuple[Place, list[Any]]]:
+        points = entry.get("points") or []
+        where = (*place, "points")
+        if not isinstance(points, list):
+            raise self.fail(where, "points must be a list of [x, y, label]")
+        if len(points) > MAX_POINTS:
+            raise self.fail(where, f"there are {len(points)} points (at most {MAX_POINTS})")
+        return [((*where, index), point) for index, point in enumerate(points)]
+
+    def _grounding(
+        self, place: Place, entry: Mapping[str, Any], size: tuple[int, int]
+    ) -> Grounding:
+        clicks = []
+        for where, point in self._points(place, entry):
+            x, y = self._pair(where, point, size)
+            label = point[2] if len(point) > 2 else 1
+            if type(label) is not int or label not in (0, 1):
+                raise self.fail(where, f"a label is 1 (inside) or 0 (outside), not {label!r}")
+            clicks.append(Click(x=x, y=y, label=1 if label else 0))
+        return Grounding(points=tuple(clicks), box=self._box(place, entry.get("box"), size))
+
+    def _pair(self, where: Place, point: Any, size: tuple[int, int]) -> tuple[float, float]:
+        if not isinstance(point, list) or len(point) not in (2, 3):
+            raise self.fail(where, "a point must be [x, y, label]")
+        x, y = (self._number(where, value) for value in point[:2])
+        prefix = f"{self.path}, line {self.doc.line(where)}"
+        check_inside(x, y, size, prefix)
+        return x, y
+
+    def _number(self, where: Place, value: Any) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise self.fail(where, f"{value!r} is no number")
+        if not math.isfinite(value):
+            raise self.fail(where, f"{value!r} is not finite")
+        return float(value)
+
+    def _box(
+        self, place: Place, box: Any, size: tuple[int, int]
+    ) -> tuple[float, float, float, float] | None:
+        if box is None:
+            return None
+        where = (*place, "box")
+        if not isinstance(box, list) or len(box) != 4:
+            raise self.fail(where, "a box must be [left, top, right, bottom]")
+        left, top, right, bottom = (self._number(where, value) for value in box)
+        if not (0 <= left < right <= size[0] and 0 <= top < bottom <= size[1]):
+            raise self.fail(
+                where,
+                f"the box must lie in the picture, left before right, top above bottom "
+                f"(x 0 … {size[0]}, y 0 … {size[1]})",
+            )
+        return left, top, right, bottom
+
+    def _shape(self, place: Place, data: Any) -> Any:
+        if data is None:
+            return None
+        try:
+            return _SHAPE.validate_python(data)
+        except ValidationError as error:
+            problem = problems_of(error, data)[0]
+            where = f"shape.{problem.path}".rstrip(".")
+            allowed = f" ({problem.allowed})" if problem.allowed else ""
+            text = f"{where} {problem.message}{allowed}"
+            raise self.fail((*place, "shape"), text) from error
+
+
+def _text(path: Path) -> str:
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise InputError(f"{path} is larger than a case may be ({MAX_BYTES} bytes)")
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path} is no UTF-8 text") from error
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror})") from error

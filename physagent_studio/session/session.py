@@ -5,8 +5,10 @@ Rounds and the decision log are only ever added to; a row of `states` is one ste
 
 from __future__ import annotations
 
+import functools
 import json
 import sqlite3
+from collections import OrderedDict
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
@@ -21,6 +23,7 @@ from physagent_studio.session import arrays
 from physagent_studio.session.files import FileStore
 
 SCHEMA = 1
+KEPT_ROLLOUTS = 8
 _TABLES = """
 CREATE TABLE IF NOT EXISTS meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS rounds (id TEXT PRIMARY KEY, number INTEGER, payload TEXT NOT NULL);
@@ -54,7 +57,7 @@ class Session:
             )
         self._scenes: dict[str, Scene] = {}
         self._known_rounds: dict[str, Round] = {}
-        self._image = self._read_image()
+        self._rollouts: OrderedDict[str, Rollout] = OrderedDict()
 
     @classmethod
     def create(cls, folder: Path, case: Case, title: str, state: LoopState) -> Session:
@@ -100,6 +103,11 @@ class Session:
     def case(self) -> Case:
         """The case it was opened with."""
         return arrays.case_from_json(json.loads(self.meta("case") or "{}"), self._image)
+
+    @property
+    def prompt(self) -> str:
+        """The case's sentence, without reading its picture."""
+        return json.loads(self.meta("case") or "{}").get("prompt", "")
 
     def replace_case(self, case: Case) -> None:
         """Changes prompt, clicks or landmarks; the picture stays."""
@@ -181,8 +189,13 @@ class Session:
         return self.files.put(rollout_to_bytes(rollout), ".npz")
 
     def rollout(self, key: str) -> Rollout:
-        """A stored rollout."""
-        return rollout_from_bytes(self.files.get(key))
+        """A stored rollout; the last few stay in memory."""
+        if key not in self._rollouts:
+            self._rollouts[key] = rollout_from_bytes(self.files.get(key))
+            while len(self._rollouts) > KEPT_ROLLOUTS:
+                self._rollouts.popitem(last=False)
+        self._rollouts.move_to_end(key)
+        return self._rollouts[key]
 
     def put_scene(self, scene: Scene) -> str:
         """Stores a scene and returns its key."""
@@ -245,7 +258,8 @@ class Session:
         rounds = tuple(self._known_rounds[key] for key, _ in rows)
         return LoopState.model_validate_json(payload).model_copy(update={"rounds": rounds})
 
-    def _read_image(self) -> Image | None:
+    @functools.cached_property
+    def _image(self) -> Image | None:
         key = self.meta("image")
         return arrays.from_png(self.files.get(key)) if key else None
 

@@ -114,12 +114,12 @@ class Store:
 def _info(path: Path) -> SessionInfo:
     session = Session(path.parent)
     try:
-        case, state = session.case, session.load()
+        state = session.load()
         times = [item.stat().st_mtime for item in path.parent.glob("session.db*")]
         return SessionInfo(
             id=session.id,
             title=session.title,
-            prompt=case.prompt,
+            prompt=session.prompt,
             rounds=len(state.rounds),
             outcome=state.outcome,
             modified=datetime.fromtimestamp(max(times), UTC).isoformat(timespec="seconds"),

@@ -1,0 +1,191 @@
+"""The workbench with the real rooms: commands in, snapshots out, nothing lost on bad input."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from physagent_studio.program import PhysicalProgram, SetField
+from physagent_studio.program.document import dump_program, load_program
+from physagent_studio.records import Hunk, LoopState, Preview, Proposal
+from physagent_studio.session import Store
+from physagent_studio.workbench import Snapshot, Workbench, commands
+
+PROGRAM = """
+scene:
+  objects:
+    - name: ball
+      shape: {kind: sphere, radius: 0.1}
+      position: [0, 2, 0.1]
+      support: floor
+    - name: box
+      shape: {kind: box, size: [0.2, 0.2, 0.2]}
+      position: [1, 2, 0.1]
+      support: floor
+  supports:
+    - {name: floor, shape: {kind: floor}}
+event:
+  prompt: The ball rolls to the right and hits the box.
+  actions:
+    - {operator: SetVelocity, id: go, name: ball, velocity: [0.5, 0, 0], start_step: 0}
+contract:
+  clauses: [{id: c1, text: hits the box}]
+  statements:
+    - {id: hit, kind: contacts, subject: ball, other: box, clause: c1}
+"""
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[Workbench]:
+    workbench = Workbench(Store(tmp_path), evidence=False)
+    yield workbench
+    workbench.close()
+
+
+def after(workbench: Workbench, *posted: commands.Command) -> Snapshot:
+    for command in posted:
+        workbench.post(command)
+    assert workbench.wait(60)
+    return workbench.snapshot()
+
+
+def opened(workbench: Workbench) -> Snapshot:
+    program = load_program(PROGRAM)
+    return after(workbench, commands.OpenProgram(program, "two things"))
+
+
+def faster(value: float) -> commands.ApplyEdits:
+    return commands.ApplyEdits((SetField(path="event.actions.go.velocity.0", value=value),))
+
+
+def test_a_bare_program_opens_and_is_simulated(bench: Workbench) -> None:
+    snapshot = opened(bench)
+    assert not snapshot.notices, snapshot.notices
+    assert snapshot.rollout is not None
+    assert snapshot.has_draft
+    assert [check.id for check in snapshot.checks if not check.always_on] == ["hit"]
+
+
+def test_a_hand_edit_changes_the_trajectory_at_once_and_undo_brings_it_back(
+    bench: Workbench,
+) -> None:
+    first = opened(bench)
+    second = after(bench, faster(1.5))
+    assert first.rollout is not None
+    assert second.rollout is not None
+    assert not np.array_equal(first.rollout.positions, second.rollout.positions)
+    back = after(bench, commands.Undo())
+    assert back.program.hash == first.program.hash
+    assert back.rollout is not None
+    assert np.array_equal(back.rollout.positions, first.rollout.positions)
+    assert after(bench, commands.Redo()).program.hash == second.program.hash
+
+
+def test_ten_edits_undo_and_redo_to_the_same_hashes(bench: Workbench) -> None:
+    hashes = [opened(bench).program.hash]
+    hashes += [after(bench, faster(0.1 * n)).program.hash for n in range(1, 11)]
+    assert len(set(hashes)) == 11
+    down = [after(bench, commands.Undo()).program.hash for _ in range(10)]
+    assert down == hashes[-2::-1]
+    up = [after(bench, commands.Redo()).program.hash for _ in range(10)]
+    assert up == hashes[1:]
+
+
+def test_bad_edits_and_bad_text_change_nothing_and_say_where(bench: Workbench) -> None:
+    before = opened(bench)
+    wrong = commands.ApplyEdits((SetField(path="event.actions.go.velocity.0", value=1e9),))
+    snapshot = after(bench, wrong)
+    assert snapshot.program.hash == before.program.hash
+    assert "velocity" in snapshot.notices[-1].text
+    text = PROGRAM.replace("name: ball, velocity", "name: bal, velocity")
+    snapshot = after(bench, commands.ApplyText(text))
+    assert snapshot.program.hash == before.program.hash
+    assert snapshot.yaml_text == text
+    problem = snapshot.yaml_problems[0]
+    assert problem.path == "event.actions.go.name"
+    assert problem.line == text[: text.index("name: bal,")].count("\n") + 1
+
+
+def test_step_makes_the_draft_a_round_and_judges_it(bench: Workbench) -> None:
+    opened(bench)
+    snapshot = after(bench, faster(2.0), commands.Step())
+    assert not snapshot.has_draft
+    assert [item.author for item in snapshot.state.rounds] == ["person"]
+    assert snapshot.state.outcome == "realised"
+
+
+def test_a_session_comes_back_as_it_was(bench: Workbench, tmp_path: Path) -> None:
+    opened(bench)
+    before = after(bench, faster(2.0), commands.Step(), faster(0.3))
+    bench.close()
+    again = Workbench(Store(tmp_path), evidence=False)
+    assert before.session_id is not None
+    snapshot = after(again, commands.OpenSession(before.session_id))
+    again.close()
+    assert snapshot.program.hash == before.program.hash
+    assert snapshot.state == before.state
+    assert snapshot.rollout is not None
+    assert before.rollout is not None
+    assert np.array_equal(snapshot.rollout.positions, before.rollout.positions)
+
+
+def test_other_rounds_are_read_only_until_forked(bench: Workbench) -> None:
+    opened(bench)
+    after(bench, faster(2.0), commands.Step(), faster(0.3), commands.Step())
+    shown = after(bench, commands.ShowRound("r1"))
+    assert shown.read_only
+    refused = after(bench, faster(1.0))
+    assert "read-only" in refused.notices[-1].text
+    forked = after(bench, commands.ForkFrom("r1"), faster(1.0), commands.Step())
+    assert [item.parent for item in forked.state.rounds] == [None, "r1", "r1"]
+
+
+def test_twenty_clicks_on_accept_have_one_effect(bench: Workbench) -> None:
+    opened(bench)
+    after(bench, faster(0.05), commands.Step())
+    waiting = bench.snapshot()
+    assert waiting.state.phase == "decide", waiting.notices
+    current = waiting.state.current
+    assert current is not None
+    assert current.proposal is not None
+    accept = commands.Decide("accept", current.proposal.id)
+    snapshot = after(bench, *[accept] * 20)
+    assert len(snapshot.state.rounds) == 2
+
+
+def test_a_verdict_can_be_overruled(bench: Workbench) -> None:
+    opened(bench)
+    after(bench, faster(0.05), commands.Step())
+    snapshot = after(bench, commands.OverruleVerdict(True, "close enough"))
+    assert snapshot.state.outcome == "realised"
+    current = snapshot.state.current
+    assert current is not None
+    assert current.override is not None
+    assert current.assessment is not None
+    assert not current.assessment.passed
+
+
+def test_pins_must_name_something(bench: Workbench) -> None:
+    opened(bench)
+    snapshot = after(bench, commands.Pin("event.actions.go.velocity"))
+    assert snapshot.state.pinned == ("event.actions.go.velocity",)
+    assert "has no field" in after(bench, commands.Pin("event.nothing")).notices[-1].text
+    assert after(bench, commands.Unpin("event.actions.go.velocity")).state.pinned == ()
+
+
+def test_dump_of_the_program_on_view_is_what_the_text_panel_shows(bench: Workbench) -> None:
+    snapshot = opened(bench)
+    assert snapshot.yaml_text == dump_program(snapshot.program)
+    assert load_program(snapshot.yaml_text) == snapshot.program
+
+
+def test_records_of_decisions_are_plain_data() -> None:
+    hunk = Hunk(id="h", summary="s", edits=(SetField(path="clip.frames", value=41),))
+    proposal = Proposal(id="p", hunks=(hunk,), rationale="r", factor="f", confidence=0.5)
+    state = LoopState(draft=PhysicalProgram())
+    assert Proposal.model_validate_json(proposal.model_dump_json()) == proposal
+    assert Preview.model_validate_json(Preview(program=None).model_dump_json()).program is None
+    assert LoopState.model_validate_json(state.model_dump_json()) == state

@@ -1,6 +1,13 @@
 """The physical program: scene state, actions, event program, contract schema, edits."""
 
-from physagent_studio.program.actions import Action, After, Directed, OnContact, duration_of
+from physagent_studio.program.actions import (
+    Action,
+    After,
+    Directed,
+    OnContact,
+    When,
+    duration_of,
+)
 from physagent_studio.program.base import Frozen
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.contract import Clause, Contract, Statement
@@ -51,6 +58,7 @@ __all__ = [
     "SetField",
     "Statement",
     "Support",
+    "When",
     "apply",
     "apply_with_inverse",
     "duration_of",

@@ -9,25 +9,37 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, Tag, model_validator
 
 from physagent_studio.program.base import (
     AngularVelocity,
     Degrees,
+    Direction,
     Force,
     Frozen,
     Name,
     Newtons,
     Position,
     Quaternion,
+    Step,
     Torque,
     Velocity,
+    by_form,
 )
+from physagent_studio.program.contract import Leaf
 
-Step = Annotated[int, Field(ge=0, le=100_000)]
 Duration = Annotated[int, Field(ge=1, le=100_000)]
 Magnitude = Annotated[float, Field(ge=-1e7, le=1e7)]
-Direction = Literal["left", "right", "up", "down", "away", "toward_camera"]
+
+Aim = Annotated[
+    Annotated[Name, Tag("word")] | Annotated[Position, Tag("list")],
+    by_form("a name, or a point [x, y, z]"),
+]
+Side = Annotated[
+    Annotated[Direction, Tag("word")] | Annotated[Position, Tag("list")],
+    by_form("left, right, up, down, away, toward_camera, or a vector [x, y, z]"),
+]
+_VECTOR = by_form("three numbers [x, y, z], or {magnitude: …, direction | toward | along: …}")
 
 
 class Directed(Frozen):
@@ -42,7 +54,7 @@ class Directed(Frozen):
     """
 
     magnitude: Magnitude
-    toward: Name | Position | None = None
+    toward: Aim | None = None
     direction: Direction | None = None
     along: Literal["velocity", "against_velocity"] | None = None
     horizontal: bool = True
@@ -55,6 +67,13 @@ class Directed(Frozen):
         if sum(part is not None for part in (self.toward, self.direction, self.along)) != 1:
             raise ValueError("give exactly one of toward, direction, along")
         return self
+
+
+_Described = Annotated[Directed, Tag("mapping")]
+VelocityVector = Annotated[Annotated[Velocity, Tag("list")] | _Described, _VECTOR]
+AngularVelocityVector = Annotated[Annotated[AngularVelocity, Tag("list")] | _Described, _VECTOR]
+ForceVector = Annotated[Annotated[Force, Tag("list")] | _Described, _VECTOR]
+TorqueVector = Annotated[Annotated[Torque, Tag("list")] | _Described, _VECTOR]
 
 
 class OnContact(Frozen):
@@ -76,7 +95,20 @@ class After(Frozen):
     timeout: Step | None = None
 
 
-Condition = Annotated[OnContact | After, Field(discriminator="kind")]
+class When(Frozen):
+    """Starts `delay` steps after `statement` first holds of what has happened so far.
+
+    The statement is measured as in a contract, with "at the end" meaning now; it is looked at
+    once a frame. Its window and `negated` count as everywhere.
+    """
+
+    kind: Literal["when"] = "when"
+    statement: Leaf
+    delay: Step = 0
+    timeout: Step | None = None
+
+
+Condition = Annotated[OnContact | After | When, Field(discriminator="kind")]
 
 
 class _Action(Frozen):
@@ -93,14 +125,14 @@ class SetVelocity(_Action):
     """Assigns the linear velocity of the centre of mass, m/s, once."""
 
     operator: Literal["SetVelocity"] = "SetVelocity"
-    velocity: Velocity | Directed
+    velocity: VelocityVector
 
 
 class SetAngularVelocity(_Action):
     """Sets the angular velocity, world frame, rad/s, and holds it for the duration."""
 
     operator: Literal["SetAngularVelocity"] = "SetAngularVelocity"
-    angular_velocity: AngularVelocity | Directed
+    angular_velocity: AngularVelocityVector
     duration: Duration = 1
 
 
@@ -108,7 +140,7 @@ class ApplyForce(_Action):
     """A force in N at the centre of mass, or at `point`, in `point_frame`, m."""
 
     operator: Literal["ApplyForce"] = "ApplyForce"
-    force: Force | Directed
+    force: ForceVector
     point: Position | None = None
     point_frame: Literal["body", "world"] = "body"
     duration: Duration
@@ -118,7 +150,7 @@ class ApplyTorque(_Action):
     """A torque in N·m, world frame."""
 
     operator: Literal["ApplyTorque"] = "ApplyTorque"
-    torque: Torque | Directed
+    torque: TorqueVector
     duration: Duration
 
 
@@ -143,7 +175,7 @@ class ApplyDisturbance(_Action):
     operator: Literal["ApplyDisturbance"] = "ApplyDisturbance"
     model: Literal["wind", "gust", "bump", "side", "shake", "jitter"]
     amplitude: Annotated[float, Field(ge=0, le=1e6)]
-    direction: Direction | Position | None = None
+    direction: Side | None = None
     frequency: Annotated[float, Field(gt=0, le=50)] | None = None
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
     duration: Duration
@@ -164,9 +196,15 @@ class SetOrientation(_Action):
 
 
 class FixObject(_Action):
-    """Holds the object in the pose it has when the action begins."""
+    """Holds the object in the pose it has when the action begins.
+
+    With `point`, in `point_frame`, m, it holds only that point: the object may turn about it
+    and hangs or swings from it.
+    """
 
     operator: Literal["FixObject"] = "FixObject"
+    point: Position | None = None
+    point_frame: Literal["body", "world"] = "body"
     duration: Duration
 
 

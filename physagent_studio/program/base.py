@@ -7,9 +7,9 @@ quaternions (w, x, y, z). No value is NaN or infinite, none is unbounded.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
+from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, StringConstraints
 
 
 class Frozen(BaseModel):
@@ -31,6 +31,9 @@ Newtons = Annotated[float, Field(ge=-1e7, le=1e7)]
 NewtonMetres = Annotated[float, Field(ge=-1e7, le=1e7)]
 Degrees = Annotated[float, Field(ge=-360, le=360)]
 Pixels = Annotated[float, Field(ge=-1e5, le=1e5)]
+
+Step = Annotated[int, Field(ge=0, le=100_000)]
+Direction = Literal["left", "right", "up", "down", "away", "toward_camera"]
 
 Position = tuple[Metres, Metres, Metres]
 Velocity = tuple[Speed, Speed, Speed]
@@ -57,3 +60,25 @@ def _unit(value: tuple[float, float, float, float]) -> tuple[float, float, float
 _Unit = Annotated[float, Field(ge=-1e6, le=1e6)]
 Quaternion = Annotated[tuple[_Unit, _Unit, _Unit, _Unit], AfterValidator(_unit)]
 IDENTITY: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+
+
+def _form(value: Any) -> str | None:
+    """Which form a value is written in: "word", "list" or "mapping"."""
+    if isinstance(value, str):
+        return "word"
+    if isinstance(value, list | tuple):
+        return "list"
+    return "mapping" if isinstance(value, dict | BaseModel) else None
+
+
+def by_form(allowed: str) -> Discriminator:
+    """Chooses the branch of a union by the form in which its value is written.
+
+    The branches carry `Tag("word")`, `Tag("list")` or `Tag("mapping")`; an error is then told
+    for the branch that was meant, and `allowed` where none was.
+    """
+    return Discriminator(
+        _form,
+        custom_error_type="form",
+        custom_error_message=f"must be {allowed}",
+    )

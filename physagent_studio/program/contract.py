@@ -11,8 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from physagent_studio.program.actions import Direction, Step
-from physagent_studio.program.base import Frozen, Name, Position, Text
+from physagent_studio.program.base import Direction, Frozen, Name, Position, Step, Text
 
 Distance = Annotated[float, Field(ge=0, le=1e4)]
 Angle = Annotated[float, Field(ge=0, le=36000)]
@@ -261,7 +260,7 @@ class AnyOf(_Statement):
     of: tuple[Name, ...] = Field(min_length=1, max_length=64)
 
 
-Statement = Annotated[
+Leaf = Annotated[
     Moves
     | Falls
     | Contacts
@@ -285,12 +284,12 @@ Statement = Annotated[
     | Deforms
     | Spreads
     | Breaks
-    | Sways
-    | Before
-    | AllOf
-    | AnyOf,
+    | Sways,
     Field(discriminator="kind"),
 ]
+"""A statement about one object; composites refer to others instead."""
+
+Statement = Annotated[Leaf | Before | AllOf | AnyOf, Field(discriminator="kind")]
 
 
 class Contract(Frozen):

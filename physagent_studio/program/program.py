@@ -8,7 +8,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from physagent_studio.program.actions import Action, After, Directed, OnContact, duration_of
+from physagent_studio.program.actions import Action, After, Directed, OnContact, When, duration_of
 from physagent_studio.program.base import Frozen, Text
 from physagent_studio.program.contract import Contract
 from physagent_studio.program.scene import SceneState
@@ -129,26 +129,58 @@ def _unknown_names(program: PhysicalProgram) -> list[str]:
         if isinstance(action.when, After):
             others = actions - {action.id}
             problems += _unknown(f"{path}.when.action", action.when.action, others, "action")
+        if isinstance(action.when, When):
+            path = f"{path}.when.statement"
+            problems += _unknown_in_statement(path, action.when.statement, objects, places)
     return problems + _unknown_in_contract(program, objects, places)
+
+
+def _unknown_in_statement(
+    path: str, statement: object, objects: set[str], places: set[str]
+) -> list[str]:
+    problems: list[str] = []
+    if (subject := getattr(statement, "subject", None)) is not None:
+        problems += _unknown(f"{path}.subject", subject, objects, "object")
+    for field in ("other", "landmark", "near", "before", "toward"):
+        if (name := getattr(statement, field, None)) is not None:
+            problems += _unknown(f"{path}.{field}", name, places, "place")
+    return problems
 
 
 def _unknown_in_contract(
     program: PhysicalProgram, objects: set[str], places: set[str]
 ) -> list[str]:
-    problems: list[str] = []
+    problems: list[str] = _circular(program)
     clauses = {clause.id for clause in program.contract.clauses}
     ids = {statement.id for statement in program.contract.statements}
     for statement in program.contract.statements:
         path = f"contract.statements.{statement.id}"
         if statement.clause is not None:
             problems += _unknown(f"{path}.clause", statement.clause, clauses, "clause")
-        if (subject := getattr(statement, "subject", None)) is not None:
-            problems += _unknown(f"{path}.subject", subject, objects, "object")
-        for field in ("other", "landmark", "near", "before", "toward"):
-            if (name := getattr(statement, field, None)) is not None:
-                problems += _unknown(f"{path}.{field}", name, places, "place")
+        problems += _unknown_in_statement(path, statement, objects, places)
         for name in (*getattr(statement, "of", ()), *_ordered(statement)):
             problems += _unknown(path, name, ids - {statement.id}, "statement")
+    return problems
+
+
+def _circular(program: PhysicalProgram) -> list[str]:
+    """Composites that lead back to themselves through others."""
+    parts = {
+        one.id: (*getattr(one, "of", ()), *_ordered(one)) for one in program.contract.statements
+    }
+    problems: list[str] = []
+    for start in parts:
+        seen: set[str] = set()
+        ahead = [name for name in parts[start] if name != start]
+        while ahead:
+            name = ahead.pop()
+            if name == start:
+                path = f"contract.statements.{start}"
+                problems.append(f"{path}|refers to itself through other statements|none may")
+                break
+            if name not in seen:
+                seen.add(name)
+                ahead += parts.get(name, ())
     return problems
 
 

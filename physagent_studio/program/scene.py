@@ -159,7 +159,21 @@ class Ramp(Frozen):
     plateau: Annotated[float, Field(ge=0, le=1e4)] = 0.0
 
 
-SupportShape = Annotated[Floor | Wall | Slab | Ramp, Field(discriminator="kind")]
+class MeshedSupport(Frozen):
+    """A triangle mesh that does not move; `asset` is the content hash of the stored mesh.
+
+    position, rotation: pose R_world_body of the mesh's own frame. size: its bounding box there,
+    centred on the origin, metres.
+    """
+
+    kind: Literal["mesh"] = "mesh"
+    asset: Annotated[str, Field(pattern=r"^[0-9a-f]{16,64}$")]
+    position: Position
+    rotation: Quaternion = IDENTITY
+    size: Size
+
+
+SupportShape = Annotated[Floor | Wall | Slab | Ramp | MeshedSupport, Field(discriminator="kind")]
 
 
 # --- grounding: what a person clicked --------------------------------------------------------

@@ -23,6 +23,7 @@ from physagent_studio.program.scene import (
     Frustum,
     Inflated,
     Meshed,
+    MeshedSupport,
     Ramp,
     Revolved,
     Shape,
@@ -200,6 +201,13 @@ def place_support(shape: SupportShape) -> Placed:
             return _static(outline, np.array(shape.position), shape.yaw)
         case Ramp():
             return _static(Outline(points=_wedge(shape)), np.array(shape.toe), shape.yaw)
+        case MeshedSupport():
+            outline = Outline(half=np.array(shape.size) / 2, exact=False)
+            return Placed(
+                outline,
+                positions=np.array([shape.position]),
+                matrices=matrix_of(shape.rotation)[None],
+            )
 
 
 def _static(outline: Outline, position: FloatArray, yaw: float) -> Placed:

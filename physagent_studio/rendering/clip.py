@@ -55,20 +55,20 @@ def render_clip(
 
 def frame_of(compositor: Compositor, rollout: Rollout, number: int) -> Frame:
     """Frame `number` of a rollout; where the rollout ended early, its last state."""
-    step = int(rollout.frame_steps()[number])
+    step = _last_finite(rollout, int(rollout.frame_steps()[number]))
     vertices = {
         name: deformed[min(number, len(deformed) - 1)] for name, deformed in rollout.vertices
     }
-    return compositor.frame(
-        _finite(rollout.positions, step), _finite(rollout.rotations, step), vertices
-    )
+    return compositor.frame(rollout.positions[step], rollout.rotations[step], vertices)
 
 
-def _finite(values: FloatArray, step: int) -> FloatArray:
-    """The last row up to `step` that is finite: a blown-up run stands still where it broke."""
-    while step > 0 and not np.isfinite(values[step]).all():
+def _last_finite(rollout: Rollout, step: int) -> int:
+    """The last step up to `step` whose poses are finite: a blown-up run stands still there."""
+    while step > 0 and not (
+        np.isfinite(rollout.positions[step]).all() and np.isfinite(rollout.rotations[step]).all()
+    ):
         step -= 1
-    return values[step]
+    return step
 
 
 def _frames(

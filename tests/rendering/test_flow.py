@@ -107,19 +107,21 @@ def test_leaving_the_picture_and_passing_the_camera(two_things):
 
 
 def test_deformed_vertices_carry_the_flow():
+    centre = np.array([0.0, 3.0, 0.3])
     item, mesh = ball((0.0, 3.0, 0.3), 0.3)
     scene = scene_of([item], {"ball": mesh}, [FLOOR])
     compositor = Compositor(scene)
     first = compositor.frame()
-    squashed = mesh.vertices * (1.1, 1.1, 0.7) + item.position
+    squashed = mesh.vertices * (1.1, 1.1, 0.7) + centre
     second = compositor.frame(vertices={"ball": squashed})
     flow = flow_between(first, second)
     camera = scene.state.camera
+    assert camera is not None
     y, x = np.nonzero(first.ids == 0)
-    pixels = np.stack([x + 0.5, y + 0.5], 1)
+    pixels = np.stack([x, y], 1) + np.float64(0.5)
     world = np.array(camera.position) + camera.rays(pixels) * first.depth[y, x, None]
-    local = (world - item.position) * (1.1, 1.1, 0.7)
-    truth = camera.project(local + item.position)[0] - pixels
+    local = (world - centre) * (1.1, 1.1, 0.7)
+    truth = camera.project(local + centre)[0] - pixels
     assert np.abs(flow.vectors[y, x] - truth).max() < 1e-3
 
 

@@ -11,11 +11,11 @@ import copy
 from collections.abc import Iterable
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, JsonValue, ValidationError
+from pydantic import Field, JsonValue
 
 from physagent_studio.errors import EditError, Problem, ProgramError
 from physagent_studio.program.base import Frozen
-from physagent_studio.program.problems import problems_of
+from physagent_studio.program.document import validate_data
 from physagent_studio.program.program import PhysicalProgram
 
 Path = Annotated[str, Field(min_length=1, max_length=500)]
@@ -69,11 +69,20 @@ def apply_with_inverse(
     inverse: list[Edit] = []
     for edit in edits:
         inverse.append(_apply_one(data, edit))
+        if isinstance(edit, AddItem | SetField):
+            data = _completed(data)
+    return validate_data(data), tuple(reversed(inverse))
+
+
+def _completed(data: Any) -> Any:
+    """The data with every default written out, so that a later edit finds it, if they are valid.
+
+    Between the edits of a list they need not be.
+    """
     try:
-        edited = PhysicalProgram.model_validate(data)
-    except ValidationError as error:
-        raise ProgramError(problems_of(error, data)) from error
-    return edited, tuple(reversed(inverse))
+        return validate_data(data).model_dump(mode="json")
+    except ProgramError:
+        return data
 
 
 def _apply_one(data: Any, edit: Edit) -> Edit:
@@ -113,10 +122,11 @@ def _add(data: Any, edit: AddItem) -> Edit:
 
 def _renamed(edit: SetField, parent: Any, key: Any) -> str:
     """Where the field is found after the edit: setting an id or name moves its own path."""
-    if isinstance(parent, dict) and key in ("id", "name") and _label(parent) == parent[key]:
+    label = _label(parent) if isinstance(parent, dict) else None
+    if key in ("id", "name") and label is not None and label == parent.get(key):
         head = edit.path.split(".")
         if len(head) >= 2:
-            return ".".join([*head[:-2], str(parent[key]), head[-1]])
+            return ".".join([*head[:-2], label, head[-1]])
     if isinstance(parent, list) and (label := _label(parent[key])) is not None:
         return ".".join([*edit.path.split(".")[:-1], label])
     return edit.path

@@ -2,63 +2,88 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import difflib
+import re
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from pydantic import ValidationError
 
 from physagent_studio.errors import Problem
 
+Location = tuple[str | int, ...]
+Fields = Callable[[Location], tuple[str, ...]]
+MOST = 50
+"""So many problems are told; a text with more has one cause."""
+
 
 def problems_of(
-    error: ValidationError, data: Any, lines: Mapping[tuple[str | int, ...], int] | None = None
+    error: ValidationError,
+    data: Any,
+    lines: Mapping[Location, int] | None = None,
+    fields: Fields | None = None,
 ) -> tuple[Problem, ...]:
     """Every finding of `error` over the plain `data` that was validated.
 
     lines: 1-based line of each raw location (keys and indices) in the person's text.
+    fields: the names that exist at a location, for the nearest known one.
     """
     found: list[Problem] = []
-    for item in error.errors(include_url=False):
-        location = _real(item["loc"], data)
-        line = _line(location, lines)
+    for item in error.errors(include_url=False)[:MOST]:
+        location = _real(item["loc"], data, item["type"] == "missing")
+        if item["type"] == "union_tag_invalid":
+            location = (*location, item.get("ctx", {})["discriminator"].strip("'"))
         if item["type"] == "value_error" and "|" in item["msg"]:
             found += _own(item["msg"], data, lines)
         else:
-            found.append(Problem(path_of(location, data), _message(item), _allowed(item), line))
-    return tuple(found)
+            line = line_of(location, lines)
+            message, allowed = _told(item, location, fields)
+            found.append(Problem(path_of(location, data), message, allowed, line))
+    return tuple(found[:MOST])
 
 
-def path_of(location: tuple[str | int, ...], data: Any) -> str:
+def path_of(location: Location, data: Any) -> str:
     """A dotted path that names list items by id or name where they have one."""
-    parts, node = [], data
+    parts: list[str] = []
+    node: Any = data
     for key in location:
-        try:
-            node = node[key]
-        except (KeyError, IndexError, TypeError):
-            node = None
+        node = _step(node, key)
         label = node.get("id", node.get("name")) if isinstance(node, dict) else None
-        parts.append(str(label) if isinstance(key, int) and isinstance(label, str) else str(key))
-    return ".".join(parts)
+        named = isinstance(key, int) and isinstance(label, str)
+        parts.append(str(label) if named else str(key))
+    return ".".join(_short(part) for part in parts)
 
 
-def _real(location: tuple[str | int, ...], data: Any) -> tuple[str | int, ...]:
+def _step(node: Any, key: str | int) -> Any:
+    """The part of plain data under a key, or None."""
+    if isinstance(node, dict):
+        return node.get(key)
+    if isinstance(node, list) and isinstance(key, int) and -len(node) <= key < len(node):
+        return node[key]
+    return None
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 80 else text[:77] + "…"
+
+
+def _real(raw: Location, data: Any, missing: bool) -> Location:
     """The location without the names of union members that pydantic mixes into it."""
     real: list[str | int] = []
     node = data
-    for position, key in enumerate(location):
-        last = position == len(location) - 1
+    for position, key in enumerate(raw):
+        last = missing and position == len(raw) - 1
         if isinstance(node, dict) and isinstance(key, str) and (key in node or last):
             real.append(key)
             node = node.get(key)
         elif isinstance(node, list) and isinstance(key, int):
             real.append(key)
-            node = node[key] if key < len(node) else None
+            node = _step(node, key)
     return tuple(real)
 
 
-def _line(
-    location: tuple[str | int, ...], lines: Mapping[tuple[str | int, ...], int] | None
-) -> int | None:
+def line_of(location: Location, lines: Mapping[Location, int] | None) -> int | None:
+    """The line of a location, or of the nearest place above it that is in the text."""
     if lines is None:
         return None
     while location not in lines and location:
@@ -66,53 +91,141 @@ def _line(
     return lines.get(location)
 
 
-def _own(
-    message: str, data: Any, lines: Mapping[tuple[str | int, ...], int] | None
-) -> list[Problem]:
+def _own(message: str, data: Any, lines: Mapping[Location, int] | None) -> list[Problem]:
     """The findings of the program's own cross checks: "path|message|allowed" on each line."""
     found = []
     for row in message.removeprefix("Value error, ").splitlines():
         path, text, allowed = (*row.split("|"), "", "")[:3]
-        found.append(Problem(path, text, allowed, _line(_location(path, data), lines)))
+        if allowed.startswith("known: "):
+            wanted = re.search(r"'([^']*)'$", text)
+            near = nearest(wanted.group(1), allowed[7:].split(", ")) if wanted else ""
+            text += f"; did you mean '{near}'?" if near else ""
+        line = line_of(location_of(path, data), lines)
+        found.append(Problem(path, text, allowed, line))
     return found
 
 
-def _location(path: str, data: Any) -> tuple[str | int, ...]:
+def location_of(path: str, data: Any) -> Location:
     """Raw keys and indices of a dotted path, as far as they exist."""
     location: list[str | int] = []
-    node = data
+    node: Any = data
     for part in path.split("."):
+        key: str | int
         if isinstance(node, dict) and part in node:
-            key: str | int = part
+            key = part
         elif isinstance(node, list):
             labels = [
                 item.get("id", item.get("name")) if isinstance(item, dict) else None
                 for item in node
             ]
-            if part not in labels:
+            if part in labels:
+                key = labels.index(part)
+            elif part.isdecimal() and int(part) < len(node):
+                key = int(part)
+            else:
                 break
-            key = labels.index(part)
         else:
             break
         location.append(key)
-        node = node[key]
+        node = _step(node, key)
     return tuple(location)
 
 
-def _message(item: Any) -> str:
-    kind, value = item["type"], item.get("input")
+def nearest(word: str, known: Iterable[str]) -> str:
+    """The known name that `word` most likely means, or ""."""
+    choices = list(known)
+    lower = {choice.lower(): choice for choice in choices}
+    found = difflib.get_close_matches(word.lower(), list(lower), n=1, cutoff=0.6)
+    return lower[found[0]] if found else ""
+
+
+# --- one finding ------------------------------------------------------------------------------
+
+
+def _told(item: Any, location: Location, fields: Fields | None) -> tuple[str, str]:
+    """What is wrong and what is allowed."""
+    kind, context = item["type"], item.get("ctx") or {}
     if kind == "missing":
-        return "is missing"
+        return "is missing", ""
     if kind == "extra_forbidden":
-        return "is not a known field"
+        return _unknown_field(location, fields)
+    if kind == "union_tag_not_found":
+        tag = context["discriminator"].strip("'")
+        return f"does not say which {tag} it is", f"{tag}: {_listed(context)}"
+    if kind == "union_tag_invalid":
+        tag, given = context["discriminator"].strip("'"), str(context["tag"])
+        near = nearest(given, _names(context))
+        hint = f"; did you mean '{near}'?" if near else ""
+        return f"there is no {tag} '{_short(given)}'{hint}", f"known: {_listed(context)}"
+    return _told_of_value(item, kind, context)
+
+
+def _unknown_field(location: Location, fields: Fields | None) -> tuple[str, str]:
+    known = fields(location[:-1]) if fields is not None and location else ()
+    near = nearest(str(location[-1]), known) if location else ""
+    hint = f"; did you mean '{near}'?" if near else ""
+    return f"is not a known field{hint}", f"fields: {', '.join(known)}" if known else ""
+
+
+def _names(context: Any) -> list[str]:
+    return re.findall(r"'([^']*)'", str(context.get("expected_tags", context.get("expected", ""))))
+
+
+def _listed(context: Any) -> str:
+    return ", ".join(_names(context))
+
+
+_LIMITS = {
+    "greater_than": ("must be more than {gt}", "gt"),
+    "greater_than_equal": ("must be at least {ge}", "ge"),
+    "less_than": ("must be less than {lt}", "lt"),
+    "less_than_equal": ("must be at most {le}", "le"),
+}
+_TYPES = {
+    "float_type": "must be a number",
+    "float_parsing": "must be a number",
+    "int_type": "must be a whole number",
+    "int_parsing": "must be a whole number",
+    "int_from_float": "must be a whole number",
+    "int_parsing_size": "is too large",
+    "bool_type": "must be true or false",
+    "bool_parsing": "must be true or false",
+    "string_type": "must be a word",
+    "tuple_type": "must be a list",
+    "list_type": "must be a list",
+    "dict_type": "must be a mapping",
+    "model_type": "must be a mapping",
+    "model_attributes_type": "must be a mapping",
+    "finite_number": "must be a finite number",
+    "none_required": "must be left out",
+}
+
+
+def _told_of_value(item: Any, kind: str, context: Any) -> tuple[str, str]:
+    """A value of the wrong type, size or wording."""
+    given = _given(item.get("input"))
+    if kind in _LIMITS:
+        words, key = _LIMITS[kind]
+        return words.format(**{key: f"{context[key]:g}"}) + given, ""
+    if kind in _TYPES:
+        return _TYPES[kind] + given, ""
+    if kind == "literal_error":
+        near = nearest(str(item.get("input")), _names(context))
+        hint = f"; did you mean '{near}'?" if near else ""
+        return f"must be one of the allowed words{given}{hint}", _listed(context)
+    if kind == "string_pattern_mismatch":
+        return f"is not a name{given}", "letters, digits, _ and -, at most 64"
+    if kind in ("too_long", "too_short"):
+        limit = context.get("max_length", context.get("min_length"))
+        word = "at most" if kind == "too_long" else "at least"
+        return f"has {context.get('actual_length')} items", f"{word} {limit}"
+    if kind == "string_too_long":
+        return "is too long", f"at most {context['max_length']} characters"
     text = item["msg"].removeprefix("Value error, ")
-    if isinstance(value, bool | int | float | str) and len(str(value)) <= 60:
-        return f"{text[0].lower()}{text[1:]}, not {value!r}"
-    return f"{text[0].lower()}{text[1:]}"
+    return f"{text[:1].lower()}{text[1:]}{given}", ""
 
 
-def _allowed(item: Any) -> str:
-    context = item.get("ctx") or {}
-    if "expected_tags" in context:
-        return f"known: {str(context['expected_tags']).replace(chr(39), '')}"
-    return ""
+def _given(value: Any) -> str:
+    """The value itself, where it is short enough to show."""
+    shown = isinstance(value, bool | int | float | str) and len(str(value)) <= 60
+    return f", not {value!r}" if shown else ""

@@ -87,10 +87,13 @@ def _duplicates(program: PhysicalProgram) -> list[str]:
         for item in items:
             if item.name in seen:
                 problems.append(f"scene.{room}.{item.name}|the name is used twice|names are unique")
+            if item.name == "air":
+                problems.append(f"scene.{room}.air|'air' means no support|another name")
             seen.add(item.name)
     for path, ids in (
         ("event.actions", [a.id for a in program.event.actions]),
         ("contract.statements", [s.id for s in program.contract.statements]),
+        ("contract.clauses", [c.id for c in program.contract.clauses]),
     ):
         problems += [
             f"{path}.{one}|the id is used twice|ids are unique"
@@ -158,6 +161,8 @@ def _unknown_in_contract(
         if statement.clause is not None:
             problems += _unknown(f"{path}.clause", statement.clause, clauses, "clause")
         problems += _unknown_in_statement(path, statement, objects, places)
+        if (statement.to_step or 100_000) < (statement.from_step or 0):
+            problems.append(f"{path}.to_step|comes before from_step|{statement.from_step} or more")
         for name in (*getattr(statement, "of", ()), *_ordered(statement)):
             problems += _unknown(path, name, ids - {statement.id}, "statement")
     return problems

@@ -1,7 +1,8 @@
 """YAML 1.2 without surprises: a bounded tree of nodes with their places in the text.
 
 Refused: duplicate keys, keys that are not plain words, anchors and aliases, tags, several
-documents, `.inf` and `.nan`, numbers with a leading zero, depth above 24 and size above 250,000 characters.
+documents, `.inf` and `.nan`, numbers with a leading zero, depth above 24, and texts of more than
+250,000 characters.
 `yes`, `no`, `on`, `12:30` and dates are words; `1e3` is a number.
 """
 
@@ -64,7 +65,7 @@ class Node:
         The line of a mapping's value is that of its key.
         """
         yield location, self, self.line
-        stack = [(location, self)]
+        stack: list[tuple[Location, Node]] = [(location, self)]
         while stack:
             here, node = stack.pop()
             for index, child in enumerate(node.children):

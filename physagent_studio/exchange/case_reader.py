@@ -124,6 +124,7 @@ class CaseReader:
 
     def landmarks(self, size: tuple[int, int]) -> tuple[Landmark, ...]:
         """Named places with their pixels."""
+        solid = tuple(self.names)
         found = []
         for name, place, entry in self._things("landmarks", MAX_LANDMARKS):
             self._known(place, entry, ("kind", "points", "on"))
@@ -134,10 +135,9 @@ class CaseReader:
             if not points:
                 raise self.fail(place, f"landmark '{name}' needs points [[x, y], …]")
             on = entry.get("on")
-            if on is not None and (not isinstance(on, str) or slug(on) not in self.names):
+            if on is not None and (not isinstance(on, str) or slug(on) not in solid):
                 raise self.fail(
-                    (*place, "on"),
-                    f"there is no support '{on}' (known: {', '.join(self.names) or 'none'})",
+                    (*place, "on"), f"there is no support '{on}' (known: {', '.join(solid)})"
                 )
             found.append(
                 Landmark(

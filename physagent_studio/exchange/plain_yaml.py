@@ -34,6 +34,11 @@ _SPECIAL = {
     **dict.fromkeys((".inf", ".Inf", ".INF", "+.inf", "+.Inf", "+.INF"), float("inf")),
     **dict.fromkeys(("-.inf", "-.Inf", "-.INF"), float("-inf")),
 }
+_TAGS = {
+    f"tag:yaml.org,2002:{kind}"
+    for kind in ("map", "seq", "str", "int", "float", "bool", "null", "timestamp", "merge", "value")
+}
+"""What PyYAML calls the kinds of values that carry no tag of their own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +92,8 @@ class _Reader:
         if len(place) > _MAX_DEPTH:
             raise self.fail(node, f"it is nested too deeply (at most {_MAX_DEPTH})")
         self.lines.setdefault(place, node.start_mark.line + 1)
+        if node.tag not in _TAGS:
+            raise self.fail(node, f"a tag ({node.tag}) is not allowed here")
         if isinstance(node, yaml.MappingNode):
             return self._mapping(node, place)
         if isinstance(node, yaml.SequenceNode):

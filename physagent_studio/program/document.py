@@ -84,7 +84,7 @@ def dump_program(program: PhysicalProgram) -> str:
     Defaults are left out but for those that say what a thing is or when it acts.
     """
     data = _trimmed(program.model_dump(mode="json"), program)
-    ordered = {key: data[key] for key in ("version", "clip", "scene", "event", "contract")}
+    ordered = {key: data.get(key, {}) for key in ("version", "clip", "scene", "event", "contract")}
     return dump_value({key: value for key, value in ordered.items() if value not in ({}, [])})
 
 

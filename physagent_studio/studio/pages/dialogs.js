@@ -1,0 +1,104 @@
+// Dialogs: open a case or a session, and a new session from a photo.
+
+import { button, draw, h } from "./dom.js";
+import { on, send, value } from "./wire.js";
+
+const OUTCOME = { realised: ["ok", "happens"], budget: ["warn", "rounds used up"], stopped: ["", "stopped"], stuck: ["warn", "stuck"], running: ["", "open"] };
+const MAX_PHOTO = 16 * 2 ** 20;
+const COLORS = ["#2f6fed", "#d9482b", "#17885a", "#a15cd6", "#d97706", "#0e9384", "#c0398c", "#667085"];
+
+export function startDialogs(host) {
+  let kind = "";
+  let photo = null; // { file, url, data, width, height }
+  let things = [{ name: "object", clicks: [] }];
+  let at = 0;
+  let prompt = "";
+  let problem = "";
+
+  const close = () => { kind = ""; draw(host); };
+  const shell = (title, body, foot) => draw(host, h("div", { class: "shade", onpointerdown: (e) => { if (e.target === e.currentTarget) close(); }, onkeydown: (e) => { if (e.key === "Escape") close(); } },
+    h("div", { class: "dialog", role: "dialog", "aria-modal": "true", "aria-label": title }, h("header", {}, h("div", { class: "title grow" }, title), button("Close", close, { class: "b quiet" })), h("div", { class: "body" }, body), foot ? h("footer", {}, foot) : null)));
+
+  function show() {
+    if (kind === "open") list();
+    if (kind === "new") fresh();
+  }
+
+  // --- open -----------------------------------------------------------------------------------
+
+  function list() {
+    const library = value("library") || { cases: [], sessions: [] };
+    const open = (key, event) => { send({ do: "open", key, event: event || "" }); close(); };
+    shell("Open", [
+      h("div", { class: "row wrap" }, button("New from a photo…", () => { kind = "new"; show(); }, { class: "b main" }), button("Empty scene", () => { send({ do: "bare" }); close(); })),
+      library.cases.length ? h("div", { class: "head" }, "Examples") : null,
+      h("div", { class: "stack" }, library.cases.flatMap((one) => one.events.map((event) => h("button", { class: "entry", type: "button", onclick: () => open(one.key, event.name) }, h("span", { class: "grow" }, h("b", {}, event.name.replaceAll("_", " ")), h("div", { class: "muted" }, `“${event.prompt}”`)), h("span", { class: "chip" }, one.name))))),
+      library.sessions.length ? h("div", { class: "head" }, "Sessions") : null,
+      h("div", { class: "stack" }, library.sessions.map((one) => h("button", { class: "entry", type: "button", key: one.key, onclick: () => open(one.key) },
+        h("span", { class: "grow", style: "min-width:0" }, h("div", { class: "clip" }, h("b", {}, one.title)), h("div", { class: "muted clip" }, one.prompt)),
+        h("span", { class: "muted num" }, `${one.rounds} ${one.rounds === 1 ? "round" : "rounds"}`),
+        h("span", { class: `chip ${OUTCOME[one.outcome]?.[0] || ""}` }, one.open ? "on view" : OUTCOME[one.outcome]?.[1] || one.outcome)))),
+    ]);
+  }
+
+  // --- new ------------------------------------------------------------------------------------
+
+  async function take(file) {
+    problem = "";
+    if (!file) return;
+    if (file.size > MAX_PHOTO) { problem = `The photo has ${(file.size / 2 ** 20).toFixed(1)} MB; at most 16 are allowed.`; return show(); }
+    const url = URL.createObjectURL(file);
+    const image = new Image();
+    image.src = url;
+    try { await image.decode(); } catch { problem = "This file is no picture that can be shown."; return show(); }
+    const bytes = new Uint8Array(await file.arrayBuffer());
+    let text = "";
+    for (let from = 0; from < bytes.length; from += 32768) text += String.fromCharCode(...bytes.subarray(from, from + 32768));
+    photo = { url, data: btoa(text), width: image.naturalWidth, height: image.naturalHeight };
+    things = [{ name: "object", clicks: [] }];
+    at = 0;
+    show();
+  }
+
+  function click(event) {
+    const box = event.currentTarget.getBoundingClientRect();
+    const x = ((event.clientX - box.left) / box.width) * photo.width, y = ((event.clientY - box.top) / box.height) * photo.height;
+    things[at].clicks.push({ x: Math.round(x * 10) / 10, y: Math.round(y * 10) / 10, label: event.shiftKey || event.button === 2 ? 0 : 1 });
+    show();
+  }
+
+  const ready = () => photo && prompt.trim() && things.some((one) => one.clicks.length) && things.every((one) => !one.clicks.length || /^[A-Za-z0-9_][A-Za-z0-9_-]{0,63}$/.test(tidy(one.name)));
+  const tidy = (name) => name.trim().replace(/\s+/g, "_");
+
+  function begin() {
+    send({ do: "new", photo: photo.data, prompt: prompt.trim(), objects: things.filter((one) => one.clicks.length).map((one) => [tidy(one.name), one.clicks]) });
+    close();
+  }
+
+  function fresh() {
+    shell("New session from a photo", [
+      problem ? h("div", { class: "strip bad", style: "margin-bottom:10px" }, problem) : null,
+      !photo ? h("label", { class: "entry", style: "justify-content:center;padding:48px;border-style:dashed" },
+        h("span", { class: "muted" }, h("b", {}, "Choose a photo"), " · PNG, JPEG or WebP"), h("input", { type: "file", accept: "image/png,image/jpeg,image/webp", "aria-label": "Photo", style: "position:absolute;opacity:0;width:1px", onchange: (e) => take(e.target.files[0]) })) : [
+        h("p", { class: "muted", style: "margin-bottom:8px" }, "Click on each thing that takes part. Shift+click marks what does not belong to it."),
+        h("div", { class: "photo", style: "cursor:crosshair", "data-photo": true, onclick: click, oncontextmenu: (e) => { e.preventDefault(); click(e); } },
+          h("img", { src: photo.url, alt: "Your photo", draggable: "false" }),
+          h("svg", { viewBox: `0 0 ${photo.width} ${photo.height}`, preserveAspectRatio: "none", "pointer-events": "none" }, things.flatMap((one, i) => one.clicks.map((c) => h("circle", { cx: c.x, cy: c.y, r: photo.width / 130, fill: c.label ? COLORS[i % 8] : "#fff", stroke: c.label ? "#fff" : COLORS[i % 8], "stroke-width": photo.width / 400 }))))),
+        h("div", { class: "head" }, "Things"),
+        h("div", { class: "stack" }, things.map((one, i) => h("div", { class: "row", key: `t${i}` },
+          h("input", { type: "radio", name: "thing", checked: i === at, "aria-label": `Mark ${one.name}`, onchange: () => { at = i; show(); } }),
+          h("span", { class: "dot", style: `background:${COLORS[i % 8]}` }),
+          h("input", { type: "text", value: one.name, "aria-label": `Name ${i + 1}`, oninput: (e) => { one.name = e.target.value; }, onfocus: () => { if (at !== i) { at = i; show(); } }, onchange: show }),
+          h("span", { class: "muted num" }, `${one.clicks.length} clicks`),
+          button("Clear", () => { one.clicks = []; show(); }, { class: "b quiet small" }),
+          things.length > 1 ? button("Remove", () => { things.splice(i, 1); at = Math.min(at, things.length - 1); show(); }, { class: "b quiet small" }) : null)),
+        button("Another thing", () => { things.push({ name: `object_${things.length + 1}`, clicks: [] }); at = things.length - 1; show(); }, { class: "b small" })),
+        h("div", { class: "head" }, "What shall happen?"),
+        h("textarea", { rows: 2, "aria-label": "Sentence", placeholder: "For example: the ball rolls to the right and hits the box", value: prompt, oninput: (e) => { prompt = e.target.value; show(); } }),
+      ],
+    ], photo ? [button("Another photo", () => { photo = null; show(); }), button("Start", begin, { class: "b main", disabled: !ready() })] : null);
+  }
+
+  on("library", () => { if (kind === "open") show(); });
+  return { open: () => { kind = "open"; show(); host.querySelector("button")?.focus(); }, fresh: () => { kind = "new"; show(); } };
+}

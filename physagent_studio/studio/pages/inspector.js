@@ -1,0 +1,159 @@
+// Inspector: a form for what is selected, as the server describes it.
+
+import { button, draw, h, iconButton } from "./dom.js";
+import { edit, on, send, setField } from "./wire.js";
+
+export function startInspector(host) {
+  let data = null;
+  const show = () => data && draw(host, page());
+
+  function page() {
+    if (data.kind === "none") return [h("p", { class: "muted" }, "Click an object in the scene, a bar in the timeline or an outline in the photo to see and change its numbers.")];
+    return [
+      h("div", { class: "row" }, h("div", { class: "title grow" }, data.kind === "action" ? `${data.title} · ${data.name}` : data.title || data.name),
+        data.kind === "action" && !data.readOnly ? button("Delete", () => edit([{ op: "remove", path: data.path }], "removed"), { class: "b quiet small bad" }) : null),
+      data.help ? h("p", { class: "faint", style: "margin:2px 0 10px" }, data.help) : null,
+      data.facts && data.facts.length ? h("div", { class: "facts strip num", style: "margin-bottom:12px" }, data.facts.map((one) => [h("span", { class: "muted" }, one.what), h("span", {}, one.is, " ", h("span", { class: "faint" }, one.unit))])) : null,
+      h("div", { class: "form", key: data.path }, data.fields.map((one) => field(one))),
+      data.actions && data.actions.length ? [h("div", { class: "head" }, "Actions"), h("div", { class: "row wrap" }, data.actions.map((id) => button(id, () => send({ do: "select", kind: "action", name: id }), { class: "b small" })))] : null,
+    ];
+  }
+
+  const put = (one, next) => setField(one.path, next, () => show());
+
+  function field(one) {
+    if (one.kind === "const" || one.kind === "data") return null;
+    const label = h("label", { class: "label row", style: "gap:3px", title: one.path }, h("span", { class: "grow" }, one.label), pin(one));
+    if (one.kind === "group" && one.value !== null && one.value !== undefined) return [h("div", { class: "label wide head", style: "margin:6px 0 0" }, one.label), h("div", { class: "sub form" }, one.fields.map(field))];
+    if (one.kind === "choice") return choice(one, label);
+    return [label, h("div", {}, control(one))];
+  }
+
+  function pin(one) {
+    if (one.pinned === undefined) return null;
+    return iconButton("pin", one.pinned ? "Unpin" : "Pin: the planner never changes this", () => send({ do: "pin", path: one.path, on: !one.pinned }), { "aria-pressed": String(one.pinned), style: `width:18px;height:18px;${one.pinned ? "" : "opacity:.35"}` });
+  }
+
+  function choice(one, label) {
+    const at = which(one);
+    const chosen = one.choices[at];
+    const pick = one.choices.length > 1 || one.optional
+      ? h("select", { "aria-label": `${one.label}: kind`, value: String(at), disabled: data.readOnly, onchange: (e) => put(one, start(one, one.choices[Number(e.target.value)])) },
+        one.optional ? h("option", { value: "-1" }, one.path.endsWith(".when") ? "at its step" : "not set") : null,
+        one.choices.map((other, i) => h("option", { value: String(i) }, other.title)))
+      : null;
+    if (!chosen) return [label, pick];
+    const inner = { ...one, ...chosen, label: one.label };
+    return [label, pick, chosen.kind === "group" ? h("div", { class: "sub form" }, chosen.fields.map(field)) : h("div", { class: "sub" }, control(inner))];
+  }
+
+  function which(one) {
+    const v = one.value;
+    if (v === null || v === undefined) return -1;
+    return one.choices.findIndex((c) => (c.tag ? v && v.kind === c.tag : c.kind === "vector" ? Array.isArray(v) : c.kind === "group" ? typeof v === "object" && !Array.isArray(v) : c.kind === "text" || c.kind === "pick" ? typeof v === "string" : c.kind === "number" ? typeof v === "number" : true));
+  }
+
+  // A sensible first value when another kind is chosen.
+  function start(one, chosen) {
+    if (!chosen) return null;
+    if (chosen.kind === "vector") return Array.from({ length: chosen.count }, () => 0);
+    if (chosen.kind === "number") return Math.max(0, chosen.min || 0);
+    if (chosen.kind === "text") return (data.names[chosen.names] || [""])[0];
+    if (chosen.kind === "pick") return chosen.options[0];
+    if (chosen.tag === "on_contact") return { kind: "on_contact", a: data.names.objects[0], b: data.names.places.find((p) => p !== data.names.objects[0]) };
+    if (chosen.tag === "after") return { kind: "after", action: data.names.actions.find((a) => a !== data.name) };
+    if (chosen.tag === "sphere") return { kind: "sphere", radius: 0.1 };
+    if (chosen.tag === "box") return { kind: "box", size: [0.2, 0.2, 0.2], ...(one.path.includes("supports") ? { position: [0, 1, 0.1] } : {}) };
+    if (chosen.tag === "cylinder" || chosen.tag === "capsule") return { kind: chosen.tag, radius: 0.1, height: 0.3 };
+    if (chosen.tag === "ellipsoid") return { kind: "ellipsoid", radii: [0.1, 0.1, 0.15] };
+    if (chosen.tag === "frustum") return { kind: "frustum", bottom_radius: 0.1, top_radius: 0.06, height: 0.2 };
+    if (chosen.tag === "floor") return { kind: "floor", height: 0 };
+    if (chosen.tag === "wall") return { kind: "wall", point: [0, 2, 0], yaw: -1.5708 };
+    if (chosen.tag === "ramp") return { kind: "ramp", toe: [0, 0, 0], yaw: 0, run: 1, rise: 0.3, width: 0.5 };
+    if (chosen.title === "Directed") return { magnitude: Array.isArray(one.value) ? Math.hypot(...one.value) : 1, direction: "right" };
+    return null;
+  }
+
+  function control(one) {
+    const off = data.readOnly;
+    if (one.kind === "tick") return h("input", { type: "checkbox", checked: Boolean(one.value), disabled: off, "aria-label": one.label, onchange: (e) => put(one, e.target.checked) });
+    if (one.kind === "pick") return select(one, one.options.map(String), off);
+    if (one.kind === "text" && one.names && data.names[one.names]) return select(one, one.names === "supports" ? [...data.names.supports, ...data.names.objects, "air"] : data.names[one.names], off);
+    if (one.kind === "vector") return vector(one, off);
+    if (one.kind === "number") {
+      const help = [one.min !== null && one.min !== undefined ? `from ${one.min}` : "", one.max !== null && one.max !== undefined ? `to ${one.max}` : ""].filter(Boolean).join(" ");
+      return h("div", { class: "num-with-unit" },
+        h("input", { type: "text", inputmode: "decimal", value: one.value === null || one.value === undefined ? "" : String(one.value), placeholder: one.empty || (one.optional ? "not set" : ""), "aria-label": one.label, title: help, disabled: off,
+          oninput: (e) => e.target.classList.remove("wrong"), onchange: (e) => number(one, e.target), onkeydown: nudge(one) }),
+        one.unit ? h("span", { class: "unit" }, one.unit) : null,
+        one.optional && one.value !== null && !off ? h("button", { class: "b quiet small", type: "button", title: "Back to the default", "aria-label": `Reset ${one.label}`, onclick: () => put(one, null) }, "↺") : null);
+    }
+    return h("input", { type: "text", value: one.value === null || one.value === undefined ? "" : String(one.value), "aria-label": one.label, disabled: off, onchange: (e) => put(one, e.target.value) });
+  }
+
+  function select(one, options, off) {
+    return h("select", { value: one.value === null || one.value === undefined ? "" : String(one.value), "aria-label": one.label, disabled: off, onchange: (e) => put(one, e.target.value === "" ? null : e.target.value) },
+      one.optional || one.value === null ? h("option", { value: "" }, "not set") : null, options.map((name) => h("option", { value: name }, name.replaceAll("_", " "))));
+  }
+
+  function read(input, whole) {
+    const text = input.value.trim().replace("−", "-").replace(",", ".");
+    const value = Number(text);
+    const good = text !== "" && Number.isFinite(value) && (!whole || Number.isInteger(value));
+    input.classList.toggle("wrong", !good);
+    return good ? value : null;
+  }
+
+  function number(one, input) {
+    if (input.value.trim() === "" && one.optional) return put(one, null);
+    const value = read(input, one.whole);
+    if (value === null) return refuse(one, input.value);
+    if (value !== one.value) setField(one.path, value, () => { input.value = String(one.value); });
+  }
+
+  const refuse = (one, text) => send({ do: "edit", edits: [{ op: "set", path: one.path, value: text }], ticket: 0 });
+
+  const nudge = (one) => (event) => {
+    if (event.key !== "ArrowUp" && event.key !== "ArrowDown") return;
+    const value = read(event.target, false);
+    if (value === null) return;
+    event.preventDefault();
+    const unit = (one.whole ? 1 : Math.max(0.001, 10 ** Math.floor(Math.log10(Math.abs(value) || 1)) / 10)) * (event.shiftKey ? 10 : 1);
+    event.target.value = String(Number((value + (event.key === "ArrowUp" ? unit : -unit)).toPrecision(8)));
+    number(one, event.target);
+  };
+
+  function vector(one, off) {
+    const parts = Array.isArray(one.value) ? one.value : [];
+    const names = one.count === 4 ? ["w", "x", "y", "z"] : ["x", "y", "z"];
+    if (!parts.length) return h("div", { class: "row" }, h("span", { class: "muted grow" }, "not set"), off ? null : button("Set", () => put(one, Array.from({ length: one.count }, () => 0)), { class: "b small" }));
+    return h("div", { class: "stack", style: "gap:4px" },
+      h("div", { class: "vec" }, parts.map((part, i) => h("input", { type: "text", inputmode: "decimal", value: String(Number(part.toPrecision(5))), "aria-label": `${one.label} ${names[i]}`, title: names[i], disabled: off,
+        onchange: (e) => { const v = read(e.target, false); if (v !== null) put(one, parts.map((old, at) => (at === i ? v : old))); else refuse(one, e.target.value); } })),
+        one.unit ? h("span", { class: "unit" }, one.unit) : null),
+      one.count === 3 && ["force", "velocity", "torque"].some((w) => one.path.endsWith(w)) ? dial(one, parts, off) : null);
+  }
+
+  // Direction seen from above: drag the needle; the length in the plane stays.
+  function dial(one, parts, off) {
+    const flat = Math.hypot(parts[0], parts[1]), angle = Math.atan2(parts[1], parts[0]);
+    const turn = (event, last) => {
+      const box = event.currentTarget.getBoundingClientRect();
+      const to = Math.atan2(box.top + box.height / 2 - event.clientY, event.clientX - box.left - box.width / 2);
+      const needle = event.currentTarget.querySelector("line");
+      needle.setAttribute("x2", 32 + 24 * Math.cos(to));
+      needle.setAttribute("y2", 32 - 24 * Math.sin(to));
+      if (last) put(one, [Number((flat * Math.cos(to)).toPrecision(5)), Number((flat * Math.sin(to)).toPrecision(5)), parts[2]]);
+    };
+    return h("div", { class: "row" },
+      h("svg", { width: 64, height: 64, viewBox: "0 0 64 64", style: "cursor:grab;touch-action:none;flex:none", "aria-label": `${one.label}: direction seen from above`,
+        onpointerdown: off || !flat ? null : (e) => { e.currentTarget.setPointerCapture(e.pointerId); e.currentTarget.onpointermove = (m) => turn(m, false); },
+        onpointerup: off || !flat ? null : (e) => { e.currentTarget.onpointermove = null; turn(e, true); } },
+        h("circle", { cx: 32, cy: 32, r: 29, fill: "var(--raised)", stroke: "var(--line-2)" }),
+        h("line", { x1: 32, y1: 32, x2: 32 + 24 * Math.cos(angle), y2: 32 - 24 * Math.sin(angle), stroke: "var(--accent)", "stroke-width": 3, "stroke-linecap": "round" }),
+        h("circle", { cx: 32, cy: 32, r: 3, fill: "var(--text)" })),
+      h("span", { class: "faint", style: "font-size:12px" }, `${Math.hypot(...parts).toPrecision(3)} ${one.unit}, seen from above: right is right in the photo, up is away from the camera`));
+  }
+
+  on("inspector", (next) => { data = next; show(); });
+}

@@ -1,0 +1,114 @@
+// The page: where panels sit, tabs, dividers, theme, and what starts when.
+
+import { draw, h } from "./dom.js";
+import { startDialogs } from "./dialogs.js";
+import { startInspector } from "./inspector.js";
+import { startKeys } from "./keys.js";
+import { startNotices } from "./notices.js";
+import { startPhoto } from "./photo.js";
+import { startPlots } from "./plots.js";
+import { startProgram } from "./program.js";
+import { startRounds } from "./rounds.js";
+import { startRun } from "./run.js";
+import { startScene } from "./scene.js";
+import { startTimeline } from "./timeline.js";
+import { connect, viewerToken } from "./wire.js";
+
+const keep = (name, data) => localStorage.setItem(`studio.${name}`, JSON.stringify(data));
+const kept = (name, otherwise) => {
+  try {
+    return JSON.parse(localStorage.getItem(`studio.${name}`)) ?? otherwise;
+  } catch {
+    return otherwise;
+  }
+};
+
+function tabs(host, name, pages) {
+  const bar = h("div", { class: "tabs", role: "tablist" });
+  const bodies = {};
+  host.append(bar);
+  for (const [key, text, flush] of pages) {
+    bodies[key] = h("div", { class: flush ? "page flush" : "page", role: "tabpanel", id: `page-${key}`, "aria-label": text });
+    host.append(bodies[key]);
+  }
+  const show = (chosen) => {
+    keep(`tab.${name}`, chosen);
+    draw(bar, pages.map(([key, text]) =>
+      h("button", { key, type: "button", role: "tab", "aria-selected": String(key === chosen), onclick: () => show(key) }, text)));
+    for (const [key, body] of Object.entries(bodies)) body.hidden = key !== chosen;
+    window.dispatchEvent(new Event("resize"));
+  };
+  const first = kept(`tab.${name}`, pages[0][0]);
+  show(bodies[first] ? first : pages[0][0]);
+  return { bodies, show };
+}
+
+function divider(id, property, measure, low, high) {
+  const grip = document.getElementById(id);
+  const set = (pixels) => {
+    const size = Math.round(Math.max(low, Math.min(high(), pixels)));
+    document.documentElement.style.setProperty(property, `${size}px`);
+    return size;
+  };
+  const saved = kept(property, null);
+  if (saved) set(saved);
+  grip.tabIndex = 0;
+  grip.setAttribute("aria-label", "Divider");
+  grip.onpointerdown = (event) => {
+    grip.setPointerCapture(event.pointerId);
+    grip.classList.add("on");
+    document.getElementById("viewer").style.pointerEvents = "none";
+    grip.onpointermove = (move) => keep(property, set(measure(move)));
+  };
+  grip.onpointerup = () => {
+    grip.onpointermove = null;
+    grip.classList.remove("on");
+    document.getElementById("viewer").style.pointerEvents = "";
+    window.dispatchEvent(new Event("resize"));
+  };
+  grip.ondblclick = () => {
+    localStorage.removeItem(`studio.${property}`);
+    document.documentElement.style.removeProperty(property);
+  };
+}
+
+export const theme = {
+  get: () => kept("theme", matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light"),
+  set(name) {
+    keep("theme", name);
+    theme.show();
+  },
+  show() {
+    const name = theme.get();
+    document.documentElement.dataset.theme = name;
+    const viewer = document.getElementById("viewer");
+    const address = `/viewer/${viewerToken}/${name === "dark" ? "?darkMode" : ""}`;
+    if (viewer.getAttribute("src") !== address) viewer.src = address;
+  },
+};
+
+function start() {
+  theme.show();
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", theme.show);
+  divider("split-left", "--left", (e) => e.clientX, 200, () => innerWidth * 0.4);
+  divider("split-right", "--right", (e) => innerWidth - e.clientX, 200, () => innerWidth * 0.45);
+  divider("split-bottom", "--bottom", (e) => innerHeight - e.clientY, 90, () => innerHeight * 0.6);
+  const left = tabs(document.getElementById("left"), "left", [["rounds", "Rounds"], ["plots", "Plots"]]);
+  const right = tabs(document.getElementById("details"), "right", [
+    ["inspector", "Inspector"], ["program", "Program", true], ["photo", "Photo"], ["scene", "Scene"],
+  ]);
+  startNotices(document.getElementById("notices"));
+  const dialogs = startDialogs(document.getElementById("overlay"));
+  startRun(document.getElementById("run"), dialogs);
+  startRounds(left.bodies.rounds);
+  startPlots(left.bodies.plots);
+  startInspector(right.bodies.inspector);
+  startProgram(right.bodies.program);
+  startPhoto(right.bodies.photo);
+  startScene(right.bodies.scene, document.getElementById("viewbar"), document.getElementById("banner"));
+  startTimeline(document.getElementById("timeline"));
+  startKeys({ left, right, dialogs, theme });
+  connect();
+}
+
+start();

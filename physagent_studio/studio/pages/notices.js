@@ -1,0 +1,48 @@
+// Notices: passing ones from the studio, lasting ones from the workbench, and a lost line.
+
+import { draw, h } from "./dom.js";
+import { on, send } from "./wire.js";
+
+const STAY = { info: 5000, warning: 9000, error: 14000 };
+
+export function startNotices(host) {
+  let passing = [];
+  let lasting = [];
+  let line = true;
+  let count = 0;
+
+  const show = () =>
+    draw(host,
+      line ? null : h("div", { class: "notice warning", key: "line" }, h("div", { class: "grow" }, "The studio does not answer. This page goes on as soon as it does.")),
+      [...lasting.map((one) => ({ ...one, close: () => send({ do: "dismiss", id: one.id }) })), ...passing].map((one) =>
+        h("div", { class: `notice ${one.level}`, key: one.key || `w${one.id}`, role: one.level === "error" ? "alert" : "status" },
+          h("div", { class: "grow pre" }, one.text),
+          h("button", { class: "b quiet small", type: "button", "aria-label": "Dismiss", onclick: one.close }, "✕"))));
+
+  const drop = (key) => {
+    passing = passing.filter((one) => one.key !== key);
+    show();
+  };
+  on("say", (one) => {
+    count += 1;
+    const key = `p${count}`;
+    if (passing.some((other) => other.text === one.text)) return;
+    passing = [...passing.slice(-3), { ...one, key, close: () => drop(key) }];
+    setTimeout(() => drop(key), STAY[one.level] || 5000);
+    show();
+  });
+  const timed = new Set();
+  on("notices", (all) => {
+    lasting = all;
+    for (const one of all) {
+      if (one.level !== "info" || timed.has(one.id)) continue;
+      timed.add(one.id);
+      setTimeout(() => send({ do: "dismiss", id: one.id }), STAY.info);
+    }
+    show();
+  });
+  on("line", (up) => {
+    line = up;
+    show();
+  });
+}

@@ -1,0 +1,278 @@
+// Timeline: a lane per object, a bar per action, marks of what happened, and the playhead.
+
+import { button, draw, h, iconButton } from "./dom.js";
+import { edit, on, send, setField } from "./wire.js";
+
+const COLORS = {
+  SetVelocity: "#2f6fed", SetAngularVelocity: "#7a5af5", ApplyForce: "#d9482b", ApplyTorque: "#c0398c", ApplyAngledForce: "#d97706",
+  ApplyDisturbance: "#0e9384", SetPosition: "#3e7cb1", SetOrientation: "#5c6ac4", FixObject: "#667085",
+};
+const LANE = 26, TOP = 24, SPEEDS = [0.125, 0.25, 0.5, 1, 2, 4];
+
+export function startTimeline(host) {
+  const top = h("div", { class: "bar-top", role: "toolbar", "aria-label": "Playback" });
+  const box = h("div", { class: "lanes", tabindex: 0, "aria-label": "Actions over time" });
+  const svg = h("svg", { class: "tl", role: "application", "aria-label": "Timeline" });
+  box.append(svg);
+  host.append(top, box);
+  let data = null, head = null, drag = null, tip = null, zoom = 1, menu = null;
+
+  const gutter = () => Math.min(130, Math.max(70, box.clientWidth * 0.16));
+  const width = () => Math.max(50, (box.clientWidth - gutter() - 18) * zoom);
+  const x = (step) => gutter() + (step / Math.max(data.steps, 1)) * width();
+  const step = (clientX) => {
+    const at = (clientX - svg.getBoundingClientRect().left - gutter()) / width();
+    return Math.max(0, Math.min(data.steps, Math.round(at * data.steps)));
+  };
+  const snap = (one, event) => (event.altKey ? one : Math.round(one / data.stepsPerFrame) * data.stepsPerFrame);
+  const frames = (one) => Math.round(one / data.stepsPerFrame);
+  const seconds = (one) => `${(one * data.stepSeconds).toFixed(2)} s`;
+
+  // --- transport ------------------------------------------------------------------------------
+
+  function transport() {
+    if (!head) return;
+    const scrub = (frame) => send({ do: "scrub", frame: Math.max(0, Math.min(head.frames - 1, frame)) });
+    draw(top,
+      iconButton("first", "To the start (Home)", () => scrub(0)),
+      iconButton("back", "One frame back (←)", () => scrub(head.frame - 1)),
+      iconButton(head.playing ? "pause" : "play", head.playing ? "Pause (Space)" : "Play (Space)", () => send({ do: "play" }), { class: "b main icon", disabled: !head.ready }),
+      iconButton("on", "One frame on (→)", () => scrub(head.frame + 1)),
+      iconButton("last", "To the end (End)", () => scrub(head.frames - 1)),
+      iconButton("loop", "Repeat (L)", () => send({ do: "loop", on: !head.loop, start: head.loopStart, end: head.loopEnd }), { "aria-pressed": String(head.loop) }),
+      h("select", { value: String(head.speed), "aria-label": "Speed", style: "width:62px", onchange: (e) => send({ do: "speed", factor: Number(e.target.value) }) },
+        SPEEDS.map((one) => h("option", { value: String(one) }, one < 1 ? `1/${1 / one}×` : `${one}×`))),
+      h("span", { class: "num clip", title: "Simulated time, and time in the video", "data-frame": head.frame }, `Frame ${head.frame} of ${head.frames - 1}`, h("span", { class: "muted" }, ` · ${head.seconds.toFixed(2)} s`, h("span", { class: "hide-narrow" }, ` · video ${head.video.toFixed(2)} s`))),
+      h("span", { class: "grow" }),
+      button("+ Action", (e) => openMenu(e, addItems()), { class: "b small", disabled: !data || data.readOnly || !data.lanes.length, "aria-label": "Add an action" }));
+  }
+
+  // --- drawing --------------------------------------------------------------------------------
+
+  function lanes() {
+    if (!data) return;
+    const height = TOP + Math.max(1, data.lanes.length) * LANE + 6;
+    svg.setAttribute("height", height);
+    svg.style.width = `${gutter() + width() + 18}px`;
+    const every = [1, 2, 5, 10, 20, 50, 100, 200].find((one) => (one * data.stepsPerFrame / data.steps) * width() >= 44) || 500;
+    const marks = [];
+    for (let frame = 0; frame < data.frames; frame += every) {
+      const at = x(frame * data.stepsPerFrame);
+      marks.push(h("line", { class: "grid", x1: at, x2: at, y1: TOP - 6, y2: height }), h("text", { x: at, y: 13, "text-anchor": "middle" }, frame));
+    }
+    const selected = head ? head.selection : { kind: "none", name: "" };
+    draw(svg,
+      h("rect", { x: 0, y: 0, width: "100%", height, fill: "transparent", onpointerdown: startScrub }),
+      data.lanes.map((lane, at) => h("rect", { class: `lane ${at % 2 ? "" : "alt"} ${selected.kind === "object" && selected.name === lane.name ? "on" : ""}`, x: 0, y: TOP + at * LANE, width: "100%", height: LANE, onpointerdown: startScrub })),
+      marks,
+      head && head.loopEnd !== null && head.loopEnd !== undefined ? h("rect", { class: "range", x: x((head.loopStart || 0) * data.stepsPerFrame), y: 0, width: Math.max(0, x(head.loopEnd * data.stepsPerFrame) - x((head.loopStart || 0) * data.stepsPerFrame)), height }) : null,
+      data.marks.map((one) => h("path", { class: `mark ${one.ok ? "ok" : "bad"}`, d: `M${x(one.step)} ${TOP - 1}l-4 -7h8z`, style: "cursor:pointer", onclick: () => send({ do: "scrub", frame: frames(one.step) }) }, h("title", {}, `${one.ok ? "Holds" : "Fails"}: ${one.text}`))),
+      data.alarms.map((one) => h("path", { class: "alarm", d: `M${x(one.step)} ${TOP + 1}l-4 8h8z` }, h("title", {}, one.text))),
+      data.lanes.map((lane, at) => laneOf(lane, at, selected)),
+      h("g", { class: "playhead", key: "head" }));
+    playhead();
+  }
+
+  function laneOf(lane, at, selected) {
+    const y = TOP + at * LANE;
+    return h("g", { "data-lane": lane.name },
+      lane.contacts.map((one) => h("circle", { class: "contact", cx: x(one.step), cy: y + LANE - 3, r: 2 }, h("title", {}, `Touches ${one.with} at frame ${frames(one.step)}`))),
+      lane.actions.map((one) => actionOf(one, y, selected)),
+      h("rect", { x: 0, y, width: gutter() - 4, height: LANE, fill: "var(--panel)" }),
+      h("text", { class: "name", x: 10, y: y + 17, onclick: () => send({ do: "select", kind: "object", name: lane.name }) }, lane.name));
+  }
+
+  function actionOf(one, y, selected) {
+    const mine = drag && drag.id === one.id ? drag : one;
+    const left = x(mine.start), right = x(mine.start + mine.duration), color = COLORS[one.kind] || "#888";
+    const on = selected.kind === "action" && selected.name === one.id;
+    const title = `${one.label} · ${one.when ? one.when.text : `from frame ${frames(one.start)}`}${one.instant ? "" : ` for ${seconds(one.duration)}`}${one.never ? " · never started" : ""}`;
+    const body = one.instant
+      ? h("path", { class: "body", d: `M${left} ${y + 4}l8 8.500l-8 8.500l-8 -8.500z`, fill: color })
+      : h("rect", { class: "body", x: left, y: y + 3, width: Math.max(7, right - left), height: LANE - 7, rx: 4, fill: color });
+    const text = one.instant
+      ? h("text", { x: left + 12, y: y + 17, style: "fill:var(--text)" }, one.label)
+      : h("text", right - left > 46 ? { x: left + 7, y: y + 16 } : { x: right + 5, y: y + 16, style: "fill:var(--text)" }, one.label);
+    return h("g", { key: one.id, class: `act ${on ? "on" : ""} ${one.muted ? "muted" : ""} ${one.never ? "never" : ""}`, "data-action": one.id, "data-start": mine.start, "data-duration": mine.duration,
+      tabindex: 0, role: "button", "aria-label": title, onpointerdown: (e) => startDrag(e, one, "move"), onkeydown: (e) => keys(e, one),
+      oncontextmenu: (e) => { e.preventDefault(); openMenu(e, actionItems(one)); } },
+      h("title", {}, title),
+      body, text,
+      one.when ? h("text", { x: left - 12, y: y + 16, style: "fill:var(--muted)" }, "⚡") : null,
+      one.instant ? null : [
+        h("rect", { class: "edge", "data-edge": "start", x: left - 3, y, width: 7, height: LANE, onpointerdown: (e) => startDrag(e, one, "start") }),
+        h("rect", { class: "edge", "data-edge": "end", x: Math.max(left + 4, right - 4), y, width: 8, height: LANE, onpointerdown: (e) => startDrag(e, one, "end") })]);
+  }
+
+  function playhead() {
+    const group = svg.querySelector(".playhead");
+    if (!group || !head || !data) return;
+    const at = x(drag && drag.what === "head" ? drag.step : head.step), height = svg.getAttribute("height");
+    draw(group,
+      h("line", { class: "head-line", x1: at, x2: at, y1: 0, y2: height, "pointer-events": "none" }),
+      h("path", { class: "head-grip", d: `M${at - 6} 0h12v8l-6 6l-6 -6z`, onpointerdown: startScrub }),
+      tip ? [h("rect", { class: "tip-box", x: tip.x, y: tip.y, width: tip.text.length * 6.3 + 14, height: 20, rx: 5 }), h("text", { class: "tip", x: tip.x + 7, y: tip.y + 14 }, tip.text)] : null);
+  }
+
+  // --- dragging -------------------------------------------------------------------------------
+
+  function startScrub(event) {
+    if (event.button !== 0) return;
+    closeMenu();
+    svg.setPointerCapture(event.pointerId);
+    drag = { what: "head", step: step(event.clientX), sent: -1 };
+    moveScrub(event);
+    if (head && head.playing) send({ do: "play", on: false });
+  }
+
+  function moveScrub(event) {
+    drag.step = step(event.clientX);
+    const frame = frames(drag.step);
+    if (frame !== drag.sent) {
+      drag.sent = frame;
+      send({ do: "scrub", frame });
+    }
+    playhead();
+  }
+
+  function startDrag(event, one, what) {
+    if (event.button !== 0) return;
+    event.stopPropagation();
+    closeMenu();
+    send({ do: "select", kind: "action", name: one.id });
+    event.currentTarget.closest(".act").focus({ preventScroll: true });
+    if (data.readOnly || (one.when && what !== "end")) return;
+    svg.setPointerCapture(event.pointerId);
+    drag = { what, id: one.id, start: one.start, duration: one.duration, from: step(event.clientX), one, moved: false };
+  }
+
+  svg.onpointermove = (event) => {
+    if (!drag) return;
+    if (drag.what === "head") return moveScrub(event);
+    const by = step(event.clientX) - drag.from, one = drag.one;
+    if (by) drag.moved = true;
+    if (drag.what === "move") drag.start = Math.max(0, Math.min(data.steps - (one.instant ? 1 : one.duration), snap(one.start + by, event)));
+    if (drag.what === "end") drag.duration = Math.max(1, Math.min(data.steps - one.start, snap(one.start + one.duration + by, event) - one.start));
+    if (drag.what === "start") {
+      drag.start = Math.max(0, Math.min(one.start + one.duration - 1, snap(one.start + by, event)));
+      drag.duration = one.start + one.duration - drag.start;
+    }
+    const words = drag.what === "move" ? `frame ${frames(drag.start)} · ${seconds(drag.start)}` : `${seconds(drag.duration)} · ${drag.duration} steps`;
+    tip = { x: Math.min(x(drag.start) + 8, box.clientWidth - 150 + box.scrollLeft), y: 1, text: words };
+    lanes();
+  };
+
+  svg.onpointerup = () => {
+    const done = drag;
+    tip = null;
+    if (!done) return;
+    if (done.what === "head" || !done.moved) { drag = null; lanes(); return; }
+    retime(done.one, done.start, done.duration);
+  };
+  svg.onpointercancel = () => { drag = null; tip = null; lanes(); };
+
+  // The bar stays where it was dropped until the server has answered; a refusal brings it back.
+  function retime(one, start, duration) {
+    const edits = [];
+    const path = `event.actions.${one.id}`;
+    if (start !== one.start && !one.when) edits.push({ op: "set", path: `${path}.start_step`, value: start });
+    if (duration !== one.duration && !one.instant) edits.push({ op: "set", path: `${path}.duration`, value: duration });
+    if (!edits.length) { drag = null; lanes(); return; }
+    // Moving towards the end must shorten first, or the window would stick out for a moment; one
+    // list of edits is validated as a whole, so the order does not matter.
+    drag = { id: one.id, start, duration, what: "waiting" };
+    if (!edit(edits, "timeline", () => { drag = null; lanes(); })) { drag = null; lanes(); }
+  }
+
+  function keys(event, one) {
+    const unit = event.shiftKey ? data.stepsPerFrame * 5 : data.stepsPerFrame;
+    const move = { ArrowLeft: -unit, ArrowRight: unit }[event.key];
+    if (move && event.ctrlKey && !one.instant) retime(one, one.start, Math.max(1, Math.min(data.steps - one.start, one.duration + move)));
+    else if (move) retime(one, Math.max(0, Math.min(data.steps - (one.instant ? 1 : one.duration), one.start + move)), one.duration);
+    else if (event.key === "Delete" || event.key === "Backspace") remove(one);
+    else if (event.key === "Enter") send({ do: "select", kind: "action", name: one.id });
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
+  // --- menu -----------------------------------------------------------------------------------
+
+  const remove = (one) => edit([{ op: "remove", path: `event.actions.${one.id}` }], "removed in the timeline");
+
+  function actionItems(one) {
+    return [
+      ["Duplicate", () => duplicate(one)],
+      [one.muted ? "Unmute" : "Mute", () => setField(`event.actions.${one.id}.muted`, !one.muted)],
+      ["Delete", () => remove(one)],
+    ];
+  }
+
+  function duplicate(one) {
+    const item = { ...one.item, id: fresh(one.id) };
+    edit([{ op: "add", path: "event.actions", item }], "duplicated in the timeline");
+  }
+
+  function fresh(stem) {
+    const known = new Set(data.lanes.flatMap((lane) => lane.actions.map((one) => one.id)));
+    const root = stem.replace(/_\d+$/, "");
+    let count = 2;
+    if (!known.has(root)) return root;
+    while (known.has(`${root}_${count}`)) count += 1;
+    return `${root}_${count}`;
+  }
+
+  function addItems() {
+    const chosen = head && head.selection.kind === "object" ? head.selection.name : data.lanes[0].name;
+    const at = head ? Math.min(head.step, data.steps - 40 > 0 ? data.steps - 40 : 0) : 0;
+    const directed = (magnitude) => ({ magnitude, direction: "right" });
+    const make = (stem, item) => () => edit([{ op: "add", path: "event.actions", item: { id: fresh(stem), name: chosen, start_step: at, ...item } }], "added in the timeline");
+    return [
+      [`Push ${chosen}`, make("push", { operator: "ApplyForce", force: { ...directed(2), quantity: "acceleration" }, duration: 20 })],
+      [`Set velocity of ${chosen}`, make("velocity", { operator: "SetVelocity", velocity: directed(1) })],
+      [`Spin ${chosen}`, make("spin", { operator: "SetAngularVelocity", angular_velocity: [0, 0, 3], duration: 1 })],
+      [`Twist ${chosen}`, make("twist", { operator: "ApplyTorque", torque: [0, 0, 0.1], duration: 20 })],
+      [`Hold ${chosen}`, make("hold", { operator: "FixObject", duration: 40 })],
+      [`Wind on ${chosen}`, make("wind", { operator: "ApplyDisturbance", model: "wind", amplitude: 5, direction: "right", duration: 40 })],
+    ];
+  }
+
+  function openMenu(event, items) {
+    closeMenu();
+    menu = h("div", { class: "card stack", role: "menu", style: `position:fixed;z-index:20;gap:1px;padding:4px;left:${Math.min(event.clientX, innerWidth - 210)}px;bottom:${Math.max(8, innerHeight - event.clientY)}px` },
+      items.map(([text, act]) => h("button", { class: "b quiet", role: "menuitem", type: "button", style: "text-align:left", onclick: () => { closeMenu(); act(); } }, text)));
+    document.body.append(menu);
+    menu.querySelector("button").focus();
+    setTimeout(() => addEventListener("pointerdown", away), 0);
+  }
+  const away = (event) => { if (menu && !menu.contains(event.target)) closeMenu(); };
+  function closeMenu() {
+    removeEventListener("pointerdown", away);
+    if (menu) menu.remove();
+    menu = null;
+  }
+  addEventListener("keydown", (event) => { if (event.key === "Escape") closeMenu(); });
+
+  box.onwheel = (event) => {
+    if (!event.ctrlKey) return;
+    event.preventDefault();
+    zoom = Math.max(1, Math.min(12, zoom * (event.deltaY < 0 ? 1.2 : 1 / 1.2)));
+    lanes();
+  };
+  new ResizeObserver(() => lanes()).observe(box);
+
+  on("timeline", (next) => {
+    data = next;
+    if (drag && drag.what === "waiting") drag = null;
+    transport();
+    lanes();
+  });
+  on("playhead", (next) => {
+    const reselect = !head || head.selection.name !== next.selection.name || head.selection.kind !== next.selection.kind || head.loopEnd !== next.loopEnd || head.loopStart !== next.loopStart;
+    head = next;
+    transport();
+    if (reselect) lanes();
+    else playhead();
+  });
+  on("run", (run) => { if (!run.busy && drag && drag.what === "waiting") { drag = null; lanes(); } });
+}

@@ -1,0 +1,64 @@
+// The line to the server: newest values in, intents out. A lost line is taken up again.
+
+const values = {};
+const listeners = new Map();
+let socket = null;
+let pause = 300;
+let ticket = 0;
+const answers = new Map();
+export const viewerToken = Array.from(crypto.getRandomValues(new Uint8Array(12)), (b) => b.toString(16).padStart(2, "0")).join("");
+
+export const value = (channel) => values[channel];
+
+export function on(channel, listener) {
+  if (!listeners.has(channel)) listeners.set(channel, new Set());
+  listeners.get(channel).add(listener);
+  if (channel in values) listener(values[channel]);
+}
+
+function emit(channel, data) {
+  for (const listener of listeners.get(channel) || []) listener(data);
+}
+
+export function send(intent) {
+  if (socket && socket.readyState === WebSocket.OPEN) {
+    socket.send(JSON.stringify(intent, (_key, one) => (typeof one === "number" && !Number.isFinite(one) ? String(one) : one)));
+    return true;
+  }
+  emit("say", { level: "warning", text: "Not connected; this was not sent." });
+  return false;
+}
+
+// An edit that is already drawn: `refused` is called with the reason when the server says no.
+export function edit(edits, reason, refused) {
+  ticket += 1;
+  if (refused) answers.set(ticket, refused);
+  return send({ do: "edit", edits, reason: reason || "", ticket });
+}
+
+export const setField = (path, data, refused) => edit([{ op: "set", path, value: data }], "", refused);
+
+export function connect() {
+  socket = new WebSocket(`ws://${location.host}/socket`);
+  socket.onopen = () => {
+    pause = 300;
+    send({ do: "viewer", token: viewerToken });
+    emit("line", true);
+  };
+  socket.onmessage = (event) => {
+    const { on: channel, is: data } = JSON.parse(event.data);
+    if (channel === "answer") {
+      const refused = answers.get(data.ticket);
+      answers.delete(data.ticket);
+      if (refused && data.problem) refused(data.problem);
+      return;
+    }
+    if (channel !== "say") values[channel] = data;
+    emit(channel, data);
+  };
+  socket.onclose = () => {
+    emit("line", false);
+    setTimeout(connect, pause);
+    pause = Math.min(pause * 1.6, 4000);
+  };
+}

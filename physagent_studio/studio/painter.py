@@ -1,0 +1,111 @@
+"""The painter: panels over the hub and the scene through viser, from a snapshot and a view."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import viser
+
+from physagent_studio.records import Round
+from physagent_studio.studio.hub import Hub
+from physagent_studio.studio.panels import (
+    inspector,
+    photo,
+    plots,
+    program,
+    rounds,
+    run,
+    scene,
+    timeline,
+)
+from physagent_studio.studio.scene.cameras import Cameras
+from physagent_studio.studio.scene.stage import Picked, Stage, poses_at
+from physagent_studio.studio.view import View
+from physagent_studio.workbench import Notice, Snapshot
+
+FACTS_EVERY = 0.2
+"""Seconds between two updates of the measured facts while playing."""
+
+
+class Painter:
+    """Owns what is drawn; called by the studio's one thread."""
+
+    def __init__(self, server: viser.ViserServer, hub: Hub, picked: Picked) -> None:
+        self._hub = hub
+        self._stage = Stage(server, picked)
+        self.cameras = Cameras()
+        self._drawn: dict[str, tuple[object, ...]] = {}
+        self._facts_at = 0.0
+
+    def paint(self, snapshot: Snapshot, view: View) -> None:
+        """Everything; what has not changed costs nothing on the wire."""
+        compared = _round(snapshot, view.compare)
+        self._hub.publish("run", run.state_of(snapshot))
+        self._hub.publish("rounds", rounds.state_of(snapshot, compared))
+        self._hub.publish("notices", [_notice(one) for one in snapshot.notices])
+        document = (snapshot.program, snapshot.rollout, snapshot.scene, snapshot.read_only)
+        if self._changed("timeline", (*document, snapshot.checks)):
+            self._hub.publish("timeline", timeline.state_of(snapshot))
+        if self._changed("photo", (*document, snapshot.case)):
+            self._hub.publish("photo", photo.state_of(snapshot))
+        if self._changed("plots", (snapshot.rollout, snapshot.preview_rollout)):
+            self._hub.publish("plots", plots.state_of(snapshot, snapshot.preview_rollout))
+        self._hub.publish("program", program.state_of(snapshot))
+        self._hub.publish("scene", scene.state_of(snapshot, view))
+        self._stage.draw(snapshot, view, None)
+        with_photo = "photo" in view.shown
+        self.cameras.set_scene(snapshot.program, snapshot.scene, with_photo)
+        self._facts_at = 0.0
+        self.move(snapshot, view)
+
+    def move(self, snapshot: Snapshot, view: View) -> None:
+        """The playhead alone."""
+        self._stage.pose(snapshot, view)
+        self._hub.publish("playhead", playhead_of(snapshot, view))
+        now = time.monotonic()
+        if not view.playing or now - self._facts_at > FACTS_EVERY:
+            self._facts_at = now
+            self._hub.publish("inspector", inspector.state_of(snapshot, view))
+        if view.selection.kind == "object":
+            place = poses_at(snapshot, view.step).get(view.selection.name)
+            if place is not None:
+                self.cameras.follow(place[0])
+
+    def publish_library(self, value: dict[str, Any]) -> None:
+        """The list of cases and sessions."""
+        self._hub.publish("library", value)
+
+    def _changed(self, channel: str, key: tuple[object, ...]) -> bool:
+        old = self._drawn.get(channel)
+        self._drawn[channel] = key
+        return old is None or any(a is not b for a, b in zip(old, key, strict=True))
+
+
+def playhead_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
+    """Where the playhead is, and what is selected."""
+    clip = snapshot.program.clip
+    frame = view.frame(clip)
+    return {
+        "step": view.step,
+        "frame": frame,
+        "frames": clip.frames,
+        "seconds": round(view.step * clip.step_seconds, 3),
+        "video": round(frame / clip.playback_fps, 3),
+        "playing": view.playing,
+        "speed": view.speed,
+        "loop": view.loop,
+        "loopStart": view.loop_start,
+        "loopEnd": view.loop_end,
+        "ready": snapshot.rollout is not None,
+        "selection": {"kind": view.selection.kind, "name": view.selection.name},
+        "compare": view.compare,
+    }
+
+
+def _round(snapshot: Snapshot, wanted: str | None) -> Round | None:
+    return next((one for one in snapshot.state.rounds if one.id == wanted), None)
+
+
+def _notice(notice: Notice) -> dict[str, Any]:
+    return {"id": notice.id, "level": notice.level, "text": notice.text}

@@ -1,0 +1,258 @@
+"""Rounds: the history as a tree, and everything about the round on view."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from physagent_studio.program import PhysicalProgram
+from physagent_studio.records import Check, LoopState, Proposal, Round
+from physagent_studio.studio.panels.words import edit_row, number, plain
+from physagent_studio.workbench import Snapshot
+
+DECIDED = {
+    "accept": "accepted",
+    "accept_hunks": "accepted in part",
+    "override": "overridden",
+    "edit": "edited, then accepted",
+    "reject": "rejected",
+    "hint": "hint given",
+    "skip": "skipped",
+    "stop": "stopped",
+}
+OUTCOMES = {
+    "realised": "The event happens.",
+    "budget": "All rounds are used up; the best one is kept.",
+    "stopped": "Stopped.",
+    "stuck": "The planner has no further idea. A hint or an edit of yours can help.",
+    "running": "",
+}
+
+
+def state_of(snapshot: Snapshot, compared: Round | None = None) -> dict[str, Any]:
+    """All that the panel shows."""
+    loop = snapshot.state
+    shown = _find(loop, snapshot.shown_round)
+    return {
+        "rounds": _tree(loop, snapshot.shown_round),
+        "phase": loop.phase,
+        "outcome": OUTCOMES[loop.outcome],
+        "realised": loop.outcome == "realised",
+        "readOnly": snapshot.read_only,
+        "draft": snapshot.has_draft,
+        "shown": None if shown is None else _details(shown, snapshot),
+        "checks": _checks(snapshot.checks, snapshot.program, shown, snapshot.has_draft),
+        "notUnderstood": list(snapshot.program.contract.not_understood),
+        "untested": [clause.text for clause in snapshot.program.contract.untested],
+        "proposal": _proposal(loop, snapshot),
+        "hints": list(loop.hints),
+        "pinned": list(loop.pinned),
+        "compare": None if compared is None else _comparison(compared, snapshot),
+    }
+
+
+def _find(loop: LoopState, wanted: str | None) -> Round | None:
+    return next((item for item in loop.rounds if item.id == wanted), None)
+
+
+def verdict_of(item: Round) -> str:
+    """One word for a round: ok, failed, overruled, or open while nothing was judged."""
+    if item.override is not None:
+        return "ok" if item.override.passed else "failed"
+    if item.assessment is None:
+        return "open"
+    return "ok" if item.passed else "failed"
+
+
+def _tree(loop: LoopState, shown: str | None) -> list[dict[str, Any]]:
+    """Rounds in tree order; `depth` grows where a branch leaves its parent's first line."""
+    children: dict[str | None, list[Round]] = {}
+    known = {item.id for item in loop.rounds}
+    for item in loop.rounds:
+        children.setdefault(item.parent if item.parent in known else None, []).append(item)
+    on_path = {item.id for item in loop.path()}
+    best = loop.best
+    rows: list[dict[str, Any]] = []
+    waiting = [(item, 0) for item in reversed(children.get(None, []))]
+    while waiting:
+        item, depth = waiting.pop()
+        rows.append(_row(item, depth, loop, shown, on_path, best))
+        branches = children.get(item.id, [])
+        # The first child goes on in the same column, the others branch off.
+        waiting += [(child, depth + 1) for child in reversed(branches[1:])]
+        waiting += [(child, depth) for child in branches[:1]]
+    return rows
+
+
+def _row(
+    item: Round,
+    depth: int,
+    loop: LoopState,
+    shown: str | None,
+    on_path: set[str],
+    best: Round | None,
+) -> dict[str, Any]:
+    assessment = item.assessment
+    return {
+        "id": item.id,
+        "number": item.number,
+        "depth": depth,
+        "verdict": verdict_of(item),
+        "overruled": item.override is not None,
+        "stage": "" if assessment is None else assessment.stage,
+        "realised": 0 if assessment is None else assessment.realised,
+        "checks": 0 if assessment is None else len(assessment.checks),
+        "score": None if assessment is None else number(assessment.score),
+        "author": item.author,
+        "factor": item.proposal.factor if item.proposal else "",
+        "decided": DECIDED.get(item.decision.kind, "") if item.decision else "",
+        "by": item.decision.author if item.decision else "",
+        "head": item.id == loop.head,
+        "shown": item.id == shown,
+        "onPath": item.id in on_path,
+        "best": best is not None and item.id == best.id,
+    }
+
+
+def _details(item: Round, snapshot: Snapshot) -> dict[str, Any]:
+    assessment, override = item.assessment, item.override
+    clip = item.program.clip
+    return {
+        "id": item.id,
+        "number": item.number,
+        "verdict": verdict_of(item),
+        "stage": "" if assessment is None else assessment.stage,
+        "machine": None if assessment is None else assessment.passed,
+        "criteria": [] if assessment is None else [plain(one) for one in assessment.criteria],
+        "diagnosis": []
+        if assessment is None
+        else [
+            {
+                "text": one.text,
+                "frame": None if one.step is None else one.step // clip.steps_per_frame,
+            }
+            for one in assessment.diagnosis
+        ],
+        "findings": _findings(item, snapshot),
+        "override": None if override is None else plain(override),
+        "simulations": item.simulations,
+        "author": item.author,
+        "rejected": [
+            {"rationale": proposal.rationale, "reason": decision.reason}
+            for proposal, decision in item.rejected
+        ],
+        "decision": None
+        if item.decision is None
+        else {
+            "kind": DECIDED.get(item.decision.kind, item.decision.kind),
+            "author": item.decision.author,
+            "reason": item.decision.reason,
+        },
+    }
+
+
+def _findings(item: Round, snapshot: Snapshot) -> list[dict[str, Any]]:
+    """What stage 1 measured in the reconstruction; only of interest where it failed."""
+    if snapshot.scene is None or item.assessment is None:
+        return []
+    if item.assessment.stage != "reconstruction":
+        return []
+    return [
+        {"ok": one.ok, "text": one.text, "subject": one.subject} for one in snapshot.scene.findings
+    ]
+
+
+def _checks(
+    checks: tuple[Check, ...], program: PhysicalProgram, shown: Round | None, draft: bool
+) -> list[dict[str, Any]]:
+    clauses = {clause.id: clause.text for clause in program.contract.clauses}
+    predicted: dict[str, Check] = {}
+    if shown is not None and shown.preview is not None and not draft:
+        predicted = {check.id: check for check in shown.preview.checks}
+    return [check_row(check, program, clauses, predicted.get(check.id)) for check in checks]
+
+
+def check_row(
+    check: Check,
+    program: PhysicalProgram,
+    clauses: dict[str, str],
+    predicted: Check | None = None,
+) -> dict[str, Any]:
+    """One line of the checklist."""
+    row = {
+        "id": check.id,
+        "ok": check.ok,
+        "text": check.text,
+        "clause": clauses.get(check.clause or "", ""),
+        "measured": number(check.measured),
+        "threshold": number(check.threshold),
+        "unit": check.unit,
+        "frame": None if check.step is None else check.step // program.clip.steps_per_frame,
+        "always": check.always_on,
+    }
+    if predicted is not None:
+        row["predicted"] = {"ok": predicted.ok, "measured": number(predicted.measured)}
+    return row
+
+
+def _proposal(loop: LoopState, snapshot: Snapshot) -> dict[str, Any] | None:
+    head = loop.current
+    if head is None or head.proposal is None or snapshot.read_only or loop.phase != "decide":
+        return None
+    proposal, preview = head.proposal, head.preview
+    return {
+        "id": proposal.id,
+        "factor": proposal.factor,
+        "rationale": proposal.rationale,
+        "confidence": round(proposal.confidence * 100),
+        "verified": proposal.touches_verified,
+        "question": proposal.question,
+        "author": proposal.author,
+        "simulations": proposal.simulations,
+        "hunks": _hunks(proposal, head.program),
+        "preview": None
+        if preview is None
+        else {
+            "passed": preview.passed,
+            "problem": preview.problem,
+            "ok": sum(check.ok for check in preview.checks),
+            "of": len(preview.checks),
+        },
+    }
+
+
+def _hunks(proposal: Proposal, program: PhysicalProgram) -> list[dict[str, Any]]:
+    return [
+        {
+            "id": hunk.id,
+            "summary": hunk.summary,
+            "rows": [edit_row(edit, program) for edit in hunk.edits],
+            "edits": [plain(edit) for edit in hunk.edits],
+        }
+        for hunk in proposal.hunks
+    ]
+
+
+def _comparison(other: Round, snapshot: Snapshot) -> dict[str, Any]:
+    from physagent_studio.program.diff import diff_text
+
+    theirs = {check.id: check for check in other.assessment.checks} if other.assessment else {}
+    mine = {check.id: check for check in snapshot.checks}
+    rows = []
+    for key in dict.fromkeys((*mine, *theirs)):
+        a, b = mine.get(key), theirs.get(key)
+        one = a or b
+        assert one is not None
+        rows.append(
+            {
+                "text": one.text,
+                "unit": one.unit,
+                "here": None if a is None else {"ok": a.ok, "measured": number(a.measured)},
+                "there": None if b is None else {"ok": b.ok, "measured": number(b.measured)},
+            }
+        )
+    return {
+        "id": other.id,
+        "number": other.number,
+        "rows": rows,
+        "diff": diff_text(other.program, snapshot.program).splitlines()[:400],
+    }

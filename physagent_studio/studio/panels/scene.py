@@ -1,0 +1,56 @@
+"""Scene: switches of the 3D view, and what the reconstruction found."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from physagent_studio.studio.panels.words import number
+from physagent_studio.studio.view import View
+from physagent_studio.workbench import Snapshot
+
+SWITCHES = (
+    ("photo", "Photo behind"),
+    ("supports", "Ground and supports"),
+    ("labels", "Names"),
+    ("trails", "Paths"),
+    ("ghosts", "Ghosts of other rounds"),
+    ("forces", "Forces and velocities"),
+    ("contacts", "Contacts"),
+    ("centres", "Centres of mass"),
+    ("frustum", "Camera"),
+    ("gravity", "Gravity"),
+    ("axes", "Axes"),
+)
+
+
+def state_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
+    """Switches and findings."""
+    scene = snapshot.scene
+    camera = snapshot.program.scene.camera
+    return {
+        "switches": [
+            {"what": what, "text": text, "on": what in view.shown} for what, text in SWITCHES
+        ],
+        "things": [
+            {"kind": "object", "name": item.name, "material": item.material}
+            for item in snapshot.program.scene.objects
+        ]
+        + [
+            {"kind": "support", "name": item.name, "material": item.material}
+            for item in snapshot.program.scene.supports
+        ]
+        + [
+            {"kind": "landmark", "name": item.name, "material": item.kind}
+            for item in snapshot.program.scene.landmarks
+        ],
+        "camera": None
+        if camera is None
+        else {
+            "text": f"{number(camera.position[2])} m above the ground, horizon at row "
+            f"{number(camera.horizon)}, {camera.source}",
+        },
+        "findings": []
+        if scene is None
+        else [{"ok": one.ok, "text": one.text, "subject": one.subject} for one in scene.findings],
+        "flags": list(snapshot.program.scene.flags),
+    }

@@ -1,0 +1,124 @@
+"""Timeline: a lane per object with its actions, what was touched when, and the contract's marks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from physagent_studio.program import Action, PhysicalProgram, duration_of
+from physagent_studio.program.actions import (
+    After,
+    OnContact,
+    SetOrientation,
+    SetPosition,
+    SetVelocity,
+)
+from physagent_studio.records import Rollout
+from physagent_studio.studio.panels.words import OPERATORS, number, plain, unit_of
+from physagent_studio.workbench import Snapshot
+
+INSTANT = (SetVelocity, SetPosition, SetOrientation)
+MARKS_PER_LANE = 80
+
+
+def state_of(snapshot: Snapshot) -> dict[str, Any]:
+    """All that the timeline draws; times in control steps."""
+    program, rollout = snapshot.program, snapshot.rollout
+    clip = program.clip
+    return {
+        "steps": clip.steps,
+        "stepSeconds": clip.step_seconds,
+        "stepsPerFrame": clip.steps_per_frame,
+        "frames": clip.frames,
+        "fps": clip.playback_fps,
+        "readOnly": snapshot.read_only,
+        "lanes": [_lane(item.name, program, rollout) for item in program.scene.objects],
+        "marks": [
+            {"step": check.step, "ok": check.ok, "text": check.text}
+            for check in snapshot.checks
+            if check.step is not None
+        ],
+        "alarms": []
+        if rollout is None
+        else [{"step": one.step, "text": one.text} for one in rollout.warnings[:40]],
+        "ran": None if rollout is None else rollout.steps,
+    }
+
+
+def _lane(name: str, program: PhysicalProgram, rollout: Rollout | None) -> dict[str, Any]:
+    return {
+        "name": name,
+        "actions": [
+            _bar(action, program, rollout)
+            for action in program.event.actions
+            if action.name == name
+        ],
+        "contacts": [] if rollout is None else first_contacts(rollout, name)[:MARKS_PER_LANE],
+    }
+
+
+def _bar(action: Action, program: PhysicalProgram, rollout: Rollout | None) -> dict[str, Any]:
+    span = None
+    if rollout is not None:
+        span = next((one for one in rollout.spans if one.id == action.id), None)
+    start = action.start_step
+    if action.when is not None and span is not None and span.start is not None:
+        start = span.start
+    return {
+        "id": action.id,
+        "kind": action.operator,
+        "label": label_of(action),
+        "start": start,
+        "duration": duration_of(action),
+        "instant": isinstance(action, INSTANT),
+        "muted": action.muted,
+        "item": plain(action),
+        "when": _condition(action),
+        "fired": None if span is None else span.start,
+        "never": action.when is not None
+        and rollout is not None
+        and (span is None or span.start is None),
+    }
+
+
+def label_of(action: Action) -> str:
+    """`Push 12 N →`-like words for a bar."""
+    words = OPERATORS[action.operator]
+    for field in ("velocity", "angular_velocity", "force", "torque"):
+        value = getattr(action, field, None)
+        if value is None:
+            continue
+        magnitude = value.magnitude if hasattr(value, "magnitude") else float(np.linalg.norm(value))
+        return f"{words} {number(float(magnitude))} {unit_of(field)}"
+    for field in ("magnitude", "amplitude"):
+        value = getattr(action, field, None)
+        if value is not None:
+            return f"{words} {number(value)} N"
+    return words
+
+
+def _condition(action: Action) -> dict[str, Any] | None:
+    when = action.when
+    if isinstance(when, OnContact):
+        return {"text": f"when {when.a} touches {when.b}", "action": None}
+    if isinstance(when, After):
+        return {"text": f"after {when.action}", "action": when.action}
+    return None
+
+
+def first_contacts(rollout: Rollout, name: str) -> list[dict[str, Any]]:
+    """When the object begins to touch another body, step and partner; rest is not repeated."""
+    if name not in rollout.bodies or len(rollout.contacts) == 0:
+        return []
+    me = rollout.bodies.index(name)
+    contacts = rollout.contacts
+    mine = contacts[(contacts["a"] == me) | (contacts["b"] == me)]
+    found = []
+    partners = np.where(mine["a"] == me, mine["b"], mine["a"])
+    for partner in np.unique(partners):
+        steps = np.unique(mine["step"][partners == partner])
+        # A gap of fewer than three steps is chatter of one and the same contact.
+        begins = steps[np.insert(np.diff(steps) > 3, 0, True)]
+        found += [{"step": int(step), "with": rollout.bodies[partner]} for step in begins]
+    return sorted(found, key=lambda one: one["step"])

@@ -1,0 +1,134 @@
+"""Numbers and edits in words that a newcomer reads."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from physagent_studio.errors import EditError
+from physagent_studio.program import AddItem, Edit, PhysicalProgram, RemoveItem, SetField, value_at
+
+UNITS = {
+    "velocity": "m/s",
+    "angular_velocity": "rad/s",
+    "force": "N",
+    "torque": "N·m",
+    "amplitude": "N",
+    "angle": "°",
+    "elevation": "°",
+    "azimuth": "°",
+    "frequency": "Hz",
+    "position": "m",
+    "point": "m",
+    "size": "m",
+    "radius": "m",
+    "height": "m",
+    "density": "kg/m³",
+    "start_step": "steps",
+    "duration": "steps",
+    "delay": "steps",
+    "timeout": "steps",
+    "gravity": "m/s²",
+    "run": "m",
+    "rise": "m",
+    "width": "m",
+    "yaw": "rad",
+    "distance": "m",
+    "drop": "m",
+    "tilt": "°",
+    "speed": "m/s",
+    "low": "m/s",
+    "high": "m/s",
+    "seconds": "s",
+}
+
+OPERATORS = {
+    "SetVelocity": "Set velocity",
+    "SetAngularVelocity": "Set spin",
+    "ApplyForce": "Push",
+    "ApplyTorque": "Twist",
+    "ApplyAngledForce": "Steer",
+    "ApplyDisturbance": "Disturb",
+    "SetPosition": "Place",
+    "SetOrientation": "Turn",
+    "FixObject": "Hold",
+}
+
+FACTORS = {"reconstruction": "The scene", "simulation": "The event"}
+
+
+def number(value: float | None) -> str:
+    """Three significant figures, without an exponent where it can be avoided."""
+    if value is None:
+        return "–"
+    if value != 0 and not 1e-3 <= abs(value) < 1e6:
+        return f"{value:.2e}"
+    text = f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
+    return text.replace("-", "−")
+
+
+def short(value: Any) -> str:
+    """A plain value on one line."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int | float):
+        return number(value) if isinstance(value, float) else str(value)
+    if isinstance(value, list):
+        return "(" + ", ".join(short(part) for part in value) + ")"
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {short(part)}" for key, part in value.items() if part is not None)
+    return "none" if value is None else str(value)
+
+
+def edit_row(edit: Edit, program: PhysicalProgram) -> dict[str, Any]:
+    """One edit as a row: what it changes, from what to what, and whether it is one number."""
+    if isinstance(edit, SetField):
+        try:
+            before = value_at(program, edit.path)
+        except EditError:
+            before = None
+        return {
+            "op": "set",
+            "path": edit.path,
+            "what": place(edit.path),
+            "before": short(before),
+            "after": short(edit.value),
+            "value": edit.value,
+            "unit": unit_of(edit.path),
+        }
+    if isinstance(edit, AddItem):
+        return {
+            "op": "add",
+            "path": edit.path,
+            "what": "Add",
+            "after": short(edit.item),
+            "value": None,
+        }
+    what = "Remove" if isinstance(edit, RemoveItem) else "Reorder"
+    return {"op": edit.op, "path": edit.path, "what": f"{what} {place(edit.path)}", "value": None}
+
+
+def place(path: str) -> str:
+    """`event.actions.kick.force.magnitude` → `kick · force · magnitude`."""
+    parts = path.split(".")
+    for head in (("event", "actions"), ("scene", "objects"), ("scene", "supports"),
+                 ("scene", "landmarks"), ("contract", "statements")):  # fmt: skip
+        if tuple(parts[:2]) == head:
+            parts = parts[2:]
+    return " · ".join(part.replace("_", " ") for part in parts)
+
+
+def unit_of(path: str) -> str:
+    """The unit of the field at a path, "" where it has none."""
+    parts = path.split(".")
+    for part in reversed(parts):
+        if part in UNITS:
+            return UNITS[part]
+        if part == "magnitude" and len(parts) >= 2:
+            return UNITS.get(parts[-2], "")
+    return ""
+
+
+def plain(model: Any) -> Any:
+    """A pydantic value as JSON data."""
+    return json.loads(model.model_dump_json())

@@ -1,0 +1,198 @@
+"""Each browser's own camera: the photo's view with the photo behind, and other fixed views."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from physagent_studio.program import Camera, PhysicalProgram
+from physagent_studio.records import Image, Scene
+from physagent_studio.studio.scene.stage import centre_and_size
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Pose:
+    """Where a camera is: eye and target, world, m; up; vertical field of view, radians."""
+
+    eye: FloatArray
+    target: FloatArray
+    up: FloatArray
+    fov: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Eye:
+    """What is known of one browser's camera. size: of its canvas when the pose was set."""
+
+    client: viser.ClientHandle
+    view: str = "photo"
+    set_to: Pose | None = None
+    size: tuple[int, int] = (0, 0)
+    backdrop: viser.ImageHandle | None = None
+    marks: dict[int, Pose] = field(default_factory=dict)
+
+
+class Cameras:
+    """All browsers' cameras; called by the studio's one thread."""
+
+    def __init__(self) -> None:
+        self._eyes: dict[int, _Eye] = {}
+        self._program = PhysicalProgram()
+        self._image: Image | None = None
+        self._with_photo = True
+
+    def add(self, client: viser.ClientHandle) -> None:
+        """A browser came; it opens in the photo's own camera."""
+        self._eyes[client.client_id] = _Eye(client)
+        self.look(client.client_id, "photo")
+
+    def remove(self, number: int) -> None:
+        """A browser went."""
+        self._eyes.pop(number, None)
+
+    def set_scene(self, program: PhysicalProgram, scene: Scene | None, with_photo: bool) -> None:
+        """Brings backdrops, and cameras that still look where they were put, up to date."""
+        image = None if scene is None else (scene.plate if scene.plate is not None else scene.photo)
+        old, self._program = self._program.scene.camera, program
+        changed = image is not self._image or with_photo != self._with_photo
+        self._image, self._with_photo = image, with_photo
+        for number, eye in tuple(self._eyes.items()):
+            if old != program.scene.camera and eye.view == "photo":
+                self.look(number, "photo")
+            elif changed:
+                self._backdrop(number)
+
+    def look(self, number: int, view: str, target: FloatArray | None = None) -> None:
+        """Moves one browser's camera to a view; `target` is what "selection" looks at."""
+        eye = self._eyes.get(number)
+        if eye is None:
+            return
+        size = (eye.client.camera.image_width, eye.client.camera.image_height)
+        pose = pose_of(self._program, view, size[0] / max(size[1], 1), target)
+        self._eyes[number] = replace(eye, view=view, set_to=pose, size=size)
+        _put(eye.client, pose)
+        self._backdrop(number)
+
+    def follow(self, target: FloatArray) -> None:
+        """Keeps the cameras that follow on the target."""
+        for eye in self._eyes.values():
+            if eye.view == "follow":
+                camera = eye.client.camera
+                shift = target - camera.look_at
+                if np.linalg.norm(shift) > 1e-4:
+                    camera.position = camera.position + shift
+
+    def moved(self, number: int) -> None:
+        """A browser's camera moved: by the person, or because its canvas has another size."""
+        eye = self._eyes.get(number)
+        if eye is None or eye.set_to is None:
+            return
+        camera = eye.client.camera
+        size = (camera.image_width, camera.image_height)
+        if size != eye.size and eye.view == "photo":
+            self.look(number, "photo")
+        elif eye.view not in ("free", "follow") and _left(camera, eye.set_to):
+            self._eyes[number] = replace(eye, view="free", size=size)
+            self._backdrop(number)
+
+    def view_of(self, number: int) -> str:
+        """The name of a browser's view; "free" once the person has moved it."""
+        eye = self._eyes.get(number)
+        return "free" if eye is None else eye.view
+
+    def keep(self, number: int, slot: int) -> bool:
+        """Remembers the camera under a number."""
+        if (eye := self._eyes.get(number)) is None:
+            return False
+        camera = eye.client.camera
+        eye.marks[slot] = Pose(camera.position, camera.look_at, camera.up_direction, camera.fov)
+        return True
+
+    def recall(self, number: int, slot: int) -> bool:
+        """Goes back to a remembered camera; whether there was one."""
+        eye = self._eyes.get(number)
+        if eye is None or slot not in eye.marks:
+            return False
+        self._eyes[number] = replace(eye, view="free", set_to=eye.marks[slot])
+        _put(eye.client, eye.marks[slot])
+        self._backdrop(number)
+        return True
+
+    def _backdrop(self, number: int) -> None:
+        """The photo far behind everything, exactly where its camera saw it."""
+        eye = self._eyes[number]
+        if eye.backdrop is not None:
+            eye.backdrop.remove()
+            self._eyes[number] = eye = replace(eye, backdrop=None)
+        camera = self._program.scene.camera
+        if self._image is None or camera is None or eye.view != "photo" or not self._with_photo:
+            return
+        distance = far_of(self._program, camera)
+        width, rows = camera.size
+        shift = (np.array([width, rows]) / 2 - camera.principal) / camera.focal
+        centre = camera.matrix @ np.array([shift[0], shift[1], 1.0]) * distance + camera.position
+        handle = eye.client.scene.add_image(
+            "/backdrop", self._image, width / camera.focal * distance,
+            rows / camera.focal * distance, jpeg_quality=92, cast_shadow=False,
+            receive_shadow=False, wxyz=camera.rotation, position=centre,
+        )  # fmt: skip
+        self._eyes[number] = replace(eye, backdrop=handle)
+
+
+def far_of(program: PhysicalProgram, camera: Camera) -> float:
+    """A distance, m, behind everything that the scene holds."""
+    centre, size = centre_and_size(program)
+    away = float(np.linalg.norm(centre - np.array(camera.position)))
+    return max(40.0, 30 * size, 6 * away)
+
+
+def pose_of(
+    program: PhysicalProgram, view: str, aspect: float, target: FloatArray | None = None
+) -> Pose:
+    """The pose of a named view for a canvas of that width over height."""
+    centre, size = centre_and_size(program)
+    camera = program.scene.camera
+    if view == "photo" and camera is not None:
+        return _photo_pose(camera, centre, aspect)
+    fov = math.radians(45)
+    middle = centre if target is None else target
+    away = size * 2.2 if target is None else max(size * 0.9, 0.25)
+    up = np.array([0.0, 0.0, 1.0])
+    if view == "top":
+        return Pose(middle + [0, -1e-3 * away, away * 1.2], middle, np.array([0.0, 1.0, 0.0]), fov)
+    if view == "side":
+        return Pose(middle + [away, 0, 0.15 * away], middle, up, fov)
+    if view == "front":
+        return Pose(middle + [0, -away, 0.15 * away], middle, up, fov)
+    return Pose(middle + np.array([0.45, -0.8, 0.4]) * away, middle, up, fov)
+
+
+def _photo_pose(camera: Camera, centre: FloatArray, aspect: float) -> Pose:
+    """The camera of the photo, opened so far that the whole photo fits into the canvas."""
+    width, rows = camera.size
+    tall = max(rows / 2, width / 2 / max(aspect, 1e-3)) / camera.focal
+    matrix, eye = camera.matrix, np.array(camera.position)
+    depth = max(float((centre - eye) @ matrix[:, 2]), 0.1)
+    return Pose(eye, eye + matrix[:, 2] * depth, -matrix[:, 1], 2 * math.atan(tall))
+
+
+def _put(client: viser.ClientHandle, pose: Pose) -> None:
+    with client.atomic():
+        client.camera.up_direction = pose.up
+        client.camera.position = pose.eye
+        client.camera.look_at = pose.target
+        client.camera.fov = pose.fov
+    client.flush()
+
+
+def _left(camera: viser.CameraHandle, pose: Pose) -> bool:
+    away = max(float(np.linalg.norm(pose.target - pose.eye)), 1e-6)
+    shifted = np.linalg.norm(camera.position - pose.eye)
+    turned = np.linalg.norm(camera.look_at - pose.target)
+    return bool(max(shifted, turned) > 0.01 * away)

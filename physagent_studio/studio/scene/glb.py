@@ -1,0 +1,173 @@
+"""A textured mesh as binary glTF whose picture looks on screen as it does in the photo.
+
+The texture is a photograph, light and shade included, so it must not be lit again. viser's viewer
+sends every colour through three.js's ACES film curve; the texture is therefore sent through the
+inverse of that curve first and used as pure emission (`KHR_materials_emissive_strength`), which
+leaves the photo's own colours up to its brightest highlights.
+
+Source of the curve: three.js r16x, `tonemapping_pars_fragment.glsl`, `ACESFilmicToneMapping`
+(Stephen Hill's fit), exposure 1.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.records import Image, Mesh
+
+# sRGB to ACES and back; the rows of Hill's fit.
+_IN = np.array(
+    [[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]]
+)
+_OUT = np.array(
+    [[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]]
+)  # fmt: skip
+_BRIGHTEST = 0.92  # linear; beyond it the inverse grows without bound and 8 bits would band
+EXPOSURE = 1 / 0.6
+
+
+def _linear(srgb: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+
+
+def _srgb(linear: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+def before_film_curve(image: Image) -> tuple[Image, float]:
+    """(h, w, 3) uint8 sRGB → the picture and the strength whose film curve is that image.
+
+    The strength multiplies linear light, so that highlights above 1 fit into 8 bits.
+    """
+    wanted = np.minimum(_linear(image.reshape(-1, 3) / 255.0), _BRIGHTEST)
+    bent = wanted @ np.linalg.inv(_OUT).T
+    # Solves (v² + p·v − q) / (r·v² + s·v + t) = bent for v ≥ 0.
+    a = 1 - 0.983729 * bent
+    b = 0.0245786 - 0.4329510 * bent
+    c = -(0.000090537 + 0.238081 * bent)
+    light = (-b + np.sqrt(np.maximum(b * b - 4 * a * c, 0))) / (2 * a)
+    light = np.maximum(light @ np.linalg.inv(_IN).T / EXPOSURE, 0)
+    strength = max(float(np.quantile(light, 0.999)), 1.0) if light.size else 1.0
+    packed = np.clip(_srgb(np.minimum(light / strength, 1)) * 255 + 0.5, 0, 255)
+    return packed.astype(np.uint8).reshape(image.shape), strength
+
+
+def glb_of(mesh: Mesh, *, quality: int = 92) -> bytes:
+    """Binary glTF of a mesh: emissive where it has a texture, lit where it has a colour."""
+    vertices = np.ascontiguousarray(mesh.vertices, np.float32)
+    faces = np.ascontiguousarray(mesh.faces, np.uint32)
+    chunks = [vertices.tobytes(), _normals(mesh).tobytes(), faces.tobytes()]
+    picture = None
+    if mesh.texture is not None and mesh.uv is not None:
+        height, width = mesh.texture.shape[:2]
+        uv = np.ascontiguousarray(mesh.uv / (width, height), np.float32)
+        picture, strength = before_film_curve(mesh.texture)
+        ok, coded = cv2.imencode(".jpg", picture[:, :, ::-1], [cv2.IMWRITE_JPEG_QUALITY, quality])
+        assert ok
+        chunks += [uv.tobytes(), coded.tobytes()]
+        material = _emissive(strength)
+    else:
+        material = _lit(mesh.color)
+    return _pack(chunks, vertices, faces, material, textured=picture is not None)
+
+
+def _normals(mesh: Mesh) -> NDArray[np.float32]:
+    corners = mesh.vertices[mesh.faces]
+    faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = np.zeros_like(mesh.vertices)
+    for corner in range(3):
+        np.add.at(normals, mesh.faces[:, corner], faces)
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.ascontiguousarray(normals / np.maximum(lengths, 1e-20), np.float32)
+
+
+def _emissive(strength: float) -> dict[str, object]:
+    return {
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [0, 0, 0, 1],
+            "metallicFactor": 0,
+            "roughnessFactor": 1,
+        },
+        "emissiveFactor": [1, 1, 1],
+        "emissiveTexture": {"index": 0},
+        "doubleSided": True,
+        "extensions": {
+            "KHR_materials_emissive_strength": {"emissiveStrength": strength},
+            "KHR_materials_specular": {"specularFactor": 0},
+        },
+    }
+
+
+def _lit(color: tuple[int, int, int]) -> dict[str, object]:
+    linear = _linear(np.array(color) / 255.0)
+    return {
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [*map(float, linear), 1],
+            "metallicFactor": 0,
+            "roughnessFactor": 0.9,
+        },
+        "doubleSided": True,
+    }
+
+
+def _pack(
+    chunks: list[bytes],
+    vertices: NDArray[np.float32],
+    faces: NDArray[np.uint32],
+    material: dict[str, object],
+    *,
+    textured: bool,
+) -> bytes:
+    views, blob = [], b""
+    for chunk in chunks:
+        views.append({"buffer": 0, "byteOffset": len(blob), "byteLength": len(chunk)})
+        blob += chunk + b"\0" * (-len(chunk) % 4)
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    accessors = [
+        _accessor(0, 5126, len(vertices), "VEC3") | {"min": low.tolist(), "max": high.tolist()},
+        _accessor(1, 5126, len(vertices), "VEC3"),
+        _accessor(2, 5125, faces.size, "SCALAR"),
+    ]
+    attributes = {"POSITION": 0, "NORMAL": 1}
+    document: dict[str, object] = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "materials": [material],
+        "buffers": [{"byteLength": len(blob)}],
+        "bufferViews": views,
+        "accessors": accessors,
+    }
+    if textured:
+        accessors.append(_accessor(3, 5126, len(vertices), "VEC2"))
+        attributes["TEXCOORD_0"] = 3
+        document["images"] = [{"bufferView": 4, "mimeType": "image/jpeg"}]
+        document["textures"] = [{"source": 0}]
+        document["extensionsUsed"] = list(material["extensions"])  # type: ignore[call-overload]
+    primitive = {"attributes": attributes, "indices": 2, "material": 0}
+    document["meshes"] = [{"primitives": [primitive]}]
+    return _container(json.dumps(document, separators=(",", ":")).encode(), blob)
+
+
+def _accessor(view: int, kind: int, count: int, shape: str) -> dict[str, object]:
+    return {"bufferView": view, "componentType": kind, "count": count, "type": shape}
+
+
+def _container(text: bytes, blob: bytes) -> bytes:
+    text += b" " * (-len(text) % 4)
+    size = 12 + 8 + len(text) + 8 + len(blob)
+    return b"".join(
+        (
+            struct.pack("<4sII", b"glTF", 2, size),
+            struct.pack("<I4s", len(text), b"JSON"),
+            text,
+            struct.pack("<I4s", len(blob), b"BIN\0"),
+            blob,
+        )
+    )

@@ -1,0 +1,86 @@
+"""Meshes of declared shapes, for programs that have no photo to take them from."""
+
+from __future__ import annotations
+
+import numpy as np
+import trimesh
+from trimesh.creation import box, capsule, cylinder, icosphere, revolve
+
+from physagent_studio.program import SceneObject, Support, scene
+from physagent_studio.program.rotations import about_up, matrix_of
+from physagent_studio.records import Mesh
+
+COLORS = (
+    (79, 140, 201), (232, 138, 70), (98, 173, 106), (192, 102, 148), (140, 118, 196), (204, 170, 66),
+)  # fmt: skip
+
+
+def color_of(name: str) -> tuple[int, int, int]:
+    """A colour that a name always has."""
+    return COLORS[sum(name.encode()) % len(COLORS)]
+
+
+def mesh_of_object(item: SceneObject) -> Mesh | None:
+    """The mesh of an object's shape in the body frame, m; None where there is no shape."""
+    made = _shape(item.shape)
+    return None if made is None else _mesh(made, color_of(item.name))
+
+
+def mesh_of_support(item: Support) -> Mesh | None:
+    """The mesh of a support in the world frame, m; None for floors, walls and open shapes."""
+    shape = item.shape
+    if isinstance(shape, scene.Slab):
+        made = box(extents=shape.size)
+        turn, place = about_up(shape.yaw), np.array(shape.position)
+    elif isinstance(shape, scene.Ramp):
+        made = _wedge(shape)
+        turn, place = about_up(shape.yaw), np.array(shape.toe)
+    else:
+        return None
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = matrix_of(turn), place
+    return _mesh(made.apply_transform(matrix), (150, 150, 150))
+
+
+def _shape(shape: scene.Shape | None) -> trimesh.Trimesh | None:
+    if isinstance(shape, scene.Sphere):
+        return icosphere(subdivisions=3, radius=shape.radius)
+    if isinstance(shape, scene.Ellipsoid):
+        return icosphere(subdivisions=3, radius=1.0).apply_scale(shape.radii)
+    if isinstance(shape, scene.Box | scene.Inflated | scene.Meshed):
+        return box(extents=shape.size)
+    if isinstance(shape, scene.Cylinder):
+        return cylinder(radius=shape.radius, height=shape.height, sections=48)
+    if isinstance(shape, scene.Capsule):
+        middle = max(shape.height - 2 * shape.radius, 1e-6)
+        made = capsule(radius=shape.radius, height=middle)
+        return made.apply_translation(-made.bounds.mean(axis=0))
+    if isinstance(shape, scene.Frustum):
+        half = shape.height / 2
+        return _turned(
+            [(0, -half), (shape.bottom_radius, -half), (shape.top_radius, half), (0, half)]
+        )
+    if isinstance(shape, scene.Revolved):
+        return _turned([(radius, z) for z, radius in shape.profile])
+    return None
+
+
+def _turned(profile: list[tuple[float, float]]) -> trimesh.Trimesh:
+    return revolve(np.array(profile), sections=48)
+
+
+def _wedge(shape: scene.Ramp) -> trimesh.Trimesh:
+    half, run, rise, end = shape.width / 2, shape.run, shape.rise, shape.run + shape.plateau
+    outline = [(0.0, 0.0), (run, rise), (end, rise), (end, 0.0)]
+    if shape.plateau == 0:
+        outline = [(0.0, 0.0), (run, rise), (run, 0.0)]
+    points = [(x, side * half, z) for side in (-1, 1) for x, z in outline]
+    return trimesh.Trimesh(np.array(points)).convex_hull
+
+
+def _mesh(made: trimesh.Trimesh, color: tuple[int, int, int]) -> Mesh:
+    return Mesh(
+        vertices=np.asarray(made.vertices, float),
+        faces=np.asarray(made.faces, np.int32),
+        color=color,
+    )

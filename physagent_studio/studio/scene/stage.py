@@ -1,0 +1,288 @@
+"""The stage: everything in the 3D view that all browsers share, drawn from a snapshot and a view.
+
+Nodes are made when the scene changes and only moved afterwards. All methods are called by the
+studio's one thread.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from physagent_studio.program import PhysicalProgram, SceneObject
+from physagent_studio.program.rotations import matrices_of
+from physagent_studio.records import Mesh, Rollout, Scene
+from physagent_studio.studio.scene.glb import glb_of
+from physagent_studio.studio.scene.outline import edges_of
+from physagent_studio.studio.scene.primitives import mesh_of_object, mesh_of_support
+from physagent_studio.studio.view import View
+from physagent_studio.workbench import Snapshot
+
+Picked = Callable[[str, str], None]
+"""Called from viser's threads with the kind and the name of what was clicked."""
+
+EARLIER, PREVIEW, NOW = (150, 154, 162), (18, 184, 166), (59, 130, 246)
+GREY_SUPPORT = (120, 130, 145)
+
+
+class Stage:
+    """Draws objects, supports, trails, ghosts and marks."""
+
+    def __init__(self, server: viser.ViserServer, picked: Picked) -> None:
+        self._server = server
+        self._picked = picked
+        self._made_from: tuple[object, ...] = ()
+        self._objects: dict[str, viser.GlbHandle] = {}
+        self._labels: dict[str, viser.LabelHandle] = {}
+        self._meshes: dict[str, Mesh] = {}
+        self._furniture: dict[str, list[viser.SceneNodeHandle]] = {}
+        self._ghosts: dict[str, tuple[Rollout, dict[str, viser.MeshHandle]]] = {}
+        self._trails: dict[str, list[viser.SceneNodeHandle]] = {}
+        self._trail_sources: dict[str, Rollout | None] = {}
+        server.scene.world_axes.visible = False
+
+    def draw(self, snapshot: Snapshot, view: View, earlier: Rollout | None) -> None:
+        """Brings the whole stage up to date."""
+        with self._server.atomic():
+            self._make(snapshot)
+            for what, handles in self._furniture.items():
+                for handle in handles:
+                    handle.visible = what in view.shown
+            for label in self._labels.values():
+                label.visible = "labels" in view.shown
+            ghosts = "ghosts" in view.shown
+            self._set_ghost("preview", snapshot.preview_rollout if ghosts else None, PREVIEW)
+            self._set_ghost("earlier", earlier if ghosts else None, EARLIER)
+            trails = "trails" in view.shown
+            self._set_trail("now", snapshot.rollout if trails else None, NOW)
+            self._set_trail(
+                "preview", snapshot.preview_rollout if trails and ghosts else None, PREVIEW
+            )
+            self._set_trail("earlier", earlier if trails and ghosts else None, EARLIER)
+        self.pose(snapshot, view)
+
+    def pose(self, snapshot: Snapshot, view: View) -> None:
+        """Moves everything to the step on view; cheap, called on every frame of playback."""
+        with self._server.atomic():
+            poses = poses_at(snapshot, view.step)
+            for name, handle in self._objects.items():
+                if name in poses:
+                    handle.position, handle.wxyz = poses[name]
+                    if name in self._labels:
+                        self._labels[name].position = self._above(name, poses[name][0])
+            for rollout, handles in self._ghosts.values():
+                row = min(view.step, rollout.steps)
+                for name, handle in handles.items():
+                    at = rollout.objects.index(name)
+                    handle.position = rollout.positions[row, at]
+                    handle.wxyz = rollout.rotations[row, at]
+        self._server.flush()
+
+    def _above(self, name: str, position: NDArray[np.float64]) -> NDArray[np.float64]:
+        reach = float(np.linalg.norm(self._meshes[name].vertices, axis=1).max())
+        return position + np.array([0, 0, reach * 1.15])
+
+    # --- making ----------------------------------------------------------------------------------
+
+    def _make(self, snapshot: Snapshot) -> None:
+        key = (
+            snapshot.scene.hash if snapshot.scene else None,
+            snapshot.program.scene.objects,
+            snapshot.program.scene.supports,
+            snapshot.program.scene.camera,
+            snapshot.program.scene.gravity,
+        )
+        if key == self._made_from:
+            return
+        self._made_from = key
+        self._clear()
+        scene, program = snapshot.scene, snapshot.program
+        for item in program.scene.objects:
+            mesh = scene.meshes.get(item.name) if scene else None
+            mesh = mesh if mesh is not None else mesh_of_object(item)
+            if mesh is not None:
+                self._add_object(item, mesh)
+        self._add_supports(program, scene)
+        self._add_camera(program, scene)
+        self._add_gravity(program)
+        axes = self._server.scene.add_frame(
+            "/axes", axes_length=self._size(program) * 0.5, axes_radius=self._size(program) * 0.01
+        )
+        self._furniture["axes"] = [axes]
+
+    def _clear(self) -> None:
+        for name in ("/objects", "/supports", "/camera", "/gravity", "/axes", "/ghosts", "/trails"):
+            self._server.scene.remove_by_name(name)
+        self._objects, self._labels, self._meshes = {}, {}, {}
+        self._furniture, self._ghosts, self._trails, self._trail_sources = {}, {}, {}, {}
+
+    def _add_object(self, item: SceneObject, mesh: Mesh) -> None:
+        name = item.name
+        handle = self._server.scene.add_glb(f"/objects/{name}", glb_of(mesh), cast_shadow=False)
+        handle.on_click(lambda _event: self._picked("object", name))
+        self._objects[name], self._meshes[name] = handle, mesh
+        self._labels[name] = self._server.scene.add_label(
+            f"/objects/label {name}", name, font_screen_scale=0.75, anchor="bottom-center"
+        )
+
+    def _add_supports(self, program: PhysicalProgram, scene: Scene | None) -> None:
+        handles: list[viser.SceneNodeHandle] = []
+        for item in program.scene.supports:
+            if item.shape is not None and item.shape.kind == "floor":
+                handles.append(self._add_floor(item.name, item.shape.height, program))
+                continue
+            mesh = scene.support_meshes.get(item.name) if scene else None
+            mesh = mesh if mesh is not None else mesh_of_support(item)
+            if mesh is None:
+                continue
+            name = item.name
+            body = self._server.scene.add_mesh_simple(
+                f"/supports/{name}", mesh.vertices, mesh.faces, color=GREY_SUPPORT,
+                opacity=0.14, side="double", flat_shading=True, cast_shadow=False,
+            )  # fmt: skip
+            body.on_click(lambda _event, name=name: self._picked("support", name))
+            lines = self._server.scene.add_line_segments(
+                f"/supports/edges {name}", edges_of(mesh), colors=GREY_SUPPORT, line_width=1.5
+            )
+            handles += [body, lines]
+        self._furniture["supports"] = handles
+
+    def _add_floor(
+        self, name: str, height: float, program: PhysicalProgram
+    ) -> viser.SceneNodeHandle:
+        size = self._size(program)
+        centre = self._centre(program)
+        return self._server.scene.add_grid(
+            f"/supports/{name}", width=size * 12, height=size * 12, plane="xy",
+            cell_size=size / 4, section_size=size, cell_color=(170, 176, 186),
+            section_color=(140, 147, 160), cell_thickness=0.6, section_thickness=0.9,
+            position=(centre[0], centre[1], height),
+        )  # fmt: skip
+
+    def _add_camera(self, program: PhysicalProgram, scene: Scene | None) -> None:
+        camera = program.scene.camera
+        if camera is None:
+            return
+        width, rows = camera.size
+        image = scene.photo if scene else None
+        handle = self._server.scene.add_camera_frustum(
+            "/camera", fov=2 * float(np.arctan2(rows / 2, camera.focal)), aspect=width / rows,
+            scale=self._size(program) * 0.3, image=None if image is None else small(image),
+            wxyz=camera.rotation, position=camera.position, color=(90, 96, 110),
+        )  # fmt: skip
+        handle.on_click(lambda _event: self._picked("camera", ""))
+        self._furniture["frustum"] = [handle]
+
+    def _add_gravity(self, program: PhysicalProgram) -> None:
+        gravity = np.array(program.scene.gravity)
+        strength = float(np.linalg.norm(gravity))
+        if strength < 1e-9:
+            return
+        size = self._size(program)
+        start = self._centre(program) + np.array([-size * 0.9, 0, size * 0.9])
+        tip = start + gravity / strength * size * 0.35
+        arrow = self._server.scene.add_arrows(
+            "/gravity", np.array([[start, tip]]), colors=(220, 120, 40),
+            shaft_radius=size * 0.008, head_radius=size * 0.025, head_length=size * 0.06,
+        )  # fmt: skip
+        label = self._server.scene.add_label(
+            "/gravity/label", f"gravity {strength:.3g} m/s²", position=start,
+            font_screen_scale=0.65, anchor="bottom-center",
+        )  # fmt: skip
+        self._furniture["gravity"] = [arrow, label]
+
+    # --- ghosts and trails -------------------------------------------------------------------
+
+    def _set_ghost(self, key: str, rollout: Rollout | None, color: tuple[int, int, int]) -> None:
+        if key in self._ghosts:
+            if self._ghosts[key][0] is rollout:
+                return
+            del self._ghosts[key]
+            self._server.scene.remove_by_name(f"/ghosts/{key}")
+        if rollout is None:
+            return
+        handles = {}
+        for at, name in enumerate(rollout.objects):
+            if name not in self._meshes or not _moves(rollout, at):
+                continue
+            mesh = self._meshes[name]
+            handles[name] = self._server.scene.add_mesh_simple(
+                f"/ghosts/{key}/{name}", mesh.vertices, mesh.faces, color=color, opacity=0.32,
+                cast_shadow=False, receive_shadow=False,
+            )  # fmt: skip
+        self._ghosts[key] = (rollout, handles)
+
+    def _set_trail(self, key: str, rollout: Rollout | None, color: tuple[int, int, int]) -> None:
+        if self._trail_sources.get(key) is rollout:
+            return
+        self._trail_sources[key] = rollout
+        for handle in self._trails.pop(key, []):
+            handle.remove()
+        if rollout is None:
+            return
+        handles: list[viser.SceneNodeHandle] = []
+        rows = np.unique(np.append(np.arange(0, rollout.steps, 2), rollout.steps))
+        for at, name in enumerate(rollout.objects):
+            if not _moves(rollout, at):
+                continue
+            line = rollout.positions[rows, at]
+            segments = np.stack([line[:-1], line[1:]], axis=1)
+            handles.append(
+                self._server.scene.add_line_segments(
+                    f"/trails/{key}/{name}", segments, colors=color, line_width=2.5
+                )
+            )
+        self._trails[key] = handles
+
+    # --- measures ----------------------------------------------------------------------------
+
+    def _centre(self, program: PhysicalProgram) -> NDArray[np.float64]:
+        return centre_and_size(program)[0]
+
+    def _size(self, program: PhysicalProgram) -> float:
+        return centre_and_size(program)[1]
+
+
+def poses_at(
+    snapshot: Snapshot, step: int
+) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """Position and rotation (wxyz) of every object at a step; as placed where nothing ran."""
+    rollout = snapshot.rollout
+    poses = {
+        item.name: (np.array(item.position), np.array(item.rotation))
+        for item in snapshot.program.scene.objects
+        if item.position is not None
+    }
+    if rollout is not None:
+        row = min(step, rollout.steps)
+        for at, name in enumerate(rollout.objects):
+            poses[name] = (rollout.positions[row, at], rollout.rotations[row, at])
+    return poses
+
+
+def centre_and_size(program: PhysicalProgram) -> tuple[NDArray[np.float64], float]:
+    """Middle of the objects, world, m, and a length that suits their spread."""
+    places = [np.array(o.position) for o in program.scene.objects if o.position is not None]
+    if not places:
+        return np.zeros(3), 1.0
+    points = np.array(places)
+    low, high = points.min(axis=0), points.max(axis=0)
+    return (low + high) / 2, max(float(np.linalg.norm(high - low)), 0.3)
+
+
+def small(image: NDArray[np.uint8], longest: int = 640) -> NDArray[np.uint8]:
+    """The picture thinned out to at most `longest` pixels a side."""
+    stride = max(1, -(-max(image.shape[:2]) // longest))
+    return np.ascontiguousarray(image[::stride, ::stride])
+
+
+def _moves(rollout: Rollout, at: int) -> bool:
+    path = rollout.positions[:, at]
+    turned = matrices_of(rollout.rotations[[0, -1], at])
+    return bool(
+        np.linalg.norm(path - path[0], axis=1).max() > 0.01
+        or np.trace(turned[0].T @ turned[1]) < 2.9
+    )

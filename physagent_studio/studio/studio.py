@@ -1,0 +1,235 @@
+"""The studio: one thread between browsers and the workbench.
+
+Browsers send intents and the workbench sends snapshots; both land in one queue. This thread takes
+them off, turns intents into commands or into changes of the view, and draws: panels as JSON over
+the hub, the scene through viser. Nothing else touches any of these, so no callback can race.
+"""
+
+from __future__ import annotations
+
+import logging
+import queue
+import threading
+import time
+import webbrowser
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import viser
+
+from physagent_studio.errors import InputError, StudioError
+from physagent_studio.studio import intents
+from physagent_studio.studio.actions import carry_out
+from physagent_studio.studio.guard import close_client, open_server, stop_server, token_of
+from physagent_studio.studio.hub import Hub
+from physagent_studio.studio.library import Library
+from physagent_studio.studio.painter import Painter
+from physagent_studio.studio.site import Site
+from physagent_studio.studio.view import Selection, View, advance
+from physagent_studio.workbench import Snapshot, Workbench
+
+log = logging.getLogger(__name__)
+TICK = 1 / 30
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Heard:
+    browser: int
+    text: str
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Call:
+    """Something to do on the studio's thread."""
+
+    act: Callable[[], None]
+
+
+class Studio:
+    """A running studio. `address` is where it is; `stop` ends it, the workbench stays."""
+
+    def __init__(self, workbench: Workbench, port: int | None = None) -> None:
+        self.workbench = workbench
+        self.view = View()
+        self.snapshot: Snapshot = workbench.snapshot()
+        self.tokens: dict[int, str] = {}
+        self._viewers: dict[str, int] = {}
+        self.library = Library(workbench.store)
+        self._inbox: queue.Queue[_Heard | _Call | Snapshot | None] = queue.Queue()
+        self.hub = Hub(self._heard, lambda _count: None)
+        self._site = Site(workbench.snapshot, workbench.store)
+        self._server = open_server(port, self._site.page, self.hub.talk)
+        self.painter = Painter(self._server, self.hub, self._picked)
+        self._server.on_client_connect(self._came)
+        self._server.on_client_disconnect(self._went)
+        self._thread = threading.Thread(target=self._work, name="studio", daemon=True)
+        self._thread.start()
+        self._unsubscribe = workbench.subscribe(self._inbox.put)
+
+    @property
+    def address(self) -> str:
+        """What to open in a browser."""
+        return f"http://127.0.0.1:{self._server.get_port()}"
+
+    def stop(self) -> None:
+        """Ends serving; what the workbench holds is untouched."""
+        self._unsubscribe()
+        self._inbox.put(None)
+        self._thread.join(timeout=5)
+        stop_server(self._server)
+
+    # --- from other threads: only enqueue ------------------------------------------------------
+
+    def _heard(self, browser: int, text: str) -> None:
+        self._inbox.put(_Heard(browser, text))
+
+    def _picked(self, kind: str, name: str) -> None:
+        self._inbox.put(_Call(lambda: self.select(kind, name)))
+
+    def _came(self, client: viser.ClientHandle) -> None:
+        close_client(client)
+        cameras = self.painter.cameras
+        client.camera.on_update(
+            lambda _camera: self._inbox.put(_Call(lambda: cameras.moved(client.client_id)))
+        )
+        token = token_of(self._server, client)
+
+        def arrive() -> None:
+            self._viewers[token] = client.client_id
+            cameras.add(client)
+
+        self._inbox.put(_Call(arrive))
+
+    def _went(self, client: viser.ClientHandle) -> None:
+        self._inbox.put(_Call(lambda: self.painter.cameras.remove(client.client_id)))
+
+    # --- the studio's thread -------------------------------------------------------------------
+
+    def _work(self) -> None:
+        moment, rest = time.monotonic(), 0.0
+        self.painter.paint(self.snapshot, self.view)
+        while True:
+            batch = self._take(TICK if self.view.playing else None)
+            if None in batch:
+                return
+            now = time.monotonic()
+            if self.view.playing:
+                rest = self._tick(now - moment + rest)
+            moment = now
+            self._handle([item for item in batch if item is not None])
+
+    def _take(self, patience: float | None) -> list[_Heard | _Call | Snapshot | None]:
+        """Everything that has arrived, waiting for the first of it."""
+        batch: list[_Heard | _Call | Snapshot | None] = []
+        try:
+            batch.append(self._inbox.get(timeout=patience))
+            while True:
+                batch.append(self._inbox.get_nowait())
+        except queue.Empty:
+            return batch
+
+    def _tick(self, seconds: float) -> float:
+        """Moves the playhead; returns the time that was too short for a step."""
+        clip = self.snapshot.program.clip
+        before = self.view
+        whole = round(seconds * before.speed / clip.step_seconds)
+        if whole == 0:
+            return seconds
+        self.view = advance(before, clip, seconds)
+        self.painter.move(self.snapshot, self.view)
+        return seconds - whole * clip.step_seconds / before.speed
+
+    def _handle(self, batch: list[_Heard | _Call | Snapshot]) -> None:
+        newest = next((item for item in reversed(batch) if isinstance(item, Snapshot)), None)
+        if newest is not None:
+            self._accept(newest)
+        heard = [item for item in batch if isinstance(item, _Heard)]
+        for position, item in enumerate(heard):
+            later = heard[position + 1 :]
+            self._guarded(item.browser, lambda item=item, later=later: self._listen(item, later))
+        for item in batch:
+            if isinstance(item, _Call):
+                self._guarded(None, item.act)
+
+    def _guarded(self, browser: int | None, act: Callable[[], None]) -> None:
+        """The one boundary where any failure becomes a notice that the person sees."""
+        try:
+            act()
+        except StudioError as error:
+            self.say(browser, "error", str(error))
+        except Exception as error:  # noqa: BLE001 - the boundary
+            log.exception("the studio failed")
+            self.say(
+                browser, "error", f"Something went wrong on our side: {error!r}. Nothing is lost."
+            )
+
+    def _listen(self, item: _Heard, later: list[_Heard]) -> None:
+        # A burst of scrubs comes down to the last one.
+        if '"do":"scrub"' in item.text and any('"do":"scrub"' in one.text for one in later):
+            return
+        intent = intents.read_intent(item.text)
+        carry_out(intent, self, item.browser)
+
+    def _accept(self, snapshot: Snapshot) -> None:
+        if snapshot.session_id != self.snapshot.session_id:
+            self.view = replace(View(), shown=self.view.shown, speed=self.view.speed)
+        fresh = snapshot.rollout is not self.snapshot.rollout
+        self.snapshot = snapshot
+        if fresh and self.view.step > snapshot.program.clip.steps:
+            self.view = replace(self.view, step=0)
+        self._guarded(None, self.repaint)
+
+    def repaint(self) -> None:
+        """Draws everything anew from the snapshot and the view."""
+        self.painter.paint(self.snapshot, self.view)
+        self.painter.publish_library(self.library.listing(self.snapshot))
+
+    # --- for carry_out -------------------------------------------------------------------------
+
+    def set_view(self, view: View) -> None:
+        """Takes over a view and draws what it changes."""
+        old, self.view = self.view, view
+        if (
+            old.shown != view.shown
+            or old.selection != view.selection
+            or old.compare != view.compare
+        ):
+            self.painter.paint(self.snapshot, view)
+        else:
+            self.painter.move(self.snapshot, view)
+
+    def select(self, kind: str, name: str) -> None:
+        """Selects a thing in all views."""
+        self.set_view(replace(self.view, selection=Selection(kind, name)))
+
+    def viewer_of(self, browser: int) -> int:
+        """The number of the 3D view in a browser's page; −1 where it is not there yet."""
+        return self._viewers.get(self.tokens.get(browser, ""), -1)
+
+    def say(self, browser: int | None, level: str, text: str) -> None:
+        """A passing notice, to one browser or all."""
+        self.hub.tell(browser, "say", {"level": level, "text": text})
+
+    def answer(self, browser: int, ticket: int | None, problem: str | None) -> None:
+        """Tells a page what became of an edit that it has already drawn."""
+        if ticket is not None:
+            self.hub.tell(browser, "answer", {"ticket": ticket, "problem": problem})
+
+
+def serve(
+    workbench: Workbench,
+    host: str = "127.0.0.1",
+    port: int | None = None,
+    open_browser: bool = False,
+) -> Studio:
+    """Serves the studio on loopback; port None takes the next free from 8080.
+
+    Raises:
+        InputError: another host than loopback, or a port that is busy.
+    """
+    if host not in ("127.0.0.1", "localhost"):
+        raise InputError(f"the studio serves on 127.0.0.1 only, not on {host}")
+    studio = Studio(workbench, port)
+    if open_browser:
+        webbrowser.open(studio.address)
+    return studio

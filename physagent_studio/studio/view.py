@@ -1,0 +1,72 @@
+"""What is looked at: playhead, selection and switches. Shared by all browsers, and kept nowhere.
+
+It is no part of the document: nothing here changes a program or a round.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from physagent_studio.program import Clip
+
+SHOWN_AT_FIRST = frozenset({"photo", "supports", "trails", "ghosts", "labels", "gravity"})
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """The selected thing; kind "none" is nothing."""
+
+    kind: str = "none"
+    name: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """step: control step on view. loop_start, loop_end: frames. compare: another round's id."""
+
+    step: int = 0
+    playing: bool = False
+    speed: float = 1.0
+    loop: bool = True
+    loop_start: int | None = None
+    loop_end: int | None = None
+    selection: Selection = Selection()
+    shown: frozenset[str] = SHOWN_AT_FIRST
+    follow: bool = False
+    compare: str | None = None
+
+    def frame(self, clip: Clip) -> int:
+        """The frame on view."""
+        return min(self.step // clip.steps_per_frame, clip.frames - 1)
+
+    def at_frame(self, frame: int, clip: Clip) -> View:
+        """The same view with the playhead on a frame of the clip."""
+        inside = max(0, min(frame, clip.frames - 1))
+        return replace(self, step=inside * clip.steps_per_frame)
+
+    def with_shown(self, what: str, on: bool) -> View:
+        """The same view with one switch set."""
+        return replace(self, shown=self.shown | {what} if on else self.shown - {what})
+
+    def range(self, clip: Clip) -> tuple[int, int]:
+        """First and last step of what is played."""
+        last = clip.steps
+        first = (self.loop_start or 0) * clip.steps_per_frame
+        end = last if self.loop_end is None else self.loop_end * clip.steps_per_frame
+        return (0, last) if not 0 <= first < end else (first, min(end, last))
+
+
+def advance(view: View, clip: Clip, seconds: float) -> View:
+    """The view after `seconds` of the wall clock, playing; at the end it repeats or stops.
+
+    Keeps whole steps only; the caller carries the rest of the time over.
+    """
+    if not view.playing:
+        return view
+    first, last = view.range(clip)
+    step = view.step + round(seconds * view.speed / clip.step_seconds)
+    if step < last:
+        return replace(view, step=max(step, first))
+    if view.loop:
+        return replace(view, step=first + (step - last) % max(last - first, 1))
+    return replace(view, step=last, playing=False)

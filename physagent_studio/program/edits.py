@@ -122,13 +122,13 @@ def _add(data: Any, edit: AddItem) -> Edit:
 
 def _renamed(edit: SetField, parent: Any, key: Any) -> str:
     """Where the field is found after the edit: setting an id or name moves its own path."""
-    label = _label(parent) if isinstance(parent, dict) else None
-    if key in ("id", "name") and label is not None and label == parent.get(key):
+    label = _label(parent) if key in ("id", "name") else None
+    if label is not None and label == parent[key]:
         head = edit.path.split(".")
         if len(head) >= 2:
             return ".".join([*head[:-2], label, head[-1]])
-    if isinstance(parent, list) and (label := _label(parent[key])) is not None:
-        return ".".join([*edit.path.split(".")[:-1], label])
+    if isinstance(parent, list) and (new := _label(parent[key])) is not None:
+        return ".".join([*edit.path.split(".")[:-1], new])
     return edit.path
 
 

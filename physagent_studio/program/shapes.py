@@ -293,3 +293,64 @@ def _faces(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
     slope = np.array([-rise, 0.0, run]) / math.hypot(run, rise)
     normals = np.array([[0, 1, 0], [0, -1, 0], [1, 0, 0], [0, 0, 1], [0, 0, -1], slope], float)
     return normals, np.array([side, side, end, rise, 0.0, 0.0])
+
+
+def volume_of(shape: Shape) -> float:
+    """Volume in m³; of an inflated mask or a mesh the estimate that its size allows."""
+    match shape:
+        case Sphere():
+            return 4 / 3 * math.pi * shape.radius**3
+        case Ellipsoid():
+            return 4 / 3 * math.pi * math.prod(shape.radii)
+        case Box():
+            return math.prod(shape.size)
+        case Cylinder():
+            return math.pi * shape.radius**2 * shape.height
+        case Capsule():
+            straight = max(shape.height - 2 * shape.radius, 0.0)
+            return math.pi * shape.radius**2 * (straight + 4 / 3 * shape.radius)
+        case Frustum():
+            a, b = shape.bottom_radius, shape.top_radius
+            return math.pi / 3 * shape.height * (a * a + a * b + b * b)
+        case Revolved():
+            z, r = np.array(shape.profile).T
+            parts = np.diff(z) * (r[1:] ** 2 + r[1:] * r[:-1] + r[:-1] ** 2) / 3
+            return abs(float(math.pi * parts.sum()))
+        case Inflated():
+            return math.pi / 6 * math.prod(shape.size)
+        case Meshed():
+            return 0.5 * math.prod(shape.size)
+
+
+def overlap(first: Placed, second: Placed) -> float:
+    """How deep two bodies overlap at their first pose, m; 0 where they do not, bounded above.
+
+    The least way out over the directions of both bodies' axes, the line between their centres
+    and a sphere of further directions.
+    """
+    if first.half_space is not None:
+        return overlap(second, first) if second.half_space is None else 0.0
+    if second.half_space is not None:
+        return max(0.0, -float(gap(first, second)[0]))
+    if float(gap(first.at(slice(0, 1)), second.at(slice(0, 1)))[0]) > 1e-6:
+        return 0.0
+    between = second.positions[:1] - first.positions[:1]
+    ways = np.concatenate([first.matrices[0].T, second.matrices[0].T, between, _sphere(96)])
+    ways = np.concatenate([ways, -ways])
+    lengths = np.linalg.norm(ways, axis=-1, keepdims=True)
+    ways = (ways / np.maximum(lengths, _TINY))[lengths[:, 0] > _TINY]
+    one, two = (
+        _stretched(first.at(slice(0, 1)), len(ways)),
+        _stretched(second.at(slice(0, 1)), len(ways)),
+    )
+    depth = np.sum(one.support(ways) * ways, -1) - np.sum(two.support(-ways) * ways, -1)
+    return max(0.0, float(depth.min()))
+
+
+def _sphere(count: int) -> FloatArray:
+    """(count, 3) directions spread evenly over a sphere (Fibonacci)."""
+    index = np.arange(count) + 0.5
+    z = 1 - 2 * index / count
+    angle = np.pi * (1 + math.sqrt(5)) * index
+    flat = np.sqrt(1 - z * z)
+    return np.stack([flat * np.cos(angle), flat * np.sin(angle), z], axis=-1)

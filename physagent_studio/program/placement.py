@@ -1,0 +1,196 @@
+"""Preflight of the scene: overlaps, things in the air, sizes, densities, tunnelling."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from physagent_studio.program.actions import FixObject
+from physagent_studio.program.edits import SetField
+from physagent_studio.program.findings import PreflightFinding
+from physagent_studio.program.materials import MATERIALS
+from physagent_studio.program.mechanics import expected_speed, gravity_of, row_of, standing
+from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.program.scene import SceneObject, Slab
+from physagent_studio.program.shapes import Placed, gap, lowest, outline_of, overlap
+
+SAFETY = 3.0
+"""Engine steps that a fast body takes at least to cross another and its own extent."""
+TOUCHING = 0.02
+"""Gaps and overlaps up to this part of a body's smallest extent count as touching."""
+
+
+def scene_findings(program: PhysicalProgram) -> Iterator[PreflightFinding]:
+    """Everything about the start that does not depend on the schedule."""
+    placed = standing(program.scene)
+    for item in program.scene.objects:
+        yield from _density(item)
+        yield from _size(item)
+    yield from _collisions(program, placed)
+    yield from _floating(program, placed)
+    yield from _tunnelling(program)
+    yield from _landmarks(program)
+
+
+def _density(item: SceneObject) -> Iterator[PreflightFinding]:
+    path = f"scene.objects.{item.name}"
+    if item.material not in MATERIALS:
+        message = f"there is no material '{item.material}', so it counts as plastic"
+        edits = (SetField(path=f"{path}.material", value="plastic"),)
+        yield PreflightFinding(
+            code="implausible_density", path=f"{path}.material", message=message, edits=edits
+        )
+    if item.density is None:
+        return
+    usual = row_of(item).density
+    if not usual / 15 <= item.density <= usual * 15 or item.density > 23_000:
+        message = f"{item.density:g} kg/m³ is far from the {usual:g} kg/m³ of {item.material}"
+        edits = (SetField(path=f"{path}.density", value=usual),)
+        yield PreflightFinding(
+            code="implausible_density", path=f"{path}.density", message=message, edits=edits
+        )
+
+
+def _size(item: SceneObject) -> Iterator[PreflightFinding]:
+    if item.shape is None:
+        return
+    low, high = float(outline_of(item.shape).size.min()), float(outline_of(item.shape).size.max())
+    path = f"scene.objects.{item.name}.shape"
+    if high > 50 or high < 0.003:
+        message = f"it is {high:.3g} m large, which no event in a picture is likely to have"
+        yield PreflightFinding(code="implausible_size", path=path, message=message)
+    elif low < 0.002 and item.body.kind == "rigid":
+        message = f"it is {low * 1000:.2g} mm thin; contacts may let it through"
+        yield PreflightFinding(code="implausible_size", path=path, message=message)
+
+
+def _extent(program: PhysicalProgram, name: str) -> float:
+    item = program.scene.object(name)
+    if item is None or item.shape is None:
+        return math.inf
+    return float(outline_of(item.shape).size.min())
+
+
+def _collisions(program: PhysicalProgram, placed: dict[str, Placed]) -> Iterator[PreflightFinding]:
+    names = list(placed)
+    for index, first in enumerate(names):
+        if program.scene.object(first) is None:
+            break
+        for second in names[index + 1 :]:
+            depth = overlap(placed[first], placed[second])
+            allowed = max(TOUCHING * min(_extent(program, first), _extent(program, second)), 1e-3)
+            if depth > allowed:
+                yield _collision(program, placed, first, second, depth)
+
+
+def _collision(
+    program: PhysicalProgram, placed: dict[str, Placed], first: str, second: str, depth: float
+) -> PreflightFinding:
+    path = f"scene.objects.{first}.position"
+    message = f"{first} starts {depth * 1000:.0f} mm inside {second}"
+    item = program.scene.object(first)
+    edits: tuple[SetField, ...] = ()
+    if item is not None and item.position is not None:
+        x, y, z = item.position
+        for rise in (depth, 2 * depth, _extent(program, first)):
+            lifted = Placed(
+                placed[first].outline,
+                positions=placed[first].positions + np.array([0.0, 0.0, rise]),
+                matrices=placed[first].matrices,
+            )
+            if overlap(lifted, placed[second]) <= 1e-4:
+                edits = (SetField(path=path, value=[x, y, round(z + rise, 4)]),)
+                break
+    return PreflightFinding(code="collision", path=path, message=message, edits=edits)
+
+
+def _floating(program: PhysicalProgram, placed: dict[str, Placed]) -> Iterator[PreflightFinding]:
+    held = {
+        a.name
+        for a in program.event.actions
+        if isinstance(a, FixObject) and a.start_step == 0 and a.when is None and not a.muted
+    }
+    if gravity_of(program.scene) < 1e-6:
+        return
+    for item in program.scene.objects:
+        if item.name not in placed or item.support == "air" or item.name in held:
+            continue
+        if item.body.kind != "rigid" and getattr(item.body, "pinned", "none") != "none":
+            continue
+        yield from _loose(program, placed, item)
+
+
+def _loose(
+    program: PhysicalProgram, placed: dict[str, Placed], item: SceneObject
+) -> Iterator[PreflightFinding]:
+    body, path = placed[item.name], f"scene.objects.{item.name}"
+    gaps = {
+        other: max(float(gap(body, solid)[0]), 0.0)
+        for other, solid in placed.items()
+        if other != item.name
+    }
+    slack = max(2 * TOUCHING * _extent(program, item.name), 5e-3)
+    if item.support is not None and item.support in gaps:
+        if gaps[item.support] > slack:
+            distance = gaps[item.support]
+            message = f"it stands on {item.support} but starts {distance:.2f} m from it"
+            edits = (SetField(path=f"{path}.support", value="air"),)
+            yield PreflightFinding(
+                code="not_on_support", path=f"{path}.position", message=message, edits=edits
+            )
+    elif item.support is None and min(gaps.values(), default=math.inf) > slack:
+        yield _in_the_air(program, body, item)
+
+
+def _in_the_air(program: PhysicalProgram, body: Placed, item: SceneObject) -> PreflightFinding:
+    floors = [s.shape.height for s in program.scene.supports if s.shape and s.shape.kind == "floor"]
+    path = f"scene.objects.{item.name}.position"
+    if not floors or item.position is None:
+        message = "it starts in the air and nothing is below it"
+        return PreflightFinding(code="in_the_air", path=path, message=message)
+    drop = float(lowest(body)[0]) - max(floors)
+    message = f"it starts in the air, {drop:.2f} m above the floor, and will fall"
+    x, y, z = item.position
+    edits = (SetField(path=path, value=[x, y, round(z - drop, 4)]),) if drop > 0 else ()
+    return PreflightFinding(code="in_the_air", path=path, message=message, edits=edits)
+
+
+def _tunnelling(program: PhysicalProgram) -> Iterator[PreflightFinding]:
+    """The engine refines its steps by itself; past its limit, or by much, a person should know."""
+    sizes = {
+        item.name: float(outline_of(item.shape).size.min())
+        for item in program.scene.objects
+        if item.shape is not None
+    }
+    walls = [min(s.shape.size) for s in program.scene.supports if isinstance(s.shape, Slab)]
+    clip = program.clip
+    for item in program.scene.objects:
+        others = [size for name, size in sizes.items() if name != item.name] + walls
+        if item.name not in sizes or not others:
+            continue
+        speed = expected_speed(program, item)
+        path = f"scene.objects.{item.name}"
+        if speed > 150:
+            message = f"the actions may drive it to {speed:.0f} m/s"
+            yield PreflightFinding(code="implausible_speed", path=path, message=message)
+        finest = (sizes[item.name] + min(others)) / (SAFETY * max(speed, 1e-9))
+        needed = math.ceil(clip.step_seconds / finest - 1e-9)
+        if needed > clip.substeps:
+            message = (
+                f"at {speed:.1f} m/s it could pass through something {min(others) * 1000:.0f} mm "
+                f"thin; the engine needs {needed} substeps, not {clip.substeps}"
+            )
+            edits = (SetField(path="clip.substeps", value=min(needed, 1000)),)
+            yield PreflightFinding(code="tunnelling", path=path, message=message, edits=edits)
+
+
+def _landmarks(program: PhysicalProgram) -> Iterator[PreflightFinding]:
+    for landmark in program.scene.landmarks:
+        if not landmark.points and not landmark.pixels:
+            message = "it has neither pixels nor points, so nothing can be measured at it"
+            path = f"scene.landmarks.{landmark.name}"
+            yield PreflightFinding(code="unplaced", path=path, message=message)
+        elif landmark.points and not np.isfinite(np.array(landmark.points)).all():
+            continue

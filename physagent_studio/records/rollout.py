@@ -18,7 +18,7 @@ CONTACT_DTYPE = np.dtype(
         ("point", np.float64, 3),  # world, m
         ("normal", np.float64, 3),  # world, unit, from a to b
         ("impulse", np.float64),  # normal impulse on this step, N·s
-        ("depth", np.float64),  # deepest penetration on this step, m, ≥ 0
+        ("depth", np.float64),  # deepest on this step, m, ≥ 0, beyond the initial overlap
     ]
 )
 
@@ -64,7 +64,8 @@ class Rollout:
     (S+1, N, 4) R_world_body, wxyz. velocities: (S+1, N, 3) world, m/s. angular: (S+1, N, 3)
     world, rad/s. contacts: structured, `CONTACT_DTYPE`, sorted by step; resting contacts appear
     on every step. kinetic, potential: (S+1, N) J. masses: (N,) kg. penetration: (S+1,) m,
-    deepest. vertices: deformed visual vertices per frame for soft objects, (frames, V, 3).
+    deepest, beyond what a pair overlapped by initially (an alarm on step 0 names that).
+    vertices: deformed visual vertices per frame for soft objects, (frames, V, 3).
     releases: joints of breakable objects that let go, sorted by step.
     """
 

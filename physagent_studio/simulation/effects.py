@@ -193,7 +193,7 @@ class _ApplyForce(_Push):
 class Steering:
     """The force along a line that brings a speed to its target at the end of a window.
 
-    Closed loop: what friction or gravity took in the last step is added in the next, and the
+    Closed loop: what friction or gravity took in the last steps is added in the next, and the
     rest is spread over the time that is left. Bounded, so that a blocked body is not crushed.
     """
 
@@ -203,13 +203,17 @@ class Steering:
         self._limit = 4 * nominal + 20.0
         self._last: tuple[float, float, float] | None = None
         self._resistance = 0.0
+        self._count = 0
 
     def force(self, speed: float, time: float) -> float:
         """N; speed: m/s now; time: s since the start."""
         if self._last is not None:
             then, before, applied = self._last
             gained = (speed - before) / max(time - then, 1e-9)
-            self._resistance = applied - gained
+            # A mean at first, then forgetting: single steps of a sliding contact are noisy.
+            self._count += 1
+            share = max(1 / self._count, 0.25)
+            self._resistance += share * (applied - gained - self._resistance)
         left = max(self._seconds - time, 1e-9)
         wanted = (self._target - speed) / left + self._resistance
         wanted = max(-self._limit, min(self._limit, wanted))

@@ -10,6 +10,7 @@ import numpy as np
 from physagent_studio.errors import Cancelled
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.records import Alarm
+from physagent_studio.simulation.grip import Grip
 from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.model import Compiled
 from physagent_studio.simulation.schedule import Schedule, Slot
@@ -36,6 +37,7 @@ class Trace:
     snapshots: FloatArray
     log: ContactLog
     schedule: Schedule
+    grip: Grip
     substeps: int
     rows: int = 0
     alarms: list[Alarm] = field(default_factory=list)
@@ -52,6 +54,7 @@ def new_trace(program: PhysicalProgram, compiled: Compiled, substeps: int) -> Tr
         np.empty((clip.frames, mj.mj_stateSize(model, SNAPSHOT))),
         ContactLog(model, compiled.geom_bodies, substeps, dt),
         Schedule(program.event.actions, clip.steps),
+        Grip(compiled, dt),
         substeps,
     )
 
@@ -96,6 +99,7 @@ def _edges(world: World, trace: Trace, step: int) -> None:
     if step == 0:
         for item in world.program.scene.objects:
             world.half_kick(item.name)
+        trace.grip.update(world.data)
     if schedule.is_conditional:
         if schedule.awaits_contact and step:
             _note_touches(trace, step)
@@ -145,7 +149,10 @@ def _advance(world: World, trace: Trace, step: int) -> None:
         count = data.ncon
         if count != before or fresh or tick == last:
             read(data, tick)
-            fresh, before = count != before, count
+            fresh = count != before
+            if fresh:
+                trace.grip.update(data)
+            before = count
 
 
 def _start(slot: Slot) -> int:

@@ -27,6 +27,9 @@ from physagent_studio.simulation.mj import Data, Model, Spec, SpecBody, mj
 from physagent_studio.simulation.solids import Hull, Piece, Solid
 from physagent_studio.simulation.surfaces import FloatArray, hull, prism
 
+MEETING = 0.3
+"""m/s of approach from which on two bodies meet with an impact: closer pairs are listed."""
+
 REFERENCE_DENSITY = 1000.0
 """kg/m³ at which bodies are compiled; their real density is written in afterwards."""
 
@@ -60,6 +63,7 @@ class Compiled:
 
     handles, solids: per object. geom_bodies: (ngeom,) index among objects-then-supports of
     each geom. pair_bodies: (npair, 2) the same for each explicit contact pair.
+    pair_table: (ngeom, ngeom) pair of two geoms, or −1.
     """
 
     model: Model
@@ -68,6 +72,7 @@ class Compiled:
     solids: tuple[Solid, ...]
     geom_bodies: np.ndarray
     pair_bodies: np.ndarray
+    pair_table: np.ndarray
     base_mass: FloatArray
     base_inertia: FloatArray
 
@@ -232,9 +237,18 @@ def _compiled(
         solids,
         geom_bodies,
         pair_bodies,
+        _pair_table(model),
         model.body_mass.copy(),
         model.body_inertia.copy(),
     )
+
+
+def _pair_table(model: Model) -> np.ndarray:
+    table = np.full((model.ngeom, model.ngeom), -1, np.int32)
+    index = np.arange(model.npair)
+    table[model.pair_geom1, model.pair_geom2] = index
+    table[model.pair_geom2, model.pair_geom1] = index
+    return table
 
 
 def _handle(model: Model, name: str) -> Handle:
@@ -278,7 +292,7 @@ def _configure_pairs(compiled: Compiled, scene: SceneState, dt: float) -> None:
     touches = [touch_of(item) for item in (*scene.objects, *scene.supports)]
     model.pair_solimp[:] = IMPEDANCE
     model.pair_margin[:] = 0
-    model.pair_gap[:] = 0
+    model.pair_gap[:] = MEETING * dt
     for index, (a, b) in enumerate(compiled.pair_bodies.tolist()):
         touch = combine(touches[a], touches[b])
         model.pair_friction[index] = (touch.friction, touch.friction, 0.005, 1e-4, 1e-4)

@@ -38,7 +38,7 @@ def settle(compiled: Compiled, scene: SceneState, dt: float) -> list[Alarm]:
         restitution = combine(touch_of(things[a]), touch_of(things[b])).restitution
         for pair in pairs:
             model.pair_margin[pair] = -hair
-            model.pair_gap[pair] = hair
+            model.pair_gap[pair] += hair
             if depth > hair:
                 model.pair_solref[pair] = reference(restitution, dt, depth - hair)
         if depth > SILENT:

@@ -50,7 +50,8 @@ class ContactLog:
         self._parts.append(
             (
                 contact.geom.copy(),
-                distance.copy(),
+                # Beyond the overlap that the pair started with, see `settle`.
+                distance - contact.includemargin,
                 contact.pos.copy(),
                 contact.frame[:, :3].copy(),
                 contact.efc_address.copy(),

@@ -122,14 +122,12 @@ def _add(data: Any, edit: AddItem) -> Edit:
 
 def _renamed(edit: SetField, parent: Any, key: Any) -> str:
     """Where the field is found after the edit: setting an id or name moves its own path."""
-    label = _label(parent) if key in ("id", "name") else None
-    if label is not None and label == parent[key]:
-        head = edit.path.split(".")
-        if len(head) >= 2:
-            return ".".join([*head[:-2], label, head[-1]])
-    if isinstance(parent, list) and (new := _label(parent[key])) is not None:
-        return ".".join([*edit.path.split(".")[:-1], new])
-    return edit.path
+    head = edit.path.split(".")
+    label = _label(parent)
+    if label is not None and key == ("id" if "id" in parent else "name") and len(head) >= 2:
+        return ".".join([*head[:-2], label, head[-1]])
+    new = _label(parent[key]) if isinstance(parent, list) else None
+    return edit.path if new is None else ".".join([*head[:-1], new])
 
 
 def _label(item: Any) -> str | None:

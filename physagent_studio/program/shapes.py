@@ -235,11 +235,12 @@ def reach(body: Placed, direction: FloatArray) -> FloatArray:
     return body.support(directions) @ direction
 
 
-def gap(first: Placed, second: Placed, iterations: int = 24) -> FloatArray:
-    """(T,) distance between two bodies' surfaces, m; 0 where they overlap.
+def gap(first: Placed, second: Placed, iterations: int = 12) -> FloatArray:
+    """(T,) distance between two bodies' surfaces, m; negative (not below minus the overlap) inside.
 
-    Half-spaces are exact (and negative inside); pairs of outlines use Gilbert's algorithm
-    (E. G. Gilbert, SIAM J. Control 4, 1966), which comes down to the distance from above.
+    Half-spaces are exact. For two outlines it is the best separating plane among those square to
+    the bodies' axes and those that Gilbert's algorithm visits (E. G. Gilbert, SIAM J. Control 4,
+    1966): a bound from below, for boxes of half a metre within 5 mm.
     """
     if first.half_space is not None and second.half_space is not None:
         return np.zeros(1)
@@ -249,14 +250,29 @@ def gap(first: Placed, second: Placed, iterations: int = 24) -> FloatArray:
         return -reach(first, -second.half_space.normal) - second.half_space.offset
     length = max(len(first.positions), len(second.positions))
     one, two = _stretched(first, length), _stretched(second, length)
+    best = np.full(length, -np.inf)
+    for axis in range(3):
+        for matrices in (one.matrices, two.matrices):
+            for sign in (1.0, -1.0):
+                best = np.maximum(best, _separation(one, two, sign * matrices[:, :, axis])[0])
     v = one.positions - two.positions
     for _ in range(iterations):
-        # The point of the difference body one − two that lies farthest towards the origin.
-        w = one.support(-v) - two.support(v)
+        apart, w = _separation(one, two, v)
+        best = np.maximum(best, apart)
         step = v - w
         share = np.sum(v * step, -1) / np.maximum(np.sum(step * step, -1), _TINY)
         v = v - np.clip(share, 0, 1)[:, None] * step
-    return np.linalg.norm(v, axis=-1)
+    return best
+
+
+def _separation(one: Placed, two: Placed, direction: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """How far a plane square to a direction (T, 3) keeps the bodies apart, (T,) m, and the point
+    (T, 3) of the difference body one − two that lies farthest against it.
+    """
+    w = one.support(-direction) - two.support(direction)
+    length = np.linalg.norm(direction, axis=-1)
+    apart = np.sum(direction * w, -1) / np.maximum(length, _TINY)
+    return np.where(length > 1e-9, apart, -np.inf), w
 
 
 def _stretched(body: Placed, length: int) -> Placed:

@@ -1,0 +1,7 @@
+"""Image and clicks → scene: masks, camera, supports, shapes, places, textures, plate, checks."""
+
+from physagent_studio.reconstruction.meshes import mesh_of
+from physagent_studio.reconstruction.photo import photo_hash, read_photo
+from physagent_studio.reconstruction.reconstruct import reconstruct, scene_hash
+
+__all__ = ["mesh_of", "photo_hash", "read_photo", "reconstruct", "scene_hash"]

@@ -1,0 +1,140 @@
+"""What stands on what, read from the masks alone, before anything is placed in space."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from physagent_studio.reconstruction.masks import BoolArray, bounds
+from physagent_studio.reconstruction.names import words_of
+
+_ALOFT = re.compile(
+    r"\b(hang\w*|hung|hover\w*|float\w*|suspend\w*|dangl\w*|mid-?air|in the air|levitat\w*|airborne)\b"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Stance:
+    """Where an object's silhouette ends below, and what is there. Pixels.
+
+    box: (x0, y0, x1, y1). foot: middle of its lowest part. on: the object that it stands on,
+    seen directly under it. over: the object below it across a gap. aloft: the words say that
+    it hangs or floats.
+    """
+
+    name: str
+    box: tuple[int, int, int, int]
+    foot: tuple[float, float]
+    on: str | None = None
+    over: str | None = None
+    aloft: bool = False
+
+    @property
+    def width(self) -> int:
+        """Width of the silhouette, pixels."""
+        return self.box[2] - self.box[0]
+
+    @property
+    def height(self) -> int:
+        """Height of the silhouette, pixels."""
+        return self.box[3] - self.box[1]
+
+    @property
+    def extent(self) -> int:
+        """The longer visible side, pixels."""
+        return max(self.width, self.height)
+
+
+def read(masks: Mapping[str, BoolArray], prompt: str) -> dict[str, Stance]:
+    """The stance of every object whose mask is not empty."""
+    found: dict[str, Stance] = {}
+    for name, mask in masks.items():
+        if np.count_nonzero(mask) < 12:
+            continue
+        box = bounds(mask)
+        foot = foot_of(mask)
+        on = _directly_below(name, mask, masks)
+        over = None if on else _across_gap(name, box, masks)
+        found[name] = Stance(name, box, foot, on, over, is_aloft(name, masks, prompt))
+    return found
+
+
+def foot_of(mask: BoolArray) -> tuple[float, float]:
+    """Middle (x, y) of the lowest part of a mask; y is the lower edge of its lowest pixels."""
+    rows = np.flatnonzero(mask.any(1))
+    # A few stray pixels below the object shall not move its foot.
+    counts = np.cumsum(mask.sum(1)[::-1])[::-1]
+    solid = rows[counts[rows] >= max(2, 0.002 * counts[0])]
+    bottom = int(solid[-1]) if len(solid) else int(rows[-1])
+    band = max(2, round(0.03 * (rows[-1] - rows[0] + 1)))
+    columns = np.flatnonzero(mask[max(0, bottom - band) : bottom + 1].any(0))
+    return float(columns[0] + columns[-1] + 1) / 2, float(bottom + 1)
+
+
+def _lower_edge(mask: BoolArray) -> tuple[np.ndarray, np.ndarray]:
+    """Columns and the row just below the mask in each of them, where the mask faces down."""
+    columns = np.flatnonzero(mask.any(0))
+    last = mask.shape[0] - 1 - mask[::-1, columns].argmax(0)
+    lowest = last.max()
+    height = lowest - np.flatnonzero(mask.any(1))[0] + 1
+    # Only the part that could touch something: not the overhanging flanks.
+    low = last >= lowest - max(3, 0.3 * height)
+    return columns[low], last[low] + 1
+
+
+def _directly_below(name: str, mask: BoolArray, masks: Mapping[str, BoolArray]) -> str | None:
+    columns, rows = _lower_edge(mask)
+    x0, y0, x1, y1 = bounds(mask)
+    reach = max(4, round(0.05 * (y1 - y0)))
+    best: tuple[float, str] | None = None
+    for other, below in masks.items():
+        if other == name or not below.any():
+            continue
+        ox0, oy0, ox1, oy1 = bounds(below)
+        beneath = [
+            below[np.clip(rows + step, 0, mask.shape[0] - 1), columns] for step in range(reach)
+        ]
+        share = float(np.mean(np.any(beneath, axis=0)))
+        # What stands in front of a thing also ends it below, but reaches far up beside it.
+        deep = (y1 - oy0) / max(oy1 - oy0, 1)
+        centred = ox0 <= (x0 + x1) / 2 <= ox1
+        if share > 0.3 and deep < 0.5 and centred and oy1 > y1 and (best is None or share > best[0]):
+            best = (share, other)
+    return best[1] if best else None
+
+
+def _across_gap(
+    name: str, box: tuple[int, int, int, int], masks: Mapping[str, BoolArray]
+) -> str | None:
+    x0, _, x1, y1 = box
+    nearest: tuple[int, str] | None = None
+    for other, mask in masks.items():
+        if other == name or not mask.any():
+            continue
+        ox0, oy0, ox1, _ = bounds(mask)
+        shared = min(x1, ox1) - max(x0, ox0)
+        centred = ox0 <= (x0 + x1) / 2 <= ox1
+        if oy0 >= y1 - 2 and centred and shared > 0.5 * min(x1 - x0, ox1 - ox0):
+            gap = oy0 - y1
+            if nearest is None or gap < nearest[0]:
+                nearest = (gap, other)
+    return nearest[1] if nearest else None
+
+
+def is_aloft(name: str, names: Mapping[str, object], prompt: str) -> bool:
+    """Whether the sentence says, near the object's own name, that it hangs or floats."""
+    noun = (words_of(name) or ("",))[-1]
+    others = {(words_of(other) or ("",))[-1] for other in names if other != name} - {noun}
+    for sentence in re.split(r"[.;]", prompt.lower()):
+        for hit in _ALOFT.finditer(sentence):
+            around = sentence[max(0, hit.start() - 60) : hit.end() + 40]
+            owners = [word for word in (noun, *others) if word and word in around]
+            if owners:
+                where = hit.start() - max(0, hit.start() - 60)
+                owner = min(owners, key=lambda word: abs(around.find(word) - where))
+                if owner == noun:
+                    return True
+    return False

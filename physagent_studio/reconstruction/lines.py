@@ -1,0 +1,148 @@
+"""Straight edges of the picture, the points where they meet, and lines across it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.records.case import Image
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Segments:
+    """N straight edges: ends (N, 2, 2) pixels, length (N,), angle (N,) in −π/2 … π/2,
+
+    image y down, contrast (N,) grey levels across the edge.
+    """
+
+    ends: FloatArray
+    length: FloatArray
+    angle: FloatArray
+    contrast: FloatArray
+
+    def only(self, keep: NDArray) -> Segments:
+        """The segments that a boolean or index array selects."""
+        return Segments(self.ends[keep], self.length[keep], self.angle[keep], self.contrast[keep])
+
+
+def segments(image: Image, shortest: float = 0.03) -> Segments:
+    """Edges longer than `shortest` of the picture's diagonal, longest first."""
+    grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+    found = cv2.createLineSegmentDetector().detect(grey)[0]
+    ends = np.zeros((0, 2, 2)) if found is None else found.reshape(-1, 2, 2).astype(float)
+    delta = ends[:, 1] - ends[:, 0]
+    length = np.hypot(delta[:, 0], delta[:, 1])
+    keep = length > shortest * np.hypot(*image.shape[:2])
+    ends, delta, length = ends[keep], delta[keep], length[keep]
+    flip = delta[:, 0] < 0
+    ends[flip] = ends[flip][:, ::-1]
+    delta[flip] *= -1
+    angle = np.arctan2(delta[:, 1], delta[:, 0])
+    result = Segments(ends, length, angle, _contrast(image, ends, delta, length))
+    return result.only(np.argsort(-length, kind="stable"))
+
+
+def _contrast(
+    image: Image, ends: FloatArray, delta: FloatArray, length: FloatArray
+) -> FloatArray:
+    """Median colour step between the two sides of each edge, 2.5 pixels off."""
+    if not len(ends):
+        return np.zeros(0)
+    soft = cv2.cvtColor(cv2.GaussianBlur(image, (0, 0), 1.0), cv2.COLOR_RGB2LAB).astype(np.float32)
+    normal = np.stack([-delta[:, 1], delta[:, 0]], 1) / length[:, None]
+    along = np.linspace(0.05, 0.95, 24)[None, :, None]
+    middle = ends[:, :1] + along * delta[:, None]
+
+    def sample(points: FloatArray) -> NDArray:
+        x, y = points[..., 0].astype(np.float32), points[..., 1].astype(np.float32)
+        return cv2.remap(soft, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+
+    step = sample(middle + 2.5 * normal[:, None]) - sample(middle - 2.5 * normal[:, None])
+    return np.median(np.linalg.norm(step, axis=2), axis=1).astype(float)
+
+
+def meeting_points(found: Segments, size: tuple[int, int], most: int = 60) -> FloatArray:
+    """Vanishing points (M, 3): x, y in pixels and weight 0 … 1, strongest first, M ≤ 4.
+
+    Found by trying the crossings of all pairs of long, slanted edges and counting the edges
+    that point there. Weight is the share of the slanted edges' length that does.
+    """
+    slanted = (np.abs(found.angle) > np.radians(3)) & (np.abs(found.angle) < np.radians(75))
+    used = found.only(np.flatnonzero(slanted)[:most])
+    count = len(used.length)
+    if count < 3:
+        return np.zeros((0, 3))
+    homogeneous = np.concatenate([used.ends, np.ones((count, 2, 1))], 2)
+    lines = np.cross(homogeneous[:, 0], homogeneous[:, 1])
+    first, second = np.triu_indices(count, 1)
+    crossing = np.cross(lines[first], lines[second])
+    fine = np.abs(crossing[:, 2]) > 1e-6
+    spots = crossing[fine, :2] / crossing[fine, 2:]
+    width, height = size
+    spots = spots[(np.abs(spots[:, 1] - height / 2) < 2.5 * height)]
+    spots = spots[np.abs(spots[:, 0] - width / 2) < 6 * width]
+    points: list[tuple[float, float, float]] = []
+    free = np.ones(count, bool)
+    total = used.length.sum()
+    for _ in range(4):
+        if not len(spots) or np.count_nonzero(free) < 3:
+            break
+        votes = _pointing(used, spots) & free
+        weight = (votes * used.length).sum(1)
+        weight[votes.sum(1) < 3] = 0
+        best = int(weight.argmax())
+        if weight[best] < 0.12 * total:
+            break
+        points.append((*(float(v) for v in _refined(lines[votes[best]])), weight[best] / total))
+        free &= ~votes[best]
+    return np.array(points).reshape(-1, 3)
+
+
+def _pointing(used: Segments, spots: FloatArray) -> NDArray[np.bool_]:
+    """(S, N): whether segment n points at spot s within 1.5°, and does not contain it."""
+    middle = used.ends.mean(1)
+    toward = spots[:, None] - middle[None]
+    distance = np.hypot(toward[..., 0], toward[..., 1])
+    direction = np.stack([np.cos(used.angle), np.sin(used.angle)], 1)
+    off = np.abs(toward[..., 0] * direction[:, 1] - toward[..., 1] * direction[:, 0])
+    near = off < np.sin(np.radians(1.5)) * np.maximum(distance, 1)
+    return near & (distance > 0.75 * used.length)
+
+
+def _refined(lines: FloatArray) -> FloatArray:
+    """The point nearest to a bundle of homogeneous lines, in pixels."""
+    unit = lines / np.hypot(lines[:, 0], lines[:, 1])[:, None]
+    solution, *_ = np.linalg.lstsq(unit[:, :2], -unit[:, 2], rcond=None)
+    return solution
+
+
+def level_transitions(image: Image) -> list[tuple[float, float]]:
+    """Rows (y, strength) where most columns change colour together: a wall's foot, a shore.
+
+    strength: share of the columns that step there by more than their usual noise.
+    """
+    height = 240
+    small = cv2.resize(image, (64, height), interpolation=cv2.INTER_AREA)
+    lab = cv2.cvtColor(small, cv2.COLOR_RGB2LAB).astype(np.float32)
+    step = np.zeros((height, 64), np.float32)
+    reach = 4
+    for k in range(reach, height - reach):
+        before, after = lab[k - reach : k].mean(0), lab[k : k + reach].mean(0)
+        step[k] = np.linalg.norm(after - before, axis=1)
+    noise = np.maximum(np.median(step, 0) * 3, 6.0)
+    share = (step > noise).mean(1)
+    share = cv2.GaussianBlur(share.reshape(-1, 1).astype(np.float32), (1, 5), 1.0).ravel()
+    found: list[tuple[float, float]] = []
+    scale = image.shape[0] / height
+    while len(found) < 4:
+        k = int(share.argmax())
+        if share[k] < 0.55:
+            break
+        found.append((k * scale, float(share[k])))
+        share[max(0, k - 10) : k + 11] = 0
+    return found

@@ -1,0 +1,224 @@
+"""Triangle meshes of every shape, in the body frame (origin at the centre of mass), m.
+
+Faces are counter-clockwise seen from outside and fine enough to carry a projected photograph.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from physagent_studio.errors import InputError
+from physagent_studio.program.scene import (
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Floor,
+    Frustum,
+    Ramp,
+    Revolved,
+    Shape,
+    Slab,
+    Sphere,
+    SupportShape,
+    Wall,
+)
+from physagent_studio.program.rotations import about_up, matrix_of
+from physagent_studio.records.scene import Mesh
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+
+AROUND = 48
+"""Vertices around an axis."""
+
+
+def mesh_of(shape: Shape) -> Mesh:
+    """The mesh of a shape that its numbers define alone.
+
+    `Inflated` and `Meshed` need more than their numbers; see `inflation.inflated_mesh` and
+    `Scene.meshes`. Raises InputError for these.
+    """
+    if isinstance(shape, Sphere):
+        return _spheroid((shape.radius,) * 3)
+    if isinstance(shape, Ellipsoid):
+        return _spheroid(shape.radii)
+    if isinstance(shape, Box):
+        return box_mesh(shape.size)
+    if isinstance(shape, Cylinder):
+        half = shape.height / 2
+        return turned([(-half, shape.radius), (half, shape.radius)])
+    if isinstance(shape, Capsule):
+        return turned(capsule_profile(shape), smooth=True)
+    if isinstance(shape, Frustum):
+        low = -frustum_centre(shape)
+        ends = [(low, shape.bottom_radius), (low + shape.height, shape.top_radius)]
+        return turned(ends)
+    if isinstance(shape, Revolved):
+        return turned(list(shape.profile))
+    raise InputError(f"a shape of kind '{shape.kind}' has its mesh in the scene, not in its numbers")
+
+
+def frustum_centre(shape: Frustum) -> float:
+    """Height of the centre of mass above the bottom, m."""
+    a, b = shape.bottom_radius, shape.top_radius
+    return shape.height / 4 * (a * a + 2 * a * b + 3 * b * b) / max(a * a + a * b + b * b, 1e-18)
+
+
+def capsule_profile(shape: Capsule) -> list[tuple[float, float]]:
+    """(z, radius) of a capsule from bottom to top, z from its middle."""
+    straight = max(shape.height / 2 - shape.radius, 0.0)
+    turns = np.linspace(-math.pi / 2, 0, 13)
+    low = [(-straight + shape.radius * math.sin(t), shape.radius * math.cos(t)) for t in turns]
+    return low + [(-z, r) for z, r in reversed(low)]
+
+
+def profile_centre(profile: list[tuple[float, float]]) -> float:
+    """z of the centre of mass of a solid of revolution made of frusta."""
+    volume = moment = 0.0
+    for (z0, a), (z1, b) in zip(profile, profile[1:], strict=False):
+        height = z1 - z0
+        part = height * (a * a + a * b + b * b) / 3
+        if abs(part) < 1e-18:
+            continue
+        centre = height / 4 * (a * a + 2 * a * b + 3 * b * b) / (a * a + a * b + b * b)
+        volume += part
+        moment += part * (z0 + centre)
+    return moment / volume if volume > 0 else (profile[0][0] + profile[-1][0]) / 2
+
+
+def _spheroid(radii: tuple[float, float, float]) -> Mesh:
+    turns = np.linspace(-math.pi / 2, math.pi / 2, 33)
+    unit = turned([(math.sin(t), max(math.cos(t), 0.0)) for t in turns], smooth=True)
+    return Mesh(unit.vertices * np.array(radii), unit.faces)
+
+
+def turned(profile: list[tuple[float, float]], *, smooth: bool = False) -> Mesh:
+    """A closed surface of revolution about z; `profile` is (z, radius) from bottom to top.
+
+    Long straight parts and flat ends are divided, unless `smooth` says it is fine as it is.
+    """
+    rings = [(float(z), float(r)) for z, r in profile]
+    if not smooth:
+        rings = _divided(rings)
+    scale = max(max(r for _, r in rings), 1e-9)
+    inner = [(z, r) for z, r in rings if r > 1e-6 * scale]
+    angle = np.arange(AROUND) * 2 * math.pi / AROUND
+    circle = np.stack([np.cos(angle), np.sin(angle)], 1)
+    parts = [np.column_stack([circle * r, np.full(AROUND, z)]) for z, r in inner]
+    bottom, top = AROUND * len(inner), AROUND * len(inner) + 1
+    poles = np.array([[0, 0, rings[0][0]], [0, 0, rings[-1][0]]])
+    here = np.arange(AROUND)
+    after = (here + 1) % AROUND
+    faces = [np.stack([np.full(AROUND, bottom), after, here], 1)]
+    for k in range(len(inner) - 1):
+        low, high = k * AROUND, (k + 1) * AROUND
+        faces.append(np.stack([low + here, low + after, high + after], 1))
+        faces.append(np.stack([low + here, high + after, high + here], 1))
+    last = (len(inner) - 1) * AROUND
+    faces.append(np.stack([np.full(AROUND, top), last + here, last + after], 1))
+    return Mesh(np.vstack([*parts, poles]), np.vstack(faces).astype(np.int32))
+
+
+def _divided(rings: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """More rings on long straight parts, and on the flat discs at both ends."""
+    low, high = rings[0], rings[-1]
+    full = [(low[0], 0.0)] if low[1] > 0 else []
+    full += rings
+    full += [(high[0], 0.0)] if high[1] > 0 else []
+    length = sum(math.dist(a, b) for a, b in zip(full, full[1:], strict=False))
+    out: list[tuple[float, float]] = [full[0]]
+    for a, b in zip(full, full[1:], strict=False):
+        pieces = max(1, min(16, round(28 * math.dist(a, b) / max(length, 1e-12))))
+        out += [
+            (a[0] + (b[0] - a[0]) * k / pieces, a[1] + (b[1] - a[1]) * k / pieces)
+            for k in range(1, pieces + 1)
+        ]
+    return out
+
+
+def box_mesh(size: ArrayLike, pieces: int = 10) -> Mesh:
+    """A box of the given edge lengths about the origin, each side cut into pieces²."""
+    half = np.asarray(size, float) / 2
+    steps = np.linspace(-1, 1, pieces + 1)
+    u, v = (grid.ravel() for grid in np.meshgrid(steps, steps, indexing="ij"))
+    k = np.arange((pieces + 1) ** 2).reshape(pieces + 1, pieces + 1)
+    a, b, c, d = (part.ravel() for part in (k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]))
+    quad = np.vstack([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    vertices, faces = [], []
+    for axis in range(3):
+        for sign in (1.0, -1.0):
+            side = np.zeros((len(u), 3))
+            side[:, axis] = sign
+            side[:, (axis + 1) % 3], side[:, (axis + 2) % 3] = u, v
+            offset = len(u) * len(vertices)
+            vertices.append(side * half)
+            faces.append((quad if sign > 0 else quad[:, ::-1]) + offset)
+    return Mesh(np.vstack(vertices), np.vstack(faces).astype(np.int32))
+
+
+# --- supports, in the world frame ---------------------------------------------------------------
+
+
+def support_mesh(shape: SupportShape, reach: float) -> Mesh:
+    """A mesh to look at, world frame; half-spaces are drawn as squares of half-width `reach`."""
+    makers: dict[type, Callable[..., Mesh]] = {Floor: _floor, Wall: _wall}
+    if isinstance(shape, Slab):
+        mesh = box_mesh(shape.size, pieces=1)
+        turn = matrix_of(about_up(shape.yaw))
+        return Mesh(mesh.vertices @ turn.T + np.array(shape.position), mesh.faces)
+    if isinstance(shape, Ramp):
+        return _wedge(shape)
+    return makers[type(shape)](shape, reach)
+
+
+def _floor(shape: Floor, reach: float) -> Mesh:
+    z = shape.height
+    corners = [[-reach, -reach, z], [reach, -reach, z], [reach, reach, z], [-reach, reach, z]]
+    return Mesh(np.array(corners, float), np.array([[0, 1, 2], [0, 2, 3]], np.int32))
+
+
+def _wall(shape: Wall, reach: float) -> Mesh:
+    along = np.array([-math.sin(shape.yaw), math.cos(shape.yaw), 0.0])
+    up = np.array([0.0, 0.0, 1.0])
+    base = np.array([shape.point[0], shape.point[1], 0.0])
+    corners = [base - reach * along, base + reach * along]
+    corners += [corner + reach * up for corner in reversed(corners)]
+    return Mesh(np.array(corners), np.array([[0, 1, 2], [0, 2, 3]], np.int32))
+
+
+def ramp_corners(shape: Ramp) -> FloatArray:
+    """World corners (2, K, 3): both sides of the wedge's profile, from the toe along the base."""
+    ahead = np.array([math.cos(shape.yaw), math.sin(shape.yaw), 0.0])
+    side = np.array([-math.sin(shape.yaw), math.cos(shape.yaw), 0.0]) * shape.width / 2
+    length = shape.run + shape.plateau
+    profile = [(0.0, 0.0), (length, 0.0), (length, shape.rise)]
+    if shape.plateau > 0:
+        profile.append((shape.run, shape.rise))
+    middle = [np.array(shape.toe) + a * ahead + np.array([0, 0, h]) for a, h in profile]
+    return np.array([[point - side for point in middle], [point + side for point in middle]])
+
+
+def _wedge(shape: Ramp) -> Mesh:
+    corners = ramp_corners(shape)
+    count = corners.shape[1]
+    faces = [(0, k, k + 1) for k in range(1, count - 1)]
+    faces += [(count, count + k + 1, count + k) for k in range(1, count - 1)]
+    for k in range(count):
+        a, b = k, (k + 1) % count
+        faces += [(a, count + a, count + b), (a, count + b, b)]
+    return Mesh(corners.reshape(-1, 3), np.array(faces, np.int32))
+
+
+def volume_and_centre(vertices: FloatArray, faces: IntArray) -> tuple[float, FloatArray]:
+    """Signed volume (m³) and centre of mass (3,) of a closed mesh."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    parts = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
+    total = float(parts.sum())
+    if abs(total) < 1e-15:
+        return total, vertices.mean(0)
+    return total, (parts[:, None] * (a + b + c) / 4).sum(0) / total

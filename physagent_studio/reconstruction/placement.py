@@ -1,0 +1,219 @@
+"""Objects put in their places, from the ground up: nothing penetrates, nothing floats unasked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import Inflated, Meshed, Ramp, SceneObject, Support
+from physagent_studio.reconstruction.contact import vertical_gap
+from physagent_studio.reconstruction.forms import Form, forms, highest, lowest
+from physagent_studio.reconstruction.geometry import (
+    CLEARANCE,
+    metres_per_pixel,
+    on_plane,
+    on_upright,
+)
+from physagent_studio.reconstruction.inflation import inflated_mesh
+from physagent_studio.reconstruction.layout import Stance
+from physagent_studio.reconstruction.masks import BoolArray, bounds
+from physagent_studio.reconstruction.meshes import mesh_of
+from physagent_studio.reconstruction.ramps import height_at
+from physagent_studio.reconstruction.shapes import Base
+from physagent_studio.reconstruction.silhouette import in_world
+from physagent_studio.reconstruction.survey import Survey
+from physagent_studio.records.scene import Mesh
+
+FloatArray = NDArray[np.float64]
+HOLD_ON_OBJECT = 0.6
+"""How strongly something on an object is taken to stand right above that object's middle."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Placed:
+    """Objects in place with their meshes (body frame, untextured)."""
+
+    objects: tuple[SceneObject, ...]
+    meshes: Mapping[str, Mesh]
+    forms: Mapping[str, str] = field(default_factory=dict)
+
+
+def place_all(
+    objects: tuple[SceneObject, ...],
+    supports: tuple[Support, ...],
+    masks: Mapping[str, BoolArray],
+    stances: Mapping[str, Stance],
+    read: Survey,
+    given: Mapping[str, Mesh],
+    tick: Callable[[float], None],
+) -> Placed:
+    """Every object with its open fields filled. given: meshes of `Meshed` shapes by name."""
+    done: dict[str, tuple[SceneObject, Mesh]] = {}
+    kinds: dict[str, str] = {}
+    order = _from_the_ground(objects, read)
+    for count, item in enumerate(order):
+        stance = stances.get(item.name)
+        if stance is None:
+            continue
+        form = _form(item, stance, masks[item.name], read, supports, done, given)
+        kinds[item.name] = form.kind
+        done[item.name] = (_settled(item, form, read, supports, done), form.mesh)
+        tick((count + 1) / len(order))
+    placed = tuple(done[item.name][0] if item.name in done else item for item in objects)
+    return Placed(placed, {name: mesh for name, (_, mesh) in done.items()}, kinds)
+
+
+def _from_the_ground(objects: tuple[SceneObject, ...], read: Survey) -> list[SceneObject]:
+    """Lower things first: an object comes after what it stands on or hangs above."""
+
+    def level(name: str) -> int:
+        steps, below = 0, name
+        while steps < len(objects) and below in read.on:
+            nxt = read.under.get(below) if read.on[below] == "air" else read.on[below]
+            if nxt is None:
+                break
+            below, steps = nxt, steps + 1
+        return steps
+
+    return sorted(objects, key=lambda item: level(item.name))
+
+
+def _form(
+    item: SceneObject,
+    stance: Stance,
+    mask: BoolArray,
+    read: Survey,
+    supports: tuple[Support, ...],
+    done: Mapping[str, tuple[SceneObject, Mesh]],
+    given: Mapping[str, Mesh],
+) -> Form:
+    """The object's shape: the given one in its place, or the best that the picture shows."""
+    base = _base(stance, read, supports, done)
+    if item.shape is None:
+        return forms(read.camera, mask, base, read.usual[item.name])[0]
+    if isinstance(item.shape, Inflated):
+        mesh = inflated_mesh(mask, read.camera, item.shape)
+    elif isinstance(item.shape, Meshed):
+        mesh = given[item.name]
+    else:
+        mesh = mesh_of(item.shape)
+    position = item.position or _place_given(read.camera, mask, base, mesh, item)
+    return Form(item.shape.kind, item.shape, mesh, position, item.rotation, 1.0, 1.0)
+
+
+def _place_given(
+    camera: Camera, mask: BoolArray, base: Base, mesh: Mesh, item: SceneObject
+) -> tuple[float, float, float]:
+    """A known body at the base: its near side where the foot is seen, its middle in the mask's."""
+    x0, y0, x1, y1 = bounds(mask)
+    reach = float(np.ptp(mesh.vertices[:, 1])) / 2
+    y = base.y + (reach if base.hold < 1 and not base.free_z else 0.0)
+    centre = on_upright(camera, [((x0 + x1) / 2, (y0 + y1) / 2)], y)[0]
+    z = float(centre[2]) if base.free_z else base.z - lowest(mesh, item.rotation)
+    return float(centre[0]), y, z
+
+
+def _base(
+    stance: Stance,
+    read: Survey,
+    supports: tuple[Support, ...],
+    done: Mapping[str, tuple[SceneObject, Mesh]],
+) -> Base:
+    on = read.on[stance.name]
+    if on == "air":
+        return _in_the_air(stance, read, done)
+    if on in done:
+        below, mesh = done[on]
+        assert below.position is not None
+        z = below.position[2] + highest(mesh, below.rotation)
+        x = float(on_upright(read.camera, [stance.foot], below.position[1])[0, 0])
+        return Base(x, below.position[1], z, HOLD_ON_OBJECT)
+    shape = next((s.shape for s in supports if s.name == on), None)
+    if isinstance(shape, Ramp):
+        spot = on_upright(read.camera, [stance.foot], shape.toe[1])[0]
+        height = height_at(shape, float(spot[0]), shape.toe[1])
+        return Base(float(spot[0]), shape.toe[1], height if height is not None else 0.0, 1.0)
+    top = read.tops.get(on, 0.0)
+    spot = on_plane(read.camera, [stance.foot], top)[0]
+    if not np.isfinite(spot).all():
+        return _in_the_air(stance, read, done)
+    return Base(float(spot[0]), float(spot[1]), top)
+
+
+def _in_the_air(
+    stance: Stance, read: Survey, done: Mapping[str, tuple[SceneObject, Mesh]]
+) -> Base:
+    """On the plumb line above what is beneath it, else as far as its usual size says."""
+    beneath = read.under.get(stance.name)
+    if beneath in done:
+        position = done[beneath][0].position
+        assert position is not None
+        y = position[1]
+    else:
+        depth = read.usual[stance.name].metres * read.camera.focal / max(stance.extent, 1)
+        ray = read.camera.rays(np.array([stance.foot]))[0]
+        y = read.camera.position[1] + depth * float(ray[1])
+    spot = on_upright(read.camera, [stance.foot], y)[0]
+    return Base(float(spot[0]), y, float(spot[2]), 1.0, free_z=True)
+
+
+def _settled(
+    item: SceneObject,
+    form: Form,
+    read: Survey,
+    supports: tuple[Support, ...],
+    done: Mapping[str, tuple[SceneObject, Mesh]],
+) -> SceneObject:
+    """The object with its fields filled, lowered or raised onto what it stands on."""
+    on = read.on[item.name]
+    update: dict[str, object] = {"shape": form.shape, "support": on}
+    if item.shape is None:
+        update["rotation"] = form.rotation
+    position = form.position
+    if item.position is None and on != "air":
+        trial = item.model_copy(update={**update, "position": position})
+        position = (position[0], position[1], _resting_z(trial, form.mesh, read, supports, done))
+    update["position"] = position
+    return item.model_copy(update=update)
+
+
+def _resting_z(
+    item: SceneObject,
+    mesh: Mesh,
+    read: Survey,
+    supports: tuple[Support, ...],
+    done: Mapping[str, tuple[SceneObject, Mesh]],
+) -> float:
+    """z of the centre of mass with the body touching what it stands on."""
+    assert item.position is not None
+    on = item.support
+    if on in done:
+        below, body = done[on]
+        gap = vertical_gap(in_world(item, mesh), mesh.faces, in_world(below, body), body.faces)
+        return item.position[2] - (gap or 0.0) + CLEARANCE
+    shape = next((s.shape for s in supports if s.name == on), None)
+    if isinstance(shape, Ramp):
+        return _on_ramp(item, mesh, shape) + CLEARANCE
+    return read.tops.get(on or "", 0.0) - lowest(mesh, item.rotation) + CLEARANCE
+
+
+def _on_ramp(item: SceneObject, mesh: Mesh, ramp: Ramp) -> float:
+    """z at which the lowest-lying vertex touches the ramp's surface."""
+    assert item.position is not None
+    world = in_world(item, mesh)
+    need = [
+        height - float(point[2])
+        for point in world[:: max(1, len(world) // 1500)]
+        for height in [height_at(ramp, float(point[0]), float(point[1]))]
+        if height is not None
+    ]
+    return item.position[2] + max(need, default=0.0)
+
+
+def pixel_size(camera: Camera, item: SceneObject) -> float:
+    """Size of a pixel at an object's centre, m."""
+    return metres_per_pixel(camera, item.position or (0.0, 1.0, 0.0))

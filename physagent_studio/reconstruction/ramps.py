@@ -1,0 +1,177 @@
+"""Ramps: the profile that the picture shows, in an upright plane that faces the camera."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import Ramp
+from physagent_studio.reconstruction.geometry import on_plane, on_upright_through
+from physagent_studio.reconstruction.lines import Segments
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """A ramp's outline in pixels: where its slope meets the ground, its upper end, and the far
+
+    end of the plateau behind it (equal to `top` where there is none).
+    """
+
+    toe: tuple[float, float]
+    top: tuple[float, float]
+    end: tuple[float, float]
+
+    @property
+    def uphill(self) -> int:
+        """+1 where the ramp rises to the right of the picture, −1 where it rises to the left."""
+        return 1 if self.top[0] >= self.toe[0] else -1
+
+    def surface(self, x: float) -> float | None:
+        """Row of the ramp's upper surface at column x; None beside it."""
+        columns = [self.toe[0], self.top[0], self.end[0]]
+        rows = [self.toe[1], self.top[1], self.end[1]]
+        if not min(columns) <= x <= max(columns):
+            return None
+        order = np.argsort(columns, kind="stable")
+        return float(np.interp(x, np.array(columns)[order], np.array(rows)[order]))
+
+
+def find_profile(
+    found: Segments, clicks: Sequence[tuple[float, float]], size: tuple[int, int]
+) -> Profile | None:
+    """The slope near the clicks, its toe and top, and the plateau that continues it.
+
+    Three clicks are taken as toe, foot below the top, and top.
+    """
+    if len(clicks) == 3:
+        toe, _, top = clicks
+        return Profile(toe, top, top)
+    slope = _slope(found, clicks, size)
+    if slope is None:
+        return None
+    toe, top = slope
+    return Profile(toe, top, _plateau(found, toe, top, size))
+
+
+def _slope(
+    found: Segments, clicks: Sequence[tuple[float, float]], size: tuple[int, int]
+) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    """Ends (lower, upper) of the best oblique edge: long, and near a click."""
+    oblique = (np.abs(found.angle) > math.radians(6)) & (np.abs(found.angle) < math.radians(65))
+    used = found.only(oblique)
+    if not len(used.length):
+        return None
+    joined, length = _joined(used)
+    reach = 0.12 * max(size)
+    distance = np.full(len(length), np.inf)
+    for click in clicks:
+        distance = np.minimum(distance, [_distance(np.array(click), ends) for ends in joined])
+    merit = length * np.exp(-((distance / (2 * reach)) ** 2))
+    # The upper edge of a slope carries things; its lower edges lie below it.
+    best = np.flatnonzero(merit > 0.7 * merit.max())
+    ends = joined[min(best, key=lambda k: float(joined[k][:, 1].mean()))]
+    low, high = sorted(ends.tolist(), key=lambda point: -point[1])
+    return (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
+
+
+def _joined(used: Segments) -> tuple[FloatArray, FloatArray]:
+    """Collinear pieces merged into one edge each: ends (N, 2, 2) and covered length (N,)."""
+    ends, lengths = [], []
+    for k in range(min(len(used.length), 40)):
+        direction = np.array([math.cos(used.angle[k]), math.sin(used.angle[k])])
+        off = used.ends - used.ends[k].mean(0)
+        across = np.abs(off[..., 0] * direction[1] - off[..., 1] * direction[0]).max(1)
+        turn = np.abs(used.angle - used.angle[k])
+        mine = (across < 4) & (turn < math.radians(4))
+        spots = used.ends[mine].reshape(-1, 2)
+        along = (spots - used.ends[k].mean(0)) @ direction
+        ends.append([spots[along.argmin()], spots[along.argmax()]])
+        lengths.append(float(used.length[mine].sum()))
+    return np.array(ends), np.array(lengths)
+
+
+def _distance(point: FloatArray, ends: FloatArray) -> float:
+    """Distance of a point from a segment, pixels."""
+    a, b = ends
+    along = float(np.clip((point - a) @ (b - a) / max(float((b - a) @ (b - a)), 1e-9), 0, 1))
+    return float(np.linalg.norm(point - a - along * (b - a)))
+
+
+def _plateau(
+    found: Segments,
+    toe: tuple[float, float],
+    top: tuple[float, float],
+    size: tuple[int, int],
+) -> tuple[float, float]:
+    """Far end of a level edge that starts at the slope's upper end and leads away from it."""
+    away = 1 if top[0] >= toe[0] else -1
+    near = 0.035 * max(size)
+    best = top
+    for ends, angle in zip(found.ends, found.angle, strict=True):
+        if abs(angle) > math.radians(5):
+            continue
+        start, finish = (ends[0], ends[1]) if away > 0 else (ends[1], ends[0])
+        touches = abs(start[1] - top[1]) < near and (start[0] - top[0]) * away < 2 * near
+        if touches and (finish[0] - best[0]) * away > 0 and (finish[0] - top[0]) * away > near:
+            best = (float(finish[0]), top[1])
+    return best
+
+
+def place_ramp(camera: Camera, profile: Profile, width: float | None = None) -> Ramp | None:
+    """The ramp on the floor z = 0 with this profile, in the upright plane through its toe.
+
+    None where the toe lies above the horizon. width: across, m; by default 0.4 of its length.
+    """
+    toe = on_plane(camera, [profile.toe], 0.0)[0]
+    if not np.isfinite(toe).all():
+        return None
+    spots = on_upright_through(camera, [profile.top, profile.end], toe, (0.0, 1.0, 0.0))
+    run, rise = abs(float(spots[0, 0] - toe[0])), float(spots[0, 2])
+    plateau = max(abs(float(spots[1, 0] - toe[0])) - run, 0.0)
+    if run < 1e-3 or rise < 1e-3:
+        return None
+    across = width or 0.4 * (run + plateau)
+    # The edge that is seen is the near one: the ramp's middle lies half its width behind.
+    place = (float(toe[0]), float(toe[1]) + across / 2, 0.0)
+    yaw = 0.0 if profile.uphill > 0 else math.pi
+    return Ramp(toe=place, yaw=yaw, run=run, rise=rise, width=across, plateau=plateau)
+
+
+def three_click_ramp(camera: Camera, clicks: Sequence[tuple[float, float]]) -> Ramp | None:
+    """The ramp from its toe, the foot below its top, and its top, all on one side of it."""
+    ground = on_plane(camera, clicks[:2], 0.0)
+    if not np.isfinite(ground).all():
+        return None
+    toe, foot = ground
+    ahead = foot - toe
+    run = float(np.hypot(ahead[0], ahead[1]))
+    if run < 1e-3:
+        return None
+    normal = np.cross(ahead / run, (0.0, 0.0, 1.0))
+    top = on_upright_through(camera, clicks[2:3], toe, normal)[0]
+    rise = float(top[2])
+    if not math.isfinite(rise) or rise < 1e-3:
+        return None
+    width = 0.4 * run
+    back = normal if normal[1] > 0 else -normal
+    place = toe + back * width / 2
+    yaw = math.atan2(ahead[1], ahead[0])
+    return Ramp(
+        toe=(float(place[0]), float(place[1]), 0.0), yaw=yaw, run=run, rise=rise, width=width
+    )
+
+
+def height_at(ramp: Ramp, x: float, y: float) -> float | None:
+    """Height of the ramp's surface under a world place, m; None beside it."""
+    ahead = (x - ramp.toe[0]) * math.cos(ramp.yaw) + (y - ramp.toe[1]) * math.sin(ramp.yaw)
+    across = -(x - ramp.toe[0]) * math.sin(ramp.yaw) + (y - ramp.toe[1]) * math.cos(ramp.yaw)
+    if abs(across) > ramp.width / 2 or not 0 <= ahead <= ramp.run + ramp.plateau:
+        return None
+    return ramp.toe[2] + ramp.rise * min(ahead / ramp.run, 1.0)

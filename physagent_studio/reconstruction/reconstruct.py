@@ -1,0 +1,219 @@
+"""`reconstruct`: a picture and a scene state with open fields → a scene with none.
+
+The order: masks, what stands on what, camera and metres, supports, objects from the ground up,
+landmarks, textures, background plate, checks. Only what is open is filled; masks and the plate
+of an earlier scene are reused where their inputs did not change.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.errors import Cancelled, InputError
+from physagent_studio.program.scene import Grounding, SceneState
+from physagent_studio.reconstruction import findings, landmarks, layout, supports
+from physagent_studio.reconstruction.lines import segments
+from physagent_studio.reconstruction.meshes import support_mesh
+from physagent_studio.reconstruction.names import support_kind
+from physagent_studio.reconstruction.placement import place_all
+from physagent_studio.reconstruction.plate import fill, hole_of
+from physagent_studio.reconstruction.segmentation import EmbeddedSegmenter, Segmenter, choose
+from physagent_studio.reconstruction.survey import survey
+from physagent_studio.reconstruction.texture import textured
+from physagent_studio.records.case import Case, Image
+from physagent_studio.records.scene import Candidate, Mesh, Scene
+
+BoolArray = NDArray[np.bool_]
+VERSION = "1"
+"""Changes whenever the same input gives another scene."""
+
+
+class _Run:
+    """Progress and cancellation of one reconstruction."""
+
+    def __init__(
+        self,
+        cancelled: Callable[[], bool] | None,
+        progress: Callable[[str, float], None] | None,
+    ) -> None:
+        self.cancelled = cancelled
+        self.progress = progress
+
+    def at(self, what: str, share: float) -> None:
+        if self.cancelled is not None and self.cancelled():
+            raise Cancelled("the reconstruction was cancelled")
+        if self.progress is not None:
+            self.progress(what, share)
+
+
+def reconstruct(
+    case: Case,
+    state: SceneState,
+    *,
+    previous: Scene | None = None,
+    cancelled: Callable[[], bool] | None = None,
+    progress: Callable[[str, float], None] | None = None,
+    segmenter: Segmenter | None = None,
+) -> Scene:
+    """The scene that a picture shows, every open field of `state` filled.
+
+    previous: an earlier scene of the same picture; what did not change is taken from it.
+    cancelled: asked between steps. progress: called with the step's name and 0 … 1.
+    Raises InputError where there is no photo or an object was neither clicked nor boxed,
+    Cancelled when `cancelled` says so.
+    """
+    if case.image is None:
+        raise InputError("there is no photo to reconstruct; give a case with an image")
+    key = scene_hash(case, state)
+    if previous is not None and previous.hash == key:
+        return previous
+    run = _Run(cancelled, progress)
+    image = case.image
+    run.at("masks", 0.0)
+    candidates = _candidates(case, state, previous, segmenter or EmbeddedSegmenter(), run)
+    groundings = [(item.name, item.grounding) for item in state.objects]
+    masks = choose(candidates, groundings, image.shape[:2])
+    regions = _regions(state, candidates, masks)
+    run.at("camera", 0.45)
+    found = segments(image)
+    stances = layout.read(masks, case.prompt)
+    read = survey(case, image, state, stances, regions, found)
+    run.at("supports", 0.5)
+    solid, open_supports = supports.resolve(state, read, stances, regions, found)
+    run.at("objects", 0.55)
+    given = dict(previous.meshes) if previous is not None else {}
+    placed = place_all(
+        state.objects,
+        solid,
+        masks,
+        stances,
+        read,
+        given,
+        lambda share: run.at("objects", 0.55 + 0.2 * share),
+    )
+    marks, open_marks = landmarks.resolve(state.landmarks, read.camera, solid)
+    flags = tuple(dict.fromkeys((*state.flags, *open_supports, *open_marks)))
+    done = state.model_copy(
+        update={
+            "camera": read.camera,
+            "horizon": read.camera.horizon,
+            "scale": read.scale,
+            "objects": placed.objects,
+            "supports": solid,
+            "landmarks": marks,
+            "flags": flags[:64],
+        }
+    )
+    run.at("textures", 0.78)
+    meshes = {
+        item.name: textured(image, masks[item.name], read.camera, item, placed.meshes[item.name])
+        for item in placed.objects
+        if item.name in placed.meshes
+    }
+    run.at("background", 0.82)
+    plate = _plate(image, masks, previous)
+    run.at("checks", 0.97)
+    checks = findings.measure(done, masks, meshes, candidates)
+    run.at("done", 1.0)
+    return Scene(
+        state=done,
+        photo=image,
+        plate=plate,
+        masks=MappingProxyType(masks),
+        meshes=MappingProxyType(meshes),
+        support_meshes=MappingProxyType(_support_meshes(done)),
+        candidates=MappingProxyType(candidates),
+        findings=checks,
+        hash=key,
+    )
+
+
+def scene_hash(case: Case, state: SceneState) -> str:
+    """SHA-256 of everything that a reconstruction depends on."""
+    parts = (VERSION, case.image_hash, case.prompt, state.model_dump_json())
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+
+
+def _candidates(
+    case: Case,
+    state: SceneState,
+    previous: Scene | None,
+    segmenter: Segmenter,
+    run: _Run,
+) -> dict[str, tuple[Candidate, ...]]:
+    """Candidates of objects and of clicked supports; reused where no click changed."""
+    assert case.image is not None
+    tasks = _clicked(state)
+    for name, grounding in tasks:
+        height, width = case.image.shape[:2]
+        for click in grounding.points:
+            if not (0 <= click.x < width and 0 <= click.y < height):
+                raise InputError(
+                    f"the click ({click.x:g}, {click.y:g}) on '{name}' lies outside the picture"
+                    f" of {width} × {height} pixels"
+                )
+    if previous is not None and _same_clicks(_clicked(previous.state), tasks):
+        return dict(previous.candidates)
+    out = segmenter.segment(case.image, tasks, run.cancelled)
+    run.at("masks", 0.44)
+    return out
+
+
+def _clicked(state: SceneState) -> list[tuple[str, Grounding]]:
+    tasks = [(item.name, item.grounding) for item in state.objects]
+    tasks += [
+        (item.name, item.grounding)
+        for item in state.supports
+        if item.grounding.points and support_kind(item.name) == "slab"
+    ]
+    return tasks
+
+
+def _same_clicks(
+    before: list[tuple[str, Grounding]], after: list[tuple[str, Grounding]]
+) -> bool:
+    def plain(tasks: list[tuple[str, Grounding]]) -> list[tuple[str, Grounding]]:
+        return [(name, g.model_copy(update={"candidate": 0})) for name, g in tasks]
+
+    return plain(before) == plain(after)
+
+
+def _regions(
+    state: SceneState,
+    candidates: Mapping[str, tuple[Candidate, ...]],
+    masks: Mapping[str, BoolArray],
+) -> dict[str, BoolArray]:
+    """Masks of the clicked supports, without the objects in front of them."""
+    out: dict[str, BoolArray] = {}
+    for item in state.supports:
+        offers = candidates.get(item.name, ())
+        if not offers:
+            continue
+        region = offers[min(item.grounding.candidate, len(offers) - 1)].mask.copy()
+        for mask in masks.values():
+            region &= ~mask
+        out[item.name] = region
+    return out
+
+
+def _plate(image: Image, masks: Mapping[str, BoolArray], previous: Scene | None) -> Image:
+    if previous is not None and previous.plate is not None and previous.photo is not None:
+        same = previous.masks.keys() == masks.keys() and np.array_equal(previous.photo, image)
+        if same and all(np.array_equal(previous.masks[name], masks[name]) for name in masks):
+            return previous.plate
+    return fill(image, hole_of(list(masks.values()), image.shape[:2]))
+
+
+def _support_meshes(state: SceneState) -> dict[str, Mesh]:
+    places = [item.position for item in state.objects if item.position is not None]
+    reach = 2.0 * max((float(np.hypot(p[0], p[1])) for p in places), default=1.0)
+    return {
+        item.name: support_mesh(item.shape, reach)
+        for item in state.supports
+        if item.shape is not None
+    }

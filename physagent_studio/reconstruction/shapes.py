@@ -1,0 +1,250 @@
+"""Primitives fitted to a silhouette: each is drawn as the camera would see it and compared."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from physagent_studio.program.base import IDENTITY
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.rotations import about_up
+from physagent_studio.program.scene import (
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Frustum,
+    Shape,
+    Sphere,
+)
+from physagent_studio.reconstruction.geometry import metres_per_pixel
+from physagent_studio.reconstruction.masks import BoolArray, bounds
+from physagent_studio.reconstruction.meshes import frustum_centre
+
+FloatArray = NDArray[np.float64]
+
+COST = {
+    "sphere": 0.0,
+    "ellipsoid": 0.015,
+    "capsule": 0.02,
+    "cylinder": 0.015,
+    "box": 0.018,
+    "frustum": 0.028,
+}
+"""What a kind has to win by: more freedom fits anything."""
+PRIOR = 0.04
+"""What a kind gains if the name suggests it."""
+
+_TURN = np.linspace(0, 2 * math.pi, 40, endpoint=False)
+_CIRCLE = np.stack([np.cos(_TURN), np.sin(_TURN)], 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Base:
+    """Where an object stands: x, y of its foot and the height z of what it stands on, m.
+
+    hold: how strongly y is held (0: free along the plane, as seen; 1: y is known). free_z: the
+    height is found from the picture instead (an object in the air).
+    """
+
+    x: float
+    y: float
+    z: float
+    hold: float = 0.0
+    free_z: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """A shape in place: its numbers, its pose (centre of mass), how well it covers the mask."""
+
+    shape: Shape
+    position: tuple[float, float, float]
+    rotation: tuple[float, float, float, float]
+    iou: float
+    merit: float
+
+
+def fit_all(
+    camera: Camera, mask: BoolArray, base: Base, kinds: Sequence[str], suggested: Sequence[str]
+) -> list[Fit]:
+    """The primitives of the given kinds in place, best first."""
+    target = _Target.of(camera, mask)
+    fits = [_fit(camera, target, base, kind) for kind in kinds]
+    graded = [
+        Fit(f.shape, f.position, f.rotation, f.iou, f.iou - COST[k] + PRIOR * (k in suggested))
+        for k, f in zip(kinds, fits, strict=True)
+        if f is not None
+    ]
+    return sorted(graded, key=lambda fit: -fit.merit)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Target:
+    """The mask cut out and shrunk: picture (x, y) → ((x, y) − origin) · factor."""
+
+    mask: BoolArray
+    area: int
+    origin: tuple[float, float]
+    factor: float
+    width: float
+    height: float
+
+    @classmethod
+    def of(cls, camera: Camera, mask: BoolArray, side: int = 150) -> _Target:
+        x0, y0, x1, y1 = bounds(mask)
+        pad = 0.15 * max(x1 - x0, y1 - y0) + 2
+        factor = side / (max(x1 - x0, y1 - y0) + 2 * pad)
+        size = (int((x1 - x0 + 2 * pad) * factor), int((y1 - y0 + 2 * pad) * factor))
+        move = np.array([[factor, 0, -(x0 - pad) * factor], [0, factor, -(y0 - pad) * factor]])
+        # Pixel centres, not corners, are what warpAffine maps.
+        move[:, 2] += 0.5 * factor - 0.5
+        small = cv2.warpAffine(mask.astype(np.float32), move, size, flags=cv2.INTER_LINEAR)
+        solid = np.asarray(small > 0.5)
+        return cls(
+            solid, int(solid.sum()), (x0 - pad, y0 - pad), factor, float(x1 - x0), float(y1 - y0)
+        )
+
+    def iou(self, pixels: FloatArray) -> float:
+        """IoU of the mask with the convex hull of picture points (N, 2)."""
+        local = (pixels - self.origin) * self.factor
+        hull = cv2.convexHull((local * 16 - 8).astype(np.float32)).astype(np.int32)
+        canvas = np.zeros(self.mask.shape, np.uint8)
+        cv2.fillConvexPoly(canvas, hull, 1, shift=4)
+        drawn = canvas.astype(bool)
+        both = int(np.count_nonzero(drawn & self.mask))
+        return both / max(self.area + int(np.count_nonzero(drawn)) - both, 1)
+
+
+def _sphere_rim(eye: FloatArray, centre: FloatArray, radii: FloatArray) -> FloatArray:
+    """Points (40, 3) of an ellipsoid's contour as seen from `eye`."""
+    view = (eye - centre) / radii
+    far = float(np.linalg.norm(view))
+    if far <= 1.001:
+        return centre + np.zeros((1, 3))
+    axis = view / far
+    helper = np.array([0.0, 0, 1]) if abs(axis[2]) < 0.9 else np.array([1.0, 0, 0])
+    u = np.cross(axis, helper)
+    u /= np.linalg.norm(u)
+    v = np.cross(axis, u)
+    ring = math.sqrt(1 - 1 / far**2) * (_CIRCLE[:, :1] * u + _CIRCLE[:, 1:] * v)
+    return centre + radii * (axis / far + ring)
+
+
+def _outline(kind: str, q: FloatArray, eye: FloatArray) -> FloatArray:
+    """Points whose hull is the silhouette. q: x, y, z of the foot, log sizes, yaw of a box."""
+    foot = q[:3]
+    size = np.exp(np.minimum(q[3:6], 8))
+    if kind == "sphere":
+        return _sphere_rim(eye, foot + [0, 0, size[0]], np.full(3, size[0]))
+    if kind == "ellipsoid":
+        return _sphere_rim(eye, foot + [0, 0, size[1]], size[[0, 0, 1]])
+    if kind == "capsule":
+        radius, straight = size[0], size[1]
+        low, high = foot + [0, 0, radius], foot + [0, 0, radius + straight]
+        ball = np.full(3, radius)
+        return np.vstack([_sphere_rim(eye, low, ball), _sphere_rim(eye, high, ball)])
+    if kind in ("cylinder", "frustum"):
+        top = size[2] if kind == "frustum" else size[0]
+        rings = [
+            np.column_stack([_CIRCLE * size[0], np.zeros(40)]),
+            np.column_stack([_CIRCLE * top, np.full(40, size[1])]),
+        ]
+        return foot + np.vstack(rings)
+    return foot + _box_corners(size, q[6])
+
+
+def _box_corners(size: FloatArray, yaw: float) -> FloatArray:
+    width, height, depth = size
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    flat = np.array([[-width, -depth], [width, -depth], [width, depth], [-width, depth]]) / 2
+    turned = flat @ np.array([[cos, sin], [-sin, cos]])
+    lower = np.column_stack([turned, np.zeros(4)])
+    return np.vstack([lower, lower + [0, 0, height]])
+
+
+def _starts(kind: str, width: float, height: float) -> list[list[float]]:
+    w, h = math.log(width), math.log(height)
+    if kind == "sphere":
+        return [[math.log(min(width, height) / 2)]]
+    if kind == "ellipsoid":
+        return [[math.log(width / 2), math.log(height / 2)]]
+    if kind == "capsule":
+        return [[math.log(width / 2), math.log(max(height - width, 0.1 * height))]]
+    if kind == "cylinder":
+        return [[math.log(width / 2), math.log(height * 0.95)]]
+    if kind == "frustum":
+        return [[math.log(width / 2), h, math.log(width / 2)]]
+    square = math.log(width * 0.74)
+    yaws = (0.5, -0.5, math.pi / 4)
+    turned = [[square, math.log(height * 0.85), square, yaw] for yaw in yaws]
+    return [[w - 0.05, h - 0.08, w - 0.6, 0.0], *turned]
+
+
+def _fit(camera: Camera, target: _Target, base: Base, kind: str) -> Fit | None:
+    eye = np.array(camera.position)
+    pixel = metres_per_pixel(camera, (base.x, base.y, base.z))
+    width, height = target.width * pixel, target.height * pixel
+    if pixel <= 0 or width <= 0:
+        return None
+    move_y = 0.0 if base.hold >= 1 else 1.0
+    move_z = 1.0 if base.free_z else 0.0
+
+    def placed(p: FloatArray) -> FloatArray:
+        q = np.zeros(7)
+        q[:3] = base.x + p[0] * width, base.y + p[1] * width * move_y, base.z + p[2] * height * move_z
+        q[3 : len(p)] = p[3:]
+        return q
+
+    def loss(p: FloatArray) -> float:
+        q = placed(p)
+        pixels, depth = camera.project(_outline(kind, q, eye))
+        if depth.min() < 0.02 * base.y:
+            return 2.0
+        value = 1 - target.iou(pixels) + (0.004 + 0.3 * base.hold) * p[1] ** 2 * move_y
+        if kind == "box":
+            # What the outline leaves open: a depth like the width, and a straight view.
+            value += 0.006 * (q[5] - q[3]) ** 2 + 0.003 * abs(math.sin(2 * q[6]))
+        return value
+
+    best: tuple[float, FloatArray] | None = None
+    for start in _starts(kind, width, height):
+        first = np.array([0.0, 0.3 * move_y * (1 - base.hold), 0.0, *start])
+        steps = [0.1 if k < 3 else 0.18 for k in range(len(first))]
+        simplex = np.vstack([first, first + np.diag(steps)])
+        options = {"initial_simplex": simplex, "maxfev": 260, "xatol": 2e-3, "fatol": 2e-4}
+        result = minimize(loss, first, method="Nelder-Mead", options=options)
+        if best is None or result.fun < best[0]:
+            best = (float(result.fun), result.x)
+    assert best is not None
+    q = placed(best[1])
+    return _named(kind, q, target.iou(camera.project(_outline(kind, q, eye))[0]))
+
+
+def _named(kind: str, q: FloatArray, iou: float) -> Fit:
+    x, y, z = (float(v) for v in q[:3])
+    size = [float(v) for v in np.exp(q[3:6])]
+    rotation = IDENTITY
+    shape: Shape
+    if kind == "sphere":
+        shape, lift = Sphere(radius=size[0]), size[0]
+    elif kind == "ellipsoid":
+        shape, lift = Ellipsoid(radii=(size[0], size[0], size[1])), size[1]
+    elif kind == "capsule":
+        total = size[1] + 2 * size[0]
+        shape, lift = Capsule(radius=size[0], height=total), total / 2
+    elif kind == "cylinder":
+        shape, lift = Cylinder(radius=size[0], height=size[1]), size[1] / 2
+    elif kind == "frustum":
+        shape = Frustum(bottom_radius=size[0], height=size[1], top_radius=size[2])
+        lift = frustum_centre(shape)
+    else:
+        shape, lift = Box(size=(size[0], size[2], size[1])), size[1] / 2
+        rotation = about_up(float(q[6]))
+    return Fit(shape, (x, y, z + lift), rotation, iou, iou)

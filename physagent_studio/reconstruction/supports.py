@@ -1,0 +1,116 @@
+"""Supports resolved: floors, slabs, ramps and walls from names, clicks and edges."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import (
+    Floor,
+    SceneState,
+    Slab,
+    Support,
+    SupportShape,
+    Wall,
+)
+from physagent_studio.reconstruction.geometry import on_plane
+from physagent_studio.reconstruction.layout import Stance
+from physagent_studio.reconstruction.lines import Segments
+from physagent_studio.reconstruction.masks import BoolArray
+from physagent_studio.reconstruction.names import support_kind, words_of
+from physagent_studio.reconstruction.ramps import place_ramp, three_click_ramp
+from physagent_studio.reconstruction.scale import FLOOR
+from physagent_studio.reconstruction.slabs import SOLID, fit_slab
+from physagent_studio.reconstruction.survey import Survey, is_ground
+
+BOARD = 0.05
+"""Thickness of a table top, m."""
+
+
+def resolve(
+    state: SceneState,
+    read: Survey,
+    stances: Mapping[str, Stance],
+    regions: Mapping[str, BoolArray],
+    found: Segments,
+) -> tuple[tuple[Support, ...], tuple[str, ...]]:
+    """The supports with their shapes, a floor added where there is none, and what stays open.
+
+    The second value are sentences about supports that could not be resolved.
+    """
+    out: list[Support] = []
+    flags: list[str] = []
+    for support in state.supports:
+        if support.shape is not None:
+            out.append(support)
+            continue
+        shape = _shape(support, read, stances, regions, found)
+        if shape is None:
+            flags.append(
+                f"support '{support.name}' is not resolved: click the corners of a table, or the"
+                " toe, foot and top of a ramp"
+            )
+        out.append(support.model_copy(update={"shape": shape, "source": "estimated"}))
+    if not any(is_ground(support) for support in out):
+        out.append(Support(name=FLOOR, shape=Floor(), source="estimated"))
+    return tuple(out), tuple(flags)
+
+
+def _shape(
+    support: Support,
+    read: Survey,
+    stances: Mapping[str, Stance],
+    regions: Mapping[str, BoolArray],
+    found: Segments,
+) -> SupportShape | None:
+    kind = support_kind(support.name)
+    clicks = [(c.x, c.y) for c in support.grounding.points if c.label]
+    if kind == "floor":
+        return Floor()
+    if kind == "wall":
+        return _wall(read.camera, clicks)
+    if kind == "ramp":
+        if len(clicks) == 3:
+            return three_click_ramp(read.camera, clicks)
+        profile = read.profiles.get(support.name)
+        return place_ramp(read.camera, profile) if profile else None
+    return _slab(support, read, stances, regions, found, clicks)
+
+
+def _slab(
+    support: Support,
+    read: Survey,
+    stances: Mapping[str, Stance],
+    regions: Mapping[str, BoolArray],
+    found: Segments,
+    clicks: Sequence[tuple[float, float]],
+) -> Slab | None:
+    top = read.tops[support.name]
+    solid = bool(set(words_of(support.name)) & SOLID)
+    thickness = top if solid else min(BOARD, top)
+    feet = [stances[name].foot for name in stances if read.on[name] == support.name]
+    region = regions.get(support.name)
+    if region is None:
+        width, height = read.camera.size
+        region = np.zeros((height, width), bool)
+    return fit_slab(read.camera, top, region, found, feet, clicks, thickness)
+
+
+def _wall(camera: Camera, clicks: Sequence[tuple[float, float]]) -> Wall | None:
+    """A wall through two clicks on its foot; with one click, facing the camera."""
+    ground = on_plane(camera, clicks, 0.0) if clicks else np.zeros((0, 3))
+    ground = ground[np.isfinite(ground).all(1)]
+    if not len(ground):
+        return None
+    yaw = -math.pi / 2
+    if len(ground) > 1:
+        along = ground[1] - ground[0]
+        yaw = math.atan2(-along[0], along[1])
+        facing = np.array([math.cos(yaw), math.sin(yaw)])
+        if facing @ (np.array(camera.position[:2]) - ground[0, :2]) < 0:
+            yaw = yaw - math.pi if yaw > 0 else yaw + math.pi
+    x, y, _ = (float(value) for value in ground[0])
+    return Wall(point=(x, y, 0.0), yaw=yaw)

@@ -1,0 +1,307 @@
+"""The picture read as a whole: what stands where, the camera, and metres.
+
+Everything here happens before any object has a shape: masks, straight edges and names decide
+which level planes there are and how high the camera is above them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import Scale, SceneState, Support
+from physagent_studio.reconstruction import camera as camera_cues
+from physagent_studio.reconstruction.geometry import depth_of, on_plane
+from physagent_studio.reconstruction.layout import Stance
+from physagent_studio.reconstruction.lines import Segments
+from physagent_studio.reconstruction.masks import BoolArray, grow
+from physagent_studio.reconstruction.names import (
+    Usual,
+    support_height,
+    support_kind,
+    usual_size,
+)
+from physagent_studio.reconstruction.ramps import Profile, find_profile
+from physagent_studio.reconstruction.scale import FLOOR, Measured, solve
+from physagent_studio.records.case import Case, Image
+
+USUAL_TOP = 0.6
+"""Height of a slab whose name says nothing, m."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Survey:
+    """What the picture says before shapes.
+
+    on: what each object stands on: a support, an object, "floor" or "air". under: for objects
+    in the air, the object that they hang above. root: the level plane of each object's stack.
+    """
+
+    camera: Camera
+    scale: Scale
+    tops: Mapping[str, float]
+    on: Mapping[str, str]
+    under: Mapping[str, str | None]
+    root: Mapping[str, str]
+    usual: Mapping[str, Usual]
+    profiles: Mapping[str, Profile] = field(default_factory=dict)
+
+
+def survey(
+    case: Case,
+    image: Image,
+    state: SceneState,
+    stances: Mapping[str, Stance],
+    regions: Mapping[str, BoolArray],
+    found: Segments,
+) -> Survey:
+    """Read the picture. regions: masks of the supports that were clicked."""
+    usual = {name: usual_size(name, case.prompt) for name in stances}
+    profiles = _profiles(state, found, (image.shape[1], image.shape[0]))
+    on = _standing_on(state, stances, regions, profiles)
+    root = {name: _root(name, on) for name in stances}
+    horizon = _horizon(image, state, stances, on, root, usual, found)
+    size = (image.shape[1], image.shape[0])
+    unit = state.camera or Camera.from_horizon(
+        size,
+        horizon.row,
+        1.0,
+        focal=horizon.focal,
+        source="given" if state.horizon is not None else "estimated",
+        horizon_sigma=horizon.sigma,
+    )
+    on = _lifted(unit, state, stances, on, root, usual)
+    root = {name: _root(name, on) for name in stances}
+    under = {name: stances[name].over if on[name] == "air" else None for name in stances}
+    measured = _measured(unit, stances, on, under, root, usual, profiles)
+    slabs = _usual_tops(state)
+    known = state.camera.position[2] if state.camera is not None else None
+    heights = solve(measured, slabs, state.scale, known)
+    camera = state.camera or unit.model_copy(update={"position": (0.0, 0.0, heights.camera)})
+    return Survey(camera, heights.scale, heights.tops, on, under, root, usual, profiles)
+
+
+def _profiles(
+    state: SceneState, found: Segments, size: tuple[int, int]
+) -> dict[str, Profile]:
+    out: dict[str, Profile] = {}
+    for support in state.supports:
+        if support.shape is None and support_kind(support.name) == "ramp":
+            clicks = [(c.x, c.y) for c in support.grounding.points if c.label]
+            profile = find_profile(found, clicks, size)
+            if profile is not None:
+                out[support.name] = profile
+    return out
+
+
+def _usual_tops(state: SceneState) -> dict[str, float]:
+    """Level planes above the floor: the tops of slabs, given or usual."""
+    tops: dict[str, float] = {}
+    for support in state.supports:
+        if support.shape is not None and support.shape.kind == "box":
+            tops[support.name] = support.shape.position[2] + support.shape.size[2] / 2
+        elif support.shape is None and support_kind(support.name) == "slab":
+            tops[support.name] = support_height(support.name) or USUAL_TOP
+    return tops
+
+
+def _standing_on(
+    state: SceneState,
+    stances: Mapping[str, Stance],
+    regions: Mapping[str, BoolArray],
+    profiles: Mapping[str, Profile],
+) -> dict[str, str]:
+    on: dict[str, str] = {}
+    for name, stance in stances.items():
+        item = state.object(name)
+        if item is not None and item.support is not None:
+            on[name] = item.support
+        elif stance.on is not None:
+            on[name] = stance.on
+        else:
+            on[name] = _support_below(state, stance, regions, profiles) or FLOOR
+    return on
+
+
+def _support_below(
+    state: SceneState,
+    stance: Stance,
+    regions: Mapping[str, BoolArray],
+    profiles: Mapping[str, Profile],
+) -> str | None:
+    """The support whose region or profile lies right under the foot."""
+    best: tuple[float, str] | None = None
+    for support in state.supports:
+        if support_kind(support.name) == "floor":
+            continue
+        if support.name in profiles:
+            row = profiles[support.name].surface(stance.foot[0])
+            near = max(6.0, 0.25 * stance.height)
+            share = 1.0 if row is not None and abs(row - stance.foot[1]) < near else 0.0
+        else:
+            share = _share_below(stance, regions.get(support.name))
+        if share > 0.3 and (best is None or share > best[0]):
+            best = (share, support.name)
+    return best[1] if best else None
+
+
+def _share_below(stance: Stance, region: BoolArray | None) -> float:
+    """Share of a strip right under the foot that belongs to a support's region."""
+    if region is None:
+        return 0.0
+    x0, _, x1, _ = stance.box
+    bottom = int(stance.foot[1])
+    quarter = max(2, (x1 - x0) // 4)
+    middle = int(stance.foot[0])
+    rows = slice(bottom + 1, bottom + 2 + max(5, round(0.12 * stance.height)))
+    strip = grow(region, 2)[rows, max(0, middle - quarter) : middle + quarter]
+    return float(strip.mean()) if strip.size else 0.0
+
+
+def _root(name: str, on: Mapping[str, str]) -> str:
+    """The support at the bottom of a stack."""
+    seen = {name}
+    below = on[name]
+    while below in on and below not in seen:
+        seen.add(below)
+        below = on[below]
+    return below
+
+
+def _horizon(
+    image: Image,
+    state: SceneState,
+    stances: Mapping[str, Stance],
+    on: Mapping[str, str],
+    root: Mapping[str, str],
+    usual: Mapping[str, Usual],
+    found: Segments,
+) -> camera_cues.Horizon:
+    size = (image.shape[1], image.shape[0])
+    focal = camera_cues.usual_focal(size)
+    if state.camera is not None:
+        return camera_cues.Horizon(state.camera.horizon, 1.0, state.camera.focal)
+    if state.horizon is not None:
+        return camera_cues.Horizon(state.horizon, 1.0, focal)
+    kinds = {s.name: support_kind(s.name) for s in state.supports}
+    standing = [
+        camera_cues.Standing(s.foot[1], s.extent, usual[n].metres, usual[n].spread, root[n])
+        for n, s in stances.items()
+        if on[n] not in stances and not _in_air(s, on[n]) and kinds.get(on[n]) != "ramp"
+    ]
+    toes = [p.toe[1] for p in _profiles(state, found, size).values()]
+    return camera_cues.estimate(image, found, standing, toes, focal)
+
+
+def _in_air(stance: Stance, on: str) -> bool:
+    """In the air so far as words and masks can tell: nothing under it but a gap."""
+    return on == "air" or (on == FLOOR and (stance.aloft or stance.over is not None))
+
+
+def _lifted(
+    unit: Camera,
+    state: SceneState,
+    stances: Mapping[str, Stance],
+    on: Mapping[str, str],
+    root: Mapping[str, str],
+    usual: Mapping[str, Usual],
+) -> dict[str, str]:
+    """Objects that the picture shows in the air: words say so, or the floor is out of reach."""
+    out = dict(on)
+    given = {item.name for item in state.objects if item.support is not None}
+    for name, stance in stances.items():
+        if name in given or on[name] != FLOOR:
+            continue
+        place = on_plane(unit, [stance.foot], 0.0)[0]
+        if stance.aloft or not np.isfinite(place).all():
+            out[name] = "air"
+        elif stance.over is not None and _too_large(unit, stances, out, usual, name):
+            out[name] = "air"
+    return out
+
+
+def _too_large(
+    unit: Camera,
+    stances: Mapping[str, Stance],
+    on: Mapping[str, str],
+    usual: Mapping[str, Usual],
+    name: str,
+) -> bool:
+    """Whether an object would be less plausible on the floor than above what it is seen over."""
+    over = stances[name].over
+    if over is None or on.get(over, FLOOR) != FLOOR:
+        return True
+    far = depth_of(unit, on_plane(unit, [stances[name].foot], 0.0)[0])
+    near = depth_of(unit, on_plane(unit, [stances[over].foot], 0.0)[0])
+    reference = np.log(usual[over].metres / (stances[over].extent * near))
+    spread = float(np.hypot(usual[name].spread, usual[over].spread))
+    off = [
+        abs(np.log(usual[name].metres / (stances[name].extent * depth)) - reference) / spread
+        for depth in (far, near)
+    ]
+    return bool(off[0] > off[1])
+
+
+def _measured(
+    unit: Camera,
+    stances: Mapping[str, Stance],
+    on: Mapping[str, str],
+    under: Mapping[str, str | None],
+    root: Mapping[str, str],
+    usual: Mapping[str, Usual],
+    profiles: Mapping[str, Profile],
+) -> list[Measured]:
+    """Sizes in units of the camera's height above each object's plane.
+
+    `unit` may have any height above z = 0; sizes are divided by it.
+    """
+    above = unit.position[2]
+    out: list[Measured] = []
+    for name, stance in stances.items():
+        foot = _ground_pixel(name, stances, on, under, profiles)
+        if foot is None:
+            continue
+        place = on_plane(unit, [foot], 0.0)[0]
+        if not np.isfinite(place).all():
+            continue
+        units = stance.extent * depth_of(unit, place) / unit.focal / above
+        plane = FLOOR if root[name] in ("air", *profiles) else root[name]
+        seen = usual[name]
+        if on[name] == "air" or on[name] in stances:
+            seen = replace(seen, spread=seen.spread + 0.1)
+        out.append(Measured(name, plane, units, seen))
+    return out
+
+
+def _ground_pixel(
+    name: str,
+    stances: Mapping[str, Stance],
+    on: Mapping[str, str],
+    under: Mapping[str, str | None],
+    profiles: Mapping[str, Profile],
+) -> tuple[float, float] | None:
+    """The pixel on the level plane at the object's depth: its own foot, or that of its stack."""
+    for _ in range(len(stances) + 1):
+        below = on[name]
+        if below in stances:
+            name = below
+        elif below == "air":
+            over = under.get(name)
+            if over is None or over not in stances:
+                return None
+            name = over
+        elif below in profiles:
+            return profiles[below].toe
+        else:
+            return stances[name].foot
+    return None
+
+
+def is_ground(support: Support) -> bool:
+    """Whether a support is the ground itself."""
+    if support.shape is not None:
+        return support.shape.kind == "floor"
+    return support_kind(support.name) == "floor"

@@ -1,0 +1,94 @@
+"""The photograph projected on a mesh: what it shows as it shows it, hidden sides mirrored."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.rotations import matrix_of
+from physagent_studio.program.scene import SceneObject
+from physagent_studio.reconstruction.masks import BoolArray, bounds, shrink
+from physagent_studio.records.case import Image
+from physagent_studio.records.scene import Mesh
+
+FloatArray = NDArray[np.float64]
+
+
+def textured(
+    photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, mesh: Mesh
+) -> Mesh:
+    """The mesh with the photo on it; grey if the mask is empty.
+
+    Faces that look at the camera carry the pixel that they project to. The others carry what
+    their mirror image in the upright plane through the object's middle projects to, so that the
+    far side continues the near one without a seam.
+    """
+    if not mask.any():
+        return mesh
+    texture, origin = padded_crop(photo, mask)
+    vertices, faces, hidden = _split(camera, item, mesh)
+    place = np.asarray(item.position)
+    world = vertices @ matrix_of(item.rotation).T + place
+    shown = np.where(hidden[:, None], _mirrored(camera, world, place), world)
+    uv = camera.project(shown)[0] - origin
+    edge = np.array([texture.shape[1], texture.shape[0]])
+    return Mesh(vertices, faces, np.clip(uv, 0.5, edge - 0.5), texture, _mean_color(photo, mask))
+
+
+def padded_crop(photo: Image, mask: BoolArray) -> tuple[Image, tuple[int, int]]:
+    """The photo around the object, its surroundings replaced by the object's nearest pixels.
+
+    Returns the crop (h, w, 3) and its top left corner (x, y). The outline itself mixes object
+    and background, so the outermost pixels are replaced too.
+    """
+    rows, columns = mask.shape
+    x0, y0, x1, y1 = bounds(mask)
+    pad = max(6, round(0.12 * max(x1 - x0, y1 - y0)))
+    left, top = max(0, x0 - pad), max(0, y0 - pad)
+    crop = (slice(top, min(rows, y1 + pad)), slice(left, min(columns, x1 + pad)))
+    own = mask[crop]
+    part = photo[crop]
+    core = shrink(own, 1)
+    thin = own & ~cv2.dilate(core.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
+    core = core | thin
+    _, labels = cv2.distanceTransformWithLabels(
+        (~core).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    spots = np.argwhere(core)
+    nearest = np.zeros((int(labels.max()) + 1, 2), int)
+    nearest[labels[core]] = spots
+    source = nearest[labels]
+    filled = part[source[..., 0], source[..., 1]]
+    soft = cv2.GaussianBlur(filled, (0, 0), 1.5)
+    return np.where(core[..., None], filled, soft).astype(np.uint8), (left, top)
+
+
+def _mean_color(photo: Image, mask: BoolArray) -> tuple[int, int, int]:
+    red, green, blue = (int(round(value)) for value in photo[mask].mean(0))
+    return red, green, blue
+
+
+def _split(
+    camera: Camera, item: SceneObject, mesh: Mesh
+) -> tuple[FloatArray, NDArray[np.int32], BoolArray]:
+    """Vertices doubled where a shown and a hidden face meet; hidden (V,) of the new vertices."""
+    world = mesh.vertices @ matrix_of(item.rotation).T + np.asarray(item.position)
+    a, b, c = (world[mesh.faces[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    away = ((a + b + c) / 3 - np.asarray(camera.position)) * normal
+    unseen = away.sum(1) >= 0
+    count = len(mesh.vertices)
+    faces = mesh.faces.astype(np.int64) + np.where(unseen, count, 0)[:, None]
+    used, compact = np.unique(faces, return_inverse=True)
+    vertices = mesh.vertices[used % count]
+    return vertices, compact.reshape(faces.shape).astype(np.int32), used >= count
+
+
+def _mirrored(camera: Camera, world: FloatArray, middle: FloatArray) -> FloatArray:
+    """World points mirrored in the upright plane through `middle` that faces the camera."""
+    view = middle - np.asarray(camera.position)
+    view[2] = 0.0
+    view /= max(float(np.linalg.norm(view)), 1e-9)
+    return world - 2 * ((world - middle) @ view)[:, None] * view

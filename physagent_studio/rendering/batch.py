@@ -37,7 +37,8 @@ class Batch:
     vertices: (V, 3) body frame, m. normals: (F, 3, 3) unit, of each face's corners, smooth but
     for creases. faces: (F, 3). uv: (V, 2) pixels of the object's texture. owner, face_owner:
     object of each vertex and face. first: (N + 1,) where each object's vertices start.
-    one_sided: (F,) faces of closed meshes.
+    one_sided: (F,) faces of closed meshes. welded: (F, 3) like faces, but with one row for all
+    vertices of an object at the same place, which a texture's seam tells apart.
     """
 
     vertices: FloatArray
@@ -49,6 +50,7 @@ class Batch:
     first: IntArray
     one_sided: NDArray[np.bool_]
     edges: Edges
+    welded: IntArray
 
     @classmethod
     def of(cls, meshes: Sequence[Mesh]) -> Batch:
@@ -61,18 +63,21 @@ class Batch:
         joined = _stack(faces, 3, np.int32)
         face_owner = np.repeat(np.arange(len(meshes)), [len(f) for f in faces]).astype(np.int32)
         vertices = _stack([np.asarray(mesh.vertices, float) for mesh in meshes], 3, float)
-        edges = _edges(joined, face_owner)
+        owner = np.repeat(np.arange(len(meshes)), counts).astype(np.int32)
+        welded = _welded(vertices, owner)[joined]
+        edges = _edges(welded, face_owner)
         closed = _closed(edges, len(meshes))
         return cls(
             vertices=vertices,
-            normals=corner_normals(vertices, joined),
+            normals=corner_normals(vertices, joined, welded),
             faces=joined,
             uv=_stack([_uv(mesh) for mesh in meshes], 2, float),
-            owner=np.repeat(np.arange(len(meshes)), counts).astype(np.int32),
+            owner=owner,
             face_owner=face_owner,
             first=first,
             one_sided=closed[face_owner],
             edges=edges,
+            welded=welded,
         )
 
     def placed(
@@ -93,17 +98,17 @@ class Batch:
         return world
 
 
-def corner_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
+def corner_normals(vertices: FloatArray, faces: IntArray, welded: IntArray) -> FloatArray:
     """Unit normals (F, 3, 3) of each face's corners.
 
     The mean, weighted by area, over the faces around the vertex that bend away by less than
-    `_CREASE`, so that a ball is smooth and a box has edges.
+    `_CREASE`, so that a ball is smooth and a box has edges. welded: see `Batch`.
     """
     a, b, c = (vertices[faces[:, i]] for i in range(3))
     flat = np.cross(b - a, c - a)
     unit = _unit(flat)
-    corner = np.argsort(faces.ravel(), kind="stable")
-    vertex = faces.ravel()[corner]
+    corner = np.argsort(welded.ravel(), kind="stable")
+    vertex = welded.ravel()[corner]
     face = corner // 3
     total = np.zeros((faces.size, 3))
     # Corners of one vertex lie side by side after sorting: compare each with the next, the one
@@ -132,6 +137,13 @@ def _stack(parts: Sequence[NDArray], width: int, dtype: type) -> NDArray:
     if not parts:
         return np.zeros((0, width), dtype)
     return np.concatenate(parts).astype(dtype).reshape(-1, width)
+
+
+def _welded(vertices: FloatArray, owner: IntArray) -> IntArray:
+    """(V,) the first row at the same place of the same object."""
+    rows = np.column_stack([owner, vertices])
+    _, first, group = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    return first[group.reshape(-1)].astype(np.int32)
 
 
 def _uv(mesh: Mesh) -> FloatArray:

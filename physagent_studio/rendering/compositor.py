@@ -19,6 +19,7 @@ from physagent_studio.rendering.coverage import partial_pixels
 from physagent_studio.rendering.frame import Frame, Picture, Surface
 from physagent_studio.rendering.light import LIGHT, lambert, relative
 from physagent_studio.rendering.raster import FloatArray, Hits, Lens, rasterise
+from physagent_studio.rendering.settled import Settled
 from physagent_studio.rendering.shadow import transmitted
 from physagent_studio.rendering.stage import Stage
 from physagent_studio.rendering.texture import Paint, paints
@@ -30,9 +31,10 @@ _UNPAINTED = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32)).color
 class Compositor:
     """Renders a scene: the plate, the objects in their photo textures, their shadows.
 
-    The photo already carries light and shadow of the initial pose, so both are applied as the
-    change since then, and frame 0 looks like the photo. Without a photo the backdrop is drawn
-    and light and shadow are applied in full. Nothing in it changes after it is made.
+    The photo already carries light and shadow of the initial pose, so light is applied as the
+    change since then, shadows as objects leave their place, and frame 0 looks like the photo.
+    Without a photo the backdrop is drawn, light and shadow are applied in full. Nothing in it
+    changes after it is made.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -58,8 +60,8 @@ class Compositor:
         self._positions, self._rotations = initial_poses(scene)
         world = self._batch.placed(self._positions, self._rotations)
         self._cosine = self._cosines(self._rotations)
-        self._light = transmitted(self._batch, world, self._stage.ground)
         points = self._to_camera(world)
+        self._settled = self._still_in_photo(scene, points)
         self._detail = _detail(self._batch, points, self.lens)
         hits = self._cast(points)
         self._tolerance = self._stage.tolerances(
@@ -86,9 +88,7 @@ class Compositor:
         world = self._batch.placed(where, turned, deformed)
         points = self._to_camera(world)
         hits = self._visible(self._cast(points))
-        backdrop = self._plate
-        if shadows:
-            backdrop = self._shadowed(world)
+        backdrop = self._behind(points, world, shadows)
         canvas = backdrop.copy()
         flat = canvas.reshape(-1, 3)
         flat[hits.pixel] = self._colors(hits, turned, world if deformed else None)
@@ -108,6 +108,12 @@ class Compositor:
         if scene.plate is not None:
             return np.ascontiguousarray(scene.plate)
         return draw_backdrop(scene.state, scene.support_meshes, self._camera, self.lens)
+
+    def _still_in_photo(self, scene: Scene, points: FloatArray) -> Settled | None:
+        if scene.photo is None or scene.photo.shape != self._plate.shape:
+            return None
+        masks = [scene.masks.get(name) for name in self.names]
+        return Settled.of(scene.photo, self._plate, masks, self._batch, points, self.lens)
 
     def _shown(self, scene: Scene, hits: Hits) -> NDArray[np.bool_]:
         """Which hits of the initial pose lie in their object's mask in the photo."""
@@ -163,7 +169,7 @@ class Compositor:
         """
         cosine = self._cosines(rotations)
         if bent is not None:
-            cosine = corner_normals(bent, self._batch.faces) @ LIGHT
+            cosine = corner_normals(bent, self._batch.faces, self._batch.welded) @ LIGHT
         change = relative(cosine, self._cosine)
         full = np.minimum(lambert(cosine, 0.35) * 1.12, 1.15)
         return np.where(self._textured[self._batch.face_owner, None], change, full)
@@ -188,11 +194,15 @@ class Compositor:
         same = np.abs(rotations - self._rotations).max(initial=0) < _SAME
         return bool(same and self._textured.all())
 
-    def _shadowed(self, world: FloatArray) -> Picture:
-        """The plate under the shadows of now, as the change since the photo was taken."""
-        light = transmitted(self._batch, world, self._stage.ground)
-        change = light / self._light if self._photographed else light
-        return apply_light(self._plate, change)
+    def _behind(self, points: FloatArray, world: FloatArray, shadows: bool) -> Picture:
+        """The picture without objects, under the shadows that the photo does not show already."""
+        backdrop, fresh = self._plate, np.ones(len(self.names))
+        if self._settled is not None:
+            settled = self._settled.weights(self._batch, points, self.lens)
+            backdrop, fresh = self._settled.restore(backdrop, settled), 1 - settled
+        if not shadows:
+            return backdrop
+        return apply_light(backdrop, transmitted(self._batch, world, self._stage.ground, fresh))
 
 
 def apply_light(picture: Picture, change: NDArray[np.float32]) -> Picture:

@@ -49,22 +49,29 @@ class Ground:
     places: FloatArray
 
 
-def transmitted(batch: Batch, world: FloatArray, ground: Ground) -> NDArray[np.float32]:
+def transmitted(
+    batch: Batch, world: FloatArray, ground: Ground, weights: FloatArray
+) -> NDArray[np.float32]:
     """Share of the light (h, w) float32 that reaches the ground, 1 where no shadow falls.
 
-    world: (V, 3) vertices of all objects.
+    world: (V, 3) vertices of all objects. weights: (N,) how much of each object's shadow counts.
     """
     light = np.ones(ground.shape[0] * ground.shape[1], np.float32)
     axes = light_axes()
     for index in range(len(batch.first) - 1):
         points = world[batch.first[index] : batch.first[index + 1]] @ axes.T
-        if len(points):
-            _darken(light, points, batch, index, ground)
+        if len(points) and weights[index] > 0:
+            _darken(light, points, batch, index, ground, float(weights[index]))
     return light.reshape(ground.shape)
 
 
 def _darken(
-    light: NDArray[np.float32], points: FloatArray, batch: Batch, index: int, ground: Ground
+    light: NDArray[np.float32],
+    points: FloatArray,
+    batch: Batch,
+    index: int,
+    ground: Ground,
+    weight: float,
 ) -> None:
     low, high = points.min(0), points.max(0)
     centre = (low + high) / 2
@@ -87,7 +94,7 @@ def _darken(
     # Right at the surface that casts it, estimation noise must not switch the shadow off.
     shade *= np.clip(1 + gap / 3, 0, 1)
     shade *= np.exp(-np.maximum(gap, 0) * texel / (2.5 * radius))
-    light[ground.cells[near]] *= (1 - _STRENGTH * shade).astype(np.float32)
+    light[ground.cells[near]] *= (1 - weight * _STRENGTH * shade).astype(np.float32)
 
 
 def _tile(points: FloatArray, faces: NDArray[np.int32]) -> tuple[list[NDArray], NDArray]:

@@ -1,0 +1,107 @@
+"""The photo where it still holds: around objects that have not moved yet.
+
+The plate has every object, its rim and what lies in its contact shadow filled in. While an
+object stands where the photo shows it, the photo itself is the better picture of that place;
+as soon as it moves, the plate takes over within a few pixels of motion.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.rendering.batch import Batch
+from physagent_studio.rendering.frame import Picture
+from physagent_studio.rendering.raster import NEAR, FloatArray, Lens
+
+_STILL = 0.25
+"""Pixels of motion that nobody sees."""
+_GONE = 0.06
+"""Share of its own size on the picture after which an object has left its place."""
+_LEAST = 3.0
+"""The same in pixels, at least."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Settled:
+    """Pixels in which photo and plate differ, each with the object that is the reason.
+
+    pixel: (K,) flat. owner: (K,) object. photo: (K, 3). outline: (V, 2) pixels of all vertices
+    at the initial pose. size: (N,) pixels across each object.
+    """
+
+    pixel: NDArray[np.int64]
+    owner: NDArray[np.int32]
+    photo: Picture
+    outline: FloatArray
+    size: FloatArray
+
+    @classmethod
+    def of(
+        cls,
+        photo: Picture,
+        plate: Picture,
+        masks: list[NDArray[np.bool_] | None],
+        batch: Batch,
+        points: FloatArray,
+        lens: Lens,
+    ) -> Self:
+        """Prepare; points: (V, 3) camera frame, initial pose. masks: (H, W) per object."""
+        pixel = np.flatnonzero((photo != plate).any(-1).ravel())
+        outline = _projected(points, lens)
+        owner = _nearest_mask(masks, photo.shape[:2]).ravel()[pixel]
+        pixel, owner = pixel[owner >= 0], owner[owner >= 0]
+        return cls(pixel, owner, photo.reshape(-1, 3)[pixel], outline, _sizes(batch, outline))
+
+    def weights(self, batch: Batch, points: FloatArray, lens: Lens) -> FloatArray:
+        """(N,) how much each object is still where the photo shows it: 1 exactly, 0 not at all."""
+        moved = np.linalg.norm(_projected(points, lens) - self.outline, axis=1)
+        farthest = np.zeros(len(self.size))
+        np.maximum.at(farthest, batch.owner, moved)
+        reach = np.maximum(_GONE * self.size, _LEAST)
+        return 1 - np.clip((farthest - _STILL) / reach, 0, 1)
+
+    def restore(self, plate: Picture, weights: FloatArray) -> Picture:
+        """The plate with the photo where its objects still stand."""
+        share = weights[self.owner]
+        mine = np.flatnonzero(share > 0)
+        if not len(mine):
+            return plate
+        result = plate.copy()
+        flat = result.reshape(-1, 3)
+        pixel, part = self.pixel[mine], share[mine, None].astype(np.float32)
+        mixed = flat[pixel] * (1 - part) + self.photo[mine] * part
+        flat[pixel] = (mixed + 0.5).astype(np.uint8)
+        return result
+
+
+def _projected(points: FloatArray, lens: Lens) -> FloatArray:
+    return lens.project(np.maximum(points, (-np.inf, -np.inf, NEAR)))
+
+
+def _sizes(batch: Batch, outline: FloatArray) -> FloatArray:
+    sizes = np.zeros(len(batch.first) - 1)
+    for index in range(len(sizes)):
+        mine = outline[batch.first[index] : batch.first[index + 1]]
+        sizes[index] = np.ptp(mine, axis=0).max() if len(mine) else 0.0
+    return sizes
+
+
+def _nearest_mask(
+    masks: list[NDArray[np.bool_] | None], shape: tuple[int, ...]
+) -> NDArray[np.int32]:
+    """(H, W) index of the object whose mask is nearest; −1 where there are no masks."""
+    nearest = np.full(shape, -1, np.int32)
+    least = np.full(shape, np.inf, np.float32)
+    for index, mask in enumerate(masks):
+        if mask is None or mask.shape != shape or not mask.any():
+            continue
+        away = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5)
+        closer = away < least
+        nearest[closer] = index
+        least = np.minimum(least, away)
+    return nearest

@@ -67,6 +67,9 @@ class Rollout:
     deepest, beyond what a pair overlapped by initially (an alarm on step 0 names that).
     vertices: deformed visual vertices per frame for soft objects, (frames, V, 3).
     releases: joints of breakable objects that let go, sorted by step.
+
+    For running again from a frame: snapshots, (frames reached, K) engine states; memories, what
+    the actions knew there; actions, (id, JSON) of those that acted; setting, a hash of all else.
     """
 
     program_hash: str
@@ -89,6 +92,10 @@ class Rollout:
     versions: tuple[tuple[str, str], ...]
     vertices: tuple[tuple[str, FloatArray], ...] = ()
     releases: tuple[Release, ...] = ()
+    snapshots: FloatArray | None = None
+    memories: tuple[str, ...] = ()
+    actions: tuple[tuple[str, str], ...] = ()
+    setting: str = ""
 
     @property
     def blown_up(self) -> Alarm | None:

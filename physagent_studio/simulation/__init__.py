@@ -1,5 +1,5 @@
 """Program → MuJoCo model → rollout."""
 
-from physagent_studio.simulation.simulator import Simulator, simulate
+from physagent_studio.simulation.simulator import Simulator, resimulate, simulate
 
-__all__ = ["Simulator", "simulate"]
+__all__ = ["Simulator", "resimulate", "simulate"]

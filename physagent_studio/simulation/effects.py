@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
@@ -33,9 +35,14 @@ ZERO = np.zeros(3)
 
 
 class Effect(ABC):
-    """One action while it acts. work: J put into the target so far."""
+    """One action while it acts.
+
+    work: J put into the target so far. each_substep: whether `act` runs before engine steps.
+    kept: the attributes that make up its memory while it acts, plain numbers or arrays.
+    """
 
     each_substep = False
+    kept: tuple[str, ...] = ("work",)
 
     def __init__(self, action: Action) -> None:
         self.action = action
@@ -58,13 +65,30 @@ class Effect(ABC):
         """Runs once, after the last step; most effects have nothing to do."""
         return
 
+    def memory(self) -> dict[str, Any]:
+        """Everything that it has learned since it began, as JSON."""
+        return {name: _as_json(getattr(self, name)) for name in self.kept}
+
+    def recall(self, memory: dict[str, Any]) -> None:
+        """Takes up where `memory` was taken."""
+        for name in self.kept:
+            value = memory[name]
+            setattr(self, name, np.array(value) if isinstance(value, list) else value)
+
+
+def _as_json(value: Any) -> Any:
+    return value.tolist() if isinstance(value, np.ndarray) else value
+
 
 class _Push(Effect):
     """A force and a torque that last until the next `act`; work is force times path."""
 
+    kept = ("work", "_last", "_last_time")
+
     def __init__(self, action: Action) -> None:
         super().__init__(action)
-        self._last: tuple[FloatArray, FloatArray, FloatArray, FloatArray] | None = None
+        # Force, torque, position and angular velocity at the last push, one row each.
+        self._last: FloatArray | None = None
         self._last_time = 0.0
 
     def act(self, world: World, time: float) -> None:
@@ -72,7 +96,8 @@ class _Push(Effect):
         self._settle(world, time)
         force, torque = self.wrench(world, time)
         world.push(self.name, force, torque)
-        self._last = (force, torque, world.position(self.name), world.angular(self.name))
+        state = (world.position(self.name), world.angular(self.name))
+        self._last = np.array([force, torque, *state])
         self._last_time = time
 
     def end(self, world: World) -> None:
@@ -124,6 +149,7 @@ class _SetVelocity(Effect):
 
 class _SetAngularVelocity(Effect):
     each_substep = True
+    kept = ("work", "_angular")
     action: SetAngularVelocity
 
     def __init__(self, action: SetAngularVelocity) -> None:
@@ -140,6 +166,7 @@ class _SetAngularVelocity(Effect):
 
 
 class _ApplyForce(_Push):
+    kept = (*_Push.kept, "_unit")
     action: ApplyForce
 
     def __init__(self, action: ApplyForce) -> None:
@@ -159,7 +186,19 @@ class _ApplyForce(_Push):
         if vector.quantity == "target_speed":
             speed = float(world.velocity(self.name) @ self._unit)
             seconds = self.action.duration * world.step_seconds
-            self._steering = Steering(vector.magnitude, speed, seconds, world.mass(self.name))
+            mass = world.mass(self.name)
+            self._steering = Steering.towards(vector.magnitude, speed, seconds, mass)
+
+    def memory(self) -> dict[str, Any]:
+        """The push, its direction and the state of the controller."""
+        steering = asdict(self._steering) if self._steering is not None else None
+        return {**super().memory(), "steering": steering}
+
+    def recall(self, memory: dict[str, Any]) -> None:
+        """Takes up where `memory` was taken."""
+        super().recall(memory)
+        if memory["steering"] is not None:
+            self._steering = Steering(**memory["steering"])
 
     def wrench(self, world: World, time: float) -> tuple[FloatArray, FloatArray]:
         force = self._force(world, time)
@@ -190,38 +229,47 @@ class _ApplyForce(_Push):
         return self._unit * size
 
 
+@dataclass(eq=False, slots=True)
 class Steering:
     """The force along a line that brings a speed to its target at the end of a window.
 
     Closed loop: what friction or gravity took in the last steps is added in the next, and the
     rest is spread over the time that is left. Bounded, so that a blocked body is not crushed.
+    target: m/s. seconds: length of the window. limit: m/s².
     """
 
-    def __init__(self, target: float, speed: float, seconds: float, mass: float) -> None:
-        self._target, self._seconds, self._mass = target, seconds, mass
-        nominal = abs(target - speed) / seconds
-        self._limit = 4 * nominal + 20.0
-        self._last: tuple[float, float, float] | None = None
-        self._resistance = 0.0
-        self._count = 0
+    target: float
+    seconds: float
+    mass: float
+    limit: float
+    count: int = 0
+    resistance: float = 0.0
+    last_time: float = 0.0
+    last_speed: float = 0.0
+    last_acceleration: float = 0.0
+
+    @classmethod
+    def towards(cls, target: float, speed: float, seconds: float, mass: float) -> Steering:
+        """From `speed` now to `target` after `seconds`."""
+        return cls(target, seconds, mass, 4 * abs(target - speed) / seconds + 20.0)
 
     def force(self, speed: float, time: float) -> float:
         """N; speed: m/s now; time: s since the start."""
-        if self._last is not None:
-            then, before, applied = self._last
-            gained = (speed - before) / max(time - then, 1e-9)
+        if self.count:
+            gained = (speed - self.last_speed) / max(time - self.last_time, 1e-9)
             # A mean at first, then forgetting: single steps of a sliding contact are noisy.
-            self._count += 1
-            share = max(1 / self._count, 0.25)
-            self._resistance += share * (applied - gained - self._resistance)
-        left = max(self._seconds - time, 1e-9)
-        wanted = (self._target - speed) / left + self._resistance
-        wanted = max(-self._limit, min(self._limit, wanted))
-        self._last = (time, speed, wanted)
-        return wanted * self._mass
+            share = max(1 / self.count, 0.25)
+            self.resistance += share * (self.last_acceleration - gained - self.resistance)
+        left = max(self.seconds - time, 1e-9)
+        wanted = (self.target - speed) / left + self.resistance
+        wanted = max(-self.limit, min(self.limit, wanted))
+        self.count += 1
+        self.last_time, self.last_speed, self.last_acceleration = time, speed, wanted
+        return wanted * self.mass
 
 
 class _ApplyTorque(_Push):
+    kept = (*_Push.kept, "_torque")
     action: ApplyTorque
 
     def __init__(self, action: ApplyTorque) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -28,8 +29,8 @@ SNAPSHOT = mj.mjtState.mjSTATE_INTEGRATION.value
 class Trace:
     """What the loop writes: raw states per control step and snapshots per frame.
 
-    positions: (S+1, nq). velocities: (S+1, nv). snapshots: (frames, state size).
-    rows: how many rows of them are valid.
+    positions: (S+1, nq). velocities: (S+1, nv). snapshots: (frames, engine state and grip).
+    memories: per frame. rows: how many rows are valid. count: contacts of the last engine step.
     """
 
     positions: FloatArray
@@ -40,6 +41,8 @@ class Trace:
     grip: Grip
     substeps: int
     rows: int = 0
+    count: int = 0
+    memories: list[str] = field(default_factory=list)
     alarms: list[Alarm] = field(default_factory=list)
     first_touch: dict[tuple[int, int], int] = field(default_factory=dict)
 
@@ -51,7 +54,7 @@ def new_trace(program: PhysicalProgram, compiled: Compiled, substeps: int) -> Tr
     return Trace(
         np.empty((clip.steps + 1, model.nq)),
         np.empty((clip.steps + 1, model.nv)),
-        np.empty((clip.frames, mj.mj_stateSize(model, SNAPSHOT))),
+        np.empty((clip.frames, mj.mj_stateSize(model, SNAPSHOT) + model.npair)),
         ContactLog(model, compiled.geom_bodies, substeps, dt),
         Schedule(program.event.actions, clip.steps),
         Grip(compiled, dt),
@@ -68,20 +71,38 @@ def run(
 ) -> None:
     """Runs the control steps from `first` to the end of the clip, or to a blow-up."""
     clip = world.program.clip
-    model, data = world.compiled.model, world.compiled.data
+    data = world.compiled.data
     for step in range(first, clip.steps + 1):
         trace.positions[step], trace.velocities[step] = data.qpos, data.qvel
         trace.rows = step + 1
         if step % clip.steps_per_frame == 0:
-            frame = step // clip.steps_per_frame
             if not _sound(world, trace, step):
                 return
             _report(cancelled, progress, step / clip.steps)
-            mj.mj_getState(model, data, trace.snapshots[frame], SNAPSHOT)
+            _snapshot(world, trace, step // clip.steps_per_frame)
         if step < clip.steps:
             _edges(world, trace, step)
             _advance(world, trace, step)
     _finish(world, trace)
+
+
+def _snapshot(world: World, trace: Trace, frame: int) -> None:
+    row, close = trace.snapshots[frame], trace.grip.close
+    size = len(row) - len(close)
+    mj.mj_getState(world.compiled.model, world.data, row[:size], SNAPSHOT)
+    row[size:] = close
+    trace.memories[frame:] = [_memory(world, trace)]
+
+
+def _memory(world: World, trace: Trace) -> str:
+    """What a snapshot needs beyond the engine's state, as JSON."""
+    memory = {
+        "count": trace.count,
+        "kicks": [[step, index, kick.tolist()] for step, index, kick in world.kicks],
+        "active": {slot.action.id: slot.effect.memory() for slot in trace.schedule.active},
+        "wrench": trace.schedule.just_ended,
+    }
+    return json.dumps(memory, separators=(",", ":"))
 
 
 def _report(
@@ -138,7 +159,7 @@ def _advance(world: World, trace: Trace, step: int) -> None:
             slot.effect.act(world, (step - _start(slot)) * seconds)
     base = data.xfrc_applied.copy() if fine else None
     first, last = step * trace.substeps, (step + 1) * trace.substeps - 1
-    read, before, fresh = trace.log.read, data.ncon, False
+    read, before, fresh = trace.log.read, trace.count, True
     for tick in range(first, last + 1):
         if base is not None:
             data.xfrc_applied[:] = base
@@ -147,12 +168,13 @@ def _advance(world: World, trace: Trace, step: int) -> None:
                 slot.effect.act(world, since)
         mj.mj_step(model, data)
         count = data.ncon
-        if count != before or fresh or tick == last:
+        if count != before or fresh:
             read(data, tick)
             fresh = count != before
             if fresh:
                 trace.grip.update(data)
-            before = count
+                before = count
+    trace.count = before
 
 
 def _start(slot: Slot) -> int:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
-from physagent_studio.program import PhysicalProgram
+from physagent_studio import __version__
 from physagent_studio.program.rotations import matrices_of
 from physagent_studio.records import ActionSpan, Alarm, Rollout
 from physagent_studio.simulation.engine import Trace
+from physagent_studio.simulation.mj import mj
+from physagent_studio.simulation.resume import action_keys
 from physagent_studio.simulation.surfaces import FloatArray
 from physagent_studio.simulation.world import World
 
@@ -15,8 +19,8 @@ DEEP = 0.1
 """Share of an object's smallest extent from which a penetration is worth an alarm."""
 
 
-def rollout_of(world: World, trace: Trace, versions: tuple[tuple[str, str], ...]) -> Rollout:
-    """The rollout of a finished run."""
+def rollout_of(world: World, trace: Trace, setting: str) -> Rollout:
+    """The rollout of a finished run; setting: see `resume.setting_key`."""
     program, compiled = world.program, world.compiled
     scene, rows = program.scene, trace.rows
     raw, speed = trace.positions[:rows], trace.velocities[:rows]
@@ -53,9 +57,18 @@ def rollout_of(world: World, trace: Trace, versions: tuple[tuple[str, str], ...]
         masses=masses,
         penetration=penetration,
         spans=_spans(trace),
-        warnings=(*trace.alarms, *_deep(program, world, contacts)),
-        versions=versions,
+        warnings=tuple(trace.alarms),
+        versions=versions(),
+        snapshots=trace.snapshots[: len(trace.memories)].copy(),
+        memories=tuple(trace.memories),
+        actions=action_keys(program),
+        setting=setting,
     )
+
+
+def versions() -> tuple[tuple[str, str], ...]:
+    """What made the rollout."""
+    return (("mujoco", mj.mj_versionString()), ("physagent-studio", __version__))
 
 
 def _held_back(world: World, contacts: np.ndarray, rows: int) -> FloatArray:
@@ -100,8 +113,9 @@ def _spans(trace: Trace) -> tuple[ActionSpan, ...]:
     return tuple(found)
 
 
-def _deep(program: PhysicalProgram, world: World, contacts: np.ndarray) -> list[Alarm]:
-    """One alarm per pair whose deepest overlap is a fair share of the smaller body."""
+def with_alarms(world: World, rollout: Rollout) -> Rollout:
+    """Adds one alarm per pair whose deepest overlap is a fair share of the smaller body."""
+    program, contacts = world.program, rollout.contacts
     things = (*program.scene.objects, *program.scene.supports)
     solids = world.compiled.solids
     alarms: list[Alarm] = []
@@ -116,4 +130,4 @@ def _deep(program: PhysicalProgram, world: World, contacts: np.ndarray) -> list[
                 f"into {things[b].name}"
             )
             alarms.append(Alarm(int(deepest["step"]), "penetration", text))
-    return alarms
+    return dataclasses.replace(rollout, warnings=(*rollout.warnings, *alarms))

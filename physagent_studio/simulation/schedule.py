@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from physagent_studio.program import Action, OnContact, duration_of
+from physagent_studio.records import ActionSpan
 from physagent_studio.simulation.effects import Effect, effect_of
 
 
@@ -86,6 +88,23 @@ class Schedule:
     def has_edge(self, step: int) -> bool:
         """Whether some window opens or closes just before `step`."""
         return step in self._edges
+
+    def recall(self, spans: Mapping[str, ActionSpan], active: Mapping[str, Any], step: int) -> None:
+        """Takes up before `step` of an earlier run with the same actions so far.
+
+        spans: of the earlier run. active: the memories of the actions that were at work.
+        """
+        for slot in self.slots:
+            span = spans.get(slot.action.id)
+            if span is None or span.start is None or span.start >= step or span.end is None:
+                continue
+            self._open(slot, span.start)
+            slot.began = True
+            if slot.action.id in active:
+                slot.effect.recall(active[slot.action.id])
+            else:
+                slot.ended, slot.effect.work = True, span.work
+        self.active = [slot for slot in self.slots if slot.began and not slot.ended]
 
     def turn(self, step: int) -> tuple[list[Slot], list[Slot]]:
         """The actions that end and those that begin just before `step`; updates `active`."""

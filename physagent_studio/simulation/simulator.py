@@ -11,15 +11,15 @@ from typing import TypeVar
 
 import numpy as np
 
-from physagent_studio import __version__
 from physagent_studio.errors import SimulationError
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.actions import FixObject
 from physagent_studio.records import Alarm, Mesh, Rollout
 from physagent_studio.simulation.engine import Trace, new_trace, run
-from physagent_studio.simulation.measure import rollout_of
+from physagent_studio.simulation.measure import rollout_of, with_alarms
 from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.model import Compiled, compile_model, configure
+from physagent_studio.simulation.resume import first_effect, join, restore, setting_key
 from physagent_studio.simulation.settle import settle
 from physagent_studio.simulation.solids import Solid, solid_of
 from physagent_studio.simulation.surfaces import Surface
@@ -54,15 +54,45 @@ class Simulator:
         progress: Callable[[float], None] | None = None,
     ) -> Rollout:
         """Runs the whole clip; see `simulate`."""
+        return self._run(program, meshes, None, 0, cancelled, progress)
+
+    def resimulate(
+        self,
+        program: PhysicalProgram,
+        meshes: Mapping[str, Mesh],
+        previous: Rollout,
+        from_step: int,
+        *,
+        cancelled: Callable[[], bool] | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Rollout:
+        """Runs the tail of an edited program; see `resimulate`."""
+        return self._run(program, meshes, previous, from_step, cancelled, progress)
+
+    def _run(
+        self,
+        program: PhysicalProgram,
+        meshes: Mapping[str, Mesh],
+        previous: Rollout | None,
+        from_step: int,
+        cancelled: Callable[[], bool] | None,
+        progress: Callable[[float], None] | None,
+    ) -> Rollout:
         _require_resolved(program)
         with self._lock:
-            solids = tuple(
-                self._solid(item.name, program, meshes) for item in program.scene.objects
-            )
-            compiled = self._compiled(program, meshes, solids)
+            key, compiled = self._compiled(program, meshes)
             world, trace = _prepare(program, compiled)
-            run(world, trace, 0, cancelled, progress)
-            return rollout_of(world, trace, _versions())
+            setting = setting_key(program, key, trace.substeps)
+            frame = 0
+            if previous is not None and previous.setting == setting:
+                frame = _frame(program, previous, from_step)
+            if frame == 0 or previous is None:
+                run(world, trace, 0, cancelled, progress)
+                return with_alarms(world, rollout_of(world, trace, setting))
+            step = restore(world, trace, previous, frame)
+            run(world, trace, step, cancelled, progress)
+            tail = rollout_of(world, trace, setting)
+            return with_alarms(world, join(previous, tail, step))
 
     def _solid(self, name: str, program: PhysicalProgram, meshes: Mapping[str, Mesh]) -> Solid:
         item = program.scene.object(name)
@@ -74,10 +104,11 @@ class Simulator:
         return _recent(self._solids, key, 8 * self._capacity)
 
     def _compiled(
-        self, program: PhysicalProgram, meshes: Mapping[str, Mesh], solids: tuple[Solid, ...]
-    ) -> Compiled:
-        """The structure of the scene: shapes, supports and who may be fixed."""
+        self, program: PhysicalProgram, meshes: Mapping[str, Mesh]
+    ) -> tuple[str, Compiled]:
+        """The structure of the scene: shapes, supports and who may be fixed; and its hash."""
         scene = program.scene
+        solids = tuple(self._solid(item.name, program, meshes) for item in scene.objects)
         fixed = frozenset(a.name for a in program.event.actions if isinstance(a, FixObject))
         parts = [mj.mj_versionString(), *sorted(fixed), "|"]
         for item in scene.objects:
@@ -90,7 +121,7 @@ class Simulator:
         key = hashlib.sha256("\n".join(parts).encode()).hexdigest()
         if key not in self._models:
             self._models[key] = compile_model(scene, solids, fixed)
-        return _recent(self._models, key, self._capacity)
+        return key, _recent(self._models, key, self._capacity)
 
     def _digest(self, mesh: Mesh | None) -> str:
         """Content hash of a mesh's surface, remembered per mesh object."""
@@ -150,8 +181,10 @@ def _prepare(program: PhysicalProgram, compiled: Compiled) -> tuple[World, Trace
     return world, trace
 
 
-def _versions() -> tuple[tuple[str, str], ...]:
-    return (("mujoco", mj.mj_versionString()), ("physagent-studio", __version__))
+def _frame(program: PhysicalProgram, previous: Rollout, from_step: int) -> int:
+    """The last frame of `previous` from which on `program` may run."""
+    step = min(max(from_step, 0), first_effect(program, previous))
+    return max(min(step // previous.steps_per_frame, len(previous.memories) - 1), 0)
 
 
 def simulate(
@@ -172,3 +205,25 @@ def simulate(
     """
     runner = simulator or Simulator()
     return runner.simulate(program, meshes, cancelled=cancelled, progress=progress)
+
+
+def resimulate(
+    program: PhysicalProgram,
+    meshes: Mapping[str, Mesh],
+    previous: Rollout,
+    from_step: int,
+    *,
+    simulator: Simulator | None = None,
+    cancelled: Callable[[], bool] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Rollout:
+    """The rollout of an edited program, taking over what `previous` did before `from_step`.
+
+    It starts from the last snapshot that no edit can have touched, even where `from_step` is
+    later, and from the very start where more than actions was edited; so the result always has
+    the same bits as `simulate(program, meshes)`.
+    """
+    runner = simulator or Simulator()
+    return runner.resimulate(
+        program, meshes, previous, from_step, cancelled=cancelled, progress=progress
+    )

@@ -1,9 +1,10 @@
 """Contacts during a run: read from the engine sparingly, aggregated per control step and pair.
 
-The engine's contact list is read at the last engine step of every control step, and in between
+The engine's contact list is read at the first engine step of every control step, and in between
 only where the number of contacts has just changed and on the step after. An impact passes within
 one engine step and changes that number, so none is missed, while what rests costs one reading
-per control step. A reading stands for all engine steps up to the next one.
+per control step. A reading stands for all engine steps up to the next one, or to the end of its
+control step.
 """
 
 from __future__ import annotations
@@ -42,16 +43,15 @@ class ContactLog:
     def read(self, data: Data, tick: int) -> None:
         """Keeps the contacts of engine step `tick`; the arrays are views, hence the copies."""
         self._ticks.append(tick)
-        contact = data.contact
-        distance = contact.dist
-        self._counts.append(len(distance))
-        if len(distance) == 0:
+        self._counts.append(data.ncon)
+        if data.ncon == 0:
             return
+        contact = data.contact
         self._parts.append(
             (
                 contact.geom.copy(),
                 # Beyond the overlap that the pair started with, see `settle`.
-                distance - contact.includemargin,
+                contact.dist - contact.includemargin,
                 contact.pos.copy(),
                 contact.frame[:, :3].copy(),
                 contact.efc_address.copy(),
@@ -88,16 +88,15 @@ class ContactLog:
         swap = bodies[:, 0] > bodies[:, 1]
         normal = np.where(swap[:, None], -normal, normal)
         bodies.sort(axis=1)
-        rows = [self._spread(reading[active], last_tick)]
-        step, index, weight = rows[0]
-        pick = np.flatnonzero(active)[index]
+        weight = self._weights(last_tick)[reading] * self._dt
+        ticks = np.array(self._ticks, np.int64)[reading]
         return _aggregate(
-            step,
-            bodies[pick],
-            point[pick],
-            normal[pick],
-            force[pick] * weight * self._dt,
-            np.maximum(-distance[pick], 0),
+            (ticks // self._substeps)[active],
+            bodies[active],
+            point[active],
+            normal[active],
+            (force * weight)[active],
+            np.maximum(-distance, 0)[active],
         )
 
     def _normal_forces(self, address: IntArray, dims: IntArray) -> FloatArray:
@@ -116,25 +115,11 @@ class ContactLog:
                 force[more] += rows[at[more] + edge]
         return force
 
-    def _spread(self, reading: IntArray, last_tick: int) -> tuple[IntArray, IntArray, FloatArray]:
-        """Control step, row and number of engine steps for which each contact row stands.
-
-        A reading stands from its own engine step to the next reading. The last engine step of
-        each control step is read, so it spans at most two control steps.
-        """
-        ticks = np.array([*self._ticks, last_tick + 1])
-        first, after = ticks[:-1][reading], ticks[1:][reading]
-        step = first // self._substeps
-        edge = (step + 1) * self._substeps
-        here = np.minimum(after, edge) - first
-        beyond = after - edge
-        index = np.arange(len(reading))
-        later = beyond > 0
-        return (
-            np.concatenate([step, step[later] + 1]),
-            np.concatenate([index, index[later]]),
-            np.concatenate([here, beyond[later]]).astype(float),
-        )
+    def _weights(self, last_tick: int) -> IntArray:
+        """For how many engine steps each reading stands."""
+        ticks = np.array([*self._ticks, last_tick + 1], np.int64)
+        ends = (ticks[:-1] // self._substeps + 1) * self._substeps
+        return np.minimum(ticks[1:], ends) - ticks[:-1]
 
 
 def _aggregate(

@@ -1,0 +1,102 @@
+"""Runs again from a snapshot: what an edit cannot have changed is taken over bit by bit."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+from typing import Any
+
+import numpy as np
+
+from physagent_studio.program import Action, After, OnContact, PhysicalProgram
+from physagent_studio.records import Rollout
+from physagent_studio.simulation.engine import SNAPSHOT, Trace
+from physagent_studio.simulation.mj import mj
+from physagent_studio.simulation.world import World
+
+
+def setting_key(program: PhysicalProgram, structure: str, substeps: int) -> str:
+    """Hash of everything in a run but its actions."""
+    scene = program.scene.model_dump_json(exclude={"camera", "horizon", "flags"})
+    clip = program.clip.model_dump_json(exclude={"playback_fps"})
+    parts = (structure, scene, clip, str(substeps))
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+
+
+def action_keys(program: PhysicalProgram) -> tuple[tuple[str, str], ...]:
+    """(id, canonical JSON) of the actions that act, in order."""
+    return tuple((a.id, a.model_dump_json()) for a in program.event.actions if not a.muted)
+
+
+def first_effect(program: PhysicalProgram, previous: Rollout) -> int:
+    """The first control step on which `program` can differ from the run before."""
+    old, new = dict(previous.actions), dict(action_keys(program))
+    common = [name for name, text in previous.actions if new.get(name) == text]
+    if common != [name for name, text in action_keys(program) if old.get(name) == text]:
+        return 0
+    changed = {name for name in {*old, *new} if old.get(name) != new.get(name)}
+    starts = [s.start for s in previous.spans if s.id in changed and s.start is not None]
+    for action in program.event.actions:
+        if action.id in changed and not action.muted:
+            starts.append(_earliest(action, previous))
+    return min(starts, default=previous.steps)
+
+
+def _earliest(action: Action, previous: Rollout) -> int:
+    """The earliest start of a new or changed action, judged by the run before."""
+    when = action.when
+    if when is None:
+        return action.start_step
+    if isinstance(when, After):
+        ends = [s.end for s in previous.spans if s.id == when.action and s.end is not None]
+        return min(ends, default=0)
+    assert isinstance(when, OnContact)
+    a, b = sorted((previous.index(when.a), previous.index(when.b)))
+    contacts = previous.contacts
+    steps = contacts["step"][(contacts["a"] == a) & (contacts["b"] == b)]
+    return int(steps.min()) + 1 if len(steps) else previous.steps
+
+
+def restore(world: World, trace: Trace, previous: Rollout, frame: int) -> int:
+    """Puts the engine and the schedule where `previous` was at a frame; returns its step."""
+    assert previous.snapshots is not None
+    step = frame * previous.steps_per_frame
+    size = trace.snapshots.shape[1] - len(trace.grip.close)
+    row = previous.snapshots[frame]
+    mj.mj_setState(world.compiled.model, world.data, row[:size], SNAPSHOT)
+    trace.grip.restore(row[size:])
+    trace.snapshots[: frame + 1] = previous.snapshots[: frame + 1]
+    trace.memories.extend(previous.memories[:frame])
+    memory: dict[str, Any] = json.loads(previous.memories[frame])
+    trace.count = memory["count"]
+    world.kicks.extend((s, i, np.array(kick)) for s, i, kick in memory["kicks"])
+    contacts = previous.contacts[previous.contacts["step"] < step]
+    for row_step, a, b in contacts[["step", "a", "b"]].tolist():
+        trace.first_touch.setdefault((a, b), row_step)
+    spans = {span.id: span for span in previous.spans}
+    trace.schedule.recall(spans, memory["active"], step)
+    trace.schedule.just_ended = memory["wrench"]
+    return step
+
+
+def join(previous: Rollout, tail: Rollout, step: int) -> Rollout:
+    """`previous` up to and with row `step`, then `tail`, whose rows before are not valid."""
+    arrays = {
+        name: np.concatenate([getattr(previous, name)[: step + 1], getattr(tail, name)[step + 1 :]])
+        for name in _ROWS
+    }
+    head = previous.contacts[previous.contacts["step"] < step]
+    contacts = np.concatenate([head, tail.contacts])
+    return dataclasses.replace(tail, contacts=contacts, **arrays)
+
+
+_ROWS = (
+    "positions",
+    "rotations",
+    "velocities",
+    "angular",
+    "kinetic",
+    "potential",
+    "penetration",
+)

@@ -100,7 +100,7 @@ def ball(rng: np.random.Generator) -> Item:
         "colour": "red", "shape": {"kind": "sphere", "radius": BALL_RADIUS},
     }  # fmt: skip
     return Item(
-        meshes.ellipsoid((BALL_RADIUS,) * 3),
+        meshes.sphere(BALL_RADIUS),
         Surface(colour.astype(np.float32), np.clip(rough, 0.08, 0.8), height.astype(np.float32)),
         (*BALL, BALL_RADIUS),
         turn(0.5, 0.6, -0.12),
@@ -134,13 +134,13 @@ def cube(rng: np.random.Generator) -> Item:
         "name": "green_cube", "id": 3, "role": "object", "support": "floor", "material": "wood",
         "colour": "green", "shape": {"kind": "box", "size": [CUBE_SIZE] * 3},
     }  # fmt: skip
-    body = meshes.box((CUBE_SIZE,) * 3, 0.0035)
+    body = meshes.cube(CUBE_SIZE, 0.0035)
     return Item(body, surface, (*CUBE, CUBE_SIZE / 2), turn(CUBE_YAW), truth)
 
 
 def main() -> None:
     """Render and write everything."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description="Render the bundled demo.")
     parser.add_argument("--out", type=Path, default=OUT)
     parser.add_argument("--samples", type=int, default=400, help="paths per pixel")
     parser.add_argument("--variant", default="llvm_ad_rgb", help="or scalar_rgb, slower")

@@ -27,6 +27,8 @@ from photoreal.textures import Surface
 from photoreal.truth import planes, truth_of, write_case
 
 SIZE = (416, 240)
+# Edges are rounded by less than half a pixel, so that the masks are those of the plain shapes.
+EDGE = 0.0008
 OUT = Path(__file__).resolve().parent.parent / "tests" / "data" / "synthetic"
 COLOURS = {
     "red": (186, 38, 34),
@@ -62,13 +64,13 @@ def paint(rng: Rng, colour: str) -> Surface:
 def sphere(rng: Rng) -> tuple[Mesh, dict[str, Any], float]:
     """A ball: mesh, shape and the height of its centre."""
     radius = round(float(rng.uniform(0.032, 0.055)), 4)
-    return meshes.ellipsoid((radius,) * 3), {"kind": "sphere", "radius": radius}, radius
+    return meshes.sphere(radius), {"kind": "sphere", "radius": radius}, radius
 
 
 def brick(rng: Rng) -> tuple[Mesh, dict[str, Any], float]:
     """A box with its longest side anywhere."""
     x, y, z = (round(float(v), 4) for v in rng.uniform(0.05, 0.12, 3))
-    return meshes.box((x, y, z), 0.002), {"kind": "box", "size": [x, y, z]}, z / 2
+    return meshes.box((x, y, z), EDGE), {"kind": "box", "size": [x, y, z]}, z / 2
 
 
 def can(rng: Rng) -> tuple[Mesh, dict[str, Any], float]:
@@ -76,7 +78,7 @@ def can(rng: Rng) -> tuple[Mesh, dict[str, Any], float]:
     radius = round(float(rng.uniform(0.026, 0.042)), 4)
     height = round(float(rng.uniform(0.07, 0.14)), 4)
     shape = {"kind": "cylinder", "radius": radius, "height": height}
-    return meshes.cylinder(radius, height, 0.0015), shape, height / 2
+    return meshes.cylinder(radius, height, EDGE), shape, height / 2
 
 
 def egg(rng: Rng) -> tuple[Mesh, dict[str, Any], float]:
@@ -97,13 +99,13 @@ def lens_at(fov: float, height: float, pitch: float) -> Lens:
     return Lens(SIZE, focal, (0.0, 0.0, height), math.radians(pitch))
 
 
-def bounds(lens: Lens, item: Item) -> NDArray[np.float64]:
+def bounds(lens: Lens, item: Item) -> NDArray[np.floating]:
     """Pixel bounds (x0, y0, x1, y1) of an item."""
     pixels = lens.project(item.mesh.posed(item.rotation, np.array(item.position)).points)
     return np.concatenate([pixels.min(0), pixels.max(0)])
 
 
-def _overlap(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
+def _overlap(a: NDArray[np.floating], b: NDArray[np.floating]) -> float:
     """Shared area of two pixel boxes as a part of the smaller one."""
     shared = np.prod(np.clip(np.minimum(a[2:], b[2:]) - np.maximum(a[:2], b[:2]), 0, None))
     return float(shared / min(np.prod(a[2:] - a[:2]), np.prod(b[2:] - b[:2])))
@@ -174,7 +176,7 @@ def ramp(rng: Rng) -> Scene:
     tilt = turn(yaw, -slope)
     place = np.array(toe) + tilt @ np.array([0.26, 0.0, size[2] / 2])
     car = Item(
-        meshes.box(size, 0.004),
+        meshes.box(size, EDGE),
         paint(rng, "red"),
         (float(place[0]), float(place[1]), float(place[2])),
         tilt,
@@ -182,7 +184,7 @@ def ramp(rng: Rng) -> Scene:
     )
     cube = (0.05, 0.05, 0.05)
     block = Item(
-        meshes.box(cube, 0.003),
+        meshes.box(cube, EDGE),
         paint(rng, "blue"),
         (0.24, 0.63, 0.025),
         turn(0.2),
@@ -203,18 +205,18 @@ def table(rng: Rng) -> Scene:
     rotation = turn(yaw)
     wood, dark = textures.solid_wood(meshes.atlas_points(size, 300), rng)
     grain = Surface(wood, (0.45 + 0.1 * dark).astype(np.float32), -1e-5 * dark)
-    top = Item(meshes.box(size, 0.002), grain, centre, rotation, support)
+    top = Item(meshes.box(size, EDGE), grain, centre, rotation, support)
     side = 0.055
     place = np.array(centre) + rotation @ np.array([0.13, -0.02, size[2] / 2 + side / 2])
     cube = Item(
-        meshes.box((side,) * 3, 0.003),
+        meshes.cube(side, EDGE),
         paint(rng, "yellow"),
         (float(place[0]), float(place[1]), float(place[2])),
         turn(0.4),
         _body(1, "yellow_cube", "yellow", "table", {"kind": "box", "size": [side] * 3}),
     )
     ball = Item(
-        meshes.ellipsoid((0.045,) * 3),
+        meshes.sphere(0.045),
         paint(rng, "blue"),
         (0.26, 0.66, 0.045),
         turn(0),
@@ -240,7 +242,9 @@ def surroundings(rng: Rng, wall: float) -> list[Item]:
     cells = (round(size[1] / 0.001), round(size[0] / 0.001))
     kind = rng.choice(["boards", "stone", "cloth"])
     if kind == "boards":
-        floor = textures.boards(rng, size[::-1], 0.001, board=float(rng.uniform(0.09, 0.16)))
+        floor = textures.boards(
+            rng, (size[1], size[0]), 0.001, board=float(rng.uniform(0.09, 0.16))
+        )
     elif kind == "stone":
         floor = textures.plain(rng, cells, (90, 90), (150, 146, 140), roughness=0.5, mottle=0.05)
     else:
@@ -283,7 +287,7 @@ def write(name: str, folder: Path, samples: int) -> None:
 
 def main() -> None:
     """Render the scenes that are asked for, all by default."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description="Render the synthetic scenes.")
     parser.add_argument("names", nargs="*", default=list(SCENES), help=", ".join(SCENES))
     parser.add_argument("--out", type=Path, default=OUT)
     parser.add_argument("--samples", type=int, default=196, help="paths per pixel")

@@ -92,7 +92,7 @@ def test_masks_are_what_the_truth_projects_to(folder):
     width, height = camera.size
     assert ids.shape == (height, width)
     x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-    rays = camera.rays(np.column_stack([x.ravel(), y.ravel()]))
+    rays = camera.rays(np.column_stack([x.ravel(), y.ravel()]).astype(float))
     bodies = [e for e in truth["objects"] + truth["supports"] if "id" in e]
     depths = []
     for body in bodies:
@@ -104,8 +104,10 @@ def test_masks_are_what_the_truth_projects_to(folder):
     cast = np.where(np.isinf(np.min(depths, axis=0)), 0, number).reshape(ids.shape)
     for body in bodies:
         a, b = ids == body["id"], cast == body["id"]
-        # Rounded edges and corners are in the picture, not in the truth.
-        assert (a & b).sum() / (a | b).sum() > 0.97, body["name"]
+        # The demo's rounded edges are in the picture, not in the truth; they only take away.
+        least = 0.95 if folder.name == "demo" else 0.97
+        assert (a & b).sum() / (a | b).sum() > least, body["name"]
+        assert (a & ~b).sum() < 0.006 * a.sum(), body["name"]
 
 
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda p: p.name)

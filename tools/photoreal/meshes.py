@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 # The faces of a box: normal axis, its sign, and the axes that u and v run along.
 _FACES = ((0, 1, 1, 2), (0, -1, 1, 2), (1, 1, 0, 2), (1, -1, 0, 2), (2, 1, 0, 1), (2, -1, 0, 1))
@@ -140,6 +140,16 @@ def ellipsoid(radii: tuple[float, float, float], rings: int = 160) -> Mesh:
     normals = ball.points / np.asarray(radii)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     return Mesh(ball.points * radii, normals, ball.uv, ball.faces)
+
+
+def sphere(radius: float) -> Mesh:
+    """A ball about the origin."""
+    return ellipsoid((radius, radius, radius))
+
+
+def cube(side: float, edge: float) -> Mesh:
+    """A cube about the origin with edges rounded by `edge`."""
+    return box((side, side, side), edge)
 
 
 def cylinder(radius: float, height: float, edge: float) -> Mesh:

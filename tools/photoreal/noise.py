@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float32]
+Array = NDArray[np.floating]
 
 
 def smooth(rng: np.random.Generator, shape: tuple[int, int], cell: tuple[float, float]) -> Array:
@@ -52,14 +52,14 @@ def solid(points: NDArray[np.floating], seed: int) -> Array:
     base = np.floor(points)
     t = (points - base).astype(np.float32)
     t = t * t * t * (t * (t * 6 - 15) + 10)
-    cell = base.astype(np.int64)
+    x, y, z = np.moveaxis(base.astype(np.int64), -1, 0)
     total = np.zeros(points.shape[:-1], np.float32)
     for corner in range(8):
         bits = ((corner >> 2) & 1, (corner >> 1) & 1, corner & 1)
         weight = np.ones_like(total)
         for axis, bit in enumerate(bits):
             weight *= t[..., axis] if bit else 1 - t[..., axis]
-        total += weight * _hash(*(cell[..., k] + bits[k] for k in range(3)), seed)
+        total += weight * _hash(x + bits[0], y + bits[1], z + bits[2], seed)
     return total
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from photoreal.meshes import Mesh, box
 from photoreal.textures import Surface
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Lens:
 class Item:
     """A body in the scene. `truth` is its entry in the truth file, None for the surroundings.
 
-    gloss: further parameters of Mitsuba's `principled` material. finish: repeats of the texture.
+    gloss: further parameters of Mitsuba's `principled` material.
     """
 
     mesh: Mesh
@@ -108,9 +108,9 @@ def material(item: Item) -> dict[str, Any]:
 
 def _wall(corner: Sequence[float], a: Sequence[float], b: Sequence[float]) -> Mesh:
     """A parallelogram whose normal is a × b."""
-    c, a, b = (np.asarray(p, float) for p in (corner, a, b))
-    normal = np.cross(a, b) / np.linalg.norm(np.cross(a, b))
-    points = np.stack([c, c + a, c + a + b, c + b])
+    start, u, v = (np.asarray(p, float) for p in (corner, a, b))
+    normal = np.cross(u, v) / np.linalg.norm(np.cross(u, v))
+    points = np.stack([start, start + u, start + u + v, start + v])
     uv = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], float)
     faces = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
     return Mesh(points, np.tile(normal, (4, 1)), uv, faces)
@@ -211,12 +211,12 @@ def _sensor(lens: Lens) -> dict[str, Any]:
 
 def radiance(
     items: Sequence[Item], room: Room, lens: Lens, *, samples: int, seed: int
-) -> NDArray[np.float32]:
+) -> NDArray[np.floating]:
     """Path-traced linear RGB (H, W, 3)."""
     with TemporaryDirectory() as folder:
         scene = build(items, room, lens, Path(folder))
         integrator = mi.load_dict({"type": "path", "max_depth": 9, "rr_depth": 5})
-        image = mi.render(scene, integrator=integrator, spp=samples, seed=seed)
+        image = mi.render(scene, integrator=integrator, spp=samples, seed=mi.UInt32(seed))
     return np.array(image, np.float32)[..., :3]
 
 
@@ -234,7 +234,7 @@ def identities(items: Sequence[Item], lens: Lens, fine: int = 4) -> NDArray[np.u
             glow = {"type": "area", "radiance": {"type": "rgb", "value": [number] * 3}}
             scene[f"item_{k}"] = {"type": "ply", "filename": str(path), "emitter": glow}
         integrator = mi.load_dict({"type": "path", "max_depth": 1})
-        image = mi.render(mi.load_dict(scene), integrator=integrator, spp=1, seed=0)
+        image = mi.render(mi.load_dict(scene), integrator=integrator, spp=1, seed=mi.UInt32(0))
     ids = np.rint(np.array(image)[..., 0]).astype(np.uint8)
     blocks = ids.reshape(height, fine, width, fine).transpose(0, 2, 1, 3).reshape(height, width, -1)
     votes = [(blocks == value).sum(-1) for value in range(int(ids.max()) + 1)]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from photoreal.noise import layered, smooth, solid, solid_layered
 
-Array = NDArray[np.float32]
+Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,8 @@ def mix(a: Array, b: Array, t: Array) -> Array:
     return np.exp((1 - t) * np.log(a + 1e-4) + t * np.log(b + 1e-4)).astype(np.float32)
 
 
-def _rings(distance: Array, width: float, rng: np.random.Generator) -> tuple[Array, Array]:
-    """Late wood in [0, 1] and the ring's index, for distances from the pith.
+def _rings(distance: Array, width: float, rng: np.random.Generator) -> Array:
+    """Late wood in [0, 1] for distances from the pith.
 
     Within a year the wood darkens slowly and then stops at once; years differ in width.
     """
@@ -46,7 +46,7 @@ def _rings(distance: Array, width: float, rng: np.random.Generator) -> tuple[Arr
     part = np.clip((distance - lower) / (upper - lower), 0, 1)
     late = part**2.2 * np.clip((1 - part) / 0.10, 0, 1)
     strength = rng.uniform(0.55, 1.0, count)[index]
-    return (late * strength).astype(np.float32), index.astype(np.int32)
+    return (late * strength).astype(np.float32)
 
 
 def _pores(rng: np.random.Generator, shape: tuple[int, int], texel: float) -> Array:
@@ -71,7 +71,7 @@ def _board(rng: np.random.Generator, shape: tuple[int, int], texel: float) -> tu
     wander = 0.004 * smooth(rng, (rows, 1), (0.30 / texel, 1))
     drift = 0.0022 * layered(rng, shape, (0.14 / texel, 0.022 / texel), 3)
     distance = np.hypot(v - middle - wander, deep + 0.6 * wander) + drift
-    late, _ = _rings(distance.astype(np.float32), rng.uniform(0.0026, 0.0042), rng)
+    late = _rings(distance.astype(np.float32), rng.uniform(0.0026, 0.0042), rng)
     fibre = smooth(rng, shape, (0.045 / texel, 0.0007 / texel))
     fine = smooth(rng, shape, (0.012 / texel, 1))
     cloud = layered(rng, shape, (0.25 / texel, 0.035 / texel), 3)
@@ -132,7 +132,7 @@ def solid_wood(
     x, y, z = (points[..., k] for k in range(3))
     slow = solid_layered(points * [22, 22, 7], seed) * 0.0026
     distance = np.hypot(x - pith[0] - lean[0] * z, y - pith[1] - lean[1] * z) + slow
-    late, _ = _rings(distance.astype(np.float32), ring, rng)
+    late = _rings(distance.astype(np.float32), ring, rng)
     fibre = solid(points * [1900, 1900, 45], seed + 10) + 0.7 * solid(
         points * [3600, 3600, 110], seed + 11
     )

@@ -1,1 +1,7 @@
 """The embedded agent: rules, mechanics and search; needs nothing but the program's own rooms."""
+
+from physagent_studio.agent.rules.generator import RuleGenerator
+from physagent_studio.agent.rules.planner import RulePlanner
+from physagent_studio.agent.rules.verifier import RuleVerifier
+
+__all__ = ["RuleGenerator", "RulePlanner", "RuleVerifier"]

@@ -1,0 +1,145 @@
+"""Which script sets an object going, from what is said of it and how it stands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from physagent_studio.agent.rules import scripts
+from physagent_studio.agent.rules.intents import Intent, intents_of
+from physagent_studio.agent.rules.layout import Layout
+from physagent_studio.agent.rules.ramps import down_ramp
+from physagent_studio.agent.rules.reading import Reading
+from physagent_studio.agent.rules.scripts import Task
+from physagent_studio.program.actions import Action, duration_of
+from physagent_studio.program.program import Clip
+
+Script = Callable[[Task], list[Action]]
+
+
+def schedule(reading: Reading, layout: Layout, clip: Clip) -> tuple[Action, ...]:
+    """The event program of a reading over a scene."""
+    actions: list[Action] = []
+    for task in tasks_of(reading, layout, clip):
+        for action in _script_for(task)(task):
+            actions += [a for a in [_fitted(action, clip, actions)] if a is not None]
+    return tuple(actions[:500])
+
+
+def tasks_of(reading: Reading, layout: Layout, clip: Clip) -> list[Task]:
+    """One task per object that has to be set going, rows of like ones with their ranks."""
+    intents = intents_of(reading)
+    wind = [f for f in reading.frames if f.sense == "wind" and not f.patient]
+    if wind:
+        for item in layout.state.objects:
+            if any(item.name in f.patient for f in reading.frames) or len(layout.state.objects) == 1:
+                intents.setdefault(item.name, Intent(item.name)).frames[:0] = wind
+    driven = [i for i in intents.values() if i.needs_drive and layout.has(i.name)]
+    return [Task(i, layout, clip, *_rank(i, driven, layout)) for i in driven]
+
+
+def _rank(intent: Intent, driven: list[Intent], layout: Layout) -> tuple[int, int]:
+    """Place among the objects that share a frame with it, from top to bottom."""
+    row = {n for f in intent.frames for n in (f.agent or f.patient)}
+    alike = [i.name for i in driven if i.name in row]
+    ordered = sorted(alike, key=lambda n: -layout.position(n)[2])
+    return ordered.index(intent.name), len(ordered)
+
+
+def _script_for(task: Task) -> Script:
+    intent, layout = task.intent, task.layout
+    if intent.has("wind"):
+        return scripts.in_wind
+    if intent.has("float"):
+        return scripts.float_down
+    flying = intent.has("kick", "throw", "fly") and not intent.has("roll", "slide")
+    inside = task.target()
+    if flying or (inside is not None and _is_opening(inside.name, layout) and intent.has("land")):
+        return scripts.through_air
+    if _leaves_support(task):
+        return scripts.off_edge
+    if layout.ramp_below(intent.name) is not None and intent.has(*_SLOPE):
+        return down_ramp
+    return _by_sense(task)
+
+
+_SLOPE = ("roll", "slide", "move", "drift", "descend", "reach", "stop", "slip", "turn_around", "reverse")
+
+
+def _is_opening(name: str, layout: Layout) -> bool:
+    landmark = layout.state.landmark(name)
+    return landmark is not None and landmark.kind == "opening"
+
+
+def _leaves_support(task: Task) -> bool:
+    """Whether it shall come off what carries it, and something below can catch it."""
+    intent, layout = task.intent, task.layout
+    off = intent.place("off", "from")
+    edge = intent.place("object", "over")
+    over_edge = edge is not None and edge.part == "edge"
+    carrier = layout.carrier(task.name)
+    if carrier is None:
+        return False
+    on_ground = carrier == layout.ground()
+    if on_ground or (layout.ramp_below(task.name) is not None and layout.base(task.name) != carrier):
+        return False
+    named = off is not None and (off.kind == "group" or off.name in (carrier, layout.base(task.name)))
+    on_ramp = layout.downhill(task.name) is not None
+    falls = intent.has("fall", "slip") and not on_ramp
+    return named or over_edge or falls
+
+
+def _by_sense(task: Task) -> Script:
+    intent = task.intent
+    table: tuple[tuple[tuple[str, ...], Script], ...] = (
+        (("jump", "bounce"), scripts.leap),
+        (_GROUND, scripts.along_ground),
+        (("flip",), scripts.tip),
+        (("knock_over", "tip_over", "topple", "lose_balance"), scripts.tip),
+        (("spin",), scripts.spin_about),
+        (("turn_around", "reverse"), scripts.turn_back),
+        (("turn",), scripts.spin_about),
+        (("crush", "collapse", "break", "spread", "sway", "bend", "deform"), _nothing),
+        (("fall", "land", "descend", "lose_support", "settle", "stop"), _nothing),
+    )
+    if intent.hits and task.layout.carrier(task.name) is None and intent.has("fall", "land", "crush"):
+        return _nothing
+    for senses, script in table:
+        if intent.has(*senses):
+            return _unless_toppling(task, senses, script)
+    return _nothing
+
+
+_GROUND = (
+    "move slide drift roll curve circle push pull kick throw hit cross pass reach enter approach "
+    "accelerate dislodge knock slip"
+).split()
+_GROUND = tuple(_GROUND)
+
+
+def _unless_toppling(task: Task, senses: tuple[str, ...], script: Script) -> Script:
+    """A push that only shall make a thing fall over acts at its top."""
+    own = task.intent.has("topple", "knock_over", "tip_over") and not task.intent.hits
+    plain = not task.intent.has("roll", "slide", "move", "curve", "cross", "reach", "drift")
+    return scripts.tip if senses is _GROUND and own and plain else script
+
+
+def _nothing(task: Task) -> list[Action]:
+    """Gravity does it."""
+    return []
+
+
+def _fitted(action: Action, clip: Clip, taken: list[Action]) -> Action | None:
+    """The action inside the clip, with an id of its own."""
+    ids = {a.id for a in taken}
+    name, number = action.id, 1
+    while name in ids:
+        number += 1
+        name = f"{action.id[:60]}_{number}"
+    update: dict[str, object] = {"id": name}
+    if action.when is None:
+        if action.start_step >= clip.steps:
+            return None
+        room = clip.steps - action.start_step
+        if duration_of(action) > room:
+            update["duration"] = room
+    return action.model_copy(update=update)

@@ -1,0 +1,118 @@
+"""Event frames → contract: what each clause demands of a rollout."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from physagent_studio.agent.rules.layout import Layout
+from physagent_studio.agent.rules.reading import EventFrame, Place, Reading
+from physagent_studio.agent.rules.senses import SENSES
+from physagent_studio.agent.rules.specs import Context, Spec, place_name
+from physagent_studio.program.contract import Contract
+
+
+def contract_of(reading: Reading, layout: Layout) -> Contract:
+    """The contract of a prompt over a scene; the same events in other words give the same."""
+    draft = _Draft(layout, reading)
+    for index, frame in enumerate(reading.frames):
+        draft.add(index, frame)
+    return Contract.model_validate(
+        {
+            "clauses": [{"id": c.id, "text": c.text[:4000] or c.id} for c in reading.clauses[:64]],
+            "statements": draft.statements[:256],
+            "not_understood": [word[:200] for word in reading.not_understood[:64]],
+        }
+    )
+
+
+@dataclass
+class _Draft:
+    """Statements written so far, as plain data."""
+
+    layout: Layout
+    reading: Reading
+    statements: list[dict[str, Any]] = field(default_factory=list)
+
+    def add(self, index: int, frame: EventFrame) -> None:
+        """Adds the statements of one frame, tied to its clause."""
+        build: Callable[[Context], Sequence[Spec]] | None = SENSES.get(frame.sense)
+        if build is None:
+            return
+        subjects = frame.patient or self._everyone(frame)
+        groups: list[list[Spec]] = []
+        for subject in subjects:
+            context = Context(frame, subject, index, self.reading, self.layout)
+            groups.append(list(build(context)))
+        if frame.negated and frame.link != "before":
+            self._none_of(groups, frame.clause)
+        elif frame.any_one and len(groups) > 1:
+            self._any_group(groups, frame.clause)
+        else:
+            for spec in (one for group in groups for one in group):
+                self._state(spec, frame.clause)
+
+    def _everyone(self, frame: EventFrame) -> tuple[str, ...]:
+        """A wind that names nobody blows on whatever the prompt speaks of."""
+        if frame.sense != "wind":
+            return ()
+        named = {n: None for f in self.reading.frames for n in f.patient}
+        return tuple(named) or tuple(item.name for item in self.layout.state.objects)
+
+    def _none_of(self, groups: list[list[Spec]], clause: str) -> None:
+        for spec in (one for group in groups for one in group):
+            self._state(spec.opposite(), clause)
+
+    def _any_group(self, groups: list[list[Spec]], clause: str) -> None:
+        of = []
+        for group in groups:
+            ids = [self._state(spec, clause) for spec in group]
+            if len(ids) > 1:
+                ids = [self._put({"kind": "all_of", "of": ids}, f"all_{ids[0]}", clause)]
+            of += ids
+        if of:
+            self._put({"kind": "any_of", "of": of}, f"any_{of[0]}", clause)
+
+    def _state(self, spec: Spec, clause: str) -> str:
+        data = dict(spec.fields)
+        if spec.kind in ("any_of", "all_of"):
+            data["of"] = [self._state(part, clause) for part in spec.parts]
+            return self._put({"kind": spec.kind, **data}, f"any_{data['of'][0]}", clause)
+        if spec.kind == "before":
+            first, second = (self._state(part, clause) for part in spec.parts)
+            data |= {"first": first, "second": second}
+            return self._put({"kind": "before", **data}, f"{first}_first", clause)
+        return self._put({"kind": spec.kind, **data}, _label(spec), clause)
+
+    def _put(self, data: dict[str, Any], label: str, clause: str) -> str:
+        """The id of the statement; one that the clause has already is not written twice."""
+        for row in self.statements:
+            same = {k: v for k, v in row.items() if k not in ("id", "clause")} == data
+            if same and row["clause"] == clause:
+                return row["id"]
+        taken = {row["id"] for row in self.statements}
+        name, number = label[:60], 1
+        while name in taken:
+            number += 1
+            name = f"{label[:57]}_{number}"
+        self.statements.append({"id": name, "clause": clause, **data})
+        return name
+
+
+def _label(spec: Spec) -> str:
+    parts = [str(spec.fields["subject"]), "not" if spec.fields.get("negated") else "", spec.kind]
+    parts += [str(spec.fields[k]) for k in _NAMED if k in spec.fields]
+    return "_".join(part for part in parts if part)
+
+
+_NAMED = ("other", "landmark", "near", "toward", "direction", "side", "before")
+
+
+def landmarks_needed(reading: Reading) -> tuple[Place, ...]:
+    """Places of the prompt that have to become landmarks of the scene, once each."""
+    found: dict[str, Place] = {}
+    for place in reading.places():
+        if place.kind == "landmark" or (place.kind == "support" and place.part):
+            found.setdefault(place_name(place), place)
+    return tuple(found.values())

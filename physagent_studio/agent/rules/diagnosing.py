@@ -1,0 +1,188 @@
+"""What went wrong, in words and figures: from failed checks to mismatches, never a remedy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.agent.rules.layout import Layout, level, unit
+from physagent_studio.program.contract import AllOf, AnyOf, Before, Statement
+from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.records import Check, Finding, Mismatch, Rollout
+
+FloatArray = NDArray[np.float64]
+
+CODES: dict[str, tuple[str, str]] = {
+    "moves": ("falls_short", "moved"),
+    "falls": ("not_fallen", "fell"),
+    "contacts": ("no_contact", "unwanted_contact"),
+    "topples": ("not_toppled", "toppled"),
+    "upright": ("toppled", "not_toppled"),
+    "stays": ("moved", "falls_short"),
+    "rests_on": ("not_resting", "unwanted_contact"),
+    "reaches": ("no_contact", "unwanted_contact"),
+    "leaves": ("not_left", "left"),
+    "lands_in": ("misses", "overshoots"),
+    "passes_over": ("falls_short", "overshoots"),
+    "stops": ("not_stopped", "stopped"),
+    "stops_before": ("overshoots", "falls_short"),
+    "airborne": ("not_airborne", "airborne"),
+    "rotates": ("too_little_turn", "too_much_turn"),
+    "flips": ("too_little_turn", "too_much_turn"),
+    "speed_between": ("wrong_speed", "wrong_speed"),
+    "path_bends": ("path_too_straight", "path_too_bent"),
+    "reverses": ("not_reversed", "reversed"),
+    "descends_slowly": ("too_fast", "too_slow"),
+    "deforms": ("not_deformed", "deformed"),
+    "spreads": ("not_spread", "spread"),
+    "breaks": ("not_broken", "broken"),
+    "sways": ("not_swaying", "swaying"),
+    "before": ("wrong_order", "wrong_order"),
+    "blow_up": ("blow_up", "blow_up"),
+    "penetration": ("penetration", "penetration"),
+    "energy": ("energy", "energy"),
+    "cause": ("no_cause", "no_cause"),
+    "sink": ("sinks", "sinks"),
+    "visible": ("not_visible", "not_visible"),
+}
+"""Code where the plain statement fails, and where its negation does."""
+
+
+def mismatches(
+    program: PhysicalProgram, rollout: Rollout, checks: tuple[Check, ...]
+) -> tuple[Mismatch, ...]:
+    """One per failed demanded check, the worst first."""
+    statements = {s.id: s for s in program.contract.statements}
+    by_id = {c.id: c for c in checks}
+    failing = [c for c in checks if c.demanded and not c.ok]
+    found = [
+        _mismatch(check, _concrete(statements.get(check.id), statements, by_id), program, rollout)
+        for check in sorted(failing, key=lambda c: (c.kind == "before", c.margin))
+    ]
+    return tuple(found)
+
+
+def _concrete(
+    statement: Statement | None, statements: dict[str, Statement], checks: dict[str, Check]
+) -> Statement | None:
+    """The statement that decides a composite: its best part, or the part that fails."""
+    for _ in range(8):
+        if isinstance(statement, AnyOf):
+            parts = [checks[i] for i in statement.of if i in checks]
+            best = max(parts, key=lambda c: c.margin, default=None)
+        elif isinstance(statement, AllOf):
+            parts = [checks[i] for i in statement.of if i in checks]
+            best = min(parts, key=lambda c: c.margin, default=None)
+        elif isinstance(statement, Before):
+            parts = [checks[i] for i in (statement.first, statement.second) if i in checks]
+            failing = [c for c in parts if not c.ok]
+            best = min(failing, key=lambda c: c.margin, default=None)
+        else:
+            return statement
+        if best is None:
+            return statement
+        statement = statements.get(best.id)
+    return statement
+
+
+def _mismatch(
+    check: Check, statement: Statement | None, program: PhysicalProgram, rollout: Rollout
+) -> Mismatch:
+    kind = statement.kind if statement is not None else check.kind
+    negated = bool(statement is not None and statement.negated)
+    code = CODES.get(kind, ("fails", "fails"))[negated]
+    subject = str(getattr(statement, "subject", "") or "")
+    other = _other(statement)
+    figures = {"margin": round(check.margin, 4)}
+    if check.measured is not None:
+        figures["measured"] = round(check.measured, 4)
+    text = check.text
+    if subject in rollout.objects and other and not negated:
+        pass_by = passing(program, rollout, subject, other)
+        if pass_by is not None and kind in ("contacts", "reaches", "lands_in", "passes_over", "moves"):
+            code, text = pass_by.code, pass_by.text(subject, other, rollout)
+            figures |= {"left": round(pass_by.left, 4), "ahead": round(pass_by.ahead, 4)}
+    return Mismatch(
+        code=code,
+        text=text,
+        subject=subject,
+        other=other,
+        check=check.id,
+        figures=figures,
+        step=check.step,
+    )
+
+
+def _other(statement: Statement | None) -> str:
+    for field in ("other", "landmark", "near", "before", "toward"):
+        name = getattr(statement, field, None)
+        if name:
+            return str(name)
+    return ""
+
+
+@dataclass(frozen=True, slots=True)
+class Passing:
+    """How an object came by another: left > 0 is to its left as it moves; ahead > 0 is short."""
+
+    left: float
+    ahead: float
+    step: int
+    still: bool
+
+    @property
+    def code(self) -> str:
+        """`misses` where it goes by at the side, `falls_short` where it does not get there."""
+        if self.still:
+            return "does_not_move"
+        return "falls_short" if self.ahead > abs(self.left) else "misses"
+
+    def text(self, subject: str, other: str, rollout: Rollout) -> str:
+        """The sentence."""
+        frame = rollout.frame_of(self.step)
+        if self.still:
+            return f"{subject} does not move towards {other}"
+        if self.code == "falls_short":
+            return f"{subject} stays {self.ahead:.2f} m short of {other} at frame {frame}"
+        side = "left" if self.left > 0 else "right"
+        return f"{subject} passes {abs(self.left):.2f} m {side} of {other} at frame {frame}"
+
+
+def passing(
+    program: PhysicalProgram, rollout: Rollout, subject: str, other: str
+) -> Passing | None:
+    """How the subject comes nearest to another body or place, seen along its motion."""
+    layout = Layout(program.scene)
+    if not layout.is_known(other) or rollout.blown_up is not None:
+        return None
+    path = rollout.positions[:, rollout.objects.index(subject)]
+    if other in rollout.objects:
+        goal = rollout.positions[:, rollout.objects.index(other)]
+    else:
+        goal = np.broadcast_to(layout.position(other), path.shape)
+    away = np.linalg.norm((path - goal)[:, :2], axis=1)
+    nearest = int(away.argmin())
+    moved = level(path[nearest] - path[0])
+    length = float(np.linalg.norm(moved))
+    if length < 0.02:
+        return Passing(0.0, float(away[0]), nearest, True)
+    heading = unit(level(path[nearest] - path[max(0, nearest - 20)]))
+    if float(np.linalg.norm(level(path[nearest] - path[max(0, nearest - 20)]))) < 1e-3:
+        heading = unit(moved)
+    offset = level(goal[nearest] - path[nearest])
+    # To the left of the target means that the target lies to its right.
+    left = -float(heading[0] * offset[1] - heading[1] * offset[0])
+    return Passing(left, float(heading @ offset), nearest, False)
+
+
+def stage_one_mismatch(finding: Finding) -> Mismatch:
+    """A failed finding of the reconstruction."""
+    return Mismatch(
+        code=f"{finding.kind}_{finding.name}",
+        text=finding.text,
+        subject=finding.subject,
+        check=f"{finding.kind}.{finding.name}.{finding.subject}",
+        figures={"measured": finding.measured, "threshold": finding.threshold},
+    )

@@ -1,0 +1,135 @@
+"""G: from a case and its prompt to the first physical program. It never simulates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from physagent_studio.agent.rules.bodies import bodies_for
+from physagent_studio.agent.rules.choosing import schedule, tasks_of
+from physagent_studio.agent.rules.contracting import contract_of, landmarks_needed
+from physagent_studio.agent.rules.landmarks import assume_open, derived_landmarks
+from physagent_studio.agent.rules.layout import Layout
+from physagent_studio.agent.rules.look import material_of
+from physagent_studio.agent.rules.ramps import friction_for
+from physagent_studio.agent.rules.reading import Inventory, Reading, inventory, read
+from physagent_studio.agent.rules.reading.vocabulary import GROUND_WORDS
+from physagent_studio.program.contract import Contract
+from physagent_studio.program.program import Clip, EventProgram, PhysicalProgram
+from physagent_studio.program.scene import Landmark, SceneObject, SceneState, Support
+from physagent_studio.records import Case, Scene
+
+
+class RuleGenerator:
+    """Writes the first program from the words of the prompt and the reconstructed geometry."""
+
+    def first(self, case: Case, reconstruct: Callable[[SceneState], Scene]) -> PhysicalProgram:
+        """The program of a case; raises what `reconstruct` raises."""
+        stock = stock_of(case)
+        reading = read(case.prompt, stock)
+        return self.program(case, reading, reconstruct(open_scene(case, reading, stock)).state)
+
+    def program(self, case: Case, reading: Reading, state: SceneState) -> PhysicalProgram:
+        """The program over a completed scene state."""
+        state = _with_landmarks(state, reading)
+        clip = Clip()
+        state = _with_materials(state, reading, clip)
+        layout = Layout(state)
+        return PhysicalProgram(
+            clip=clip,
+            scene=state,
+            event=EventProgram(prompt=case.prompt[:4000], actions=schedule(reading, layout, clip)),
+            contract=_known_only(contract_of(reading, layout), state),
+        )
+
+
+def stock_of(case: Case) -> Inventory:
+    """What the case names, as the reader asks for it."""
+    return inventory(
+        case.objects,
+        [(s.name, s.grounding) for s in case.supports],
+        [landmark.name for landmark in case.landmarks],
+    )
+
+
+def open_scene(case: Case, reading: Reading, stock: Inventory) -> SceneState:
+    """What the picture shows, with its geometry still open."""
+    objects = tuple(
+        SceneObject(name=name, grounding=grounding, material=material_of(name, case.prompt))
+        for name, grounding in case.objects
+    )
+    supports = case.supports
+    if all(s.name != stock.ground for s in supports):
+        ground = Support(name=stock.ground, material=_ground_material(case.prompt))
+        supports = (*supports, ground)
+    given = {landmark.name for landmark in case.landmarks}
+    needed = tuple(
+        Landmark(name=place.name, kind=place.landmark_kind, on=stock.ground)
+        for place in landmarks_needed(reading)
+        if place.kind == "landmark" and place.name not in given
+    )
+    return SceneState(objects=objects, supports=supports, landmarks=(*case.landmarks, *needed))
+
+
+def _ground_material(prompt: str) -> str:
+    """What the ground is made of, by the word that the prompt has for it."""
+    words = [w.strip(".,;") for w in prompt.lower().split()]
+    said = next((w for w in words if w in GROUND_WORDS), "")
+    curling = "curling" in words or "hockey" in words
+    table = {"grass": "grass", "field": "grass", "lawn": "grass", "pitch": "grass", "turf": "grass"}
+    table |= {"street": "concrete", "road": "concrete", "pavement": "concrete", "carpet": "carpet"}
+    table |= {"ice": "ice", "rink": "ice", "snow": "snow"}
+    return "ice" if curling else table.get(said, "wood")
+
+
+def _with_landmarks(state: SceneState, reading: Reading) -> SceneState:
+    """Edges and ends of supports that the prompt speaks of, from the geometry of the supports."""
+    known = {landmark.name for landmark in state.landmarks}
+    found = [
+        landmark
+        for landmark in derived_landmarks(Layout(state), landmarks_needed(reading), reading)
+        if landmark.name not in known
+    ]
+    state = state.model_copy(update={"landmarks": (*state.landmarks, *found)})
+    marks, said = assume_open(Layout(state), reading)
+    flags = tuple(dict.fromkeys((*state.flags, *said)))[:64]
+    return state.model_copy(update={"landmarks": marks, "flags": flags})
+
+
+def _with_materials(state: SceneState, reading: Reading, clip: Clip) -> SceneState:
+    """Friction on slopes, and how things hold together, where the event depends on it."""
+    layout = Layout(state)
+    friction = {
+        task.name: mu
+        for task in tasks_of(reading, layout, clip)
+        if (mu := friction_for(task)) is not None
+    }
+    bodies = bodies_for(reading, layout)
+    changed: list[SceneObject] = []
+    for item in state.objects:
+        update: dict[str, object] = {}
+        if item.name in friction and item.friction is None:
+            update["friction"] = friction[item.name]
+        if item.name in bodies and item.body.kind == "rigid":
+            update["body"] = bodies[item.name]
+        changed.append(item.model_copy(update=update))
+    return state.model_copy(update={"objects": tuple(changed)})
+
+
+def _known_only(contract: Contract, state: SceneState) -> Contract:
+    """The contract without statements on places that the scene does not have; they stay visible
+    as untested clauses."""
+    places = {i.name for i in (*state.objects, *state.supports, *state.landmarks)}
+    kept = list(contract.statements)
+    while True:
+        ids = {s.id for s in kept}
+        fine = [s for s in kept if _refers_to_known(s, places, ids)]
+        if len(fine) == len(kept):
+            return contract.model_copy(update={"statements": tuple(kept)})
+        kept = fine
+
+
+def _refers_to_known(statement: object, places: set[str], ids: set[str]) -> bool:
+    names = [getattr(statement, f, None) for f in ("other", "landmark", "near", "before", "toward")]
+    parts = [*getattr(statement, "of", ())]
+    parts += [p for p in (getattr(statement, "first", None), getattr(statement, "second", None)) if p]
+    return all(n is None or n in places for n in names) and all(p in ids for p in parts)

@@ -1,0 +1,98 @@
+"""Who has to be set going, and to what end: the prompt's frames gathered per object."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from physagent_studio.agent.rules.reading import EventFrame, Place, Reading
+
+ACTIVE = frozenset(
+    "move slide drift roll fly curve circle push pull kick throw hit knock knock_over tip_over topple "
+    "lose_balance flip spin turn turn_around reverse slip float jump rise bounce cross pass reach "
+    "enter approach accelerate dislodge descend fall stop land leave lose_support wind sway bend "
+    "crush settle slow collapse spread break deform".split()
+)
+"""Senses after which something is no longer as it was."""
+
+
+@dataclass
+class Intent:
+    """What one object shall do.
+
+    hits: objects that it shall touch, in order. struck_by: objects that shall touch it.
+    """
+
+    name: str
+    frames: list[EventFrame] = field(default_factory=list)
+    hits: list[str] = field(default_factory=list)
+    struck_by: list[str] = field(default_factory=list)
+
+    @property
+    def senses(self) -> frozenset[str]:
+        """All that is said of it."""
+        return frozenset(frame.sense for frame in self.frames)
+
+    def has(self, *senses: str) -> bool:
+        """Whether one of the senses is said of it."""
+        return bool(self.senses & set(senses))
+
+    def place(self, *relations: str, senses: tuple[str, ...] = ()) -> Place | None:
+        """The first place that its frames name in one of these relations."""
+        for frame in self.frames:
+            if senses and frame.sense not in senses:
+                continue
+            if (place := frame.place(*relations)) is not None:
+                return place
+        return None
+
+    def way(self) -> str | None:
+        """The first direction that its frames name."""
+        known = (None, "off", "down")
+        said = [way for f in self.frames for way in (f.direction, f.origin) if way not in known]
+        return said[0] if said else None
+
+    def manner(self, *words: str) -> bool:
+        """Whether one of the manners is said."""
+        return any(frame.manner & set(words) for frame in self.frames)
+
+    @property
+    def needs_drive(self) -> bool:
+        """Whether it has to move on its own account and not only because it is struck."""
+        own = [f for f in self.frames if self.name in f.agent or not f.agent]
+        passive = {"topple", "knock_over", "lose_balance", "stay", "rest", "fall", "stack", "be"}
+        if self.struck_by:
+            return any(f.sense not in passive and f.sense in ACTIVE for f in own if not f.agent)
+        return any(f.sense in ACTIVE for f in own)
+
+
+def intents_of(reading: Reading) -> dict[str, Intent]:
+    """The intents of all objects that shall do something, in the order they are told."""
+    found: dict[str, Intent] = {}
+
+    def intent(name: str) -> Intent:
+        return found.setdefault(name, Intent(name))
+
+    for frame in reading.frames:
+        if frame.negated or frame.link == "before":
+            continue
+        if frame.agent:
+            _struck(frame, intent)
+            continue
+        for name in frame.patient:
+            intent(name).frames.append(frame)
+    return {name: one for name, one in found.items() if one.frames or one.hits}
+
+
+def _struck(frame: EventFrame, intent) -> None:  # noqa: ANN001 - a local function
+    for agent in frame.agent:
+        one = intent(agent)
+        one.frames.append(frame)
+        one.hits += [p for p in frame.patient if p not in one.hits and p != agent]
+    for patient in frame.patient:
+        other = intent(patient)
+        other.struck_by += [a for a in frame.agent if a != patient]
+
+
+def moving_frames(intent: Intent) -> list[EventFrame]:
+    """Its frames that are no mere description of how things are."""
+    return [frame for frame in intent.frames if frame.sense in ACTIVE]

@@ -1,0 +1,218 @@
+"""What can be turned in a program: one number each, with the factor it belongs to.
+
+A knob reads its value from a program and makes the edits that set another one. Magnitudes and
+material constants are searched by ratio, angles and steps by difference.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from physagent_studio.program.actions import (
+    Action,
+    ApplyAngledForce,
+    ApplyDisturbance,
+    ApplyForce,
+    ApplyTorque,
+    Directed,
+    SetAngularVelocity,
+    SetVelocity,
+    duration_of,
+)
+from physagent_studio.program.edits import Edit, SetField
+from physagent_studio.program.materials import MATERIALS
+from physagent_studio.program.program import PhysicalProgram
+
+VECTORS = {"SetVelocity": "velocity", "SetAngularVelocity": "angular_velocity", "ApplyForce": "force"}
+VECTORS |= {"ApplyTorque": "torque"}
+
+
+@dataclass(frozen=True)
+class Knob:
+    """path: the field. target: the object it is about. by_ratio: whether it is scaled.
+
+    low, high: bounds of the value. stride: first change tried (a ratio − 1, or a difference).
+    """
+
+    path: str
+    factor: str
+    target: str
+    value: float
+    low: float
+    high: float
+    stride: float
+    by_ratio: bool
+    write: Callable[[float], tuple[Edit, ...]]
+    whole: bool = False
+
+    def shifted(self, steps: float) -> float:
+        """The value `steps` strides away, inside its bounds."""
+        if self.by_ratio:
+            value = self.value * math.exp(steps * math.log1p(self.stride))
+        else:
+            value = self.value + steps * self.stride
+        value = min(max(value, self.low), self.high)
+        return float(round(value)) if self.whole else value
+
+    def distance(self, value: float) -> float:
+        """How far a value is from the present one, in strides."""
+        if self.by_ratio and self.value > 0 and value > 0:
+            return abs(math.log(value / self.value)) / math.log1p(self.stride)
+        return abs(value - self.value) / self.stride
+
+    def edits(self, value: float) -> tuple[Edit, ...]:
+        """The edits that set the value, rounded so that it can be read."""
+        return self.write(_readable(value, self.whole))
+
+
+def _readable(value: float, whole: bool) -> float:
+    if whole:
+        return int(round(value))
+    return float(f"{value:.5g}")
+
+
+def _field(path: str) -> Callable[[float], tuple[Edit, ...]]:
+    return lambda value: (SetField(path=path, value=value),)
+
+
+def action_knobs(program: PhysicalProgram) -> list[Knob]:
+    """All knobs of the schedule."""
+    found: list[Knob] = []
+    for action in program.event.actions:
+        if not action.muted:
+            found += [*_strength(action), *_aim(action), *_timing(action, program)]
+    return found
+
+
+def _strength(action: Action) -> Iterable[Knob]:
+    base = f"event.actions.{action.id}"
+    if isinstance(action, ApplyAngledForce):
+        yield _ratio(f"{base}.magnitude", "magnitude", action.name, action.magnitude)
+        yield _angle(f"{base}.angle", "direction", action.name, action.angle)
+    elif isinstance(action, ApplyDisturbance):
+        yield _ratio(f"{base}.amplitude", "magnitude", action.name, action.amplitude)
+    elif (vector := _vector(action)) is not None:
+        path = f"{base}.{VECTORS[action.operator]}"
+        if isinstance(vector, Directed):
+            yield _ratio(f"{path}.magnitude", "magnitude", action.name, vector.magnitude)
+        else:
+            yield _scaled_vector(path, action.name, vector)
+
+
+def _vector(action: Action) -> Directed | tuple[float, float, float] | None:
+    match action:
+        case SetVelocity():
+            return action.velocity
+        case SetAngularVelocity():
+            return action.angular_velocity
+        case ApplyForce():
+            return action.force
+        case ApplyTorque():
+            return action.torque
+    return None
+
+
+def _aim(action: Action) -> Iterable[Knob]:
+    vector = _vector(action)
+    if vector is None:
+        return
+    path = f"event.actions.{action.id}.{VECTORS[action.operator]}"
+    if not isinstance(vector, Directed):
+        if isinstance(action, ApplyForce | SetVelocity) and math.hypot(vector[0], vector[1]) > 1e-9:
+            yield _turned_vector(path, action.name, vector)
+        return
+    if vector.along is None and vector.direction not in ("up", "down"):
+        yield _angle(f"{path}.azimuth", "direction", action.name, vector.azimuth)
+        yield _angle(f"{path}.elevation", "elevation", action.name, vector.elevation, 85.0)
+
+
+def _timing(action: Action, program: PhysicalProgram) -> Iterable[Knob]:
+    base, steps = f"event.actions.{action.id}", program.clip.steps
+    length = duration_of(action)
+    if hasattr(action, "duration"):
+        room = steps - action.start_step if action.when is None else steps
+        yield Knob(
+            f"{base}.duration", "duration", action.name, length, 1, max(room, 1), 0.4, True,
+            _field(f"{base}.duration"), whole=True,
+        )  # fmt: skip
+    if action.when is None:
+        latest = max(steps - length, 0)
+        yield Knob(
+            f"{base}.start_step", "timing", action.name, action.start_step, 0, latest, 12.0, False,
+            _field(f"{base}.start_step"), whole=True,
+        )  # fmt: skip
+    else:
+        yield Knob(
+            f"{base}.when.delay", "timing", action.name, action.when.delay, 0, steps, 8.0, False,
+            _field(f"{base}.when.delay"), whole=True,
+        )  # fmt: skip
+
+
+def _ratio(path: str, factor: str, target: str, value: float) -> Knob:
+    size = abs(value) or 0.1
+    sign = -1.0 if value < 0 else 1.0
+    return Knob(
+        path, factor, target, size, size * 0.02, min(size * 40, 9e6), 0.25, True,
+        lambda v: (SetField(path=path, value=sign * v),),
+    )  # fmt: skip
+
+
+def _angle(path: str, factor: str, target: str, value: float, limit: float = 360.0) -> Knob:
+    low, high = max(value - 180.0, -limit), min(value + 180.0, limit)
+    return Knob(path, factor, target, value, low, high, 4.0, False, _field(path))
+
+
+def _scaled_vector(path: str, target: str, vector: tuple[float, float, float]) -> Knob:
+    length = math.sqrt(sum(part * part for part in vector))
+    unit = [part / length for part in vector] if length > 1e-9 else [0.0, 0.0, 1.0]
+    size = length or 0.1
+    return Knob(
+        path, "magnitude", target, size, size * 0.02, size * 40, 0.25, True,
+        lambda v: (SetField(path=path, value=[_readable(u * v, False) for u in unit]),),
+    )  # fmt: skip
+
+
+def _turned_vector(path: str, target: str, vector: tuple[float, float, float]) -> Knob:
+    x, y, z = vector
+    flat, heading = math.hypot(x, y), math.degrees(math.atan2(y, x))
+
+    def write(angle: float) -> tuple[Edit, ...]:
+        turned = math.radians(angle)
+        value = [flat * math.cos(turned), flat * math.sin(turned), z]
+        return (SetField(path=path, value=[_readable(part, False) for part in value]),)
+
+    return Knob(
+        path, "direction", target, heading, heading - 180, heading + 180, 4.0, False, write
+    )
+
+
+def material_knobs(program: PhysicalProgram) -> list[Knob]:
+    """Friction, restitution and density of objects, and what bodies give way to."""
+    found: list[Knob] = []
+    for item in program.scene.objects:
+        base = f"scene.objects.{item.name}"
+        row = MATERIALS[item.material]
+        friction = item.friction if item.friction is not None else row.friction
+        density = item.density if item.density is not None else row.density
+        bounce = item.restitution if item.restitution is not None else row.restitution
+        found += [
+            Knob(f"{base}.friction", "friction", item.name, max(friction, 0.005), 0.002, 5.0, 0.3,
+                 True, _field(f"{base}.friction")),
+            Knob(f"{base}.density", "density", item.name, density, 0.5, 25000.0, 0.4, True,
+                 _field(f"{base}.density")),
+            Knob(f"{base}.restitution", "restitution", item.name, bounce, 0.0, 0.95, 0.15, False,
+                 _field(f"{base}.restitution")),
+        ]  # fmt: skip
+        for field, low, high in _BODY_FIELDS:
+            value = getattr(item.body, field, None)
+            if isinstance(value, float) and value > 0:
+                path = f"{base}.body.{field}"
+                found.append(
+                    Knob(path, "material", item.name, value, low, high, 1.0, True, _field(path))
+                )
+    return found
+
+
+_BODY_FIELDS = (("release_impulse", 1e-5, 1e5), ("young", 1e3, 1e9), ("cohesion", 0.01, 1.0))

@@ -1,0 +1,298 @@
+"""Distances, sizes and masses of a scene, as mechanics and thresholds need them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.actions import Direction
+from physagent_studio.program.materials import MATERIALS
+from physagent_studio.program.rotations import matrix_of
+from physagent_studio.program.scene import (
+    Floor,
+    Ramp,
+    SceneObject,
+    SceneState,
+    Slab,
+    Support,
+    Wall,
+)
+from physagent_studio.program.shapes import Placed, gap, lowest, outline_of, place_support, reach
+
+FloatArray = NDArray[np.float64]
+
+GRAVITY = 9.81
+WAYS: dict[Direction, FloatArray] = {
+    "left": np.array([-1.0, 0, 0]),
+    "right": np.array([1.0, 0, 0]),
+    "up": np.array([0, 0, 1.0]),
+    "down": np.array([0, 0, -1.0]),
+    "away": np.array([0, 1.0, 0]),
+    "toward_camera": np.array([0, -1.0, 0]),
+}
+OPPOSITE: dict[Direction, Direction] = {
+    "left": "right", "right": "left", "up": "down", "down": "up", "away": "toward_camera",
+    "toward_camera": "away",
+}  # fmt: skip
+
+
+def named_way(vector: FloatArray) -> Direction:
+    """The named horizontal direction nearest to a vector."""
+    if abs(vector[0]) >= abs(vector[1]):
+        return "right" if vector[0] >= 0 else "left"
+    return "away" if vector[1] >= 0 else "toward_camera"
+
+
+def unit(vector: FloatArray) -> FloatArray:
+    """The vector (3,) at length 1, or +x where it has none."""
+    length = float(np.linalg.norm(vector))
+    return vector / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
+
+
+def level(vector: FloatArray) -> FloatArray:
+    """The vector without its vertical part."""
+    return vector * np.array([1.0, 1.0, 0.0])
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Asks a completed scene state; lengths in m, world frame."""
+
+    state: SceneState
+
+    def has(self, name: str) -> bool:
+        """Whether an object of that name has its shape and place."""
+        item = self.state.object(name)
+        return item is not None and item.shape is not None and item.position is not None
+
+    def placed(self, name: str) -> Placed | None:
+        """An object in its first pose, or a support."""
+        item = self.state.object(name)
+        if item is not None and item.shape is not None and item.position is not None:
+            return Placed(
+                outline_of(item.shape),
+                positions=np.array([item.position], float),
+                matrices=matrix_of(item.rotation)[None],
+            )
+        support = self.state.support(name)
+        if support is not None and support.shape is not None:
+            return place_support(support.shape)
+        return None
+
+    def position(self, name: str) -> FloatArray:
+        """Centre of mass of an object; the middle of a support or a landmark."""
+        item = self.state.object(name)
+        if item is not None and item.position is not None:
+            return np.array(item.position, float)
+        landmark = self.state.landmark(name)
+        if landmark is not None and landmark.points:
+            return np.array(landmark.points, float).mean(axis=0)
+        support = self.state.support(name)
+        if support is not None and isinstance(support.shape, Slab):
+            return np.array(support.shape.position, float)
+        if support is not None and isinstance(support.shape, Ramp):
+            return _ramp_middle(support.shape)
+        if support is not None and isinstance(support.shape, Wall):
+            return np.array(support.shape.point, float)
+        return np.zeros(3)
+
+    def is_known(self, name: str) -> bool:
+        """Whether `position` of that name means something."""
+        landmark = self.state.landmark(name)
+        if landmark is not None:
+            return bool(landmark.points)
+        support = self.state.support(name)
+        if support is not None:
+            return support.shape is not None and not isinstance(support.shape, Floor)
+        return self.has(name)
+
+    def extent(self, name: str, way: FloatArray) -> float:
+        """How far an object reaches from its centre along a unit direction (3,)."""
+        body = self.placed(name)
+        if body is None or body.outline is None:
+            return 0.05
+        return float(reach(body, way)[0] - self.position(name) @ way)
+
+    def size(self, name: str) -> float:
+        """Mean edge of the bounding box."""
+        item = self.state.object(name)
+        return float(outline_of(item.shape).size.mean()) if item and item.shape else 0.1
+
+    def height(self, name: str) -> float:
+        """Vertical extent of an object in its first pose."""
+        up = WAYS["up"]
+        return self.extent(name, up) + self.extent(name, -up)
+
+    def is_ball(self, name: str) -> bool:
+        """Whether it rolls any way and has no up side."""
+        item = self.state.object(name)
+        return item is not None and item.shape is not None and outline_of(item.shape).is_ball
+
+    def volume(self, name: str) -> float:
+        """Volume estimate, m³: the bounding box times a share that the shape fills."""
+        item = self.state.object(name)
+        if item is None or item.shape is None:
+            return 1e-3
+        share = {"box": 1.0, "sphere": 0.524, "ellipsoid": 0.524, "inflated": 0.5}
+        filled = share.get(item.shape.kind, 0.6)
+        return float(np.prod(outline_of(item.shape).size)) * filled
+
+    def mass(self, name: str) -> float:
+        """Mass estimate, kg."""
+        item = self.state.object(name)
+        if item is None:
+            return 1.0
+        density = item.density or MATERIALS[item.material].density
+        return self.volume(name) * density
+
+    def friction(self, name: str, other: str) -> float:
+        """Coulomb coefficient between two bodies: the mean that the simulation uses."""
+        return math.sqrt(self._own_friction(name) * self._own_friction(other))
+
+    def _own_friction(self, name: str) -> float:
+        item = self.state.object(name) or self.state.support(name)
+        if item is None:
+            return 0.4
+        return item.friction if item.friction is not None else MATERIALS[item.material].friction
+
+    def restitution(self, name: str, other: str) -> float:
+        """Restitution between two bodies."""
+        values = []
+        for one in (name, other):
+            item = self.state.object(one) or self.state.support(one)
+            own = None if item is None else item.restitution
+            values.append(own if own is not None else MATERIALS[_material(item)].restitution)
+        return math.sqrt(values[0] * values[1])
+
+    # --- what stands on what -----------------------------------------------------------------
+
+    def gap(self, name: str, other: str) -> float:
+        """Distance of two bodies' surfaces; 0 where they touch."""
+        first, second = self.placed(name), self.placed(other)
+        if first is None or second is None:
+            return math.inf
+        return float(gap(first, second)[0])
+
+    def carrier(self, name: str) -> str | None:
+        """What the object stands on at first: a support or an object; None in the air."""
+        item = self.state.object(name)
+        if item is None or item.support == "air":
+            return None
+        if item.support is not None and not self._is_over(name, item.support):
+            return None
+        return item.support if item.support is not None else self._nearest_below(name)
+
+    def _is_over(self, name: str, other: str) -> bool:
+        return self.gap(name, other) < max(0.02, 0.15 * self.size(name))
+
+    def _nearest_below(self, name: str) -> str | None:
+        others = [o.name for o in self.state.objects if o.name != name and self.has(o.name)]
+        below = [o for o in others if self.position(o)[2] < self.position(name)[2]]
+        found = [s.name for s in self.state.supports if s.shape is not None] + below
+        near = [(self.gap(name, o), o) for o in found if self._is_over(name, o)]
+        return min(near)[1] if near else None
+
+    def base(self, name: str) -> str | None:
+        """The support that in the end carries the object, through others it stands on."""
+        seen: set[str] = set()
+        below = self.carrier(name)
+        while below is not None and self.state.support(below) is None and below not in seen:
+            seen.add(below)
+            below = self.carrier(below)
+        return below if below is not None and self.state.support(below) is not None else None
+
+    def above(self, name: str) -> tuple[str, ...]:
+        """Objects that stand on this one, directly or through others, from low to high."""
+        found: list[str] = []
+        for item in self.state.objects:
+            below, steps = self.carrier(item.name), 0
+            while below is not None and steps < 50:
+                if below == name:
+                    found.append(item.name)
+                    break
+                below, steps = self.carrier(below), steps + 1
+        return tuple(sorted(found, key=lambda n: self.position(n)[2]))
+
+    def ground(self) -> str:
+        """The name of the lowest flat support."""
+        floors = [s for s in self.state.supports if isinstance(s.shape, Floor)]
+        if floors:
+            return min(floors, key=lambda s: s.shape.height).name  # type: ignore[union-attr]
+        return self.state.supports[-1].name if self.state.supports else "floor"
+
+    def ground_height(self) -> float:
+        """Height of the ground."""
+        support = self.state.support(self.ground())
+        return support.shape.height if support and isinstance(support.shape, Floor) else 0.0
+
+    def is_raised(self, name: str) -> bool:
+        """Whether the object is in the air or stands on something above the ground."""
+        body = self.placed(name)
+        if body is None:
+            return False
+        clearance = float(lowest(body)[0]) - self.ground_height()
+        return clearance > max(0.03, 0.3 * self.height(name))
+
+    # --- ways off a support --------------------------------------------------------------------
+
+    def way_to_edge(self, name: str, way: FloatArray) -> float:
+        """Way along a horizontal unit direction until the centre is over the edge of its base."""
+        support = self.state.support(self.base(name) or "")
+        if support is None or not isinstance(support.shape, Slab):
+            return math.inf
+        return _exit(support.shape, self.position(name), way)
+
+    def nearest_edge(self, name: str) -> tuple[FloatArray, float] | None:
+        """Unit direction (3,) to the nearest edge of its base, and the way there."""
+        support = self.state.support(self.base(name) or "")
+        if support is None or not isinstance(support.shape, Slab):
+            return None
+        cos, sin = math.cos(support.shape.yaw), math.sin(support.shape.yaw)
+        sides = [np.array(s) for s in ((cos, sin, 0.0), (-sin, cos, 0.0))]
+        ways = [way * sign for way in sides for sign in (1.0, -1.0)]
+        best = min(ways, key=lambda way: self.way_to_edge(name, way))
+        return best, self.way_to_edge(name, best)
+
+    def downhill(self, name: str) -> FloatArray | None:
+        """Unit direction (3,) down the ramp that carries the object; None where there is none."""
+        ramp = self.ramp_below(name)
+        if ramp is None:
+            return None
+        assert isinstance(ramp.shape, Ramp)
+        shape = ramp.shape
+        angle = math.atan2(shape.rise, shape.run)
+        flat = math.cos(angle)
+        return np.array(
+            [-math.cos(shape.yaw) * flat, -math.sin(shape.yaw) * flat, -math.sin(angle)]
+        )
+
+    def ramp_below(self, name: str) -> Support | None:
+        """The ramp that carries the object, or over which it hangs."""
+        support = self.state.support(self.base(name) or "")
+        if support is not None and isinstance(support.shape, Ramp):
+            return support
+        ramps = [s for s in self.state.supports if isinstance(s.shape, Ramp)]
+        return next((r for r in ramps if self.gap(name, r.name) < self.size(name)), None)
+
+
+def _material(item: SceneObject | Support | None) -> str:
+    return item.material if item is not None else "wood"
+
+
+def _ramp_middle(shape: Ramp) -> FloatArray:
+    ahead = np.array([math.cos(shape.yaw), math.sin(shape.yaw), 0.0]) * shape.run / 2
+    return np.array(shape.toe, float) + ahead + np.array([0, 0, shape.rise / 2])
+
+
+def _exit(slab: Slab, position: FloatArray, way: FloatArray) -> float:
+    """Way along a horizontal direction from a point to the outline of a slab, m."""
+    cos, sin = math.cos(slab.yaw), math.sin(slab.yaw)
+    offset = position - np.array(slab.position)
+    own = np.array([cos * offset[0] + sin * offset[1], -sin * offset[0] + cos * offset[1]])
+    along = np.array([cos * way[0] + sin * way[1], -sin * way[0] + cos * way[1]])
+    half = np.array(slab.size[:2]) / 2
+    ways = [(half[i] * np.sign(along[i]) - own[i]) / along[i] for i in (0, 1) if abs(along[i]) > 1e-9]
+    return max(float(min(ways)), 0.0) if ways else math.inf

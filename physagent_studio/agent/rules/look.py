@@ -1,0 +1,79 @@
+"""What things are made of, by their name and the adjectives the prompt gives them."""
+
+from __future__ import annotations
+
+import re
+
+from physagent_studio.agent.rules.reading.tokens import singular
+from physagent_studio.program.materials import MATERIALS
+
+_BY_WORD: dict[str, str] = {
+    word: material
+    for material, words in {
+        "wood": "wood wooden stool chair bench crate barrel block domino jenga plank table desk shelf "
+        "board house cabin ladder tree trunk log branch pencil chess belfry",
+        "metal": "metal metallic steel iron scooter bike bicycle motorcycle motorbike can bell coin key "
+        "pot pan kettle lamp knife fork spoon hammer trashcan trash bin bucket car truck robot",
+        "rubber": "rubber tire tyre puck duck bowling eraser bouncy basketball",
+        "ice": "ice icy frozen icecube iceberg",
+        "glass": "glass bottle vase jar window crystal marble goblet acrylic",
+        "plastic": "plastic toy lego cup frisbee dice die pin balloon doll figurine conveyor",
+        "stone": "stone rock boulder pebble brick statue granite curling marble_block",
+        "foam": "foam sponge styrofoam polystyrene pillow cushion mattress",
+        "paper": "paper book notebook magazine newspaper card dictionary envelope plane",
+        "ceramic": "ceramic plate mug bowl teapot teacup porcelain flowerpot",
+        "clay": "clay mud dough plasticine",
+        "fruit": "fruit apple orange persimmon pumpkin lemon lime peach pear melon watermelon tomato "
+        "potato onion egg banana strawberry cake bread plum cherry",
+        "snow": "snow snowman snowball",
+        "cardboard": "cardboard box carton package parcel",
+        "leather": "soccer football volleyball handball balloon_ball baseball tennis",
+        "fabric": "fabric cloth suit shirt dress coat jacket clothes costume flag curtain towel sock "
+        "blanket teddy plush hat bag sail laundry garment",
+        "grass": "grass lawn field pitch turf",
+        "carpet": "carpet rug mat",
+        "concrete": "concrete road street pavement asphalt",
+    }.items()
+    for word in words.split()
+}
+_SPECIFIC = frozenset(MATERIALS) | frozenset("wooden metallic steel iron icy frozen acrylic".split())
+
+
+def material_of(name: str, prompt: str, default: str = "plastic") -> str:
+    """The row of the materials table for a thing of that name, as the prompt describes it."""
+    words = [singular(word) for word in re.findall(r"[a-z]+", name.lower())]
+    said = _described(words, prompt)
+    for word in (*[w for w in words if w in _SPECIFIC], *said, *reversed(words)):
+        if word in _BY_WORD:
+            return _BY_WORD[word]
+    return default
+
+
+def _described(words: list[str], prompt: str) -> list[str]:
+    """Material adjectives, and kinds of ball or stone, said right before the name's noun."""
+    text = [singular(word) for word in re.findall(r"[a-z]+", prompt.lower())]
+    found: list[str] = []
+    for index, word in enumerate(text):
+        if word == words[-1]:
+            before = text[max(0, index - 3) : index]
+            found += [w for w in reversed(before) if w in _SPECIFIC or w in ("curling", "soccer")]
+    return found
+
+
+def is_sheet(name: str) -> bool:
+    """Whether a thing of that name is a cloth."""
+    return material_of(name, "") == "fabric" and not {"teddy", "plush", "bag", "hat"} & set(
+        name.lower().split("_")
+    )
+
+
+def is_rooted(name: str) -> bool:
+    """Whether it grows out of the ground."""
+    rooted = "tree plant flower grass bush palm bamboo reed stalk sapling pine oak".split()
+    return any(word in rooted for word in name.lower().split("_"))
+
+
+def is_loose(name: str) -> bool:
+    """Whether it is made of grains."""
+    loose = "sand sandcastle gravel dirt soil rice sugar salt grain".split()
+    return any(word in loose for word in name.lower().split("_"))

@@ -1,0 +1,83 @@
+"""Textbook mechanics: speeds, angles and times that an event needs. SI units."""
+
+from __future__ import annotations
+
+import math
+
+G = 9.81
+
+
+def stopping_distance(speed: float, friction: float, slope: float = 0.0) -> float:
+    """Way that a sliding body takes to stop: v² / 2a, a = g (μ cos s − sin s); inf if it does not."""
+    slowing = G * (friction * math.cos(slope) - math.sin(slope))
+    return speed * speed / (2 * slowing) if slowing > 1e-9 else math.inf
+
+
+def speed_to_stop(distance: float, friction: float, slope: float = 0.0) -> float:
+    """Speed with which a sliding body stops after `distance`; 0 where nothing slows it."""
+    slowing = G * (friction * math.cos(slope) - math.sin(slope))
+    return math.sqrt(2 * max(slowing, 0.0) * max(distance, 0.0))
+
+
+def speed_to_arrive(distance: float, seconds: float, slowing: float = 0.0) -> float:
+    """Starting speed that covers `distance` in `seconds` against a constant deceleration."""
+    return distance / seconds + slowing * seconds / 2
+
+
+def time_to_fall(height: float) -> float:
+    """Time of free fall from rest, s."""
+    return math.sqrt(2 * max(height, 0.0) / G)
+
+
+def launch(distance: float, rise: float, seconds: float) -> tuple[float, float]:
+    """Speed and elevation (degrees) of a throw that is `distance` away and `rise` up after
+    `seconds`."""
+    across, up = distance / seconds, rise / seconds + G * seconds / 2
+    return math.hypot(across, up), math.degrees(math.atan2(up, across))
+
+
+def speed_to_topple(height: float, half_width: float) -> float:
+    """Speed of the top of an upright body that carries its centre over its lower edge.
+
+    Energy: m g (√(h²/4 + w²) − h/2) = ½ I ω² with I ≈ m (h² + w²) / 3 about the edge.
+    """
+    half = height / 2
+    lift = math.hypot(half, half_width) - half
+    spin = math.sqrt(2 * G * lift / ((height * height + half_width * half_width) / 3))
+    return spin * height
+
+
+def speed_to_knock(
+    mass: float, height: float, half_width: float, striker: float, restitution: float, at: float
+) -> float:
+    """Speed of a striker of mass `striker` that knocks an upright body over at height `at`.
+
+    The blow gives the body the impulse J = (1 + e) v m₁ m' / (m₁ + m') with m' its inertia seen
+    at that height, and the spin J · at / I about its lower edge.
+    """
+    inertia = mass * (height * height + half_width * half_width) / 3
+    seen = inertia / max(at * at, 1e-6)
+    needed = speed_to_topple(height, half_width) / max(height, 1e-6)
+    gained = (1 + restitution) * striker * seen / (striker + seen) * at / max(inertia, 1e-12)
+    return needed / max(gained, 1e-9)
+
+
+def speed_after_hit(speed: float, mass: float, other: float, restitution: float) -> float:
+    """Speed of a body of that mass after it has centrally hit another one at rest."""
+    return speed * (mass - restitution * other) / (mass + other)
+
+
+def speed_before_hit(after: float, mass: float, other: float, restitution: float) -> float:
+    """The speed before that leaves `after`; inf where the body bounces back or stops."""
+    share = (mass - restitution * other) / (mass + other)
+    return after / share if share > 1e-6 else math.inf
+
+
+def spin_for_flip(turn: float, seconds: float) -> float:
+    """Angular speed (rad/s) of a turn (degrees) in a time of flight."""
+    return math.radians(turn) / max(seconds, 1e-3)
+
+
+def arc_acceleration(speed: float, distance: float, turn: float) -> float:
+    """Sideways acceleration that turns the path by `turn` degrees over `distance`."""
+    return speed * speed * math.radians(turn) / max(distance, 1e-6)

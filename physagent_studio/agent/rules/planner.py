@@ -1,0 +1,150 @@
+"""P: maps a mismatch to factors, finds their numbers by search, and proposes the smallest change."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+
+from physagent_studio.agent.roles import Situation
+from physagent_studio.agent.rules.factors import Bias, bias_of, may_change, relevant_knobs
+from physagent_studio.agent.rules.knobs import Knob
+from physagent_studio.agent.rules.repairs import structural
+from physagent_studio.agent.rules.searching import (
+    Candidate,
+    Search,
+    Score,
+    along_one,
+    cross_entropy,
+)
+from physagent_studio.agent.rules.stage_one import repair_scene
+from physagent_studio.agent.rules.wording import question_for, rationale_of, summary_of
+from physagent_studio.records import Hunk, Proposal
+
+BETTER = 0.02
+"""Least improvement of the margins, relative, that is worth a proposal."""
+
+
+class RulePlanner:
+    """Searches by simulation; deterministic: the same situation gives the same proposal."""
+
+    def __init__(self, limit: int = 160) -> None:
+        self.limit = min(limit, 200)
+
+    def propose(self, situation: Situation) -> Proposal:
+        """Edits of just the failed factor; without hunks and with a question where it is stuck."""
+        if situation.assessment.stage == "reconstruction":
+            return repair_scene(situation)
+        search = Search(situation, self.limit)
+        best = self._searched(situation, search)
+        start = search.start()
+        if best is None or not _worth(best.score, start.score):
+            return _stuck(situation, search)
+        return _proposal(situation, start, best, search)
+
+    def _searched(self, situation: Situation, search: Search) -> Candidate | None:
+        """Factor after factor, then several together, then other actions, verified facts last."""
+        bias = bias_of(situation)
+        for verified in (False, True):
+            knobs = relevant_knobs(situation, verified)
+            if not knobs:
+                continue
+            found = self._rounds(situation, search, knobs, bias, verified)
+            if found is not None and _worth(found.score, search.start().score):
+                return found
+        return search.best
+
+    def _rounds(
+        self, situation: Situation, search: Search, knobs: list[Knob], bias: Bias, verified: bool
+    ) -> Candidate | None:
+        singles: list[tuple[Score, Knob]] = []
+        for knob in knobs[:8]:
+            found = along_one(search, knob, bias.signs(knob), runs=8)
+            if found is not None:
+                if found.score.holds:
+                    return found
+                singles.append((found.score, knob))
+        if not verified:
+            for edits in structural(situation):
+                if may_change(situation, edits):
+                    found = search.run(edits)
+                    if found is not None and found.score.holds:
+                        return found
+        return self._together(situation, search, singles, bias)
+
+    def _together(
+        self,
+        situation: Situation,
+        search: Search,
+        singles: list[tuple[Score, Knob]],
+        bias: Bias,
+    ) -> Candidate | None:
+        """The two or three knobs that helped most, from the best structure found so far."""
+        singles.sort(key=lambda row: row[0])
+        chosen = _spread([knob for _, knob in singles])
+        if len(chosen) < 2:
+            return search.best
+        found = cross_entropy(
+            search, chosen, seed=_seed(situation), bias=bias.signs, population=10, rounds=5
+        )
+        return found if found is not None and found is search.best else search.best
+
+
+def _spread(knobs: Sequence[Knob]) -> list[Knob]:
+    """At most three knobs, of different fields."""
+    chosen: list[Knob] = []
+    for knob in knobs:
+        if all(knob.path != other.path for other in chosen):
+            chosen.append(knob)
+    return chosen[:3]
+
+
+def _seed(situation: Situation) -> int:
+    digest = hashlib.sha256(situation.program.hash.encode()).digest()
+    return int.from_bytes(digest[:4], "big")
+
+
+def _worth(new: Score, old: Score) -> bool:
+    if new.failing != old.failing:
+        return new.failing < old.failing
+    return new.shortfall < old.shortfall - BETTER * max(old.shortfall, 0.05)
+
+
+def _proposal(
+    situation: Situation, start: Candidate, best: Candidate, search: Search
+) -> Proposal:
+    verified = situation.memory.verified
+    paths = [getattr(edit, "path", "") for edit in best.edits]
+    touches = any(path == v or path.startswith(f"{v}.") for path in paths for v in verified)
+    gained = start.score.failing - best.score.failing
+    factor = best.turned[0][0].factor if best.turned else "action"
+    hunks = tuple(
+        Hunk(id=f"h{number}", summary=summary_of(situation.program, edits), edits=edits)
+        for number, edits in enumerate(_grouped(best), 1)
+    )
+    confidence = 0.9 if best.score.holds else 0.4 + 0.4 * max(gained, 0) / max(start.score.failing, 1)
+    return Proposal(
+        id=f"p{hashlib.sha256(best.program.hash.encode()).hexdigest()[:12]}",
+        hunks=hunks,
+        rationale=rationale_of(situation, start, best),
+        factor=factor,
+        confidence=round(confidence, 2),
+        simulations=search.runs,
+        touches_verified=touches,
+    )
+
+
+def _grouped(best: Candidate):  # noqa: ANN202 - tuples of edits
+    """One hunk per edit, so that each can be accepted by itself; a new action is one hunk."""
+    return [(edit,) for edit in best.edits]
+
+
+def _stuck(situation: Situation, search: Search) -> Proposal:
+    return Proposal(
+        id=f"p{hashlib.sha256(('stuck' + situation.program.hash).encode()).hexdigest()[:12]}",
+        hunks=(),
+        rationale=f"no change of one to three factors made it better ({search.runs} tried)",
+        factor="none",
+        confidence=0.0,
+        simulations=search.runs,
+        question=question_for(situation),
+    )

@@ -1,0 +1,101 @@
+"""Down a slope: gravity does it, friction decides how far."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from physagent_studio.agent.rules import actions as act
+from physagent_studio.agent.rules import mechanics as mech
+from physagent_studio.agent.rules.layout import WAYS, level, unit
+from physagent_studio.agent.rules.scripts import Task, turn_back
+from physagent_studio.agent.rules.specs import sideways
+from physagent_studio.program.actions import Action
+from physagent_studio.program.scene import Ramp
+
+
+def slope_of(task: Task) -> float:
+    """Slope of the ramp that carries it, rad."""
+    ramp = task.layout.ramp_below(task.name)
+    if ramp is None or not isinstance(ramp.shape, Ramp):
+        return 0.0
+    return math.atan2(ramp.shape.rise, ramp.shape.run)
+
+
+def way_down(task: Task) -> float:
+    """Way along the slope from the object to the lower end, m."""
+    ramp = task.layout.ramp_below(task.name)
+    if ramp is None or not isinstance(ramp.shape, Ramp):
+        return 0.3
+    toe = np.array(ramp.shape.toe)
+    flat = float(np.linalg.norm(level(task.layout.position(task.name) - toe)))
+    return flat / max(math.cos(slope_of(task)), 0.2)
+
+
+def friction_for(task: Task) -> float | None:
+    """Friction of the object that lets it run, or stops it where it shall; None: as it is."""
+    ramp = task.layout.ramp_below(task.name)
+    if ramp is None or task.layout.is_ball(task.name):
+        return None
+    slope = math.tan(slope_of(task))
+    if task.intent.has("stop", "settle", "slow"):
+        wanted = slope + _stopping_excess(task)
+    elif task.intent.has("roll", "move", "reach", "turn_around", "slide", "drift", "descend"):
+        wanted = 0.35 * slope
+    else:
+        return None
+    # The simulation takes the geometric mean of both sides.
+    own = task.layout.friction(ramp.name, ramp.name)
+    return round(float(np.clip(wanted * wanted / max(own, 0.02), 0.005, 3.0)), 4)
+
+
+def _stopping_excess(task: Task) -> float:
+    """How much friction must exceed the slope to stop from a slow start at the lower end."""
+    speed = starting_speed(task)
+    distance = max(0.75 * way_down(task), 0.02)
+    return speed * speed / (2 * mech.G * math.cos(slope_of(task)) * distance)
+
+
+def starting_speed(task: Task) -> float:
+    """Speed along the slope with which a thing that shall stop sets out."""
+    distance = max(0.75 * way_down(task), 0.02)
+    return float(np.clip(2 * distance / task.seconds(0.5), 0.1, 1.5))
+
+
+def down_ramp(task: Task) -> list[Action]:
+    """Runs down the ramp; turns, tips or drifts on the way where that is said."""
+    downhill = task.layout.downhill(task.name)
+    if downhill is None:
+        return []
+    stops = task.intent.has("stop", "settle", "slow")
+    speed = starting_speed(task) if stops else max(0.15, 0.5 * task.layout.size(task.name))
+    flat = unit(level(downhill))
+    slope = -math.degrees(math.asin(float(np.clip(-downhill[2], 0, 1))))
+    way = act.toward_or_along(speed, vector=flat, elevation=slope)
+    found: list[Action] = [act.push(task.name, way, duration=10, label="start")]
+    if task.intent.has("drift"):
+        found.append(_drift(task))
+    if task.intent.has("topple", "lose_balance"):
+        found.append(_tip_at_bottom(task))
+    if task.intent.has("turn_around", "reverse"):
+        found += turn_back(task)
+    return found
+
+
+def _drift(task: Task) -> Action:
+    """A light push across the slope."""
+    across = sideways(task.name, task.layout)[1]
+    force = act.toward_or_along(0.8, way=across, quantity="acceleration")
+    return act.push(task.name, force, start=10, duration=40, label="drift")
+
+
+def _tip_at_bottom(task: Task) -> Action:
+    """On the ground it is tipped over its side: a turn about the way it runs."""
+    downhill = task.layout.downhill(task.name)
+    assert downhill is not None
+    axis = unit(level(downhill))
+    across = sideways(task.name, task.layout)[1]
+    side = 1.0 if float(np.cross(axis, WAYS["up"]) @ WAYS[across]) > 0 else -1.0
+    when = act.on_contact(task.name, task.layout.ground(), 8)
+    return act.spin(task.name, axis * side, math.radians(90) / 0.25, duration=25, when=when, label="tip")

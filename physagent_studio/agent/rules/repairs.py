@@ -1,0 +1,103 @@
+"""Repairs that add, remove or re-aim an action, where turning numbers cannot help."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from physagent_studio.agent.roles import Situation
+from physagent_studio.agent.rules import actions as act
+from physagent_studio.agent.rules.layout import Layout
+from physagent_studio.program.actions import Action, ApplyForce, Directed
+from physagent_studio.program.edits import AddItem, Edit, RemoveItem, SetField
+from physagent_studio.records import Mismatch
+
+
+def structural(situation: Situation) -> Iterator[tuple[Edit, ...]]:
+    """Candidate repairs, the most natural first; at most a handful."""
+    seen: set[str] = set()
+    for mismatch in situation.assessment.diagnosis[:4]:
+        for edits in (*_added(mismatch, situation), *_removed(mismatch, situation)):
+            key = repr(edits)
+            if key not in seen:
+                seen.add(key)
+                yield edits
+
+
+def _driven(situation: Situation) -> set[str]:
+    return {a.name for a in situation.program.event.actions if not a.muted}
+
+
+def _added(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ...]]:
+    """Something that shall move, arrive, fall over or stop and that nothing sets going."""
+    layout, name = Layout(situation.program.scene), mismatch.subject
+    if not layout.has(name):
+        return
+    driven = _driven(situation)
+    other = mismatch.other if layout.is_known(mismatch.other) else ""
+    if mismatch.code in ("does_not_move", "falls_short", "misses", "no_contact") and other:
+        if name not in driven:
+            speed = max(0.8, 2.0 * layout.size(name))
+            yield _add(situation, act.push(name, act.toward_or_along(speed, toward=other)))
+        else:
+            yield from _reaimed(name, other, situation)
+    if mismatch.code in ("not_toppled", "too_little_turn", "not_fallen", "not_left", "moved"):
+        yield from _tipped(mismatch, situation, layout, driven)
+    if mismatch.code in ("not_stopped", "overshoots", "not_resting"):
+        force = Directed(magnitude=1.0, along="against_velocity", quantity="acceleration")
+        start = situation.program.clip.steps // 2
+        brake = act.push(
+            name, force, start=start, duration=situation.program.clip.steps - start, label="brake"
+        )
+        yield _add(situation, brake)
+    if mismatch.code in ("falls_short", "not_visible") and not other and name not in driven:
+        yield _add(situation, act.push(name, act.toward_or_along(0.8, way=_said(mismatch))))
+
+
+def _said(mismatch: Mismatch):  # noqa: ANN202 - a Direction
+    for way in ("left", "right", "away", "toward_camera", "up"):
+        if way in mismatch.check or way in mismatch.text:
+            return way
+    return "right"
+
+
+def _tipped(
+    mismatch: Mismatch, situation: Situation, layout: Layout, driven: set[str]
+) -> Iterator[tuple[Edit, ...]]:
+    if mismatch.code == "moved" or mismatch.subject in driven:
+        return
+    for way in ("left", "right"):
+        force = act.toward_or_along(0.8, way=way)
+        point = act.top_point(layout, mismatch.subject)
+        push = act.push(mismatch.subject, force, point=point, duration=15, label="tip")
+        yield _add(situation, push)
+
+
+def _reaimed(name: str, other: str, situation: Situation) -> Iterator[tuple[Edit, ...]]:
+    """A push along a named direction becomes one towards the thing that is to be met."""
+    for action in situation.program.event.actions:
+        force = getattr(action, "force", None)
+        if action.name != name or not isinstance(action, ApplyForce):
+            continue
+        if isinstance(force, Directed) and force.toward != other and force.along is None:
+            aimed = force.model_copy(update={"toward": other, "direction": None, "azimuth": 0.0})
+            path = f"event.actions.{action.id}.force"
+            yield (SetField(path=path, value=aimed.model_dump(mode="json")),)
+
+
+def _removed(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ...]]:
+    """What shall stay and is pushed itself."""
+    if mismatch.code not in ("moved", "toppled", "unwanted_contact", "fell"):
+        return
+    for action in situation.program.event.actions:
+        if action.name == mismatch.subject and len(situation.program.event.actions) > 1:
+            yield (RemoveItem(path=f"event.actions.{action.id}"),)
+
+
+def _add(situation: Situation, action: Action) -> tuple[Edit, ...]:
+    taken = {a.id for a in situation.program.event.actions}
+    name, number = action.id, 1
+    while name in taken:
+        number += 1
+        name = f"{action.id[:60]}_{number}"
+    item = action.model_copy(update={"id": name}).model_dump(mode="json")
+    return (AddItem(path="event.actions", item=item),)

@@ -1,0 +1,125 @@
+"""What a builder of statements works from, and what it hands back."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from physagent_studio.agent.rules.layout import Layout, level, named_way
+from physagent_studio.agent.rules.reading import EventFrame, Place, Reading
+from physagent_studio.program.actions import Direction
+
+START = 20
+"""Steps at the beginning in which "it stands on …" has to be seen."""
+
+
+@dataclass(frozen=True)
+class Spec:
+    """A statement as data, or a composite of `parts`."""
+
+    kind: str
+    fields: dict[str, Any] = field(default_factory=dict)
+    parts: tuple[Spec, ...] = ()
+
+    def opposite(self) -> Spec:
+        """The statement that demands that this one does not hold."""
+        fields = dict(self.fields)
+        if fields.pop("negated", False):
+            return replace(self, fields=fields)
+        return replace(self, fields={**fields, "negated": True})
+
+
+def spec(kind: str, subject: str, **fields: Any) -> Spec:
+    """A statement about one object; None fields are left out."""
+    kept = {k: v for k, v in fields.items() if v is not None}
+    return Spec(kind, {"subject": subject, **kept})
+
+
+def any_of(*parts: Spec) -> Spec:
+    """At least one of the parts."""
+    return Spec("any_of", {}, parts) if len(parts) > 1 else parts[0]
+
+
+def before(first: Spec, second: Spec) -> Spec:
+    """Both, the first earlier."""
+    return Spec("before", {}, (first, second))
+
+
+@dataclass(frozen=True)
+class Context:
+    """One frame about one of its patients, within the whole reading."""
+
+    frame: EventFrame
+    subject: str
+    index: int
+    reading: Reading
+    layout: Layout
+
+    @property
+    def size(self) -> float:
+        """Mean edge of the subject, m."""
+        return self.layout.size(self.subject) if self.layout.has(self.subject) else 0.1
+
+    def length(self, share: float, least: float, most: float) -> float:
+        """A threshold that scales with the subject, rounded so that it reads well."""
+        return round(min(max(share * self.size, least), most), 3)
+
+    @property
+    def earlier(self) -> Sequence[EventFrame]:
+        """Frames before this one that are about the same object."""
+        return [f for f in self.reading.frames[: self.index] if self.subject in f.patient + f.agent]
+
+    @property
+    def later(self) -> Sequence[EventFrame]:
+        """Frames after this one that are about the same object."""
+        frames = self.reading.frames[self.index + 1 :]
+        return [f for f in frames if self.subject in f.patient + f.agent]
+
+    def ways(self) -> tuple[Direction, ...]:
+        """The named directions of which one is meant; empty where none is said."""
+        frame = self.frame
+        return ways_of(frame.direction or frame.origin, frame, self.subject, self.layout)
+
+
+def ways_of(
+    way: str | None, frame: EventFrame, subject: str, layout: Layout
+) -> tuple[Direction, ...]:
+    """Named directions for a way as said; `forward` and `sideways` depend on the scene."""
+    if way in ("left", "right", "up", "down", "away", "toward_camera"):
+        return (way,)  # type: ignore[return-value]
+    if way == "forward":
+        return (forward(frame, subject, layout),)
+    if way == "backward":
+        return ("toward_camera",)
+    if way == "sideways":
+        return sideways(subject, layout)
+    return ()
+
+
+def forward(frame: EventFrame, subject: str, layout: Layout) -> Direction:
+    """The way a pusher points, else down the slope, else away from the camera."""
+    for agent in frame.agent:
+        if layout.has(agent) and layout.has(subject):
+            way = level(layout.position(subject) - layout.position(agent))
+            if float(np.linalg.norm(way)) > 1e-3:
+                return named_way(way)
+    downhill = layout.downhill(subject)
+    return named_way(level(downhill)) if downhill is not None else "away"
+
+
+def sideways(subject: str, layout: Layout) -> tuple[Direction, Direction]:
+    """Left and right, or across the slope that the object is on."""
+    downhill = layout.downhill(subject)
+    if downhill is not None and named_way(level(downhill)) in ("left", "right"):
+        return ("away", "toward_camera")
+    return ("left", "right")
+
+
+def place_name(place: Place) -> str:
+    """The name by which statements refer to a place: a part of a support is a landmark."""
+    if place.kind == "support" and place.part:
+        return f"{place.name}_{place.part}"
+    return place.name

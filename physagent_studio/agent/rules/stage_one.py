@@ -1,0 +1,127 @@
+"""Repairs of the reconstruction: the factor that a failed finding names, alone, without a run."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+
+from physagent_studio.agent.roles import Situation
+from physagent_studio.agent.rules.factors import may_change
+from physagent_studio.errors import StudioError
+from physagent_studio.program.edits import Edit, SetField, apply
+from physagent_studio.records import Finding, Hunk, Proposal
+
+
+def repair_scene(situation: Situation) -> Proposal:
+    """The first untried repair of the worst failed finding, or a question."""
+    scene = situation.scene
+    failing = [f for f in scene.findings if not f.ok] if scene is not None else []
+    for finding in failing:
+        for factor, words, edits in _repairs(finding, situation):
+            if _is_fresh(situation, edits):
+                return _proposal(situation, finding, factor, words, edits)
+    worst = failing[0] if failing else None
+    about = worst.subject if worst is not None else "the picture"
+    text = worst.text if worst is not None else "the scene is not resolved"
+    return Proposal(
+        id=_id(situation, "stuck"),
+        hunks=(),
+        rationale=f"nothing is left to try: {text}",
+        factor="none",
+        confidence=0.0,
+        question=f"{text[0].upper()}{text[1:]}. Can you click inside {about}, or draw a box around it?",
+    )
+
+
+def _is_fresh(situation: Situation, edits: tuple[Edit, ...]) -> bool:
+    if not may_change(situation, edits):
+        return False
+    rejected = [proposal.edits for proposal, _ in situation.memory.rejected]
+    made = [entry.edits for entry in situation.memory.entries]
+    if edits in rejected or edits in made:
+        return False
+    try:
+        changed = apply(situation.program, edits)
+    except StudioError:
+        return False
+    return changed.hash not in (situation.program.hash, *situation.memory.tried)
+
+
+def _proposal(
+    situation: Situation, finding: Finding, factor: str, words: str, edits: tuple[Edit, ...]
+) -> Proposal:
+    return Proposal(
+        id=_id(situation, repr(edits)),
+        hunks=(Hunk(id="h1", summary=words, edits=edits),),
+        rationale=f"Because {finding.text}: {words}.",
+        factor=factor,
+        confidence=0.5,
+    )
+
+
+def _id(situation: Situation, text: str) -> str:
+    return f"p{hashlib.sha256((situation.program.hash + text).encode()).hexdigest()[:12]}"
+
+
+def _repairs(
+    finding: Finding, situation: Situation
+) -> Iterator[tuple[str, str, tuple[Edit, ...]]]:
+    """(factor, words, edits) for a finding, the likeliest first."""
+    program, name = situation.program, finding.subject
+    item = program.scene.object(name)
+    if item is not None and finding.kind in ("points", "mask", "geometry"):
+        base = f"scene.objects.{name}"
+        yield from _other_masks(situation, name, base)
+        again = (SetField(path=f"{base}.shape", value=None), SetField(path=f"{base}.position", value=None))
+        yield "primitive", f"fit the shape of {name} again", again
+    if item is not None and finding.kind in ("placement", "geometry"):
+        base = f"scene.objects.{name}"
+        fields = (f"{base}.position", f"{base}.support")
+        yield "placement", f"place {name} again", (SetField(path=fields[0], value=None),)
+        yield "support", f"find anew what {name} stands on", tuple(
+            SetField(path=field, value=None) for field in fields
+        )
+    if program.scene.support(name) is not None:
+        path = f"scene.supports.{name}.shape"
+        yield "support", f"find {name} again", (SetField(path=path, value=None),)
+    if finding.kind == "camera":
+        yield from _cameras(situation)
+
+
+def _other_masks(
+    situation: Situation, name: str, base: str
+) -> Iterator[tuple[str, str, tuple[Edit, ...]]]:
+    """The segmenter's other masks, best first, with everything that followed from the mask open."""
+    scene = situation.scene
+    item = situation.program.scene.object(name)
+    assert item is not None
+    count = len(scene.candidates.get(name, ())) if scene is not None else 0
+    for candidate in range(count):
+        if candidate == item.grounding.candidate:
+            continue
+        edits = (
+            SetField(path=f"{base}.grounding.candidate", value=candidate),
+            SetField(path=f"{base}.shape", value=None),
+            SetField(path=f"{base}.position", value=None),
+        )
+        yield "mask candidate", f"take mask {candidate + 1} of {count} for {name}", edits
+
+
+def _cameras(situation: Situation) -> Iterator[tuple[str, str, tuple[Edit, ...]]]:
+    """Horizons a few percent of the picture higher and lower, with the geometry open again."""
+    camera = situation.program.scene.camera
+    if camera is None:
+        return
+    rows = camera.size[1]
+    for share in (-0.08, 0.08, -0.16, 0.16):
+        edits: list[Edit] = [
+            SetField(path="scene.camera", value=None),
+            SetField(path="scene.horizon", value=round(camera.horizon + share * rows, 1)),
+        ]
+        for item in situation.program.scene.objects:
+            edits.append(SetField(path=f"scene.objects.{item.name}.position", value=None))
+            edits.append(SetField(path=f"scene.objects.{item.name}.shape", value=None))
+        for support in situation.program.scene.supports:
+            edits.append(SetField(path=f"scene.supports.{support.name}.shape", value=None))
+        way = "higher" if share < 0 else "lower"
+        yield "camera", f"put the horizon {abs(share):.0%} of the picture {way}", tuple(edits)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import contextlib
 import http
 import io
+import os
 import re
 import socket
 import threading
@@ -18,7 +19,6 @@ import urllib.parse
 from collections.abc import Awaitable, Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
-from unittest import mock
 
 import viser
 import websockets.asyncio.server as listener
@@ -95,13 +95,10 @@ def open_server(port: int | None, pages: Pages, talk: Talk) -> viser.ViserServer
     """
     if port is not None:
         _must_be_free(port)
-    with _starting, _guarded(pages, talk), _quiet():
-        # The variable would silently override what the person asked for.
-        with mock.patch.dict("os.environ") as environment:
-            (environment or {}).pop("_VISER_PORT_OVERRIDE", None)
-            server = viser.ViserServer(
-                host="127.0.0.1", port=FIRST_PORT if port is None else port, verbose=False
-            )
+    with _starting, _guarded(pages, talk), _quiet(), _without("_VISER_PORT_OVERRIDE"):
+        server = viser.ViserServer(
+            host="127.0.0.1", port=FIRST_PORT if port is None else port, verbose=False
+        )
     if port and server.get_port() != port:
         server.stop()
         raise InputError(f"port {port} is in use; choose another with --port, or none")
@@ -133,6 +130,17 @@ def stop_server(server: viser.ViserServer) -> None:
     """Stops it without viser's own line on the terminal."""
     with _quiet():
         server.stop()
+
+
+@contextlib.contextmanager
+def _without(variable: str) -> Iterator[None]:
+    """viser lets this variable override the port that the person asked for."""
+    kept = os.environ.pop(variable, None)
+    try:
+        yield
+    finally:
+        if kept is not None:
+            os.environ[variable] = kept
 
 
 @contextlib.contextmanager
@@ -173,8 +181,11 @@ def _guarded(pages: Pages, talk: Talk) -> Iterator[None]:
         options["max_size"] = MAX_MESSAGE
         return real(route, host, port, process_request=process, **options)
 
-    with mock.patch.object(listener, "serve", serve):
+    listener.serve = serve  # type: ignore[assignment]
+    try:
         yield
+    finally:
+        listener.serve = real
 
 
 def answer(

@@ -20,6 +20,7 @@ from physagent_studio.studio.panels import (
     timeline,
 )
 from physagent_studio.studio.scene.cameras import Cameras
+from physagent_studio.studio.scene.marks import Dragged, Later
 from physagent_studio.studio.scene.stage import Picked, Stage, poses_at
 from physagent_studio.studio.view import View
 from physagent_studio.workbench import Notice, Snapshot
@@ -31,9 +32,11 @@ FACTS_EVERY = 0.2
 class Painter:
     """Owns what is drawn; called by the studio's one thread."""
 
-    def __init__(self, server: viser.ViserServer, hub: Hub, picked: Picked) -> None:
+    def __init__(
+        self, server: viser.ViserServer, hub: Hub, picked: Picked, dragged: Dragged, later: Later
+    ) -> None:
         self._hub = hub
-        self._stage = Stage(server, picked)
+        self._stage = Stage(server, picked, dragged, later)
         self.cameras = Cameras()
         self._drawn: dict[str, tuple[object, ...]] = {}
         self._facts_at = 0.0

@@ -15,9 +15,12 @@ import webbrowser
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import numpy as np
 import viser
+from numpy.typing import NDArray
 
 from physagent_studio.errors import InputError, StudioError
+from physagent_studio.program import SetField
 from physagent_studio.studio import intents
 from physagent_studio.studio.actions import carry_out
 from physagent_studio.studio.guard import close_client, open_server, stop_server, token_of
@@ -59,7 +62,7 @@ class Studio:
         self.hub = Hub(self._heard, lambda _count: None)
         self._site = Site(workbench.snapshot, workbench.store)
         self._server = open_server(port, self._site.page, self.hub.talk)
-        self.painter = Painter(self._server, self.hub, self._picked)
+        self.painter = Painter(self._server, self.hub, self._picked, self._dragged, self._later)
         self._server.on_client_connect(self._came)
         self._server.on_client_disconnect(self._went)
         self._thread = threading.Thread(target=self._work, name="studio", daemon=True)
@@ -85,6 +88,14 @@ class Studio:
 
     def _picked(self, kind: str, name: str) -> None:
         self._inbox.put(_Call(lambda: self.select(kind, name)))
+
+    def _dragged(self, path: str, vector: NDArray[np.float64]) -> None:
+        value = [float(f"{part:.4g}") for part in vector]
+        change = intents.Change(edits=(SetField(path=path, value=value),), reason="arrow dragged")
+        self._guarded(None, lambda: carry_out(change, self, -1))
+
+    def _later(self, act: Callable[[], None]) -> None:
+        self._inbox.put(_Call(act))
 
     def _came(self, client: viser.ClientHandle) -> None:
         close_client(client)
@@ -157,7 +168,7 @@ class Studio:
             act()
         except StudioError as error:
             self.say(browser, "error", str(error))
-        except Exception as error:  # noqa: BLE001 - the boundary
+        except Exception as error:
             log.exception("the studio failed")
             self.say(
                 browser, "error", f"Something went wrong on our side: {error!r}. Nothing is lost."

@@ -10,7 +10,7 @@ export function startRun(host, dialogs) {
     const waiting = run.phase === "decide" && !run.draft;
     const over = run.phase === "done" && !run.draft;
     draw(host,
-      h("div", { class: "row" },
+      h("div", { class: "row run-head" },
         h("div", { class: "title grow clip", title: run.title }, run.title || "PhysAgent Studio"),
         iconButton("undo", "Undo (Ctrl+Z)", () => send({ do: "undo" }), { disabled: !run.canUndo }),
         iconButton("redo", "Redo (Ctrl+Shift+Z)", () => send({ do: "undo", forward: true }), { disabled: !run.canRedo }),

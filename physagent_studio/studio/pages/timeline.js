@@ -79,8 +79,10 @@ export function startTimeline(host) {
       lane.contacts.map((one) => h("circle", { class: "contact", cx: x(one.step), cy: y + LANE - 3, r: 2 }, h("title", {}, `Touches ${one.with} at frame ${frames(one.step)}`))),
       lane.actions.map((one) => actionOf(one, y, selected)),
       h("rect", { x: 0, y, width: gutter() - 4, height: LANE, fill: "var(--panel)" }),
-      h("text", { class: "name", x: 10, y: y + 17, onclick: () => send({ do: "select", kind: "object", name: lane.name }) }, lane.name));
+      h("text", { class: "name", x: 10, y: y + 17, onclick: () => send({ do: "select", kind: "object", name: lane.name }) }, fit(lane.name), h("title", {}, lane.name)));
   }
+
+  const fit = (name) => { const most = Math.floor((gutter() - 14) / 6.6); return name.length > most ? `${name.slice(0, most - 1)}…` : name; };
 
   function actionOf(one, y, selected) {
     const mine = drag && drag.id === one.id ? drag : one;

@@ -47,4 +47,4 @@ def outline_of(mask: NDArray[np.bool_]) -> list[list[list[int]]]:
     found, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     large = [one for one in found if cv2.contourArea(one) >= 12]
     thinned = [cv2.approxPolyDP(one, 1.0, closed=True) for one in large]
-    return [one.reshape(-1, 2).tolist() for one in thinned if len(one) >= 3]
+    return [[[int(x), int(y)] for x, y in one.reshape(-1, 2)] for one in thinned if len(one) >= 3]

@@ -120,5 +120,7 @@ def first_contacts(rollout: Rollout, name: str) -> list[dict[str, Any]]:
         steps = np.unique(mine["step"][partners == partner])
         # A gap of fewer than three steps is chatter of one and the same contact.
         begins = steps[np.insert(np.diff(steps) > 3, 0, True)]
-        found += [{"step": int(step), "with": rollout.bodies[partner]} for step in begins]
+        found += [
+            {"step": int(step), "with": rollout.bodies[partner]} for step in begins if step > 0
+        ]
     return sorted(found, key=lambda one: one["step"])

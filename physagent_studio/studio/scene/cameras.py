@@ -165,11 +165,13 @@ def pose_of(
     away = size * 2.2 if target is None else max(size * 0.9, 0.25)
     up = np.array([0.0, 0.0, 1.0])
     if view == "top":
-        return Pose(middle + [0, -1e-3 * away, away * 1.2], middle, np.array([0.0, 1.0, 0.0]), fov)
+        return Pose(
+            middle + np.array([0, -1e-3, 1.2]) * away, middle, np.array([0.0, 1.0, 0.0]), fov
+        )
     if view == "side":
-        return Pose(middle + [away, 0, 0.15 * away], middle, up, fov)
+        return Pose(middle + np.array([1, 0, 0.15]) * away, middle, up, fov)
     if view == "front":
-        return Pose(middle + [0, -away, 0.15 * away], middle, up, fov)
+        return Pose(middle + np.array([0, -1, 0.15]) * away, middle, up, fov)
     return Pose(middle + np.array([0.45, -0.8, 0.4]) * away, middle, up, fov)
 
 

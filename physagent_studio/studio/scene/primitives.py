@@ -11,7 +11,8 @@ from physagent_studio.program.rotations import about_up, matrix_of
 from physagent_studio.records import Mesh
 
 COLORS = (
-    (79, 140, 201), (232, 138, 70), (98, 173, 106), (192, 102, 148), (140, 118, 196), (204, 170, 66),
+    (79, 140, 201), (232, 138, 70), (98, 173, 106),
+    (192, 102, 148), (140, 118, 196), (204, 170, 66),
 )  # fmt: skip
 
 

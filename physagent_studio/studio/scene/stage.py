@@ -16,6 +16,7 @@ from physagent_studio.program import PhysicalProgram, SceneObject
 from physagent_studio.program.rotations import matrices_of
 from physagent_studio.records import Mesh, Rollout, Scene
 from physagent_studio.studio.scene.glb import glb_of
+from physagent_studio.studio.scene.marks import Dragged, Later, Marks
 from physagent_studio.studio.scene.outline import edges_of
 from physagent_studio.studio.scene.primitives import mesh_of_object, mesh_of_support
 from physagent_studio.studio.view import View
@@ -31,9 +32,12 @@ GREY_SUPPORT = (120, 130, 145)
 class Stage:
     """Draws objects, supports, trails, ghosts and marks."""
 
-    def __init__(self, server: viser.ViserServer, picked: Picked) -> None:
+    def __init__(
+        self, server: viser.ViserServer, picked: Picked, dragged: Dragged, later: Later
+    ) -> None:
         self._server = server
         self._picked = picked
+        self._marks = Marks(server, dragged, later)
         self._made_from: tuple[object, ...] = ()
         self._objects: dict[str, viser.GlbHandle] = {}
         self._labels: dict[str, viser.LabelHandle] = {}
@@ -79,6 +83,7 @@ class Stage:
                     at = rollout.objects.index(name)
                     handle.position = rollout.positions[row, at]
                     handle.wxyz = rollout.rotations[row, at]
+            self._marks.draw(snapshot, view, self._size(snapshot.program))
         self._server.flush()
 
     def _above(self, name: str, position: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -118,6 +123,7 @@ class Stage:
             self._server.scene.remove_by_name(name)
         self._objects, self._labels, self._meshes = {}, {}, {}
         self._furniture, self._ghosts, self._trails, self._trail_sources = {}, {}, {}, {}
+        self._marks.clear()
 
     def _add_object(self, item: SceneObject, mesh: Mesh) -> None:
         name = item.name
@@ -145,7 +151,11 @@ class Stage:
             )  # fmt: skip
             body.on_click(lambda _event, name=name: self._picked("support", name))
             lines = self._server.scene.add_line_segments(
-                f"/supports/edges {name}", edges_of(mesh), colors=GREY_SUPPORT, line_width=1.5
+                f"/supports/edges {name}",
+                edges_of(mesh),
+                colors=GREY_SUPPORT,
+                thickness=1.5,
+                thickness_units="screen",
             )
             handles += [body, lines]
         self._furniture["supports"] = handles
@@ -156,9 +166,9 @@ class Stage:
         size = self._size(program)
         centre = self._centre(program)
         return self._server.scene.add_grid(
-            f"/supports/{name}", width=size * 12, height=size * 12, plane="xy",
-            cell_size=size / 4, section_size=size, cell_color=(170, 176, 186),
-            section_color=(140, 147, 160), cell_thickness=0.6, section_thickness=0.9,
+            f"/supports/{name}", width=size * 8, height=size * 8, plane="xy",
+            cell_size=size / 4, section_size=size, cell_color=(205, 209, 216),
+            section_color=(176, 182, 192), cell_thickness=0.4, section_thickness=0.7,
             position=(centre[0], centre[1], height),
         )  # fmt: skip
 
@@ -182,15 +192,15 @@ class Stage:
         if strength < 1e-9:
             return
         size = self._size(program)
-        start = self._centre(program) + np.array([-size * 0.9, 0, size * 0.9])
-        tip = start + gravity / strength * size * 0.35
+        start = self._centre(program) + np.array([-size * 0.75, 0, size * 0.55])
+        tip = start + gravity / strength * size * 0.22
         arrow = self._server.scene.add_arrows(
             "/gravity", np.array([[start, tip]]), colors=(220, 120, 40),
-            shaft_radius=size * 0.008, head_radius=size * 0.025, head_length=size * 0.06,
+            shaft_radius=size * 0.005, head_radius=size * 0.016, head_length=size * 0.045,
         )  # fmt: skip
         label = self._server.scene.add_label(
             "/gravity/label", f"gravity {strength:.3g} m/s²", position=start,
-            font_screen_scale=0.65, anchor="bottom-center",
+            font_screen_scale=0.6, anchor="bottom-center",
         )  # fmt: skip
         self._furniture["gravity"] = [arrow, label]
 
@@ -232,7 +242,11 @@ class Stage:
             segments = np.stack([line[:-1], line[1:]], axis=1)
             handles.append(
                 self._server.scene.add_line_segments(
-                    f"/trails/{key}/{name}", segments, colors=color, line_width=2.5
+                    f"/trails/{key}/{name}",
+                    segments,
+                    colors=color,
+                    thickness=2.5,
+                    thickness_units="screen",
                 )
             )
         self._trails[key] = handles

@@ -1,0 +1,188 @@
+"""Marks in the scene: arrows with values, contacts with their impulse, centres of mass.
+
+The tip of an action's arrow can be dragged: along the ground plane, or with Shift in the plane of
+the picture. Letting go sends the new vector.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from physagent_studio.studio.scene.arrows import Arrow, action_arrows, velocity_arrows
+from physagent_studio.studio.view import View
+from physagent_studio.workbench import Snapshot
+
+FloatArray = NDArray[np.float64]
+Dragged = Callable[[str, FloatArray], None]
+"""Called with the path of a field and its new vector."""
+
+Later = Callable[[Callable[[], None]], None]
+"""Has something done by the studio's thread; may be called from any thread."""
+
+ACTION, VELOCITY, CONTACT = (230, 81, 40), (47, 111, 237), (226, 160, 20)
+REACH = 25.0
+"""Longest arrow that a drag may make, m; beyond it the pointer has left the scene."""
+
+
+class Marks:
+    """Owned by the stage; called by the studio's one thread."""
+
+    def __init__(self, server: viser.ViserServer, dragged: Dragged, later: Later) -> None:
+        self._server = server
+        self._later = later
+        self._dragged = dragged
+        self._arrows: dict[str, list[viser.SceneNodeHandle]] = {}
+        self._grips: dict[str, viser.IcosphereHandle] = {}
+        self._held: str | None = None
+
+    def draw(self, snapshot: Snapshot, view: View, size: float) -> None:
+        """Brings all marks to the step on view."""
+        selected = view.selection.name if view.selection.kind == "action" else ""
+        show = "forces" in view.shown
+        arrows = action_arrows(snapshot, view.step if show else -1, selected)
+        moving = velocity_arrows(snapshot, view.step) if show else ()
+        self._set_arrows((*arrows, *moving), size)
+        self._set_grips([one for one in arrows if not snapshot.read_only], size)
+        self._set_contacts(snapshot, view, size)
+        self._set_centres(snapshot, view, size)
+
+    def clear(self) -> None:
+        """Forgets everything; the stage has removed the nodes."""
+        self._server.scene.remove_by_name("/marks")
+        self._arrows, self._grips, self._held = {}, {}, None
+
+    def _set_arrows(self, arrows: tuple[Arrow, ...], size: float) -> None:
+        for key in set(self._arrows) - {one.key for one in arrows}:
+            for handle in self._arrows.pop(key):
+                handle.remove()
+        for one in arrows:
+            if self._held == one.key:
+                continue
+            color = ACTION if one.kind == "action" else VELOCITY
+            self._arrows[one.key] = self._arrow(one, color, size)
+
+    def _arrow(
+        self, one: Arrow, color: tuple[int, int, int], size: float
+    ) -> list[viser.SceneNodeHandle]:
+        length = float(np.linalg.norm(one.vector))
+        arrow = self._server.scene.add_arrows(
+            f"/marks/{one.key}", np.array([[one.foot, one.tip]]), colors=color,
+            shaft_radius=size * 0.008, head_radius=size * 0.022,
+            head_length=min(size * 0.06, max(length * 0.4, 1e-4)),
+        )  # fmt: skip
+        label = self._server.scene.add_label(
+            f"/marks/{one.key}/value", one.text, position=one.tip, font_screen_scale=0.65,
+            anchor="bottom-center",
+        )  # fmt: skip
+        return [arrow, label]
+
+    # --- dragging ----------------------------------------------------------------------------
+
+    def _set_grips(self, arrows: list[Arrow], size: float) -> None:
+        wanted = {one.key: one for one in arrows if one.path is not None}
+        for key in set(self._grips) - set(wanted):
+            self._grips.pop(key).remove()
+        for key, one in wanted.items():
+            if key == self._held:
+                continue
+            if key not in self._grips:
+                self._grips[key] = self._server.scene.add_icosphere(
+                    f"/marks/tip {key}", radius=size * 0.03, color=ACTION, opacity=0.55,
+                    position=one.tip, cast_shadow=False,
+                )  # fmt: skip
+            else:
+                self._grips[key].remove_drag_callback("all")
+                self._grips[key].position = one.tip
+            self._bind(self._grips[key], one, size)
+
+    def _bind(self, grip: viser.IcosphereHandle, one: Arrow, size: float) -> None:
+        async def drag(event: viser.SceneNodeDragEvent[viser.IcosphereHandle]) -> None:
+            eye = np.asarray(event.client.camera.position, float)
+            pointer = np.asarray(event.end_position, float)
+            tip = tip_of(one.foot, eye, pointer, free=event.modifier == "shift")
+            ends = event.phase == "end"
+            self._later(lambda: self._drag(one, tip, size, ends=ends))
+
+        grip.on_drag("left")(drag)
+        grip.on_drag("left", modifier="shift")(drag)
+
+    def _drag(self, one: Arrow, tip: FloatArray | None, size: float, *, ends: bool) -> None:
+        self._held = None if ends else one.key
+        if tip is None or one.path is None:
+            return
+        vector = tip - one.foot
+        if one.key in self._grips:
+            self._grips[one.key].position = tip
+        text = f"{np.linalg.norm(vector) / one.scale:.3g}"
+        moved = Arrow(one.key, one.foot, vector, one.scale, text, one.kind, one.path)
+        self._arrows[one.key] = self._arrow(moved, ACTION, size)
+        self._server.flush()
+        if ends:
+            self._dragged(one.path, vector / one.scale)
+
+    # --- points ------------------------------------------------------------------------------
+
+    def _set_contacts(self, snapshot: Snapshot, view: View, size: float) -> None:
+        rollout = snapshot.rollout
+        if rollout is None or "contacts" not in view.shown:
+            self._server.scene.remove_by_name("/marks/contacts")
+            return
+        # What was touched since the frame before, so that a short impact is not skipped.
+        since = view.step - snapshot.program.clip.steps_per_frame
+        steps = rollout.contacts["step"]
+        now = rollout.contacts[(steps > since) & (steps <= view.step)]
+        if len(now) == 0:
+            self._server.scene.remove_by_name("/marks/contacts")
+            return
+        largest = max(float(now["impulse"].max()), 1e-9)
+        ends = now["point"] + now["normal"] * (now["impulse"] / largest)[:, None] * size * 0.25
+        segments = np.stack([now["point"], ends], axis=1)
+        self._server.scene.add_line_segments(
+            "/marks/contacts/impulses", segments, colors=CONTACT, thickness=2.5,
+            thickness_units="screen",
+        )  # fmt: skip
+        self._server.scene.add_point_cloud(
+            "/marks/contacts/points", now["point"].astype(np.float32), colors=CONTACT,
+            point_size=size * 0.025, point_shape="circle",
+        )  # fmt: skip
+        strongest = now[int(now["impulse"].argmax())]
+        self._server.scene.add_label(
+            "/marks/contacts/value", f"{float(strongest['impulse']):.3g} N·s",
+            position=strongest["point"], font_screen_scale=0.6, anchor="top-center",
+        )  # fmt: skip
+
+    def _set_centres(self, snapshot: Snapshot, view: View, size: float) -> None:
+        rollout = snapshot.rollout
+        if rollout is None or "centres" not in view.shown:
+            self._server.scene.remove_by_name("/marks/centres")
+            return
+        row = min(view.step, rollout.steps)
+        self._server.scene.add_point_cloud(
+            "/marks/centres", rollout.positions[row].astype(np.float32), colors=(20, 20, 20),
+            point_size=size * 0.03, point_shape="diamond",
+        )  # fmt: skip
+
+
+def tip_of(
+    foot: FloatArray, eye: FloatArray, pointer: FloatArray, *, free: bool
+) -> FloatArray | None:
+    """Where a dragged tip goes: on the level plane through the foot, or with `free` just there.
+
+    None where the ray runs along the plane or away from it, or what comes is no place at all.
+    """
+    if not (np.isfinite(pointer).all() and np.isfinite(eye).all()):
+        return None
+    tip = pointer
+    if not free:
+        ray = pointer - eye
+        if abs(ray[2]) < 0.02 * np.linalg.norm(ray):
+            return None
+        share = (foot[2] - eye[2]) / ray[2]
+        if share <= 0:
+            return None
+        tip = eye + ray * share
+    return tip if np.linalg.norm(tip - foot) <= REACH else None

@@ -1,0 +1,147 @@
+"""The server answers only this machine's own page, and viser still works the way it is wrapped."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import socket
+from collections.abc import Iterator
+
+import pytest
+import viser
+from viser import _messages
+from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+from websockets.typing import Origin, Subprotocol
+
+from physagent_studio.errors import InputError
+from physagent_studio.studio import guard
+from physagent_studio.studio.guard import Page, open_server, stop_server
+
+TOKEN = "0123456789abcdef"
+PROTOCOL = [Subprotocol(f"viser-v{viser.__version__}")]
+
+
+async def _echo(connection: ServerConnection) -> None:
+    async for message in connection:
+        await connection.send(message)
+
+
+def _pages(path: str) -> Page | None:
+    return Page("text/html", b"<p>ours</p>") if path == "/" else None
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[viser.ViserServer]:
+    running = open_server(0, _pages, _echo)
+    yield running
+    stop_server(running)
+
+
+def _get(
+    server: viser.ViserServer, path: str, headers: dict[str, str] | None = None
+) -> http.client.HTTPResponse:
+    line = http.client.HTTPConnection("127.0.0.1", server.get_port(), timeout=10)
+    line.request("GET", path, headers=headers or {})
+    return line.getresponse()
+
+
+def test_our_page_comes_with_a_strict_policy(server: viser.ViserServer) -> None:
+    answer = _get(server, "/")
+    assert (answer.status, answer.read()) == (200, b"<p>ours</p>")
+    policy = answer.headers["Content-Security-Policy"]
+    assert "default-src 'self'" in policy
+    assert "unsafe-eval" not in policy
+    assert f"connect-src 'self' ws://127.0.0.1:{server.get_port()}" in policy
+
+
+def test_viewer_may_connect_nowhere_else_and_hides_its_panel(server: viser.ViserServer) -> None:
+    answer = _get(server, f"/viewer/{TOKEN}/?websocket=ws://evil.example:1")
+    policy = answer.headers["Content-Security-Policy"]
+    connect_part = next(part for part in policy.split(";") if "connect-src" in part)
+    assert connect_part.split()[1:] == [
+        "'self'",
+        f"ws://127.0.0.1:{server.get_port()}",
+        "blob:",
+        "data:",
+    ]
+    assert b".mantine-Paper-root" in answer.read()
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example", "127.0.0.1.evil.example", "evil.example:8080", ""]
+)
+@pytest.mark.parametrize("path", ["/", f"/viewer/{TOKEN}/"])
+def test_other_host_names_are_refused(server: viser.ViserServer, host: str, path: str) -> None:
+    assert _get(server, path, {"Host": host}).status == 403
+
+
+@pytest.mark.parametrize("host", ["localhost:9000", "127.0.0.1", "[::1]:8080"])
+def test_a_tunnel_may_change_the_port(server: viser.ViserServer, host: str) -> None:
+    assert _get(server, "/", {"Host": host}).status == 200
+
+
+@pytest.mark.parametrize("path", ["/socket", f"/viewer/{TOKEN}"])
+@pytest.mark.parametrize("origin", ["http://evil.example", "https://127.0.0.1:1", "null"])
+def test_other_sites_get_no_socket(server: viser.ViserServer, path: str, origin: str) -> None:
+    address = f"ws://127.0.0.1:{server.get_port()}{path}"
+    with (
+        pytest.raises(InvalidStatus) as refused,
+        connect(address, origin=Origin(origin), subprotocols=PROTOCOL),
+    ):
+        pass
+    assert refused.value.response.status_code == 403
+
+
+def test_sockets_go_where_they_belong(server: viser.ViserServer) -> None:
+    port = server.get_port()
+    origin = f"http://127.0.0.1:{port}"
+    with connect(f"ws://127.0.0.1:{port}/socket", origin=Origin(origin)) as ours:
+        ours.send(json.dumps({"hello": 1}))
+        assert ours.recv(timeout=5) == '{"hello": 1}'
+    with connect(
+        f"ws://127.0.0.1:{port}/viewer/{TOKEN}",
+        origin=Origin(origin),
+        subprotocols=PROTOCOL,
+    ) as visers:
+        assert isinstance(visers.recv(timeout=5), bytes)
+    with (
+        pytest.raises(InvalidStatus),
+        connect(f"ws://127.0.0.1:{port}/other", origin=Origin(origin)),
+    ):
+        pass
+
+
+def test_paths_that_nobody_serves(server: viser.ViserServer) -> None:
+    for path in ("/nothing", "/index.html", "/viewer/", "/viewer/../guard.py", "/%2e%2e/guard.py"):
+        assert _get(server, path).status == 404, path
+
+
+def test_share_and_widget_messages_are_closed(server: viser.ViserServer) -> None:
+    open_to = server._websock_server._incoming_handlers
+    assert not set(guard.CLOSED_MESSAGES) & set(open_to)
+    assert _messages.ShareUrlRequest in guard.CLOSED_MESSAGES
+
+
+def test_a_busy_port_is_one_sentence() -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        with pytest.raises(InputError, match=f"port {port} is in use"):
+            open_server(port, _pages, _echo)
+
+
+@pytest.mark.parametrize("port", [-1, 70_000])
+def test_a_port_that_is_none(port: int) -> None:
+    with pytest.raises(InputError, match="is not a port"):
+        open_server(port, _pages, _echo)
+
+
+def test_the_listener_is_given_back() -> None:
+    import websockets.asyncio.server as listener
+
+    before = listener.serve
+    stop_server(open_server(0, _pages, _echo))
+    assert listener.serve is before

@@ -17,7 +17,16 @@ from physagent_studio.program.problems import problems_of
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.yaml_nodes import Node, parse
 
-__all__ = ["dump_program", "dump_value", "json_schema", "load_program", "validate_data"]
+__all__ = [
+    "dump_entry",
+    "dump_flow",
+    "dump_program",
+    "dump_value",
+    "json_schema",
+    "load_program",
+    "program_of",
+    "validate_data",
+]
 
 
 def load_program(text: str) -> PhysicalProgram:
@@ -85,19 +94,44 @@ def dump_program(program: PhysicalProgram) -> str:
     """
     data = _trimmed(program.model_dump(mode="json"), program)
     ordered = {key: data.get(key, {}) for key in ("version", "clip", "scene", "event", "contract")}
-    return dump_value({key: value for key, value in ordered.items() if value not in ({}, [])})
+    kept = {key: value for key, value in ordered.items() if value not in ({}, [])}
+    return "".join(dump_entry(key, value) for key, value in kept.items())
 
 
 def dump_value(value: Any) -> str:
     """Block YAML of plain data, small collections in flow style, ending with a newline."""
-    return yaml.dump(
+    text = yaml.dump(
         value,
         Dumper=_Dumper,
         sort_keys=False,
         allow_unicode=True,
         default_flow_style=False,
-        width=4100,
+        width=10**9,
     )
+    # The end mark that follows a bare scalar.
+    return text[:-4] if text.endswith("\n...\n") else text
+
+
+def dump_entry(key: str, value: Any) -> str:
+    """Block YAML of one key with its value, ending with a newline."""
+    text = dump_value(value)
+    if isinstance(value, dict) and not _is_small(value):
+        text = "".join(f"  {line}\n" for line in text.splitlines())
+    between = "\n" if isinstance(value, dict | list) and not _is_small(value) else " "
+    return f"{dump_flow(key)}:{between}{text}"
+
+
+def dump_flow(value: Any) -> str:
+    """Flow YAML of plain data, for a place inside a line."""
+    text = yaml.dump(
+        [value],
+        Dumper=_FlowDumper,
+        sort_keys=False,
+        allow_unicode=True,
+        default_flow_style=True,
+        width=10**9,
+    )
+    return text.strip()[1:-1]
 
 
 def _trimmed(data: Any, model: Any) -> Any:
@@ -186,3 +220,21 @@ _Dumper.add_representer(
 _Dumper.add_representer(type(None), lambda dumper, _: _plain_scalar(dumper, "null"))
 _Dumper.add_representer(dict, _mapping)
 _Dumper.add_representer(list, _sequence)
+
+
+class _FlowDumper(_Dumper):
+    """Everything in flow style."""
+
+
+_FlowDumper.add_representer(
+    dict,
+    lambda dumper, value: dumper.represent_mapping(
+        "tag:yaml.org,2002:map", value.items(), flow_style=True
+    ),
+)
+_FlowDumper.add_representer(
+    list,
+    lambda dumper, value: dumper.represent_sequence(
+        "tag:yaml.org,2002:seq", value, flow_style=True
+    ),
+)

@@ -56,6 +56,14 @@ class MoveItem(Frozen):
 Edit = Annotated[SetField | AddItem | RemoveItem | MoveItem, Field(discriminator="op")]
 
 
+class Hunk(Frozen):
+    """A part of a proposal or of a diff that can be accepted by itself."""
+
+    id: str
+    summary: str
+    edits: tuple[Edit, ...]
+
+
 def apply(program: PhysicalProgram, edits: Iterable[Edit]) -> PhysicalProgram:
     """The program with all edits applied in order, or an `EditError` and no change at all."""
     return apply_with_inverse(program, edits)[0]

@@ -7,7 +7,7 @@ from typing import Literal
 from pydantic import Field
 
 from physagent_studio.program.base import Frozen
-from physagent_studio.program.edits import Edit
+from physagent_studio.program.edits import Edit, Hunk
 from physagent_studio.program.program import PhysicalProgram
 
 Stage = Literal["reconstruction", "simulation"]
@@ -62,7 +62,11 @@ class Criterion(Frozen):
 
 
 class Assessment(Frozen):
-    """A verifier's verdict on one stage. `diagnosis` never says what to change."""
+    """A verifier's verdict on one stage. `diagnosis` never says what to change.
+
+    clauses: the verdict on each clause of the prompt, where a verifier gives one. contradiction:
+    where a verdict and the measured facts disagree, how; such a stage does not pass.
+    """
 
     stage: Stage
     passed: bool
@@ -71,6 +75,8 @@ class Assessment(Frozen):
     diagnosis: tuple[Mismatch, ...] = ()
     untested: tuple[str, ...] = ()
     author: str = "rules"
+    clauses: tuple[Criterion, ...] = ()
+    contradiction: str = ""
 
     @property
     def score(self) -> float:
@@ -83,16 +89,11 @@ class Assessment(Frozen):
         return sum(check.ok for check in self.checks if check.demanded)
 
 
-class Hunk(Frozen):
-    """A part of a proposal that can be accepted by itself."""
-
-    id: str
-    summary: str
-    edits: tuple[Edit, ...]
-
-
 class Proposal(Frozen):
-    """The planner's structured edits. `simulations`: candidate runs that its search cost."""
+    """The planner's structured edits. `simulations`: candidate runs that its search cost.
+
+    contradiction: of the assessment that it answers, for whoever decides.
+    """
 
     id: str
     hunks: tuple[Hunk, ...]
@@ -103,6 +104,7 @@ class Proposal(Frozen):
     touches_verified: bool = False
     question: str = ""
     author: str = "rules"
+    contradiction: str = ""
 
     @property
     def edits(self) -> tuple[Edit, ...]:

@@ -167,6 +167,9 @@ def _propose(state: LoopState, crew: Crew, bench: Bench) -> LoopState:
         try_out=trial,
     )
     proposal = crew.planner.propose(situation)
+    contradiction = current.assessment.contradiction
+    if contradiction:
+        proposal = proposal.model_copy(update={"contradiction": contradiction})
     preview = preview_of(current.program, proposal, trial, bench)
     used = proposal.simulations + (1 if preview.rollout else 0)
     proposed = current.model_copy(

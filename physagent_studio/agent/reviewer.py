@@ -53,12 +53,13 @@ class AskWhen:
     low_confidence: float = LOW_CONFIDENCE
 
     def decide(self, proposal: Proposal, preview: Preview) -> Decision | None:
-        """None when unsure, stuck, touching a verified fact or tripping a physical check."""
+        """None when unsure, stuck, at odds with the facts, touching a verified one or tripped."""
         tripped = any(check.always_on and not check.ok for check in preview.checks)
         if (
             not proposal.hunks
             or proposal.confidence < self.low_confidence
             or proposal.touches_verified
+            or proposal.contradiction
             or tripped
         ):
             return None

@@ -1,0 +1,25 @@
+"""The VLM agent: the three roles played by any server that speaks OpenAI's chat protocol."""
+
+from physagent_studio.agent.vlm.config import Endpoint, Limits, Settings, load_settings
+from physagent_studio.agent.vlm.crew import crew_from_environment, crew_of
+from physagent_studio.agent.vlm.failures import VlmError
+from physagent_studio.agent.vlm.generator import VlmGenerator
+from physagent_studio.agent.vlm.planner import VlmPlanner
+from physagent_studio.agent.vlm.spending import CallLog, CallRecord, Ledger
+from physagent_studio.agent.vlm.verifier import VlmVerifier
+
+__all__ = [
+    "CallLog",
+    "CallRecord",
+    "Endpoint",
+    "Ledger",
+    "Limits",
+    "Settings",
+    "VlmError",
+    "VlmGenerator",
+    "VlmPlanner",
+    "VlmVerifier",
+    "crew_from_environment",
+    "crew_of",
+    "load_settings",
+]

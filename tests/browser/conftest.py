@@ -1,0 +1,140 @@
+"""A real studio on a free port and a real Chromium; polling with deadlines, never sleeping."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Page, expect, sync_playwright
+
+from physagent_studio.assets import assets_dir
+from physagent_studio.session import Store
+from physagent_studio.studio import Studio, serve
+from physagent_studio.workbench import Snapshot, Workbench, commands
+
+FLAGS = [
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+    "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist",
+]  # fmt: skip
+PATIENCE = 60.0
+EVENT = "knocks_block_over"
+
+expect.set_options(timeout=20_000)
+
+
+@pytest.fixture(scope="session")
+def browser(chromium: str) -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        running = playwright.chromium.launch(executable_path=chromium, headless=True, args=FLAGS)
+        yield running
+        running.close()
+
+
+class Desk:
+    """What a test drives: the page, and the workbench behind it to look at."""
+
+    def __init__(self, studio: Studio, page: Page) -> None:
+        self.studio = studio
+        self.page = page
+        self.errors: list[str] = []
+        page.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.open()
+
+    @property
+    def workbench(self) -> Workbench:
+        return self.studio.workbench
+
+    @property
+    def snapshot(self) -> Snapshot:
+        return self.workbench.snapshot()
+
+    def open(self) -> None:
+        self.page.goto(self.studio.address)
+
+    def until(self, holds: Callable[[], Any], what: str = "", patience: float = PATIENCE) -> Any:
+        """Waits until `holds` gives something true, which is returned."""
+        ends = time.monotonic() + patience
+        while time.monotonic() < ends:
+            value = holds()
+            if value:
+                return value
+            self.page.wait_for_timeout(25)
+        notices = [one.text for one in self.snapshot.notices]
+        raise AssertionError(f"never happened: {what or holds}; notices: {notices}")
+
+    def idle(self) -> None:
+        """Until everything that was asked for is done."""
+        self.page.wait_for_timeout(100)
+        assert self.workbench.wait(PATIENCE)
+        self.until(lambda: self.snapshot.busy is None, "nothing is running")
+
+    def button(self, name: str) -> Any:
+        return self.page.get_by_role("button", name=name, exact=True)
+
+    def tab(self, name: str) -> None:
+        self.page.get_by_role("tab", name=name).click()
+
+    def proposal(self) -> Any:
+        """The open proposal, waiting for it."""
+        found = self.until(
+            lambda: (
+                self.snapshot.busy is None
+                and self.snapshot.state.phase == "decide"
+                and self.snapshot.state.current
+                and self.snapshot.state.current.proposal
+            ),
+            "a proposal",
+        )
+        expect(self.page.get_by_role("group", name="Proposal")).to_be_visible()
+        return found
+
+
+@pytest.fixture(scope="session")
+def decided_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A workspace whose one session stands at the first proposal; made once, copied by tests."""
+    root = tmp_path_factory.mktemp("prepared")
+    workbench = Workbench(Store(root), evidence=False)
+    workbench.post(commands.OpenCase(assets_dir() / "demo", EVENT))
+    workbench.post(commands.Step())
+    assert workbench.wait(240)
+    state = workbench.snapshot().state
+    workbench.close()
+    assert state.phase == "decide", (state.phase, state.outcome)
+    return root
+
+
+@pytest.fixture
+def fresh(tmp_path: Path, browser: Browser) -> Iterator[Desk]:
+    """A studio with the demo case just opened."""
+    yield from _running(tmp_path / "workspace", browser, None)
+
+
+@pytest.fixture
+def waiting(tmp_path: Path, browser: Browser, decided_once: Path) -> Iterator[Desk]:
+    """A studio with a proposal that waits for a decision."""
+    root = tmp_path / "workspace"
+    shutil.copytree(decided_once, root)
+    yield from _running(root, browser, Store(root).list()[0].id)
+
+
+def _running(root: Path, browser: Browser, session: str | None) -> Iterator[Desk]:
+    workbench = Workbench(Store(root), evidence=False)
+    if session is None:
+        workbench.post(commands.OpenCase(assets_dir() / "demo", EVENT))
+    else:
+        workbench.post(commands.OpenSession(session))
+    assert workbench.wait(60)
+    studio = serve(workbench, port=0)
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    desk = Desk(studio, page)
+    yield desk
+    errors = list(desk.errors)
+    page.close()
+    studio.stop()
+    workbench.close()
+    assert errors == []

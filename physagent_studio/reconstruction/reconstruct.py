@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from physagent_studio.errors import Cancelled, InputError
 from physagent_studio.program.scene import Grounding, SceneState
 from physagent_studio.reconstruction import findings, landmarks, layout, supports
+from physagent_studio.reconstruction.bare import scene_without_photo
 from physagent_studio.reconstruction.lines import segments
 from physagent_studio.reconstruction.meshes import support_mesh
 from physagent_studio.reconstruction.names import support_kind
@@ -64,14 +66,17 @@ def reconstruct(
 
     previous: an earlier scene of the same picture; what did not change is taken from it.
     cancelled: asked between steps. progress: called with the step's name and 0 … 1.
-    Raises InputError where there is no photo or an object was neither clicked nor boxed,
+    Without a photo nothing may be open, and the scene is drawn from its shapes.
+    Raises InputError where an object was neither clicked nor boxed,
     Cancelled when `cancelled` says so.
     """
-    if case.image is None:
-        raise InputError("there is no photo to reconstruct; give a case with an image")
     key = scene_hash(case, state)
     if previous is not None and previous.hash == key:
         return previous
+    if previous is not None and _same_sight(previous.state, state):
+        return replace(previous, state=state, hash=key)
+    if case.image is None:
+        return scene_without_photo(state, key)
     run = _Run(cancelled, progress)
     image = case.image
     run.at("masks", 0.0)
@@ -133,6 +138,25 @@ def reconstruct(
     )
 
 
+_UNSEEN = ("material", "density", "friction", "restitution", "body")
+"""Fields of objects and supports that no picture shows: changing them changes no geometry."""
+
+
+def _same_sight(before: SceneState, after: SceneState) -> bool:
+    """Whether a completed state differs only in what a picture does not show, or in landmarks
+    that have their points already."""
+    placed = all(mark.points is not None or not mark.pixels for mark in after.landmarks)
+    return placed and after.is_resolved and _sight(before) == _sight(after)
+
+
+def _sight(state: SceneState) -> dict[str, object]:
+    data = state.model_dump(exclude={"landmarks", "flags"})
+    for item in (*data["objects"], *data["supports"]):
+        for field in _UNSEEN:
+            item.pop(field, None)
+    return data
+
+
 def scene_hash(case: Case, state: SceneState) -> str:
     """SHA-256 of everything that a reconstruction depends on."""
     parts = (VERSION, case.image_hash, case.prompt, state.model_dump_json())
@@ -174,9 +198,7 @@ def _clicked(state: SceneState) -> list[tuple[str, Grounding]]:
     return tasks
 
 
-def _same_clicks(
-    before: list[tuple[str, Grounding]], after: list[tuple[str, Grounding]]
-) -> bool:
+def _same_clicks(before: list[tuple[str, Grounding]], after: list[tuple[str, Grounding]]) -> bool:
     def plain(tasks: list[tuple[str, Grounding]]) -> list[tuple[str, Grounding]]:
         return [(name, g.model_copy(update={"candidate": 0})) for name, g in tasks]
 

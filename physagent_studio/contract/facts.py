@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.rotations import matrices_of
-from physagent_studio.program.shapes import Outline, Placed, outline_of, place_object, place_support
+from physagent_studio.program.shapes import (
+    Outline,
+    Placed,
+    gap,
+    outline_of,
+    place_object,
+    place_support,
+)
 from physagent_studio.records.rollout import Rollout
 
 FloatArray = NDArray[np.float64]
@@ -19,6 +26,9 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 T = TypeVar("T")
 
+CLEAR, CLEAR_SHARE = 1e-3, 0.02
+"""What is free of another body is this far from it, m, or this part of its own smallest extent.
+Below that a rolling ball trembles."""
 CARRYING = 0.3
 """A contact carries when the upward part of its normal is at least this."""
 
@@ -61,6 +71,11 @@ class Track:
     def size(self) -> float:
         """Characteristic size: mean edge of the bounding box, m."""
         return float(self.outline.size.mean())
+
+    @property
+    def clear(self) -> float:
+        """Gap from which on it is visibly free of another body, m."""
+        return max(CLEAR, CLEAR_SHARE * float(self.outline.size.min()))
 
     @property
     def speed(self) -> FloatArray:
@@ -218,20 +233,63 @@ class Facts:
 
     def touching(self, first: str, second: str, window: Window) -> BoolArray:
         """(W,) whether two bodies touch on each step of a window."""
-        return _mask(self.pair(first, second)["step"], window)
+        return self._mask(self.pair(first, second)["step"], window)
 
     def touching_anything(self, name: str, window: Window) -> BoolArray:
         """(W,) whether a body touches anything at all."""
         index, rows = self.rollout.index(name), self.rollout.contacts
         mine = (rows["a"] == index) | (rows["b"] == index)
-        return _mask(rows["step"][mine], window)
+        return self._mask(rows["step"][mine], window)
 
     def carried(self, name: str, by: str, window: Window) -> BoolArray:
         """(W,) whether `by` carries the object: they touch, and the push on it points up."""
         rows = self.pair(name, by)
         upward = rows["normal"][:, 2]  # from a to b, so it is the push on b
         up = np.where(rows["a"] == self.rollout.index(name), -upward, upward) if len(rows) else []
-        return _mask(rows["step"][np.asarray(up, float) >= CARRYING], window)
+        return self._mask(rows["step"][np.asarray(up, float) >= CARRYING], window)
+
+    def _mask(self, steps: NDArray[np.int32], window: Window) -> BoolArray:
+        """(W,) which steps of the window are among `steps`.
+
+        The last row of a rollout is a state and no step; it counts as the step before it.
+        """
+        mask = np.zeros(len(window), bool)
+        inside = (steps >= window.first) & (steps <= window.last)
+        mask[steps[inside] - window.first] = True
+        if window.last == self.rollout.steps and len(mask) > 1:
+            mask[-1] |= mask[-2]
+        return mask
+
+    def is_clear(self, name: str, window: Window) -> BoolArray:
+        """(W,) whether an object is visibly free of all other bodies.
+
+        Where only the outline's size is known, gaps are taken from what they are in contact.
+        """
+        track = self.track(name, window)
+        free = np.ones(len(window), bool)
+        for other in self.rollout.bodies:
+            placed = self.placed(other, window) if other != name else None
+            if placed is None:
+                continue
+            rows = np.nonzero(free & _may_touch(track.placed, placed, track.clear))[0]
+            gaps = gap(track.placed.at(rows), placed.at(rows)) if len(rows) else np.zeros(0)
+            touching = self.touching(name, other, window)[rows]
+            if touching.any() and not track.outline.exact:
+                gaps = gaps - np.median(gaps[touching])
+            free[rows] &= gaps > track.clear
+        return free
+
+    def gaps(self, subject: str, other: str, window: Window) -> FloatArray | None:
+        """(W,) distance of two bodies' surfaces at each step, m; None where a shape is open."""
+        second = self.placed(other, window)
+        if second is None:
+            return None
+        first = self.track(subject, window).placed
+
+        def measure() -> FloatArray:
+            return _coarse_gaps(first, second, len(window))
+
+        return self.cached(("gap", subject, other, window), measure)
 
     def acted_on(self, name: str, operators: tuple[str, ...] = ()) -> BoolArray:
         """(S + 1,) whether an action (of these operators, or any) acts on the object."""
@@ -246,8 +304,28 @@ class Facts:
         return acted
 
 
-def _mask(steps: NDArray[np.int32], window: Window) -> BoolArray:
-    mask = np.zeros(len(window), bool)
-    inside = (steps >= window.first) & (steps <= window.last)
-    mask[steps[inside] - window.first] = True
-    return mask
+def _may_touch(first: Placed, second: Placed, slack: float) -> BoolArray:
+    """(T,) whether the balls round two bodies come within `slack` of each other."""
+    if first.outline is None or second.outline is None:
+        return np.ones(max(len(first.positions), len(second.positions)), bool)
+    apart = np.linalg.norm(first.positions - second.positions - _offset(second), axis=-1)
+    return apart < first.outline.radius + second.outline.radius + slack
+
+
+def _offset(body: Placed) -> FloatArray:
+    """(T, 3) from a body's origin to the middle of its bounding box, world, m."""
+    assert body.outline is not None
+    return body.matrices @ body.outline.bounds.mean(axis=0)
+
+
+def _coarse_gaps(first: Placed, second: Placed, count: int) -> FloatArray:
+    """Gaps at every fourth step and around the nearest, straight lines in between."""
+    if first.half_space is not None or second.half_space is not None:
+        return np.broadcast_to(gap(first, second), (count,)).copy()
+    rows = np.unique(np.append(np.arange(0, count, 4), count - 1))
+    coarse = gap(first.at(rows), second.at(rows))
+    nearest = int(rows[coarse.argmin()])
+    near = np.arange(max(0, nearest - 4), min(count, nearest + 5))
+    values = np.interp(np.arange(count), rows, coarse)
+    values[near] = gap(first.at(near), second.at(near))
+    return values

@@ -125,9 +125,11 @@ def upright(statement: Upright, facts: Facts, window: Window) -> Outcome:
 
 
 def airborne(statement: Airborne, facts: Facts, window: Window) -> Outcome:
-    """Longest stretch without a contact; being held in the air is not flying."""
+    """Longest stretch visibly clear of everything; being held in the air is not flying."""
     free = ~facts.touching_anything(statement.subject, window)
     free &= ~facts.acted_on(statement.subject, ("FixObject",))[window.rows]
+    if free.any():
+        free &= facts.is_clear(statement.subject, window)
     best = run = 0
     best_end = 0
     reached: int | None = None

@@ -22,7 +22,6 @@ from physagent_studio.program.contract import (
     Stops,
     StopsBefore,
 )
-from physagent_studio.program.shapes import Placed, gap
 
 FloatArray = NDArray[np.float64]
 
@@ -37,7 +36,7 @@ def contacts(statement: Contacts, facts: Facts, window: Window) -> Outcome:
         note = "from the start" if step == 0 else ""
         margin = _firmness(statement.subject, statement.other, facts, window)
         return Outcome(margin, 0.0, 0.0, "m", "", step, note)
-    gaps = gaps_between(statement.subject, statement.other, facts, window)
+    gaps = facts.gaps(statement.subject, statement.other, window)
     if gaps is None:
         return unmeasurable(f"where {statement.other} is has not been found")
     return _missed(statement.subject, gaps, facts, window)
@@ -76,47 +75,22 @@ def _firmness(subject: str, other: str, facts: Facts, window: Window) -> float:
     return 0.02 + 0.98 * push / (push + mass) if push > 0 and mass > 0 else 0.02
 
 
-def gaps_between(subject: str, other: str, facts: Facts, window: Window) -> FloatArray | None:
-    """(W,) distance of two bodies' surfaces at each step, m; None where a shape is open."""
-    second = facts.placed(other, window)
-    if second is None:
-        return None
-    first = facts.track(subject, window).placed
-
-    def measure() -> FloatArray:
-        return _coarse_gaps(first, second, len(window))
-
-    return facts.cached(("gap", subject, other, window), measure)
-
-
-def _coarse_gaps(first: Placed, second: Placed, count: int) -> FloatArray:
-    """Gaps at every fourth step and around the nearest, straight lines in between."""
-    if first.half_space is not None or second.half_space is not None:
-        return np.broadcast_to(gap(first, second), (count,)).copy()
-    rows = np.unique(np.append(np.arange(0, count, 4), count - 1))
-    coarse = gap(first.at(rows), second.at(rows))
-    nearest = int(rows[coarse.argmin()])
-    near = np.arange(max(0, nearest - 4), min(count, nearest + 5))
-    values = np.interp(np.arange(count), rows, coarse)
-    values[near] = gap(first.at(near), second.at(near))
-    return values
-
-
 def leaves(statement: Leaves, facts: Facts, window: Window) -> Outcome:
     """Has touched, and at the end does so no more; while it fails, how far it has shifted."""
     touching = facts.touching(statement.subject, statement.other, window)
     track = facts.track(statement.subject, window)
     if not touching.any():
-        gaps = gaps_between(statement.subject, statement.other, facts, window)
-        away = float(gaps.min()) if gaps is not None else track.size
+        gaps = facts.gaps(statement.subject, statement.other, window)
+        away = max(float(gaps.min()), 0.0) if gaps is not None else track.size
         margin = -1.0 - bounded(away / max(track.size, 1e-3))
         note = f"it never touches {statement.other}"
         return Outcome(margin, None, None, "", "", window.last, note, lasting=True)
     last = int(np.nonzero(touching)[0][-1])
     settled = max(1, round(0.03 / facts.dt))
-    if len(touching) - 1 - last >= settled:
-        gaps = gaps_between(statement.subject, statement.other, facts, window)
-        away = float(gaps[-1]) if gaps is not None else 0.0
+    gaps = facts.gaps(statement.subject, statement.other, window)
+    free = gaps is None or not track.outline.exact or float(gaps[-1]) > track.clear
+    if len(touching) - 1 - last >= settled and free:
+        away = max(float(gaps[-1]), 0.0) if gaps is not None else 0.0
         margin = 0.02 + bounded(away / max(track.size, 1e-3))
         step = window.first + last + 1
         return Outcome(margin, away, 0.0, "m", "", step, lasting=True)
@@ -158,7 +132,7 @@ def _carrying(track: Track, other: str, facts: Facts) -> Outcome:
         onset = _last_onset(carried, facts.dt)
         margin = 0.1 + 0.9 * float(recent.mean())
         return Outcome(margin, 0.0, 0.0, "m", "", window.first + onset, lasting=True)
-    gaps = gaps_between(track.name, other, facts, window)
+    gaps = facts.gaps(track.name, other, window)
     if gaps is None:
         return unmeasurable(f"where {other} is has not been found")
     away = max(float(gaps[-1]), 1e-3)
@@ -197,7 +171,7 @@ def _stillness(track: Track, speed: float) -> Outcome:
     step = track.window.first + (int(fast[-1]) + 1 if len(fast) else 0)
     step = min(step, track.window.last)
     margin = slowness(final, speed)
-    claim = f"{track.name} at the end is as fast as"
+    claim = f"{track.name} ends at a speed of"
     note = "" if margin >= 0 else "still moving at the end"
     return Outcome(margin, final, speed, "m/s", "≤", step, note, claim=claim, lasting=True)
 
@@ -229,7 +203,7 @@ def _moved(track: Track) -> Outcome:
     step = track.first(away >= need)
     step = track.window.last if step is None else step
     margin = bounded((most - need) / need)
-    claim = f"{track.name} moves before it stops"
+    claim = f"{track.name}, before it stops, moves"
     return Outcome(margin, most, need, "m", "≥", step, claim=claim, lasting=True)
 
 
@@ -244,7 +218,7 @@ def stops(statement: Stops, facts: Facts, window: Window) -> Outcome:
         away = float(_from_middle(place, track.positions[-1:])[0])
         scale = max(statement.distance, 1e-3)
         margin = bounded((statement.distance - away) / scale)
-        claim = f"{track.name} ends from {statement.near} by"
+        claim = f"{track.name} ends away from {statement.near} by"
         parts.append(
             Outcome(
                 margin,
@@ -284,7 +258,7 @@ def _not_reached(track: Track, name: str, facts: Facts) -> Outcome:
     window = track.window
     if name in facts.rollout.bodies:
         touching = facts.touching(track.name, name, window)
-        gaps = gaps_between(track.name, name, facts, window)
+        gaps = facts.gaps(track.name, name, window)
         if gaps is None:
             return unmeasurable(f"where {name} is has not been found")
         scale = max(float(gaps[0]), track.size)

@@ -20,23 +20,17 @@ SIDES = {
 
 def number(value: float, unit: str = "") -> str:
     """A measured value as one reads it: 2°, 0.31 m, 1.2 m/s."""
-    if unit in ("°", "joints", "swings"):
-        text = (
-            f"{value:.0f}"
-            if abs(value - round(value)) < 0.05 or abs(value) >= 10
-            else f"{value:.1f}"
-        )
-    elif abs(value) >= 100:
+    size = abs(value)
+    if size < 5e-5:
+        text = "0"
+    elif size >= 100 or (unit in ("°", "joints", "swings") and size >= 10):
         text = f"{value:.0f}"
-    elif abs(value) >= 10:
+    elif size >= 10 or unit in ("°", "joints", "swings"):
         text = f"{value:.1f}"
-    elif abs(value) >= 0.1 or value == 0:
-        text = f"{value:.2f}"
     else:
-        text = f"{value:.3f}" if abs(value) >= 0.001 else f"{value:.1e}"
-    if "." in text and "e" not in text:
+        text = f"{value:.2f}" if size >= 0.1 else f"{value:.3f}" if size >= 1e-3 else f"{value:.4f}"
+    if "." in text:
         text = text.rstrip("0").rstrip(".")
-    text = "0" if text == "-0" else text
     return text + (unit if unit in ("", "°", "×") else f" {unit}")
 
 

@@ -43,4 +43,4 @@ def test_describe_needs_no_rollout(stage):
 
 def test_a_measured_number_is_in_every_text(stage, time):
     stage.path("ball", z=1 - np.minimum(time, 0.5))
-    assert stage.check("falls", subject="ball").text == "ball falls 0.5 m ≥ 0.02 m: yes, frame 1"
+    assert stage.check("falls", subject="ball").text == "ball falls 0.5 m ≥ 0.02 m: yes, frame 0"

@@ -8,18 +8,24 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from physagent_studio.program import MATERIALS, Action, After, Directed, OnContact, Statement
+from physagent_studio.program import MATERIALS, Action, Directed, Statement
+from physagent_studio.program.actions import Condition
 from physagent_studio.program.bodies import Body
 
 _COMMON_ACTION = ("id", "name", "start_step", "when", "muted")
 _COMMON_STATEMENT = ("id", "clause", "negated", "from_step", "to_step")
 _TAGS = ("operator", "kind")
+MOST_OPTIONS = 8
 
 
 def members(union: Any) -> tuple[type[BaseModel], ...]:
-    """The models of a discriminated union, in order."""
-    inner = typing.get_args(union)[0] if typing.get_origin(union) is typing.Annotated else union
-    return typing.get_args(inner)
+    """The models of a discriminated union, in order; unions within it are opened."""
+    if isinstance(union, type):
+        return (union,)
+    parts = typing.get_args(union)
+    # The first part of an `Annotated` is the type; the others say how to tell members apart.
+    wanted = parts[:1] if typing.get_origin(union) is typing.Annotated else parts
+    return tuple(found for part in wanted for found in members(part))
 
 
 def action_reference() -> str:
@@ -29,7 +35,7 @@ def action_reference() -> str:
     lines += [_entry(model, "operator", skip=_COMMON_ACTION) for model in members(Action)]
     lines += ["", "A vector is [x, y, z] in the world frame, or directed:"]
     lines += [f"{{{_fields(Directed)}}}: {_says(Directed)}", "", "`when` replaces start_step:"]
-    lines += [_entry(model, "kind") for model in (OnContact, After)]
+    lines += [_entry(model, "kind") for model in members(Condition)]
     return "\n".join(lines)
 
 
@@ -91,6 +97,8 @@ def _type(node: dict[str, Any], defs: dict[str, Any]) -> str:
     for key in ("anyOf", "oneOf"):
         if key in node:
             options = [_type(item, defs) for item in node[key] if item.get("type") != "null"]
+            if len(options) > MOST_OPTIONS:
+                return "object"
             return " or ".join(dict.fromkeys(options))
     if "$ref" in node:
         name = node["$ref"].rpartition("/")[2]

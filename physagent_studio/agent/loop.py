@@ -170,7 +170,11 @@ def _propose(state: LoopState, crew: Crew, bench: Bench) -> LoopState:
     contradiction = current.assessment.contradiction
     if contradiction:
         proposal = proposal.model_copy(update={"contradiction": contradiction})
-    preview = preview_of(current.program, proposal, trial, bench)
+    if current.assessment.stage == "reconstruction":
+        # What fails in the picture is repaired in the picture: nothing is simulated on it.
+        preview = _without_run(current.program, proposal)
+    else:
+        preview = preview_of(current.program, proposal, trial, bench)
     used = proposal.simulations + (1 if preview.rollout else 0)
     proposed = current.model_copy(
         update={
@@ -194,6 +198,16 @@ def _trial(scene: Scene, bench: Bench) -> Callable[[PhysicalProgram], Trial]:
         return Trial(rollout, bench.measure(program, rollout))
 
     return try_out
+
+
+def _without_run(program: PhysicalProgram, proposal: Proposal) -> Preview:
+    """Whether the edits of a stage 1 proposal apply; the next round shows what they do."""
+    if not proposal.hunks:
+        return Preview(program=None)
+    try:
+        return Preview(program=apply(program, proposal.edits))
+    except StudioError as error:
+        return Preview(program=None, problem=str(error))
 
 
 def preview_of(

@@ -82,7 +82,8 @@ class Engine:
             scene = reconstruct(
                 self.case,
                 state,
-                previous=previous,
+                # Masks and plate of any earlier scene of the picture serve as long as they fit.
+                previous=previous or next(reversed(self._scenes.values()), None),
                 cancelled=self.control.cancelled,
                 progress=self.control.progress,
             )

@@ -86,7 +86,7 @@ def test_a_hand_edit_changes_the_trajectory_at_once_and_undo_brings_it_back(
 
 def test_ten_edits_undo_and_redo_to_the_same_hashes(bench: Workbench) -> None:
     hashes = [opened(bench).program.hash]
-    hashes += [after(bench, faster(0.1 * n)).program.hash for n in range(1, 11)]
+    hashes += [after(bench, faster(0.11 * n)).program.hash for n in range(1, 11)]
     assert len(set(hashes)) == 11
     down = [after(bench, commands.Undo()).program.hash for _ in range(10)]
     assert down == hashes[-2::-1]

@@ -79,14 +79,16 @@ export function startRounds(host) {
       h("p", { class: "faint", style: "padding:4px" }, broken.length ? "" : `Physics holds: ${say(always.length, "check")} passed.`));
   }
 
-  function check(c) {
+  function check(c, at, all) {
     const jump = c.frame === null ? null : h("button", { class: "link num", type: "button", title: "Show this moment", onclick: () => send({ do: "scrub", frame: c.frame }) }, `frame ${c.frame}`);
-    return h("div", { class: "check", role: "listitem", key: c.id },
-      h("span", { class: `dot ${c.ok ? "ok" : "bad"}`, title: c.ok ? "holds" : "does not hold" }, c.ok ? "✓" : "✕"),
-      h("span", { title: c.clause ? `For “${c.clause}”` : "" }, c.text),
-      h("span", { class: "fig num" },
-        c.measured === "–" ? null : h("span", {}, `${c.measured} ${c.unit}`, c.threshold === "–" ? "" : ` (needs ${c.threshold})`), jump,
-        c.predicted && c.predicted.ok !== c.ok ? h("span", { class: c.predicted.ok ? "chip ok" : "chip bad" }, `with the repair: ${c.predicted.measured === "–" ? (c.predicted.ok ? "holds" : "fails") : `${c.predicted.measured} ${c.unit}`}`) : null));
+    const first = c.clause && (!at || all[at - 1].clause !== c.clause);
+    return [first ? h("div", { class: "clause", key: `clause-${c.id}` }, `“${c.clause}”`) : null,
+      h("div", { class: "check", role: "listitem", key: c.id },
+        h("span", { class: `dot ${c.ok ? "ok" : "bad"}`, title: c.ok ? "holds" : "does not hold" }, c.ok ? "✓" : "✕"),
+        h("span", { title: c.found }, c.text),
+        h("span", { class: "fig num" },
+          c.measured ? h("span", {}, c.measured) : null, jump,
+          c.predicted && c.predicted.ok !== c.ok ? h("span", { class: c.predicted.ok ? "chip ok" : "chip bad" }, `with the repair: ${c.predicted.measured || (c.predicted.ok ? "holds" : "fails")}`) : null))];
   }
 
   function why(shown) {

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from physagent_studio.contract import describe
 from physagent_studio.program import PhysicalProgram
+from physagent_studio.program.diff import diff_text
 from physagent_studio.records import Check, LoopState, Proposal, Round
 from physagent_studio.studio.panels.words import edit_row, number, plain
 from physagent_studio.workbench import Snapshot
@@ -168,7 +170,11 @@ def _checks(
     predicted: dict[str, Check] = {}
     if shown is not None and shown.preview is not None and not draft:
         predicted = {check.id: check for check in shown.preview.checks}
-    return [check_row(check, program, clauses, predicted.get(check.id)) for check in checks]
+    stated = {one.id: describe(one, program) for one in program.contract.statements}
+    return [
+        check_row(check, program, clauses, predicted.get(check.id), stated.get(check.id, ""))
+        for check in checks
+    ]
 
 
 def check_row(
@@ -176,22 +182,30 @@ def check_row(
     program: PhysicalProgram,
     clauses: dict[str, str],
     predicted: Check | None = None,
+    stated: str = "",
 ) -> dict[str, Any]:
-    """One line of the checklist."""
-    row = {
+    """One line of the checklist: the statement in words, and what was measured for it."""
+    headline, _, found = check.text.partition(": ")
+    row: dict[str, Any] = {
         "id": check.id,
         "ok": check.ok,
-        "text": check.text,
+        "text": check.text if check.always_on else (stated or headline),
         "clause": clauses.get(check.clause or "", ""),
-        "measured": number(check.measured),
-        "threshold": number(check.threshold),
-        "unit": check.unit,
+        "measured": _figure(check),
+        "found": found,
         "frame": None if check.step is None else check.step // program.clip.steps_per_frame,
         "always": check.always_on,
     }
     if predicted is not None:
-        row["predicted"] = {"ok": predicted.ok, "measured": number(predicted.measured)}
+        row["predicted"] = {"ok": predicted.ok, "measured": _figure(predicted)}
     return row
+
+
+def _figure(check: Check) -> str:
+    """The measured value with its unit; "" where there is none, or only a plain yes or no."""
+    if check.measured is None or (check.measured == 0 and not check.threshold):
+        return ""
+    return f"{number(check.measured)} {check.unit}".replace(" °", "°").strip()
 
 
 def _proposal(loop: LoopState, snapshot: Snapshot) -> dict[str, Any] | None:
@@ -233,8 +247,6 @@ def _hunks(proposal: Proposal, program: PhysicalProgram) -> list[dict[str, Any]]
 
 
 def _comparison(other: Round, snapshot: Snapshot) -> dict[str, Any]:
-    from physagent_studio.program.diff import diff_text
-
     theirs = {check.id: check for check in other.assessment.checks} if other.assessment else {}
     mine = {check.id: check for check in snapshot.checks}
     rows = []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from physagent_studio.rendering.coverage import Partial
 from physagent_studio.rendering.frame import Picture
 from physagent_studio.rendering.raster import FloatArray
+
+PhotoShare = Callable[[NDArray[np.int64], int], NDArray[np.float32]]
+"""Flat pixels (K,), object → share (K,) of the photo itself there, which needs no mixing."""
 
 _AROUND = ((0, -1), (0, 1), (-1, 0), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1))
 
@@ -21,17 +24,19 @@ def blend_outlines(
     depth: NDArray[np.float32],
     barrier: FloatArray,
     partial: Sequence[Partial],
+    photographed: PhotoShare,
 ) -> None:
     """Mix the outlines of objects into `canvas` (H, W, 3), in place.
 
     canvas: hard picture. backdrop: without objects. ids, depth: (H, W) of the hard picture.
     barrier: (H·W,) depth of static solids, inf for none. partial: covered share per object.
+    photographed: see `PhotoShare`.
     """
     hard = canvas.copy()
     reach = [_mean_depth(ids, depth, i) for i in range(len(partial))]
     for index in sorted(range(len(partial)), key=lambda i: -reach[i]):
         if np.isfinite(reach[index]) and len(partial[index].pixel):
-            _blend(canvas, hard, backdrop, ids, depth, barrier, partial[index], index)
+            _blend(canvas, hard, backdrop, ids, depth, barrier, partial[index], photographed, index)
 
 
 def _mean_depth(ids: NDArray[np.int16], depth: NDArray[np.float32], index: int) -> float:
@@ -47,6 +52,7 @@ def _blend(
     depth: NDArray[np.float32],
     barrier: FloatArray,
     partial: Partial,
+    photographed: PhotoShare,
     index: int,
 ) -> None:
     height, width = ids.shape
@@ -62,6 +68,7 @@ def _blend(
     outer = share * own + (1 - share) * now
     before = (own_depth < depth[y, x]) & (own_depth < barrier[partial.pixel])
     mixed = np.where(here[:, None], inner, np.where((own_weight > 0) & before[:, None], outer, now))
+    mixed += (now - mixed) * photographed(partial.pixel, index)[:, None]
     canvas[y, x] = np.clip(mixed + 0.5, 0, 255).astype(np.uint8)
 
 

@@ -4,27 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from physagent_studio.errors import InputError
 from physagent_studio.program.camera import Camera
-from physagent_studio.program.rotations import matrices_of
 from physagent_studio.records.scene import Mesh, Scene
 from physagent_studio.rendering.backdrop import PALETTE, draw_backdrop
-from physagent_studio.rendering.batch import Batch, corner_normals
+from physagent_studio.rendering.batch import Batch
 from physagent_studio.rendering.blend import blend_outlines
 from physagent_studio.rendering.coverage import partial_pixels
 from physagent_studio.rendering.frame import Frame, Picture, Surface
-from physagent_studio.rendering.light import LIGHT, lambert, relative
 from physagent_studio.rendering.raster import FloatArray, Hits, Lens, rasterise
-from physagent_studio.rendering.settled import Settled
-from physagent_studio.rendering.shadow import transmitted
+from physagent_studio.rendering.scenery import Scenery
+from physagent_studio.rendering.skin import Skin
 from physagent_studio.rendering.stage import Stage
-from physagent_studio.rendering.texture import Paint, paints
 
-_SAME = 1e-12
 _UNPAINTED = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32)).color
 
 
@@ -53,16 +48,14 @@ class Compositor:
         self._photographed = scene.plate is not None
         meshes = _meshes(scene, self._photographed)
         self._batch = Batch.of(meshes)
-        self._paints = paints(meshes)
-        self._textured = np.array([bool(p.levels) for p in self._paints], bool)
         self._stage = Stage.of(scene.state, scene.support_meshes, camera, self.lens)
-        self._plate = self._backdrop(scene)
         self._positions, self._rotations = initial_poses(scene)
         world = self._batch.placed(self._positions, self._rotations)
-        self._cosine = self._cosines(self._rotations)
         points = self._to_camera(world)
-        self._settled = self._still_in_photo(scene, points)
-        self._detail = _detail(self._batch, points, self.lens)
+        plate, ground = self._backdrop(scene), self._stage.ground
+        self._scenery = Scenery.of(scene, plate, self._batch, world, points, ground, self.lens)
+        light = self._scenery.sun.lamp.direction
+        self._skin = Skin.of(self._batch, meshes, light, self._rotations, points, self.lens)
         hits = self._cast(points)
         self._tolerance = self._stage.tolerances(
             hits, self._owner(hits), _radii(self._batch), self._shown(scene, hits)
@@ -88,19 +81,10 @@ class Compositor:
         world = self._batch.placed(where, turned, deformed)
         points = self._to_camera(world)
         hits = self._visible(self._cast(points))
-        backdrop = self._behind(points, world, shadows)
-        canvas = backdrop.copy()
-        flat = canvas.reshape(-1, 3)
-        flat[hits.pixel] = self._colors(hits, turned, world if deformed else None)
-        ids = np.full(len(flat), -1, np.int16)
-        ids[hits.pixel] = self._owner(hits)
-        depth = np.full(len(flat), np.inf, np.float32)
-        depth[hits.pixel] = hits.depth
-        shape = (self.lens.height, self.lens.width)
-        ids, depth = ids.reshape(shape), depth.reshape(shape)
-        partial = partial_pixels(self._batch, points, self.lens)
-        blend_outlines(canvas, backdrop, ids, depth, self._stage.depth, partial)
-        return Frame(canvas, ids, depth, Surface(hits, points, self._batch.faces, self.lens))
+        standing = self._scenery.standing(points)
+        backdrop = self._scenery.behind(world, standing, shadows)
+        colors = self._skin.colors(hits, turned, world if deformed else None)
+        return self._composed(hits, points, backdrop, colors, standing)
 
     # --- preparation -------------------------------------------------------------------------
 
@@ -108,12 +92,6 @@ class Compositor:
         if scene.plate is not None:
             return np.ascontiguousarray(scene.plate)
         return draw_backdrop(scene.state, scene.support_meshes, self._camera, self.lens)
-
-    def _still_in_photo(self, scene: Scene, points: FloatArray) -> Settled | None:
-        if scene.photo is None or scene.photo.shape != self._plate.shape:
-            return None
-        masks = [scene.masks.get(name) for name in self.names]
-        return Settled.of(scene.photo, self._plate, masks, self._batch, points, self.lens)
 
     def _shown(self, scene: Scene, hits: Hits) -> NDArray[np.bool_]:
         """Which hits of the initial pose lie in their object's mask in the photo."""
@@ -157,72 +135,30 @@ class Compositor:
         keep = ~hidden
         return Hits(hits.pixel[keep], hits.face[keep], hits.weights[keep], hits.depth[keep])
 
-    def _cosines(self, rotations: FloatArray) -> FloatArray:
-        """(F, 3) cosine between each corner's normal and the light."""
-        towards = np.einsum("nij,i->nj", matrices_of(rotations), LIGHT)
-        return np.einsum("fcj,fj->fc", self._batch.normals, towards[self._batch.face_owner])
+    def _composed(
+        self,
+        hits: Hits,
+        points: FloatArray,
+        backdrop: Picture,
+        colors: NDArray[np.float32],
+        standing: FloatArray,
+    ) -> Frame:
+        """Objects over the backdrop, with smooth outlines."""
+        shape, owner = (self.lens.height, self.lens.width), self._owner(hits)
+        colors = self._scenery.keep(colors, hits.pixel, owner, standing)
+        canvas = backdrop.copy()
+        canvas.reshape(-1, 3)[hits.pixel] = (colors + np.float32(0.5)).astype(np.uint8)
+        ids = np.full(shape, -1, np.int16)
+        ids.ravel()[hits.pixel] = owner
+        depth = np.full(shape, np.inf, np.float32)
+        depth.ravel()[hits.pixel] = hits.depth
+        partial = partial_pixels(self._batch, points, self.lens)
 
-    def _shading(self, rotations: FloatArray, bent: FloatArray | None) -> FloatArray:
-        """Brightness (F, 3): the change since the photo, or all of it on flat colours.
+        def photographed(pixel: NDArray[np.int64], index: int) -> NDArray[np.float32]:
+            return self._scenery.shares(pixel, index, standing)
 
-        bent: (V, 3) world vertices where something has deformed.
-        """
-        cosine = self._cosines(rotations)
-        if bent is not None:
-            cosine = corner_normals(bent, self._batch.faces, self._batch.welded) @ LIGHT
-        change = relative(cosine, self._cosine)
-        full = np.minimum(lambert(cosine, 0.35) * 1.12, 1.15)
-        return np.where(self._textured[self._batch.face_owner, None], change, full)
-
-    def _colors(self, hits: Hits, turned: FloatArray, bent: FloatArray | None) -> Picture:
-        corners = self._batch.faces[hits.face]
-        colors = np.empty((len(hits.pixel), 3), np.float32)
-        uv = np.einsum("ki,kij->kj", hits.weights, self._batch.uv[corners])
-        owner = self._owner(hits)
-        for index, paint in enumerate(self._paints):
-            mine = np.flatnonzero(owner == index)
-            if len(mine):
-                shrink = self._detail[index] * float(hits.depth[mine].mean())
-                colors[mine] = paint.sample(uv[mine], shrink)
-        if bent is None and self._untouched(turned):
-            return (colors + 0.5).astype(np.uint8)
-        bright = self._shading(turned, bent)
-        shade = np.einsum("ki,ki->k", hits.weights, bright[hits.face])
-        return np.clip(colors * shade[:, None] + 0.5, 0, 255).astype(np.uint8)
-
-    def _untouched(self, rotations: FloatArray) -> bool:
-        same = np.abs(rotations - self._rotations).max(initial=0) < _SAME
-        return bool(same and self._textured.all())
-
-    def _behind(self, points: FloatArray, world: FloatArray, shadows: bool) -> Picture:
-        """The picture without objects, under the shadows that the photo does not show already."""
-        backdrop, fresh = self._plate, np.ones(len(self.names))
-        if self._settled is not None:
-            settled = self._settled.weights(self._batch, points, self.lens)
-            backdrop, fresh = self._settled.restore(backdrop, settled), 1 - settled
-        if not shadows:
-            return backdrop
-        return apply_light(backdrop, transmitted(self._batch, world, self._stage.ground, fresh))
-
-
-def apply_light(picture: Picture, change: NDArray[np.float32]) -> Picture:
-    """A picture (H, W, 3) times a coarse map of light (h, w), only where that is not 1."""
-    rows, columns = np.nonzero(np.abs(change - 1) > 1 / 300)
-    if not len(rows):
-        return picture
-    height, width = picture.shape[:2]
-    step = -(-height // change.shape[0])
-    top, left = max(rows.min() - 1, 0), max(columns.min() - 1, 0)
-    bottom, right = rows.max() + 2, columns.max() + 2
-    patch = change[top:bottom, left:right]
-    patch = cv2.resize(patch, None, fx=step, fy=step, interpolation=cv2.INTER_LINEAR)
-    y, x = top * step, left * step
-    patch = patch[: height - y, : width - x]
-    result = picture.copy()
-    part = result[y : y + patch.shape[0], x : x + patch.shape[1]]
-    lit = part.astype(np.float32) * patch[..., None]
-    part[:] = np.clip(lit + 0.5, 0, 255).astype(np.uint8)
-    return result
+        blend_outlines(canvas, backdrop, ids, depth, self._stage.depth, partial, photographed)
+        return Frame(canvas, ids, depth, Surface(hits, points, self._batch.faces, self.lens))
 
 
 def lens_of(camera: Camera) -> Lens:
@@ -260,30 +196,3 @@ def _radii(batch: Batch) -> FloatArray:
     radii = np.zeros(count)
     np.maximum.at(radii, batch.owner, lengths)
     return radii
-
-
-def _detail(batch: Batch, points: FloatArray, lens: Lens) -> FloatArray:
-    """(N,) texture pixels per screen pixel and metre of depth, for the choice of a level."""
-    count = len(batch.first) - 1
-    result = np.zeros(count)
-    if not len(batch.faces):
-        return result
-    z = np.maximum(points[:, 2], 1e-6)
-    pixels = lens.focal * points[:, :2] / z[:, None]
-    ratio = np.sqrt(_area(batch.uv, batch.faces) / np.maximum(_area(pixels, batch.faces), 1e-9))
-    away = z[batch.faces].mean(1)
-    for index in range(count):
-        # The faces that look at the camera squarely; slanted ones would ask for too much blur.
-        mine = ratio[batch.face_owner == index] / away[batch.face_owner == index]
-        if len(mine):
-            result[index] = np.percentile(mine, 25)
-    return result
-
-
-def _area(places: FloatArray, faces: NDArray[np.int32]) -> FloatArray:
-    a, b, c = (places[faces[:, i]] for i in range(3))
-    first, second = b - a, c - a
-    return np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
-
-
-__all__ = ["Compositor", "Paint", "apply_light", "initial_poses", "lens_of"]

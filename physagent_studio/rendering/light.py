@@ -7,14 +7,14 @@ import numpy as np
 from physagent_studio.rendering.raster import FloatArray
 
 LIGHT = np.array([-0.30, -0.40, 1.0]) / np.linalg.norm([-0.30, -0.40, 1.0])
-"""Direction towards the light in the world: from above, a little left and towards the camera."""
+"""Direction towards the usual light, world: from above, a little left and towards the camera."""
 
 _AMBIENT = 0.70
-_LOWEST, _HIGHEST = 0.72, 1.30
+_LOWEST, _HIGHEST = 0.75, 1.20
 
 
 def lambert(cosine: FloatArray, ambient: float = _AMBIENT) -> FloatArray:
-    """Brightness at this cosine between normal and `LIGHT`; 1 where it falls straight on.
+    """Brightness at this cosine between normal and light; 1 where it falls straight on.
 
     The cosine is wrapped around the terminator, as under a large soft light.
     """
@@ -24,6 +24,6 @@ def lambert(cosine: FloatArray, ambient: float = _AMBIENT) -> FloatArray:
 def relative(cosine: FloatArray, initial: FloatArray) -> FloatArray:
     """How much brighter than in the photo; exactly 1 where nothing has turned.
 
-    cosine, initial: between normal and `LIGHT`, now and at the initial pose.
+    cosine, initial: between normal and light, now and at the initial pose.
     """
     return np.clip(lambert(cosine) / lambert(initial), _LOWEST, _HIGHEST)

@@ -20,25 +20,27 @@ from physagent_studio.rendering.raster import NEAR, FloatArray, Lens
 
 _STILL = 0.25
 """Pixels of motion that nobody sees."""
-_GONE = 0.06
+_GONE = 0.02
 """Share of its own size on the picture after which an object has left its place."""
-_LEAST = 3.0
-"""The same in pixels, at least."""
+_PIXELS = (2.0, 6.0)
+"""The same in pixels, at least and at most."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Settled:
     """Pixels in which photo and plate differ, each with the object that is the reason.
 
-    pixel: (K,) flat. owner: (K,) object. photo: (K, 3). outline: (V, 2) pixels of all vertices
-    at the initial pose. size: (N,) pixels across each object.
+    pixel: (K,) flat, where photo and plate differ. near: (H·W,) the object whose mask is
+    nearest, −1 without masks. photo: (H·W, 3). outline: (V, 2) pixels of all vertices at the
+    initial pose. size: (N,) pixels across each object.
     """
 
     pixel: NDArray[np.int64]
-    owner: NDArray[np.int32]
+    near: NDArray[np.int32]
     photo: Picture
     outline: FloatArray
     size: FloatArray
+    lens: Lens
 
     @classmethod
     def of(
@@ -51,32 +53,51 @@ class Settled:
         lens: Lens,
     ) -> Self:
         """Prepare; points: (V, 3) camera frame, initial pose. masks: (H, W) per object."""
-        pixel = np.flatnonzero((photo != plate).any(-1).ravel())
+        near = _nearest_mask(masks, photo.shape[:2]).ravel()
+        pixel = np.flatnonzero((photo != plate).any(-1).ravel() & (near >= 0))
         outline = _projected(points, lens)
-        owner = _nearest_mask(masks, photo.shape[:2]).ravel()[pixel]
-        pixel, owner = pixel[owner >= 0], owner[owner >= 0]
-        return cls(pixel, owner, photo.reshape(-1, 3)[pixel], outline, _sizes(batch, outline))
+        flat = np.ascontiguousarray(photo).reshape(-1, 3)
+        return cls(pixel, near, flat, outline, _sizes(batch, outline), lens)
 
-    def weights(self, batch: Batch, points: FloatArray, lens: Lens) -> FloatArray:
+    def weights(self, batch: Batch, points: FloatArray) -> FloatArray:
         """(N,) how much each object is still where the photo shows it: 1 exactly, 0 not at all."""
-        moved = np.linalg.norm(_projected(points, lens) - self.outline, axis=1)
+        moved = np.linalg.norm(_projected(points, self.lens) - self.outline, axis=1)
         farthest = np.zeros(len(self.size))
         np.maximum.at(farthest, batch.owner, moved)
-        reach = np.maximum(_GONE * self.size, _LEAST)
+        reach = np.clip(_GONE * self.size, *_PIXELS)
         return 1 - np.clip((farthest - _STILL) / reach, 0, 1)
 
     def restore(self, plate: Picture, weights: FloatArray) -> Picture:
         """The plate with the photo where its objects still stand."""
-        share = weights[self.owner]
+        share = weights[self.near[self.pixel]]
         mine = np.flatnonzero(share > 0)
         if not len(mine):
             return plate
         result = plate.copy()
         flat = result.reshape(-1, 3)
         pixel, part = self.pixel[mine], share[mine, None].astype(np.float32)
-        mixed = flat[pixel] * (1 - part) + self.photo[mine] * part
+        mixed = flat[pixel] * (1 - part) + self.photo[pixel] * part
         flat[pixel] = (mixed + 0.5).astype(np.uint8)
         return result
+
+    def shares(
+        self, pixel: NDArray[np.int64], owner: NDArray[np.int32] | int, weights: FloatArray
+    ) -> NDArray[np.float32]:
+        """(K,) how much of the photo still holds at pixels where objects are drawn.
+
+        It shows the object itself, or the one before it, so both must stand where they stood.
+        """
+        near = self.near[pixel]
+        share = weights[owner] * np.where(near >= 0, weights[near], 0)
+        return np.asarray(share, np.float32)
+
+    def keep(
+        self, colors: NDArray[np.float32], pixel: NDArray[np.int64], share: NDArray[np.float32]
+    ) -> NDArray[np.float32]:
+        """Drawn colours (K, 3), mixed with the photo by its share."""
+        if not share.any():
+            return colors
+        return np.asarray(colors + (self.photo[pixel] - colors) * share[:, None], np.float32)
 
 
 def _projected(points: FloatArray, lens: Lens) -> FloatArray:

@@ -14,10 +14,10 @@ from physagent_studio.program.scene import Floor, SceneState, Wall
 from physagent_studio.records.scene import Mesh
 from physagent_studio.rendering.batch import Batch
 from physagent_studio.rendering.raster import FloatArray, Hits, Lens, rasterise
-from physagent_studio.rendering.shadow import Ground, light_axes
+from physagent_studio.rendering.shadow import Ground
 
 _STRIDE = 2
-"""Shadows are soft, so the ground is looked up at every second pixel."""
+"""Shadows are soft, so the ground is looked up once for this many pixels, each way."""
 _TOLERANCE = 0.08
 """How far an object may sink into its support, in its own radii, before the support hides it."""
 _CONTRADICTED = 0.2
@@ -60,17 +60,15 @@ class Stage:
         """Prepare the supports of a scene; `meshes` are in the world frame."""
         origin = np.array(camera.position, float)
         rays = pixel_rays(camera, lens)
-        shapes = {support.name: support.shape for support in state.supports}
-        names = [n for n in meshes if not isinstance(shapes.get(n), Floor | Wall)]
+        names = _solid_names(state, meshes)
         depth, solid = _nearest([meshes[n] for n in names], camera, lens)
-        under = np.minimum(depth, _planes_depth(state, meshes, origin, rays))
         return cls(
             solids=tuple(_solid(n, meshes[n], origin) for n in names),
             depth=depth,
             solid=solid,
             rays=rays,
             origin=origin,
-            ground=_ground(under, origin, rays, lens),
+            ground=_ground(state, meshes, camera, lens),
         )
 
     def hidden(self, hits: Hits, owner: NDArray, tolerance: FloatArray) -> NDArray[np.bool_]:
@@ -140,9 +138,7 @@ def _nearest(
     return depth, solid
 
 
-def _planes_depth(
-    state: SceneState, meshes: Mapping[str, Mesh], origin: FloatArray, rays: FloatArray
-) -> FloatArray:
+def _planes_depth(state: SceneState, origin: FloatArray, rays: FloatArray) -> FloatArray:
     """Depth of the nearest floor or wall along each ray, inf for none."""
     depth = np.full(len(rays), np.inf)
     for support in state.supports:
@@ -172,11 +168,23 @@ def _solid(name: str, mesh: Mesh, origin: FloatArray) -> Solid:
     return Solid(name, planes[planes[:, :3] @ origin > planes[:, 3]])
 
 
-def _ground(depth: FloatArray, origin: FloatArray, rays: FloatArray, lens: Lens) -> Ground:
-    rows = np.arange(0, lens.height, _STRIDE)
-    columns = np.arange(0, lens.width, _STRIDE)
-    sampled = (rows[:, None] * lens.width + columns).ravel()
-    cells = np.flatnonzero(np.isfinite(depth[sampled]))
-    pixels = sampled[cells]
-    points = origin + rays[pixels] * depth[pixels, None]
-    return Ground((len(rows), len(columns)), cells, points @ light_axes().T)
+def _ground(state: SceneState, meshes: Mapping[str, Mesh], camera: Camera, lens: Lens) -> Ground:
+    """What each cell of `_STRIDE` by `_STRIDE` pixels shows in its middle."""
+    k = _STRIDE
+    size = (-(-lens.width // k), -(-lens.height // k))
+    coarse = Lens(*size, lens.focal / k, lens.cx / k, lens.cy / k)
+    rays, origin = pixel_rays(camera, coarse), np.array(camera.position, float)
+    depth, _ = _nearest(_solid_meshes(state, meshes), camera, coarse)
+    depth = np.minimum(depth, _planes_depth(state, origin, rays))
+    cells = np.flatnonzero(np.isfinite(depth))
+    return Ground((size[1], size[0]), k, cells, origin + rays[cells] * depth[cells, None])
+
+
+def _solid_meshes(state: SceneState, meshes: Mapping[str, Mesh]) -> list[Mesh]:
+    return [meshes[name] for name in _solid_names(state, meshes)]
+
+
+def _solid_names(state: SceneState, meshes: Mapping[str, Mesh]) -> list[str]:
+    """Supports that can stand before an object: nothing gets behind a floor or a wall."""
+    shapes = {support.name: support.shape for support in state.supports}
+    return [name for name in meshes if not isinstance(shapes.get(name), Floor | Wall)]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -43,11 +42,6 @@ class Paint:
         level = int(np.clip(np.round(np.log2(max(shrink, 1e-6))), 0, len(self.levels) - 1))
         # Texture pixel i covers [i, i + 1), so its centre is sampled at i + .5.
         return bilinear(self.levels[level], uv / 2**level - 0.5)
-
-
-def paints(meshes: Sequence[Mesh]) -> tuple[Paint, ...]:
-    """The paint of every mesh."""
-    return tuple(Paint.of(mesh) for mesh in meshes)
 
 
 def bilinear(image: NDArray, where: FloatArray) -> NDArray[np.float32]:

@@ -1,0 +1,115 @@
+"""`Scenery`: the picture behind the objects, with the shadows that they cast on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.records.scene import Scene
+from physagent_studio.rendering.batch import Batch
+from physagent_studio.rendering.frame import Picture
+from physagent_studio.rendering.raster import FloatArray, Lens
+from physagent_studio.rendering.settled import Settled
+from physagent_studio.rendering.shadow import Ground, Shadows
+from physagent_studio.rendering.sun import CONTACT, DEFAULT, Sun, estimate_sun, lifted
+
+_VISIBLE = 1 / 300
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Scenery:
+    """The plate and what changes on it.
+
+    plate: (H, W, 3) without objects and their shadows. settled: the photo around objects that
+    stand still, None without a photo. lights: the sun and the sky, with their shadows.
+    """
+
+    plate: Picture
+    settled: Settled | None
+    sun: Sun
+    lights: tuple[tuple[Sun, Shadows], ...]
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        plate: Picture,
+        batch: Batch,
+        world: FloatArray,
+        points: FloatArray,
+        ground: Ground,
+        lens: Lens,
+    ) -> Self:
+        """Prepare. world, points: (V, 3) vertices at the initial pose, world and camera frame."""
+        sun, settled, photo = DEFAULT, None, scene.photo
+        if photo is not None and photo.shape == plate.shape:
+            known = (photo == plate).all(-1)
+            sun, shading = estimate_sun(plate, known, batch, world, ground)
+            if shading is not None:
+                everyone = np.ones(len(batch.first) - 1)
+                blocked = Shadows.of(batch, ground, sun.lamp).blocked(world, everyone)
+                plate = lifted(plate, shading, blocked, ground.step)
+            masks = [scene.masks.get(item.name) for item in scene.state.objects]
+            settled = Settled.of(photo, plate, masks, batch, points, lens)
+        lights = tuple((one, Shadows.of(batch, ground, one.lamp)) for one in (sun, CONTACT))
+        return cls(plate, settled, sun, lights)
+
+    def standing(self, points: FloatArray) -> FloatArray:
+        """(N,) how much each object is still where the photo shows it; 0 without a photo."""
+        if self.settled is None:
+            return np.zeros(len(self.lights[0][1].batch.first) - 1)
+        return self.settled.weights(self.lights[0][1].batch, points)
+
+    def shares(
+        self, pixel: NDArray[np.int64], owner: NDArray[np.int32] | int, standing: FloatArray
+    ) -> NDArray[np.float32]:
+        """(K,) how much of the photo still holds at pixels of objects; 0 without a photo."""
+        if self.settled is None:
+            return np.zeros(len(pixel), np.float32)
+        return self.settled.shares(pixel, owner, standing)
+
+    def keep(
+        self,
+        colors: NDArray[np.float32],
+        pixel: NDArray[np.int64],
+        owner: NDArray[np.int32],
+        standing: FloatArray,
+    ) -> NDArray[np.float32]:
+        """Colours (K, 3) of objects, the photo's own where they stand as it shows them."""
+        if self.settled is None:
+            return colors
+        return self.settled.keep(colors, pixel, self.shares(pixel, owner, standing))
+
+    def behind(self, world: FloatArray, standing: FloatArray, shadows: bool) -> Picture:
+        """The picture without objects: shadows of those that have left their place are new."""
+        picture = self.plate
+        if self.settled is not None:
+            picture = self.settled.restore(picture, standing)
+        if not shadows:
+            return picture
+        first, step = self.lights[0][1].ground.shape, self.lights[0][1].ground.step
+        passing = np.ones((*first, 3), np.float32)
+        for sun, cast in self.lights:
+            blocked = cast.blocked(world, 1 - standing)
+            passing *= 1 - blocked[..., None] * sun.strength.astype(np.float32)
+        return lit(picture, passing, step)
+
+
+def lit(picture: Picture, passing: NDArray[np.float32], step: int) -> Picture:
+    """A picture (H, W, 3) times a coarse map of light (h, w, 3), where that is not 1."""
+    rows, columns = np.nonzero((passing < 1 - _VISIBLE).any(-1))
+    if not len(rows):
+        return picture
+    top, left = max(rows.min() - 1, 0), max(columns.min() - 1, 0)
+    patch = passing[top : rows.max() + 2, left : columns.max() + 2]
+    patch = cv2.resize(patch, None, fx=step, fy=step, interpolation=cv2.INTER_LINEAR)
+    y, x = top * step, left * step
+    patch = patch[: picture.shape[0] - y, : picture.shape[1] - x]
+    result = picture.copy()
+    part = result[y : y + patch.shape[0], x : x + patch.shape[1]]
+    part[:] = np.clip(part * patch + np.float32(0.5), 0, 255).astype(np.uint8)
+    return result

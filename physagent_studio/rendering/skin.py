@@ -1,0 +1,120 @@
+"""The colours of objects: texture or flat colour, under the light of now."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.rotations import matrices_of
+from physagent_studio.records.scene import Mesh
+from physagent_studio.rendering.batch import Batch, corner_normals
+from physagent_studio.rendering.light import lambert, relative
+from physagent_studio.rendering.raster import FloatArray, Hits, Lens
+from physagent_studio.rendering.texture import Paint
+
+_SAME = 1e-12
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Skin:
+    """What objects look like. textured: (N,) which carry the photo.
+
+    light: (3,) unit, towards the light. rotations: (N, 4) initial. cosine: (F, 3) between the
+    light and each corner's normal at the initial pose. detail: (N,) texture pixels per screen
+    pixel and metre of depth.
+    """
+
+    batch: Batch
+    paints: tuple[Paint, ...]
+    textured: NDArray[np.bool_]
+    light: FloatArray
+    rotations: FloatArray
+    cosine: FloatArray
+    detail: FloatArray
+
+    @classmethod
+    def of(
+        cls,
+        batch: Batch,
+        meshes: Sequence[Mesh],
+        light: FloatArray,
+        rotations: FloatArray,
+        points: FloatArray,
+        lens: Lens,
+    ) -> Self:
+        """Prepare. points: (V, 3) camera frame, initial pose."""
+        paints = tuple(Paint.of(mesh) for mesh in meshes)
+        textured = np.array([bool(paint.levels) for paint in paints], bool)
+        cosine = _cosines(batch, rotations, light)
+        detail = _detail(batch, points, lens)
+        return cls(batch, paints, textured, light, rotations, cosine, detail)
+
+    def colors(
+        self, hits: Hits, rotations: FloatArray, bent: FloatArray | None
+    ) -> NDArray[np.float32]:
+        """Colours (K, 3) of what the pixels see, 0 … 255.
+
+        bent: (V, 3) world vertices where something has deformed.
+        """
+        colors = self._painted(hits)
+        same = np.abs(rotations - self.rotations).max(initial=0) < _SAME
+        if bent is None and same and self.textured.all():
+            return colors
+        bright = self._brightness(rotations, bent)
+        shade = np.einsum("ki,ki->k", hits.weights, bright[hits.face])
+        return np.clip(colors * shade[:, None], 0, 255).astype(np.float32)
+
+    def _painted(self, hits: Hits) -> NDArray[np.float32]:
+        colors = np.empty((len(hits.pixel), 3), np.float32)
+        uv = np.einsum("ki,kij->kj", hits.weights, self.batch.uv[self.batch.faces[hits.face]])
+        owner = self.batch.face_owner[hits.face]
+        for index, paint in enumerate(self.paints):
+            mine = np.flatnonzero(owner == index)
+            if len(mine):
+                shrink = self.detail[index] * float(hits.depth[mine].mean())
+                colors[mine] = paint.sample(uv[mine], shrink)
+        return colors
+
+    def _brightness(self, rotations: FloatArray, bent: FloatArray | None) -> FloatArray:
+        """Brightness (F, 3): the change since the photo, or all of it on flat colours."""
+        if bent is None:
+            cosine = _cosines(self.batch, rotations, self.light)
+        else:
+            normals = corner_normals(bent, self.batch.faces, self.batch.welded)
+            cosine = normals @ self.light
+        change = relative(cosine, self.cosine)
+        full = np.minimum(lambert(cosine, 0.35) * 1.12, 1.15)
+        return np.where(self.textured[self.batch.face_owner, None], change, full)
+
+
+def _cosines(batch: Batch, rotations: FloatArray, light: FloatArray) -> FloatArray:
+    """(F, 3) cosine between each corner's normal and the light."""
+    towards = np.einsum("nij,i->nj", matrices_of(rotations), light)
+    return np.einsum("fcj,fj->fc", batch.normals, towards[batch.face_owner])
+
+
+def _detail(batch: Batch, points: FloatArray, lens: Lens) -> FloatArray:
+    count = len(batch.first) - 1
+    result = np.zeros(count)
+    if not len(batch.faces):
+        return result
+    z = np.maximum(points[:, 2], 1e-6)
+    pixels = lens.focal * points[:, :2] / z[:, None]
+    ratio = np.sqrt(_area(batch.uv, batch.faces) / np.maximum(_area(pixels, batch.faces), 1e-9))
+    ratio /= z[batch.faces].mean(1)
+    for index in range(count):
+        mine = ratio[batch.face_owner == index]
+        if len(mine):
+            # Faces that look at the camera squarely; slanted ones would ask for too much blur.
+            result[index] = np.percentile(mine, 25)
+    return result
+
+
+def _area(places: FloatArray, faces: NDArray[np.int32]) -> FloatArray:
+    a, b, c = (places[faces[:, i]] for i in range(3))
+    first, second = b - a, c - a
+    return np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])

@@ -1,0 +1,207 @@
+"""Where the photo's light comes from, read off the shadows that lie around the objects.
+
+The ground around the objects is compared with a smooth surface fitted to it: what is darker may
+be shadow. Lamps all around the sky are tried; the one whose computed shadow agrees best with
+what is dark is taken, if it agrees well enough. Its shadow is then lifted from the plate, so
+that it does not stay behind when its object leaves, and new shadows fall the same way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.rendering.batch import Batch
+from physagent_studio.rendering.frame import Picture
+from physagent_studio.rendering.light import LIGHT
+from physagent_studio.rendering.raster import FloatArray
+from physagent_studio.rendering.shadow import Ground, Lamp, Shadows
+
+_AZIMUTHS = 16
+_ELEVATIONS = (20, 32, 46, 62)
+_PENUMBRA = 0.12
+_REACH = 6.0
+_AGREES = 0.45
+"""Least correlation between the darkness found and the shadow computed."""
+_AROUND = 3.5
+"""How many object heights around its foot the ground is looked at."""
+_DARKEST = 0.85
+_FAINTEST = 0.04
+_LEAST_CELLS = 200
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Sun:
+    """The main lamp and how much it darkens: strength (3,) RGB, 0 … 1. seen: read off the photo."""
+
+    lamp: Lamp
+    strength: FloatArray
+    seen: bool
+
+
+DEFAULT = Sun(Lamp(LIGHT, 0.35, 2.5), np.full(3, 0.34), False)
+"""A large soft light from above, where the photo does not tell."""
+
+CONTACT = Sun(Lamp(np.array([0.0, 0.0, 1.0]), 0.5, 0.35), np.full(3, 0.42), False)
+"""The sky that an object keeps from the ground it touches."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Shading:
+    """The ground around the objects as the photo shades it.
+
+    darkness: (h, w, 3) log of the picture over `lit`, ≤ 0 in shadow, 0 elsewhere. lit: (h, w, 3)
+    smooth surface fitted to the ground, 0 … 255. around: (h, w) where both mean something.
+    usable: (h, w) where the photo itself was looked at. grain: how far texture strays, log.
+    """
+
+    darkness: NDArray[np.float32]
+    lit: NDArray[np.float32]
+    around: NDArray[np.bool_]
+    usable: NDArray[np.bool_]
+    grain: float
+
+
+def estimate_sun(
+    plate: Picture, known: NDArray[np.bool_], batch: Batch, world: FloatArray, ground: Ground
+) -> tuple[Sun, Shading | None]:
+    """The photo's sun and the shading that it was read off; the usual light and None if unclear.
+
+    plate: (H, W, 3). known: (H, W) where it is the photo itself. world: (V, 3) initial pose.
+    """
+    shading = _shading(plate, known, ground, _around(batch, world, ground))
+    if shading is None:
+        return DEFAULT, None
+    everyone = np.ones(len(batch.first) - 1)
+    looked_at = shading.usable & _checkered(ground.shape)
+    sparse, grey = ground.only(looked_at), -shading.darkness.mean(-1)[looked_at]
+    best, lamp = _AGREES, None
+    for candidate in _sky():
+        blocked = Shadows.of(batch, sparse, candidate).blocked(world, everyone)[looked_at]
+        agreement = _correlation(blocked, grey)
+        if agreement > best:
+            best, lamp = agreement, candidate
+    if lamp is None:
+        return DEFAULT, None
+    blocked = Shadows.of(batch, sparse, lamp).blocked(world, everyone)[looked_at]
+    strength = _strength(blocked, shading.darkness[looked_at])
+    if strength.max() < _FAINTEST:
+        return DEFAULT, None
+    return Sun(lamp, strength, True), shading
+
+
+def lifted(plate: Picture, shading: Shading, blocked: NDArray[np.float32], step: int) -> Picture:
+    """The plate without the shadows that lie where the sun casts them.
+
+    blocked: (h, w) computed shadow of the sun at the initial pose.
+    """
+    wide = cv2.GaussianBlur(cv2.dilate(blocked, np.ones((5, 5), np.uint8)), (0, 0), 4.0)
+    likely = np.clip((wide - 0.04) / 0.12, 0, 1)[..., None]
+    gain = np.exp(np.minimum(-np.minimum(shading.darkness, 0) * likely, 2.0))
+    before = plate.astype(np.float32)
+    bright = before * _enlarged(gain.astype(np.float32), step, plate.shape)
+    # Beside a sharp edge the coarse map lies over lit ground too: never brighter than that is.
+    most = _enlarged(shading.lit, step, plate.shape) * np.float32(np.exp(2 * shading.grain))
+    return np.clip(np.minimum(bright, np.maximum(before, most)) + 0.5, 0, 255).astype(np.uint8)
+
+
+def _enlarged(coarse: NDArray, step: int, shape: tuple[int, ...]) -> NDArray:
+    large = cv2.resize(coarse, None, fx=step, fy=step, interpolation=cv2.INTER_LINEAR)
+    return large[: shape[0], : shape[1]]
+
+
+def _reduced(picture: NDArray, step: int, shape: tuple[int, int]) -> NDArray[np.float32]:
+    """Mean over each cell of `step` by `step` pixels, the border repeated."""
+    down, across = shape[0] * step - picture.shape[0], shape[1] * step - picture.shape[1]
+    whole = cv2.copyMakeBorder(picture, 0, down, 0, across, cv2.BORDER_REPLICATE)
+    small = cv2.resize(whole, shape[::-1], interpolation=cv2.INTER_AREA)
+    return np.asarray(small, np.float32)
+
+
+def _checkered(shape: tuple[int, int]) -> NDArray[np.bool_]:
+    """Every fourth cell: enough to compare lamps by."""
+    y, x = np.indices(shape)
+    return (y % 2 == 0) & (x % 2 == 0)
+
+
+def _sky() -> list[Lamp]:
+    lamps = []
+    for elevation in np.radians(_ELEVATIONS):
+        for azimuth in np.arange(_AZIMUTHS) * (2 * np.pi / _AZIMUTHS):
+            flat = np.cos(elevation)
+            direction = (flat * np.cos(azimuth), flat * np.sin(azimuth), np.sin(elevation))
+            lamps.append(Lamp(np.array(direction), _PENUMBRA, _REACH))
+    return lamps
+
+
+def _around(batch: Batch, world: FloatArray, ground: Ground) -> NDArray[np.bool_]:
+    """(h, w) ground near the foot of an object and about as high as that."""
+    near = np.zeros(len(ground.cells), bool)
+    for index in range(len(batch.first) - 1):
+        mine = world[batch.first[index] : batch.first[index + 1]]
+        if not len(mine):
+            continue
+        low, high = mine.min(0), mine.max(0)
+        height = max(high[2] - low[2], 1e-6)
+        away = np.linalg.norm(ground.points[:, :2] - (low + high)[:2] / 2, axis=1)
+        level = np.abs(ground.points[:, 2] - low[2]) < 0.5 * height
+        reach = _AROUND * height + np.hypot(*(high - low)[:2]) / 2
+        near |= level & (away < reach)
+    result = np.zeros(ground.shape[0] * ground.shape[1], bool)
+    result[ground.cells[near]] = True
+    return result.reshape(ground.shape)
+
+
+def _shading(
+    plate: Picture, known: NDArray[np.bool_], ground: Ground, around: NDArray[np.bool_]
+) -> Shading | None:
+    whole = _reduced(known.astype(np.float32), ground.step, ground.shape) > 0.99
+    usable = around & whole
+    if usable.sum() < _LEAST_CELLS:
+        return None
+    small = _reduced(plate, ground.step, ground.shape)
+    fine = np.log(np.maximum(small, 4.0))
+    tone = np.log(np.maximum(cv2.GaussianBlur(small, (0, 0), 0.8), 4.0))
+    y, x = np.mgrid[0 : ground.shape[0], 0 : ground.shape[1]] / max(ground.shape)
+    terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], -1)
+    weight = _weights(terms[usable], tone[usable].mean(-1))
+    smooth = np.zeros((*ground.shape, 3))
+    for channel in range(3):
+        smooth[..., channel] = terms @ _fitted(terms[usable], tone[usable][:, channel], weight)
+    smooth = np.clip(smooth, 0, np.log(255))
+    darkness = np.where(around[..., None], tone - smooth, 0).astype(np.float32)
+    rest = (fine - smooth).mean(-1)[usable]
+    grain = 1.5 * float(np.median(np.abs(rest[weight > 0.5]))) if (weight > 0.5).any() else 0.1
+    return Shading(darkness, np.exp(smooth).astype(np.float32), around, usable, min(grain, 0.3))
+
+
+def _fitted(terms: FloatArray, values: FloatArray, weight: FloatArray) -> FloatArray:
+    root = np.sqrt(weight)
+    return np.asarray(np.linalg.lstsq(terms * root[:, None], values * root, rcond=None)[0], float)
+
+
+def _weights(terms: FloatArray, values: FloatArray) -> FloatArray:
+    """Weights of a fit that follows the lit ground: what is darker than it counts ever less."""
+    weight = np.ones(len(values))
+    for _ in range(8):
+        rest = values - terms @ _fitted(terms, values, weight)
+        spread = max(1.5 * float(np.median(np.abs(rest))), 0.02)
+        weight = 1 / (1 + (rest / np.where(rest < 0, spread, 2 * spread)) ** 2)
+    return weight
+
+
+def _correlation(first: NDArray, second: NDArray) -> float:
+    a, b = first - first.mean(), np.clip(second, -0.5, 1.5)
+    b = b - b.mean()
+    length = np.linalg.norm(a) * np.linalg.norm(b)
+    return float(a @ b / length) if length > 1e-9 else 0.0
+
+
+def _strength(blocked: NDArray, darkness: NDArray) -> FloatArray:
+    """(3,) how much full shadow darkens, from the log darkness (K, 3) where there is shadow."""
+    total = float(blocked @ blocked)
+    slope = np.maximum(-(blocked @ darkness) / max(total, 1e-9), 0)
+    return np.minimum(1 - np.exp(-slope), _DARKEST)

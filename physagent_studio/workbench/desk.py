@@ -86,11 +86,16 @@ class Desk:
 
     # --- the loop ----------------------------------------------------------------------------
 
-    def advance(self, *, policy: str | None = None) -> None:
+    def prepare(self) -> None:
+        """Writes the first program and reconstructs, so that there is something to look at."""
+        if not self.state.rounds and self.state.draft is None and self.case.prompt.strip():
+            self.advance(until="simulate")
+
+    def advance(self, *, policy: str | None = None, until: str = "done") -> None:
         """Goes on until a person has to act or all is done; every phase is saved."""
         crew, bench = self.engine.crew(), self.engine.bench()
         kept = self.state.policy
-        while self.state.phase != "done":
+        while self.state.phase not in ("done", until):
             self.control.check()
             self.control.progress(self._doing(), None)
             working = self.state.model_copy(update={"policy": policy or kept})

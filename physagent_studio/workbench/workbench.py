@@ -150,6 +150,9 @@ class Workbench:
         if self._desk is not None:
             self._desk.session.close()
         self._desk = Desk(session, self._control, evidence=self._evidence)
+        if self._desk.case.image is not None:
+            self._publish_desk()
+            self._desk.prepare()
 
     # --- snapshots ---------------------------------------------------------------------------
 

@@ -1,71 +1,109 @@
-"""The closed contour of greatest contrast around a point, by dynamic programming.
+"""Closed contours of great contrast around a point, by dynamic programming.
 
 On a log-polar image around the point an outline is a path from angle to angle, and the path
 of least cost is found exactly. It does not look at colour statistics, so that it fails on
-other pictures than GrabCut does; where both agree, the mask is most likely right.
+other pictures than GrabCut does; where both agree, the mask is most likely right. Elongated
+things are round in a picture that is squeezed along their axis, so several squeezes are tried,
+and inner radii are closed off in turn, so that an outline inside the object does not hide it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.reconstruction.masks import BoolArray, Pixel
+from physagent_studio.reconstruction.masks import BoolArray, Pixel, bounds
 
-ANGLES = 180
-RADII = 96
+ANGLES = 120
+RADII = 72
+SQUEEZES = ((1.0, 1.0), (0.55, 1.4), (1.5, 0.5), (2.2, 0.4))
+"""Axes (x, y) of the ellipses that stand for circles."""
+CLOSED = (0, 22, 34, 44)
+"""How many of the innermost radii are closed off."""
+
+_ANGLE = np.arange(ANGLES) * 2 * np.pi / ANGLES
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Polar:
+    """A picture around a point: where each sample lies (ANGLES, RADII) and what it costs."""
+
+    x: NDArray[np.float32]
+    y: NDArray[np.float32]
+    cost: NDArray[np.float64]
 
 
 def around(
+    lab: NDArray[np.float32], centre: Pixel, outside: Sequence[Pixel] = ()
+) -> Iterator[BoolArray]:
+    """Outlines of all squeezes, closed radii and two stiffnesses around a point."""
+    reach = float(np.hypot(*lab.shape[:2])) * 0.55
+    radii = np.geomspace(3, reach, RADII)
+    for axes in SQUEEZES:
+        polar = _polar(lab, centre, axes, radii, outside)
+        for closed in CLOSED:
+            for stiffness in (1, 2):
+                yield _outline(polar, lab.shape[:2], stiffness, closed)
+
+
+def again(
+    lab: NDArray[np.float32], mask: BoolArray, outside: Sequence[Pixel] = ()
+) -> Iterator[BoolArray]:
+    """Outlines near that of a mask, seen from its middle and at its proportions."""
+    x0, y0, x1, y1 = bounds(mask)
+    width, height = max(x1 - x0, 4) / 2, max(y1 - y0, 4) / 2
+    mean = float(np.sqrt(width * height))
+    axes = (width / mean, height / mean)
+    centre = ((x0 + x1) / 2, (y0 + y1) / 2)
+    radii = np.geomspace(max(0.35 * mean, 2.5), max(1.9 * mean, 6), RADII)
+    polar = _polar(lab, centre, axes, radii, outside)
+    for stiffness in (1, 2, 3):
+        yield _outline(polar, lab.shape[:2], stiffness, 0)
+
+
+def _polar(
     lab: NDArray[np.float32],
     centre: Pixel,
-    stiffness: int,
-    outside: Sequence[Pixel] = (),
-) -> BoolArray:
-    """The mask inside the best contour; `stiffness` 1 (round) to 3 (ragged) radii per angle."""
+    axes: tuple[float, float],
+    radii: NDArray[np.float64],
+    outside: Sequence[Pixel],
+) -> _Polar:
     rows, columns = lab.shape[:2]
-    radii = np.geomspace(4, np.hypot(rows, columns) * 0.5, RADII)
-    angles = np.arange(ANGLES) * 2 * np.pi / ANGLES
-    x = (centre[0] + np.outer(np.cos(angles), radii)).astype(np.float32)
-    y = (centre[1] + np.outer(np.sin(angles), radii)).astype(np.float32)
-    cost = _edge_cost(cv2.remap(lab, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
+    x = (centre[0] + np.outer(np.cos(_ANGLE), radii) * axes[0]).astype(np.float32)
+    y = (centre[1] + np.outer(np.sin(_ANGLE), radii) * axes[1]).astype(np.float32)
+    dx, dy = np.cos(_ANGLE) * axes[0], np.sin(_ANGLE) * axes[1]
+    length = np.hypot(dx, dy)
+    dx, dy = (dx / length)[:, None], (dy / length)[:, None]
+
+    def sample(out: float) -> NDArray[np.float32]:
+        at = (x + out * dx).astype(np.float32), (y + out * dy).astype(np.float32)
+        return cv2.remap(lab, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+
+    step = sample(-1.0) + sample(-2.2) - sample(1.0) - sample(2.2)
+    cost = np.exp(-np.linalg.norm(step, axis=2) / 32.0).astype(np.float64)
     cost[(x < 1) | (x > columns - 2) | (y < 1) | (y > rows - 2)] = 1.0
     for px, py in outside:
-        _keep_before(cost, radii, px - centre[0], py - centre[1])
-    first = _best_path(cost, stiffness, None)[0]
-    path = _best_path(cost, stiffness, int(first))
-    polygon = np.stack(
-        [centre[0] + np.cos(angles) * radii[path], centre[1] + np.sin(angles) * radii[path]], 1
-    )
-    canvas = np.zeros((rows, columns), np.uint8)
+        u, v = (px - centre[0]) / axes[0], (py - centre[1]) / axes[1]
+        angle = round(float(np.arctan2(v, u)) / (2 * np.pi) * ANGLES)
+        beyond = int(np.searchsorted(radii, np.hypot(u, v) * 0.9))
+        # The contour passes before a point that lies outside the object.
+        cost[np.arange(angle - 3, angle + 4) % ANGLES, beyond:] = 5.0
+    return _Polar(x, y, cost)
+
+
+def _outline(polar: _Polar, shape: tuple[int, int], stiffness: int, closed: int) -> BoolArray:
+    cost = polar.cost.copy()
+    cost[:, :closed] = 3.0
+    path = _best_path(cost, stiffness, int(_best_path(cost, stiffness, None)[0]))
+    index = np.arange(ANGLES)
+    polygon = np.stack([polar.x[index, path], polar.y[index, path]], 1)
+    canvas = np.zeros(shape, np.uint8)
     cv2.fillPoly(canvas, [np.round(polygon).astype(np.int32)], 1)
     return canvas.astype(bool)
-
-
-def _edge_cost(polar: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Low where colour differs between the two radii before and after; (angles, radii)."""
-    width = 2
-    sums = np.cumsum(np.pad(polar, ((0, 0), (1, 0), (0, 0))), axis=1)
-    index = np.arange(RADII)
-    before = (sums[:, index] - sums[:, np.maximum(index - width, 0)]) / np.maximum(
-        np.minimum(index, width), 1
-    )[None, :, None]
-    end = np.minimum(index + width, RADII)
-    after = (sums[:, end] - sums[:, index]) / (end - index)[None, :, None]
-    cost = np.exp(-np.linalg.norm(before - after, axis=2) / 18.0)
-    cost[:, 0] = 1.0
-    return cost.astype(np.float64)
-
-
-def _keep_before(cost: NDArray[np.float64], radii: NDArray, dx: float, dy: float) -> None:
-    """Make the contour pass before a point that lies outside the object."""
-    angle = round(float(np.arctan2(dy, dx)) / (2 * np.pi) * ANGLES)
-    beyond = int(np.searchsorted(radii, np.hypot(dx, dy) * 0.9))
-    for turn in range(-4, 5):
-        cost[(angle + turn) % ANGLES, beyond:] = 5.0
 
 
 def _best_path(cost: NDArray[np.float64], stiffness: int, start: int | None) -> NDArray[np.int64]:
@@ -74,17 +112,17 @@ def _best_path(cost: NDArray[np.float64], stiffness: int, start: int | None) -> 
     if start is not None:
         total[:] = np.inf
         total[start] = cost[0, start]
-    shifts = [0, *(sign * d for d in range(1, stiffness + 1) for sign in (-1, 1))]
-    back = np.zeros((ANGLES, RADII), np.int64)
+    shifts = np.arange(-stiffness, stiffness + 1)
     index = np.arange(RADII)
+    source = index[None] - shifts[:, None]
+    beyond = (source < 0) | (source >= RADII)
+    source = np.clip(source, 0, RADII - 1)
+    penalty = np.where(beyond, np.inf, 0.04 * np.abs(shifts)[:, None])
+    back = np.zeros((ANGLES, RADII), np.int64)
     for angle in range(1, ANGLES):
-        options = np.full((len(shifts), RADII), np.inf)
-        for k, shift in enumerate(shifts):
-            source = index - shift
-            valid = (source >= 0) & (source < RADII)
-            options[k, valid] = total[source[valid]] + 0.04 * abs(shift)
+        options = total[source] + penalty
         choice = options.argmin(0)
-        back[angle] = index - np.array(shifts)[choice]
+        back[angle] = index - shifts[choice]
         total = cost[angle] + options[choice, index]
     path = np.zeros(ANGLES, np.int64)
     if start is None:

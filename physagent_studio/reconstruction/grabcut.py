@@ -72,7 +72,7 @@ def at_scales(
     lab: NDArray[np.float32],
     inside: Sequence[Pixel],
     outside: Sequence[Pixel],
-    scales: int = 8,
+    scales: int = 7,
 ) -> list[Window]:
     """One candidate for each window size, smallest first. Pixels are those of `image`."""
     rows, columns = lab.shape[:2]

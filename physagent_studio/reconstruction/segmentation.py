@@ -6,7 +6,7 @@ one. Everything is seeded: the same picture and clicks give the same bits.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -31,7 +31,7 @@ from physagent_studio.reconstruction.maskscore import Draft, score, window_share
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 
-SIDE = 400
+SIDE = 288
 """Longest side in pixels of the picture on which candidates are found."""
 CANDIDATES = 4
 
@@ -81,7 +81,8 @@ class EmbeddedSegmenter:
             if not task.inside and task.box is None:
                 out[name] = ()
                 continue
-            best = _best(lab, _drafts(small, lab, task), task)
+            ranked = _ranked(lab, _drafts(small, lab, task), task)
+            best = _distinct(ranked, CANDIDATES, 0.93)
             out[name] = tuple(_full_size(image, item, task, factor, size) for item in best)
         return out
 
@@ -127,26 +128,43 @@ def _drafts(small: NDArray[np.uint8], lab: NDArray[np.float32], task: _Task) -> 
         stability = max(near, default=0.5)
         share = window_share(mask, window.box)
         drafts.append(Draft(mask, f"grabcut-{k}", "colour", share, stability))
-    return drafts + _contours(lab, task, drafts)
+    contours = _contours(lab, task, drafts)
+    return drafts + contours + _recoloured(small, lab, task, contours)
 
 
 def _contours(lab: NDArray[np.float32], task: _Task, drafts: Sequence[Draft]) -> list[Draft]:
-    """Contours around the clicks' middle, then around the middles of the best colour masks."""
-    clicks = np.array(task.inside)
-    starts: list[Pixel] = [tuple(clicks.mean(0))]
-    for draft, _ in _ranked(lab, drafts, task)[:3]:
-        depth = cv2.distanceTransform(draft.mask.astype(np.uint8), cv2.DIST_L2, 5)
-        row, column = np.unravel_index(int(depth.argmax()), depth.shape)
-        spot = (float(column), float(row))
-        if all(np.hypot(spot[0] - x, spot[1] - y) > 5 for x, y in starts):
-            starts.append(spot)
+    """Contours around the clicks' middle, then again from the middles of the best masks."""
+    middle = np.array(task.inside).mean(0)
+    start: Pixel = (float(middle[0]), float(middle[1]))
+    out = _as_drafts(contour.around(lab, start, task.outside), "contour", task)
+    for turn in range(2):
+        best = _distinct(_ranked(lab, [*drafts, *out], task), 5 if turn == 0 else 3, 0.85)
+        for draft, _ in best:
+            name = f"contour-again-{turn}"
+            out += _as_drafts(contour.again(lab, draft.mask, task.outside), name, task)
+    return out
+
+
+def _as_drafts(masks: Iterator[BoolArray], method: str, task: _Task) -> list[Draft]:
+    """Different masks that hold the clicks."""
     out: list[Draft] = []
-    for k, start in enumerate(starts):
-        for stiffness in (1, 2, 3) if k == 0 else (1, 2):
-            mask = contour.around(lab, start, stiffness, task.outside)
-            mask = holding(mask, task.inside)
-            if np.count_nonzero(mask) > 40:
-                out.append(Draft(mask, f"contour-{k}-{stiffness}", "contour"))
+    for mask in masks:
+        part = holding(mask, task.inside)
+        if np.count_nonzero(part) > 40 and all(iou(part, d.mask) < 0.97 for d in out):
+            out.append(Draft(part, method, "contour"))
+    return out
+
+
+def _recoloured(
+    small: NDArray[np.uint8], lab: NDArray[np.float32], task: _Task, drafts: Sequence[Draft]
+) -> list[Draft]:
+    """The best contours with their outline settled by colour."""
+    out: list[Draft] = []
+    for draft, _ in _distinct(_ranked(lab, drafts, task), 5, 0.9):
+        band = max(2, round(0.08 * float(np.sqrt(np.count_nonzero(draft.mask)))))
+        mask = _clean(_settled(small, draft.mask, band, 0.6), task)
+        if np.count_nonzero(mask) > 30:
+            out.append(Draft(mask, f"{draft.method}-colour", "contour", 0.0, 0.65))
     return out
 
 
@@ -158,7 +176,6 @@ def _box_drafts(
 ) -> list[Draft]:
     x0, y0, x1, y1 = box
     rows, columns = lab.shape[:2]
-    middle = ((x0 + x1) / 2, (y0 + y1) / 2)
     within = np.zeros((rows, columns), bool)
     within[int(y0) : int(np.ceil(y1)) + 1, int(x0) : int(np.ceil(x1)) + 1] = True
     around = grow(within, max(4, int(0.15 * max(x1 - x0, y1 - y0)))) & ~within
@@ -170,10 +187,9 @@ def _box_drafts(
         if mask is not None:
             mask = _clean(mask, task) if task.inside else smooth(mask, 0.01)
             drafts.append(Draft(mask & within, method, "colour", 0.0, 0.8))
-    for stiffness in (1, 2, 3):
-        mask = contour.around(lab, middle, stiffness, task.outside) & within
-        if np.count_nonzero(mask) > 40:
-            drafts.append(Draft(mask, f"box-contour-{stiffness}", "contour"))
+    for mask in contour.again(lab, within, task.outside):
+        if np.count_nonzero(mask & within) > 40:
+            drafts.append(Draft(mask & within, "box-contour", "contour"))
     return [draft for draft in drafts if np.count_nonzero(draft.mask) >= 30]
 
 
@@ -192,15 +208,15 @@ def _ranked(
     return [(drafts[k], scores[k]) for k in order]
 
 
-def _best(
-    lab: NDArray[np.float32], drafts: Sequence[Draft], task: _Task
+def _distinct(
+    ranked: Sequence[tuple[Draft, float]], count: int, alike: float
 ) -> list[tuple[Draft, float]]:
-    """The best drafts that differ from each other."""
+    """The first `count` drafts that overlap the earlier ones by less than `alike`."""
     chosen: list[tuple[Draft, float]] = []
-    for draft, value in _ranked(lab, drafts, task):
-        if all(iou(draft.mask, other.mask) < 0.93 for other, _ in chosen):
+    for draft, value in ranked:
+        if all(iou(draft.mask, other.mask) < alike for other, _ in chosen):
             chosen.append((draft, value))
-        if len(chosen) == CANDIDATES:
+        if len(chosen) == count:
             break
     return chosen
 
@@ -219,8 +235,11 @@ def _full_size(
     return Candidate(mask, value, draft.method)
 
 
-def _settled(image: Image, mask: BoolArray, band: int) -> BoolArray:
-    """The outline moved within `band` pixels to where the colours part."""
+def _settled(image: Image, mask: BoolArray, band: int, least: float = 0.85) -> BoolArray:
+    """The outline moved within `band` pixels to where the colours part.
+
+    The mask as it was if less than `least` of it (IoU) would be left.
+    """
     outer, inner = grow(mask, band), shrink(mask, band)
     rows, columns = np.flatnonzero(outer.any(1)), np.flatnonzero(outer.any(0))
     if not len(rows):
@@ -242,7 +261,7 @@ def _settled(image: Image, mask: BoolArray, band: int) -> BoolArray:
     out = np.zeros_like(mask)
     out[crop] = part
     # Where the band held no edge, GrabCut frays the outline: keep what changed little.
-    return out if iou(out, mask) > 0.85 else mask
+    return out if iou(out, mask) > least else mask
 
 
 def compete(masks: Mapping[str, BoolArray]) -> dict[str, BoolArray]:

@@ -1,7 +1,7 @@
 """Measures the statements of an event contract on a rollout; NumPy only."""
 
 from physagent_studio.contract.facts import Facts
-from physagent_studio.contract.measure import MEASURES, measure
+from physagent_studio.contract.measure import MEASURES, measure, met
 from physagent_studio.contract.words import claim, describe
 
-__all__ = ["MEASURES", "Facts", "claim", "describe", "measure"]
+__all__ = ["MEASURES", "Facts", "claim", "describe", "measure", "met"]

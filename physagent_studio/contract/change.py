@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.contract.facts import Facts, Track, Window
 from physagent_studio.contract.outcome import Outcome, bounded, excess
+from physagent_studio.contract.words import number
 from physagent_studio.program.contract import Breaks, Deforms, Spreads, Sways
 
 FloatArray = NDArray[np.float64]
@@ -132,11 +133,11 @@ def sways(statement: Sways, facts: Facts, window: Window) -> Outcome:
     swing = float(np.ptp(angle)) / 2 if len(angle) else 0.0
     if swing < statement.amplitude:
         margin = excess(swing, statement.amplitude) - 1e-3
-        note = f"swings by ±{swing:.1f}°"
+        note = f"swings by ±{number(swing, '°')}"
         return Outcome(margin, swing, statement.amplitude, "°", "≥", int(steps[-1]), note)
     cycles, done = _cycles(angle, statement.amplitude, statement.cycles)
     margin = bounded((cycles - statement.cycles) / max(statement.cycles, 0.5))
-    note = f"by ±{swing:.1f}°"
+    note = f"by ±{number(swing, '°')}"
     return Outcome(margin, cycles, statement.cycles, "swings", "≥", int(steps[done]), note)
 
 

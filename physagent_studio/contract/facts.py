@@ -138,9 +138,10 @@ class Facts:
     @classmethod
     def of(cls, program: PhysicalProgram, rollout: Rollout) -> Facts:
         """Facts up to the last step that can be trusted."""
-        rows = rollout.positions.reshape(len(rollout.positions), -1)
-        finite: BoolArray = np.asarray(np.isfinite(rows).all(axis=1))
-        last = rollout.steps if finite.all() else int(np.argmin(finite)) - 1
+        arrays = (rollout.positions, rollout.rotations, rollout.velocities, rollout.angular)
+        columns = [one.reshape(len(one), -1) for one in (*arrays, rollout.kinetic)]
+        finite = np.asarray(np.isfinite(np.concatenate(columns, axis=1)).all(axis=1))
+        last = rollout.steps if finite.all() else max(int(np.argmin(finite)) - 1, 0)
         if rollout.blown_up is not None:
             last = min(last, max(rollout.blown_up.step - 1, 0))
         return cls(program, rollout, last)
@@ -308,7 +309,8 @@ def _may_touch(first: Placed, second: Placed, slack: float) -> BoolArray:
     """(T,) whether the balls round two bodies come within `slack` of each other."""
     if first.outline is None or second.outline is None:
         return np.ones(max(len(first.positions), len(second.positions)), bool)
-    apart = np.linalg.norm(first.positions - second.positions - _offset(second), axis=-1)
+    between = first.positions + _offset(first) - second.positions - _offset(second)
+    apart = np.linalg.norm(between, axis=-1)
     return apart < first.outline.radius + second.outline.radius + slack
 
 

@@ -64,6 +64,17 @@ def measure(program: PhysicalProgram, rollout: Rollout) -> tuple[Check, ...]:
     return (*checks, *always_on(facts))
 
 
+def met(statement: Statement, program: PhysicalProgram, rollout: Rollout) -> bool:
+    """Whether a statement holds of a run so far; "at the end" means its last step.
+
+    For `when` conditions: `rollout` covers the steps that have been run. Composites look up
+    their parts in the program's contract.
+    """
+    facts = Facts.of(program, rollout)
+    window = facts.window(statement.from_step, statement.to_step)
+    return window is not None and _measured(statement, facts, {}, ()).holds
+
+
 def _measured(
     statement: Statement, facts: Facts, known: dict[str, Outcome], above: tuple[str, ...]
 ) -> Outcome:

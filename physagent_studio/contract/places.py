@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.contract.facts import Facts, Track, Window
 from physagent_studio.contract.outcome import Outcome, bounded, unmeasurable, worst
+from physagent_studio.contract.words import number
 from physagent_studio.program.contract import LandsIn, PassesOver
 from physagent_studio.program.scene import Landmark
 from physagent_studio.program.shapes import Outline, Placed, gap
@@ -115,6 +116,21 @@ def distance_to(place: Place, points: FloatArray) -> FloatArray:
     return np.hypot(outside, height)
 
 
+def gap_to(place: Place, body: Placed) -> FloatArray:
+    """(T,) gap between a body's surface and a place, m.
+
+    Lines, points and lying areas reach up as high as the body is large, so that what rolls over
+    a line on the ground comes to it with its front.
+    """
+    if place.solid is not None:
+        return gap(body, place.solid)
+    points = place.points
+    if place.kind in ("point", "line") or place.lies:
+        rise = np.array([0.0, 0.0, 2 * body.outline.radius if body.outline else 0.0])
+        points = np.concatenate([points, points + rise])
+    return gap(body, Placed(Outline(points=points)))
+
+
 def _to_segment(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
     along = end - start
     share = np.clip((points - start) @ along / max(float(along @ along), 1e-12), 0, 1)
@@ -209,7 +225,7 @@ def _at_end(track: Track, fit: FloatArray, scale: float, words: str) -> Outcome:
         step = track.window.first + (int(outside[-1]) + 1 if len(outside) else 0)
     else:
         step = track.window.first + int(fit.argmax())
-    note = "" if final >= 0 else f"{-final:.2f} m {words}"
+    note = "" if final >= 0 else f"{number(-final, 'm')} {words}"
     margin = bounded(final / max(scale, 1e-3))
     return Outcome(margin, final, 0.0, "m", "", step, note, lasting=True)
 
@@ -235,7 +251,7 @@ def _through(track: Track, place: Place) -> Outcome:
         miss = max(abs(float(height[nearest])), 1e-6)
         off = max(-float(inset[nearest]), 0.0)
         away = float(np.hypot(miss, off))
-        note = f"comes within {away:.2f} m of it"
+        note = f"comes within {number(away, 'm')} of it"
         step = track.window.first + nearest
         return Outcome(bounded(-away / scale), -away, 0.0, "m", "", step, note)
     share = np.abs(height[crossings]) / np.maximum(
@@ -245,7 +261,7 @@ def _through(track: Track, place: Place) -> Outcome:
     depths = inside_depth(points, outline)
     best = int(depths.argmax())
     depth = float(depths[best])
-    note = "" if depth >= 0 else f"misses it by {-depth:.2f} m"
+    note = "" if depth >= 0 else f"misses it by {number(-depth, 'm')}"
     step = track.window.first + int(crossings[best]) + 1
     return Outcome(bounded(depth / scale), depth, 0.0, "m", "", step, note)
 
@@ -278,7 +294,7 @@ def _beyond(track: Track, place: Place, at_end: bool) -> Outcome:
     over = np.nonzero(progress >= 0)[0]
     if len(over) and lateral[over[0]] < 0:
         miss = float(lateral[over[0]])
-        note = f"crosses {-miss:.2f} m beside it"
+        note = f"crosses {number(-miss, 'm')} beside it"
         step = track.window.first + int(over[0])
         return Outcome(bounded(miss / scale), miss, 0.0, "m", "", step, note)
     return _reached(track, progress, scale)
@@ -307,6 +323,6 @@ def _reached(track: Track, progress: FloatArray, scale: float) -> Outcome:
     """progress ≥ 0 at some time, decided when first reached."""
     best = float(progress.max())
     step = track.first(progress >= 0)
-    note = "" if step is not None else f"{-best:.2f} m short"
+    note = "" if step is not None else f"{number(-best, 'm')} short"
     step = track.window.first + int(progress.argmax()) if step is None else step
     return Outcome(bounded(best / max(scale, 1e-3)), best, 0.0, "m", "", step, note)

@@ -10,10 +10,12 @@ from physagent_studio.contract.outcome import Outcome, bounded, slowness, unmeas
 from physagent_studio.contract.places import (
     Place,
     distance_to,
+    gap_to,
     inside_depth,
     line_progress,
     place_of,
 )
+from physagent_studio.contract.words import number
 from physagent_studio.program.contract import (
     Contacts,
     Leaves,
@@ -48,7 +50,7 @@ def _missed(subject: str, gaps: FloatArray, facts: Facts, window: Window) -> Out
     least = max(float(gaps[nearest]), 1e-4)
     scale = max(float(gaps[0]), track.outline.radius)
     frame = facts.rollout.frame_of(window.first + nearest)
-    note = f"comes within {least:.2f} m at frame {frame}"
+    note = f"comes within {number(least, 'm')} at frame {frame}"
     return Outcome(bounded(-least / scale), -least, 0.0, "m", "", window.first + nearest, note)
 
 
@@ -58,7 +60,7 @@ def _reaches_place(subject: str, name: str, facts: Facts, window: Window) -> Out
     if not isinstance(place, Place):
         return unmeasurable(place)
     track = facts.track(subject, window)
-    gaps = distance_to(place, track.positions) - float(track.outline.size.min() / 2)
+    gaps = gap_to(place, track.placed)
     reached = track.first(gaps <= 0)
     if reached is None:
         return _missed(subject, gaps, facts, window)
@@ -137,7 +139,8 @@ def _carrying(track: Track, other: str, facts: Facts) -> Outcome:
         return unmeasurable(f"where {other} is has not been found")
     away = max(float(gaps[-1]), 1e-3)
     touching = facts.touching(track.name, other, window)[-1]
-    note = f"touches {other} from the side" if touching else f"{away:.2f} m from {other} at the end"
+    note = f"{number(away, 'm')} from {other} at the end"
+    note = f"touches {other} from the side" if touching else note
     margin = bounded(-away / max(float(gaps[0]), track.outline.radius))
     return Outcome(margin, -away, 0.0, "m", "", window.last, note, lasting=True)
 
@@ -275,16 +278,15 @@ def _not_reached(track: Track, name: str, facts: Facts) -> Outcome:
         scale = max(float(ahead[0]), track.size)
         reached, left = track.first(ahead <= 0), float(ahead.min())
     step = window.last if reached is None else reached
-    note = "" if reached is None else f"reaches {name} and goes on for {-left:.2f} m"
+    note = "" if reached is None else f"reaches {name} and goes on for {number(-left, 'm')}"
     margin = bounded(left / scale) if reached is None else min(bounded(left / scale), -1e-6)
     return Outcome(margin, left, 0.0, "m", "", step, note, lasting=True)
 
 
 def _ahead(track: Track, place: Place) -> FloatArray:
     """(W,) way left until the landmark is reached by its nearest part, m."""
-    reach = float(track.outline.size.min() / 2)
     if place.kind in ("line", "point"):
+        reach = float(track.outline.size.min() / 2)
         progress, _ = line_progress(track.positions, place)
         return -progress - (reach if -progress[0] > reach else 0.0)
-    distance = distance_to(place, track.positions)
-    return distance - (reach if distance[0] > reach else 0.0)
+    return gap_to(place, track.placed)

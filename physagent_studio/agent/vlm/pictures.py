@@ -72,9 +72,14 @@ def with_rulers(pixels: Image, step: int = 100) -> Image:
 
 
 def _write(canvas: Image, text: str, at: tuple[int, int], scale: float) -> None:
-    scale = max(0.3, scale)
-    for colour, width in (((0, 0, 0), 3), ((255, 255, 255), 1)):
-        cv2.putText(canvas, text, at, _FONT, scale, colour, width, cv2.LINE_AA)
+    """White letters on a dark plate, moved inside the picture; `at` is where they begin."""
+    scale = max(0.38, scale)
+    (width, height), below = cv2.getTextSize(text, _FONT, scale, 1)
+    rows, columns = canvas.shape[:2]
+    x = max(1, min(at[0], columns - width - 2))
+    y = max(height + 2, min(at[1], rows - below - 1))
+    cv2.rectangle(canvas, (x - 1, y - height - 1), (x + width + 1, y + below - 1), (20, 20, 20), -1)
+    cv2.putText(canvas, text, (x, y), _FONT, scale, (255, 255, 255), 1, cv2.LINE_AA)
 
 
 def side_by_side(left: Image, right: Image, labels: tuple[str, str]) -> Image:

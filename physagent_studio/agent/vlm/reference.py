@@ -1,7 +1,8 @@
-"""The action, statement and material references of the prompts, made from the models."""
+"""The action, statement and material references of the prompts, made from the published schema."""
 
 from __future__ import annotations
 
+import functools
 import inspect
 import typing
 from typing import Any
@@ -11,6 +12,7 @@ from pydantic import BaseModel
 from physagent_studio.program import MATERIALS, Action, Directed, Statement
 from physagent_studio.program.actions import Condition
 from physagent_studio.program.bodies import Body
+from physagent_studio.program.json_schema import json_schema
 
 _COMMON_ACTION = ("id", "name", "start_step", "when", "muted")
 _COMMON_STATEMENT = ("id", "clause", "negated", "from_step", "to_step")
@@ -28,6 +30,7 @@ def members(union: Any) -> tuple[type[BaseModel], ...]:
     return tuple(found for part in wanted for found in members(part))
 
 
+@functools.cache
 def action_reference() -> str:
     """Every operator with its arguments, bounds and meaning, then directed vectors and starts."""
     common = _fields(members(Action)[0], only=_COMMON_ACTION)
@@ -39,6 +42,7 @@ def action_reference() -> str:
     return "\n".join(lines)
 
 
+@functools.cache
 def statement_reference() -> str:
     """Every statement of a contract with its arguments, bounds and meaning."""
     common = _fields(members(Statement)[0], only=_COMMON_STATEMENT)
@@ -47,6 +51,7 @@ def statement_reference() -> str:
     return "\n".join(lines)
 
 
+@functools.cache
 def material_reference() -> str:
     """The materials table."""
     rows = [
@@ -57,6 +62,7 @@ def material_reference() -> str:
     return "\n".join(rows)
 
 
+@functools.cache
 def body_reference() -> str:
     """How an object may hold together."""
     return "\n".join(_entry(model, "kind") for model in members(Body))
@@ -73,9 +79,9 @@ def _says(model: type[BaseModel]) -> str:
 
 
 def _fields(model: type[BaseModel], skip: tuple[str, ...] = (), only: tuple[str, ...] = ()) -> str:
-    schema = model.model_json_schema()
+    defs = json_schema()["$defs"]
+    schema = defs[model.__name__]
     required = set(schema.get("required", ()))
-    defs = schema.get("$defs", {})
     parts = []
     for name, node in schema["properties"].items():
         if name in _TAGS or name in skip or (only and name not in only):

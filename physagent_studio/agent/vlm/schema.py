@@ -7,6 +7,7 @@ the same in that subset; `without_nulls` undoes it in a reply, so that defaults 
 
 from __future__ import annotations
 
+import functools
 import types
 import typing
 from typing import Any
@@ -17,8 +18,9 @@ _DROPPED = frozenset({"title", "default", "discriminator", "description", "patte
 _DROPPED |= {"minLength", "maxLength", "exclusiveMinimum", "exclusiveMaximum"}
 
 
+@functools.cache
 def strict_schema(model: type[BaseModel]) -> dict[str, Any]:
-    """The model's JSON Schema in the subset that structured output enforces."""
+    """The model's JSON Schema in the subset that structured output enforces; not to be changed."""
     return _strict(model.model_json_schema())
 
 

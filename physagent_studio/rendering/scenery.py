@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from physagent_studio.records.scene import Scene
 from physagent_studio.rendering.batch import Batch
 from physagent_studio.rendering.frame import Picture
+from physagent_studio.rendering.lift import lifted
 from physagent_studio.rendering.raster import FloatArray, Lens
 from physagent_studio.rendering.settled import Settled
 from physagent_studio.rendering.shadow import Ground, Shadows
-from physagent_studio.rendering.sun import CONTACT, DEFAULT, Sun, estimate_sun, lifted
+from physagent_studio.rendering.sun import CONTACT, DEFAULT, Sun, estimate_sun
 
 _VISIBLE = 1 / 300
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.rendering.batch import Batch
 from physagent_studio.rendering.frame import Picture
+from physagent_studio.rendering.grid import reduced
 from physagent_studio.rendering.light import LIGHT
 from physagent_studio.rendering.raster import FloatArray
 from physagent_studio.rendering.shadow import Ground, Lamp, Shadows
@@ -26,8 +27,8 @@ _PENUMBRA = 0.12
 _REACH = 6.0
 _AGREES = 0.45
 """Least correlation between the darkness found and the shadow computed."""
-_AROUND = 3.5
-"""How many object heights around its foot the ground is looked at."""
+_AROUND = 3.2
+"""How far around an object the ground is looked at, in heights of its top over that ground."""
 _DARKEST = 0.85
 _FAINTEST = 0.04
 _LEAST_CELLS = 200
@@ -93,34 +94,6 @@ def estimate_sun(
     return Sun(lamp, strength, True), shading
 
 
-def lifted(plate: Picture, shading: Shading, blocked: NDArray[np.float32], step: int) -> Picture:
-    """The plate without the shadows that lie where the sun casts them.
-
-    blocked: (h, w) computed shadow of the sun at the initial pose.
-    """
-    wide = cv2.GaussianBlur(cv2.dilate(blocked, np.ones((5, 5), np.uint8)), (0, 0), 4.0)
-    likely = np.clip((wide - 0.04) / 0.12, 0, 1)[..., None]
-    gain = np.exp(np.minimum(-np.minimum(shading.darkness, 0) * likely, 2.0))
-    before = plate.astype(np.float32)
-    bright = before * _enlarged(gain.astype(np.float32), step, plate.shape)
-    # Beside a sharp edge the coarse map lies over lit ground too: never brighter than that is.
-    most = _enlarged(shading.lit, step, plate.shape) * np.float32(np.exp(2 * shading.grain))
-    return np.clip(np.minimum(bright, np.maximum(before, most)) + 0.5, 0, 255).astype(np.uint8)
-
-
-def _enlarged(coarse: NDArray, step: int, shape: tuple[int, ...]) -> NDArray:
-    large = cv2.resize(coarse, None, fx=step, fy=step, interpolation=cv2.INTER_LINEAR)
-    return large[: shape[0], : shape[1]]
-
-
-def _reduced(picture: NDArray, step: int, shape: tuple[int, int]) -> NDArray[np.float32]:
-    """Mean over each cell of `step` by `step` pixels, the border repeated."""
-    down, across = shape[0] * step - picture.shape[0], shape[1] * step - picture.shape[1]
-    whole = cv2.copyMakeBorder(picture, 0, down, 0, across, cv2.BORDER_REPLICATE)
-    small = cv2.resize(whole, shape[::-1], interpolation=cv2.INTER_AREA)
-    return np.asarray(small, np.float32)
-
-
 def _checkered(shape: tuple[int, int]) -> NDArray[np.bool_]:
     """Every fourth cell: enough to compare lamps by."""
     y, x = np.indices(shape)
@@ -138,17 +111,16 @@ def _sky() -> list[Lamp]:
 
 
 def _around(batch: Batch, world: FloatArray, ground: Ground) -> NDArray[np.bool_]:
-    """(h, w) ground near the foot of an object and about as high as that."""
+    """(h, w) ground below an object, near enough that a low sun's shadow can fall there."""
     near = np.zeros(len(ground.cells), bool)
     for index in range(len(batch.first) - 1):
         mine = world[batch.first[index] : batch.first[index + 1]]
         if not len(mine):
             continue
         low, high = mine.min(0), mine.max(0)
-        height = max(high[2] - low[2], 1e-6)
         away = np.linalg.norm(ground.points[:, :2] - (low + high)[:2] / 2, axis=1)
-        level = np.abs(ground.points[:, 2] - low[2]) < 0.5 * height
-        reach = _AROUND * height + np.hypot(*(high - low)[:2]) / 2
+        level = ground.points[:, 2] < low[2] + 0.5 * (high[2] - low[2])
+        reach = _AROUND * (high[2] - ground.points[:, 2]) + np.hypot(*(high - low)[:2]) / 2
         near |= level & (away < reach)
     result = np.zeros(ground.shape[0] * ground.shape[1], bool)
     result[ground.cells[near]] = True
@@ -158,11 +130,11 @@ def _around(batch: Batch, world: FloatArray, ground: Ground) -> NDArray[np.bool_
 def _shading(
     plate: Picture, known: NDArray[np.bool_], ground: Ground, around: NDArray[np.bool_]
 ) -> Shading | None:
-    whole = _reduced(known.astype(np.float32), ground.step, ground.shape) > 0.99
+    whole = reduced(known.astype(np.float32), ground.step, ground.shape) > 0.99
     usable = around & whole
     if usable.sum() < _LEAST_CELLS:
         return None
-    small = _reduced(plate, ground.step, ground.shape)
+    small = reduced(plate, ground.step, ground.shape)
     fine = np.log(np.maximum(small, 4.0))
     tone = np.log(np.maximum(cv2.GaussianBlur(small, (0, 0), 0.8), 4.0))
     y, x = np.mgrid[0 : ground.shape[0], 0 : ground.shape[1]] / max(ground.shape)

@@ -158,7 +158,10 @@ def main() -> None:
     truth = truth_of(items, lens, ids, planes(WALL), seed=SEED, table_end=TABLE_END)
     args.out.mkdir(parents=True, exist_ok=True)
     cv2.imwrite(str(args.out / "input.png"), picture[..., ::-1], [cv2.IMWRITE_PNG_COMPRESSION, 9])
-    write_case(args.out, "input.png", truth, ids, EVENTS)
+    # The block's lit side is as unlike its front as another object would be.
+    x, y = lens.project(turn(BLOCK_YAW) @ [-BLOCK_SIZE[0] / 2, 0, 0] + items[3].position)[0]
+    second = {"wooden_block": (int(x), int(y))}
+    write_case(args.out, "input.png", truth, ids, EVENTS, second)
     size = (args.out / "input.png").stat().st_size
     print(f"{args.out}: {size / 1024:.0f} KB, {time.monotonic() - start:.0f} s in all")
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -95,13 +95,30 @@ def click(mask: NDArray[np.bool_]) -> tuple[int, int]:
     return int(x), int(y)
 
 
+def _numbered(truth: dict[str, Any]) -> list[dict[str, Any]]:
+    return [e for role in ("objects", "supports") for e in truth[role] if "id" in e]
+
+
 def write_case(
-    folder: Path, image: str, truth: dict[str, Any], ids: NDArray[np.uint8], events: dict[str, str]
+    folder: Path,
+    image: str,
+    truth: dict[str, Any],
+    ids: NDArray[np.uint8],
+    events: dict[str, str],
+    second: Mapping[str, tuple[int, int]] | None = None,
 ) -> None:
-    """`case.yaml`, `truth.json` and `ids.png`."""
+    """`case.yaml`, `truth.json` and `ids.png`.
+
+    second: a further click for a body whose faces look unlike each other.
+    """
+    clicks = {e["name"]: [click(ids == e["id"])] for e in _numbered(truth)}
+    for name, pixel in (second or {}).items():
+        clicks[name].append(pixel)
     grounding = {
         role: {
-            e["name"]: {"points": [[*click(ids == e["id"]), 1]]} for e in truth[role] if "id" in e
+            e["name"]: {"points": [[x, y, 1] for x, y in clicks[e["name"]]]}
+            for e in truth[role]
+            if "id" in e
         }
         for role in ("objects", "supports")
     }

@@ -26,7 +26,7 @@ Vector = tuple[Coordinate, Coordinate, Coordinate]
 
 ViewOption = Literal[
     "photo", "supports", "frustum", "gravity", "axes", "labels", "trails", "ghosts", "contacts",
-    "forces", "centres", "collision", "presenter",
+    "forces", "centres", "gizmo",
 ]  # fmt: skip
 
 
@@ -67,7 +67,7 @@ class Select(Frozen):
     """Selects a thing in all views at once."""
 
     do: Literal["select"] = "select"
-    kind: Literal["object", "support", "landmark", "action", "camera", "none"]
+    kind: Literal["object", "support", "landmark", "action", "statement", "camera", "none"]
     name: Label = ""
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import viser
 
-from physagent_studio.records import Round
+from physagent_studio.studio.archive import Archive, earlier_round
 from physagent_studio.studio.hub import Hub
 from physagent_studio.studio.panels import (
     inspector,
@@ -20,8 +20,7 @@ from physagent_studio.studio.panels import (
     timeline,
 )
 from physagent_studio.studio.scene.cameras import Cameras
-from physagent_studio.studio.scene.marks import Dragged, Later
-from physagent_studio.studio.scene.stage import Picked, Stage, poses_at
+from physagent_studio.studio.scene.stage import Hands, Stage, poses_at
 from physagent_studio.studio.view import View
 from physagent_studio.workbench import Notice, Snapshot
 
@@ -32,18 +31,18 @@ FACTS_EVERY = 0.2
 class Painter:
     """Owns what is drawn; called by the studio's one thread."""
 
-    def __init__(
-        self, server: viser.ViserServer, hub: Hub, picked: Picked, dragged: Dragged, later: Later
-    ) -> None:
+    def __init__(self, server: viser.ViserServer, hub: Hub, archive: Archive, hands: Hands) -> None:
         self._hub = hub
-        self._stage = Stage(server, picked, dragged, later)
+        self._archive = archive
+        self._stage = Stage(server, hands)
         self.cameras = Cameras()
         self._drawn: dict[str, tuple[object, ...]] = {}
         self._facts_at = 0.0
 
     def paint(self, snapshot: Snapshot, view: View) -> None:
         """Everything; what has not changed costs nothing on the wire."""
-        compared = _round(snapshot, view.compare)
+        compared = earlier_round(snapshot, view.compare) if view.compare else None
+        earlier = self._archive.rollout(snapshot, earlier_round(snapshot, view.compare))
         self._hub.publish("run", run.state_of(snapshot))
         self._hub.publish("rounds", rounds.state_of(snapshot, compared))
         self._hub.publish("notices", [_notice(one) for one in snapshot.notices])
@@ -52,11 +51,12 @@ class Painter:
             self._hub.publish("timeline", timeline.state_of(snapshot))
         if self._changed("photo", (*document, snapshot.case)):
             self._hub.publish("photo", photo.state_of(snapshot))
-        if self._changed("plots", (snapshot.rollout, snapshot.preview_rollout)):
-            self._hub.publish("plots", plots.state_of(snapshot, snapshot.preview_rollout))
+        other = earlier if view.compare else snapshot.preview_rollout
+        if self._changed("plots", (snapshot.rollout, other)):
+            self._hub.publish("plots", plots.state_of(snapshot, other, earlier=bool(view.compare)))
         self._hub.publish("program", program.state_of(snapshot))
         self._hub.publish("scene", scene.state_of(snapshot, view))
-        self._stage.draw(snapshot, view, None)
+        self._stage.draw(snapshot, view, earlier)
         with_photo = "photo" in view.shown
         self.cameras.set_scene(snapshot.program, snapshot.scene, with_photo)
         self._facts_at = 0.0
@@ -104,10 +104,6 @@ def playhead_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
         "selection": {"kind": view.selection.kind, "name": view.selection.name},
         "compare": view.compare,
     }
-
-
-def _round(snapshot: Snapshot, wanted: str | None) -> Round | None:
-    return next((one for one in snapshot.state.rounds if one.id == wanted), None)
 
 
 def _notice(notice: Notice) -> dict[str, Any]:

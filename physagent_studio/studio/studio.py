@@ -18,15 +18,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 import viser
 from numpy.typing import NDArray
+from pydantic import JsonValue
 
 from physagent_studio.errors import InputError, StudioError
 from physagent_studio.program import SetField
 from physagent_studio.studio import intents
 from physagent_studio.studio.actions import carry_out
+from physagent_studio.studio.archive import Archive
 from physagent_studio.studio.guard import close_client, open_server, stop_server, token_of
 from physagent_studio.studio.hub import Hub
 from physagent_studio.studio.library import Library
 from physagent_studio.studio.painter import Painter
+from physagent_studio.studio.scene.stage import Hands
 from physagent_studio.studio.site import Site
 from physagent_studio.studio.view import Selection, View, advance
 from physagent_studio.workbench import Snapshot, Workbench
@@ -62,7 +65,8 @@ class Studio:
         self.hub = Hub(self._heard, lambda _count: None)
         self._site = Site(workbench.snapshot, workbench.store)
         self._server = open_server(port, self._site.page, self.hub.talk)
-        self.painter = Painter(self._server, self.hub, self._picked, self._dragged, self._later)
+        hands = Hands(self._picked, self._dragged, self._placed, self._later)
+        self.painter = Painter(self._server, self.hub, Archive(workbench.store), hands)
         self._server.on_client_connect(self._came)
         self._server.on_client_disconnect(self._went)
         self._thread = threading.Thread(target=self._work, name="studio", daemon=True)
@@ -90,8 +94,19 @@ class Studio:
         self._inbox.put(_Call(lambda: self.select(kind, name)))
 
     def _dragged(self, path: str, vector: NDArray[np.float64]) -> None:
-        value = [float(f"{part:.4g}") for part in vector]
+        value: list[JsonValue] = [float(f"{part:.4g}") for part in vector]
         change = intents.Change(edits=(SetField(path=path, value=value),), reason="arrow dragged")
+        self._guarded(None, lambda: carry_out(change, self, -1))
+
+    def _placed(
+        self, name: str, position: NDArray[np.float64], rotation: NDArray[np.float64]
+    ) -> None:
+        path = f"scene.objects.{name}"
+        edits = (
+            SetField(path=f"{path}.position", value=[float(f"{part:.5g}") for part in position]),
+            SetField(path=f"{path}.rotation", value=[float(f"{part:.6g}") for part in rotation]),
+        )
+        change = intents.Change(edits=edits, reason="moved in the scene")
         self._guarded(None, lambda: carry_out(change, self, -1))
 
     def _later(self, act: Callable[[], None]) -> None:

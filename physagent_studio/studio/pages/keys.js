@@ -1,7 +1,7 @@
 // Keyboard: one table of commands feeds the hotkeys, the palette and the help sheet.
 
 import { draw, h } from "./dom.js";
-import { on, send, value } from "./wire.js";
+import { on, scrub, scrubBy, send, value } from "./wire.js";
 
 export function startKeys({ left, right, dialogs, theme }) {
   const overlay = h("div", {});
@@ -9,7 +9,6 @@ export function startKeys({ left, right, dialogs, theme }) {
   let sheet = "";
 
   const head = () => value("playhead") || { frame: 0, frames: 1 };
-  const scrub = (frame) => send({ do: "scrub", frame: Math.max(0, Math.min(head().frames - 1, frame)) });
   const press = (name) => {
     left.show("rounds");
     setTimeout(() => document.querySelector(`[data-act="${name}"]:not(:disabled)`)?.click(), 0);
@@ -31,10 +30,10 @@ export function startKeys({ left, right, dialogs, theme }) {
 
   const commands = [
     ["Play or pause", "Space", () => send({ do: "play" })],
-    ["One frame back", "ArrowLeft", () => scrub(head().frame - 1)],
-    ["One frame on", "ArrowRight", () => scrub(head().frame + 1)],
-    ["Ten frames back", "Shift+ArrowLeft", () => scrub(head().frame - 10)],
-    ["Ten frames on", "Shift+ArrowRight", () => scrub(head().frame + 10)],
+    ["One frame back", "ArrowLeft", () => scrubBy(-1)],
+    ["One frame on", "ArrowRight", () => scrubBy(1)],
+    ["Ten frames back", "Shift+ArrowLeft", () => scrubBy(-10)],
+    ["Ten frames on", "Shift+ArrowRight", () => scrubBy(10)],
     ["To the start", "Home", () => scrub(0)],
     ["To the end", "End", () => scrub(head().frames - 1)],
     ["Repeat from here", "[", () => loop("start")],
@@ -51,6 +50,7 @@ export function startKeys({ left, right, dialogs, theme }) {
     ["Ghosts of other rounds", "G", () => toggle("ghosts")],
     ["Contacts", "C", () => toggle("contacts")],
     ["Forces and velocities", "V", () => toggle("forces")],
+    ["Handle to move the selection", "M", () => toggle("gizmo")],
     ["Look at the selection", "F", () => send({ do: "look", view: "selection" })],
     ["Follow the selection", "Shift+F", () => send({ do: "look", view: "follow" })],
     ["The photo's view", "0", () => send({ do: "look", view: "photo" })],

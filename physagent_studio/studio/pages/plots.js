@@ -16,7 +16,7 @@ export function startPlots(host) {
     draw(host,
       h("div", { class: "row wrap", style: "gap:4px 10px;margin-bottom:8px" }, data.objects.map((name, at) => h("label", { class: "row", style: "gap:5px" }, h("input", { type: "checkbox", checked: !off.has(name), onchange: () => { if (off.has(name)) off.delete(name); else off.add(name); show(); } }), h("span", { style: `color:${COLORS[at % COLORS.length]}` }, name.replaceAll("_", " "))))),
       data.plots.map(plot),
-      h("p", { class: "faint" }, data.plots.some((one) => one.other) ? "Dashed: with the proposed repair." : ""));
+      h("p", { class: "faint" }, data.plots.some((one) => one.other) ? `Dashed: ${data.dashed}.` : ""));
     cursor();
   }
 

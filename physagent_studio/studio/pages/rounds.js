@@ -1,7 +1,7 @@
 // Rounds: the history, the checklist, and the decision on the proposal.
 
 import { button, draw, h, icon, iconButton, say } from "./dom.js";
-import { on, send } from "./wire.js";
+import { edit, on, scrub, send } from "./wire.js";
 
 const MARK = { ok: "✓", failed: "✕", open: "…" };
 
@@ -67,8 +67,30 @@ export function startRounds(host) {
           button("It does not", () => { send({ do: "overrule", passed: false, words: text }); set(""); }, { class: "b wide" }))) : null);
   }
 
+  const STATEMENTS = [
+    ["moves", "moves", { distance: 0.1 }], ["touches", "contacts", { other: 1 }], ["falls over", "topples", {}], ["stays", "stays", {}], ["falls", "falls", {}],
+    ["ends on", "rests_on", { other: 1 }], ["stops", "stops", {}], ["leaves", "leaves", { other: 1 }], ["turns", "rotates", {}],
+  ];
+
+  // A new line of the checklist: who does what.
+  function demand() {
+    const names = data.names;
+    if (!names.objects.length || data.readOnly) return null;
+    if (mode !== "demand") return h("button", { class: "link", type: "button", onclick: () => set("demand") }, "+ Demand something");
+    const pick = (list, label) => h("select", { "aria-label": label, class: "pick" }, list.map((one) => h("option", { value: Array.isArray(one) ? one[1] : one }, Array.isArray(one) ? one[0] : one.replaceAll("_", " "))));
+    const add = (event) => {
+      const [subject, kind, other] = [...event.target.closest(".card").querySelectorAll(".pick")].map((one) => one.value);
+      const wanted = STATEMENTS.find((one) => one[1] === kind)[2];
+      const item = { id: `${subject}_${kind}_${names.statements.length + 1}`, kind, subject, ...wanted };
+      if (wanted.other) item.other = other;
+      edit([{ op: "add", path: "contract.statements", item }], "demanded by hand");
+      set("demand");
+    };
+    return h("div", { class: "card stack", style: "margin-top:6px" }, h("div", { class: "row wrap" }, pick(names.objects, "Who"), pick(STATEMENTS, "Does what"), pick(names.places, "With what")), button("Add to the checklist", add, { class: "b wide" }));
+  }
+
   function checklist() {
-    if (!data.checks.length) return null;
+    if (!data.checks.length) return data.names ? demand() : null;
     const contract = data.checks.filter((c) => !c.always);
     const always = data.checks.filter((c) => c.always);
     const broken = always.filter((c) => !c.ok);
@@ -76,16 +98,17 @@ export function startRounds(host) {
       h("div", { class: "head" }, "Checklist", h("span", { class: "push num" }, `${contract.filter((c) => c.ok).length} of ${contract.length}`)),
       h("div", { role: "list", "aria-label": "Checklist" }, contract.map(check)),
       broken.map(check),
+      demand(),
       h("p", { class: "faint", style: "padding:4px" }, broken.length ? "" : `Physics holds: ${say(always.length, "check")} passed.`));
   }
 
   function check(c, at, all) {
-    const jump = c.frame === null ? null : h("button", { class: "link num", type: "button", title: "Show this moment", onclick: () => send({ do: "scrub", frame: c.frame }) }, `frame ${c.frame}`);
+    const jump = c.frame === null ? null : h("button", { class: "link num", type: "button", title: "Show this moment", onclick: () => scrub(c.frame) }, `frame ${c.frame}`);
     const first = c.clause && (!at || all[at - 1].clause !== c.clause);
     return [first ? h("div", { class: "clause", key: `clause-${c.id}` }, `“${c.clause}”`) : null,
       h("div", { class: "check", role: "listitem", key: c.id },
         h("span", { class: `dot ${c.ok ? "ok" : "bad"}`, title: c.ok ? "holds" : "does not hold" }, c.ok ? "✓" : "✕"),
-        h("span", { title: c.found }, c.text),
+        c.always ? h("span", { title: c.found }, c.text) : h("button", { class: "plain", type: "button", title: c.found || "Change what is demanded", onclick: () => send({ do: "select", kind: "statement", name: c.id }) }, c.text),
         h("span", { class: "fig num" },
           c.measured ? h("span", {}, c.measured) : null, jump,
           c.predicted && c.predicted.ok !== c.ok ? h("span", { class: c.predicted.ok ? "chip ok" : "chip bad" }, `with the repair: ${c.predicted.measured || (c.predicted.ok ? "holds" : "fails")}`) : null))];
@@ -99,7 +122,7 @@ export function startRounds(host) {
     return h("div", {},
       notes.length || findings.length ? h("div", { class: "head" }, "What went wrong") : null,
       h("ul", { class: "stack" },
-        notes.map((one) => h("li", {}, one.text, " ", one.frame === null ? null : h("button", { class: "link num", type: "button", onclick: () => send({ do: "scrub", frame: one.frame }) }, `frame ${one.frame}`))),
+        notes.map((one) => h("li", {}, one.text, " ", one.frame === null ? null : h("button", { class: "link num", type: "button", onclick: () => scrub(one.frame) }, `frame ${one.frame}`))),
         findings.map((one) => h("li", {}, one.text))),
       criteria.length ? h("div", { class: "row wrap", style: "margin-top:8px;gap:4px" }, criteria.map((one) => h("span", { class: `chip ${one.ok ? "ok" : "bad"}`, title: one.reason }, `${one.ok ? "✓" : "✕"} ${one.name}`))) : null);
   }

@@ -1,7 +1,7 @@
 // Timeline: a lane per object, a bar per action, marks of what happened, and the playhead.
 
 import { button, draw, h, iconButton } from "./dom.js";
-import { edit, on, send, setField } from "./wire.js";
+import { edit, on, scrub, scrubBy, send, setField } from "./wire.js";
 
 const COLORS = {
   SetVelocity: "#2f6fed", SetAngularVelocity: "#7a5af5", ApplyForce: "#d9482b", ApplyTorque: "#c0398c", ApplyAngledForce: "#d97706",
@@ -32,12 +32,11 @@ export function startTimeline(host) {
 
   function transport() {
     if (!head) return;
-    const scrub = (frame) => send({ do: "scrub", frame: Math.max(0, Math.min(head.frames - 1, frame)) });
     draw(top,
       iconButton("first", "To the start (Home)", () => scrub(0)),
-      iconButton("back", "One frame back (←)", () => scrub(head.frame - 1)),
+      iconButton("back", "One frame back (←)", () => scrubBy(-1)),
       iconButton(head.playing ? "pause" : "play", head.playing ? "Pause (Space)" : "Play (Space)", () => send({ do: "play" }), { class: "b main icon", disabled: !head.ready }),
-      iconButton("on", "One frame on (→)", () => scrub(head.frame + 1)),
+      iconButton("on", "One frame on (→)", () => scrubBy(1)),
       iconButton("last", "To the end (End)", () => scrub(head.frames - 1)),
       iconButton("loop", "Repeat (L)", () => send({ do: "loop", on: !head.loop, start: head.loopStart, end: head.loopEnd }), { "aria-pressed": String(head.loop) }),
       h("select", { value: String(head.speed), "aria-label": "Speed", style: "width:62px", onchange: (e) => send({ do: "speed", factor: Number(e.target.value) }) },

@@ -38,6 +38,18 @@ export function edit(edits, reason, refused) {
 
 export const setField = (path, data, refused) => edit([{ op: "set", path, value: data }], "", refused);
 
+// The frame that was asked for last; key presses faster than the answers add up.
+let wanted = null;
+
+export function scrub(frame) {
+  const head = values.playhead;
+  if (!head) return;
+  wanted = Math.max(0, Math.min(head.frames - 1, frame));
+  send({ do: "scrub", frame: wanted });
+}
+
+export const scrubBy = (by) => scrub((wanted ?? values.playhead?.frame ?? 0) + by);
+
 export function connect() {
   socket = new WebSocket(`ws://${location.host}/socket`);
   socket.onopen = () => {
@@ -54,6 +66,7 @@ export function connect() {
       return;
     }
     if (channel !== "say") values[channel] = data;
+    if (channel === "playhead" && (data.playing || data.frame === wanted)) wanted = null;
     emit(channel, data);
   };
   socket.onclose = () => {

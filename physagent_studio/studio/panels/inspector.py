@@ -11,8 +11,8 @@ from typing import Any
 
 from pydantic import BaseModel, TypeAdapter
 
-from physagent_studio.errors import EditError
-from physagent_studio.program import MATERIALS, PhysicalProgram, value_at
+from physagent_studio.contract import describe
+from physagent_studio.program import MATERIALS, PhysicalProgram
 from physagent_studio.program.materials import material
 from physagent_studio.studio.panels.words import OPERATORS, number, plain, unit_of
 from physagent_studio.studio.scene.stage import poses_at
@@ -26,6 +26,7 @@ ROOTS = {
     "support": "scene.supports",
     "landmark": "scene.landmarks",
     "action": "event.actions",
+    "statement": "contract.statements",
 }
 LABELS = {
     "start_step": "Starts at step",
@@ -53,6 +54,8 @@ def state_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
     if item is None:
         return base | {"kind": "none", "title": "", "fields": []}
     title = OPERATORS.get(getattr(item, "operator", ""), "") or name
+    if kind == "statement":
+        title = describe(item, snapshot.program)
     form = base | _form(item, f"{ROOTS[kind]}.{name}", snapshot, title)
     if kind == "object":
         form["facts"] = _facts(snapshot, name, view.step)
@@ -68,6 +71,8 @@ def _item(program: PhysicalProgram, kind: str, name: str) -> Any:
         return scene.support(name)
     if kind == "landmark":
         return scene.landmark(name)
+    if kind == "statement":
+        return next((one for one in program.contract.statements if one.id == name), None)
     return program.action(name) if kind == "action" else None
 
 
@@ -80,6 +85,8 @@ def _names(snapshot: Snapshot) -> dict[str, list[str]]:
         "places": objects + supports + [one.name for one in scene.landmarks],
         "materials": list(MATERIALS),
         "actions": [action.id for action in snapshot.program.event.actions],
+        "clauses": [clause.id for clause in snapshot.program.contract.clauses],
+        "statements": [one.id for one in snapshot.program.contract.statements],
     }
 
 
@@ -191,6 +198,8 @@ def _name_list(key: str) -> str:
     return {
         "material": "materials", "support": "supports", "on": "supports", "toward": "places",
         "a": "places", "b": "places", "action": "actions", "name": "objects",
+        "subject": "objects", "other": "places", "landmark": "places", "near": "places",
+        "before": "places", "clause": "clauses", "first": "statements", "second": "statements",
     }.get(key, "")  # fmt: skip
 
 
@@ -223,12 +232,3 @@ def _facts(snapshot: Snapshot, name: str, step: int) -> list[dict[str, str]]:
 
 def _vector(value: Any) -> str:
     return "  ".join(f"{float(part):.2f}".replace("-", "−") for part in value)
-
-
-def has_path(program: PhysicalProgram, path: str) -> bool:
-    """Whether a path exists in the program."""
-    try:
-        value_at(program, path)
-    except EditError:
-        return False
-    return True

@@ -12,7 +12,9 @@ from physagent_studio.workbench import Snapshot
 POINTS = 160
 
 
-def state_of(snapshot: Snapshot, other: Rollout | None = None) -> dict[str, Any]:
+def state_of(
+    snapshot: Snapshot, other: Rollout | None = None, *, earlier: bool = False
+) -> dict[str, Any]:
     """Series of the shown rollout, and of another one to compare with."""
     rollout = snapshot.rollout
     if rollout is None:
@@ -23,6 +25,7 @@ def state_of(snapshot: Snapshot, other: Rollout | None = None) -> dict[str, Any]
         "stepSeconds": rollout.step_seconds,
         "at": rows.tolist(),
         "objects": list(rollout.objects),
+        "dashed": "the round compared with" if earlier else "with the proposed repair",
         "plots": [
             {"title": title, "unit": unit, "series": _series(rollout, key, rows),
              "other": _matched(rollout, other, key, rows)}

@@ -34,6 +34,7 @@ def state_of(snapshot: Snapshot, compared: Round | None = None) -> dict[str, Any
     """All that the panel shows."""
     loop = snapshot.state
     shown = _find(loop, snapshot.shown_round)
+    scene = snapshot.program.scene
     return {
         "rounds": _tree(loop, snapshot.shown_round),
         "phase": loop.phase,
@@ -46,6 +47,11 @@ def state_of(snapshot: Snapshot, compared: Round | None = None) -> dict[str, Any
         "notUnderstood": list(snapshot.program.contract.not_understood),
         "untested": [clause.text for clause in snapshot.program.contract.untested],
         "proposal": _proposal(loop, snapshot),
+        "names": {
+            "objects": [one.name for one in scene.objects],
+            "places": [one.name for one in (*scene.objects, *scene.supports, *scene.landmarks)],
+            "statements": [one.id for one in snapshot.program.contract.statements],
+        },
         "hints": list(loop.hints),
         "pinned": list(loop.pinned),
         "compare": None if compared is None else _comparison(compared, snapshot),

@@ -20,6 +20,7 @@ SWITCHES = (
     ("frustum", "Camera"),
     ("gravity", "Gravity"),
     ("axes", "Axes"),
+    ("gizmo", "Handle to move the selection"),
 )
 
 
@@ -52,5 +53,6 @@ def state_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
         "findings": []
         if scene is None
         else [{"ok": one.ok, "text": one.text, "subject": one.subject} for one in scene.findings],
+        "readOnly": snapshot.read_only or snapshot.session_id is None,
         "flags": list(snapshot.program.scene.flags),
     }

@@ -13,15 +13,13 @@ import viser
 from numpy.typing import NDArray
 
 from physagent_studio.studio.scene.arrows import Arrow, action_arrows, velocity_arrows
+from physagent_studio.studio.scene.handles import Later
 from physagent_studio.studio.view import View
 from physagent_studio.workbench import Snapshot
 
 FloatArray = NDArray[np.float64]
 Dragged = Callable[[str, FloatArray], None]
 """Called with the path of a field and its new vector."""
-
-Later = Callable[[Callable[[], None]], None]
-"""Has something done by the studio's thread; may be called from any thread."""
 
 ACTION, VELOCITY, CONTACT = (230, 81, 40), (47, 111, 237), (226, 160, 20)
 REACH = 25.0
@@ -57,8 +55,8 @@ class Marks:
 
     def _set_arrows(self, arrows: tuple[Arrow, ...], size: float) -> None:
         for key in set(self._arrows) - {one.key for one in arrows}:
-            for handle in self._arrows.pop(key):
-                handle.remove()
+            # The label hangs below the arrow and goes with it.
+            self._arrows.pop(key)[0].remove()
         for one in arrows:
             if self._held == one.key:
                 continue

@@ -7,15 +7,17 @@ studio's one thread.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
 from physagent_studio.program import PhysicalProgram, SceneObject
-from physagent_studio.program.rotations import matrices_of
 from physagent_studio.records import Mesh, Rollout, Scene
+from physagent_studio.studio.scene.ghosts import EARLIER, NOW, PREVIEW, Ghosts
 from physagent_studio.studio.scene.glb import glb_of
+from physagent_studio.studio.scene.handles import Handles, Placed
 from physagent_studio.studio.scene.marks import Dragged, Later, Marks
 from physagent_studio.studio.scene.outline import edges_of
 from physagent_studio.studio.scene.primitives import mesh_of_object, mesh_of_support
@@ -25,27 +27,41 @@ from physagent_studio.workbench import Snapshot
 Picked = Callable[[str, str], None]
 """Called from viser's threads with the kind and the name of what was clicked."""
 
-EARLIER, PREVIEW, NOW = (150, 154, 162), (18, 184, 166), (59, 130, 246)
+Poses = dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]
+"""Object name → position, m, and rotation, wxyz."""
+
+
+@dataclass(frozen=True, slots=True)
+class Hands:
+    """What the stage does with what a person does in it.
+
+    picked comes from viser's threads, `later` may be called from any, the others are called by
+    the studio's own thread.
+    """
+
+    picked: Picked
+    dragged: Dragged
+    placed: Placed
+    later: Later
+
+
 GREY_SUPPORT = (120, 130, 145)
 
 
 class Stage:
     """Draws objects, supports, trails, ghosts and marks."""
 
-    def __init__(
-        self, server: viser.ViserServer, picked: Picked, dragged: Dragged, later: Later
-    ) -> None:
+    def __init__(self, server: viser.ViserServer, hands: Hands) -> None:
         self._server = server
-        self._picked = picked
-        self._marks = Marks(server, dragged, later)
+        self._picked = hands.picked
+        self._marks = Marks(server, hands.dragged, hands.later)
+        self._ghosts = Ghosts(server)
+        self._handles = Handles(server, hands.placed, hands.later)
         self._made_from: tuple[object, ...] = ()
         self._objects: dict[str, viser.GlbHandle] = {}
         self._labels: dict[str, viser.LabelHandle] = {}
         self._meshes: dict[str, Mesh] = {}
         self._furniture: dict[str, list[viser.SceneNodeHandle]] = {}
-        self._ghosts: dict[str, tuple[Rollout, dict[str, viser.MeshHandle]]] = {}
-        self._trails: dict[str, list[viser.SceneNodeHandle]] = {}
-        self._trail_sources: dict[str, Rollout | None] = {}
         server.scene.world_axes.visible = False
 
     def draw(self, snapshot: Snapshot, view: View, earlier: Rollout | None) -> None:
@@ -57,15 +73,14 @@ class Stage:
                     handle.visible = what in view.shown
             for label in self._labels.values():
                 label.visible = "labels" in view.shown
-            ghosts = "ghosts" in view.shown
-            self._set_ghost("preview", snapshot.preview_rollout if ghosts else None, PREVIEW)
-            self._set_ghost("earlier", earlier if ghosts else None, EARLIER)
-            trails = "trails" in view.shown
-            self._set_trail("now", snapshot.rollout if trails else None, NOW)
-            self._set_trail(
-                "preview", snapshot.preview_rollout if trails and ghosts else None, PREVIEW
-            )
-            self._set_trail("earlier", earlier if trails and ghosts else None, EARLIER)
+            ghosts, trails = "ghosts" in view.shown, "trails" in view.shown
+            preview = snapshot.preview_rollout if ghosts else None
+            earlier = earlier if ghosts else None
+            self._ghosts.set_ghost("preview", preview, PREVIEW, self._meshes)
+            self._ghosts.set_ghost("earlier", earlier, EARLIER, self._meshes)
+            self._ghosts.set_trail("now", snapshot.rollout if trails else None, NOW)
+            self._ghosts.set_trail("preview", preview if trails else None, PREVIEW)
+            self._ghosts.set_trail("earlier", earlier if trails else None, EARLIER)
         self.pose(snapshot, view)
 
     def pose(self, snapshot: Snapshot, view: View) -> None:
@@ -77,14 +92,19 @@ class Stage:
                     handle.position, handle.wxyz = poses[name]
                     if name in self._labels:
                         self._labels[name].position = self._above(name, poses[name][0])
-            for rollout, handles in self._ghosts.values():
-                row = min(view.step, rollout.steps)
-                for name, handle in handles.items():
-                    at = rollout.objects.index(name)
-                    handle.position = rollout.positions[row, at]
-                    handle.wxyz = rollout.rotations[row, at]
+            self._ghosts.pose(view.step, snapshot.rollout)
+            self._frame(snapshot, view, poses)
             self._marks.draw(snapshot, view, self._size(snapshot.program))
         self._server.flush()
+
+    def _frame(self, snapshot: Snapshot, view: View, poses: Poses) -> None:
+        name = view.selection.name if view.selection.kind == "object" else ""
+        # Where a thing is at the start can be changed; later, physics says where it is.
+        may_move = "gizmo" in view.shown and view.step == 0 and not snapshot.read_only
+        mesh = self._meshes.get(name) if name in poses else None
+        self._handles.select(name, mesh, gizmo=may_move)
+        if mesh is not None:
+            self._handles.pose(*poses[name])
 
     def _above(self, name: str, position: NDArray[np.float64]) -> NDArray[np.float64]:
         reach = float(np.linalg.norm(self._meshes[name].vertices, axis=1).max())
@@ -119,11 +139,11 @@ class Stage:
         self._furniture["axes"] = [axes]
 
     def _clear(self) -> None:
-        for name in ("/objects", "/supports", "/camera", "/gravity", "/axes", "/ghosts", "/trails"):
+        for name in ("/objects", "/supports", "/camera", "/gravity", "/axes"):
             self._server.scene.remove_by_name(name)
-        self._objects, self._labels, self._meshes = {}, {}, {}
-        self._furniture, self._ghosts, self._trails, self._trail_sources = {}, {}, {}, {}
-        self._marks.clear()
+        self._objects, self._labels, self._meshes, self._furniture = {}, {}, {}, {}
+        for part in (self._marks, self._ghosts, self._handles):
+            part.clear()
 
     def _add_object(self, item: SceneObject, mesh: Mesh) -> None:
         name = item.name
@@ -192,64 +212,20 @@ class Stage:
         if strength < 1e-9:
             return
         size = self._size(program)
-        start = self._centre(program) + np.array([-size * 0.75, 0, size * 0.55])
-        tip = start + gravity / strength * size * 0.22
+        places = [o.position for o in program.scene.objects if o.position is not None]
+        corner = np.array(places or [(0.0, 0.0, 0.0)])
+        left, top = corner[:, 0].min() - size * 0.3, corner[:, 2].max() + size * 0.25
+        start = np.array([left, corner[:, 1].mean(), top])
+        tip = start + gravity / strength * size * 0.16
         arrow = self._server.scene.add_arrows(
             "/gravity", np.array([[start, tip]]), colors=(220, 120, 40),
-            shaft_radius=size * 0.005, head_radius=size * 0.016, head_length=size * 0.045,
+            shaft_radius=size * 0.004, head_radius=size * 0.012, head_length=size * 0.035,
         )  # fmt: skip
         label = self._server.scene.add_label(
             "/gravity/label", f"gravity {strength:.3g} m/s²", position=start,
             font_screen_scale=0.6, anchor="bottom-center",
         )  # fmt: skip
         self._furniture["gravity"] = [arrow, label]
-
-    # --- ghosts and trails -------------------------------------------------------------------
-
-    def _set_ghost(self, key: str, rollout: Rollout | None, color: tuple[int, int, int]) -> None:
-        if key in self._ghosts:
-            if self._ghosts[key][0] is rollout:
-                return
-            del self._ghosts[key]
-            self._server.scene.remove_by_name(f"/ghosts/{key}")
-        if rollout is None:
-            return
-        handles = {}
-        for at, name in enumerate(rollout.objects):
-            if name not in self._meshes or not _moves(rollout, at):
-                continue
-            mesh = self._meshes[name]
-            handles[name] = self._server.scene.add_mesh_simple(
-                f"/ghosts/{key}/{name}", mesh.vertices, mesh.faces, color=color, opacity=0.32,
-                cast_shadow=False, receive_shadow=False,
-            )  # fmt: skip
-        self._ghosts[key] = (rollout, handles)
-
-    def _set_trail(self, key: str, rollout: Rollout | None, color: tuple[int, int, int]) -> None:
-        if self._trail_sources.get(key) is rollout:
-            return
-        self._trail_sources[key] = rollout
-        for handle in self._trails.pop(key, []):
-            handle.remove()
-        if rollout is None:
-            return
-        handles: list[viser.SceneNodeHandle] = []
-        rows = np.unique(np.append(np.arange(0, rollout.steps, 2), rollout.steps))
-        for at, name in enumerate(rollout.objects):
-            if not _moves(rollout, at):
-                continue
-            line = rollout.positions[rows, at]
-            segments = np.stack([line[:-1], line[1:]], axis=1)
-            handles.append(
-                self._server.scene.add_line_segments(
-                    f"/trails/{key}/{name}",
-                    segments,
-                    colors=color,
-                    thickness=2.5,
-                    thickness_units="screen",
-                )
-            )
-        self._trails[key] = handles
 
     # --- measures ----------------------------------------------------------------------------
 
@@ -260,9 +236,7 @@ class Stage:
         return centre_and_size(program)[1]
 
 
-def poses_at(
-    snapshot: Snapshot, step: int
-) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
+def poses_at(snapshot: Snapshot, step: int) -> Poses:
     """Position and rotation (wxyz) of every object at a step; as placed where nothing ran."""
     rollout = snapshot.rollout
     poses = {
@@ -291,12 +265,3 @@ def small(image: NDArray[np.uint8], longest: int = 640) -> NDArray[np.uint8]:
     """The picture thinned out to at most `longest` pixels a side."""
     stride = max(1, -(-max(image.shape[:2]) // longest))
     return np.ascontiguousarray(image[::stride, ::stride])
-
-
-def _moves(rollout: Rollout, at: int) -> bool:
-    path = rollout.positions[:, at]
-    turned = matrices_of(rollout.rotations[[0, -1], at])
-    return bool(
-        np.linalg.norm(path - path[0], axis=1).max() > 0.01
-        or np.trace(turned[0].T @ turned[1]) < 2.9
-    )

@@ -1,0 +1,102 @@
+"""Ghosts and paths: where things go in other rounds, and where they go in this one."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+
+from physagent_studio.program.rotations import angle_between, matrices_of
+from physagent_studio.records import Mesh, Rollout
+
+EARLIER, PREVIEW, NOW = (150, 154, 162), (18, 184, 166), (59, 130, 246)
+NEAR_METRES, NEAR_RADIANS = 0.004, 0.03
+"""A ghost this close to the thing itself is not drawn, since both would flicker."""
+
+Color = tuple[int, int, int]
+
+
+class Ghosts:
+    """Owned by the stage; called by the studio's one thread."""
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        self._server = server
+        self._ghosts: dict[str, tuple[Rollout, dict[str, viser.MeshHandle]]] = {}
+        self._trails: dict[str, tuple[Rollout, list[viser.SceneNodeHandle]]] = {}
+
+    def clear(self) -> None:
+        """Removes all of them."""
+        for name in ("/ghosts", "/trails"):
+            self._server.scene.remove_by_name(name)
+        self._ghosts, self._trails = {}, {}
+
+    def set_ghost(
+        self, key: str, rollout: Rollout | None, color: Color, meshes: dict[str, Mesh]
+    ) -> None:
+        """Shows the moving objects of a rollout as shades; None takes them away."""
+        if key in self._ghosts:
+            if self._ghosts[key][0] is rollout:
+                return
+            del self._ghosts[key]
+            self._server.scene.remove_by_name(f"/ghosts/{key}")
+        if rollout is None:
+            return
+        handles = {}
+        for at, name in enumerate(rollout.objects):
+            if name in meshes and moves(rollout, at):
+                handles[name] = self._server.scene.add_mesh_simple(
+                    f"/ghosts/{key}/{name}", meshes[name].vertices, meshes[name].faces,
+                    color=color, opacity=0.32, cast_shadow=False, receive_shadow=False,
+                )  # fmt: skip
+        self._ghosts[key] = (rollout, handles)
+
+    def set_trail(self, key: str, rollout: Rollout | None, color: Color) -> None:
+        """Shows the paths of a rollout's moving objects; None takes them away."""
+        if key in self._trails:
+            if self._trails[key][0] is rollout:
+                return
+            for handle in self._trails.pop(key)[1]:
+                handle.remove()
+        if rollout is None:
+            return
+        rows = np.unique(np.append(np.arange(0, rollout.steps, 2), rollout.steps))
+        handles: list[viser.SceneNodeHandle] = []
+        for at, name in enumerate(rollout.objects):
+            if not moves(rollout, at):
+                continue
+            line = rollout.positions[rows, at]
+            handles.append(
+                self._server.scene.add_line_segments(
+                    f"/trails/{key}/{name}", np.stack([line[:-1], line[1:]], axis=1),
+                    colors=color, thickness=2.5, thickness_units="screen",
+                )
+            )  # fmt: skip
+        self._trails[key] = (rollout, handles)
+
+    def pose(self, step: int, now: Rollout | None) -> None:
+        """Moves the shades to a step."""
+        for rollout, handles in self._ghosts.values():
+            row = min(step, rollout.steps)
+            for name, handle in handles.items():
+                at = rollout.objects.index(name)
+                handle.visible = not _covers(rollout, now, name, step)
+                handle.position = rollout.positions[row, at]
+                handle.wxyz = rollout.rotations[row, at]
+
+
+def _covers(ghost: Rollout, now: Rollout | None, name: str, step: int) -> bool:
+    """Whether the thing itself stands where its ghost would."""
+    if now is None or name not in now.objects:
+        return False
+    a, b = ghost.objects.index(name), now.objects.index(name)
+    i, j = min(step, ghost.steps), min(step, now.steps)
+    apart = float(np.linalg.norm(ghost.positions[i, a] - now.positions[j, b]))
+    turned = float(angle_between(ghost.rotations[i, a], now.rotations[j, b]))
+    return apart < NEAR_METRES and turned < NEAR_RADIANS
+
+
+def moves(rollout: Rollout, at: int) -> bool:
+    """Whether an object goes anywhere worth drawing."""
+    path = rollout.positions[:, at]
+    turned = matrices_of(rollout.rotations[[0, -1], at])
+    far = float(np.linalg.norm(path - path[0], axis=1).max())
+    return far > 0.01 or bool(np.trace(turned[0].T @ turned[1]) < 2.9)

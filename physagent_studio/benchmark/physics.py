@@ -127,7 +127,9 @@ def _falls_over(width: float, height: float, tilt: float) -> bool:
 def stack() -> list[Row]:
     """Ten boxes stand on one another for 3 s."""
     edge = 0.1
-    boxes = [thing(f"box{n}", Box(size=(edge,) * 3), (0, 0, edge * (n + 0.5))) for n in range(10)]
+    boxes = [
+        thing(f"box{n}", Box(size=(edge, edge, edge)), (0, 0, edge * (n + 0.5))) for n in range(10)
+    ]
     rollout = simulate(program(boxes, [ground()], seconds=3.0))
     shift = rollout.positions - rollout.positions[0]
     drift = float(np.linalg.norm(shift[..., :2], axis=-1).max())
@@ -140,8 +142,8 @@ def stack() -> list[Row]:
 
 def mass_ratio() -> list[Row]:
     """A heavy box on a light one, 1000 : 1."""
-    light = thing("light", Box(size=(0.2,) * 3), (0, 0, 0.1), density=10)
-    heavy = thing("heavy", Box(size=(0.2,) * 3), (0, 0, 0.3), density=10_000)
+    light = thing("light", Box(size=(0.2, 0.2, 0.2)), (0, 0, 0.1), density=10)
+    heavy = thing("heavy", Box(size=(0.2, 0.2, 0.2)), (0, 0, 0.3), density=10_000)
     rollout = simulate(program([light, heavy], [ground()], seconds=3.0))
     sink = float(-(rollout.positions - rollout.positions[0])[..., 2].min())
     chatter = float(np.linalg.norm(rollout.velocities[100:], axis=-1).max())
@@ -153,9 +155,9 @@ def mass_ratio() -> list[Row]:
 
 def fixing() -> list[Row]:
     """A fixed 1 kg box in the air carries 100 kg, and is hit by 10 kg at 5 m/s."""
-    box = thing("box", Box(size=(0.2,) * 3), (0, 0, 1.0), density=125)
+    box = thing("box", Box(size=(0.2, 0.2, 0.2)), (0, 0, 1.0), density=125)
     hold = FixObject(id="hold", name="box", duration=300)
-    load = thing("load", Box(size=(0.2,) * 3), (0, 0, 1.2), density=12_500)
+    load = thing("load", Box(size=(0.2, 0.2, 0.2)), (0, 0, 1.2), density=12_500)
     carried = simulate(program([box, load], actions=[hold], seconds=3.0))
     ball = thing(
         "ball", Sphere(radius=0.08), (-1, 0, 1.0), density=10 / (4 / 3 * math.pi * 0.08**3)

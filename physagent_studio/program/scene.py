@@ -74,21 +74,31 @@ class Capsule(Frozen):
 
 
 class Frustum(Frozen):
-    """A cone cut parallel to its base (a cup, a bucket); axis along body z."""
+    """A cone cut parallel to its base (a cup, a bucket); axis along body z.
+
+    wall: thickness of the side and the bottom of a vessel that is open at the top; None is
+    solid. The body frame stays that of the solid.
+    """
 
     kind: Literal["frustum"] = "frustum"
     bottom_radius: Annotated[float, Field(ge=0, le=1e4)]
     top_radius: Annotated[float, Field(ge=0, le=1e4)]
     height: Length
+    wall: Length | None = None
 
 
 class Revolved(Frozen):
-    """A surface of revolution about body z: the profile is (z, radius) from bottom to top, m."""
+    """A surface of revolution about body z: the profile is (z, radius) from bottom to top, m.
+
+    wall: thickness of the side and the bottom of a vessel that is open at the top; None is
+    solid.
+    """
 
     kind: Literal["revolved"] = "revolved"
     profile: tuple[tuple[Metres, Annotated[float, Field(ge=0, le=1e4)]], ...] = Field(
         min_length=2, max_length=256
     )
+    wall: Length | None = None
 
 
 class Inflated(Frozen):

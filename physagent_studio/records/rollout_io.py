@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.errors import InputError
-from physagent_studio.records.rollout import CONTACT_DTYPE, ActionSpan, Alarm, Rollout
+from physagent_studio.records.rollout import CONTACT_DTYPE, ActionSpan, Alarm, Release, Rollout
 
 FORMAT = 1
 _ARRAYS = (
@@ -43,11 +43,17 @@ def rollout_to_bytes(rollout: Rollout) -> bytes:
         "warnings": [dataclasses.asdict(item) for item in rollout.warnings],
         "versions": rollout.versions,
         "soft": [name for name, _ in rollout.vertices],
+        "releases": [dataclasses.asdict(item) for item in rollout.releases],
+        "memories": rollout.memories,
+        "actions": rollout.actions,
+        "setting": rollout.setting,
     }
     arrays: dict[str, NDArray[Any]] = {name: getattr(rollout, name) for name in _ARRAYS}
     # One plain column per field: structured arrays compress worse and read back less widely.
     for field in CONTACT_DTYPE.names or ():
         arrays[f"contacts.{field}"] = rollout.contacts[field]
+    if rollout.snapshots is not None:
+        arrays["snapshots"] = rollout.snapshots
     for index, (_, vertices) in enumerate(rollout.vertices):
         arrays[f"vertices.{index}"] = vertices
     arrays["meta"] = np.frombuffer(json.dumps(meta, sort_keys=True).encode(), np.uint8)
@@ -78,6 +84,11 @@ def rollout_from_bytes(data: bytes) -> Rollout:
         warnings=tuple(Alarm(**item) for item in meta["warnings"]),
         versions=tuple((name, version) for name, version in meta["versions"]),
         vertices=tuple((name, arrays[f"vertices.{i}"]) for i, name in enumerate(meta["soft"])),
+        releases=tuple(Release(**item) for item in meta.get("releases", ())),
+        snapshots=arrays.get("snapshots"),
+        memories=tuple(meta.get("memories", ())),
+        actions=tuple((name, text) for name, text in meta.get("actions", ())),
+        setting=meta.get("setting", ""),
         **{name: arrays[name] for name in _ARRAYS},
     )
 

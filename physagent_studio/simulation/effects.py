@@ -65,6 +65,10 @@ class Effect(ABC):
         """Runs once, after the last step; most effects have nothing to do."""
         return
 
+    def resume(self, world: World) -> None:
+        """Runs after `recall`, to restore what is not in the engine's state."""
+        return
+
     def memory(self) -> dict[str, Any]:
         """Everything that it has learned since it began, as JSON."""
         return {name: _as_json(getattr(self, name)) for name in self.kept}
@@ -347,12 +351,28 @@ class _SetOrientation(Effect):
 
 
 class _FixObject(Effect):
+    kept = ("work", "_point")
     action: FixObject
+
+    def __init__(self, action: FixObject) -> None:
+        super().__init__(action)
+        self._point: FloatArray | None = None
 
     def begin(self, world: World) -> None:
         before = world.kinetic(self.name)
-        world.hold(self.name)
-        self.work = -before
+        if self.action.point is None:
+            world.hold(self.name)
+            self.work = -before
+            return
+        self._point = np.array(self.action.point, float)
+        if self.action.point_frame == "world":
+            away = self._point - world.position(self.name)
+            self._point = world.rotation(self.name).T @ away
+        world.pin(self.name, self._point)
+
+    def resume(self, world: World) -> None:
+        if self._point is not None:
+            world.place_pin(self.name, self._point)
 
     def act(self, world: World, time: float) -> None:
         pass

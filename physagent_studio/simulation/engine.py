@@ -4,62 +4,22 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
+from physagent_studio.contract import measure
 from physagent_studio.errors import Cancelled
-from physagent_studio.program import PhysicalProgram
+from physagent_studio.program import Contract
 from physagent_studio.records import Alarm
-from physagent_studio.simulation.grip import Grip
+from physagent_studio.simulation.measure import rollout_of
 from physagent_studio.simulation.mj import mj
-from physagent_studio.simulation.model import Compiled
-from physagent_studio.simulation.schedule import Schedule, Slot
-from physagent_studio.simulation.surfaces import FloatArray
-from physagent_studio.simulation.touches import ContactLog
+from physagent_studio.simulation.schedule import Slot
+from physagent_studio.simulation.trace import SNAPSHOT, Trace
 from physagent_studio.simulation.world import World
 
 FASTEST = 5e3
 """m/s or rad/s above which a state is absurd and the run has blown up."""
-
-SNAPSHOT = mj.mjtState.mjSTATE_INTEGRATION.value
-
-
-@dataclass(eq=False, slots=True)
-class Trace:
-    """What the loop writes: raw states per control step and snapshots per frame.
-
-    positions: (S+1, nq). velocities: (S+1, nv). snapshots: (frames, engine state and grip).
-    memories: per frame. rows: how many rows are valid. count: contacts of the last engine step.
-    """
-
-    positions: FloatArray
-    velocities: FloatArray
-    snapshots: FloatArray
-    log: ContactLog
-    schedule: Schedule
-    grip: Grip
-    substeps: int
-    rows: int = 0
-    count: int = 0
-    memories: list[str] = field(default_factory=list)
-    alarms: list[Alarm] = field(default_factory=list)
-    first_touch: dict[tuple[int, int], int] = field(default_factory=dict)
-
-
-def new_trace(program: PhysicalProgram, compiled: Compiled, substeps: int) -> Trace:
-    """An empty trace of a whole clip."""
-    model, clip = compiled.model, program.clip
-    dt = clip.step_seconds / substeps
-    return Trace(
-        np.empty((clip.steps + 1, model.nq)),
-        np.empty((clip.steps + 1, model.nv)),
-        np.empty((clip.frames, mj.mj_stateSize(model, SNAPSHOT) + model.npair)),
-        ContactLog(model, compiled.geom_bodies, substeps, dt),
-        Schedule(program.event.actions, clip.steps),
-        Grip(compiled, dt),
-        substeps,
-    )
 
 
 def run(
@@ -100,6 +60,7 @@ def _memory(world: World, trace: Trace) -> str:
         "count": trace.count,
         "kicks": [[step, index, kick.tolist()] for step, index, kick in world.kicks],
         "active": {slot.action.id: slot.effect.memory() for slot in trace.schedule.active},
+        "true": trace.came_true,
         "wrench": trace.schedule.just_ended,
     }
     return json.dumps(memory, separators=(",", ":"))
@@ -124,7 +85,9 @@ def _edges(world: World, trace: Trace, step: int) -> None:
     if schedule.is_conditional:
         if schedule.awaits_contact and step:
             _note_touches(trace, step)
-        schedule.resolve(step, lambda a, b: _touched(world, trace, a, b))
+        if schedule.awaited and step % world.program.clip.steps_per_frame == 0:
+            _note_statements(world, trace, step)
+        schedule.resolve(step, partial(_touched, world, trace), trace.came_true.get)
     if not schedule.has_edge(step):
         return
     ending, starting = schedule.turn(step)
@@ -138,6 +101,16 @@ def _note_touches(trace: Trace, step: int) -> None:
     """Remembers which pairs touched first during the step before."""
     for pair in trace.log.touching((step - 1) * trace.substeps):
         trace.first_touch.setdefault(pair, step - 1)
+
+
+def _note_statements(world: World, trace: Trace, step: int) -> None:
+    """Remembers which awaited statements hold for the run so far, "at the end" meaning now."""
+    rollout = rollout_of(world, trace, "")
+    for action_id, when in trace.schedule.awaited:
+        contract = Contract(statements=(when.statement,))
+        check = measure(world.program.model_copy(update={"contract": contract}), rollout)[0]
+        if check.ok:
+            trace.came_true.setdefault(action_id, step)
 
 
 def _touched(world: World, trace: Trace, a: str, b: str) -> int | None:
@@ -160,6 +133,7 @@ def _advance(world: World, trace: Trace, step: int) -> None:
     base = data.xfrc_applied.copy() if fine else None
     first, last = step * trace.substeps, (step + 1) * trace.substeps - 1
     read, before, fresh = trace.log.read, trace.count, True
+    active = -1
     for tick in range(first, last + 1):
         if base is not None:
             data.xfrc_applied[:] = base
@@ -167,11 +141,13 @@ def _advance(world: World, trace: Trace, step: int) -> None:
                 since = (step - _start(slot)) * seconds + (tick - first) * world.dt
                 slot.effect.act(world, since)
         mj.mj_step(model, data)
-        count = data.ncon
-        if count != before or fresh:
+        # Rows tell of contacts that begin to act, contacts of bodies that come close as well.
+        count, rows = data.ncon, data.nefc
+        if count != before or rows != active or fresh:
             read(data, tick)
-            fresh = count != before
-            if fresh:
+            fresh = rows != active
+            active = rows
+            if count != before:
                 trace.grip.update(data)
                 before = count
     trace.count = before

@@ -7,12 +7,12 @@ import dataclasses
 import numpy as np
 
 from physagent_studio import __version__
+from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.rotations import matrices_of
 from physagent_studio.records import ActionSpan, Alarm, Rollout
-from physagent_studio.simulation.engine import Trace
 from physagent_studio.simulation.mj import mj
-from physagent_studio.simulation.resume import action_keys
 from physagent_studio.simulation.surfaces import FloatArray
+from physagent_studio.simulation.trace import Trace
 from physagent_studio.simulation.world import World
 
 DEEP = 0.1
@@ -20,7 +20,15 @@ DEEP = 0.1
 
 
 def rollout_of(world: World, trace: Trace, setting: str) -> Rollout:
-    """The rollout of a finished run; setting: see `resume.setting_key`."""
+    """The rollout of a run, finished or so far; setting: see `resume.setting_key`."""
+    own = _own(world, trace, setting)
+    if trace.head is None:
+        return own
+    return _join(trace.head, own, _known(trace, own.contacts), trace.first)
+
+
+def _own(world: World, trace: Trace, setting: str) -> Rollout:
+    """The rollout as far as this run has filled it."""
     program, compiled = world.program, world.compiled
     scene, rows = program.scene, trace.rows
     raw, speed = trace.positions[:rows], trace.velocities[:rows]
@@ -35,7 +43,7 @@ def rollout_of(world: World, trace: Trace, setting: str) -> Rollout:
     contacts = trace.log.contacts((rows - 1) * trace.substeps - 1)
     contacts = contacts[contacts["step"] < max(rows - 1, 0)]
     body = [handle.body for handle in compiled.handles]
-    velocities += _held_back(world, contacts, rows)
+    velocities += _held_back(world, _known(trace, contacts), rows)
     masses = compiled.model.body_mass[body].copy()
     kinetic, potential = _energies(world, positions, velocities, turning, matrices, masses)
     penetration = np.zeros(rows)
@@ -66,9 +74,22 @@ def rollout_of(world: World, trace: Trace, setting: str) -> Rollout:
     )
 
 
+def action_keys(program: PhysicalProgram) -> tuple[tuple[str, str], ...]:
+    """(id, canonical JSON) of the actions that act, in order."""
+    return tuple((a.id, a.model_dump_json()) for a in program.event.actions if not a.muted)
+
+
 def versions() -> tuple[tuple[str, str], ...]:
     """What made the rollout."""
     return (("mujoco", mj.mj_versionString()), ("physagent-studio", __version__))
+
+
+def _known(trace: Trace, contacts: np.ndarray) -> np.ndarray:
+    """The contacts since the start of the clip."""
+    if trace.head is None:
+        return contacts
+    before = trace.head.contacts
+    return np.concatenate([before[before["step"] < trace.first], contacts])
 
 
 def _held_back(world: World, contacts: np.ndarray, rows: int) -> FloatArray:
@@ -97,8 +118,11 @@ def _energies(
     frames = matrices_of(model.body_iquat[body])
     principal = np.einsum("nji,tnj->tni", frames, turning)
     spin = 0.5 * np.einsum("ni,tni->tn", model.body_inertia[body], principal**2)
-    kinetic = 0.5 * masses * np.einsum("tni,tni->tn", velocities, velocities) + spin
-    centres = positions + np.einsum("tnij,nj->tni", matrices, model.body_ipos[body])
+    offset = np.einsum("tnij,nj->tni", matrices, model.body_ipos[body])
+    world_turning = np.einsum("tnij,tnj->tni", matrices, turning)
+    moving = velocities + np.cross(world_turning, offset)
+    kinetic = 0.5 * masses * np.einsum("tni,tni->tn", moving, moving) + spin
+    centres = positions + offset
     return kinetic, -masses * (centres @ np.array(world.program.scene.gravity))
 
 
@@ -131,3 +155,23 @@ def with_alarms(world: World, rollout: Rollout) -> Rollout:
             )
             alarms.append(Alarm(int(deepest["step"]), "penetration", text))
     return dataclasses.replace(rollout, warnings=(*rollout.warnings, *alarms))
+
+
+def _join(previous: Rollout, tail: Rollout, contacts: np.ndarray, step: int) -> Rollout:
+    """`previous` up to and with row `step`, then `tail`, whose rows before are not valid."""
+    arrays = {
+        name: np.concatenate([getattr(previous, name)[: step + 1], getattr(tail, name)[step + 1 :]])
+        for name in _ROWS
+    }
+    return dataclasses.replace(tail, contacts=contacts, **arrays)
+
+
+_ROWS = (
+    "positions",
+    "rotations",
+    "velocities",
+    "angular",
+    "kinetic",
+    "potential",
+    "penetration",
+)

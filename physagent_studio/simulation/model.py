@@ -8,6 +8,7 @@ before each run, on the first run too, so that a cached model gives the same bit
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ import numpy as np
 from physagent_studio.errors import SimulationError
 from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.program.rotations import about_up
-from physagent_studio.program.scene import Floor, Ramp, Slab, SupportShape, Wall
+from physagent_studio.program.scene import Floor, MeshedSupport, Ramp, Slab, Wall
 from physagent_studio.simulation.contact_law import (
     IMPEDANCE,
     combine,
@@ -47,13 +48,15 @@ class Handle:
     """Where a rigid object lives in the model.
 
     body: MuJoCo body id. position: address in `qpos`. velocity: address in `qvel`.
-    weld: id of the equality that holds it, or −1. anchor: mocap index, or −1.
+    weld, pin: ids of the equalities that hold it in place or by a point, or −1. anchor: mocap
+    index, or −1.
     """
 
     body: int
     position: int
     velocity: int
     weld: int = -1
+    pin: int = -1
     anchor: int = -1
 
 
@@ -77,10 +80,16 @@ class Compiled:
     base_inertia: FloatArray
 
 
-def compile_model(scene: SceneState, solids: tuple[Solid, ...], fixed: frozenset[str]) -> Compiled:
+def compile_model(
+    scene: SceneState,
+    solids: tuple[Solid, ...],
+    support_solids: Mapping[str, Solid],
+    fixed: frozenset[str],
+) -> Compiled:
     """Compiles the structure of a scene.
 
-    fixed: names of the objects that some action may hold in place.
+    solids: per object. support_solids: of the supports that are meshes, by name. fixed: names
+    of the objects that some action may hold in place.
     Raises SimulationError where MuJoCo refuses the scene.
     """
     spec = mj.MjSpec()
@@ -90,7 +99,11 @@ def compile_model(scene: SceneState, solids: tuple[Solid, ...], fixed: frozenset
         geoms.append(_add_object(spec, item.name, solid, item.name in fixed))
     for support in scene.supports:
         assert support.shape is not None
-        geoms.append(_add_support(spec, support.name, support.shape))
+        shape = support.shape
+        if isinstance(shape, MeshedSupport):
+            geoms.append(_add_mesh(spec, support.name, shape, support_solids[support.name]))
+        else:
+            geoms.append(_add_support(spec, support.name, shape))
     pairs = _add_pairs(spec, geoms, len(scene.objects))
     try:
         model = spec.compile()
@@ -125,19 +138,25 @@ def _add_object(spec: Spec, name: str, solid: Solid, fixed: bool) -> list[str]:
         _add_piece(spec, body, names[-1], piece)
     if fixed:
         spec.worldbody.add_body(name=f"anchor/{name}", mocap=True)
-        weld = spec.add_equality(
-            name=f"weld/{name}",
-            type=mj.mjtEq.mjEQ_WELD,
+        _add_holds(spec, name)
+    return names
+
+
+def _add_holds(spec: Spec, name: str) -> None:
+    """A weld and a ball joint between an object and its anchor, both off until an action."""
+    for label, kind in (("weld", mj.mjtEq.mjEQ_WELD), ("pin", mj.mjtEq.mjEQ_CONNECT)):
+        hold = spec.add_equality(
+            name=f"{label}/{name}",
+            type=kind,
             objtype=mj.mjtObj.mjOBJ_BODY,
             name1=f"anchor/{name}",
             name2=f"object/{name}",
             active=False,
-            solref=[0.002, 1],
             solimp=[0.9999, 0.9999, 0.001, 0.5, 2],
         )
-        # Anchor point, relative pose (identity) and torque scale of a weld.
-        weld.data = [0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0]
-    return names
+        if label == "weld":
+            # Anchor point, relative pose (identity) and torque scale.
+            hold.data = [0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0]
 
 
 def _six(inertia: FloatArray) -> list[float]:
@@ -157,7 +176,7 @@ def _add_piece(spec: Spec, body: SpecBody, name: str, piece: Piece) -> None:
     body.add_geom(name=name, type=GEOM_TYPES[piece.kind], size=piece.size, contype=0, conaffinity=0)
 
 
-def _add_support(spec: Spec, name: str, shape: SupportShape) -> list[str]:
+def _add_support(spec: Spec, name: str, shape: Floor | Wall | Slab | Ramp) -> list[str]:
     label = f"support/{name}"
     body = spec.worldbody.add_body(name=label)
     plane = {"type": mj.mjtGeom.mjGEOM_PLANE, "size": [0, 0, 1]}
@@ -184,6 +203,15 @@ def _add_support(spec: Spec, name: str, shape: SupportShape) -> list[str]:
             kind = mj.mjtGeom.mjGEOM_MESH
             body.add_geom(name=label, type=kind, meshname=label, contype=0, conaffinity=0)
     return [label]
+
+
+def _add_mesh(spec: Spec, name: str, shape: MeshedSupport, solid: Solid) -> list[str]:
+    body = spec.worldbody.add_body(name=f"support/{name}")
+    body.pos, body.quat = shape.position, shape.rotation
+    names = [f"support/{name}/{number}" for number in range(len(solid.pieces))]
+    for label, piece in zip(names, solid.pieces, strict=True):
+        _add_piece(spec, body, label, piece)
+    return names
 
 
 def ramp_corners(ramp: Ramp) -> FloatArray:
@@ -253,13 +281,14 @@ def _pair_table(model: Model) -> np.ndarray:
 
 def _handle(model: Model, name: str) -> Handle:
     joint = model.joint(f"object/{name}")
-    weld = mj.mj_name2id(model, mj.mjtObj.mjOBJ_EQUALITY, f"weld/{name}")
+    equality = mj.mjtObj.mjOBJ_EQUALITY
     anchor = mj.mj_name2id(model, mj.mjtObj.mjOBJ_BODY, f"anchor/{name}")
     return Handle(
         int(joint.bodyid[0]),
         int(joint.qposadr[0]),
         int(joint.dofadr[0]),
-        weld,
+        mj.mj_name2id(model, equality, f"weld/{name}"),
+        mj.mj_name2id(model, equality, f"pin/{name}"),
         int(model.body_mocapid[anchor]) if anchor >= 0 else -1,
     )
 
@@ -274,7 +303,7 @@ def configure(compiled: Compiled, program: PhysicalProgram, dt: float) -> None:
         model.body_mass[handle.body] = compiled.base_mass[handle.body] * scale
         model.body_inertia[handle.body] = compiled.base_inertia[handle.body] * scale
         if handle.weld >= 0:
-            model.eq_solref[handle.weld] = (2 * dt, 1)
+            model.eq_solref[[handle.weld, handle.pin]] = (2 * dt, 1)
     _configure_pairs(compiled, scene, dt)
     mj.mj_resetData(model, data)
     for item, handle in zip(scene.objects, compiled.handles, strict=True):

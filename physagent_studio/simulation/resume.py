@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import json
 from typing import Any
@@ -11,8 +10,9 @@ import numpy as np
 
 from physagent_studio.program import Action, After, OnContact, PhysicalProgram
 from physagent_studio.records import Rollout
-from physagent_studio.simulation.engine import SNAPSHOT, Trace
+from physagent_studio.simulation.measure import action_keys
 from physagent_studio.simulation.mj import mj
+from physagent_studio.simulation.trace import SNAPSHOT, Trace
 from physagent_studio.simulation.world import World
 
 
@@ -22,11 +22,6 @@ def setting_key(program: PhysicalProgram, structure: str, substeps: int) -> str:
     clip = program.clip.model_dump_json(exclude={"playback_fps"})
     parts = (structure, scene, clip, str(substeps))
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
-
-
-def action_keys(program: PhysicalProgram) -> tuple[tuple[str, str], ...]:
-    """(id, canonical JSON) of the actions that act, in order."""
-    return tuple((a.id, a.model_dump_json()) for a in program.event.actions if not a.muted)
 
 
 def first_effect(program: PhysicalProgram, previous: Rollout) -> int:
@@ -51,7 +46,9 @@ def _earliest(action: Action, previous: Rollout) -> int:
     if isinstance(when, After):
         ends = [s.end for s in previous.spans if s.id == when.action and s.end is not None]
         return min(ends, default=0)
-    assert isinstance(when, OnContact)
+    if not isinstance(when, OnContact):
+        # A statement may have held from the start.
+        return 0
     a, b = sorted((previous.index(when.a), previous.index(when.b)))
     contacts = previous.contacts
     steps = contacts["step"][(contacts["a"] == a) & (contacts["b"] == b)]
@@ -70,6 +67,8 @@ def restore(world: World, trace: Trace, previous: Rollout, frame: int) -> int:
     trace.memories.extend(previous.memories[:frame])
     memory: dict[str, Any] = json.loads(previous.memories[frame])
     trace.count = memory["count"]
+    trace.came_true.update(memory["true"])
+    trace.head, trace.first = previous, step
     world.kicks.extend((s, i, np.array(kick)) for s, i, kick in memory["kicks"])
     contacts = previous.contacts[previous.contacts["step"] < step]
     for row_step, a, b in contacts[["step", "a", "b"]].tolist():
@@ -77,26 +76,6 @@ def restore(world: World, trace: Trace, previous: Rollout, frame: int) -> int:
     spans = {span.id: span for span in previous.spans}
     trace.schedule.recall(spans, memory["active"], step)
     trace.schedule.just_ended = memory["wrench"]
+    for slot in trace.schedule.active:
+        slot.effect.resume(world)
     return step
-
-
-def join(previous: Rollout, tail: Rollout, step: int) -> Rollout:
-    """`previous` up to and with row `step`, then `tail`, whose rows before are not valid."""
-    arrays = {
-        name: np.concatenate([getattr(previous, name)[: step + 1], getattr(tail, name)[step + 1 :]])
-        for name in _ROWS
-    }
-    head = previous.contacts[previous.contacts["step"] < step]
-    contacts = np.concatenate([head, tail.contacts])
-    return dataclasses.replace(tail, contacts=contacts, **arrays)
-
-
-_ROWS = (
-    "positions",
-    "rotations",
-    "velocities",
-    "angular",
-    "kinetic",
-    "potential",
-    "penetration",
-)

@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from physagent_studio.program import Action, OnContact, duration_of
+from physagent_studio.program import Action, After, OnContact, duration_of
+from physagent_studio.program.actions import When
 from physagent_studio.records import ActionSpan
 from physagent_studio.simulation.effects import Effect, effect_of
 
@@ -60,10 +61,22 @@ class Schedule:
         slot.end = min(start + duration_of(slot.action), self._steps)
         self._edges |= {slot.start, slot.end}
 
-    def resolve(self, step: int, touched: Callable[[str, str], int | None]) -> None:
+    @property
+    def awaited(self) -> list[tuple[str, When]]:
+        """The statements that actions still wait for, by the action's id."""
+        waiting = [slot.action for slot in self.slots if slot.start is None and not slot.expired]
+        return [(item.id, item.when) for item in waiting if isinstance(item.when, When)]
+
+    def resolve(
+        self,
+        step: int,
+        touched: Callable[[str, str], int | None],
+        came_true: Callable[[str], int | None],
+    ) -> None:
         """Opens windows whose condition has come true before `step`.
 
-        touched: the first control step on which two bodies touched, or None.
+        touched: the first control step on which two bodies touched, or None. came_true: the
+        step at which the statement of an action was first seen to hold, or None.
         """
         for slot in self.slots:
             when = slot.action.when
@@ -74,7 +87,8 @@ class Schedule:
                 # What happened during a step is known, and answered, on the next.
                 start = None if cause is None else cause + 1 + when.delay
             else:
-                cause = self._end_of(when.action)
+                by_time = isinstance(when, After)
+                cause = self._end_of(when.action) if by_time else came_true(slot.action.id)
                 start = None if cause is None else cause + when.delay
             if when.timeout is not None and max(start or 0, step) > when.timeout:
                 slot.expired = True

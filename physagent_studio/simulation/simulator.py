@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from threading import Lock
 from types import MappingProxyType
 from typing import TypeVar
@@ -14,15 +15,18 @@ import numpy as np
 from physagent_studio.errors import SimulationError
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.actions import FixObject
+from physagent_studio.program.scene import MeshedSupport, Shape
 from physagent_studio.records import Alarm, Mesh, Rollout
-from physagent_studio.simulation.engine import Trace, new_trace, run
+from physagent_studio.simulation.convex import split
+from physagent_studio.simulation.engine import run
 from physagent_studio.simulation.measure import rollout_of, with_alarms
 from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.model import Compiled, compile_model, configure
-from physagent_studio.simulation.resume import first_effect, join, restore, setting_key
+from physagent_studio.simulation.resume import first_effect, restore, setting_key
 from physagent_studio.simulation.settle import settle
 from physagent_studio.simulation.solids import Solid, solid_of
 from physagent_studio.simulation.surfaces import Surface
+from physagent_studio.simulation.trace import Trace, new_trace
 from physagent_studio.simulation.tunnelling import substeps_for
 from physagent_studio.simulation.world import World
 
@@ -36,9 +40,11 @@ class Simulator:
     """Runs programs and keeps the last compiled models, so that an edit costs only the run.
 
     One run at a time; a second caller waits. capacity: compiled models and solids kept.
+    folder: where convex parts of meshes are kept between runs.
     """
 
-    def __init__(self, capacity: int = 16) -> None:
+    def __init__(self, capacity: int = 16, folder: Path | None = None) -> None:
+        self._folder = folder
         self._models: OrderedDict[str, Compiled] = OrderedDict()
         self._solids: OrderedDict[str, Solid] = OrderedDict()
         self._digests: OrderedDict[int, tuple[Mesh, str]] = OrderedDict()
@@ -86,41 +92,47 @@ class Simulator:
             frame = 0
             if previous is not None and previous.setting == setting:
                 frame = _frame(program, previous, from_step)
-            if frame == 0 or previous is None:
-                run(world, trace, 0, cancelled, progress)
-                return with_alarms(world, rollout_of(world, trace, setting))
-            step = restore(world, trace, previous, frame)
+            step = 0
+            if frame > 0 and previous is not None:
+                step = restore(world, trace, previous, frame)
             run(world, trace, step, cancelled, progress)
-            tail = rollout_of(world, trace, setting)
-            return with_alarms(world, join(previous, tail, step))
+            return with_alarms(world, rollout_of(world, trace, setting))
 
-    def _solid(self, name: str, program: PhysicalProgram, meshes: Mapping[str, Mesh]) -> Solid:
-        item = program.scene.object(name)
-        assert item is not None
-        assert item.shape is not None
-        key = f"{name}|{item.shape.model_dump_json()}|{self._digest(meshes.get(name))}"
+    def _solid(self, name: str, shape: Shape | MeshedSupport | None, mesh: Mesh | None) -> Solid:
+        assert shape is not None
+        key = f"{name}|{shape.model_dump_json()}|{self._digest(mesh)}"
         if key not in self._solids:
-            self._solids[key] = solid_of(name, item.shape, meshes.get(name), _no_split)
+            self._solids[key] = solid_of(name, shape, mesh, self._split)
         return _recent(self._solids, key, 8 * self._capacity)
+
+    def _split(self, surface: Surface) -> tuple[Surface, ...] | None:
+        return split(surface, self._folder)
 
     def _compiled(
         self, program: PhysicalProgram, meshes: Mapping[str, Mesh]
     ) -> tuple[str, Compiled]:
         """The structure of the scene: shapes, supports and who may be fixed; and its hash."""
         scene = program.scene
-        solids = tuple(self._solid(item.name, program, meshes) for item in scene.objects)
+        solids = tuple(
+            self._solid(item.name, item.shape, meshes.get(item.name)) for item in scene.objects
+        )
         fixed = frozenset(a.name for a in program.event.actions if isinstance(a, FixObject))
         parts = [mj.mj_versionString(), *sorted(fixed), "|"]
         for item in scene.objects:
             assert item.shape is not None
             shape = item.shape.model_dump_json()
             parts += [item.name, shape, self._digest(meshes.get(item.name))]
+        meshed = {}
         for support in scene.supports:
-            assert support.shape is not None
-            parts += [support.name, support.shape.model_dump_json()]
+            shape, mesh = support.shape, meshes.get(support.name)
+            assert shape is not None
+            parts += [support.name, shape.model_dump_json()]
+            if isinstance(shape, MeshedSupport):
+                parts.append(self._digest(mesh))
+                meshed[support.name] = self._solid(support.name, shape, mesh)
         key = hashlib.sha256("\n".join(parts).encode()).hexdigest()
         if key not in self._models:
-            self._models[key] = compile_model(scene, solids, fixed)
+            self._models[key] = compile_model(scene, solids, meshed, fixed)
         return key, _recent(self._models, key, self._capacity)
 
     def _digest(self, mesh: Mesh | None) -> str:
@@ -144,10 +156,6 @@ def _recent(cache: OrderedDict[K, V], key: K, capacity: int) -> V:
     while len(cache) > capacity:
         cache.popitem(last=False)
     return cache[key]
-
-
-def _no_split(surface: Surface) -> tuple[Surface, ...] | None:
-    return None
 
 
 def _require_resolved(program: PhysicalProgram) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from physagent_studio.program.scene import (
     Frustum,
     Inflated,
     Meshed,
+    MeshedSupport,
     Revolved,
     Shape,
     Sphere,
@@ -33,6 +33,7 @@ from physagent_studio.simulation.surfaces import (
     mass_properties,
     revolve,
 )
+from physagent_studio.simulation.vessel import rising, solid_slices, vessel
 
 CONVEX_ENOUGH = 0.9
 """Volume over hull volume from which on the hull stands for the body."""
@@ -77,8 +78,10 @@ Decompose = Callable[[Surface], tuple[Surface, ...] | None]
 """Splits a concave surface into convex ones; None where the backend is missing."""
 
 
-def solid_of(name: str, shape: Shape, mesh: Mesh | None, decompose: Decompose) -> Solid:
-    """The solid of an object; `name` is for error texts.
+def solid_of(
+    name: str, shape: Shape | MeshedSupport, mesh: Mesh | None, decompose: Decompose
+) -> Solid:
+    """The solid of an object, or of a support that is a mesh; `name` is for error texts.
 
     mesh: its visual mesh, used by shapes that are no primitives.
     """
@@ -86,10 +89,10 @@ def solid_of(name: str, shape: Shape, mesh: Mesh | None, decompose: Decompose) -
     if primitive is not None:
         return primitive
     if isinstance(shape, Revolved):
-        return _revolved(shape)
+        return _round(rising(np.array(shape.profile, float)), shape.wall)
     if isinstance(shape, Frustum):
         return _frustum(shape)
-    assert isinstance(shape, Inflated | Meshed)
+    assert isinstance(shape, Inflated | Meshed | MeshedSupport)
     return _meshed(name, shape, mesh, decompose)
 
 
@@ -101,7 +104,7 @@ def _solid(pieces: tuple[Piece, ...], surface: Surface, note: str = "") -> Solid
     return Solid(pieces, mass_properties(surface), np.ptp(vertices, axis=0), shadows, note=note)
 
 
-def _primitive(shape: Shape) -> Solid | None:
+def _primitive(shape: Shape | MeshedSupport) -> Solid | None:
     """Primitives with their closed-form volume and inertia."""
     match shape:
         case Sphere(radius=r):
@@ -162,66 +165,21 @@ def _frustum(shape: Frustum) -> Solid:
     total = low * low + low * high + high * high
     centre = shape.height / 4 * (low * low + 2 * low * high + 3 * high * high) / max(total, 1e-12)
     profile = np.array([[-centre, low], [shape.height - centre, high]])
-    surface = revolve(profile)
-    return _solid((Hull(*hull(surface[0], "frustum")),), surface)
+    return _round(profile, shape.wall)
 
 
-def _revolved(shape: Revolved) -> Solid:
-    profile = np.array(shape.profile, float)
-    if profile[-1, 0] >= profile[0, 0]:
-        outline, pieces = profile, _slices(profile)
-    else:
-        outline = profile[::-1]
-        pieces = _slices(outline)
-    return _solid(pieces, revolve(outline))
+def _round(outline: FloatArray, wall: float | None) -> Solid:
+    """A surface of revolution, solid or hollow."""
+    surface = revolve(outline)
+    if wall is None:
+        return _solid(tuple(Hull(*part) for part in solid_slices(outline)), surface)
+    parts, mass = vessel(outline, wall)
+    return _replace_mass(_solid(tuple(Hull(*part) for part in parts), surface), mass)
 
 
-def _slices(profile: FloatArray, tolerance: float = 0.02) -> tuple[Piece, ...]:
-    """Convex slices of a solid of revolution whose outline (z, r) rises.
-
-    The outline is cut where it turns concave by more than `tolerance` of its largest radius.
-    """
-    slack = tolerance * float(profile[:, 1].max())
-    cuts = [0, *_concave_cuts(profile, 0, len(profile) - 1, slack), len(profile) - 1]
-    pieces = []
-    for start, stop in pairwise(cuts):
-        part = profile[start : stop + 1]
-        if part[-1, 0] - part[0, 0] > 1e-6:
-            points = revolve(part)[0]
-            pieces.append(Hull(*hull(points, "surface of revolution")))
-    return tuple(pieces)
-
-
-def _concave_cuts(profile: FloatArray, first: int, last: int, slack: float) -> list[int]:
-    """Indices at which to cut so that each part's radius is nearly concave in z."""
-    if last - first < 2:
-        return []
-    z, r = profile[first : last + 1].T
-    # The upper hull of the outline; where it lies above the outline, the body has a waist.
-    gap = _upper_hull(z, r) - r
-    deepest = int(np.argmax(gap[1:-1])) + 1
-    if gap[deepest] <= slack:
-        return []
-    middle = first + deepest
-    left = _concave_cuts(profile, first, middle, slack)
-    return [*left, middle, *_concave_cuts(profile, middle, last, slack)]
-
-
-def _upper_hull(z: FloatArray, r: FloatArray) -> FloatArray:
-    """Values at z of the least concave function above r (Andrew's monotone chain)."""
-    chain: list[int] = []
-    for index in range(len(z)):
-        while len(chain) > 1:
-            a, b = chain[-2], chain[-1]
-            rise = (r[b] - r[a]) * (z[index] - z[a])
-            if rise > (r[index] - r[a]) * (z[b] - z[a]):
-                break
-            chain.pop()
-        chain.append(index)
-    return np.interp(z, z[chain], r[chain])
-
-
-def _meshed(name: str, shape: Inflated | Meshed, mesh: Mesh | None, decompose: Decompose) -> Solid:
+def _meshed(
+    name: str, shape: Inflated | Meshed | MeshedSupport, mesh: Mesh | None, decompose: Decompose
+) -> Solid:
     note = ""
     if mesh is not None:
         surface = (np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int32))

@@ -13,7 +13,7 @@ from physagent_studio.program.actions import (
     ApplyForce,
     SetVelocity,
 )
-from physagent_studio.program.scene import Slab
+from physagent_studio.program.scene import MeshedSupport, Slab
 from physagent_studio.simulation.contact_law import density_of
 from physagent_studio.simulation.solids import Solid
 
@@ -32,7 +32,7 @@ def substeps_for(program: PhysicalProgram, solids: tuple[Solid, ...]) -> int:
     scene, clip = program.scene, program.clip
     finest = clip.step_seconds / clip.substeps
     sizes = [float(solid.extent.min()) for solid in solids]
-    walls = [min(s.shape.size) for s in scene.supports if isinstance(s.shape, Slab)]
+    walls = [min(s.shape.size) for s in scene.supports if isinstance(s.shape, Slab | MeshedSupport)]
     for index, item in enumerate(scene.objects):
         others = [*sizes[:index], *sizes[index + 1 :], *walls]
         if not others:

@@ -85,7 +85,8 @@ class World:
 
     def kinetic(self, name: str) -> float:
         """J."""
-        v, w = self.velocity(name), self.angular(name)
+        w = self.angular(name)
+        v = self.velocity(name) + np.cross(w, self.centre(name) - self.position(name))
         return float(0.5 * self.mass(name) * v @ v + 0.5 * w @ self.inertia(name) @ w)
 
     def set_velocity(self, name: str, velocity: FloatArray) -> None:
@@ -135,11 +136,23 @@ class World:
         self.data.qvel[handle.velocity : handle.velocity + 6] = 0
         self.data.eq_active[handle.weld] = 1
 
-    def release(self, name: str) -> None:
-        """Ends `hold`; the object starts from rest."""
+    def pin(self, name: str, point: FloatArray) -> None:
+        """Holds a point (3,) of the body frame where it is now; the object may turn about it."""
         handle = self.handle(name)
-        self.data.eq_active[handle.weld] = 0
-        self.data.qvel[handle.velocity : handle.velocity + 6] = 0
+        self.data.mocap_pos[handle.anchor] = self.position(name) + self.rotation(name) @ point
+        self.place_pin(name, point)
+        self.data.eq_active[handle.pin] = 1
+
+    def place_pin(self, name: str, point: FloatArray) -> None:
+        """Tells the model which point of the body frame is held; not part of the state."""
+        self.compiled.model.eq_data[self.handle(name).pin, :6] = (0, 0, 0, *point)
+
+    def release(self, name: str) -> None:
+        """Ends `hold`, and the object starts from rest, or `pin`, and it keeps its motion."""
+        handle = self.handle(name)
+        if self.data.eq_active[handle.weld]:
+            self.data.qvel[handle.velocity : handle.velocity + 6] = 0
+        self.data.eq_active[[handle.weld, handle.pin]] = 0
         self.half_kick(name)
 
     def _anchor(self, handle: Handle) -> None:

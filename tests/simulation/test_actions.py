@@ -17,8 +17,10 @@ from physagent_studio.program.actions import (
     SetOrientation,
     SetPosition,
     SetVelocity,
+    When,
 )
-from physagent_studio.program.rotations import about_axis, angle_between, matrix_of
+from physagent_studio.program.contract import Moves
+from physagent_studio.program.rotations import about_axis, angle_between, matrices_of, matrix_of
 from physagent_studio.program.scene import Box, Landmark, Sphere
 from physagent_studio.simulation import simulate
 
@@ -339,3 +341,34 @@ def test_force_on_a_turned_body_stays_in_the_world():
     rollout = free(ApplyForce(id="push", name="box", force=(6, 0, 0), duration=10), objects=[box])
     assert rollout.velocities[-1, 0] == pytest.approx([6 * 0.1 / (500 * 0.006), 0, 0])
     assert matrix_of(rollout.rotations[-1, 0].tolist()) == pytest.approx(matrix_of(turn))
+
+
+def test_fix_object_by_a_point_makes_a_pendulum():
+    rod = thing("rod", Box(size=(0.02, 0.02, 0.4)), (0, 0, 1), rotation=about_axis((0, 1, 0), 0.1))
+    hang = FixObject(id="hang", name="rod", point=(0, 0, 0.2), duration=80)
+    rollout = simulate(program([rod], actions=[hang], seconds=3.2, substeps=10))
+    pivot = rollout.positions + np.einsum(
+        "tnij,j->tni", matrices_of(rollout.rotations), [0, 0, 0.2]
+    )
+    assert np.abs(pivot[:80] - pivot[0]).max() < 1e-4
+    # A rod swings about its end with T = 2π √(2 L / 3 g); half of it later it is on the far side.
+    half = math.pi * math.sqrt(2 * 0.4 / (3 * 9.81))
+    row = round(half / 0.01)
+    assert rollout.positions[row, 0, 0] == pytest.approx(0.4 * math.sin(0.1), abs=2e-3)
+    # Let go, it falls with the motion it has.
+    assert rollout.positions[-1, 0, 2] < 0
+
+
+def test_start_when_a_statement_holds():
+    kick = SetVelocity(
+        id="kick",
+        name="ball",
+        velocity=(0, 3, 0),
+        when=When(
+            statement=Moves(id="m", subject="ball", distance=0.3, direction="right"), delay=2
+        ),
+    )
+    rollout = free(SetVelocity(id="go", name="ball", velocity=(1, 0, 0)), kick)
+    # Looked at once a frame: step 32 is the first frame with 0.3 m behind it.
+    assert span(rollout, "kick").start == 34
+    assert rollout.velocities[-1, 0] == pytest.approx([0, 3, 0])

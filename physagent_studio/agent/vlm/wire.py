@@ -6,6 +6,7 @@ cancellable. Bodies are read here and not by the SDK, so that a reply of any siz
 
 from __future__ import annotations
 
+import importlib
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -84,15 +85,24 @@ def send(endpoint: Endpoint, payload: dict[str, Any], cancelled: Callable[[], bo
         seconds = endpoint.patience.timeout
         text = f"{endpoint.host} did not answer within {seconds:g} s"
         raise WireFailure("timeout", text, passing=True, billed=True) from None
-    except openai.APIConnectionError as error:
-        cause = error.__cause__
+    except (_Stop, openai.APIConnectionError, _transport_errors()) as error:
+        # Some releases of the SDK wrap what its transport raises, some do not.
+        cause = error.__cause__ if isinstance(error, openai.APIConnectionError) else error
         if isinstance(cause, _Stop):
             raise _status_failure(endpoint, cause.raw) from None
-        text = f"{endpoint.host} cannot be reached: {cause or error}"
+        text = f"no connection to {endpoint.host}: {cause or error}"
         raise WireFailure("no connection", text, passing=True) from None
     except openai.OpenAIError as error:
         raise WireFailure("malformed", f"{endpoint.host}: {error}", billed=True) from None
     return _answer(endpoint, raw)
+
+
+def _transport_errors() -> type[Exception]:
+    """The root of the errors of the HTTP library that the installed SDK stands on."""
+    import openai
+
+    base = openai.DefaultAsyncHttpxClient.__mro__[1]
+    return importlib.import_module(base.__module__.partition(".")[0]).HTTPError
 
 
 async def _post(endpoint: Endpoint, payload: dict[str, Any]) -> _Raw:

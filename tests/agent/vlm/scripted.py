@@ -79,6 +79,16 @@ def faster(speed: float, confidence: float = 0.8) -> dict[str, Any]:
     }
 
 
+def lower(shift: float) -> dict[str, Any]:
+    edit = {"op": "set", "path": "scene.objects.ball.position", "value": [shift, 3.0, 0.1]}
+    return {
+        "factor": "placement",
+        "rationale": "it floats",
+        "confidence": 0.6,
+        "hunks": [{"summary": "down to the floor", "edits": [edit]}],
+    }
+
+
 def holds(asked: Asked) -> bool:
     """Whether the measured contract that the verifier was shown holds."""
     return "[FAILS" not in asked.text("user")
@@ -97,6 +107,7 @@ def competent(asked: Asked) -> Reply:
         "EventReply": event,
         "StageOneReply": stage_one,
         "StageTwoReply": lambda: stage_two(holds(asked)),
+        "ScenePlan": lambda: lower(round(asked.number / 1000, 3)),
         "EventPlan": lambda: faster(round(speed_shown(asked) + 0.5, 2)),
     }
     return says(answers[asked.form]())

@@ -19,7 +19,7 @@ from physagent_studio.reconstruction import reconstruct
 from physagent_studio.records import Case, Image, Rollout, Scene
 from physagent_studio.rendering import Compositor
 from physagent_studio.session import Session
-from physagent_studio.simulation import simulate
+from physagent_studio.simulation import Simulator
 
 EVIDENCE_EVERY = 3
 """The paper shows its verifier x1, x4 … x79: every third frame from the first."""
@@ -51,6 +51,7 @@ class Engine:
     evidence: bool = True
     simulations: int = 0
     _scenes: dict[str, Scene] = field(default_factory=dict)
+    _simulator: Simulator = field(default_factory=Simulator)
 
     def crew(self) -> Crew:
         """The embedded agent in all three roles."""
@@ -95,7 +96,7 @@ class Engine:
         """One run of the physics engine."""
         self.control.check()
         self.simulations += 1
-        return simulate(program, scene.meshes, cancelled=self.control.cancelled)
+        return self._simulator.simulate(program, scene.meshes, cancelled=self.control.cancelled)
 
     def view(self, scene: Scene) -> Image | None:
         """The reconstruction seen by its own camera, to be held against the photo."""

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
@@ -52,8 +53,8 @@ def print_checks(checks: Sequence[Check]) -> None:
     for check in checks:
         mark = "[green]✓[/]" if check.ok else "[red]✗[/]"
         table.add_row(
-            mark,
-            check.text,
+            mark if check.demanded else "",
+            escape(check.text) if check.demanded else f"[dim]  part: {escape(check.text)}[/]",
             _number(check.measured, check.unit),
             _number(check.threshold, check.unit),
             f"{check.margin:+.3g}",

@@ -31,7 +31,7 @@ def report_of(state: LoopState, session: Session, seconds: float) -> dict[str, A
                 "ok": check.ok,
             }
             for check in checks
-            if not check.always_on
+            if check.demanded and not check.always_on
         ],
         "physics": [
             {"statement": check.text, "ok": check.ok} for check in checks if check.always_on

@@ -13,19 +13,28 @@ from physagent_studio.records.scene import Mesh
 from physagent_studio.rendering.raster import FloatArray, IntArray
 
 _CREASE = np.cos(np.radians(40))
+_CASTER_FACES = 500
+_CASTER_CELLS = 12
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Caster:
+    """What an object's shadow is cast from: rows (K,) of the batch's vertices, faces over them."""
+
+    rows: IntArray
+    faces: IntArray
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Edges:
-    """The unique edges of all meshes, and which faces meet there.
+    """The unique edges of all meshes, and which faces meet there, in the order of the objects.
 
-    ends: (E, 2) vertex rows. face, edge, sign: one row per face and side; sign is +1 where the
-    face runs along the edge as stored, −1 against it. owner: (E,) object of each edge.
+    ends: (E, 2) vertex rows. face, sign: (E, M), M the most faces at one edge; sign is +1 where
+    the face runs along the edge as stored, −1 against it, 0 for none. owner: (E,) object.
     """
 
     ends: IntArray
     face: IntArray
-    edge: IntArray
     sign: NDArray[np.int8]
     owner: IntArray
 
@@ -38,7 +47,8 @@ class Batch:
     for creases. faces: (F, 3). uv: (V, 2) pixels of the object's texture. owner, face_owner:
     object of each vertex and face. first: (N + 1,) where each object's vertices start.
     one_sided: (F,) faces of closed meshes. welded: (F, 3) like faces, but with one row for all
-    vertices of an object at the same place, which a texture's seam tells apart.
+    vertices of an object at the same place, which a texture's seam tells apart. casters: see
+    `Caster`, per object.
     """
 
     vertices: FloatArray
@@ -51,6 +61,7 @@ class Batch:
     one_sided: NDArray[np.bool_]
     edges: Edges
     welded: IntArray
+    casters: tuple[Caster, ...]
 
     @classmethod
     def of(cls, meshes: Sequence[Mesh]) -> Batch:
@@ -78,6 +89,7 @@ class Batch:
             one_sided=closed[face_owner],
             edges=edges,
             welded=welded,
+            casters=_casters(vertices, faces, first),
         )
 
     def placed(
@@ -154,23 +166,42 @@ def _uv(mesh: Mesh) -> FloatArray:
 
 def _edges(faces: IntArray, face_owner: IntArray) -> Edges:
     directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    forward = directed[:, 0] < directed[:, 1]
     low, high = directed.min(1).astype(np.int64), directed.max(1).astype(np.int64)
-    keys, edge = np.unique(low * 2**32 + high, return_inverse=True)
+    keys, edge, uses = np.unique(low * 2**32 + high, return_inverse=True, return_counts=True)
     ends = np.stack([keys >> 32, keys & 0xFFFFFFFF], 1).astype(np.int32)
-    face = np.tile(np.arange(len(faces), dtype=np.int32), 3)
-    owner = np.zeros(len(keys), np.int32)
-    owner[edge] = face_owner[face]
-    sign = np.where(forward, 1, -1).astype(np.int8)
-    return Edges(ends, face, edge.astype(np.int32), sign, owner)
+    order = np.argsort(edge, kind="stable")
+    row = edge[order]
+    slot = np.arange(len(row)) - (np.cumsum(uses) - uses)[row]
+    face = np.zeros((len(keys), max(int(uses.max(initial=0)), 1)), np.int32)
+    sign = np.zeros(face.shape, np.int8)
+    face[row, slot] = order % max(len(faces), 1)
+    sign[row, slot] = np.where(directed[order, 0] < directed[order, 1], 1, -1)
+    return Edges(ends, face, sign, face_owner[face[:, 0]])
 
 
 def _closed(edges: Edges, count: int) -> NDArray[np.bool_]:
     """Which objects have every edge between two faces that run along it in opposite ways."""
-    closed = np.zeros(count, bool)
-    uses = np.bincount(edges.edge, minlength=len(edges.ends))
-    balance = np.bincount(edges.edge, edges.sign, minlength=len(edges.ends))
+    uses = np.abs(edges.sign).sum(1)
+    balance = edges.sign.sum(1)
     bad = np.bincount(edges.owner[(uses % 2 == 1) | (balance != 0)], minlength=count)
     has_faces = np.bincount(edges.owner, minlength=count) > 0
-    closed[:] = has_faces & (bad[:count] == 0)
-    return closed
+    return has_faces & (bad[:count] == 0)
+
+
+def _casters(vertices: FloatArray, faces: list[IntArray], first: IntArray) -> tuple[Caster, ...]:
+    """A coarse copy of each mesh: vertices in one cell of a grid become one of them."""
+    found = []
+    for index, mine in enumerate(faces):
+        local = mine - first[index]
+        own = vertices[first[index] : first[index + 1]]
+        if len(local) > _CASTER_FACES:
+            cell = np.ptp(own, axis=0).max() / _CASTER_CELLS
+            grid = np.floor((own - own.min(0)) / max(cell, 1e-12)).astype(np.int64)
+            _, kept, group = np.unique(grid, axis=0, return_index=True, return_inverse=True)
+            local = kept[group.reshape(-1)][local]
+            a, b, c = local.T
+            local = np.unique(local[(a != b) & (b != c) & (c != a)], axis=0)
+        used, compact = np.unique(local, return_inverse=True)
+        rows = (used + first[index]).astype(np.int32)
+        found.append(Caster(rows, compact.reshape(-1, 3).astype(np.int32)))
+    return tuple(found)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +13,10 @@ from physagent_studio.rendering.coverage import Partial
 from physagent_studio.rendering.frame import Picture
 from physagent_studio.rendering.raster import FloatArray
 
-PhotoShare = Callable[[NDArray[np.int64], int], NDArray[np.float32]]
-"""Flat pixels (K,), object → share (K,) of the photo itself there, which needs no mixing."""
+PhotoShare = Callable[[NDArray[np.int64], NDArray[np.int32]], NDArray[np.float32]]
+"""Flat pixels and objects (K,) → share (K,) of the photo there, which needs no mixing."""
 
-_AROUND = ((0, -1), (0, 1), (-1, 0), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1))
+_AROUND = np.array([(0, -1), (0, 1), (-1, 0), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1)])
 
 
 def blend_outlines(
@@ -32,91 +34,71 @@ def blend_outlines(
     barrier: (H·W,) depth of static solids, inf for none. partial: covered share per object.
     photographed: see `PhotoShare`.
     """
-    hard = canvas.copy()
-    reach = [_mean_depth(ids, depth, i) for i in range(len(partial))]
-    for index in sorted(range(len(partial)), key=lambda i: -reach[i]):
-        if np.isfinite(reach[index]) and len(partial[index].pixel):
-            _blend(canvas, hard, backdrop, ids, depth, barrier, partial[index], photographed, index)
-
-
-def _mean_depth(ids: NDArray[np.int16], depth: NDArray[np.float32], index: int) -> float:
-    mine = depth[ids == index]
-    return float(mine.mean()) if len(mine) else np.inf
-
-
-def _blend(
-    canvas: Picture,
-    hard: Picture,
-    backdrop: Picture,
-    ids: NDArray[np.int16],
-    depth: NDArray[np.float32],
-    barrier: FloatArray,
-    partial: Partial,
-    photographed: PhotoShare,
-    index: int,
-) -> None:
-    height, width = ids.shape
-    y, x = np.divmod(partial.pixel, width)
-    share = partial.share[:, None]
-    here = ids[y, x] == index
-    own, own_weight, own_depth = _gather(hard, ids, depth, y, x, index, width, height)
-    under, under_weight = _others(hard, backdrop, ids, depth, y, x, index, width, height)
-    now = canvas[y, x].astype(np.float32)
+    shown = np.unique(ids)
+    parts = [(i, partial[i]) for i in shown[shown >= 0] if len(partial[i].pixel)]
+    if not parts:
+        return
+    pixel = np.concatenate([part.pixel for _, part in parts])
+    owner = np.concatenate([np.full(len(part.pixel), i, np.int32) for i, part in parts])
+    share = np.concatenate([part.share for _, part in parts])[:, None]
+    around = _Around.of(canvas, ids, depth, pixel)
+    mine = around.ids == owner[:, None]
+    here = ids.ravel()[pixel] == owner
+    now = canvas.reshape(-1, 3)[pixel].astype(np.float32)
     # Inside: let what is behind shine through. Outside: let the object reach into the pixel.
-    behind = np.where(under_weight > 0, under, now)
-    inner = share * now + (1 - share) * behind
-    outer = share * own + (1 - share) * now
-    before = (own_depth < depth[y, x]) & (own_depth < barrier[partial.pixel])
-    mixed = np.where(here[:, None], inner, np.where((own_weight > 0) & before[:, None], outer, now))
-    mixed += (now - mixed) * photographed(partial.pixel, index)[:, None]
-    canvas[y, x] = np.clip(mixed + 0.5, 0, 255).astype(np.uint8)
+    own, own_count = _mean(around.colors, mine)
+    plate = backdrop.reshape(-1, 3)[pixel].astype(np.float32)
+    under = _under(around, mine, plate, depth.ravel()[pixel], now)
+    own_depth = np.where(mine, around.depth, np.inf).min(1)
+    before = (own_depth < depth.ravel()[pixel]) & (own_depth < barrier[pixel]) & (own_count > 0)
+    outer = np.where(before[:, None], share * own + (1 - share) * now, now)
+    mixed = np.where(here[:, None], share * now + (1 - share) * under, outer)
+    mixed += (now - mixed) * photographed(pixel, owner)[:, None]
+    # Where two outlines share a pixel the nearer object has the last word.
+    order = np.argsort(-np.where(here, depth.ravel()[pixel], own_depth), kind="stable")
+    result = np.clip(mixed + 0.5, 0, 255).astype(np.uint8)
+    changed = order[here[order] | before[order]]
+    canvas.reshape(-1, 3)[pixel[changed]] = result[changed]
 
 
-def _gather(
-    hard: Picture,
-    ids: NDArray[np.int16],
-    depth: NDArray[np.float32],
-    y: NDArray,
-    x: NDArray,
-    index: int,
-    width: int,
-    height: int,
-) -> tuple[NDArray, NDArray, NDArray]:
-    """Mean colour and depth of the object in the pixels around, with how many there are."""
-    total = np.zeros((len(y), 3), np.float32)
-    weight = np.zeros((len(y), 1), np.float32)
-    distance = np.zeros(len(y), np.float32)
-    for dy, dx in _AROUND:
-        ny, nx = np.clip(y + dy, 0, height - 1), np.clip(x + dx, 0, width - 1)
-        mine = ids[ny, nx] == index
-        total += np.where(mine[:, None], hard[ny, nx], 0)
-        distance += np.where(mine, depth[ny, nx], 0)
-        weight += mine[:, None]
-    safe = np.maximum(weight, 1)
-    return total / safe, weight, distance / safe[:, 0]
+@dataclass(frozen=True, eq=False, slots=True)
+class _Around:
+    """The eight pixels around each of K: ids and depth (K, 8), colors (K, 8, 3)."""
+
+    ids: NDArray[np.int16]
+    depth: NDArray[np.float32]
+    colors: NDArray[np.uint8]
+
+    @classmethod
+    def of(
+        cls,
+        canvas: Picture,
+        ids: NDArray[np.int16],
+        depth: NDArray[np.float32],
+        pixel: NDArray[np.int64],
+    ) -> Self:
+        height, width = ids.shape
+        y, x = np.divmod(pixel, width)
+        ny = np.clip(y[:, None] + _AROUND[:, 0], 0, height - 1)
+        nx = np.clip(x[:, None] + _AROUND[:, 1], 0, width - 1)
+        flat = ny * width + nx
+        return cls(ids.ravel()[flat], depth.ravel()[flat], canvas.reshape(-1, 3)[flat])
 
 
-def _others(
-    hard: Picture,
-    backdrop: Picture,
-    ids: NDArray[np.int16],
-    depth: NDArray[np.float32],
-    y: NDArray,
-    x: NDArray,
-    index: int,
-    width: int,
-    height: int,
-) -> tuple[NDArray, NDArray]:
-    """Mean colour of what is behind the object around each pixel, with how many there are."""
-    total = np.zeros((len(y), 3), np.float32)
-    weight = np.zeros((len(y), 1), np.float32)
-    plate = backdrop[y, x].astype(np.float32)
-    mine_depth = depth[y, x]
-    for dy, dx in _AROUND:
-        ny, nx = np.clip(y + dy, 0, height - 1), np.clip(x + dx, 0, width - 1)
-        other = ids[ny, nx]
-        empty = (other < 0)[:, None]
-        behind = ((other >= 0) & (other != index) & (depth[ny, nx] > mine_depth))[:, None]
-        total += np.where(empty, plate, np.where(behind, hard[ny, nx], 0))
-        weight += empty | behind
-    return total / np.maximum(weight, 1), weight
+def _mean(colors: NDArray, chosen: NDArray[np.bool_]) -> tuple[NDArray, NDArray]:
+    """Mean (K, 3) of the chosen of eight colours, and how many there are."""
+    count = chosen.sum(1)
+    total = np.einsum("ke,kec->kc", chosen.astype(np.float32), colors.astype(np.float32))
+    return total / np.maximum(count, 1)[:, None], count
+
+
+def _under(
+    around: _Around, mine: NDArray[np.bool_], plate: NDArray, depth: NDArray, now: NDArray
+) -> NDArray:
+    """What lies behind an object at its outline (K, 3): the plate, or objects farther away."""
+    empty = around.ids < 0
+    behind = ~mine & ~empty & (around.depth > depth[:, None])
+    others, count = _mean(around.colors, behind)
+    free = empty.sum(1)
+    total = (others * count[:, None] + plate * free[:, None]) / np.maximum(count + free, 1)[:, None]
+    return np.where((count + free > 0)[:, None], total, now)

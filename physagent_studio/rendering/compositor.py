@@ -154,7 +154,7 @@ class Compositor:
         depth.ravel()[hits.pixel] = hits.depth
         partial = partial_pixels(self._batch, points, self.lens)
 
-        def photographed(pixel: NDArray[np.int64], index: int) -> NDArray[np.float32]:
+        def photographed(pixel: NDArray[np.int64], index: NDArray[np.int32]) -> NDArray[np.float32]:
             return self._scenery.shares(pixel, index, standing)
 
         blend_outlines(canvas, backdrop, ids, depth, self._stage.depth, partial, photographed)

@@ -39,26 +39,31 @@ def partial_pixels(batch: Batch, points: FloatArray, lens: Lens) -> list[Partial
     np.logical_or.at(behind, batch.owner, points[:, 2] < NEAR)
     pixels = lens.project(np.maximum(points, (-np.inf, -np.inf, NEAR)))
     weight = _outline_weight(batch, pixels)
+    outline = np.flatnonzero(weight)
+    start = np.searchsorted(batch.edges.owner[outline], np.arange(count + 1))
     result = []
     for index in range(count):
-        edge = np.flatnonzero((batch.edges.owner == index) & (weight != 0))
+        edge = outline[start[index] : start[index + 1]]
         if behind[index] or not len(edge):
             result.append(nothing)
             continue
         ends = pixels[batch.edges.ends[edge]]
-        result.append(_partial(ends, weight[edge], lens))
+        result.append(_partial(ends, weight[edge].astype(float), lens))
     return result
 
 
-def _outline_weight(batch: Batch, pixels: FloatArray) -> FloatArray:
+def _outline_weight(batch: Batch, pixels: FloatArray) -> NDArray[np.int8]:
     """(E,) how often the seen patch runs along each edge, as stored minus against."""
-    a, b, c = (pixels[batch.faces[:, i]] for i in range(3))
-    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (c[:, 0] - a[:, 0]) * (b[:, 1] - a[:, 1])
+    x, y = pixels.T
+    a, b, c = batch.faces.T
+    area = (x[b] - x[a]) * (y[c] - y[a]) - (x[c] - x[a]) * (y[b] - y[a])
     # Rows grow downwards, so a face that looks at the camera runs clockwise: negative area.
-    facing = np.where(area < 0, 1.0, np.where(batch.one_sided, 0.0, -1.0))
+    facing = np.where(area < 0, np.int8(1), np.where(batch.one_sided, np.int8(0), np.int8(-1)))
     edges = batch.edges
-    directed = edges.sign * facing[edges.face]
-    return np.bincount(edges.edge, directed, len(edges.ends)).astype(np.float64)
+    total = np.zeros(len(edges.ends), np.int8)
+    for slot in range(edges.face.shape[1]):
+        total += edges.sign[:, slot] * facing[edges.face[:, slot]]
+    return total
 
 
 def _partial(ends: FloatArray, weight: FloatArray, lens: Lens) -> Partial:

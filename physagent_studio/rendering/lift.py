@@ -78,7 +78,7 @@ def _regrown(
         _shifted(enlarged(clear.astype(np.float32), step, plate.shape), shift), step, deep.shape
     )
     share = share * enlarged(cv2.GaussianBlur(good, (0, 0), 2), step, plate.shape)[..., None]
-    return bright * (1 - share) + donor * lit * share
+    return np.asarray(bright * (1 - share) + donor * lit * share, np.float32)
 
 
 def _best_shift(

@@ -75,19 +75,17 @@ def facets(points: FloatArray, faces: IntArray, lens: Lens, one_sided: NDArray[n
     points: (V, 3) camera frame. faces: (F, 3), counter-clockwise from outside.
     one_sided: (F,) faces whose back is never drawn (those of closed meshes).
     """
-    a, b, c = (points[faces[:, i]] for i in range(3))
+    k, rows = _candidates(points, faces, lens, one_sided)
+    a, b, c = (points[faces[k, i]] for i in range(3))
     bc = _cross(b, c)
     volume = np.einsum("ij,ij->i", a, bc)
     # A face looks at the camera where its outward normal does: A·n < 0, and A·n is the volume.
-    nearest, farthest = _range(points[:, 2], faces)
-    keep = (np.abs(volume) > 1e-18) & (farthest > NEAR) & ((volume < 0) | ~one_sided)
-    rows = _rows(points, faces, lens, nearest)
-    keep &= rows[:, 0] <= rows[:, 1]
-    k = np.flatnonzero(keep).astype(np.int32)
-    a, b, c, bc, volume = a[k], b[k], c[k], bc[k], volume[k]
+    seen = np.flatnonzero((np.abs(volume) > 1e-18) & ((volume < 0) | ~one_sided[k]))
+    if len(seen) < len(k):
+        k, rows, a, b, c, bc, volume = (v[seen] for v in (k, rows, a, b, c, bc, volume))
     edges = np.stack([bc, _cross(c, a), _cross(a, b)], 1) / volume[:, None, None]
-    edges = edges / np.array([lens.focal, lens.focal, 1.0])
-    return Facets(k, edges, edges.sum(1), rows[k])
+    edges[:, :, :2] /= lens.focal
+    return Facets(k, edges, edges.sum(1), rows)
 
 
 def flat_facets(points: FloatArray, depth: FloatArray, faces: IntArray, size: int) -> Facets:
@@ -160,14 +158,31 @@ def _range(values: FloatArray, faces: IntArray) -> tuple[FloatArray, FloatArray]
     return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
 
 
-def _rows(points: FloatArray, faces: IntArray, lens: Lens, nearest: FloatArray) -> IntArray:
-    """First and last pixel row (F, 2) of each face; all rows where it reaches behind."""
-    safe = np.maximum(points[:, 2], NEAR)
-    top, bottom = _range(lens.focal * points[:, 1] / safe + lens.cy, faces)
-    rows = np.stack([np.ceil(top - 0.5 - _SLACK), np.floor(bottom - 0.5 + _SLACK)], 1)
-    rows = np.clip(rows, (0, -1), (lens.height, lens.height - 1)).astype(np.int32)
-    rows[nearest < NEAR] = (0, lens.height - 1)
-    return rows
+def _candidates(
+    points: FloatArray, faces: IntArray, lens: Lens, one_sided: NDArray[np.bool_]
+) -> tuple[IntArray, IntArray]:
+    """Faces that may touch a pixel, and their first and last row (K, 2), from their corners.
+
+    Most faces of a mesh look away or lie between rows; they go before anything costly.
+    """
+    behind = points[:, 2] < NEAR
+    scale = lens.focal / np.where(behind, 1.0, points[:, 2])
+    x, y = points[:, 0] * scale, points[:, 1] * scale + lens.cy
+    top, bottom = _range(y, faces)
+    rows = np.stack([np.ceil(top - (0.5 + _SLACK)), np.floor(bottom - (0.5 - _SLACK))], 1)
+    np.clip(rows, (0, -1), (lens.height, lens.height - 1), out=rows)
+    keep = rows[:, 0] <= rows[:, 1]
+    left, right = _range(x, faces)
+    keep &= (right > -lens.cx) & (left < lens.width - lens.cx)
+    a, b, c = (faces[:, i] for i in range(3))
+    area = (x[b] - x[a]) * (y[c] - y[a]) - (x[c] - x[a]) * (y[b] - y[a])
+    keep &= (area < 0) | ~one_sided
+    if behind.any():
+        count = behind[a].astype(np.int8) + behind[b] + behind[c]
+        keep = np.where(count > 0, count < 3, keep)
+        rows[count > 0] = (0, lens.height - 1)
+    k = np.flatnonzero(keep).astype(np.int32)
+    return k, rows[k].astype(np.int32)
 
 
 def _expand(first: IntArray, last: IntArray) -> tuple[IntArray, IntArray]:

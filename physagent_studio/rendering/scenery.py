@@ -63,10 +63,10 @@ class Scenery:
         """(N,) how much each object is still where the photo shows it; 0 without a photo."""
         if self.settled is None:
             return np.zeros(len(self.lights[0][1].batch.first) - 1)
-        return self.settled.weights(self.lights[0][1].batch, points)
+        return self.settled.weights(points)
 
     def shares(
-        self, pixel: NDArray[np.int64], owner: NDArray[np.int32] | int, standing: FloatArray
+        self, pixel: NDArray[np.int64], owner: NDArray[np.int32], standing: FloatArray
     ) -> NDArray[np.float32]:
         """(K,) how much of the photo still holds at pixels of objects; 0 without a photo."""
         if self.settled is None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.rendering.batch import Batch
 from physagent_studio.rendering.frame import Picture
-from physagent_studio.rendering.raster import NEAR, FloatArray, Lens
+from physagent_studio.rendering.raster import NEAR, FloatArray, IntArray, Lens
 
 _STILL = 0.25
 """Pixels of motion that nobody sees."""
@@ -31,13 +31,16 @@ class Settled:
     """Pixels in which photo and plate differ, each with the object that is the reason.
 
     pixel: (K,) flat, where photo and plate differ. near: (H·W,) the object whose mask is
-    nearest, −1 without masks. photo: (H·W, 3). outline: (V, 2) pixels of all vertices at the
-    initial pose. size: (N,) pixels across each object.
+    nearest, −1 without masks. photo: (H·W, 3). rows: (K,) vertices that tell motion; owner:
+    (K,) their object; outline: (K, 2) their pixels at the initial pose. size: (N,) pixels
+    across each object.
     """
 
     pixel: NDArray[np.int64]
     near: NDArray[np.int32]
     photo: Picture
+    rows: IntArray
+    owner: IntArray
     outline: FloatArray
     size: FloatArray
     lens: Lens
@@ -55,15 +58,20 @@ class Settled:
         """Prepare; points: (V, 3) camera frame, initial pose. masks: (H, W) per object."""
         near = _nearest_mask(masks, photo.shape[:2]).ravel()
         pixel = np.flatnonzero((photo != plate).any(-1).ravel() & (near >= 0))
-        outline = _projected(points, lens)
         flat = np.ascontiguousarray(photo).reshape(-1, 3)
-        return cls(pixel, near, flat, outline, _sizes(batch, outline), lens)
+        rows = np.concatenate([caster.rows for caster in batch.casters] or [[]]).astype(np.int32)
+        outline, owner = _projected(points[rows], lens), batch.owner[rows]
+        size = _sizes(outline, owner, len(batch.casters))
+        return cls(pixel, near, flat, rows, owner, outline, size, lens)
 
-    def weights(self, batch: Batch, points: FloatArray) -> FloatArray:
-        """(N,) how much each object is still where the photo shows it: 1 exactly, 0 not at all."""
-        moved = np.linalg.norm(_projected(points, self.lens) - self.outline, axis=1)
+    def weights(self, points: FloatArray) -> FloatArray:
+        """(N,) how much each object is still where the photo shows it: 1 exactly, 0 not at all.
+
+        points: (V, 3) camera frame, now.
+        """
+        moved = np.linalg.norm(_projected(points[self.rows], self.lens) - self.outline, axis=1)
         farthest = np.zeros(len(self.size))
-        np.maximum.at(farthest, batch.owner, moved)
+        np.maximum.at(farthest, self.owner, moved)
         reach = np.clip(_GONE * self.size, *_PIXELS)
         return 1 - np.clip((farthest - _STILL) / reach, 0, 1)
 
@@ -81,7 +89,7 @@ class Settled:
         return result
 
     def shares(
-        self, pixel: NDArray[np.int64], owner: NDArray[np.int32] | int, weights: FloatArray
+        self, pixel: NDArray[np.int64], owner: NDArray[np.int32], weights: FloatArray
     ) -> NDArray[np.float32]:
         """(K,) how much of the photo still holds at pixels where objects are drawn.
 
@@ -104,10 +112,10 @@ def _projected(points: FloatArray, lens: Lens) -> FloatArray:
     return lens.project(np.maximum(points, (-np.inf, -np.inf, NEAR)))
 
 
-def _sizes(batch: Batch, outline: FloatArray) -> FloatArray:
-    sizes = np.zeros(len(batch.first) - 1)
-    for index in range(len(sizes)):
-        mine = outline[batch.first[index] : batch.first[index + 1]]
+def _sizes(outline: FloatArray, owner: IntArray, count: int) -> FloatArray:
+    sizes = np.zeros(count)
+    for index in range(count):
+        mine = outline[owner == index]
         sizes[index] = np.ptp(mine, axis=0).max() if len(mine) else 0.0
     return sizes
 

@@ -8,7 +8,7 @@ that it is dark and sharp at contact and fades as the object rises.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Self
 
 import cv2
@@ -16,9 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.rendering.batch import Batch
-from physagent_studio.rendering.raster import FloatArray, Lens, flat_facets, scan
+from physagent_studio.rendering.raster import NEAR, FloatArray, Lens, flat_facets, scan
 
 _TILE = 64
+_FADED = 3.0
+"""Shadows end at this many times the distance over which they fade to 1/e."""
 _REACH = 2.0
 """A tile spans this many bounding radii to each side of its object."""
 _BLUR = (0.8, 2.5, 6.0)
@@ -50,111 +52,187 @@ class Lamp:
 class Ground:
     """The points that can receive a shadow, on a coarse grid of the picture.
 
-    shape: (h, w) of the grid. step: pixels from one cell to the next. cells: (K,) flat cells
-    that show the floor or a support. points: (K, 3) world, m.
+    points: (h, w, 3) world, m, inf where there is no ground. step: pixels from cell to cell.
+    lens, origin, matrix: the camera over this grid, its pixels the cells.
     """
 
-    shape: tuple[int, int]
-    step: int
-    cells: NDArray[np.int64]
     points: FloatArray
+    step: int
+    lens: Lens
+    origin: FloatArray
+    matrix: FloatArray
 
-    def only(self, wanted: NDArray[np.bool_]) -> Ground:
-        """Those cells that `wanted` (h, w) has."""
-        keep = wanted.ravel()[self.cells]
-        return Ground(self.shape, self.step, self.cells[keep], self.points[keep])
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(h, w)."""
+        return self.points.shape[0], self.points.shape[1]
+
+    def window(self, corners: FloatArray) -> tuple[slice, slice]:
+        """Rows and columns that world points (K, 3) span; all if one lies behind the camera."""
+        local = (corners - self.origin) @ self.matrix
+        if (local[:, 2] < NEAR).any():
+            return slice(None), slice(None)
+        pixels = self.lens.project(local)
+        low = np.floor(pixels.min(0)).clip(0, (self.shape[1], self.shape[0])).astype(int)
+        high = np.ceil(pixels.max(0)).clip(0, (self.shape[1], self.shape[0])).astype(int)
+        return slice(int(low[1]), int(high[1])), slice(int(low[0]), int(high[0]))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Shadows:
-    """One lamp over one ground. places: (K, 3) the ground's points in the lamp's frame."""
+    """One lamp over one ground. places: (3, h, w) float32, the ground in the lamp's frame."""
 
     batch: Batch
     ground: Ground
     lamp: Lamp
-    places: FloatArray = field(repr=False)
+    axes: FloatArray
+    places: NDArray[np.float32]
 
     @classmethod
     def of(cls, batch: Batch, ground: Ground, lamp: Lamp) -> Self:
         """Prepare a lamp."""
-        return cls(batch, ground, lamp, ground.points @ lamp.axes.T)
+        axes = lamp.axes
+        with np.errstate(invalid="ignore"):
+            places = np.einsum("ij,hwj->ihw", axes, ground.points).astype(np.float32)
+        return cls(batch, ground, lamp, axes, np.nan_to_num(places, nan=np.inf))
 
     def blocked(self, world: FloatArray, weights: FloatArray) -> NDArray[np.float32]:
         """Share of the lamp's light (h, w) that objects keep from the ground, 0 … 1.
 
         world: (V, 3) vertices of all objects. weights: (N,) how much each object counts.
         """
-        passing = np.ones(self.ground.shape[0] * self.ground.shape[1], np.float32)
-        axes = self.lamp.axes
-        for index in range(len(self.batch.first) - 1):
-            points = world[self.batch.first[index] : self.batch.first[index + 1]]
-            if len(points) and weights[index] > 0:
-                cells, shade = self._shade(points @ axes.T, index)
-                passing[cells] *= (1 - weights[index] * shade).astype(np.float32)
-        return (1 - passing).reshape(self.ground.shape)
+        passing = np.ones(self.ground.shape, np.float32)
+        casters = self.batch.casters
+        active = [i for i in range(len(casters)) if weights[i] > 0 and len(casters[i].faces)]
+        if not active:
+            return 1 - passing
+        clouds = [_Cloud.of(world[casters[i].rows] @ self.axes.T) for i in active]
+        tiles = _tiles(clouds, [casters[i].faces for i in active])
+        for place, (index, cloud) in enumerate(zip(active, clouds, strict=True)):
+            self._shade(passing, cloud, tiles, place, float(weights[index]))
+        return 1 - passing
 
-    def _shade(self, points: FloatArray, index: int) -> tuple[NDArray[np.int64], FloatArray]:
-        """Cells near an object's shadow, and how much of the light it keeps from each."""
-        low, high = points.min(0), points.max(0)
-        centre = (low + high) / 2
-        radius = float(max(high[0] - low[0], high[1] - low[1], 1e-6)) / 2
-        texel = 2 * _REACH * radius / _TILE
-        offset = self.places - centre
-        near = np.flatnonzero(
-            (np.abs(offset[:, 0]) < _REACH * radius)
-            & (np.abs(offset[:, 1]) < _REACH * radius)
-            & (offset[:, 2] > low[2] - centre[2])
+    def _shade(
+        self,
+        passing: NDArray[np.float32],
+        cloud: _Cloud,
+        tiles: _Tiles,
+        place: int,
+        weight: float,
+    ) -> None:
+        """Darken the ground by one object, whose tile is number `place`."""
+        centre, reach, texel = cloud.centre, cloud.reach, cloud.texel
+        farthest = cloud.depth / 2 + _FADED * self.lamp.reach * cloud.radius
+        window = self.ground.window(self._corners(centre, reach, -cloud.depth / 2, farthest))
+        x, y, along = (self.places[axis][window] for axis in range(3))
+        near = (np.abs(x - centre[0]) < reach) & (np.abs(y - centre[1]) < reach)
+        near &= (
+            np.abs(along - (centre[2] + (farthest - cloud.depth / 2) / 2))
+            < (farthest + cloud.depth / 2) / 2
         )
-        if not len(near):
-            return self.ground.cells[near], np.zeros(0)
-        faces = self.batch.faces[self.batch.face_owner == index] - self.batch.first[index]
-        layers, bottom = _tile((points - centre) / texel, faces)
-        offset = offset[near] / texel
-        at = offset[:, :2].astype(np.float32) + np.float32(_TILE / 2 - 0.5)
-        gap = offset[:, 2] - _sample(bottom, at)
-        shade = _soft(layers, at, np.maximum(gap, 0), self.lamp.penumbra)
+        row, column = np.nonzero(near)
+        if not len(row):
+            return
+        across = np.stack([x[row, column] - centre[0], y[row, column] - centre[1]], 1) / texel
+        at = tiles.places((across + (_TILE / 2 - 0.5)).astype(np.float32), place)
+        gap = (along[row, column] - centre[2]) / texel - at.sample(tiles.bottom)
+        shade = _soft(tiles.layers, at, np.maximum(gap, 0), self.lamp.penumbra)
         # Right at the surface that casts it, estimation noise must not switch the shadow off.
         shade *= np.clip(1 + gap / 3, 0, 1)
-        shade *= np.exp(-np.maximum(gap, 0) * texel / (self.lamp.reach * radius))
-        return self.ground.cells[near], shade
+        shade *= np.exp(-np.maximum(gap, 0) * texel / (self.lamp.reach * cloud.radius))
+        passing[window][row, column] *= (1 - weight * shade).astype(np.float32)
+
+    def _corners(self, centre: FloatArray, reach: float, near: float, far: float) -> FloatArray:
+        """World corners (8, 3) of the space that an object at `centre` (lamp frame) can shade."""
+        box = np.array(
+            [(x, y, z) for x in (-reach, reach) for y in (-reach, reach) for z in (near, far)]
+        )
+        return (box + centre) @ self.axes
 
 
-def _tile(points: FloatArray, faces: NDArray[np.int32]) -> tuple[list[NDArray], NDArray]:
-    """Blurred masks and the depth of the lower surface, all (_TILE, _TILE), in texels."""
-    lens = Lens(_TILE, _TILE, 1.0, _TILE / 2, _TILE / 2)
-    prepared = flat_facets(points[:, :2], points[:, 2], faces, _TILE)
+@dataclass(frozen=True, eq=False, slots=True)
+class _Cloud:
+    """An object's vertices (K, 3) in the lamp's frame; radius across it, depth along it, m."""
+
+    points: FloatArray
+    centre: FloatArray
+    radius: float
+    depth: float
+
+    @classmethod
+    def of(cls, points: FloatArray) -> Self:
+        low, high = points.min(0), points.max(0)
+        radius = float(max(high[0] - low[0], high[1] - low[1], 1e-6)) / 2
+        return cls(points, (low + high) / 2, radius, float(high[2] - low[2]))
+
+    @property
+    def reach(self) -> float:
+        return _REACH * self.radius
+
+    @property
+    def texel(self) -> float:
+        return 2 * self.reach / _TILE
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Places:
+    """Where (K,) samples lie on the row of tiles: flat corner, and how far to the next texel."""
+
+    corner: NDArray[np.int64]
+    fx: NDArray[np.float32]
+    fy: NDArray[np.float32]
+    width: int
+
+    def sample(self, image: NDArray[np.float32]) -> NDArray:
+        flat, corner, below = image.ravel(), self.corner, self.corner + self.width
+        top = flat[corner] * (1 - self.fx) + flat[corner + 1] * self.fx
+        under = flat[below] * (1 - self.fx) + flat[below + 1] * self.fx
+        return top * (1 - self.fy) + under * self.fy
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Tiles:
+    """A row of tiles, one per object: blurred masks, and the depth of the lower surface."""
+
+    layers: list[NDArray[np.float32]]
+    bottom: NDArray[np.float32]
+
+    def places(self, at: NDArray[np.float32], tile: int) -> _Places:
+        """Texel positions (K, 2) within a tile, kept inside it."""
+        at = np.clip(at, 0, np.float32(_TILE - 1.001))
+        whole = at.astype(np.int64)
+        width = self.bottom.shape[1]
+        corner = whole[:, 1] * width + whole[:, 0] + tile * _TILE
+        return _Places(corner, at[:, 0] - whole[:, 0], at[:, 1] - whole[:, 1], width)
+
+
+def _tiles(clouds: list[_Cloud], faces: list[NDArray[np.int32]]) -> _Tiles:
+    """All objects in one scan, side by side, each in texels of its own."""
+    width = _TILE * len(clouds)
+    lens = Lens(width, _TILE, 1.0, width / 2, _TILE / 2)
+    points = [(cloud.points - cloud.centre) / cloud.texel for cloud in clouds]
+    for place, mine in enumerate(points):
+        mine[:, 0] += _TILE * (place + 0.5) - width / 2
+    first = np.cumsum([0] + [len(mine) for mine in points[:-1]])
+    joined = np.concatenate([own + start for own, start in zip(faces, first, strict=True)])
+    together = np.concatenate(points)
+    prepared = flat_facets(together[:, :2], together[:, 2], joined.astype(np.int32), _TILE)
     pixel, _, depth = scan(prepared, lens)
-    mask = np.zeros(_TILE * _TILE, np.float32)
-    mask[pixel] = 1
+    mask = np.zeros((_TILE, width), np.float32)
+    mask.ravel()[pixel] = 1
     filled = np.zeros_like(mask)
-    filled[pixel] = depth
-    mask, filled = mask.reshape(_TILE, _TILE), filled.reshape(_TILE, _TILE)
-    layers = [np.asarray(cv2.GaussianBlur(mask, (0, 0), sigma)) for sigma in _BLUR]
-    wide = cv2.GaussianBlur(mask, (0, 0), 4.0)
-    bottom = cv2.GaussianBlur(filled, (0, 0), 4.0) / np.maximum(wide, 1e-4)
-    return layers, np.where(mask > 0, filled, bottom)
+    filled.ravel()[pixel] = depth
+    layers = [np.asarray(cv2.GaussianBlur(mask, (0, 0), sigma), np.float32) for sigma in _BLUR]
+    wide = np.asarray(cv2.GaussianBlur(mask, (0, 0), 4.0))
+    bottom = np.asarray(cv2.GaussianBlur(filled, (0, 0), 4.0)) / np.maximum(wide, 1e-4)
+    return _Tiles(layers, np.where(mask > 0, filled, bottom).astype(np.float32))
 
 
 def _soft(
-    layers: list[NDArray], at: NDArray[np.float32], gap: FloatArray, penumbra: float
-) -> FloatArray:
+    layers: list[NDArray[np.float32]], at: _Places, gap: NDArray, penumbra: float
+) -> NDArray:
     """Share of the light that is blocked (K,), blurred by the distance `gap` in texels."""
-    sigma = _BLUR[0] + gap * penumbra
-    place = np.interp(sigma, _BLUR, (0.0, 1.0, 2.0))
-    values = np.stack([_sample(layer, at) for layer in layers])
-    lower = np.minimum(place.astype(np.int64), 1)
-    share = place - lower
-    rows = np.arange(len(place))
-    return values[lower, rows] * (1 - share) + values[lower + 1, rows] * share
-
-
-def _sample(tile: NDArray, at: NDArray[np.float32]) -> FloatArray:
-    x = np.clip(at[:, 0], 0, _TILE - 1.001)
-    y = np.clip(at[:, 1], 0, _TILE - 1.001)
-    x0, y0 = x.astype(np.int64), y.astype(np.int64)
-    fx, fy = x - x0, y - y0
-    flat = tile.ravel()
-    corner = y0 * _TILE + x0
-    top = flat[corner] * (1 - fx) + flat[corner + 1] * fx
-    under = flat[corner + _TILE] * (1 - fx) + flat[corner + _TILE + 1] * fx
-    return top * (1 - fy) + under * fy
+    place = np.interp(_BLUR[0] + gap * penumbra, _BLUR, (0.0, 1.0, 2.0)).astype(np.float32)
+    sharp, middle, soft = (at.sample(layer) for layer in layers)
+    first, second = np.clip(place, 0, 1), np.clip(place - 1, 0, 1)
+    return (sharp * (1 - first) + middle * first) * (1 - second) + soft * second

@@ -176,8 +176,10 @@ def _ground(state: SceneState, meshes: Mapping[str, Mesh], camera: Camera, lens:
     rays, origin = pixel_rays(camera, coarse), np.array(camera.position, float)
     depth, _ = _nearest(_solid_meshes(state, meshes), camera, coarse)
     depth = np.minimum(depth, _planes_depth(state, origin, rays))
-    cells = np.flatnonzero(np.isfinite(depth))
-    return Ground((size[1], size[0]), k, cells, origin + rays[cells] * depth[cells, None])
+    with np.errstate(invalid="ignore"):
+        points = origin + rays * depth[:, None]
+    points[~np.isfinite(depth)] = np.inf
+    return Ground(points.reshape(size[1], size[0], 3), k, coarse, origin, camera.matrix)
 
 
 def _solid_meshes(state: SceneState, meshes: Mapping[str, Mesh]) -> list[Mesh]:

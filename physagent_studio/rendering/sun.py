@@ -78,16 +78,16 @@ def estimate_sun(
         return DEFAULT, None
     everyone = np.ones(len(batch.first) - 1)
     looked_at = shading.usable & _checkered(ground.shape)
-    sparse, grey = ground.only(looked_at), -shading.darkness.mean(-1)[looked_at]
+    grey = -shading.darkness.mean(-1)[looked_at]
     best, lamp = _AGREES, None
     for candidate in _sky():
-        blocked = Shadows.of(batch, sparse, candidate).blocked(world, everyone)[looked_at]
+        blocked = Shadows.of(batch, ground, candidate).blocked(world, everyone)[looked_at]
         agreement = _correlation(blocked, grey)
         if agreement > best:
             best, lamp = agreement, candidate
     if lamp is None:
         return DEFAULT, None
-    blocked = Shadows.of(batch, sparse, lamp).blocked(world, everyone)[looked_at]
+    blocked = Shadows.of(batch, ground, lamp).blocked(world, everyone)[looked_at]
     strength = _strength(blocked, shading.darkness[looked_at])
     if strength.max() < _FAINTEST:
         return DEFAULT, None
@@ -112,19 +112,18 @@ def _sky() -> list[Lamp]:
 
 def _around(batch: Batch, world: FloatArray, ground: Ground) -> NDArray[np.bool_]:
     """(h, w) ground below an object, near enough that a low sun's shadow can fall there."""
-    near = np.zeros(len(ground.cells), bool)
+    near = np.zeros(ground.shape, bool)
+    x, y, z = np.moveaxis(ground.points, -1, 0)
     for index in range(len(batch.first) - 1):
         mine = world[batch.first[index] : batch.first[index + 1]]
         if not len(mine):
             continue
         low, high = mine.min(0), mine.max(0)
-        away = np.linalg.norm(ground.points[:, :2] - (low + high)[:2] / 2, axis=1)
-        level = ground.points[:, 2] < low[2] + 0.5 * (high[2] - low[2])
-        reach = _AROUND * (high[2] - ground.points[:, 2]) + np.hypot(*(high - low)[:2]) / 2
-        near |= level & (away < reach)
-    result = np.zeros(ground.shape[0] * ground.shape[1], bool)
-    result[ground.cells[near]] = True
-    return result.reshape(ground.shape)
+        middle = (low + high) / 2
+        away = np.hypot(x - middle[0], y - middle[1])
+        reach = _AROUND * (high[2] - z) + np.hypot(*(high - low)[:2]) / 2
+        near |= np.isfinite(z) & (z < low[2] + 0.5 * (high[2] - low[2])) & (away < reach)
+    return near
 
 
 def _shading(

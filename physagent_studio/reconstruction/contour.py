@@ -65,6 +65,48 @@ def again(
         yield _outline(polar, lab.shape[:2], stiffness, 0)
 
 
+def beyond(
+    lab: NDArray[np.float32], mask: BoolArray, outside: Sequence[Pixel] = ()
+) -> Iterator[BoolArray]:
+    """Outlines that hold a mask and reach further on one side: past a stripe or a seam."""
+    x0, y0, x1, y1 = bounds(mask)
+    width, height = x1 - x0, y1 - y0
+    for dx, dy in ((0, -1), (0, 1), (-1, 0), (1, 0)):
+        for share in (0.45, 0.9):
+            grown_x, grown_y = abs(dx) * share * width, abs(dy) * share * height
+            half = ((width + grown_x) / 2 + 1, (height + grown_y) / 2 + 1)
+            centre = ((x0 + x1 + dx * grown_x) / 2, (y0 + y1 + dy * grown_y) / 2)
+            mean = float(np.sqrt(half[0] * half[1]))
+            axes = (half[0] / mean, half[1] / mean)
+            radii = np.geomspace(max(0.3 * mean, 2.5), max(1.6 * mean, 6), RADII)
+            polar = _polar(lab, centre, axes, radii, outside)
+            _include(polar, mask, (dx, dy))
+            yield _outline(polar, lab.shape[:2], 2, 0)
+
+
+def _include(polar: _Polar, mask: BoolArray, side: tuple[int, int]) -> None:
+    """Close the radii inside a mask, and just past it on one side."""
+    rows, columns = mask.shape
+    x = np.clip(polar.x.astype(int), 0, columns - 1)
+    y = np.clip(polar.y.astype(int), 0, rows - 1)
+    solid = mask.astype(np.uint8)
+    inner = cv2.erode(solid, np.ones((5, 5), np.uint8)).astype(bool)
+    x0, y0, x1, y1 = bounds(mask)
+    margin = max(3, round(0.12 * (y1 - y0 if side[1] else x1 - x0)))
+    closed = inner[y, x]
+    facing = np.cos(_ANGLE) * side[0] + np.sin(_ANGLE) * side[1] > 0.8
+    past = {
+        (0, -1): polar.y > y0 - margin,
+        (0, 1): polar.y < y1 + margin,
+        (-1, 0): polar.x > x0 - margin,
+        (1, 0): polar.x < x1 + margin,
+    }[side]
+    closed |= facing[:, None] & past
+    # Everything nearer than the farthest closed sample of a ray is closed as well.
+    reach = np.maximum.accumulate(closed[:, ::-1], axis=1)[:, ::-1]
+    polar.cost[reach] = np.maximum(polar.cost[reach], 3.0)
+
+
 def _polar(
     lab: NDArray[np.float32],
     centre: Pixel,

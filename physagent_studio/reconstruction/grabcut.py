@@ -19,6 +19,9 @@ from physagent_studio.reconstruction.masks import BoolArray, Pixel
 
 SEED = 20
 _BINS = (16, 24, 24)
+SQUARE = (1.0, 1.0, 1.0)
+OBLONG = ((1.3, 0.6, 0.6), (1.2, 1.0, 0.3), (0.55, 1.4, 0.6))
+"""Windows as reach to both sides, up and down, in radii."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -74,19 +77,27 @@ def at_scales(
     outside: Sequence[Pixel],
     scales: int = 7,
 ) -> list[Window]:
-    """One candidate for each window size, smallest first. Pixels are those of `image`."""
+    """Candidates for windows of several sizes and proportions. Pixels are those of `image`.
+
+    Square windows start from the clicks' colours. Wide and tall ones start from everything
+    inside, for things of many colours: what the surroundings do not explain is the object.
+    """
     rows, columns = lab.shape[:2]
     spots = np.array(inside)
     low, high = spots.min(0), spots.max(0)
     found: list[Window] = []
-    for share in np.geomspace(0.07, 0.95, scales):
+    guesses = [(share, SQUARE) for share in np.geomspace(0.07, 0.95, scales)]
+    guesses += [(share, window) for share in (0.16, 0.26, 0.42) for window in OBLONG]
+    for share, (reach_x, up, down) in guesses:
         radius = share * max(rows, columns) / 2
-        x0, y0 = np.maximum(np.round(low - radius).astype(int), 1)
-        x1, y1 = np.minimum(np.round(high + radius).astype(int), (columns - 1, rows - 1))
+        x0, y0 = np.maximum(np.round(low - radius * np.array([reach_x, up])).astype(int), 1)
+        high_x, high_y = np.round(high + radius * np.array([reach_x, down])).astype(int)
+        x1, y1 = min(int(high_x), columns - 1), min(int(high_y), rows - 1)
         if x1 - x0 < 6 or y1 - y0 < 6:
             continue
-        box = (int(x0), int(y0), int(x1), int(y1))
-        mask = _in_window(image, lab, box, radius, inside, outside)
+        box = (int(x0), int(y0), x1, y1)
+        by_colour = (reach_x, up, down) == SQUARE
+        mask = _in_window(image, lab, box, radius, inside, outside, by_colour)
         if mask is not None and np.count_nonzero(mask) >= 30:
             found.append(Window(mask, box))
     return found
@@ -99,6 +110,7 @@ def _in_window(
     radius: float,
     inside: Sequence[Pixel],
     outside: Sequence[Pixel],
+    by_colour: bool,
 ) -> BoolArray | None:
     rows, columns = lab.shape[:2]
     x0, y0, x1, y1 = box
@@ -112,10 +124,11 @@ def _in_window(
         around = np.ones_like(window)
         around[6:-6, 6:-6] = False
     sure = seeds((rows, columns), inside, max(3, int(radius * 0.12)), 0.3 * max(rows, columns))
-    ratio = likelihood_ratio(lab, sure, around)
     trimap = np.full((rows, columns), cv2.GC_BGD, np.uint8)
-    trimap[window] = cv2.GC_PR_BGD
-    trimap[window & (ratio > 0)] = cv2.GC_PR_FGD
+    trimap[window] = cv2.GC_PR_BGD if by_colour else cv2.GC_PR_FGD
+    if by_colour:
+        ratio = likelihood_ratio(lab, sure, around)
+        trimap[window & (ratio > 0)] = cv2.GC_PR_FGD
     trimap[sure] = cv2.GC_FGD
     for x, y in outside:
         cv2.circle(trimap, (int(x), int(y)), max(3, int(min(radius * 0.1, 6))), cv2.GC_BGD, -1)
@@ -123,7 +136,7 @@ def _in_window(
         slice(max(0, y0 - margin), min(rows, y1 + margin)),
         slice(max(0, x0 - margin), min(columns, x1 + margin)),
     )
-    part = cut(np.ascontiguousarray(image[crop]), np.ascontiguousarray(trimap[crop]))
+    part = cut(np.ascontiguousarray(image[crop]), np.ascontiguousarray(trimap[crop]), 2)
     if part is None:
         return None
     mask = np.zeros((rows, columns), bool)

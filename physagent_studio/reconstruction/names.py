@@ -21,6 +21,7 @@ class Usual:
     """metres: longer visible side. spread: of its logarithm. shapes: likely ones, best first.
 
     depth: usual extent away from the viewer as a share of the width; None for round things.
+    aspect: usual height over width as it stands, and the spread of its logarithm.
     """
 
     metres: float
@@ -28,6 +29,7 @@ class Usual:
     shapes: tuple[str, ...] = ()
     known: bool = True
     depth: float | None = None
+    aspect: tuple[float, float] | None = None
 
 
 UNKNOWN = Usual(0.3, 1.0, (), False)
@@ -114,6 +116,14 @@ _DEPTH |= {"house": 0.8, "castle": 0.8, "tower": 1.0, "building": 0.8, "cabin": 
 _DEPTH |= {"suit": 0.25, "dress": 0.25, "coat": 0.25, "jacket": 0.25, "shirt": 0.2, "towel": 0.08}
 _DEPTH |= {"laptop": 0.7, "shoe": 0.4, "boot": 0.4, "bench": 0.4, "bag": 0.4, "backpack": 0.5}
 
+_ASPECT = {"pin": (3.1, 0.1), "skittle": (3.1, 0.2), "bottle": (3.2, 0.25), "cube": (1.05, 0.15)}
+_ASPECT |= {"can": (1.7, 0.25), "cup": (1.1, 0.2), "mug": (1.1, 0.2), "glass": (1.7, 0.3)}
+_ASPECT |= {"pumpkin": (0.9, 0.2), "persimmon": (0.8, 0.2), "orange": (1.0, 0.08)}
+_ASPECT |= {"apple": (1.0, 0.1), "egg": (1.1, 0.25), "cone": (1.4, 0.3), "barrel": (1.4, 0.2)}
+_ASPECT |= {"bin": (1.5, 0.3), "bucket": (1.0, 0.2), "person": (2.8, 0.3), "snowman": (1.7, 0.3)}
+_ASPECT |= {"stool": (0.9, 0.35), "chair": (1.6, 0.3), "vase": (1.8, 0.4), "tree": (1.1, 0.4)}
+_ASPECT |= {"scooter": (0.95, 0.25), "car": (0.55, 0.3), "suit": (1.4, 0.4), "house": (1.0, 0.3)}
+
 _TIMES = {"toy": 0.35, "tiny": 0.5, "mini": 0.5, "miniature": 0.35, "small": 0.75, "little": 0.75}
 _TIMES |= {"big": 1.3, "large": 1.4, "huge": 1.8, "giant": 2.5, "sand": 0.3, "paper": 0.6}
 
@@ -186,7 +196,10 @@ def usual_size(name: str, context: str = "") -> Usual:
                 found = _special(words[start + size - 1], context) or entry if size == 1 else entry
                 before = words[:start] + words[start + size :]
                 depth = next((_DEPTH[w] for w in reversed(words) if w in _DEPTH), None)
-                return replace(_sized(found, before), depth=depth)
+                aspect = next((_ASPECT[w] for w in reversed(words) if w in _ASPECT), None)
+                if aspect is None and found.shapes[:1] == ("sphere",):
+                    aspect = (1.0, 0.08)
+                return replace(_sized(found, before), depth=depth, aspect=aspect)
     return UNKNOWN
 
 

@@ -19,6 +19,7 @@ from physagent_studio.reconstruction import contour, grabcut
 from physagent_studio.reconstruction.masks import (
     BoolArray,
     Pixel,
+    bounds,
     grow,
     holding,
     iou,
@@ -27,11 +28,12 @@ from physagent_studio.reconstruction.masks import (
     smooth,
     without_pinholes,
 )
-from physagent_studio.reconstruction.maskscore import Draft, score, window_share
+from physagent_studio.reconstruction.maskscore import Draft, scores, window_share
+from physagent_studio.reconstruction.names import usual_size
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 
-SIDE = 288
+SIDE = 256
 """Longest side in pixels of the picture on which candidates are found."""
 CANDIDATES = 4
 
@@ -54,6 +56,7 @@ class _Task:
     inside: tuple[Pixel, ...]
     outside: tuple[Pixel, ...]
     box: tuple[float, float, float, float] | None
+    aspect: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +85,7 @@ class EmbeddedSegmenter:
                 out[name] = ()
                 continue
             ranked = _ranked(lab, _drafts(small, lab, task), task)
-            best = _distinct(ranked, CANDIDATES, 0.93)
+            best = _agreed(ranked)
             out[name] = tuple(_full_size(image, item, task, factor, size) for item in best)
         return out
 
@@ -108,11 +111,7 @@ def _task(name: str, groundings: Sequence[tuple[str, Grounding]], factor: float)
         if other == name and grounding.box is not None:
             x0, y0, x1, y1 = (value * factor for value in grounding.box)
             box = (min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1))
-    if box is None:
-        return _Task(tuple(inside), tuple(outside), None)
-    if not inside:
-        inside = []
-    return _Task(tuple(inside), tuple(outside), box)
+    return _Task(tuple(inside), tuple(outside), box, usual_size(name).aspect)
 
 
 def _drafts(small: NDArray[np.uint8], lab: NDArray[np.float32], task: _Task) -> list[Draft]:
@@ -124,10 +123,8 @@ def _drafts(small: NDArray[np.uint8], lab: NDArray[np.float32], task: _Task) -> 
     for k, (window, mask) in enumerate(zip(windows, cleaned, strict=True)):
         if np.count_nonzero(mask) < 30:
             continue
-        near = [iou(mask, cleaned[j]) for j in (k - 1, k + 1) if 0 <= j < len(cleaned)]
-        stability = max(near, default=0.5)
         share = window_share(mask, window.box)
-        drafts.append(Draft(mask, f"grabcut-{k}", "colour", share, stability))
+        drafts.append(Draft(mask, f"grabcut-{k}", "colour", share))
     contours = _contours(lab, task, drafts)
     return drafts + contours + _recoloured(small, lab, task, contours)
 
@@ -142,6 +139,9 @@ def _contours(lab: NDArray[np.float32], task: _Task, drafts: Sequence[Draft]) ->
         for draft, _ in best:
             name = f"contour-again-{turn}"
             out += _as_drafts(contour.again(lab, draft.mask, task.outside), name, task)
+        for draft, _ in best[:2]:
+            grown = contour.beyond(lab, draft.mask, task.outside)
+            out += _as_drafts(grown, f"contour-beyond-{turn}", task)
     return out
 
 
@@ -164,7 +164,7 @@ def _recoloured(
         band = max(2, round(0.08 * float(np.sqrt(np.count_nonzero(draft.mask)))))
         mask = _clean(_settled(small, draft.mask, band, 0.6), task)
         if np.count_nonzero(mask) > 30:
-            out.append(Draft(mask, f"{draft.method}-colour", "contour", 0.0, 0.65))
+            out.append(Draft(mask, f"{draft.method}-colour", "contour"))
     return out
 
 
@@ -186,7 +186,7 @@ def _box_drafts(
         mask = grabcut.in_box(small, box, task.inside, task.outside, core)
         if mask is not None:
             mask = _clean(mask, task) if task.inside else smooth(mask, 0.01)
-            drafts.append(Draft(mask & within, method, "colour", 0.0, 0.8))
+            drafts.append(Draft(mask & within, method, "colour"))
     for mask in contour.again(lab, within, task.outside):
         if np.count_nonzero(mask & within) > 40:
             drafts.append(Draft(mask & within, "box-contour", "contour"))
@@ -203,9 +203,37 @@ def _clean(mask: BoolArray, task: _Task) -> BoolArray:
 def _ranked(
     lab: NDArray[np.float32], drafts: Sequence[Draft], task: _Task
 ) -> list[tuple[Draft, float]]:
-    scores = score(lab, drafts, task.inside)
-    order = sorted(range(len(drafts)), key=lambda k: -scores[k])
-    return [(drafts[k], scores[k]) for k in order]
+    graded = scores(lab, drafts, task.inside)
+    if task.aspect is not None:
+        graded = graded - _odd_proportions(drafts, task.aspect)
+    order = np.argsort(-graded, kind="stable")
+    return [(drafts[int(k)], float(graded[k])) for k in order]
+
+
+def _odd_proportions(drafts: Sequence[Draft], aspect: tuple[float, float]) -> NDArray[np.float64]:
+    """What drafts lose whose height over width is unusual for the name."""
+    usual, spread = aspect
+    out = np.zeros(len(drafts))
+    for k, draft in enumerate(drafts):
+        x0, y0, x1, y1 = bounds(draft.mask)
+        off = np.log(max(y1 - y0, 1) / max(x1 - x0, 1) / usual) / (spread + 0.1)
+        out[k] = 0.12 * min(float(off) ** 2, 4.0) / 2
+    return out
+
+
+def _agreed(ranked: Sequence[tuple[Draft, float]]) -> list[tuple[Draft, float]]:
+    """The ranking with each leading draft replaced by the vote of those that are like it."""
+    leaders = _distinct(ranked, CANDIDATES, 0.8)
+    out: list[tuple[Draft, float]] = []
+    for leader, value in leaders:
+        like = [(d, v) for d, v in ranked if iou(d.mask, leader.mask) > 0.8]
+        weight = sum(v for _, v in like)
+        if len(like) < 3 or weight <= 0:
+            out.append((leader, value))
+            continue
+        share = sum(v * d.mask.astype(np.float32) for d, v in like) / weight
+        out.append((Draft(np.asarray(share > 0.5), leader.method, leader.family), value))
+    return out
 
 
 def _distinct(

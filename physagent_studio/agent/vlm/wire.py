@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib
 import json
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -20,6 +21,7 @@ from physagent_studio.errors import BackendMissing
 
 MOST_BYTES = 2_000_000
 MOST_ERROR_BYTES = 20_000
+_TALKATIVE = ("openai", "httpx", "httpx2", "httpcore", "httpcore2")
 
 
 class WireFailure(VlmError):
@@ -69,6 +71,16 @@ def check_installed() -> None:
         ) from error
 
 
+def hush() -> None:
+    """Keeps the SDK and what is below it from logging requests, whatever levels are set.
+
+    Their debug output holds headers and bodies, so a server that repeats the key in an answer
+    would put it into a log file.
+    """
+    for name in _TALKATIVE:
+        logging.getLogger(name).setLevel(logging.WARNING)
+
+
 def send(endpoint: Endpoint, payload: dict[str, Any], cancelled: Callable[[], bool]) -> Answer:
     """Sends one chat completion request and reads its answer.
 
@@ -77,6 +89,7 @@ def send(endpoint: Endpoint, payload: dict[str, Any], cancelled: Callable[[], bo
     check_installed()
     import openai
 
+    hush()
     try:
         raw = run_cancellable(
             lambda: _post(endpoint, payload), endpoint.patience.timeout, cancelled

@@ -24,6 +24,8 @@ from physagent_studio.program.rotations import matrix_of
 
 PUSH_STEPS = 12
 KICK_STEPS = 4
+FIRST_STEP = 4
+"""Actions begin one frame after the clip, so that it is seen how things stood."""
 
 
 def toward_or_along(
@@ -56,7 +58,7 @@ def push(
     name: str,
     force: Directed,
     *,
-    start: int = 0,
+    start: int = FIRST_STEP,
     duration: int = PUSH_STEPS,
     when: Condition | None = None,
     point: Position | None = None,
@@ -74,7 +76,9 @@ def push(
     )
 
 
-def set_velocity(name: str, velocity: Directed, *, start: int = 0, label: str = "go") -> SetVelocity:
+def set_velocity(
+    name: str, velocity: Directed, *, start: int = FIRST_STEP, label: str = "go"
+) -> SetVelocity:
     """A speed from one step to the next."""
     return SetVelocity(id=f"{label}_{name}"[:64], name=name, start_step=start, velocity=velocity)
 
@@ -84,7 +88,7 @@ def spin(
     axis: FloatArray,
     speed: float,
     *,
-    start: int = 0,
+    start: int = FIRST_STEP,
     duration: int = 2,
     when: Condition | None = None,
     label: str = "spin",

@@ -9,6 +9,7 @@ from physagent_studio.agent.rules.intents import Intent, intents_of
 from physagent_studio.agent.rules.layout import Layout
 from physagent_studio.agent.rules.ramps import down_ramp
 from physagent_studio.agent.rules.reading import Reading
+from physagent_studio.agent.rules.reading.vocabulary import words_of
 from physagent_studio.agent.rules.scripts import Task
 from physagent_studio.program.actions import Action, duration_of
 from physagent_studio.program.program import Clip
@@ -31,7 +32,10 @@ def tasks_of(reading: Reading, layout: Layout, clip: Clip) -> list[Task]:
     wind = [f for f in reading.frames if f.sense == "wind" and not f.patient]
     if wind:
         for item in layout.state.objects:
-            if any(item.name in f.patient for f in reading.frames) or len(layout.state.objects) == 1:
+            if (
+                any(item.name in f.patient for f in reading.frames)
+                or len(layout.state.objects) == 1
+            ):
                 intents.setdefault(item.name, Intent(item.name)).frames[:0] = wind
     driven = [i for i in intents.values() if i.needs_drive and layout.has(i.name)]
     return [Task(i, layout, clip, *_rank(i, driven, layout)) for i in driven]
@@ -62,7 +66,18 @@ def _script_for(task: Task) -> Script:
     return _by_sense(task)
 
 
-_SLOPE = ("roll", "slide", "move", "drift", "descend", "reach", "stop", "slip", "turn_around", "reverse")
+_SLOPE = (
+    "roll",
+    "slide",
+    "move",
+    "drift",
+    "descend",
+    "reach",
+    "stop",
+    "slip",
+    "turn_around",
+    "reverse",
+)
 
 
 def _is_opening(name: str, layout: Layout) -> bool:
@@ -80,9 +95,13 @@ def _leaves_support(task: Task) -> bool:
     if carrier is None:
         return False
     on_ground = carrier == layout.ground()
-    if on_ground or (layout.ramp_below(task.name) is not None and layout.base(task.name) != carrier):
+    if on_ground or (
+        layout.ramp_below(task.name) is not None and layout.base(task.name) != carrier
+    ):
         return False
-    named = off is not None and (off.kind == "group" or off.name in (carrier, layout.base(task.name)))
+    named = off is not None and (
+        off.kind == "group" or off.name in (carrier, layout.base(task.name))
+    )
     on_ramp = layout.downhill(task.name) is not None
     falls = intent.has("fall", "slip") and not on_ramp
     return named or over_edge or falls
@@ -101,7 +120,11 @@ def _by_sense(task: Task) -> Script:
         (("crush", "collapse", "break", "spread", "sway", "bend", "deform"), _nothing),
         (("fall", "land", "descend", "lose_support", "settle", "stop"), _nothing),
     )
-    if intent.hits and task.layout.carrier(task.name) is None and intent.has("fall", "land", "crush"):
+    if (
+        intent.hits
+        and task.layout.carrier(task.name) is None
+        and intent.has("fall", "land", "crush")
+    ):
         return _nothing
     for senses, script in table:
         if intent.has(*senses):
@@ -109,11 +132,12 @@ def _by_sense(task: Task) -> Script:
     return _nothing
 
 
-_GROUND = (
-    "move slide drift roll curve circle push pull kick throw hit cross pass reach enter approach "
-    "accelerate dislodge knock slip"
-).split()
-_GROUND = tuple(_GROUND)
+_GROUND = tuple(
+    words_of(
+        "move slide drift roll curve circle push pull kick throw hit cross pass reach enter "
+        "approach accelerate dislodge knock slip"
+    )
+)
 
 
 def _unless_toppling(task: Task, senses: tuple[str, ...], script: Script) -> Script:

@@ -61,8 +61,12 @@ class _Draft:
         return tuple(named) or tuple(item.name for item in self.layout.state.objects)
 
     def _none_of(self, groups: list[list[Spec]], clause: str) -> None:
-        for spec in (one for group in groups for one in group):
-            self._state(spec.opposite(), clause)
+        for one in (part for group in groups for part in group):
+            if one.kind == "moves" and not {"direction", "toward"} & set(one.fields):
+                still = {"subject": one.fields["subject"], "distance": 0.05, "tilt": 15.0}
+                self._state(Spec("stays", still), clause)
+            else:
+                self._state(one.opposite(), clause)
 
     def _any_group(self, groups: list[list[Spec]], clause: str) -> None:
         of = []

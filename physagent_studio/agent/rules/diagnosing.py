@@ -101,7 +101,13 @@ def _mismatch(
     text = check.text
     if subject in rollout.objects and other and not negated:
         pass_by = passing(program, rollout, subject, other)
-        if pass_by is not None and kind in ("contacts", "reaches", "lands_in", "passes_over", "moves"):
+        if pass_by is not None and kind in (
+            "contacts",
+            "reaches",
+            "lands_in",
+            "passes_over",
+            "moves",
+        ):
             code, text = pass_by.code, pass_by.text(subject, other, rollout)
             figures |= {"left": round(pass_by.left, 4), "ahead": round(pass_by.ahead, 4)}
     return Mismatch(
@@ -150,9 +156,7 @@ class Passing:
         return f"{subject} passes {abs(self.left):.2f} m {side} of {other} at frame {frame}"
 
 
-def passing(
-    program: PhysicalProgram, rollout: Rollout, subject: str, other: str
-) -> Passing | None:
+def passing(program: PhysicalProgram, rollout: Rollout, subject: str, other: str) -> Passing | None:
     """How the subject comes nearest to another body or place, seen along its motion."""
     layout = Layout(program.scene)
     if not layout.is_known(other) or rollout.blown_up is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -105,7 +106,7 @@ def _asked(words: Sequence[str]) -> Iterable[tuple[str, float]]:
         for factor, row in table.items():
             if any(word in row.split() for word in words):
                 yield factor, sign
-    pairs = zip(words, words[1:], strict=False)
+    pairs = itertools.pairwise(words)
     for first, second in pairs:
         if first == "too" and second in _TOO:
             yield _TOO[second]

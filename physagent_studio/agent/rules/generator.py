@@ -9,7 +9,7 @@ from physagent_studio.agent.rules.choosing import schedule, tasks_of
 from physagent_studio.agent.rules.contracting import contract_of, landmarks_needed
 from physagent_studio.agent.rules.landmarks import assume_open, derived_landmarks
 from physagent_studio.agent.rules.layout import Layout
-from physagent_studio.agent.rules.look import material_of
+from physagent_studio.agent.rules.look import density_of, material_of
 from physagent_studio.agent.rules.ramps import friction_for
 from physagent_studio.agent.rules.reading import Inventory, Reading, inventory, read
 from physagent_studio.agent.rules.reading.vocabulary import GROUND_WORDS
@@ -53,8 +53,15 @@ def stock_of(case: Case) -> Inventory:
 
 def open_scene(case: Case, reading: Reading, stock: Inventory) -> SceneState:
     """What the picture shows, with its geometry still open."""
+    hanging = in_the_air(reading)
     objects = tuple(
-        SceneObject(name=name, grounding=grounding, material=material_of(name, case.prompt))
+        SceneObject(
+            name=name,
+            grounding=grounding,
+            material=material_of(name, case.prompt),
+            density=density_of(name),
+            support="air" if name in hanging else None,
+        )
         for name, grounding in case.objects
     )
     supports = case.supports
@@ -68,6 +75,18 @@ def open_scene(case: Case, reading: Reading, stock: Inventory) -> SceneState:
         if place.kind == "landmark" and place.name not in given
     )
     return SceneState(objects=objects, supports=supports, landmarks=(*case.landmarks, *needed))
+
+
+def in_the_air(reading: Reading) -> frozenset[str]:
+    """Objects that the prompt has above something and not on it when it begins."""
+    return frozenset(
+        name
+        for index, frame in enumerate(reading.frames)
+        for name in frame.patient
+        if frame.sense in ("hang", "be")
+        and frame.place("above") is not None
+        and not any(name in f.patient for f in reading.frames[:index])
+    )
 
 
 def _ground_material(prompt: str) -> str:
@@ -131,5 +150,7 @@ def _known_only(contract: Contract, state: SceneState) -> Contract:
 def _refers_to_known(statement: object, places: set[str], ids: set[str]) -> bool:
     names = [getattr(statement, f, None) for f in ("other", "landmark", "near", "before", "toward")]
     parts = [*getattr(statement, "of", ())]
-    parts += [p for p in (getattr(statement, "first", None), getattr(statement, "second", None)) if p]
+    parts += [
+        p for p in (getattr(statement, "first", None), getattr(statement, "second", None)) if p
+    ]
     return all(n is None or n in places for n in names) and all(p in ids for p in parts)

@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from physagent_studio.agent.rules.reading import EventFrame, Place, Reading
+from physagent_studio.agent.rules.reading.vocabulary import words_of
 
-ACTIVE = frozenset(
+ACTIVE = words_of(
     "move slide drift roll fly curve circle push pull kick throw hit knock knock_over tip_over topple "
     "lose_balance flip spin turn turn_around reverse slip float jump rise bounce cross pass reach "
     "enter approach accelerate dislodge descend fall stop land leave lose_support wind sway bend "
-    "crush settle slow collapse spread break deform".split()
+    "crush settle slow collapse spread break deform"
 )
 """Senses after which something is no longer as it was."""
 
@@ -48,7 +49,8 @@ class Intent:
     def way(self) -> str | None:
         """The first direction that its frames name."""
         known = (None, "off", "down")
-        said = [way for f in self.frames for way in (f.direction, f.origin) if way not in known]
+        own = [f for f in self.frames if self.name not in f.agent]
+        said = [way for f in own for way in (f.direction, f.origin) if way not in known]
         return said[0] if said else None
 
     def manner(self, *words: str) -> bool:

@@ -25,7 +25,11 @@ from physagent_studio.program.edits import Edit, SetField
 from physagent_studio.program.materials import MATERIALS
 from physagent_studio.program.program import PhysicalProgram
 
-VECTORS = {"SetVelocity": "velocity", "SetAngularVelocity": "angular_velocity", "ApplyForce": "force"}
+VECTORS = {
+    "SetVelocity": "velocity",
+    "SetAngularVelocity": "angular_velocity",
+    "ApplyForce": "force",
+}
 VECTORS |= {"ApplyTorque": "torque"}
 
 
@@ -69,7 +73,7 @@ class Knob:
 
 def _readable(value: float, whole: bool) -> float:
     if whole:
-        return int(round(value))
+        return round(value)
     return float(f"{value:.5g}")
 
 
@@ -183,9 +187,7 @@ def _turned_vector(path: str, target: str, vector: tuple[float, float, float]) -
         value = [flat * math.cos(turned), flat * math.sin(turned), z]
         return (SetField(path=path, value=[_readable(part, False) for part in value]),)
 
-    return Knob(
-        path, "direction", target, heading, heading - 180, heading + 180, 4.0, False, write
-    )
+    return Knob(path, "direction", target, heading, heading - 180, heading + 180, 4.0, False, write)
 
 
 def material_knobs(program: PhysicalProgram) -> list[Knob]:

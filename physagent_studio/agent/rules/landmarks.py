@@ -13,9 +13,7 @@ from physagent_studio.agent.rules.specs import place_name
 from physagent_studio.program.scene import Landmark, Ramp, Slab
 
 
-def derived_landmarks(
-    layout: Layout, places: Iterable[Place], reading: Reading
-) -> list[Landmark]:
+def derived_landmarks(layout: Layout, places: Iterable[Place], reading: Reading) -> list[Landmark]:
     """A landmark for each place that is a part of a resolved support."""
     found: list[Landmark] = []
     for place in places:
@@ -24,9 +22,7 @@ def derived_landmarks(
         points = _points(layout, place, _speaker(reading, place))
         if points:
             kind = "line" if len(points) > 1 else "point"
-            found.append(
-                Landmark(name=place_name(place), kind=kind, on=place.name, points=points)
-            )
+            found.append(Landmark(name=place_name(place), kind=kind, on=place.name, points=points))
     return found
 
 
@@ -35,7 +31,9 @@ def _speaker(reading: Reading, place: Place) -> tuple[str, str | None] | None:
     for frame in reading.frames:
         if any(p == place for _, p in frame.places) and frame.patient:
             name = frame.patient[0]
-            ways = [f.direction for f in reading.frames if name in f.patient and f.direction in WAYS]
+            ways = [
+                f.direction for f in reading.frames if name in f.patient and f.direction in WAYS
+            ]
             return name, next((w for w in ways if w in ("left", "right", "away")), None)
     return None
 
@@ -123,7 +121,9 @@ def _likely(
     movers = [n for f in about for n in (*f.agent, *f.patient) if layout.has(n)]
     if not movers:
         return None
-    beside = [p.name for f in about for _, p in f.places if p.kind == "object" and layout.has(p.name)]
+    beside = [
+        p.name for f in about for _, p in f.places if p.kind == "object" and layout.has(p.name)
+    ]
     at = next((n for n in beside if n not in movers), None)
     mover, height = movers[0], layout.ground_height()
     if landmark.kind in ("point", "area") and at is not None:
@@ -145,9 +145,7 @@ def _likely(
     return (*feet, _point(middle + across + up), _point(middle - across + up))
 
 
-def _around(
-    middle: FloatArray, kind: str, reach: float
-) -> tuple[tuple[float, float, float], ...]:
+def _around(middle: FloatArray, kind: str, reach: float) -> tuple[tuple[float, float, float], ...]:
     if kind == "point":
         return (_point(middle),)
     corners = ((-1, -1), (1, -1), (1, 1), (-1, 1))

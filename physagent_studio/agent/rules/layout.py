@@ -294,5 +294,7 @@ def _exit(slab: Slab, position: FloatArray, way: FloatArray) -> float:
     own = np.array([cos * offset[0] + sin * offset[1], -sin * offset[0] + cos * offset[1]])
     along = np.array([cos * way[0] + sin * way[1], -sin * way[0] + cos * way[1]])
     half = np.array(slab.size[:2]) / 2
-    ways = [(half[i] * np.sign(along[i]) - own[i]) / along[i] for i in (0, 1) if abs(along[i]) > 1e-9]
+    ways = [
+        (half[i] * np.sign(along[i]) - own[i]) / along[i] for i in (0, 1) if abs(along[i]) > 1e-9
+    ]
     return max(float(min(ways)), 0.0) if ways else math.inf

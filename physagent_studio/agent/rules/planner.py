@@ -11,8 +11,8 @@ from physagent_studio.agent.rules.knobs import Knob
 from physagent_studio.agent.rules.repairs import structural
 from physagent_studio.agent.rules.searching import (
     Candidate,
-    Search,
     Score,
+    Search,
     along_one,
     cross_entropy,
 )
@@ -27,7 +27,7 @@ BETTER = 0.02
 class RulePlanner:
     """Searches by simulation; deterministic: the same situation gives the same proposal."""
 
-    def __init__(self, limit: int = 160) -> None:
+    def __init__(self, limit: int = 80) -> None:
         self.limit = min(limit, 200)
 
     def propose(self, situation: Situation) -> Proposal:
@@ -57,8 +57,8 @@ class RulePlanner:
         self, situation: Situation, search: Search, knobs: list[Knob], bias: Bias, verified: bool
     ) -> Candidate | None:
         singles: list[tuple[Score, Knob]] = []
-        for knob in knobs[:8]:
-            found = along_one(search, knob, bias.signs(knob), runs=8)
+        for knob in knobs[:6]:
+            found = along_one(search, knob, bias.signs(knob), runs=7)
             if found is not None:
                 if found.score.holds:
                     return found
@@ -84,7 +84,7 @@ class RulePlanner:
         if len(chosen) < 2:
             return search.best
         found = cross_entropy(
-            search, chosen, seed=_seed(situation), bias=bias.signs, population=10, rounds=5
+            search, chosen, seed=_seed(situation), bias=bias.signs, population=8, rounds=4
         )
         return found if found is not None and found is search.best else search.best
 
@@ -109,9 +109,7 @@ def _worth(new: Score, old: Score) -> bool:
     return new.shortfall < old.shortfall - BETTER * max(old.shortfall, 0.05)
 
 
-def _proposal(
-    situation: Situation, start: Candidate, best: Candidate, search: Search
-) -> Proposal:
+def _proposal(situation: Situation, start: Candidate, best: Candidate, search: Search) -> Proposal:
     verified = situation.memory.verified
     paths = [getattr(edit, "path", "") for edit in best.edits]
     touches = any(path == v or path.startswith(f"{v}.") for path in paths for v in verified)
@@ -121,7 +119,9 @@ def _proposal(
         Hunk(id=f"h{number}", summary=summary_of(situation.program, edits), edits=edits)
         for number, edits in enumerate(_grouped(best), 1)
     )
-    confidence = 0.9 if best.score.holds else 0.4 + 0.4 * max(gained, 0) / max(start.score.failing, 1)
+    confidence = (
+        0.9 if best.score.holds else 0.4 + 0.4 * max(gained, 0) / max(start.score.failing, 1)
+    )
     return Proposal(
         id=f"p{hashlib.sha256(best.program.hash.encode()).hexdigest()[:12]}",
         hunks=hunks,

@@ -98,4 +98,6 @@ def _tip_at_bottom(task: Task) -> Action:
     across = sideways(task.name, task.layout)[1]
     side = 1.0 if float(np.cross(axis, WAYS["up"]) @ WAYS[across]) > 0 else -1.0
     when = act.on_contact(task.name, task.layout.ground(), 8)
-    return act.spin(task.name, axis * side, math.radians(90) / 0.25, duration=25, when=when, label="tip")
+    return act.spin(
+        task.name, axis * side, math.radians(90) / 0.25, duration=25, when=when, label="tip"
+    )

@@ -17,11 +17,14 @@ from physagent_studio.agent.rules import mechanics as mech
 from physagent_studio.agent.rules.intents import Intent
 from physagent_studio.agent.rules.layout import WAYS, FloatArray, Layout, level, named_way, unit
 from physagent_studio.agent.rules.reading import Place
+from physagent_studio.agent.rules.reading.vocabulary import words_of
 from physagent_studio.agent.rules.specs import place_name, ways_of
 from physagent_studio.program.actions import Action, Directed, Direction
 from physagent_studio.program.program import Clip
 
 UP = WAYS["up"]
+FASTEST = 8.0
+"""No first program sends a thing along the ground faster than this, m/s."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +45,7 @@ class Task:
     @property
     def delay(self) -> int:
         """Steps by which it starts later than the first of its row."""
-        return self.rank * 25
+        return act.FIRST_STEP + self.rank * 25
 
     def seconds(self, share: float) -> float:
         """A share of the clip, s."""
@@ -61,7 +64,13 @@ class Task:
         """Where it shall get to: what it hits, enters, crosses, reaches, stops near."""
         if self.intent.hits:
             return Place(self.intent.hits[0], "object")
-        for relations in (("in",), ("object", "over"), ("near", "at"), ("toward", "against"), ("on",)):
+        for relations in (
+            ("in",),
+            ("object", "over"),
+            ("near", "at"),
+            ("toward", "against"),
+            ("on",),
+        ):
             place = self.intent.place(*relations, senses=_ARRIVING)
             if place is not None and self._is_aim(place):
                 return place
@@ -85,11 +94,12 @@ class Task:
         return self.layout.friction(self.name, carrier)
 
 
-_ARRIVING = (
-    "move slide drift roll fly curve push pull kick throw hit cross pass reach enter approach stop "
-    "settle land knock knock_over accelerate fall bounce jump crush".split()
+_ARRIVING = tuple(
+    words_of(
+        "move slide drift roll fly curve push pull kick throw hit cross pass reach enter approach "
+        "stop settle land knock knock_over accelerate fall bounce jump crush"
+    )
 )
-_ARRIVING = tuple(_ARRIVING)
 
 
 # --- on level ground ---------------------------------------------------------------------------
@@ -99,7 +109,9 @@ def along_ground(task: Task) -> list[Action]:
     """Rolls or slides to where it shall get, fast enough for what it shall do there."""
     target = task.target()
     speed = _ground_speed(task, target)
-    if any(f.sense in ("curve", "circle") or f.path in ("curve", "circle") for f in task.intent.frames):
+    if any(
+        f.sense in ("curve", "circle") or f.path in ("curve", "circle") for f in task.intent.frames
+    ):
         return _curved(task, target, speed)
     force = _aimed(task, target, speed)
     duration = act.PUSH_STEPS
@@ -132,10 +144,12 @@ def _ground_speed(task: Task, target: Place | None) -> float:
     arrive = mech.speed_to_arrive(distance, task.seconds(0.45), slowing)
     if task.intent.has("stop", "settle") and not rolls:
         return _stopping_speed(task, distance, friction)
-    speed = max(arrive, math.sqrt(2 * slowing * distance) * 1.15, 0.3)
+    speed = min(max(arrive, math.sqrt(2 * slowing * distance) * 1.15, 0.3), FASTEST)
     if task.intent.manner("slow", "gentle"):
         speed = max(min(speed, 0.8), 0.2)
-    return max(speed, *(_knocking_speed(task, hit, slowing, distance) for hit in task.intent.hits), 0)
+    return max(
+        speed, *(_knocking_speed(task, hit, slowing, distance) for hit in task.intent.hits), 0
+    )
 
 
 def _knocking_speed(task: Task, other: str, slowing: float, distance: float) -> float:
@@ -149,7 +163,7 @@ def _knocking_speed(task: Task, other: str, slowing: float, distance: float) -> 
         layout.mass(other), layout.height(other), width, layout.mass(task.name),
         layout.restitution(task.name, other), max(at, 0.2 * layout.height(other)),
     )  # fmt: skip
-    return min(math.sqrt((1.3 * knock) ** 2 + 2 * slowing * distance), 15.0)
+    return min(math.sqrt((1.3 * knock) ** 2 + 2 * slowing * distance), FASTEST)
 
 
 def _stopping_speed(task: Task, distance: float, friction: float) -> float:
@@ -174,7 +188,9 @@ def _brake(task: Task, target: Place | None, speed: float, start: int) -> list[A
         return []
     distance = task.distance_to(target) if target is not None else 1.0
     slowing = max(speed * speed / max(distance, 0.05), 0.2)
-    first = start + int(min(0.5 * distance / max(speed, 0.1), task.seconds(0.4)) / task.clip.step_seconds)
+    first = start + int(
+        min(0.5 * distance / max(speed, 0.1), task.seconds(0.4)) / task.clip.step_seconds
+    )
     force = Directed(magnitude=round(slowing, 4), along="against_velocity", quantity="acceleration")
     duration = max(task.clip.steps - first - 1, 1)
     return [act.push(task.name, force, start=first, duration=duration, label="brake")]
@@ -182,15 +198,21 @@ def _brake(task: Task, target: Place | None, speed: float, start: int) -> list[A
 
 def _curved(task: Task, target: Place | None, speed: float) -> list[Action]:
     """Starts beside the straight line and is drawn back to it by a force across the path."""
-    distance = task.distance_to(target) if target is not None else max(5 * task.layout.size(task.name), 1.0)
+    distance = (
+        task.distance_to(target)
+        if target is not None
+        else max(5 * task.layout.size(task.name), 1.0)
+    )
     circles = any(f.sense == "circle" or f.path == "circle" for f in task.intent.frames)
     turn = 200.0 if circles else 24.0
-    side = next((f.direction for f in task.intent.frames if f.direction in ("left", "right")), "left")
+    side = next(
+        (f.direction for f in task.intent.frames if f.direction in ("left", "right")), "left"
+    )
     sign = 1.0 if side == "left" else -1.0
     rolling = 1.4 if task.layout.is_ball(task.name) else 1.0
     force = task.layout.mass(task.name) * mech.arc_acceleration(speed, distance, turn) * rolling
     steps = int(distance / max(speed, 0.1) / task.clip.step_seconds)
-    duration = int(np.clip(steps - act.PUSH_STEPS, 10, task.clip.steps - act.PUSH_STEPS - 1))
+    duration = int(np.clip(steps - act.PUSH_STEPS, 10, task.clip.steps - 2 * act.PUSH_STEPS))
     aim = target if target is not None and target.kind != "support" else None
     way = None if aim is not None else ("away" if task.layout.is_ball(task.name) else task.way())
     start = act.push(
@@ -200,7 +222,12 @@ def _curved(task: Task, target: Place | None, speed: float) -> list[Action]:
             azimuth=-sign * turn / 2 if aim else 0.0,
         ),
     )  # fmt: skip
-    return [start, act.bend(task.name, force, 90.0 * sign, start=act.PUSH_STEPS, duration=duration)]
+    return [
+        start,
+        act.bend(
+            task.name, force, 90.0 * sign, start=act.FIRST_STEP + act.PUSH_STEPS, duration=duration
+        ),
+    ]
 
 
 # --- through the air ---------------------------------------------------------------------------
@@ -363,7 +390,7 @@ def turn_back(task: Task, trigger: Action | None = None) -> list[Action]:
     ramp = layout.ramp_below(task.name)
     steps = 45
     when = act.on_contact(task.name, layout.ground(), 5) if ramp is not None else None
-    start = 0 if when is not None else int(0.4 * task.clip.steps)
+    start = act.FIRST_STEP if when is not None else int(0.4 * task.clip.steps)
     turned = act.spin(
         task.name, UP, math.radians(170.0) / (steps * task.clip.step_seconds), start=start,
         duration=steps, when=when, label="turn",
@@ -371,9 +398,7 @@ def turn_back(task: Task, trigger: Action | None = None) -> list[Action]:
     heading = layout.downhill(task.name)
     way = -unit(level(heading)) if heading is not None else -WAYS[task.way() or "away"]
     away = act.toward_or_along(max(0.4, 3 * layout.size(task.name)), vector=way, azimuth=50.0)
-    back = act.push(
-        task.name, away, duration=30, when=act.after(turned, 0), label="back"
-    )
+    back = act.push(task.name, away, duration=30, when=act.after(turned, 0), label="back")
     return [turned, back]
 
 

@@ -144,65 +144,106 @@ def _better(one: Candidate, other: Candidate) -> bool:
 
 
 def along_one(
-    search: Search, knob: Knob, signs: Sequence[float], first: tuple[Edit, ...] = (), runs: int = 10
+    search: Search, knob: Knob, signs: Sequence[float], first: tuple[Edit, ...] = (), runs: int = 8
 ) -> Candidate | None:
-    """Goes along one knob with growing strides, then closes in on the best: bracket and shrink.
+    """Goes along one knob: probes, follows the better side by secants, closes in.
 
-    signs: directions that may be tried (+1, −1).
+    signs: directions that may be tried (+1, −1). Returns the best candidate, or None.
     """
-    budget = search.runs + runs
+    line = _Line(search, knob, first, search.runs + runs)
+    for reach in (1.0, 3.0):
+        for sign in signs:
+            line.try_at(sign * reach)
+            if line.holds:
+                return line.smallest()
+        if line.improves:
+            break
+    if not line.improves:
+        return line.best
+    line.follow()
+    return line.smallest() if line.holds else line.best
+
+
+@dataclass
+class _Line:
+    """The candidates along one knob; `at` is where the best one lies, in strides."""
+
+    search: Search
+    knob: Knob
+    first: tuple[Edit, ...]
+    until: int
     best: Candidate | None = None
-    at = 0.0
-    for sign in signs:
-        reach = 1.0
-        while search.runs < budget and not search.exhausted:
-            found = search.turn(((knob, knob.shifted(sign * reach)),), first)
-            if found is not None and (best is None or found.score < best.score):
-                best, at = found, sign * reach
-            elif found is None or (best is not None and found.score > best.score):
+    at: float = 0.0
+
+    def __post_init__(self) -> None:
+        self.base = self.search.start().score
+        self.score, self.at = self.base, 0.0
+
+    @property
+    def holds(self) -> bool:
+        return self.best is not None and self.best.score.holds
+
+    @property
+    def improves(self) -> bool:
+        return self.best is not None and self.best.score < self.base
+
+    @property
+    def spent(self) -> bool:
+        return self.search.runs >= self.until or self.search.exhausted
+
+    def try_at(self, steps: float) -> Candidate | None:
+        """Runs one more; remembers it where it is the best."""
+        if self.spent:
+            return None
+        found = self.search.turn(((self.knob, self.knob.shifted(steps)),), self.first)
+        if found is not None and (self.best is None or found.score < self.best.score):
+            self.best, self.at = found, steps
+        return found
+
+    def follow(self) -> None:
+        """Outwards while it gets better, then halving around the best."""
+        before, shortfall = 0.0, self.base.shortfall
+        while not self.spent and not self.holds and abs(self.at) < 16:
+            assert self.best is not None
+            here, now = self.at, self.best.score.shortfall
+            step = _secant(before, shortfall, here, now)
+            self.try_at(step)
+            if self.at == here:
                 break
-            if best is not None and best.score.holds:
-                return smallest(search, knob, best, at, first)
-            reach *= 2.0
-            if abs(reach) > 16:
+            before, shortfall = here, now
+        width = max(abs(self.at) / 2, 0.4)
+        while not self.spent and not self.holds and width > 0.05:
+            here = self.at
+            for offset in (here - width, here + width):
+                self.try_at(offset)
+                if self.at != here:
+                    break
+            if self.at == here:
+                width /= 2
+
+    def smallest(self) -> Candidate:
+        """The change that still suffices, by bisection."""
+        assert self.best is not None
+        best, low, high = self.best, 0.0, self.at
+        for _ in range(3):
+            middle = (low + high) / 2
+            if self.search.exhausted:
                 break
-    return _closed_in(search, knob, best, at, first, budget)
+            found = self.search.turn(((self.knob, self.knob.shifted(middle)),), self.first)
+            if found is not None and found.score.holds:
+                best, high = found, middle
+            else:
+                low = middle
+        # A little inside, so that what holds does not hold by a hair.
+        return best
 
 
-def _closed_in(
-    search: Search,
-    knob: Knob,
-    best: Candidate | None,
-    at: float,
-    first: tuple[Edit, ...],
-    budget: int,
-) -> Candidate | None:
-    width = max(abs(at) / 2, 0.5)
-    while best is not None and not best.score.holds and search.runs < budget and width > 0.05:
-        improved = False
-        for offset in (at - width, at + width):
-            found = search.turn(((knob, knob.shifted(offset)),), first)
-            if found is not None and found.score < best.score:
-                best, at, improved = found, offset, True
-                break
-        if not improved:
-            width /= 2
-    return best
-
-
-def smallest(
-    search: Search, knob: Knob, best: Candidate, at: float, first: tuple[Edit, ...]
-) -> Candidate:
-    """The change that still suffices, halving it a few times (bisection)."""
-    low, high = 0.0, at
-    for _ in range(3):
-        middle = (low + high) / 2
-        found = search.turn(((knob, knob.shifted(middle)),), first)
-        if found is not None and found.score.holds:
-            best, high = found, middle
-        else:
-            low = middle
-    return best
+def _secant(x0: float, y0: float, x1: float, y1: float) -> float:
+    """Where a shortfall that fell from y0 to y1 would vanish, and a little on; at most doubled."""
+    reach = x1 - x0
+    guess = x1 + 1.15 * reach * y1 / (y0 - y1) if y0 - y1 > 1e-09 else x1 + reach
+    limit = x1 + 2 * reach
+    return min(guess, limit) if reach > 0 else max(guess, limit)
 
 
 # --- two or three factors -------------------------------------------------------------------------

@@ -41,9 +41,7 @@ def acting_objects(program: PhysicalProgram) -> frozenset[str]:
     return frozenset(named | {action.name for action in program.event.actions})
 
 
-def _something_happens(
-    program: PhysicalProgram, rollout: Rollout, names: tuple[str, ...]
-) -> Check:
+def _something_happens(program: PhysicalProgram, rollout: Rollout, names: tuple[str, ...]) -> Check:
     """Some acting object visibly moves, turns or changes its shape inside the picture."""
     camera = program.scene.camera
     assert camera is not None
@@ -72,9 +70,7 @@ def _something_happens(
     )
 
 
-def _visible_shift(
-    program: PhysicalProgram, rollout: Rollout, name: str
-) -> tuple[float, float]:
+def _visible_shift(program: PhysicalProgram, rollout: Rollout, name: str) -> tuple[float, float]:
     """How far it moves inside the picture, and how large it is at most, pixels."""
     camera = program.scene.camera
     assert camera is not None

@@ -5,7 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from physagent_studio.agent.rules.reading import EventFrame, Place
-from physagent_studio.agent.rules.specs import START, Context, Spec, any_of, before, place_name, spec
+from physagent_studio.agent.rules.specs import (
+    START,
+    Context,
+    Spec,
+    any_of,
+    before,
+    place_name,
+    spec,
+)
 
 Builder = Callable[[Context], Sequence[Spec]]
 
@@ -17,9 +25,13 @@ FLAT_TILT, OVER_TILT, SIDE_TILT = 20.0, 160.0, 60.0
 
 def _travel(c: Context) -> list[Spec]:
     """That it moves, along the way that is said, towards what is named."""
-    distance = c.length(0.5, 0.02, 0.2)
+    distance = c.length(0.5, 0.02, 0.2) if c.frame.distance is None else 0.8 * c.frame.distance
     ways = [w for w in c.ways() if w != "down" or c.layout.is_raised(c.subject)]
-    found = [any_of(*(spec("moves", c.subject, distance=distance, direction=w) for w in ways))] if ways else []
+    found = (
+        [any_of(*(spec("moves", c.subject, distance=distance, direction=w) for w in ways))]
+        if ways
+        else []
+    )
     toward = c.frame.place("toward", "at", "against")
     if toward is not None and not _is_ground(c, toward) and toward.name != c.subject:
         found.append(spec("moves", c.subject, distance=distance, toward=place_name(toward)))
@@ -145,11 +157,12 @@ def fall(c: Context) -> list[Spec]:
     if stands and off is None and not c.layout.is_ball(c.subject):
         return topple(c)
     found = [spec("falls", c.subject, drop=c.length(0.4, 0.03, 0.1))]
-    if "straight" in c.frame.manner or c.frame.direction == "down" and c.frame.manner:
+    if "straight" in c.frame.manner or (c.frame.direction == "down" and c.frame.manner):
         found += _vertical(c)
     ways = [w for w in c.ways() if w not in ("down", "up")]
     if ways:
-        found.append(any_of(*(spec("moves", c.subject, distance=0.02, direction=w) for w in ways)))
+        far = c.length(0.5, 0.02, 0.2)
+        found.append(any_of(*(spec("moves", c.subject, distance=far, direction=w) for w in ways)))
     return [*found, *_along(c), *_manner(c)]
 
 
@@ -497,6 +510,9 @@ def stop(c: Context) -> list[Spec]:
     place = c.frame.place("near", "at", "on", "in", "object")
     if place is not None and place.kind == "group":
         place = None
+    ahead = c.frame.place("before")
+    if ahead is not None and ahead.kind != "group":
+        return [spec("stops", c.subject), spec("stops_before", c.subject, before=place_name(ahead))]
     if place is not None and place.kind == "support" and not place.part:
         return [spec("stops", c.subject), spec("rests_on", c.subject, other=place.name)]
     name = place_name(place) if place is not None else None
@@ -540,9 +556,7 @@ def be(c: Context) -> list[Spec]:
         if relation in ("on", "in") and place.kind != "landmark":
             found.append(spec("contacts", c.subject, other=place.name, to_step=START))
         elif relation in ("above", "over", "under") and place.kind != "landmark":
-            found.append(
-                spec("contacts", c.subject, other=place.name, to_step=3, negated=True)
-            )
+            found.append(spec("contacts", c.subject, other=place.name, to_step=3, negated=True))
     if not found and c.frame.sense in ("rest", "stack", "be") and not c.frame.manner:
         carrier = c.layout.carrier(c.subject)
         if carrier is not None:
@@ -608,9 +622,7 @@ def sway(c: Context) -> list[Spec]:
 
 def bend(c: Context) -> list[Spec]:
     """Changes its shape or leans, and does not fall over."""
-    leans = any_of(
-        spec("deforms", c.subject, strain=0.02), spec("rotates", c.subject, angle=5.0)
-    )
+    leans = any_of(spec("deforms", c.subject, strain=0.02), spec("rotates", c.subject, angle=5.0))
     return [leans]
 
 

@@ -63,23 +63,26 @@ def _id(situation: Situation, text: str) -> str:
     return f"p{hashlib.sha256((situation.program.hash + text).encode()).hexdigest()[:12]}"
 
 
-def _repairs(
-    finding: Finding, situation: Situation
-) -> Iterator[tuple[str, str, tuple[Edit, ...]]]:
+def _repairs(finding: Finding, situation: Situation) -> Iterator[tuple[str, str, tuple[Edit, ...]]]:
     """(factor, words, edits) for a finding, the likeliest first."""
     program, name = situation.program, finding.subject
     item = program.scene.object(name)
     if item is not None and finding.kind in ("points", "mask", "geometry"):
         base = f"scene.objects.{name}"
         yield from _other_masks(situation, name, base)
-        again = (SetField(path=f"{base}.shape", value=None), SetField(path=f"{base}.position", value=None))
+        again = (
+            SetField(path=f"{base}.shape", value=None),
+            SetField(path=f"{base}.position", value=None),
+        )
         yield "primitive", f"fit the shape of {name} again", again
     if item is not None and finding.kind in ("placement", "geometry"):
         base = f"scene.objects.{name}"
         fields = (f"{base}.position", f"{base}.support")
         yield "placement", f"place {name} again", (SetField(path=fields[0], value=None),)
-        yield "support", f"find anew what {name} stands on", tuple(
-            SetField(path=field, value=None) for field in fields
+        yield (
+            "support",
+            f"find anew what {name} stands on",
+            tuple(SetField(path=field, value=None) for field in fields),
         )
     if program.scene.support(name) is not None:
         path = f"scene.supports.{name}.shape"

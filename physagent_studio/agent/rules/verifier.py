@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from physagent_studio.agent.rules.diagnosing import mismatches, stage_one_mismatch
+from physagent_studio.agent.rules.reading.vocabulary import words_of
 from physagent_studio.agent.rules.seen import seen_checks
 from physagent_studio.records import (
     CRITERIA,
@@ -14,6 +15,9 @@ from physagent_studio.records import (
     RolloutEvidence,
     SceneEvidence,
 )
+
+ROUGH_IOU = 0.5
+"""Least overlap of a drawn object with its mask that still shows the right thing in place."""
 
 
 class RuleVerifier:
@@ -40,7 +44,11 @@ def judge_scene(evidence: SceneEvidence) -> Assessment:
         passed=not failing and evidence.scene.state.is_resolved,
         checks=checks,
         diagnosis=tuple(stage_one_mismatch(f) for f in failing),
-        untested=tuple(f"unconfirmed: {f.text}" for f in findings if not f.ok and _only_reported(f, guessed)),
+        untested=tuple(
+            f"{'unconfirmed' if f.kind == 'camera' else 'rough'}: {f.text}"
+            for f in findings
+            if not f.ok and _only_reported(f, guessed)
+        ),
     )
 
 
@@ -51,8 +59,14 @@ def _is_estimated(evidence: SceneEvidence) -> bool:
 
 
 def _only_reported(finding: Finding, guessed: bool) -> bool:
-    """An estimated camera states how uncertain it is; that is reported as unconfirmed, since
-    nothing else in the picture can settle it. A camera that somebody gave has to fit."""
+    """What is said aloud but does not stop the event.
+
+    An estimated camera states how uncertain it is, and nothing else in the picture can settle
+    it; a camera that somebody gave has to fit. A silhouette that is only rough still has the
+    thing in its place.
+    """
+    if finding.name == "reprojection":
+        return finding.measured >= ROUGH_IOU
     return finding.kind == "camera" and guessed
 
 
@@ -76,14 +90,14 @@ def _of_finding(finding: Finding, number: int, guessed: bool) -> Check:
 # --- stage 2 -------------------------------------------------------------------------------------
 
 _GROUPS: dict[str, frozenset[str]] = {
-    "object trajectory": frozenset(
+    "object trajectory": words_of(
         "moves falls lands_in passes_over stays stops stops_before reaches rests_on leaves "
-        "descends_slowly speed_between path_bends reverses visible".split()
+        "descends_slowly speed_between path_bends reverses visible"
     ),
-    "contact timing": frozenset("contacts before airborne".split()),
-    "force direction": frozenset("cause energy".split()),
-    "material response": frozenset(
-        "topples upright flips rotates deforms spreads breaks sways penetration sink blow_up".split()
+    "contact timing": words_of("contacts before airborne"),
+    "force direction": words_of("cause energy"),
+    "material response": words_of(
+        "topples upright flips rotates deforms spreads breaks sways penetration sink blow_up"
     ),
 }
 

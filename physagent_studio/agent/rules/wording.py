@@ -84,5 +84,7 @@ def question_for(situation: Situation) -> str:
     if worst.code in ("not_deformed", "not_broken", "not_spread", "not_swaying"):
         return f"{worst.text}. What is {about} made of: soft, brittle, loose grains or rigid?"
     if worst.other:
-        return f"{worst.text}. Is {worst.other} where the scene has it, and what should move {about}?"
+        return (
+            f"{worst.text}. Is {worst.other} where the scene has it, and what should move {about}?"
+        )
     return f"{worst.text}. What should make {about} do this: a push, from where and how strong?"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -34,9 +35,7 @@ def split(chunks: Sequence[Chunk]) -> tuple[RawClause, ...]:
     verbs = [i for i, chunk in enumerate(chunks) if chunk.kind == "verb"]
     if not verbs:
         return (RawClause(None, end=len(chunks)),) if chunks else ()
-    starts = [0] + [
-        _boundary(chunks, before, verb) for before, verb in zip(verbs, verbs[1:], strict=False)
-    ]
+    starts = [0] + [_boundary(chunks, before, verb) for before, verb in itertools.pairwise(verbs)]
     ends = [*starts[1:], len(chunks)]
     return tuple(
         _clause(chunks, start, verb, end)
@@ -117,9 +116,11 @@ def _subject(
             joined = False
         elif chunk.kind in ("and", "stop") and kept:
             joined = True
-        elif chunk.kind in ("sub", "rel") or (chunk.kind == "np" and not joined):
-            break
-        elif chunk.kind == "pp" and kept and joined:
+        elif (
+            chunk.kind in ("sub", "rel")
+            or (chunk.kind == "np" and not joined)
+            or (chunk.kind == "pp" and kept and joined)
+        ):
             break
     lead = tuple((c.word, c.np) for c in head if c.kind == "pp" and c.np is not None)
     return tuple(reversed(kept)), lead

@@ -54,6 +54,7 @@ class EventFrame:
     posture: str = ""
     path: Literal["", "curve", "straight", "circle"] = ""
     count: int | None = None
+    distance: float | None = None
     negated: bool = False
     link: str = "then"
 

@@ -10,6 +10,7 @@ from physagent_studio.agent.rules.reading import vocabulary as v
 from physagent_studio.agent.rules.reading.clauses import RawClause
 from physagent_studio.agent.rules.reading.frames import Place, Relation, Way
 from physagent_studio.agent.rules.reading.names import (
+    GROUPS,
     Discourse,
     Inventory,
     is_group,
@@ -24,7 +25,6 @@ FIXED_WAYS: dict[str, Way] = {
     "from_left": "right",
     "from_right": "left",
     "from_front": "away",
-    "from_behind": "forward",
     "from_above": "down",
     "from_below": "up",
     "from_side": "sideways",
@@ -51,6 +51,7 @@ class Details:
     posture: str = ""
     path: Literal["", "curve", "straight", "circle"] = ""
     count: int | None = None
+    distance: float | None = None
     cause: str = ""
     by: tuple[str, ...] = ()
     struck: tuple[str, ...] = ()
@@ -88,12 +89,14 @@ def details_of(
 
 
 def _adverb(word: str, details: Details, talk: Discourse) -> None:
+    if word == "from_behind":
+        return
     if word in FIXED_WAYS:
         if word.startswith("from_") and word != "from_camera":
             details.origin = FIXED_WAYS[word]
         else:
             details.direction = FIXED_WAYS[word]
-    elif word in ("inside", "in") and talk.landmark is not None:
+    elif word in ("inside", "in", "there") and talk.landmark is not None:
         details.places = (*details.places, ("in", talk.landmark))
     elif word in v.MANNERS:
         details.manner |= {v.MANNERS[word]}
@@ -123,8 +126,27 @@ def _is_known(word: str) -> bool:
     return any(word in table for table in tables) or word in ("halfway", "times", "horizontally")
 
 
+UNITS = {
+    "cm": 0.01, "centimeter": 0.01, "centimetre": 0.01, "m": 1.0, "meter": 1.0, "metre": 1.0,
+    "mm": 0.001, "millimeter": 0.001, "inch": 0.0254, "foot": 0.305, "feet": 0.305,
+}  # fmt: skip
+
+
+def _measure(phrase: NounPhrase, details: Details) -> None:
+    """ "Slides 20 cm to the left": a length with its unit."""
+    unit = UNITS.get(phrase.head)
+    if unit is None:
+        return
+    if phrase.number is not None:
+        details.distance = phrase.number * unit
+    for adjective in phrase.adjectives:
+        if adjective in v.DIRECTIONS and details.direction is None:
+            details.direction = v.DIRECTIONS[adjective]  # type: ignore[assignment]
+
+
 def _adjectives(phrase: NounPhrase, details: Details) -> None:
     """ "A strong sideways push": the adjectives of a force belong to the clause."""
+    _measure(phrase, details)
     if phrase.head not in v.FORCE_NOUNS and phrase.head not in v.CAUSES and not _is_path(phrase):
         return
     _force_adjectives(phrase, details)
@@ -146,9 +168,8 @@ def _force_adjectives(phrase: NounPhrase, details: Details) -> None:
 
 def _is_path(phrase: NounPhrase) -> bool:
     shaped = any(a in PATH_ADJECTIVES for a in phrase.adjectives)
-    return (
-        phrase.head in ("arc", "curve", "hook", "circle", "loop", "spiral", "c")
-        or (phrase.head in ("line", "path", "trajectory", "course", "motion", "arc") and shaped)
+    return phrase.head in ("arc", "curve", "hook", "circle", "loop", "spiral", "c") or (
+        phrase.head in ("line", "path", "trajectory", "course", "motion", "arc") and shaped
     )
 
 
@@ -157,7 +178,8 @@ def _is_measure(phrase: NounPhrase) -> bool:
         phrase.head in v.IGNORED_NOUNS
         or phrase.head in v.FORCE_NOUNS
         or phrase.head in v.CAUSES
-        or phrase.head in ("metre", "meter", "second", "degree", "time", "cm", "masscenter")
+        or phrase.head in UNITS
+        or phrase.head in ("second", "degree", "time", "masscenter")
         or _is_path(phrase)
     )
 
@@ -193,7 +215,7 @@ def _preposition(
             return
         if preposition in STRIKING and not is_group(phrase, stock):
             details.struck = resolved.names
-        if not is_group(phrase, stock):
+        if phrase.head not in GROUPS:
             talk.mention(resolved.names)
     _place(preposition, phrase, details, stock, talk)
 

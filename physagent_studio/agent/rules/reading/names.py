@@ -9,6 +9,7 @@ from physagent_studio.agent.rules.reading import vocabulary as v
 from physagent_studio.agent.rules.reading.frames import Place
 from physagent_studio.agent.rules.reading.phrases import NounPhrase
 from physagent_studio.agent.rules.reading.tokens import singular
+from physagent_studio.agent.rules.reading.vocabulary import words_of
 from physagent_studio.program.scene import Grounding
 
 
@@ -204,7 +205,8 @@ def _head_fits(phrase: NounPhrase, t: Thing) -> bool:
 
 def _word_fits(phrase: NounPhrase, t: Thing) -> bool:
     place = phrase.head in v.POSITIONS or phrase.head in v.GROUND_WORDS | v.TABLE_WORDS
-    return phrase.head in t.words and not place
+    compound = len(phrase.head) > 2 and any(word.endswith(phrase.head) for word in t.words)
+    return (phrase.head in t.words or compound) and not place
 
 
 def _synonym_fits(phrase: NounPhrase, t: Thing) -> bool:
@@ -311,7 +313,7 @@ def nearest_to(names: Sequence[str], place: Thing, stock: Inventory) -> tuple[st
     return tuple(sorted(names, key=distance))
 
 
-GROUPS = frozenset("stack pile heap tower row group set bunch".split())
+GROUPS = words_of("stack pile heap tower row group set bunch")
 
 # --- places ----------------------------------------------------------------------------------
 
@@ -324,6 +326,7 @@ def resolve_place(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Plac
         found = _pronoun(phrase.head, stock, talk, False)
         return Place(found.names[0], "object") if found else None
     if (own := _landmark(phrase, stock)) is not None:
+        talk.landmark = own
         return own
     if phrase.head in v.PARTS and phrase.head not in ("side",):
         return _part(phrase, stock, talk)

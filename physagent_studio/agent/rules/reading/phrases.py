@@ -14,6 +14,7 @@ from physagent_studio.agent.rules.reading.tokens import (
     singular,
     verb_base,
 )
+from physagent_studio.agent.rules.reading.vocabulary import words_of
 
 ChunkKind = Literal["np", "pp", "verb", "adv", "and", "sub", "rel", "stop", "gap"]
 
@@ -100,14 +101,14 @@ FIXED: tuple[tuple[tuple[str, ...], str], ...] = tuple(
         ("from the viewer", "from_camera"),
         ("away from the camera", "from_camera"),
         ("away from the viewer", "from_camera"),
-        ("to the left", "left"),
-        ("to the right", "right"),
-        ("toward the left", "left"),
-        ("toward the right", "right"),
-        ("towards the left", "left"),
-        ("towards the right", "right"),
-        ("to its left", "left"),
-        ("to its right", "right"),
+        ("to the left", "leftwards"),
+        ("to the right", "rightwards"),
+        ("toward the left", "leftwards"),
+        ("toward the right", "rightwards"),
+        ("towards the left", "leftwards"),
+        ("towards the right", "rightwards"),
+        ("to its left", "leftwards"),
+        ("to its right", "rightwards"),
         ("to the side", "sideways"),
         ("to one side", "sideways"),
         ("from the left", "from_left"),
@@ -131,9 +132,9 @@ FIXED: tuple[tuple[tuple[str, ...], str], ...] = tuple(
         ("trash can", "trash_can"),
     )
 )
-ADVERBIAL = frozenset(
+ADVERBIAL = words_of(
     "motionless airborne sidelong inverted halfway toward_camera from_camera from_left from_right "
-    "from_front from_side from_behind from_above from_below".split()
+    "from_front from_side from_behind from_above from_below"
 )
 
 
@@ -234,7 +235,8 @@ class Chunker:
             return not follows_name or "_" in word
         if (verb_base(previous) or "", word) in v.WITH_OBJECT:
             return True
-        adjective = _is_adjective(previous) and previous not in self.nouns
+        closed = previous in v.OTHERS or previous in v.NUMBERS or previous in v.DIRECTIONS
+        adjective = _is_adjective(previous) and previous not in self.nouns and not closed
         if previous in v.DETERMINERS or (adjective and not self._after_noun(i - 1)):
             return True
         if previous in v.PREPOSITIONS and previous != "to":
@@ -317,8 +319,10 @@ class Chunker:
         if j == i:
             return None
         unknown = looks_like_verb(self.word(j)) and self.word(j) not in v.POSTURES
-        if passive and not unknown:
+        if passive and not unknown and self.word(i) not in ("get", "gets", "got", "getting"):
             return Chunk("verb", i, j, "be", None, "be", "s", False, True, negated)
+        if self.word(i) in ("get", "gets", "got", "getting") and not unknown:
+            return Chunk("verb", i, j, self.word(i), None, "receive", "s", False, True, negated)
         if all(self.word(k) in v.NEGATIONS for k in range(i, j)):
             return Chunk("adv", i, j, "not")
         word = self.word(j) if unknown else " ".join(self.word(k) for k in range(i, j))
@@ -350,6 +354,7 @@ class Chunker:
                 words = [determiner]
             else:
                 return None
+        words, j = self._said_after(words, nouns, j)
         of = None
         if self.word(j) == "of" and (inner := self._noun_phrase(j + 1)) is not None:
             of, j = inner
@@ -362,6 +367,15 @@ class Chunker:
             bool(nouns) and singular(nouns[-1]) != nouns[-1], of, i, j,
         )  # fmt: skip
         return phrase, j
+
+    def _said_after(self, words: list[str], nouns: list[str], j: int) -> tuple[list[str], int]:
+        """ "The pin in the middle", "the ball on the left": a position said behind the noun."""
+        if not nouns or self.word(j) not in ("in", "on", "at") or self.word(j + 1) != "the":
+            return words, j
+        where, after = self.word(j + 2), j + 3
+        if where not in v.POSITIONS or self._nominal(after) or self.word(after) == "of":
+            return words, j
+        return [where, *words], after
 
     def _nominal_words(
         self, j: int, determined: bool
@@ -412,7 +426,7 @@ class Chunker:
             v.PREPOSITIONS | v.CONJUNCTIONS | v.RELATIVES | v.AUXILIARIES | v.NEGATIONS
             | v.DETERMINERS | ADVERBIAL | frozenset(("because_of", "away_from"))
         )  # fmt: skip
-        if word in closed and not (word == "near" and started and not has_noun):
+        if word in closed:
             return "end"
         if _is_adjective(word) or word in v.PARTS:
             return self._adjective_role(j, word, started, has_noun)
@@ -437,7 +451,7 @@ class Chunker:
         return "noun" if word in v.PARTS and word not in v.DIRECTIONS else "end"
 
     def _verbal_role(self, j: int, word: str, started: bool, has_noun: bool) -> str:
-        if has_noun:
+        if has_noun or self.word(j - 1) in v.OTHERS or self.word(j - 1) in v.NUMBERS:
             return "end"
         after_preposition = self.word(j - 1) in v.PREPOSITIONS - {"to"}
         if singular(word) in v.FORCE_NOUNS and (started or after_preposition):

@@ -29,7 +29,10 @@ def read(prompt: str, stock: Inventory) -> Reading:
     cut, tokens = tokens[MAX_WORDS:], tokens[:MAX_WORDS]
     chunks = Chunker(tokens, stock.nouns).chunks()
     reader = _Reader(prompt, tokens, chunks, stock)
-    for clause in split(chunks):
+    clauses = split(chunks)
+    for clause, following in zip(clauses, (*clauses[1:], None), strict=True):
+        if following is not None:
+            reader.anticipate(clause, following)
         reader.take(clause)
     return reader.finish(tuple(token.text for token in cut[:20]))
 
@@ -47,6 +50,9 @@ class _Reader:
     clauses: list[ReadClause] = field(default_factory=list)
     unknown: dict[str, None] = field(default_factory=dict)
     pending_cause: str = ""
+    pending_manner: frozenset[str] = frozenset()
+    pending_way: str | None = None
+    left_so: bool = False
     pending_text: int | None = None
     main_subject: Resolved | None = None
     last: Resolved | None = None
@@ -63,6 +69,8 @@ class _Reader:
             self.pending_text = start
             return
         self.pending_text = None
+        if self._says_nothing(clause):
+            return
         clause_id = self._add_clause(text)
         if clause.verb.verb == "?":
             self.unknown[clause.verb.word] = None
@@ -71,7 +79,15 @@ class _Reader:
         frame = self._frame(clause, clause_id)
         if frame is not None:
             self.frames.append(frame)
-        self.pending_cause = ""
+        self.pending_cause, self.pending_manner, self.left_so = "", frozenset(), False
+        self.pending_way = None
+
+    def anticipate(self, clause: RawClause, following: RawClause) -> None:
+        """ "Rolling forward, the ball …": the subject is only named in the next clause."""
+        verb = clause.verb
+        opens = self.last is None and not clause.subjects and not clause.complement
+        if verb is not None and verb.form == "ing" and opens and following.subjects:
+            self.last = self._subject(following)
 
     def finish(self, cut: Sequence[str]) -> Reading:
         """The reading of everything taken."""
@@ -91,26 +107,43 @@ class _Reader:
             return False
         if clause.verb.verb in ("leave", "keep") and clause.objects:
             self._subject(clause)
+            self.left_so = True
             return True
-        if entry.kind == "light" or entry.sense in ("stay", "move") and not clause.objects:
+        if entry.kind == "light" or (entry.sense in ("stay", "move") and not clause.objects):
             subject = self._subject(clause)
             self.last = subject or self.last
-            return entry.kind == "light" or clause.verb.verb in ("keep", "continue", "go", "come")
+            self.left_so = entry.sense == "stay"
+            passing = ("keep", "continue", "go", "come", "remain", "stay")
+            return entry.kind == "light" or clause.verb.verb in passing
         if entry.sense in ("make", "receive"):
             self._note_cause(clause)
             return True
         return False
 
+    def _says_nothing(self, clause: RawClause) -> bool:
+        """ "… stays where it is"."""
+        assert clause.verb is not None
+        bare = not clause.places and not clause.objects
+        return clause.joint == "where" and clause.verb.verb == "be" and bare
+
     def _complement_follows(self, clause: RawClause) -> bool:
-        rest = [c for c in self.chunks[clause.end :]]
-        if not rest or rest[0].kind != "verb" or self.chunks[clause.end - 1].kind in ("and", "stop"):
+        rest = list(self.chunks[clause.end :])
+        if (
+            not rest
+            or rest[0].kind != "verb"
+            or self.chunks[clause.end - 1].kind in ("and", "stop")
+        ):
             return False
         return not rest[0].finite or bool(clause.objects) or rest[0].form == "pp"
 
     def _note_cause(self, clause: RawClause) -> None:
         for phrase in clause.subjects:
-            if phrase.head in v.CAUSES:
-                self.pending_cause = v.CAUSES[phrase.head]
+            if phrase.head in v.CAUSES or phrase.head in v.FORCE_NOUNS:
+                self.pending_cause = v.CAUSES.get(phrase.head, "person")
+                said = {v.MANNERS[a] for a in phrase.adjectives if a in v.MANNERS}
+                self.pending_manner = frozenset(said)
+                ways = [w for w in (*clause.adverbs, *phrase.adjectives) if w in v.DIRECTIONS]
+                self.pending_way = v.DIRECTIONS[ways[0]] if ways else None
                 return
         self.last = self._subject(clause) or self.last
 
@@ -127,14 +160,15 @@ class _Reader:
             sense,
             clause_id,
             cause=cause or details.cause or self.pending_cause,
-            only=any(p.only for p in (*clause.subjects, *clause.objects)),
-            direction=details.direction,
+            only=any(p.only for p in (*clause.subjects, *clause.objects, *_named(clause))),
+            direction=details.direction or self.pending_way,  # type: ignore[arg-type]
             origin=details.origin,
             places=details.places,
-            manner=details.manner | frozenset(_manner(clause)),
-            posture=details.posture,
+            manner=details.manner | frozenset(_manner(clause)) | self.pending_manner,
+            posture=details.posture or ("upright" if verb_is(clause, "stand") else ""),
             path=details.path,
             count=details.count,
+            distance=details.distance,
             negated=self._negated(clause),
             link=self._link(clause),
         )
@@ -175,6 +209,8 @@ class _Reader:
         for phrase in clause.subjects:
             if phrase.head in v.IGNORED_NOUNS | {"motion", "masscenter"} and not phrase.pronoun:
                 found = self._possessed(phrase)
+            elif phrase.head == "it" and (struck := self._struck(clause)) is not None:
+                found = struck
             else:
                 found = resolve_objects(phrase, self.stock, self.talk, subject_of_clause=True)
             if found is None:
@@ -189,6 +225,17 @@ class _Reader:
         resolved = Resolved(tuple(names), any_one)
         self.talk.subject = resolved.names
         return resolved
+
+    def _struck(self, clause: RawClause) -> Resolved | None:
+        """ "The ball hits the pin and it tips over": what was hit, where such things fall over."""
+        before = self.frames[-1] if self.frames else None
+        if before is None or clause.verb is None or not before.agent or not before.patient:
+            return None
+        if clause.verb.verb not in v.VERBS or clause.joint not in ("and", "so", ""):
+            return None
+        gives_way = ("topple", "fall", "collapse", "break", "flip", "lean")
+        entry = v.VERBS[clause.verb.verb]
+        return Resolved(before.patient) if entry.sense in gives_way else None
 
     def _antecedent(self, clause: RawClause) -> Resolved | None:
         """What a relative clause is about: the noun phrase right before it."""
@@ -222,13 +269,9 @@ class _Reader:
         start = clause.start - 1
         while start >= 0 and self.chunks[start].kind not in ("verb", "stop", "and"):
             start -= 1
-        return tuple(
-            c.np for c in self.chunks[start + 1 : clause.start] if c.kind == "np" and c.np
-        )
+        return tuple(c.np for c in self.chunks[start + 1 : clause.start] if c.kind == "np" and c.np)
 
-    def _count_by_place(
-        self, found: Resolved, phrase: NounPhrase, clause: RawClause
-    ) -> Resolved:
+    def _count_by_place(self, found: Resolved, phrase: NounPhrase, clause: RawClause) -> Resolved:
         """ "Two oranges slide off the belt": of three, the two that are nearest to the belt."""
         wanted = phrase.number
         if wanted is None or any(a in v.POSITIONS for a in phrase.adjectives):
@@ -250,13 +293,15 @@ class _Reader:
         assert verb is not None
         if verb.verb == "be":
             return "be", "state", clause.objects
+        if self.left_so and v.VERBS[verb.verb].kind == "state":
+            return "stay", "state", clause.objects
         entry = v.VERBS[verb.verb]
         sense, kind = entry.sense, entry.kind
         if kind == "light":
             sense, kind = "rest", "state"
         for phrase in (*clause.objects, *(np for prep, np in clause.places if prep == "to")):
             key = (verb.verb, phrase.head)
-            if key in v.WITH_OBJECT and not self._is_object(phrase):
+            if key in v.WITH_OBJECT and not (phrase.nouns and self._is_object(phrase)):
                 rest = tuple(p for p in clause.objects if p is not phrase)
                 return v.WITH_OBJECT[key], "move", rest
         for particle in (*clause.adverbs, *self._stranded(clause)):
@@ -318,9 +363,7 @@ class _Reader:
             frame = replace(frame, places=(*place, *frame.places))
         return self._done_by(frame, subject)
 
-    def _direct(
-        self, objects: tuple[NounPhrase, ...], subject: Resolved | None
-    ) -> Resolved | None:
+    def _direct(self, objects: tuple[NounPhrase, ...], subject: Resolved | None) -> Resolved | None:
         names: dict[str, None] = {}
         any_one = False
         for phrase in objects:
@@ -401,6 +444,15 @@ class _Reader:
                     self.unknown[chunk.np.head] = None
             elif chunk.kind == "gap":
                 self.unknown[chunk.word] = None
+
+
+def _named(clause: RawClause) -> tuple[NounPhrase, ...]:
+    return tuple(phrase for _, phrase in clause.places)
+
+
+def verb_is(clause: RawClause, base: str) -> bool:
+    """Whether the clause's verb is this one."""
+    return clause.verb is not None and clause.verb.verb == base
 
 
 def _manner(clause: RawClause) -> tuple[str, ...]:

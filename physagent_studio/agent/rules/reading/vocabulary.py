@@ -22,6 +22,11 @@ class Verb:
     manner: tuple[str, ...] = ()
 
 
+def words_of(text: str) -> frozenset[str]:
+    """The words of a text, as a set."""
+    return frozenset(text.split())
+
+
 def _verbs(kind: Kind, table: dict[str, str], manner: tuple[str, ...] = ()) -> dict[str, Verb]:
     return {
         word: Verb(sense, kind, manner) for sense, words in table.items() for word in words.split()
@@ -131,8 +136,9 @@ IRREGULAR: dict[str, str] = {
 }  # fmt: skip
 """Irregular forms; those that are past participles as well as regular `-ed` read as passive."""
 
-PARTICIPLES = frozenset(
-    ["fallen", "thrown", "flown", "hung", "swung", "blown", "struck", "broken", "spun", "lost", "bent", "shaken", "sent", "made", "laid", "kept", "caught", "driven", "sunk", "given", "taken", "met", "hit", "set", "split", "shot", "flung", "hung", "slid", "held", "put"]
+PARTICIPLES = words_of(
+    "fallen thrown flown hung swung blown struck broken spun lost bent shaken sent made laid "
+    "kept caught driven sunk given taken met hit set split shot flung hung slid held put"
 )
 
 COMBINED: dict[tuple[str, str], str] = {
@@ -173,8 +179,9 @@ WITH_OBJECT: dict[tuple[str, str], str] = {
 }  # fmt: skip
 """A verb with the head of its object (or of its "to …"), where that makes another sense."""
 
-FORCE_NOUNS = frozenset(
-    ["force", "push", "shove", "kick", "nudge", "impulse", "hit", "tap", "blow", "bump", "knock", "strike", "poke", "thrust", "impact", "throw", "toss", "pressure"]
+FORCE_NOUNS = words_of(
+    "force push shove kick nudge impulse hit tap blow bump knock strike poke thrust impact "
+    "throw toss pressure"
 )
 FORCE_SENSE = {"kick": "kick", "throw": "throw", "toss": "throw", "hit": "push", "blow": "push"}
 
@@ -199,24 +206,37 @@ DIRECTIONS: dict[str, str] = {
     "off": "off", "aside": "sideways", "lateral": "sideways",
 }  # fmt: skip
 
-CAMERA_WORDS = frozenset(["camera", "viewer", "us", "observer", "lens", "you"])
+CAMERA_WORDS = words_of("camera viewer us observer lens you")
 
 MANNERS: dict[str, str] = {
-    **dict.fromkeys(["slowly", "slow", "gradually", "leisurely", "sluggishly"], "slow"),
-    **dict.fromkeys(["gently", "gentle", "softly", "lightly", "light", "soft", "weak", "weakly", "mild", "mildly"], "gentle"),
-    **dict.fromkeys(["quickly", "quick", "fast", "rapidly", "rapid", "swiftly", "suddenly", "swift", "sudden"], "fast"),
+    **dict.fromkeys(words_of("slowly slow gradually leisurely sluggishly"), "slow"),
     **dict.fromkeys(
-        ["hard", "heavily", "heavy", "strongly", "strong", "forcefully", "powerfully", "powerful", "violently", "violent", "firmly", "forceful", "fiercely"],
+        words_of("gently gentle softly lightly light soft weak weakly mild mildly"), "gentle"
+    ),
+    **dict.fromkeys(
+        words_of("quickly quick fast rapidly rapid swiftly suddenly swift sudden"), "fast"
+    ),
+    **dict.fromkeys(
+        words_of(
+            "hard heavily heavy strongly strong forcefully powerfully powerful violently violent "
+            "firmly forceful fiercely"
+        ),
         "hard",
     ),
-    **dict.fromkeys(["continuously", "continuous", "steadily", "steady", "constantly", "smoothly", "smooth"], "continuous"),
-    **dict.fromkeys(["rhythmically", "rhythmic", "periodically", "periodic", "repeatedly"], "rhythmic"),
-    **dict.fromkeys(["straight", "directly", "vertical"], "straight"),
-    **dict.fromkeys(["slightly", "barely"], "slight"),
-}  # fmt: skip
+    **dict.fromkeys(
+        words_of("continuously continuous steadily steady constantly smoothly smooth"), "continuous"
+    ),
+    **dict.fromkeys(words_of("rhythmically rhythmic periodically periodic repeatedly"), "rhythmic"),
+    **dict.fromkeys(("straight", "directly", "vertical"), "straight"),
+    **dict.fromkeys(("slightly", "barely"), "slight"),
+}
 
-FILLERS = frozenset(
-    ["finally", "eventually", "then", "also", "just", "immediately", "naturally", "simply", "simultaneously", "together", "again", "afterwards", "afterward", "thereby", "instead", "soon", "later", "now", "initially", "first", "meanwhile", "suddenly", "still", "completely", "fully", "entirely", "almost", "nearly", "quite", "very", "too", "so", "well", "thus", "hence", "therefore", "already", "only", "even", "once", "there", "here", "subsequently", "next", "apart", "under", "freely", "perfectly", "cleanly", "really", "squarely"]
+FILLERS = words_of(
+    "finally eventually then also just immediately naturally simply simultaneously together "
+    "again afterwards afterward thereby instead soon later now initially first meanwhile "
+    "suddenly still completely fully entirely almost nearly quite very too so well thus hence "
+    "therefore already only even once there here subsequently next apart under freely "
+    "perfectly cleanly really squarely"
 )
 COUNTS = {"once": 1, "twice": 2, "thrice": 3}
 
@@ -228,12 +248,15 @@ POSTURES: dict[str, str] = {
     "vertical": "upright", "behind": "still",
 }  # fmt: skip
 
-COLOURS = frozenset(
-    ["red", "orange", "yellow", "green", "blue", "purple", "violet", "pink", "brown", "black", "white", "gray", "grey", "silver", "gold", "golden", "beige", "cyan", "magenta", "turquoise", "transparent", "clear", "striped", "dark", "bright", "pale"]
+COLOURS = words_of(
+    "red orange yellow green blue purple violet pink brown black white gray grey silver gold "
+    "golden beige cyan magenta turquoise transparent clear striped dark bright pale"
 )
 SIZES = {
-    **dict.fromkeys(["small", "tiny", "little", "smaller", "smallest", "mini", "short"], "small"),
-    **dict.fromkeys(["large", "big", "huge", "tall", "giant", "bigger", "biggest", "larger", "largest", "massive"], "large"),
+    **dict.fromkeys(words_of("small tiny little smaller smallest mini short"), "small"),
+    **dict.fromkeys(
+        words_of("large big huge tall giant bigger biggest larger largest massive"), "large"
+    ),
 }
 POSITIONS: dict[str, str] = {
     "top": "top", "upper": "top", "topmost": "top", "uppermost": "top", "highest": "top",
@@ -249,29 +272,39 @@ NUMBERS = {
     "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8,
     "nine": 9, "ten": 10,
 }  # fmt: skip
-OTHERS = frozenset(["other", "others", "remaining", "rest"])
-MATERIAL_WORDS = frozenset(
-    ["wooden", "metal", "metallic", "plastic", "rubber", "glass", "stone", "ceramic", "foam", "paper", "cardboard", "clay", "leather", "steel", "iron", "concrete", "icy", "frozen", "sandy", "cotton", "acrylic"]
+OTHERS = words_of("other others remaining rest")
+MATERIAL_WORDS = words_of(
+    "wooden metal metallic plastic rubber glass stone ceramic foam paper cardboard clay "
+    "leather steel iron concrete icy frozen sandy cotton acrylic"
 )
-PLAIN_ADJECTIVES = frozenset(
-    ["ripe", "flat", "round", "square", "long", "narrow", "wide", "original", "new", "same", "whole", "single", "nearby", "hanging", "resting", "moving", "rolling", "falling", "flying", "standing", "sliding", "empty", "full", "shifting", "stationary", "old", "heavy", "light", "hard", "soft", "loose", "entire", "final", "initial", "side", "opposite", "grassy", "inside", "outer", "inner", "open", "free", "shiny", "smooth", "rough"]
+PLAIN_ADJECTIVES = words_of(
+    "ripe flat round square long narrow wide original new same whole single nearby hanging "
+    "resting moving rolling falling flying standing sliding empty full shifting stationary "
+    "old heavy light hard soft loose entire final initial side opposite grassy inside outer "
+    "inner open free shiny smooth rough"
 )
 
-DETERMINERS = frozenset(
-    ["a", "an", "the", "this", "these", "those", "its", "their", "his", "her", "our", "my", "your", "each", "every", "all", "both", "some", "any", "another", "several", "no"]
+DETERMINERS = words_of(
+    "a an the this that these those its their his her our my your each every all both some any "
+    "another several no"
 )
-PRONOUNS = frozenset(["it", "they", "them", "itself", "themselves", "one", "others", "everything", "he", "she", "him"])
-AUXILIARIES = frozenset(
-    ["is", "are", "was", "were", "be", "been", "being", "am", "has", "have", "had", "do", "does", "did", "will", "would", "shall", "should", "may", "might", "must", "could", "can", "gets", "getting", "becomes", "become", "became"]
+PRONOUNS = words_of("it that this they them itself themselves one others everything he she him")
+AUXILIARIES = words_of(
+    "is are was were be been being am has have had do does did will would shall should may "
+    "might must could can gets getting becomes become became"
 )
-BE = frozenset(["is", "are", "was", "were", "be", "been", "being", "am", "gets", "getting", "get", "got", "becomes", "become", "became"])
-NEGATIONS = frozenset(["not", "never", "n't", "cannot", "hardly"])
-PREPOSITIONS = frozenset(
-    ["on", "onto", "upon", "in", "into", "inside", "within", "to", "toward", "towards", "from", "off", "of", "over", "under", "underneath", "beneath", "below", "above", "across", "along", "through", "past", "against", "with", "without", "by", "at", "near", "beside", "behind", "before", "after", "around", "between", "among", "beyond", "down", "up", "outside", "until", "via", "for", "alongside", "about", "throughout", "during", "like"]
+BE = words_of("is are was were be been being am gets getting get got becomes become became")
+NEGATIONS = words_of("not never n't cannot hardly")
+PREPOSITIONS = words_of(
+    "on onto upon in into inside within to toward towards from off of over under underneath "
+    "beneath below above across along through past against with without by at near beside "
+    "behind before after around between among beyond down up outside until via for alongside "
+    "about throughout during like"
 )
-CONJUNCTIONS = frozenset(["and", "or", "but", "then", "nor"])
-SUBORDINATORS = frozenset(
-    ["as", "while", "when", "because", "since", "so", "until", "before", "after", "if", "although", "though", "whereas", "whilst", "once", "where", "until", "without"]
+CONJUNCTIONS = words_of("and or but then nor")
+SUBORDINATORS = words_of(
+    "as while when because since so until before after if although though whereas whilst once "
+    "where until without"
 )
 RELATIVES = frozenset(["that", "which", "who"])
 
@@ -286,18 +319,19 @@ RELATIONS: dict[str, str] = {
     "with": "with", "by": "by", "until": "until", "outside": "off", "alongside": "near",
 }  # fmt: skip
 
-GROUND_WORDS = frozenset(
-    ["floor", "ground", "grass", "field", "lawn", "pitch", "lane", "road", "street", "pavement", "rink", "ice", "sand", "beach", "court", "carpet", "turf", "snow", "asphalt", "sheet", "track", "soil", "dirt"]
+GROUND_WORDS = words_of(
+    "floor ground grass field lawn pitch lane road street pavement rink ice sand beach court "
+    "carpet turf snow asphalt sheet track soil dirt"
 )
-TABLE_WORDS = frozenset(["table", "tabletop", "desk", "counter", "countertop", "bench", "worktop", "surface"])
+TABLE_WORDS = words_of("table tabletop desk counter countertop bench worktop surface")
 SUPPORT_CLASSES: tuple[frozenset[str], ...] = (
     TABLE_WORDS,
-    frozenset(["ramp", "slope", "incline", "wedge", "slide", "chute"]),
+    words_of("ramp slope incline wedge slide chute"),
     frozenset(["belt", "conveyor"]),
     frozenset(["shelf", "ledge", "rack"]),
     frozenset(["step", "stair", "stairs"]),
     frozenset(["wall"]),
-    frozenset(["platform", "stage", "podium", "pedestal"]),
+    words_of("platform stage podium pedestal"),
 )
 PARTS: dict[str, str] = {
     "edge": "edge", "rim": "edge", "brink": "edge", "border": "edge", "corner": "edge",
@@ -312,13 +346,17 @@ LANDMARKS: dict[str, str] = {
     "mark": "point", "marker": "point", "spot": "point", "zone": "area",
     "area": "area", "circle": "area", "square": "area", "region": "area",
 }  # fmt: skip
-MASS_HEADS = frozenset(
-    ["stack", "pile", "row", "pair", "set", "group", "line", "bunch", "tower", "heap", "piece", "block", "slice", "number", "all", "each", "one", "two", "three", "some", "both", "half"]
+MASS_HEADS = words_of(
+    "stack pile row pair set group line bunch tower heap piece block slice number all each "
+    "one two three some both half"
 )
 """Heads that stand for what follows their "of"."""
 
-IGNORED_NOUNS = frozenset(
-    ["position", "place", "motion", "way", "air", "mass", "direction", "distance", "path", "force", "time", "speed", "balance", "support", "frame", "stop", "rest", "center", "centre", "end", "case", "fashion", "manner", "movement", "scene", "image", "picture", "other", "each", "result", "order", "turn", "angle", "height", "clip", "video", "effect", "action", "moment", "origin", "location", "spin", "halt", "speed", "momentum", "direction", "stand"]
+IGNORED_NOUNS = words_of(
+    "position place motion way air mass direction distance path force time speed balance "
+    "support frame stop rest center centre end case fashion manner movement scene image "
+    "picture other each result order turn angle height clip video effect action moment origin "
+    "location spin halt speed momentum direction stand"
 )
 """Nouns that name neither a thing nor a place of the scene."""
 
@@ -353,4 +391,4 @@ SYNONYMS: tuple[frozenset[str], ...] = tuple(
         "orange apple persimmon lemon lime peach pear melon pumpkin fruit",
     )
 )
-GENERIC = frozenset(["object", "objects", "thing", "things", "item", "items", "body"])
+GENERIC = words_of("object objects thing things item items body")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -27,6 +28,7 @@ from physagent_studio.records import (
 )
 
 AUTHOR = "vlm"
+MOST_MARGIN = 10.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -289,17 +291,17 @@ def _check_mismatch(check: Check, program: PhysicalProgram) -> Mismatch:
 
 def _check(item: Finding) -> Check:
     scale = max(abs(item.threshold), 1e-9)
-    size = abs(item.measured - item.threshold) / scale
+    distance = min(abs(item.measured - item.threshold) / scale, MOST_MARGIN)
+    # Not a number where nothing could be measured.
+    size = distance if math.isfinite(distance) else MOST_MARGIN
     return Check(
-        id=f"{item.kind}.{item.subject}.{item.name}"
-        if item.subject
-        else f"{item.kind}.{item.name}",
+        id=".".join(part for part in (item.kind, item.subject, item.name) if part),
         text=item.text,
         ok=item.ok,
-        measured=item.measured,
+        measured=item.measured if math.isfinite(item.measured) else None,
         threshold=item.threshold,
         unit=item.unit,
-        margin=size if item.ok else -size,
+        margin=size if item.ok else -max(size, 1e-6),
         kind=item.kind,
     )
 
@@ -315,7 +317,7 @@ def _finding_mismatch(item: Finding) -> Mismatch:
         code=_FINDINGS[item.kind],
         text=item.text,
         subject=item.subject,
-        figures={"measured": item.measured, "threshold": item.threshold},
+        figures={"measured": item.measured} if math.isfinite(item.measured) else {},
     )
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 from collections.abc import Mapping
 from typing import Any
@@ -14,7 +13,7 @@ from pydantic import ValidationError
 from physagent_studio.errors import Problem, ProgramError
 from physagent_studio.program.json_schema import Location, fields_at, json_schema
 from physagent_studio.program.problems import problems_of
-from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.program.program import PhysicalProgram, unsigned_zeros
 from physagent_studio.program.yaml_nodes import Node, parse
 
 __all__ = [
@@ -62,13 +61,13 @@ def validate_data(data: Any, lines: Mapping[Location, int] | None = None) -> Phy
 
 
 def _whole(data: Any) -> Any:
-    """Plain data in which a number such as 1e3 is the whole number that it is."""
+    """Plain data in which a number such as 1e3 is the whole number that it is, and −0 is 0."""
     if isinstance(data, dict):
         return {key: _whole(value) for key, value in data.items()}
     if isinstance(data, list):
         return [_whole(value) for value in data]
     if isinstance(data, float) and data.is_integer() and abs(data) < 2**53:
-        return data if data == 0 and math.copysign(1, data) < 0 else int(data)
+        return int(data)
     return data
 
 
@@ -92,7 +91,7 @@ def dump_program(program: PhysicalProgram) -> str:
 
     Defaults are left out but for those that say what a thing is or when it acts.
     """
-    data = _trimmed(program.model_dump(mode="json"), program)
+    data = unsigned_zeros(_trimmed(program.model_dump(mode="json"), program))
     ordered = {key: data.get(key, {}) for key in ("version", "clip", "scene", "event", "contract")}
     kept = {key: value for key, value in ordered.items() if value not in ({}, [])}
     return "".join(dump_entry(key, value) for key, value in kept.items())

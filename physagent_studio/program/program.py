@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 
@@ -64,12 +64,22 @@ class PhysicalProgram(Frozen):
     @property
     def hash(self) -> str:
         """SHA-256 of the canonical JSON form."""
-        text = json.dumps(self.model_dump(mode="json"), sort_keys=True, separators=(",", ":"))
+        data = unsigned_zeros(self.model_dump(mode="json"))
+        text = json.dumps(data, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(text.encode()).hexdigest()
 
     def action(self, action_id: str) -> Action | None:
         """The action of that id, or None."""
         return next((item for item in self.event.actions if item.id == action_id), None)
+
+
+def unsigned_zeros(data: Any) -> Any:
+    """Plain data in which −0.0 is 0.0, which it is equal to."""
+    if isinstance(data, dict):
+        return {key: unsigned_zeros(value) for key, value in data.items()}
+    if isinstance(data, list):
+        return [unsigned_zeros(value) for value in data]
+    return data + 0.0 if isinstance(data, float) else data
 
 
 # Each finding is "path|message|allowed" on one line; `program.problems` reads them back.

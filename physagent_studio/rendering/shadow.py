@@ -228,9 +228,7 @@ def _tiles(clouds: list[_Cloud], faces: list[NDArray[np.int32]]) -> _Tiles:
     return _Tiles(layers, np.where(mask > 0, filled, bottom).astype(np.float32))
 
 
-def _soft(
-    layers: list[NDArray[np.float32]], at: _Places, gap: NDArray, penumbra: float
-) -> NDArray:
+def _soft(layers: list[NDArray[np.float32]], at: _Places, gap: NDArray, penumbra: float) -> NDArray:
     """Share of the light that is blocked (K,), blurred by the distance `gap` in texels."""
     place = np.interp(_BLUR[0] + gap * penumbra, _BLUR, (0.0, 1.0, 2.0)).astype(np.float32)
     sharp, middle, soft = (at.sample(layer) for layer in layers)

@@ -25,7 +25,7 @@ _AZIMUTHS = 16
 _ELEVATIONS = (20, 32, 46, 62)
 _PENUMBRA = 0.12
 _REACH = 6.0
-_AGREES = 0.45
+_AGREES = 0.6
 """Least correlation between the darkness found and the shadow computed."""
 _AROUND = 3.2
 """How far around an object the ground is looked at, in heights of its top over that ground."""
@@ -73,16 +73,17 @@ def estimate_sun(
 
     plate: (H, W, 3). known: (H, W) where it is the photo itself. world: (V, 3) initial pose.
     """
-    shading = _shading(plate, known, ground, _around(batch, world, ground))
+    around = _around(batch, world, ground)
+    shading = _shading(plate, known, ground, np.asarray(around.any(0)))
     if shading is None:
         return DEFAULT, None
     everyone = np.ones(len(batch.first) - 1)
     looked_at = shading.usable & _checkered(ground.shape)
-    grey = -shading.darkness.mean(-1)[looked_at]
+    grey, places = -shading.darkness.mean(-1)[looked_at], around[:, looked_at]
     best, lamp = _AGREES, None
     for candidate in _sky():
         blocked = Shadows.of(batch, ground, candidate).blocked(world, everyone)[looked_at]
-        agreement = _correlation(blocked, grey)
+        agreement = _agreement(blocked, grey, places)
         if agreement > best:
             best, lamp = agreement, candidate
     if lamp is None:
@@ -111,8 +112,8 @@ def _sky() -> list[Lamp]:
 
 
 def _around(batch: Batch, world: FloatArray, ground: Ground) -> NDArray[np.bool_]:
-    """(h, w) ground below an object, near enough that a low sun's shadow can fall there."""
-    near = np.zeros(ground.shape, bool)
+    """(N, h, w) ground below each object, near enough for the shadow of a low sun."""
+    near = np.zeros((len(batch.first) - 1, *ground.shape), bool)
     x, y, z = np.moveaxis(ground.points, -1, 0)
     for index in range(len(batch.first) - 1):
         mine = world[batch.first[index] : batch.first[index + 1]]
@@ -122,7 +123,7 @@ def _around(batch: Batch, world: FloatArray, ground: Ground) -> NDArray[np.bool_
         middle = (low + high) / 2
         away = np.hypot(x - middle[0], y - middle[1])
         reach = _AROUND * (high[2] - z) + np.hypot(*(high - low)[:2]) / 2
-        near |= np.isfinite(z) & (z < low[2] + 0.5 * (high[2] - low[2])) & (away < reach)
+        near[index] = np.isfinite(z) & (z < low[2] + 0.5 * (high[2] - low[2])) & (away < reach)
     return near
 
 
@@ -162,6 +163,15 @@ def _weights(terms: FloatArray, values: FloatArray) -> FloatArray:
         spread = max(1.5 * float(np.median(np.abs(rest))), 0.02)
         weight = 1 / (1 + (rest / np.where(rest < 0, spread, 2 * spread)) ** 2)
     return weight
+
+
+def _agreement(blocked: NDArray, dark: NDArray, places: NDArray[np.bool_]) -> float:
+    """Mean over the objects of how well shadow and darkness (K,) agree around each (N, K).
+
+    Every object has a say, so that one dark patch beside one of them is no sun.
+    """
+    each = [_correlation(blocked[own], dark[own]) for own in places if own.sum() > 20]
+    return float(np.mean(each)) if each else 0.0
 
 
 def _correlation(first: NDArray, second: NDArray) -> float:

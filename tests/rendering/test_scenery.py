@@ -1,0 +1,129 @@
+"""The picture behind the objects: the photo while they stand, its sun, its shadows lifted."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from physagent_studio.records.scene import Mesh
+from physagent_studio.rendering import Compositor
+from physagent_studio.rendering.batch import Batch
+from physagent_studio.rendering.compositor import initial_poses, lens_of
+from physagent_studio.rendering.frame import Picture
+from physagent_studio.rendering.grid import enlarged
+from physagent_studio.rendering.shadow import Lamp, Shadows
+from physagent_studio.rendering.stage import Stage
+from physagent_studio.rendering.sun import DEFAULT
+from tests.rendering.scenes import FLOOR, SIZE, ball, crate, scene_of
+
+
+def things():
+    first, first_mesh = ball((-0.35, 2.4, 0.2), 0.2)
+    second, second_mesh = crate((0.45, 2.7, 0.25), (0.3, 0.3, 0.5))
+    return [first, second], {"ball": first_mesh, "crate": second_mesh}
+
+
+def floor_picture(seed: int = 2) -> Picture:
+    """An evenly lit floor with fine texture and a gradient."""
+    rng = np.random.default_rng(seed)
+    y, x = np.mgrid[0 : SIZE[1], 0 : SIZE[0]]
+    tone = 150 + 0.12 * y + 0.05 * x + rng.normal(0, 2.5, (SIZE[1], SIZE[0]))
+    return np.clip(tone[..., None] * (1.0, 0.95, 0.85), 0, 255).astype(np.uint8)
+
+
+def sunlit(direction, strength=0.5, patch=None):
+    """A scene whose photo has shadows from a known lamp, and the true floor without any."""
+    objects, meshes = things()
+    bare = scene_of(objects, meshes, [FLOOR])
+    camera = bare.state.camera
+    assert camera is not None
+    batch = Batch.of(list(meshes.values()))
+    world = batch.placed(*initial_poses(bare))
+    ground = Stage.of(bare.state, {}, camera, lens_of(camera)).ground
+    floor = floor_picture()
+    if patch is not None:
+        cv2.ellipse(floor, patch, (60, 55, 50), -1)
+    photo = floor
+    if direction is not None:
+        lamp = Lamp(np.array(direction) / np.linalg.norm(direction), 0.1, 6.0)
+        blocked = Shadows.of(batch, ground, lamp).blocked(world, np.ones(2))
+        light = 1 - strength * enlarged(blocked, ground.step, floor.shape)
+        photo = (floor * light[..., None]).astype(np.uint8)
+    frame = Compositor(bare).frame()
+    hole = cv2.dilate((frame.ids >= 0).astype(np.uint8), np.ones((5, 5))) > 0
+    plate = np.where(hole[..., None], floor, photo)
+    photo = np.where((frame.ids >= 0)[..., None], frame.rgb, photo)
+    masks = {item.name: frame.ids == i for i, item in enumerate(objects)}
+    painted = {
+        name: Mesh(m.vertices, m.faces, camera.project(world[batch.owner == i])[0], photo)
+        for i, (name, m) in enumerate(meshes.items())
+    }
+    scene = scene_of(objects, painted, [FLOOR], photo=photo, plate=plate, masks=masks)
+    return scene, floor, hole
+
+
+@pytest.mark.parametrize("direction", [(-1.0, 0.1, 0.7), (0.6, -0.6, 0.6), (0.3, 0.8, 0.9)])
+def test_the_sun_is_read_off_the_photo(direction):
+    scene, floor, hole = sunlit(direction)
+    scenery = Compositor(scene)._scenery
+    assert scenery.sun.seen
+    truth = np.arctan2(direction[1], direction[0])
+    found = np.arctan2(scenery.sun.lamp.direction[1], scenery.sun.lamp.direction[0])
+    assert abs((found - truth + np.pi) % (2 * np.pi) - np.pi) < np.radians(30)
+    assert 0.25 < scenery.sun.strength.mean() < 0.7
+    assert scene.plate is not None
+    shadow = (floor[..., 0] > scene.plate[..., 0].astype(int) + 20) & ~hole
+    assert shadow.sum() > 150
+    before = np.abs(scene.plate.astype(int) - floor)[shadow].mean()
+    after = np.abs(scenery.plate.astype(int) - floor)[shadow].mean()
+    assert after < 0.4 * before
+
+
+def test_without_shadows_nothing_is_lifted():
+    scene, _, _ = sunlit(None)
+    scenery = Compositor(scene)._scenery
+    assert scenery.sun is DEFAULT
+    assert scene.plate is not None
+    assert np.array_equal(scenery.plate, scene.plate)
+
+
+def test_a_dark_patch_is_no_shadow():
+    scene, _, _ = sunlit(None, patch=((150, 100), (60, 22), 0))
+    scenery = Compositor(scene)._scenery
+    assert not scenery.sun.seen
+    assert scene.plate is not None
+    assert np.array_equal(scenery.plate, scene.plate)
+
+
+def test_new_shadows_fall_as_the_photo_has_them():
+    scene, _, _ = sunlit((-1.0, 0.1, 0.7))
+    compositor = Compositor(scene)
+    positions, rotations = initial_poses(scene)
+    moved = positions + np.array([[0.1, 0.1, 0.0], [0, 0, 0]])
+    frame = compositor.frame(moved, rotations)
+    bare = compositor.frame(moved, rotations, shadows=False)
+    darker = (bare.rgb.astype(int) - frame.rgb).sum(-1) * (frame.ids < 0)
+    _, x = np.nonzero(darker > 30)
+    assert len(x) > 100
+    # The sun stands on the left, so the shadow reaches to the right.
+    assert x.mean() > np.nonzero(frame.ids == 0)[1].mean() + 4
+
+
+def test_first_frame_is_the_photo_everywhere():
+    scene, _, _ = sunlit((-1.0, 0.1, 0.7))
+    assert scene.photo is not None
+    assert np.abs(Compositor(scene).frame().rgb.astype(int) - scene.photo).max() <= 1
+
+
+def test_what_stands_still_keeps_its_place_in_the_photo():
+    scene, _, _ = sunlit((-1.0, 0.1, 0.7))
+    assert scene.photo is not None
+    compositor = Compositor(scene)
+    positions, rotations = initial_poses(scene)
+    away = positions + np.array([[-3.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    frame = compositor.frame(away, rotations)
+    near_crate = cv2.dilate(scene.masks["crate"].astype(np.uint8), np.ones((7, 7))) > 0
+    assert np.abs(frame.rgb.astype(int) - scene.photo)[near_crate].max() <= 1
+    left = scene.masks["ball"]
+    assert np.abs(frame.rgb.astype(int) - scene.photo)[left].mean() > 15

@@ -27,6 +27,7 @@ from physagent_studio.program.actions import (
     SetVelocity,
 )
 from physagent_studio.simulation.disturbance import disturbance
+from physagent_studio.simulation.parts import CloudPart, RigidPart
 from physagent_studio.simulation.surfaces import FloatArray
 from physagent_studio.simulation.vectors import unit_of
 from physagent_studio.simulation.world import World
@@ -37,16 +38,20 @@ ZERO = np.zeros(3)
 class Effect(ABC):
     """One action while it acts.
 
-    work: J put into the target so far. each_substep: whether `act` runs before engine steps.
-    kept: the attributes that make up its memory while it acts, plain numbers or arrays.
+    work: J put into the target so far. kept: the attributes that make up its memory while it
+    acts, plain numbers or arrays.
     """
 
-    each_substep = False
     kept: tuple[str, ...] = ("work",)
 
     def __init__(self, action: Action) -> None:
         self.action = action
         self.work = 0.0
+
+    @property
+    def each_substep(self) -> bool:
+        """Whether `act` runs before every engine step."""
+        return False
 
     @property
     def name(self) -> str:
@@ -99,8 +104,8 @@ class _Push(Effect):
         """Settles the work of the last push and pushes anew."""
         self._settle(world, time)
         force, torque = self.wrench(world, time)
-        world.push(self.name, force, torque)
-        state = (world.position(self.name), world.angular(self.name))
+        world.part(self.name).push(force, torque)
+        state = (world.part(self.name).position(), world.part(self.name).angular())
         self._last = np.array([force, torque, *state])
         self._last_time = time
 
@@ -114,8 +119,8 @@ class _Push(Effect):
         if self._last is None:
             return
         force, torque, position, angular = self._last
-        turned = (angular + world.angular(self.name)) / 2 * (time - self._last_time)
-        self.work += float(force @ (world.position(self.name) - position) + torque @ turned)
+        turned = (angular + world.part(self.name).angular()) / 2 * (time - self._last_time)
+        self.work += float(force @ (world.part(self.name).position() - position) + torque @ turned)
 
     @abstractmethod
     def wrench(self, world: World, time: float) -> tuple[FloatArray, FloatArray]:
@@ -123,13 +128,13 @@ class _Push(Effect):
 
 
 def _direction(world: World, name: str, vector: Directed) -> FloatArray:
-    position = world.position(name)
+    position = world.part(name).position()
     place = None
     if isinstance(vector.toward, str):
         place = world.place(vector.toward, position)
     elif vector.toward is not None:
         place = np.array(vector.toward, float)
-    return unit_of(vector, position, world.velocity(name), place)
+    return unit_of(vector, position, world.part(name).velocity(), place)
 
 
 def _plain(world: World, name: str, vector: tuple[float, ...] | Directed) -> FloatArray:
@@ -143,16 +148,19 @@ class _SetVelocity(Effect):
     action: SetVelocity
 
     def begin(self, world: World) -> None:
-        before = world.kinetic(self.name)
+        before = world.part(self.name).kinetic()
         world.set_velocity(self.name, _plain(world, self.name, self.action.velocity))
-        self.work = world.kinetic(self.name) - before
+        self.work = world.part(self.name).kinetic() - before
 
     def act(self, world: World, time: float) -> None:
         pass
 
 
 class _SetAngularVelocity(Effect):
-    each_substep = True
+    @property
+    def each_substep(self) -> bool:
+        return True
+
     kept = ("work", "_angular")
     action: SetAngularVelocity
 
@@ -164,9 +172,9 @@ class _SetAngularVelocity(Effect):
         self._angular = _plain(world, self.name, self.action.angular_velocity)
 
     def act(self, world: World, time: float) -> None:
-        before = world.kinetic(self.name)
-        world.set_angular(self.name, self._angular)
-        self.work += world.kinetic(self.name) - before
+        before = world.part(self.name).kinetic()
+        world.part(self.name).set_angular(self._angular)
+        self.work += world.part(self.name).kinetic() - before
 
 
 class _ApplyForce(_Push):
@@ -177,10 +185,13 @@ class _ApplyForce(_Push):
         super().__init__(action)
         vector = action.force
         self._follows = isinstance(vector, Directed) and vector.along is not None
-        # A lever arm turns with the body, a direction along the velocity with the path.
-        self.each_substep = action.point is not None or self._follows
         self._unit = ZERO
         self._steering: Steering | None = None
+
+    @property
+    def each_substep(self) -> bool:
+        """A lever arm turns with the body, a direction along the velocity with the path."""
+        return self.action.point is not None or self._follows
 
     def begin(self, world: World) -> None:
         vector = self.action.force
@@ -188,9 +199,9 @@ class _ApplyForce(_Push):
             return
         self._unit = _direction(world, self.name, vector)
         if vector.quantity == "target_speed":
-            speed = float(world.velocity(self.name) @ self._unit)
+            speed = float(world.part(self.name).velocity() @ self._unit)
             seconds = self.action.duration * world.step_seconds
-            mass = world.mass(self.name)
+            mass = world.part(self.name).mass
             self._steering = Steering.towards(vector.magnitude, speed, seconds, mass)
 
     def memory(self) -> dict[str, Any]:
@@ -209,26 +220,26 @@ class _ApplyForce(_Push):
         if self.action.point is None:
             return force, ZERO
         point = np.array(self.action.point, float)
-        centre = world.centre(self.name)
+        centre = world.part(self.name).centre()
         if self.action.point_frame == "body":
-            point = world.position(self.name) + world.rotation(self.name) @ point
+            point = world.part(self.name).position() + world.part(self.name).rotation() @ point
         return force, np.cross(point - centre, force)
 
     def _force(self, world: World, time: float) -> FloatArray:
         vector = self.action.force
         if not isinstance(vector, Directed):
             return np.array(vector, float)
-        velocity = world.velocity(self.name)
+        velocity = world.part(self.name).velocity()
         if self._steering is not None:
             return self._unit * self._steering.force(float(velocity @ self._unit), time)
         if self._follows:
             self._unit = _direction(world, self.name, vector)
         size = vector.magnitude
         if vector.quantity == "acceleration":
-            size *= world.mass(self.name)
+            size *= world.part(self.name).mass
         if vector.along == "against_velocity":
             # A brake stops a thing within a step, it does not drive it backwards.
-            stop = world.mass(self.name) * float(np.linalg.norm(velocity)) / world.dt
+            stop = world.part(self.name).mass * float(np.linalg.norm(velocity)) / world.dt
             size = min(size, stop)
         return self._unit * size
 
@@ -285,7 +296,7 @@ class _ApplyTorque(_Push):
         self._torque = _plain(world, self.name, vector)
         if isinstance(vector, Directed) and vector.quantity != "value":
             # An angular acceleration, or an angular speed to reach over the whole duration.
-            self._torque = world.inertia(self.name) @ self._torque
+            self._torque = world.part(self.name).inertia() @ self._torque
             if vector.quantity == "target_speed":
                 self._torque /= self.action.duration * world.step_seconds
 
@@ -294,17 +305,20 @@ class _ApplyTorque(_Push):
 
 
 class _ApplyAngledForce(_Push):
-    each_substep = True
+    @property
+    def each_substep(self) -> bool:
+        return True
+
     action: ApplyAngledForce
 
     def wrench(self, world: World, time: float) -> tuple[FloatArray, FloatArray]:
-        vx, vy, _ = world.velocity(self.name)
+        vx, vy, _ = world.part(self.name).velocity()
         angle = math.radians(self.action.angle)
         speed = math.hypot(vx, vy)
         heading = math.atan2(vy, vx) if speed > 1e-9 else 0.0
         # The force shall keep its angle to the velocity in the middle of the engine step, which
         # it turns itself; then a force across the path does no work at all.
-        kick = self.action.magnitude * world.dt / (2 * world.mass(self.name))
+        kick = self.action.magnitude * world.dt / (2 * world.part(self.name).mass)
         lead = kick * math.sin(angle) / speed if speed > 1e-9 else 0.0
         if abs(lead) < 1:
             angle += math.asin(lead)
@@ -314,14 +328,17 @@ class _ApplyAngledForce(_Push):
 
 
 class _ApplyDisturbance(_Push):
-    each_substep = True
+    @property
+    def each_substep(self) -> bool:
+        return True
+
     action: ApplyDisturbance
 
     def wrench(self, world: World, time: float) -> tuple[FloatArray, FloatArray]:
         middle = time + world.dt / 2
         total = self.action.duration * world.step_seconds
         force = disturbance(
-            self.action, middle, total, world.velocity(self.name), world.drag(self.name)
+            self.action, middle, total, world.part(self.name).velocity(), world.drag(self.name)
         )
         return force, ZERO
 
@@ -351,31 +368,41 @@ class _SetOrientation(Effect):
 
 
 class _FixObject(Effect):
-    kept = ("work", "_point")
+    kept = ("work", "_point", "_places")
     action: FixObject
 
     def __init__(self, action: FixObject) -> None:
         super().__init__(action)
         self._point: FloatArray | None = None
+        self._places: FloatArray | None = None
+
+    @property
+    def each_substep(self) -> bool:
+        """A weld holds a rigid body by itself; nodes are put back before every engine step."""
+        return self._places is not None
 
     def begin(self, world: World) -> None:
-        before = world.kinetic(self.name)
-        if self.action.point is None:
-            world.hold(self.name)
-            self.work = -before
+        part = world.part(self.name)
+        if isinstance(part, RigidPart) and self.action.point is not None:
+            self._point = np.array(self.action.point, float)
+            if self.action.point_frame == "world":
+                self._point = part.rotation().T @ (self._point - part.position())
+            part.pin(self._point)
             return
-        self._point = np.array(self.action.point, float)
-        if self.action.point_frame == "world":
-            away = self._point - world.position(self.name)
-            self._point = world.rotation(self.name).T @ away
-        world.pin(self.name, self._point)
+        self.work = -part.kinetic()
+        part.hold()
+        if isinstance(part, CloudPart):
+            self._places = part.kept()
 
     def resume(self, world: World) -> None:
-        if self._point is not None:
-            world.place_pin(self.name, self._point)
+        part = world.part(self.name)
+        if self._point is not None and isinstance(part, RigidPart):
+            part.place_pin(self._point)
 
     def act(self, world: World, time: float) -> None:
-        pass
+        part = world.part(self.name)
+        if isinstance(part, CloudPart) and self._places is not None:
+            part.keep(self._places)
 
     def end(self, world: World) -> None:
         world.release(self.name)

@@ -190,9 +190,9 @@ def _sound(world: World, trace: Trace, step: int) -> bool:
 
 def _object_at(world: World, dof: int) -> str:
     names = [item.name for item in world.program.scene.objects]
-    for name in names:
-        start = world.handle(name).velocity
-        if start <= dof < start + 6:
+    for name, handle in zip(names, world.compiled.handles, strict=True):
+        starts = np.atleast_1d(handle.velocity)
+        if ((starts <= dof) & (dof < starts + 6)).any():
             return name
     return names[0] if names else "the scene"
 

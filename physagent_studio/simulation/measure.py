@@ -10,7 +10,9 @@ from physagent_studio import __version__
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.rotations import matrices_of
 from physagent_studio.records import ActionSpan, Alarm, Rollout
+from physagent_studio.simulation.clouds import quaternions_of
 from physagent_studio.simulation.mj import mj
+from physagent_studio.simulation.parts import CloudPart, Part, RigidPart
 from physagent_studio.simulation.surfaces import FloatArray
 from physagent_studio.simulation.trace import Trace
 from physagent_studio.simulation.world import World
@@ -29,23 +31,15 @@ def rollout_of(world: World, trace: Trace, setting: str) -> Rollout:
 
 def _own(world: World, trace: Trace, setting: str) -> Rollout:
     """The rollout as far as this run has filled it."""
-    program, compiled = world.program, world.compiled
+    program = world.program
     scene, rows = program.scene, trace.rows
-    raw, speed = trace.positions[:rows], trace.velocities[:rows]
-    at = np.array([handle.position for handle in compiled.handles], int)
-    to = np.array([handle.velocity for handle in compiled.handles], int)
-    span = np.arange(4)
-    positions = raw[:, at[:, None] + span[:3]]
-    rotations = raw[:, at[:, None] + 3 + span]
-    velocities = speed[:, to[:, None] + span[:3]]
-    turning = speed[:, to[:, None] + 3 + span[:3]]
-    matrices = matrices_of(rotations)
+    tracks = [_track(part, trace.positions[:rows], trace.velocities[:rows]) for part in world.parts]
     contacts = trace.log.contacts((rows - 1) * trace.substeps - 1)
     contacts = contacts[contacts["step"] < max(rows - 1, 0)]
-    body = [handle.body for handle in compiled.handles]
-    velocities += _held_back(world, _known(trace, contacts), rows)
-    masses = compiled.model.body_mass[body].copy()
-    kinetic, potential = _energies(world, positions, velocities, turning, matrices, masses)
+    velocities = _column(tracks, rows, "velocity") + _held_back(
+        world, _known(trace, contacts), rows
+    )
+    kinetic, potential = _energies(world, tracks, velocities)
     penetration = np.zeros(rows)
     np.maximum.at(penetration, contacts["step"] + 1, contacts["depth"])
     return Rollout(
@@ -55,14 +49,14 @@ def _own(world: World, trace: Trace, setting: str) -> Rollout:
         step_seconds=program.clip.step_seconds,
         steps_per_frame=program.clip.steps_per_frame,
         frames=program.clip.frames,
-        positions=positions,
-        rotations=rotations,
+        positions=_column(tracks, rows, "position"),
+        rotations=_column(tracks, rows, "rotation"),
         velocities=velocities,
-        angular=np.einsum("tnij,tnj->tni", matrices, turning),
+        angular=_column(tracks, rows, "angular"),
         contacts=contacts,
         kinetic=kinetic,
         potential=potential,
-        masses=masses,
+        masses=np.array([part.mass for part in world.parts]),
         penetration=penetration,
         spans=_spans(trace),
         warnings=tuple(trace.alarms),
@@ -72,6 +66,59 @@ def _own(world: World, trace: Trace, setting: str) -> Rollout:
         actions=action_keys(program),
         setting=setting,
     )
+
+
+@dataclasses.dataclass(frozen=True, eq=False, slots=True)
+class _Track:
+    """One object's rows. offset: of the centre of mass from the origin, world, (T, 3).
+
+    inner: kinetic energy beyond that of the centre, J, (T,). rotation: (T, 4).
+    """
+
+    position: FloatArray
+    rotation: FloatArray
+    velocity: FloatArray
+    angular: FloatArray
+    offset: FloatArray
+    inner: FloatArray
+
+
+def _track(part: Part, qpos: FloatArray, qvel: FloatArray) -> _Track:
+    if isinstance(part, RigidPart):
+        return _rigid_track(part, qpos, qvel)
+    assert isinstance(part, CloudPart)
+    cloud = part.cloud
+    places, speeds = cloud.places(qpos), cloud.speeds(qvel)
+    position, turn = cloud.pose(places)
+    velocity, angular = cloud.motion(places, speeds)
+    relative = np.square(speeds - velocity[:, None]).sum(-1)
+    inner = 0.5 * part.mass * relative @ cloud.shares
+    rotation = quaternions_of(turn)
+    return _Track(position, rotation, velocity, angular, np.zeros_like(position), inner)
+
+
+def _rigid_track(part: RigidPart, qpos: FloatArray, qvel: FloatArray) -> _Track:
+    handle, model = part.handle, part.model
+    at, to = handle.position, handle.velocity
+    rotation = qpos[:, at + 3 : at + 7].copy()
+    matrices = matrices_of(rotation)
+    turning = qvel[:, to + 3 : to + 6]
+    principal = turning @ matrices_of(model.body_iquat[handle.body])
+    return _Track(
+        qpos[:, at : at + 3].copy(),
+        rotation,
+        qvel[:, to : to + 3].copy(),
+        np.einsum("tij,tj->ti", matrices, turning),
+        np.einsum("tij,j->ti", matrices, model.body_ipos[handle.body]),
+        0.5 * np.square(principal) @ model.body_inertia[handle.body],
+    )
+
+
+def _column(tracks: list[_Track], rows: int, name: str) -> FloatArray:
+    """(T, N, 3 or 4): one field of all objects."""
+    if not tracks:
+        return np.zeros((rows, 0, 4 if name == "rotation" else 3))
+    return np.stack([getattr(track, name) for track in tracks], axis=1)
 
 
 def action_keys(program: PhysicalProgram) -> tuple[tuple[str, str], ...]:
@@ -105,25 +152,16 @@ def _held_back(world: World, contacts: np.ndarray, rows: int) -> FloatArray:
 
 
 def _energies(
-    world: World,
-    positions: FloatArray,
-    velocities: FloatArray,
-    turning: FloatArray,
-    matrices: FloatArray,
-    masses: FloatArray,
+    world: World, tracks: list[_Track], velocities: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Kinetic and potential energy (T, N), J. turning: angular velocity in the body frame."""
-    model = world.compiled.model
-    body = [handle.body for handle in world.compiled.handles]
-    frames = matrices_of(model.body_iquat[body])
-    principal = np.einsum("nji,tnj->tni", frames, turning)
-    spin = 0.5 * np.einsum("ni,tni->tn", model.body_inertia[body], principal**2)
-    offset = np.einsum("tnij,nj->tni", matrices, model.body_ipos[body])
-    world_turning = np.einsum("tnij,tnj->tni", matrices, turning)
-    moving = velocities + np.cross(world_turning, offset)
-    kinetic = 0.5 * masses * np.einsum("tni,tni->tn", moving, moving) + spin
-    centres = positions + offset
-    return kinetic, -masses * (centres @ np.array(world.program.scene.gravity))
+    """Kinetic and potential energy (T, N), J."""
+    kinetic, potential = np.zeros(velocities.shape[:2]), np.zeros(velocities.shape[:2])
+    gravity = np.array(world.program.scene.gravity)
+    for index, (track, part) in enumerate(zip(tracks, world.parts, strict=True)):
+        moving = velocities[:, index] + np.cross(track.angular, track.offset)
+        kinetic[:, index] = 0.5 * part.mass * np.square(moving).sum(1) + track.inner
+        potential[:, index] = -part.mass * (track.position + track.offset) @ gravity
+    return kinetic, potential
 
 
 def _spans(trace: Trace) -> tuple[ActionSpan, ...]:

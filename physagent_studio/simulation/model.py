@@ -17,6 +17,7 @@ from physagent_studio.errors import SimulationError
 from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.program.rotations import about_up
 from physagent_studio.program.scene import Floor, MeshedSupport, Ramp, Slab, Wall
+from physagent_studio.simulation.clouds import Cloud
 from physagent_studio.simulation.contact_law import (
     IMPEDANCE,
     combine,
@@ -71,7 +72,7 @@ class Compiled:
 
     model: Model
     data: Data
-    handles: tuple[Handle, ...]
+    handles: tuple[Handle | Cloud, ...]
     solids: tuple[Solid, ...]
     geom_bodies: np.ndarray
     pair_bodies: np.ndarray
@@ -300,15 +301,17 @@ def configure(compiled: Compiled, program: PhysicalProgram, dt: float) -> None:
     model.opt.gravity[:] = scene.gravity
     for item, handle in zip(scene.objects, compiled.handles, strict=True):
         scale = density_of(item) / REFERENCE_DENSITY
-        model.body_mass[handle.body] = compiled.base_mass[handle.body] * scale
-        model.body_inertia[handle.body] = compiled.base_inertia[handle.body] * scale
-        if handle.weld >= 0:
+        bodies = handle.body if isinstance(handle, Handle) else handle.bodies[handle.free]
+        model.body_mass[bodies] = compiled.base_mass[bodies] * scale
+        model.body_inertia[bodies] = compiled.base_inertia[bodies] * scale
+        if isinstance(handle, Handle) and handle.weld >= 0:
             model.eq_solref[[handle.weld, handle.pin]] = (2 * dt, 1)
     _configure_pairs(compiled, scene, dt)
     mj.mj_resetData(model, data)
     for item, handle in zip(scene.objects, compiled.handles, strict=True):
-        data.qpos[handle.position : handle.position + 3] = item.position
-        data.qpos[handle.position + 3 : handle.position + 7] = item.rotation
+        if isinstance(handle, Handle):
+            data.qpos[handle.position : handle.position + 3] = item.position
+            data.qpos[handle.position + 3 : handle.position + 7] = item.rotation
     # Inverse weights of contacts follow from masses.
     qpos = data.qpos.copy()
     mj.mj_setConst(model, data)

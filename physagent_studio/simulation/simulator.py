@@ -17,11 +17,13 @@ from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.actions import FixObject
 from physagent_studio.program.scene import MeshedSupport, Shape
 from physagent_studio.records import Alarm, Mesh, Rollout
+from physagent_studio.simulation.contact_law import density_of
 from physagent_studio.simulation.convex import split
 from physagent_studio.simulation.engine import run
 from physagent_studio.simulation.measure import rollout_of, with_alarms
 from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.model import Compiled, compile_model, configure
+from physagent_studio.simulation.parts import part_of
 from physagent_studio.simulation.resume import first_effect, restore, setting_key
 from physagent_studio.simulation.settle import settle
 from physagent_studio.simulation.solids import Solid, solid_of
@@ -180,7 +182,13 @@ def _prepare(program: PhysicalProgram, compiled: Compiled) -> tuple[World, Trace
     names = {item.name: index for index, item in enumerate(scene.objects)}
     things = (*scene.objects, *scene.supports)
     bodies = {item.name: index for index, item in enumerate(things)}
-    world = World(program, compiled, dt, names, bodies)
+    parts = tuple(
+        part_of(compiled, handle, solid.mass.volume * density_of(item))
+        for handle, solid, item in zip(
+            compiled.handles, compiled.solids, scene.objects, strict=True
+        )
+    )
+    world = World(program, compiled, parts, dt, names, bodies)
     trace = new_trace(program, compiled, substeps)
     for solid in compiled.solids:
         if solid.note:

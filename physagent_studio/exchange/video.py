@@ -19,7 +19,15 @@ from physagent_studio.exchange.files import written
 Picture = NDArray[np.uint8]
 
 _ENCODERS = ("libx264", "libopenh264")
-_OPTIONS = {"libx264": {"crf": "17", "preset": "medium"}, "libopenh264": {"b": "8M"}}
+_OPTIONS = {
+    # With a look-ahead thread the bits depend, once in a while, on how busy the machine is.
+    "libx264": {
+        "crf": "17",
+        "preset": "medium",
+        "x264-params": "threads=1:lookahead-threads=1:sync-lookahead=0",
+    },
+    "libopenh264": {"b": "8M"},
+}
 _BT709 = 1
 
 
@@ -85,6 +93,7 @@ def _set_up(stream: VideoStream, first: Picture, name: str) -> None:
     # Said in the file, or players guess the matrix from the size and shift the colours.
     context = stream.codec_context
     context.options = dict(_OPTIONS[name])
+    context.thread_count = 1
     context.color_range = ColorRange.MPEG
     context.colorspace = context.color_primaries = context.color_trc = _BT709
 

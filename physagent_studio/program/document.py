@@ -11,7 +11,7 @@ import yaml
 from pydantic import ValidationError
 
 from physagent_studio.errors import Problem, ProgramError
-from physagent_studio.program.json_schema import Location, fields_at, json_schema
+from physagent_studio.program.json_schema import Location, fields_at, json_schema, tags_at
 from physagent_studio.program.problems import problems_of
 from physagent_studio.program.program import PhysicalProgram, unsigned_zeros
 from physagent_studio.program.yaml_nodes import Node, parse
@@ -57,7 +57,10 @@ def validate_data(data: Any, lines: Mapping[Location, int] | None = None) -> Phy
         def fields(location: Location) -> tuple[str, ...]:
             return fields_at(location, data)
 
-        raise ProgramError(problems_of(error, data, lines, fields)) from error
+        def tags(location: Location) -> tuple[str, ...]:
+            return tags_at(location, data)
+
+        raise ProgramError(problems_of(error, data, lines, fields, tags)) from error
 
 
 def _whole(data: Any) -> Any:
@@ -161,7 +164,7 @@ _Dumper.add_implicit_resolver("tag:physagent:not-a-word", _CORE_WORDS, None)
 
 
 def _string(dumper: yaml.SafeDumper, value: str) -> yaml.ScalarNode:
-    style = "'" if value and _CORE_WORDS.match(value) else "|" if "\n" in value else None
+    style = "'" if not value or _CORE_WORDS.match(value) else "|" if "\n" in value else None
     return dumper.represent_scalar("tag:yaml.org,2002:str", value, style=style)
 
 

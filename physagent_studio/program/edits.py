@@ -16,6 +16,7 @@ from pydantic import Field, JsonValue
 from physagent_studio.errors import EditError, Problem, ProgramError
 from physagent_studio.program.base import Frozen
 from physagent_studio.program.document import validate_data
+from physagent_studio.program.problems import nearest
 from physagent_studio.program.program import PhysicalProgram
 
 Path = Annotated[str, Field(min_length=1, max_length=500)]
@@ -162,16 +163,24 @@ def _key(node: Any, part: str, here: str) -> Any:
     if isinstance(node, dict):
         if part in node:
             return part
-        raise EditError((Problem(here, f"has no field '{part}'", f"fields: {', '.join(node)}"),))
+        message = f"has no field '{part}'{_hint(part, node)}"
+        raise EditError((Problem(here, message, f"fields: {', '.join(node)}"),))
     if isinstance(node, list):
         for index, item in enumerate(node):
             if _label(item) == part:
                 return index
         if part.isdecimal() and int(part) < len(node) and _label(node[int(part)]) is None:
             return int(part)
-        known = ", ".join(_label(item) or str(index) for index, item in enumerate(node))
-        raise EditError((Problem(here, f"has no item '{part}'", f"items: {known or 'none'}"),))
+        names = [_label(item) or str(index) for index, item in enumerate(node)]
+        message = f"has no item '{part}'{_hint(part, names)}"
+        known = ", ".join(names) or "none"
+        raise EditError((Problem(here, message, f"items: {known}"),))
     raise EditError((Problem(here, f"has no parts, so '{part}' cannot be found in it"),))
+
+
+def _hint(word: str, known: Iterable[str]) -> str:
+    near = nearest(word, known)
+    return f"; did you mean '{near}'?" if near else ""
 
 
 def value_at(program: PhysicalProgram, path: str) -> JsonValue:

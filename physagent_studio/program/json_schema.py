@@ -30,6 +30,17 @@ def fields_at(location: Location, data: Any) -> tuple[str, ...]:
     return tuple(found)
 
 
+def tags_at(location: Location, data: Any) -> tuple[str, ...]:
+    """The kinds (or operators) that a program's value at a location of the plain `data` may have."""
+    pending, found = [_at(location, data)], list[str]()
+    while pending:
+        node = pending.pop()
+        found += node.get("discriminator", {}).get("mapping", {})
+        if not found:
+            pending += [part for word in ("oneOf", "anyOf") for part in node.get(word, ())]
+    return tuple(found)
+
+
 def _value(location: Location, data: Any) -> Any:
     for key in location:
         try:

@@ -22,11 +22,13 @@ def problems_of(
     data: Any,
     lines: Mapping[Location, int] | None = None,
     fields: Fields | None = None,
+    tags: Fields | None = None,
 ) -> tuple[Problem, ...]:
     """Every finding of `error` over the plain `data` that was validated.
 
     lines: 1-based line of each raw location (keys and indices) in the person's text.
-    fields: the names that exist at a location, for the nearest known one.
+    fields: the names that exist at a location, for the nearest known one. tags: the kinds that
+    a value at a location may have.
     """
     found: list[Problem] = []
     for item in error.errors(include_url=False)[:MOST]:
@@ -37,7 +39,7 @@ def problems_of(
             found += _own(item["msg"], data, lines)
         else:
             line = line_of(location, lines)
-            message, allowed = _told(item, location, fields)
+            message, allowed = _told(item, location, fields, tags)
             found.append(Problem(path_of(location, data), message, allowed, line))
     return tuple(found[:MOST])
 
@@ -142,7 +144,9 @@ def nearest(word: str, known: Iterable[str]) -> str:
 # --- one finding ------------------------------------------------------------------------------
 
 
-def _told(item: Any, location: Location, fields: Fields | None) -> tuple[str, str]:
+def _told(
+    item: Any, location: Location, fields: Fields | None, tags: Fields | None
+) -> tuple[str, str]:
     """What is wrong and what is allowed."""
     kind, context = item["type"], item.get("ctx") or {}
     if kind == "missing":
@@ -151,7 +155,8 @@ def _told(item: Any, location: Location, fields: Fields | None) -> tuple[str, st
         return _unknown_field(location, fields)
     if kind == "union_tag_not_found":
         tag = context["discriminator"].strip("'")
-        return f"does not say which {tag} it is", f"{tag}: {_listed(context)}"
+        known = ", ".join(tags(location)) if tags is not None else ""
+        return f"does not say which {tag} it is", f"{tag}: {known}" if known else ""
     if kind == "union_tag_invalid":
         tag, given = context["discriminator"].strip("'"), str(context["tag"])
         near = nearest(given, _names(context))

@@ -18,6 +18,7 @@ from physagent_studio.program.base import (
     Metres,
     Name,
     Pixel,
+    Pixels,
     Position,
     Quaternion,
     Size,
@@ -197,12 +198,30 @@ class Click(Frozen):
     label: Literal[0, 1] = 1
 
 
+class Mark(Frozen):
+    """A click on a named part of a support, pixels.
+
+    toe: where a ramp's slope meets the ground; a second one is the other corner of that edge.
+    top: a ramp's upper end, or a corner of a level top. foot: the place on the ground below the
+    first `top`; for a wall, where it meets the ground. end: far end of a ramp's level part.
+    """
+
+    role: Literal["toe", "top", "foot", "end"]
+    x: Pixels
+    y: Pixels
+
+
 class Grounding(Frozen):
-    """How a name is tied to the picture."""
+    """How a name is tied to the picture: clicks, a box, the chosen mask, marks on a support."""
 
     points: tuple[Click, ...] = Field(default=(), max_length=500)
     box: tuple[float, float, float, float] | None = None
     candidate: Annotated[int, Field(ge=0, le=15)] = 0
+    marks: tuple[Mark, ...] = Field(default=(), max_length=16)
+
+    def marked(self, role: str) -> tuple[Pixel, ...]:
+        """Pixels of the marks of that role, in their order."""
+        return tuple((mark.x, mark.y) for mark in self.marks if mark.role == role)
 
 
 # --- things ----------------------------------------------------------------------------------

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 
 from physagent_studio.agent.loop import Crew
@@ -25,14 +25,14 @@ def crew_from_environment(
     record: Record | None = None,
     *,
     default: Crew | None = None,
-    ledger: Ledger | None = None,
+    earlier: Iterable[CallRecord] = (),
     environ: Mapping[str, str] = os.environ,
 ) -> Crew:
     """The crew that environment and config file describe.
 
     cancelled: polled while a call is under way. record: told of every call, with its cost.
-    default: plays the roles that `PHYSAGENT_VLM_ROLES` does not name. ledger: what was spent so
-    far; give the same one for all crews of a session, so that its limits hold over all of them.
+    default: plays the roles that `PHYSAGENT_VLM_ROLES` does not name. earlier: what this session
+    has recorded so far, so that its limits hold over all of its crews.
 
     Raises:
         BackendMissing: the `openai` package or the configuration is missing; says what to do.
@@ -47,8 +47,7 @@ def crew_from_environment(
         raise InputError(
             f"PHYSAGENT_VLM_ROLES leaves out {', '.join(missing)}, and nobody else is there"
         )
-    ledger = ledger or Ledger(settings.limits)
-    crew = crew_of(settings, ledger, cancelled, record)
+    crew = crew_of(settings, Ledger.of(settings.limits, earlier), cancelled, record)
     if default is None:
         return crew
     return Crew(

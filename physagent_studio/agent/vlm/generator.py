@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from physagent_studio.agent.vlm import facts, reference
 from physagent_studio.agent.vlm.dialogue import converse
-from physagent_studio.agent.vlm.failures import Invalid
+from physagent_studio.agent.vlm.failures import Invalid, VlmError
 from physagent_studio.agent.vlm.forms import EventReply, SceneReply, SeenObject
 from physagent_studio.agent.vlm.line import Line
 from physagent_studio.agent.vlm.messages import Picture, Turn
@@ -27,11 +27,13 @@ from physagent_studio.program import (
 )
 from physagent_studio.program.bodies import Rigid
 from physagent_studio.program.document import validate_data
+from physagent_studio.program.preflight import preflight
 from physagent_studio.program.scene import Scale
 from physagent_studio.reconstruction.names import support_kind
 from physagent_studio.records import Case, Image, Scene
 
 GROUND = "floor"
+MOST_DOUBTS = 12
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,10 +98,23 @@ class VlmGenerator:
         ]
         turns = _turns(system, task, Picture(marked(image, clicks), "the photograph, things named"))
 
-        def check(reply: EventReply) -> PhysicalProgram:
-            return program_of(reply, case.prompt, scene.state)
+        valid: list[PhysicalProgram] = []
 
-        return converse(self.line, "generator.event", turns, EventReply, check)
+        def check(reply: EventReply) -> PhysicalProgram:
+            program = program_of(reply, case.prompt, scene.state)
+            doubts = doubts_of(program)
+            if doubts and not valid:
+                # Said once; a program that is meant so stands if it comes again.
+                valid.append(program)
+                raise Invalid(prompt("doubts", doubts=doubts))
+            return program
+
+        try:
+            return converse(self.line, "generator.event", turns, EventReply, check)
+        except VlmError:
+            if valid:
+                return valid[0]
+            raise
 
 
 def _turns(part: str, task: str, *pictures: Picture) -> tuple[Turn, ...]:
@@ -215,6 +230,12 @@ def _scale(reply: SceneReply) -> Scale:
 def _validated(scene: SceneState) -> SceneState:
     """The same validation as for a program by hand; raises `ProgramError`."""
     return validate_data({"scene": scene.model_dump(mode="json")}).scene
+
+
+def doubts_of(program: PhysicalProgram) -> str:
+    """What preflight doubts about schedule and contract, a line each; "" where nothing."""
+    found = [item for item in preflight(program) if item.path.startswith(("event.", "contract."))]
+    return "\n".join(f"- {item.path}: {item.message}" for item in found[:MOST_DOUBTS])
 
 
 def program_of(reply: EventReply, sentence: str, scene: SceneState) -> PhysicalProgram:

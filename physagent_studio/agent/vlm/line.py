@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from physagent_studio.agent.vlm.config import Endpoint, Role
 from physagent_studio.agent.vlm.failures import Invalid, Unreachable
 from physagent_studio.agent.vlm.messages import Answer, Part, Question, Usage
 from physagent_studio.agent.vlm.pictures import data_url, fitted
+from physagent_studio.agent.vlm.prompting import prompt
 from physagent_studio.agent.vlm.spending import CallRecord, Ledger, price
 from physagent_studio.agent.vlm.tape import Tape
 from physagent_studio.errors import Cancelled
@@ -115,7 +117,7 @@ class Line:
 
     def _payload(self, question: Question) -> dict[str, Any]:
         endpoint = self.endpoint
-        messages = [
+        messages: list[dict[str, Any]] = [
             {"role": turn.role, "content": self._content(turn.parts)} for turn in question.turns
         ]
         payload: dict[str, Any] = {"model": endpoint.model, "messages": messages}
@@ -127,8 +129,12 @@ class Line:
         if kind == "json_schema":
             form = {"name": question.form, "schema": question.schema, "strict": True}
             payload["response_format"] = {"type": kind, "json_schema": form}
-        elif kind == "json_object":
+            return payload
+        if kind == "json_object":
             payload["response_format"] = {"type": kind}
+        # Nothing else tells the model what is wanted.
+        form = prompt("form", schema=json.dumps(question.schema))
+        messages.insert(1, {"role": "system", "content": form})
         return payload
 
     def _content(self, parts: tuple[Part, ...]) -> str | list[dict[str, Any]]:

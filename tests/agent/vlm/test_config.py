@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from physagent_studio.agent.loop import Crew
-from physagent_studio.agent.vlm import VlmPlanner, VlmVerifier, crew_from_environment
+from physagent_studio.agent.vlm import CallRecord, VlmPlanner, VlmVerifier, crew_from_environment
 from physagent_studio.agent.vlm.config import Settings, load_settings
+from physagent_studio.agent.vlm.failures import BudgetSpent
 from physagent_studio.errors import BackendMissing, InputError
 
 LOCAL = {"PHYSAGENT_VLM_BASE_URL": "http://127.0.0.1:1/v1", "PHYSAGENT_VLM_MODEL": "m"}
@@ -142,6 +143,20 @@ def test_only_the_named_roles_are_played_by_the_model(tmp_path: Path) -> None:
     assert isinstance(some.planner, VlmPlanner)
     # All roles spend from one purse.
     assert some.verifier.line.ledger is some.planner.line.ledger
+
+
+def test_limits_hold_over_all_crews_of_a_session(tmp_path: Path) -> None:
+    spent = CallRecord(
+        at="now", role="planner", purpose="p", model="m", host="h", key="k", attempt=1,
+        outcome="ok", seconds=1, tokens_in=900, tokens_out=100, money=0.5,
+    )  # fmt: skip
+    environ = {**LOCAL, "PHYSAGENT_VLM_CONFIG": str(tmp_path / "none.yaml")}
+    crew = crew_from_environment(
+        never, earlier=[spent] * 3, environ=environ | {"PHYSAGENT_VLM_CALLS": "3"}
+    )
+    assert isinstance(crew.planner, VlmPlanner)
+    with pytest.raises(BudgetSpent, match="3 calls"):
+        crew.planner.line.ledger.check()
 
 
 @pytest.mark.parametrize(

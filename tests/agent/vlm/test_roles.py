@@ -167,6 +167,30 @@ def test_an_event_passes_the_same_validation_as_a_program_by_hand(
     assert "there is no object 'cat'" in server.asked[3].text("user")
 
 
+def held() -> dict[str, Any]:
+    """A push of what is held in place: valid, and probably not meant."""
+    hold = {"id": "hold", "operator": "FixObject", "name": "ball", "duration": 50}
+    force = {"magnitude": 3.0, "direction": "right"}
+    push = {"id": "push", "operator": "ApplyForce", "name": "ball", "force": force, "duration": 5}
+    return scripted.event() | {"actions": [hold, push]}
+
+
+def test_what_preflight_doubts_is_said_once(serve: Serve, connect: Connect) -> None:
+    server = serve(replies(scripted.scene(), held(), scripted.event()))
+    first = VlmGenerator(connect(server)).first(world.CASE, world.reconstruct)
+    told = server.asked[2].body["messages"][-1]["content"]
+    assert "will probably not do what is meant" in told
+    assert [item.id for item in first.event.actions] == ["push"]
+
+
+@pytest.mark.parametrize("after", [held(), "well"])
+def test_a_program_that_is_meant_so_stands(after: Any, serve: Serve, connect: Connect) -> None:
+    """Whether it comes again, or nothing better comes."""
+    server = serve(replies(scripted.scene(), held(), after))
+    first = VlmGenerator(connect(server)).first(world.CASE, world.reconstruct)
+    assert [item.id for item in first.event.actions] == ["hold", "push"]
+
+
 def test_without_a_photo_it_says_so(serve: Serve, connect: Connect) -> None:
     bare = replace(world.CASE, image=None)
     with pytest.raises(InputError, match="works from a photo"):

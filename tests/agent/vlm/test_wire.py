@@ -109,6 +109,9 @@ def test_a_server_without_structured_output_is_asked_for_less(
     line.ask(question())
     line.ask(question())
     # It learns once and does not ask for more again.
+    # And where no schema is enforced, the model reads it.
+    assert json.dumps(SCHEMA) in server.asked[-1].text("system")
+    assert json.dumps(SCHEMA) not in server.asked[0].text("system")
     formats = [asked.format for asked in server.asked]
     assert formats == ["json_schema", "json_object", "text", "text"]
 

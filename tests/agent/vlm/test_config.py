@@ -7,7 +7,13 @@ from pathlib import Path
 import pytest
 
 from physagent_studio.agent.loop import Crew
-from physagent_studio.agent.vlm import CallRecord, VlmPlanner, VlmVerifier, crew_from_environment
+from physagent_studio.agent.vlm import (
+    CallRecord,
+    VlmPlanner,
+    VlmVerifier,
+    config,
+    crew_from_environment,
+)
 from physagent_studio.agent.vlm.config import Settings, load_settings
 from physagent_studio.agent.vlm.failures import BudgetSpent
 from physagent_studio.errors import BackendMissing, InputError
@@ -176,3 +182,12 @@ def test_the_config_file_lies_in_the_users_config_folder(
     monkeypatch.setattr("platformdirs.user_config_dir", lambda *args, **options: str(tmp_path))
     (tmp_path / "vlm.yaml").write_text("base_url: http://127.0.0.1:9/v1\nmodel: from-file\n")
     assert load_settings({}).endpoints["planner"].model == "from-file"
+
+
+def test_every_variable_is_documented(repository: Path) -> None:
+    text = (repository / "docs" / "vlm.md").read_text(encoding="utf-8")
+    for variable in config._VARIABLES:
+        general = variable
+        for role in config.ROLES:
+            general = general.replace(f"_{role.upper()}_", "_ROLE_")
+        assert f"`{general}`" in text

@@ -31,7 +31,7 @@ def fields_at(location: Location, data: Any) -> tuple[str, ...]:
 
 
 def tags_at(location: Location, data: Any) -> tuple[str, ...]:
-    """The kinds (or operators) that a program's value at a location of the plain `data` may have."""
+    """The kinds (or operators) that the value at a location of the plain `data` may have."""
     pending, found = [_at(location, data)], list[str]()
     while pending:
         node = pending.pop()

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
+from pydantic import JsonValue
 
 from physagent_studio.program.actions import FixObject
 from physagent_studio.program.edits import SetField
@@ -14,7 +15,7 @@ from physagent_studio.program.materials import MATERIALS
 from physagent_studio.program.mechanics import expected_speed, gravity_of, row_of, standing
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.scene import SceneObject, Slab
-from physagent_studio.program.shapes import Placed, gap, lowest, outline_of, overlap
+from physagent_studio.program.shapes import Placed, gap, lowest, outline_of, overlap, way_out
 
 SAFETY = 3.0
 """Engine steps that a fast body takes at least to cross another and its own extent."""
@@ -93,16 +94,9 @@ def _collision(
     item = program.scene.object(first)
     edits: tuple[SetField, ...] = ()
     if item is not None and item.position is not None:
-        x, y, z = item.position
-        for rise in (depth, 2 * depth, _extent(program, first)):
-            lifted = Placed(
-                placed[first].outline,
-                positions=placed[first].positions + np.array([0.0, 0.0, rise]),
-                matrices=placed[first].matrices,
-            )
-            if overlap(lifted, placed[second]) <= 1e-4:
-                edits = (SetField(path=path, value=[x, y, round(z + rise, 4)]),)
-                break
+        shift = way_out(placed[first], placed[second], upward=True) * 1.001
+        free: list[JsonValue] = [round(float(part), 5) for part in np.add(item.position, shift)]
+        edits = (SetField(path=path, value=free),)
     return PreflightFinding(code="collision", path=path, message=message, edits=edits)
 
 

@@ -339,28 +339,34 @@ def volume_of(shape: Shape) -> float:
 
 
 def overlap(first: Placed, second: Placed) -> float:
-    """How deep two bodies overlap at their first pose, m; 0 where they do not, bounded above.
+    """How deep two bodies overlap at their first pose, m; 0 where they do not, bounded above."""
+    return float(np.linalg.norm(way_out(first, second)))
 
-    The least way out over the directions of both bodies' axes, the line between their centres
-    and a sphere of further directions.
+
+def way_out(first: Placed, second: Placed, upward: bool = False) -> FloatArray:
+    """(3,) the shortest shift of the first body that frees it from the second, m; 0 if it is free.
+
+    The best over the directions of both bodies' axes, the line between their centres and a
+    sphere of further directions. upward: only shifts that do not go down.
     """
     if first.half_space is not None:
-        return overlap(second, first) if second.half_space is None else 0.0
+        return -way_out(second, first) if second.half_space is None else np.zeros(3)
     if second.half_space is not None:
-        return max(0.0, -float(gap(first, second)[0]))
-    if float(gap(first.at(slice(0, 1)), second.at(slice(0, 1)))[0]) > 1e-6:
-        return 0.0
-    between = second.positions[:1] - first.positions[:1]
-    ways = np.concatenate([first.matrices[0].T, second.matrices[0].T, between, _sphere(96)])
+        return max(0.0, -float(gap(first, second)[0])) * second.half_space.normal
+    one, two = first.at(slice(0, 1)), second.at(slice(0, 1))
+    if float(gap(one, two)[0]) > 1e-6:
+        return np.zeros(3)
+    between = two.positions - one.positions
+    ways = np.concatenate([one.matrices[0].T, two.matrices[0].T, between, _sphere(96)])
     ways = np.concatenate([ways, -ways])
     lengths = np.linalg.norm(ways, axis=-1, keepdims=True)
     ways = (ways / np.maximum(lengths, _TINY))[lengths[:, 0] > _TINY]
-    one, two = (
-        _stretched(first.at(slice(0, 1)), len(ways)),
-        _stretched(second.at(slice(0, 1)), len(ways)),
-    )
+    if upward:
+        ways = ways[ways[:, 2] <= 1e-9]
+    one, two = _stretched(one, len(ways)), _stretched(two, len(ways))
     depth = np.sum(one.support(ways) * ways, -1) - np.sum(two.support(-ways) * ways, -1)
-    return max(0.0, float(depth.min()))
+    best = int(depth.argmin())
+    return -max(0.0, float(depth[best])) * ways[best]
 
 
 def _sphere(count: int) -> FloatArray:

@@ -87,13 +87,14 @@ def concerned(text: str, edit) -> tuple[int, int]:
     """First and last 0-based line that an edit may change: those of the value or item named, or
     of the flow collection or empty list around a new one.
     """
-    node = parse(text)
+    node, missing = parse(text), False
     for part in edit.path.split("."):
         below = _part(node, part)
+        missing = below is None
         if below is None:
             break
         node = below
-    grown = isinstance(edit, AddItem) or below is None
+    grown = isinstance(edit, AddItem) or missing
     if grown and not node.flow and node.children:
         return (0, -1)  # it only gains lines
     first = text.count("\n", 0, node.start)

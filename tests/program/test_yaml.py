@@ -35,9 +35,10 @@ from physagent_studio.program.yaml_nodes import MAX_CHARACTERS, parse
     ],
 )
 def test_what_a_plain_word_means(text, value):
-    found = parse(f"a: {text}\n").plain()
-    assert found == {"a": value}
-    assert type(found["a"]) is type(value)
+    found = parse(f"a: {text}\n").get("a")
+    assert found is not None
+    assert found.value == value
+    assert type(found.value) is type(value)
 
 
 WORDS = ["no", "1e3", "007", "12:30", "0x1", "null", "~", "", ".inf", "-", "a: b", "# x", " x", "é"]

@@ -6,7 +6,7 @@ import { on, send } from "./wire.js";
 const TAB = "  ";
 
 export function startProgram(host) {
-  let data = null, draft = null, drafted = "";
+  let data = null, draft = null, drafted = "", applying = false;
   const gutter = h("div", { class: "gutter", "aria-hidden": "true" });
   const area = h("textarea", { spellcheck: "false", "aria-label": "Program as YAML", wrap: "off", autocapitalize: "off" });
   const bar = h("div", { class: "row", style: "padding:8px 12px" });
@@ -31,11 +31,17 @@ export function startProgram(host) {
     }
     if (event.key === "Enter" && (event.ctrlKey || event.metaKey)) {
       event.preventDefault();
-      send({ do: "text", text: area.value, apply: true });
+      apply();
     }
   };
 
+  function apply() {
+    applying = true;
+    send({ do: "text", text: area.value, apply: true });
+  }
+
   function forget() {
+    applying = false;
     draft = null;
     drafted = "";
     if (data && data.session) { sessionStorage.removeItem(key()); sessionStorage.removeItem(`${key()}.of`); }
@@ -55,7 +61,7 @@ export function startProgram(host) {
     area.readOnly = data.readOnly;
     draw(bar,
       button("Validate", () => send({ do: "text", text: area.value, apply: false }), { class: "b small" }),
-      button("Apply", () => send({ do: "text", text: area.value, apply: true }), { class: changed ? "b main small" : "b small", disabled: data.readOnly || !changed, title: "Ctrl+Enter" }),
+      button("Apply", apply, { class: changed ? "b main small" : "b small", disabled: data.readOnly || !changed, title: "Ctrl+Enter" }),
       changed ? button("Revert", () => { forget(); area.value = data.text; lines(); tools(); }, { class: "b quiet small" }) : null,
       h("span", { class: "muted grow clip", style: "text-align:right", title: data.hash }, data.readOnly ? "read-only" : changed ? "not applied yet" : data.problems.length ? "" : `${data.hash.slice(0, 8)}`));
     draw(list, data.problems.map((one) => h("button", { type: "button", onclick: () => jump(one.line) }, one.line ? h("b", { class: "num" }, `Line ${one.line}: `) : null, one.path ? h("span", { class: "mono" }, one.path, " ") : null, one.message, one.allowed ? h("span", { class: "muted" }, ` (${one.allowed})`) : null)));
@@ -72,6 +78,8 @@ export function startProgram(host) {
 
   on("program", (next) => {
     const other = !data || data.session !== next.session;
+    if (applying && data && next.hash !== data.hash && !next.problems.length) forget();
+    if (next.problems.length) applying = false;
     data = next;
     if (other) {
       draft = sessionStorage.getItem(key());

@@ -20,7 +20,7 @@ export function startRun(host, dialogs) {
       run.busy || !run.session ? null : h("div", { class: "stack" },
         state(run),
         h("div", { class: "row" },
-          button(run.draft ? "Run my edits" : over ? "Go on" : run.rounds ? "Next step" : "Start", () => send({ do: "step" }),
+          button(run.draft ? "Run my edits" : over ? "Go on" : run.started ? "Next step" : "Start", () => send({ do: "step" }),
             { class: waiting || over ? "b wide" : "b main wide", disabled: waiting || run.readOnly, title: "Goes on until a decision is needed (R)" }),
           button("Run to the end", () => send({ do: "step", all: true }), { class: "b wide", disabled: run.readOnly || (over && run.realised), title: "Decides by itself, round after round" }))),
       run.session ? h("div", { class: "row wrap", style: "margin-top:10px" },

@@ -181,11 +181,24 @@ export function startTimeline(host) {
     if (!edits.length) { drag = null; lanes(); return; }
     // Moving towards the end must shorten first, or the window would stick out for a moment; one
     // list of edits is validated as a whole, so the order does not matter.
-    drag = { id: one.id, start, duration, what: "waiting" };
-    if (!edit(edits, "timeline", () => { drag = null; lanes(); })) { drag = null; lanes(); }
+    const mine = { id: one.id, start, duration, what: "waiting" };
+    drag = mine;
+    const back = () => { if (drag === mine) { drag = null; lanes(); } };
+    if (!edit(edits, "timeline", back)) back();
+    else setTimeout(back, 5000);
+    lanes();
   }
 
-  function keys(event, one) {
+  // What was dropped is drawn until the server has the same, or says no.
+  function settle() {
+    if (!drag || drag.what !== "waiting") return;
+    const now = data.lanes.flatMap((lane) => lane.actions).find((one) => one.id === drag.id);
+    if (!now || (now.start === drag.start && now.duration === drag.duration)) drag = null;
+  }
+
+  function keys(event, drawn) {
+    // Presses faster than the server's answers add up.
+    const one = drag && drag.what === "waiting" && drag.id === drawn.id ? { ...drawn, start: drag.start, duration: drag.duration } : drawn;
     const unit = event.shiftKey ? data.stepsPerFrame * 5 : data.stepsPerFrame;
     const move = { ArrowLeft: -unit, ArrowRight: unit }[event.key];
     if (move && event.ctrlKey && !one.instant) retime(one, one.start, Math.max(1, Math.min(data.steps - one.start, one.duration + move)));
@@ -264,7 +277,7 @@ export function startTimeline(host) {
 
   on("timeline", (next) => {
     data = next;
-    if (drag && drag.what === "waiting") drag = null;
+    settle();
     transport();
     lanes();
   });
@@ -275,5 +288,4 @@ export function startTimeline(host) {
     if (reselect) lanes();
     else playhead();
   });
-  on("run", (run) => { if (!run.busy && drag && drag.what === "waiting") { drag = null; lanes(); } });
 }

@@ -41,4 +41,5 @@ def state_of(snapshot: Snapshot) -> dict[str, Any]:
         "draft": snapshot.has_draft,
         "readOnly": snapshot.read_only,
         "rounds": len(loop.rounds),
+        "started": any(item.rollout is not None for item in loop.rounds),
     }

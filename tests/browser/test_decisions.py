@@ -1,0 +1,184 @@
+"""Every kind of decision, made in the browser, and what it does to the session."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from physagent_studio.program import SetField, value_at
+from physagent_studio.records import Hunk
+from physagent_studio.session import Store
+from tests.browser.conftest import Desk, running
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.fixture
+def two_hunks(tmp_path: Path, browser: Browser, decided_once: Path) -> Iterator[Desk]:
+    """The waiting session with a second hunk in its proposal."""
+    root = tmp_path / "workspace"
+    shutil.copytree(decided_once, root)
+    store = Store(root)
+    session = store.open(store.list()[0].id)
+    state = session.load()
+    head = state.current
+    assert head is not None
+    assert head.proposal is not None
+    name = head.program.scene.objects[1].name
+    extra = Hunk(
+        id="h9",
+        summary=f"make {name} rougher",
+        edits=(SetField(path=f"scene.objects.{name}.friction", value=0.9),),
+    )
+    proposal = head.proposal.model_copy(update={"hunks": (*head.proposal.hunks, extra)})
+    changed = head.model_copy(update={"proposal": proposal})
+    session.save(state.model_copy(update={"rounds": (changed,)}), checkpoint="test")
+    session.close()
+    yield from running(root, browser, store.list()[0].id)
+
+
+def test_accept_only_some_hunks(two_hunks: Desk) -> None:
+    page = two_hunks.page
+    proposal = two_hunks.proposal()
+    page.get_by_role("checkbox", name=re.compile("rougher")).click()
+    two_hunks.button("Accept selected").click()
+    two_hunks.until(lambda: len(two_hunks.snapshot.state.rounds) == 2, "a second round")
+    first, second = two_hunks.snapshot.state.rounds
+    assert first.decision is not None
+    assert first.decision.kind == "accept_hunks"
+    kept, dropped = proposal.hunks
+    for edit in kept.edits:
+        assert value_at(second.program, edit.path) == edit.value
+    assert value_at(second.program, dropped.edits[0].path) is None
+
+
+def test_override_with_my_own_edits(waiting: Desk) -> None:
+    page = waiting.page
+    path = waiting.proposal().edits[0].path
+    waiting.button("Override").click()
+    field = page.get_by_label("Your own changes")
+    assert path in field.input_value()
+    field.fill(f"{path}: 1.4")
+    waiting.button("Use mine instead").click()
+    waiting.until(lambda: len(waiting.snapshot.state.rounds) == 2, "a second round")
+    first, second = waiting.snapshot.state.rounds
+    assert first.decision is not None
+    assert first.decision.kind == "override"
+    assert value_at(second.program, path) == 1.4
+
+
+def test_an_override_that_cannot_be_is_refused_and_nothing_is_lost(waiting: Desk) -> None:
+    waiting.proposal()
+    waiting.button("Override").click()
+    waiting.page.get_by_label("Your own changes").fill("event.actions.nobody.start_step: 3")
+    waiting.button("Use mine instead").click()
+    expect(waiting.page.get_by_text("has no item 'nobody'")).to_be_visible()
+    assert len(waiting.snapshot.state.rounds) == 1
+    expect(waiting.page.get_by_label("Your own changes")).to_have_value(
+        "event.actions.nobody.start_step: 3"
+    )
+
+
+def test_reject_with_a_reason_and_a_pin_is_respected(waiting: Desk) -> None:
+    page = waiting.page
+    proposal = waiting.proposal()
+    path = proposal.edits[0].path
+    page.get_by_role("group", name="Proposal").get_by_role(
+        "button", name=re.compile("Pin")
+    ).first.click()
+    waiting.until(lambda: path in waiting.snapshot.state.pinned, "the pin")
+    waiting.button("Reject").click()
+    page.get_by_label("Reason").fill("leave the push alone")
+    waiting.button("Reject and try again").click()
+    waiting.until(
+        lambda: (
+            waiting.snapshot.busy is None
+            and waiting.snapshot.state.current is not None
+            and waiting.snapshot.state.current.rejected
+        ),
+        "the rejection",
+    )
+    head = waiting.snapshot.state.current
+    assert head is not None
+    ((rejected, decision),) = head.rejected
+    assert rejected.id == proposal.id
+    assert decision.reason == "leave the push alone"
+    again = head.proposal
+    assert again is None or path not in {edit.path for edit in again.edits}
+
+
+def test_the_verdict_can_be_overruled(waiting: Desk) -> None:
+    waiting.proposal()
+    waiting.button("Overrule").click()
+    waiting.page.get_by_label("Your reason").fill("good <b>enough</b>")
+    waiting.button("It happens").click()
+    waiting.until(lambda: waiting.snapshot.state.outcome == "realised", "the verdict")
+    head = waiting.snapshot.state.current
+    assert head is not None
+    assert head.override is not None
+    assert head.override.words == "good <b>enough</b>"
+    assert head.assessment is not None
+    assert head.assessment.passed is False
+    expect(waiting.page.get_by_text("good <b>enough</b>")).to_be_visible()
+
+
+def test_by_hand_to_success_then_fork_and_compare(waiting: Desk) -> None:
+    page = waiting.page
+    waiting.proposal()
+    for _ in range(9):
+        waiting.button("Accept").click()
+        waiting.until(lambda: len(waiting.snapshot.state.rounds) > 1, "the next round")
+        waiting.idle()
+        if waiting.snapshot.state.phase == "done":
+            break
+    assert waiting.snapshot.state.outcome == "realised"
+    expect(page.get_by_text("The event happens", exact=True)).to_be_visible()
+    done = waiting.snapshot.state
+    # Back to the first round, read-only, compared, then on from there.
+    page.get_by_role("button", name=re.compile("Compare with round 1")).click()
+    expect(page.get_by_text("Compared with round 1")).to_be_visible()
+    page.get_by_role("list", name="History").get_by_role(
+        "button", name=re.compile("Round 1")
+    ).first.click()
+    expect(page.get_by_text("Round 1 is open read-only.")).to_be_visible()
+    expect(page.get_by_role("group", name="Proposal")).to_have_count(0)
+    waiting.button("Go on from here").click()
+    waiting.until(lambda: waiting.snapshot.state.head == done.rounds[0].id, "the fork")
+    assert len(waiting.snapshot.state.rounds) == len(done.rounds)
+    waiting.proposal()
+
+
+def test_twenty_quick_clicks_are_one_decision(waiting: Desk) -> None:
+    waiting.proposal()
+    accept = waiting.button("Accept")
+    accept.evaluate("button => { for (let i = 0; i < 20; i += 1) button.click(); }")
+    waiting.until(lambda: len(waiting.snapshot.state.rounds) > 1, "a second round")
+    waiting.idle()
+    first = waiting.snapshot.state.rounds[0]
+    children = [one for one in waiting.snapshot.state.rounds if one.parent == first.id]
+    assert len(children) == 1
+
+
+def test_keyboard_only_from_opening_to_acceptance(waiting: Desk) -> None:
+    page = waiting.page
+    waiting.proposal()
+    page.keyboard.press("End")
+    waiting.until(
+        lambda: waiting.studio.view.step == waiting.snapshot.program.clip.steps, "the end"
+    )
+    page.keyboard.press("Home")
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowRight")
+    waiting.until(lambda: waiting.studio.view.frame(waiting.snapshot.program.clip) == 2, "frame 2")
+    page.keyboard.press("?")
+    expect(page.get_by_role("dialog", name="Keys")).to_be_visible()
+    page.keyboard.press("Escape")
+    page.keyboard.press("Control+k")
+    page.keyboard.type("accept the")
+    page.keyboard.press("Enter")
+    waiting.until(lambda: len(waiting.snapshot.state.rounds) == 2, "a second round")

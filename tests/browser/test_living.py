@@ -1,0 +1,163 @@
+"""Two browsers, restarts, closed tabs, hostile pages and callbacks that raise."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, expect
+from websockets.sync.client import connect
+from websockets.typing import Origin
+
+from physagent_studio.session import Store
+from physagent_studio.studio import serve
+from physagent_studio.workbench import Workbench, commands
+from tests.browser.conftest import Desk
+
+pytestmark = pytest.mark.browser
+
+
+def _other_page(desk: Desk, browser: Browser):
+    page = browser.new_page(viewport={"width": 1000, "height": 700})
+    page.route("**/viewer/**", lambda route: route.fulfill(body=""))
+    page.goto(desk.studio.address)
+    expect(page.locator(".tl [data-action]").first).to_be_visible()
+    return page
+
+
+def test_a_second_browser_follows(waiting: Desk, browser: Browser) -> None:
+    other = _other_page(waiting, browser)
+    action = waiting.snapshot.program.event.actions[0]
+    waiting.page.locator(f"[data-action={action.id}]").focus()
+    waiting.page.keyboard.press("ArrowRight")
+    moved = str(action.start_step + waiting.snapshot.program.clip.steps_per_frame)
+    expect(other.locator(f"[data-action={action.id}]")).to_have_attribute("data-start", moved)
+    other.keyboard.press("End")
+    expect(waiting.page.get_by_text(re.compile(r"^Frame 80 of 80"))).to_be_visible()
+    other.close()
+
+
+def test_the_tab_comes_back_after_a_restart(waiting: Desk, tmp_path: Path) -> None:
+    page = waiting.page
+    waiting.proposal()
+    port = int(waiting.studio.address.rpartition(":")[2])
+    held = waiting.snapshot
+    waiting.studio.stop()
+    waiting.workbench.close()
+    expect(page.get_by_text("The studio does not answer.")).to_be_visible()
+
+    again = Workbench(Store(tmp_path / "workspace"), evidence=False)
+    assert held.session_id is not None
+    again.post(commands.OpenSession(held.session_id))
+    assert again.wait(60)
+    waiting.studio = serve(again, port=port)
+    expect(page.get_by_text("The studio does not answer.")).to_have_count(0, timeout=30_000)
+    expect(page.get_by_role("group", name="Proposal")).to_be_visible()
+    assert waiting.snapshot.state == held.state
+    waiting.button("Accept").click()
+    waiting.until(lambda: len(waiting.snapshot.state.rounds) == 2, "a second round")
+
+
+def test_a_tab_closed_in_the_middle_loses_nothing(waiting: Desk, browser: Browser) -> None:
+    waiting.proposal()
+    other = _other_page(waiting, browser)
+    other.get_by_role("button", name="Accept", exact=True).click()
+    other.close()
+    waiting.until(lambda: len(waiting.snapshot.state.rounds) == 2, "a second round")
+    waiting.idle()
+    expect(waiting.page.get_by_role("list", name="History").get_by_role("listitem")).to_have_count(
+        len(waiting.snapshot.state.rounds)
+    )
+
+
+def test_what_raises_is_shown_and_the_studio_lives(
+    waiting: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(waiting.studio.library, "opening", lambda *_: 1 / 0)
+    waiting.page.evaluate(
+        "import('/wire.js').then(wire => wire.send({do: 'open', key: 'case:demo', event: ''}))"
+    )
+    expect(waiting.page.get_by_text(re.compile("went wrong on our side"))).to_be_visible()
+    waiting.page.keyboard.press("End")
+    waiting.until(lambda: waiting.studio.view.step > 0, "life")
+
+
+HOSTILE = [
+    "",
+    "{",
+    "[]",
+    '{"do":"scrub","frame":NaN}',
+    '{"do":"scrub","frame":-7}',
+    '{"do":"speed","factor":"fast"}',
+    '{"do":"select","kind":"object","name":"<img src=x onerror=alert(1)>"}',
+    '{"do":"open","key":"../../../etc/passwd"}',
+    '{"do":"decide","kind":"accept","proposal":"not this one"}',
+    '{"do":"edit","edits":[{"op":"set","path":"event.actions","value":[{"id":"a b"}]}]}',
+    '{"do":"new","photo":"AAAA","prompt":"x","objects":[["a",[]]]}',
+    '{"do":"budget","rounds":1e300}',
+    '{"do":"text","text":"&a [*a]","apply":true}',
+    '{"do":"pin","path":"__class__.__init__","on":true}',
+    json.dumps({"do": "viewer", "token": "x" * 10_000}),
+]
+
+
+def test_hostile_messages_change_nothing(waiting: Desk) -> None:
+    port = waiting.studio.address.rpartition(":")[2]
+    before = waiting.snapshot
+    with connect(
+        f"ws://127.0.0.1:{port}/socket", origin=Origin(waiting.studio.address), max_size=None
+    ) as line:
+        for text in HOSTILE:
+            line.send(text)
+        line.send(b"\x00\x01")
+    waiting.idle()
+    assert waiting.snapshot.state == before.state
+    assert waiting.snapshot.program == before.program
+    waiting.page.keyboard.press("End")
+    waiting.until(lambda: waiting.studio.view.step > 0, "life")
+    assert waiting.page.locator("img[src=x]").count() == 0
+
+
+def test_a_new_session_from_a_photo_by_clicks_alone(waiting: Desk, repository: Path) -> None:
+    page = waiting.page
+    waiting.button("Open…").click()
+    waiting.button("New from a photo…").click()
+    page.locator("input[type=file]").set_input_files(
+        str(repository / "assets" / "demo" / "input.png")
+    )
+    picture = page.locator("[data-photo]")
+    expect(picture).to_be_visible()
+    box = picture.bounding_box()
+    assert box is not None
+    scale = box["width"] / 832
+    picture.click(position={"x": 180 * scale, "y": 354 * scale})
+    page.get_by_label("Name 1").fill("red_ball")
+    waiting.button("Another thing").click()
+    page.get_by_label("Name 2").fill("wooden_block")
+    picture.click(position={"x": 503 * scale, "y": 222 * scale})
+    page.get_by_label("Sentence").fill("The red ball rolls to the right and hits the wooden block.")
+    old = waiting.snapshot.session_id
+    page.get_by_role("dialog").get_by_role("button", name="Start", exact=True).click()
+    waiting.until(lambda: waiting.snapshot.session_id != old, "a new session")
+    assert {one.name for one in waiting.snapshot.program.scene.objects} >= {
+        "red_ball",
+        "wooden_block",
+    }
+    waiting.button("Start").click()
+    waiting.until(lambda: waiting.snapshot.rollout is not None, "a rollout")
+
+
+def test_sessions_are_listed_and_opened(waiting: Desk) -> None:
+    page = waiting.page
+    first = waiting.snapshot.session_id
+    waiting.button("Open…").click()
+    page.get_by_role("dialog").get_by_role(
+        "button", name=re.compile("knocks block over")
+    ).first.click()
+    waiting.until(lambda: waiting.snapshot.session_id != first, "another session")
+    waiting.button("Open…").click()
+    page.get_by_role("dialog").locator(f"[data-key='session:{first}']").click()
+    waiting.until(lambda: waiting.snapshot.session_id == first, "the first session")
+    waiting.proposal()

@@ -1,0 +1,120 @@
+"""The program as text and as forms: errors at their lines, nothing typed is ever lost."""
+
+from __future__ import annotations
+
+import re
+import time
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Desk
+
+pytestmark = pytest.mark.browser
+
+
+def _editor(desk: Desk):
+    desk.tab("Program")
+    area = desk.page.get_by_label("Program as YAML")
+    expect(area).to_have_value(re.compile("event"))
+    return area
+
+
+def test_an_error_is_shown_at_its_line_and_nothing_is_lost(waiting: Desk) -> None:
+    page = waiting.page
+    area = _editor(waiting)
+    program = waiting.snapshot.program
+    text = area.input_value()
+    lines = text.split("\n")
+    at = next(n for n, line in enumerate(lines) if line.strip().startswith("duration:"))
+    lines[at] = lines[at].split(":")[0] + ": -5"
+    wrong = "\n".join(lines)
+    area.fill(wrong)
+    waiting.button("Validate").click()
+    expect(page.get_by_role("button", name=re.compile(rf"Line {at + 1}:"))).to_be_visible()
+    expect(page.locator(".gutter b")).to_have_text(f"● {at + 1}")
+    expect(area).to_have_value(wrong)
+    waiting.button("Apply").click()
+    waiting.idle()
+    assert waiting.snapshot.program == program
+    expect(area).to_have_value(wrong)
+    page.reload()
+    waiting.tab("Program")
+    expect(area).to_have_value(wrong)
+
+    lines[at] = lines[at].split(":")[0] + ": 31"
+    area.fill("\n".join(lines))
+    waiting.button("Apply").click()
+    waiting.until(lambda: waiting.snapshot.has_draft, "a draft")
+    assert any(getattr(one, "duration", 0) == 31 for one in waiting.snapshot.program.event.actions)
+    expect(page.locator(".problems button")).to_have_count(0)
+
+
+def test_typing_is_not_clobbered_by_what_happens_meanwhile(waiting: Desk) -> None:
+    area = _editor(waiting)
+    area.press("Control+Home")
+    area.type("# mine\n")
+    waiting.page.evaluate("import('/wire.js').then(wire => wire.send({do: 'budget', rounds: 7}))")
+    waiting.until(lambda: waiting.snapshot.state.budget == 7, "the budget")
+    waiting.idle()
+    assert area.input_value().startswith("# mine\n")
+
+
+def test_ten_thousand_lines_are_a_sentence_not_a_crash(waiting: Desk) -> None:
+    page = waiting.page
+    area = _editor(waiting)
+    program = waiting.snapshot.program
+    text = area.input_value() + "".join(f"\n# line {n}" for n in range(10_000)) + "\nnonsense: ["
+    started = time.monotonic()
+    area.evaluate("(area, text) => { area.value = text; area.oninput(); }", text)
+    waiting.button("Apply").click()
+    waiting.until(lambda: waiting.snapshot.yaml_problems or waiting.snapshot.notices, "a sentence")
+    assert waiting.snapshot.program == program
+    assert time.monotonic() - started < 60
+    expect(page.get_by_role("tab", name="Program")).to_be_visible()
+
+
+def test_the_inspector_changes_a_number_and_refuses_nan(waiting: Desk) -> None:
+    page = waiting.page
+    action = waiting.snapshot.program.event.actions[0]
+    page.locator(f"[data-action={action.id}] .body").click()
+    waiting.tab("Inspector")
+    field = page.get_by_label("Starts at step", exact=True)
+    expect(field).to_have_value(str(action.start_step))
+    for text in ("NaN", "1e999", "-3", "two"):
+        field.fill(text)
+        field.press("Enter")
+        waiting.idle()
+        assert waiting.snapshot.program.event.actions[0] == action
+    expect(page.locator(".notice.error").first).to_be_visible()
+    field.fill("17")
+    field.press("Enter")
+    waiting.until(lambda: waiting.snapshot.program.event.actions[0].start_step == 17, "the edit")
+    expect(field).to_have_value("17")
+
+
+def test_a_program_built_by_hand_without_a_photo(waiting: Desk) -> None:
+    page = waiting.page
+    waiting.button("Open…").click()
+    waiting.button("Empty scene").click()
+    waiting.until(lambda: waiting.snapshot.case and waiting.snapshot.case.image is None, "a scene")
+    waiting.tab("Scene")
+    waiting.button("Ball").click()
+    waiting.until(lambda: waiting.snapshot.program.scene.object("ball"), "a ball")
+    waiting.button("Box").click()
+    waiting.until(lambda: waiting.snapshot.program.scene.object("box"), "a box")
+    page.get_by_role("button", name="Add an action").click()
+    page.get_by_role("menuitem", name="Push box").click()
+    waiting.until(lambda: waiting.snapshot.program.event.actions, "an action")
+    waiting.button("+ Demand something").click()
+    page.get_by_label("Who", exact=True).select_option("box")
+    page.get_by_label("Does what").select_option("moves")
+    waiting.button("Add to the checklist").click()
+    waiting.until(lambda: waiting.snapshot.program.contract.statements, "a statement")
+    waiting.idle()
+    rollout = waiting.snapshot.rollout
+    assert rollout is not None
+    assert set(rollout.objects) == {"ball", "box"}
+    assert [one.kind for one in waiting.snapshot.checks if not one.always_on] == ["moves"]
+    waiting.button("Run my edits").click()
+    waiting.until(lambda: waiting.snapshot.state.rounds, "a round")

@@ -1,0 +1,143 @@
+"""The timeline under the pointer and the keyboard: what is dropped is what runs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Desk
+
+pytestmark = pytest.mark.browser
+
+
+def _bar(desk: Desk) -> Any:
+    expect(desk.page.locator(".tl [data-action]").first).to_be_visible()
+    return desk.page.locator(".tl [data-action]").first
+
+
+def _positions(desk: Desk) -> Any:
+    rollout = desk.snapshot.rollout
+    assert rollout is not None
+    return rollout.positions
+
+
+def _per_frame(desk: Desk) -> float:
+    """Pixels of one frame in the timeline."""
+    ends = [
+        float(desk.page.locator(".tl line.grid").nth(n).get_attribute("x1") or 0) for n in (0, 1)
+    ]
+    texts = [
+        int(desk.page.locator(".tl line.grid + text").nth(n).text_content() or 0) for n in (0, 1)
+    ]
+    return (ends[1] - ends[0]) / (texts[1] - texts[0])
+
+
+def _drag(desk: Desk, x: float, y: float, by: float) -> None:
+    mouse = desk.page.mouse
+    mouse.move(x, y)
+    mouse.down()
+    mouse.move(x + by, y, steps=8)
+    mouse.up()
+
+
+def test_drag_a_bar_and_resize_it(waiting: Desk) -> None:
+    bar = _bar(waiting)
+    name = bar.get_attribute("data-action")
+    action = waiting.snapshot.program.action(name)
+    assert action is not None
+    before = _positions(waiting)
+    box = bar.locator(".body").bounding_box()
+    frame = _per_frame(waiting)
+    _drag(waiting, box["x"] + box["width"] / 2, box["y"] + 8, 10 * frame)
+    waiting.until(lambda: waiting.snapshot.has_draft, "a draft")
+    waiting.idle()
+    moved = waiting.snapshot.program.action(name)
+    assert moved is not None
+    assert moved.start_step == action.start_step + 40
+    assert not np.array_equal(before, _positions(waiting))
+    expect(bar).to_have_attribute("data-start", str(moved.start_step))
+
+    before = _positions(waiting)
+    edge = bar.locator("[data-edge=end]").bounding_box()
+    _drag(waiting, edge["x"] + edge["width"] - 2, edge["y"] + 8, 6 * frame)
+    waiting.until(
+        lambda: waiting.snapshot.program.action(name).duration != action.duration,  # type: ignore[union-attr]
+        "another duration",
+    )
+    waiting.idle()
+    assert not np.array_equal(before, _positions(waiting))
+
+
+def test_undo_and_redo_ten_steps_back_to_the_same_program(waiting: Desk) -> None:
+    page = waiting.page
+    bar = _bar(waiting)
+    bar.locator(".body").click()
+    bar.focus()
+    first = waiting.snapshot.program.hash
+    hashes = [first]
+    for _ in range(10):
+        page.keyboard.press("ArrowRight")
+        waiting.until(lambda: waiting.snapshot.program.hash != hashes[-1], "a move")
+        hashes.append(waiting.snapshot.program.hash)
+    page.keyboard.press("Escape")
+    for wanted in reversed(hashes[:-1]):
+        page.keyboard.press("Control+z")
+        waiting.until(lambda wanted=wanted: waiting.snapshot.program.hash == wanted, "undone")
+    for wanted in hashes[1:]:
+        page.keyboard.press("Control+Shift+z")
+        waiting.until(lambda wanted=wanted: waiting.snapshot.program.hash == wanted, "redone")
+
+
+def test_add_mute_and_delete_by_menu(waiting: Desk) -> None:
+    page = waiting.page
+    _bar(waiting)
+    count = len(waiting.snapshot.program.event.actions)
+    page.get_by_role("button", name="Add an action").click()
+    page.get_by_role("menuitem").nth(4).click()
+    waiting.until(lambda: len(waiting.snapshot.program.event.actions) == count + 1, "an action")
+    added = waiting.snapshot.program.event.actions[-1]
+    bar = page.locator(f"[data-action={added.id}]")
+    bar.click(button="right")
+    page.get_by_role("menuitem", name="Mute").click()
+    waiting.until(lambda: waiting.snapshot.program.event.actions[-1].muted, "muted")
+    bar.focus()
+    page.keyboard.press("Delete")
+    waiting.until(lambda: len(waiting.snapshot.program.event.actions) == count, "deleted")
+
+
+def test_a_refused_edit_snaps_back_with_the_reason(waiting: Desk) -> None:
+    """Round one is read-only once another round exists and the first is opened."""
+    page = waiting.page
+    bar = _bar(waiting)
+    name = bar.get_attribute("data-action")
+    start = bar.get_attribute("data-start")
+    page.evaluate(
+        """async name => {
+            const wire = await import('/wire.js');
+            const refused = () => { document.body.dataset.refused = 'yes'; };
+            wire.setField(`event.actions.${name}.duration`, 100000, refused);
+        }""",
+        name,
+    )
+    expect(page.get_by_text("run past the end of the clip")).to_be_visible()
+    expect(page.locator("body")).to_have_attribute("data-refused", "yes")
+    expect(bar).to_have_attribute("data-start", start)
+    assert not waiting.snapshot.has_draft
+
+
+def test_playing_moves_the_playhead_and_a_scrub_stops_it(waiting: Desk) -> None:
+    page = waiting.page
+    _bar(waiting)
+    page.keyboard.press("Space")
+    waiting.until(lambda: waiting.studio.view.step > 20, "playing")
+    line = page.locator(".tl .head-line")
+    x = float(line.get_attribute("x1") or 0)
+    waiting.until(lambda: float(line.get_attribute("x1") or 0) != x, "a moving playhead")
+    box = page.locator("svg.tl").bounding_box()
+    page.mouse.click(box["x"] + box["width"] * 0.6, box["y"] + 5)
+    waiting.until(lambda: not waiting.studio.view.playing, "a stop")
+    page.keyboard.press("Home")
+    waiting.until(lambda: waiting.studio.view.step == 0, "the start")

@@ -27,7 +27,7 @@ def lifted(plate: Picture, shading: Shading, blocked: NDArray[np.float32], step:
     likely = _likely(shading, blocked)
     before = plate.astype(np.float32)
     lit = np.maximum(enlarged(shading.lit, step, plate.shape), 1.0)
-    coarse = np.exp(np.clip(-shading.darkness * likely[..., None], 0, _MOST))
+    coarse = np.exp(np.clip(-_without_texture(shading) * likely[..., None], 0, _MOST))
     # Beside a sharp edge the coarse map lies over lit ground too: never brighter than that is.
     most = np.maximum(before, lit * np.float32(np.exp(2 * shading.grain)))
     bright = np.minimum(before * enlarged(coarse.astype(np.float32), step, plate.shape), most)
@@ -35,6 +35,12 @@ def lifted(plate: Picture, shading: Shading, blocked: NDArray[np.float32], step:
     bright = _evened(bright, lit, share, shading.grain)
     bright = _regrown(bright, plate, lit, shading, likely, step)
     return np.clip(bright + 0.5, 0, 255).astype(np.uint8)
+
+
+def _without_texture(shading: Shading) -> FloatPicture:
+    """(h, w, 3) darkness smoothed within the contrast of the texture, so that this is kept."""
+    contrast = 0.02 + 2.5 * shading.grain
+    return np.asarray(cv2.bilateralFilter(shading.darkness, -1, contrast, 5.0), np.float32)
 
 
 def _likely(shading: Shading, blocked: NDArray[np.float32]) -> FloatPicture:

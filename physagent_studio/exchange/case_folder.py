@@ -39,6 +39,8 @@ def load_case(folder: Path | str, event: str | None = None) -> Case:
     supports = reader.supports(size)
     landmarks = reader.landmarks(size)
     reader.check_names()
+    horizon = reader.horizon(size)
+    scale = reader.scale([name for name, _ in objects])
     events = reader.events()
     name, prompt = pick_event(events, event, str(path))
     return Case(
@@ -51,6 +53,8 @@ def load_case(folder: Path | str, event: str | None = None) -> Case:
         prompt=prompt,
         event=name,
         events=events,
+        horizon=horizon,
+        scale=scale,
     )
 
 

@@ -12,10 +12,18 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from physagent_studio.errors import InputError
+from physagent_studio.exchange.case_clicks import MARKS, horizon_of, marks_of, scale_of
 from physagent_studio.exchange.plain_yaml import MAX_BYTES, Place, PlainYaml, read_yaml
 from physagent_studio.program.materials import MATERIALS
 from physagent_studio.program.problems import problems_of
-from physagent_studio.program.scene import Click, Grounding, Landmark, Support, SupportShape
+from physagent_studio.program.scene import (
+    Click,
+    Grounding,
+    Landmark,
+    Scale,
+    Support,
+    SupportShape,
+)
 
 MAX_OBJECTS = 200
 MAX_SUPPORTS = 64
@@ -24,7 +32,8 @@ MAX_POINTS = 500
 MAX_PROMPT = 4000
 RESERVED = ("air",)
 _KINDS = ("point", "line", "area", "opening")
-_ROOT = ("image", "size", "objects", "supports", "landmarks", "events")
+CLICKED = ("horizon", "scale", "objects", "supports", "landmarks")
+_ROOT = ("image", "size", *CLICKED, "events")
 _SHAPE: TypeAdapter[Any] = TypeAdapter(SupportShape)
 
 
@@ -46,15 +55,18 @@ def check_inside(x: float, y: float, size: tuple[int, int], what: str) -> None:
 
 
 class CaseReader:
-    """One case.yaml being read; every message carries its file and line."""
+    """One case.yaml being read; every message carries its file and line.
 
-    def __init__(self, path: Path) -> None:
+    known: which entries the file may have.
+    """
+
+    def __init__(self, path: Path, known: Sequence[str] = _ROOT) -> None:
         self.path = path
         self.names: dict[str, Place] = {}
         self.doc: PlainYaml = read_yaml(_text(path), str(path))
         if not isinstance(self.doc.data, dict):
             raise InputError(f"{path}: a case is a mapping with image, objects and events")
-        self._known((), self.doc.data, _ROOT)
+        self.known((), self.doc.data, known)
 
     def fail(self, place: Place, what: str) -> InputError:
         return InputError(f"{self.path}, line {self.doc.line(place)}: {what}")
@@ -89,9 +101,9 @@ class CaseReader:
     def objects(self, size: tuple[int, int]) -> tuple[tuple[str, Grounding], ...]:
         """Names and groundings, in the file's order."""
         found = []
-        for name, place, entry in self._things("objects", MAX_OBJECTS):
-            self._known(place, entry, ("points", "box"))
-            grounding = self._grounding(place, entry, size)
+        for name, place, entry in self.things("objects", MAX_OBJECTS):
+            self.known(place, entry, ("points", "box"))
+            grounding = self.grounding(place, entry, size)
             if grounding.box is None and not any(c.label for c in grounding.points):
                 raise self.fail(place, f"object '{name}' needs a click inside it, or a box")
             found.append((name, grounding))
@@ -102,8 +114,8 @@ class CaseReader:
     def supports(self, size: tuple[int, int]) -> tuple[Support, ...]:
         """Supports with their clicks and, where the case states it, their shape."""
         found = []
-        for name, place, entry in self._things("supports", MAX_SUPPORTS):
-            self._known(place, entry, ("points", "box", "shape", "material"))
+        for name, place, entry in self.things("supports", MAX_SUPPORTS):
+            self.known(place, entry, ("points", "box", "shape", "material", *MARKS))
             material = entry.get("material", Support.model_fields["material"].default)
             if material not in MATERIALS:
                 raise self.fail(
@@ -114,7 +126,7 @@ class CaseReader:
             found.append(
                 Support(
                     name=name,
-                    grounding=self._grounding(place, entry, size),
+                    grounding=self._support_grounding(name, place, entry, size),
                     shape=shape,
                     material=material,
                     source="estimated" if shape is None else "given",
@@ -122,16 +134,16 @@ class CaseReader:
             )
         return tuple(found)
 
-    def landmarks(self, size: tuple[int, int]) -> tuple[Landmark, ...]:
-        """Named places with their pixels."""
-        solid = tuple(self.names)
+    def landmarks(self, size: tuple[int, int], others: Sequence[str] = ()) -> tuple[Landmark, ...]:
+        """Named places with their pixels. others: further names that they may be `on`."""
+        solid = tuple(dict.fromkeys((*others, *self.names)))
         found = []
-        for name, place, entry in self._things("landmarks", MAX_LANDMARKS):
-            self._known(place, entry, ("kind", "points", "on"))
+        for name, place, entry in self.things("landmarks", MAX_LANDMARKS):
+            self.known(place, entry, ("kind", "points", "on"))
             kind = entry.get("kind")
             if kind not in _KINDS:
                 raise self.fail((*place, "kind"), f"kind must be one of {', '.join(_KINDS)}")
-            points = [self._pair(p, q, size) for p, q in self._points(place, entry)]
+            points = [self.pair(p, q, size) for p, q in self._points(place, entry)]
             if not points:
                 raise self.fail(place, f"landmark '{name}' needs points [[x, y], …]")
             on = entry.get("on")
@@ -163,6 +175,14 @@ class CaseReader:
                 raise self.fail(place, f"event '{name}' has more than {MAX_PROMPT} characters")
         return tuple((name, " ".join(prompt.split())) for name, prompt in entries.items())
 
+    def horizon(self, size: tuple[int, int]) -> float | None:
+        """The row of the horizon in the middle column, pixels; None where it is not stated."""
+        return horizon_of(self, size)
+
+    def scale(self, known: Sequence[str]) -> Scale:
+        """The size that the file states; open where it states none. known: what may be named."""
+        return scale_of(self, known)
+
     def check_names(self) -> None:
         """That nothing is called what the program keeps for itself."""
         for name in RESERVED:
@@ -171,7 +191,7 @@ class CaseReader:
 
     # --- parts -------------------------------------------------------------------------------
 
-    def _things(self, room: str, limit: int) -> list[tuple[str, Place, dict[str, Any]]]:
+    def things(self, room: str, limit: int) -> list[tuple[str, Place, dict[str, Any]]]:
         entries = self.doc.data.get(room)
         if entries is None:
             return []
@@ -193,7 +213,7 @@ class CaseReader:
             found.append((name, place, entry or {}))
         return found
 
-    def _known(self, place: Place, entry: Mapping[str, Any], known: Sequence[str]) -> None:
+    def known(self, place: Place, entry: Mapping[str, Any], known: Sequence[str]) -> None:
         for key in entry:
             if key not in known:
                 near = difflib.get_close_matches(key, known, 1, 0.6)
@@ -211,27 +231,31 @@ class CaseReader:
             raise self.fail(where, f"there are {len(points)} points (at most {MAX_POINTS})")
         return [((*where, index), point) for index, point in enumerate(points)]
 
-    def _grounding(
-        self, place: Place, entry: Mapping[str, Any], size: tuple[int, int]
+    def _support_grounding(
+        self, name: str, place: Place, entry: Mapping[str, Any], size: tuple[int, int]
     ) -> Grounding:
+        found = self.grounding(place, entry, size)
+        return found.model_copy(update={"marks": marks_of(self, name, place, entry, size)})
+
+    def grounding(self, place: Place, entry: Mapping[str, Any], size: tuple[int, int]) -> Grounding:
         clicks = []
         for where, point in self._points(place, entry):
-            x, y = self._pair(where, point, size)
+            x, y = self.pair(where, point, size)
             label = point[2] if len(point) > 2 else 1
             if type(label) is not int or label not in (0, 1):
                 raise self.fail(where, f"a label is 1 (inside) or 0 (outside), not {label!r}")
             clicks.append(Click(x=x, y=y, label=1 if label else 0))
         return Grounding(points=tuple(clicks), box=self._box(place, entry.get("box"), size))
 
-    def _pair(self, where: Place, point: Any, size: tuple[int, int]) -> tuple[float, float]:
+    def pair(self, where: Place, point: Any, size: tuple[int, int]) -> tuple[float, float]:
         if not isinstance(point, list) or len(point) not in (2, 3):
             raise self.fail(where, "a point must be [x, y, label]")
-        x, y = (self._number(where, value) for value in point[:2])
+        x, y = (self.number(where, value) for value in point[:2])
         prefix = f"{self.path}, line {self.doc.line(where)}"
         check_inside(x, y, size, prefix)
         return x, y
 
-    def _number(self, where: Place, value: Any) -> float:
+    def number(self, where: Place, value: Any) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise self.fail(where, f"{value!r} is no number")
         if not math.isfinite(value):
@@ -246,7 +270,7 @@ class CaseReader:
         where = (*place, "box")
         if not isinstance(box, list) or len(box) != 4:
             raise self.fail(where, "a box must be [left, top, right, bottom]")
-        left, top, right, bottom = (self._number(where, value) for value in box)
+        left, top, right, bottom = (self.number(where, value) for value in box)
         if not (0 <= left < right <= size[0] and 0 <= top < bottom <= size[1]):
             raise self.fail(
                 where,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.scene import Grounding, Landmark, Support
+from physagent_studio.program.scene import Grounding, Landmark, Scale, Support
 
 Image = NDArray[np.uint8]
 """(H, W, 3) uint8, RGB."""
@@ -20,6 +20,8 @@ class Case:
     image: (H, W, 3) uint8 RGB, or None for a bare program without a photo.
     image_hash: SHA-256 of the decoded pixels; "" without a photo.
     objects: (name, grounding) in the case's order. events: (name, prompt) of all its events.
+    horizon: row where a person sees it, pixels, in the middle column; None is open.
+    scale: a size that a person typed; its default is open.
     """
 
     name: str
@@ -31,3 +33,5 @@ class Case:
     prompt: str
     event: str = ""
     events: tuple[tuple[str, str], ...] = ()
+    horizon: float | None = None
+    scale: Scale = Scale()

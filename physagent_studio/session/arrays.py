@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.program import Grounding, Landmark, SceneState, Support
+from physagent_studio.program.scene import Scale
 from physagent_studio.records import Candidate, Case, Finding, Image, Mesh, Scene
 
 
@@ -158,6 +159,8 @@ def case_json(case: Case) -> dict[str, Any]:
         "prompt": case.prompt,
         "event": case.event,
         "events": [list(item) for item in case.events],
+        "horizon": case.horizon,
+        "scale": case.scale.model_dump(mode="json"),
     }
 
 
@@ -173,4 +176,6 @@ def case_from_json(data: dict[str, Any], image: Image | None) -> Case:
         prompt=data["prompt"],
         event=data["event"],
         events=tuple((name, prompt) for name, prompt in data["events"]),
+        horizon=data.get("horizon"),
+        scale=Scale.model_validate(data.get("scale", {})),
     )

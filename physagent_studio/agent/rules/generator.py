@@ -74,7 +74,13 @@ def open_scene(case: Case, reading: Reading, stock: Inventory) -> SceneState:
         for place in landmarks_needed(reading)
         if place.kind == "landmark" and place.name not in given
     )
-    return SceneState(objects=objects, supports=supports, landmarks=(*case.landmarks, *needed))
+    return SceneState(
+        horizon=case.horizon,
+        scale=case.scale,
+        objects=objects,
+        supports=supports,
+        landmarks=(*case.landmarks, *needed),
+    )
 
 
 def in_the_air(reading: Reading) -> frozenset[str]:

@@ -169,7 +169,8 @@ def scene_of(reply: SceneReply, case: Case, size: tuple[int, int], scale: float)
         supports.append(Support(name=GROUND, material="concrete"))
     return _validated(
         SceneState(
-            scale=_scale(reply),
+            horizon=case.horizon,
+            scale=case.scale if case.scale.metres is not None else _scale(reply),
             objects=tuple(objects),
             supports=tuple(supports),
             landmarks=tuple(landmarks),

@@ -68,11 +68,14 @@ class Compositor:
         vertices: Mapping[str, FloatArray] | None = None,
         *,
         shadows: bool = True,
+        as_built: bool = False,
     ) -> Frame:
         """The picture at these poses.
 
         positions: (N, 3) world, m, and rotations: (N, 4) R_world_body wxyz, in the order of
         `names`; None for the initial ones. vertices: by name, (V, 3) world, of soft objects.
+        as_built: draw every object from its mesh, even where it has not moved and the photo
+        itself is the better picture; this is how a reconstruction shows its faults.
         """
         where = self._positions if positions is None else np.asarray(positions, float)
         turned = self._rotations if rotations is None else np.asarray(rotations, float)
@@ -81,7 +84,7 @@ class Compositor:
         world = self._batch.placed(where, turned, deformed)
         points = self._to_camera(world)
         hits = self._visible(self._cast(points))
-        standing = self._scenery.standing(points)
+        standing = np.zeros(len(self.names)) if as_built else self._scenery.standing(points)
         backdrop = self._scenery.behind(world, standing, shadows)
         colors = self._skin.colors(hits, turned, world if deformed else None)
         return self._composed(hits, points, backdrop, colors, standing)
@@ -117,7 +120,19 @@ class Compositor:
             raise InputError("a pose is not finite, so it cannot be rendered")
 
     def _deformed(self, vertices: Mapping[str, FloatArray]) -> dict[int, FloatArray]:
-        return {self.names.index(n): np.asarray(v, float) for n, v in vertices.items()}
+        deformed = {}
+        for name, given in vertices.items():
+            if name not in self.names:
+                raise InputError(f"there is no object '{name}' (known: {', '.join(self.names)})")
+            index, places = self.names.index(name), np.asarray(given, float)
+            count = int(self._batch.first[index + 1] - self._batch.first[index])
+            if places.shape != (count, 3) or not np.isfinite(places).all():
+                raise InputError(
+                    f"object '{name}' has {count} vertices, so ({count}, 3) finite places are "
+                    f"needed, not {places.shape}"
+                )
+            deformed[index] = places
+        return deformed
 
     def _to_camera(self, world: FloatArray) -> FloatArray:
         return (world - np.array(self._camera.position)) @ self._matrix

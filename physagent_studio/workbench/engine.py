@@ -17,7 +17,7 @@ from physagent_studio.errors import Cancelled
 from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.reconstruction import reconstruct
 from physagent_studio.records import Case, Image, Rollout, Scene
-from physagent_studio.rendering import Compositor
+from physagent_studio.rendering import Compositor, frame_of
 from physagent_studio.session import Session
 from physagent_studio.simulation import Simulator
 
@@ -103,7 +103,7 @@ class Engine:
         if not self.evidence or scene.state.camera is None or not scene.state.objects:
             return None
         positions, rotations = _initial(scene)
-        return Compositor(scene).frame(positions, rotations).rgb
+        return Compositor(scene).frame(positions, rotations, as_built=True).rgb
 
     def sample(self, scene: Scene, rollout: Rollout) -> tuple[Image, ...]:
         """Every third frame of a rollout, rendered."""
@@ -111,11 +111,11 @@ class Engine:
             return ()
         compositor = Compositor(scene)
         frames = []
-        steps = rollout.frame_steps()[::EVIDENCE_EVERY]
-        for index, step in enumerate(steps):
+        numbers = range(0, rollout.frames, EVIDENCE_EVERY)
+        for index, number in enumerate(numbers):
             self.control.check()
-            self.control.progress("rendering evidence", index / len(steps))
-            frames.append(compositor.frame(rollout.positions[step], rollout.rotations[step]).rgb)
+            self.control.progress("rendering evidence", index / len(numbers))
+            frames.append(frame_of(compositor, rollout, number).rgb)
         return tuple(frames)
 
 

@@ -197,6 +197,10 @@ def test_bad_poses_are_refused(two_things):
         compositor.frame(positions[:1], rotations[:1])
     with pytest.raises(InputError, match="not finite"):
         compositor.frame(positions * np.nan, rotations)
+    with pytest.raises(InputError, match="no object 'cup'"):
+        compositor.frame(vertices={"cup": positions})
+    with pytest.raises(InputError, match="'crate' has 8 vertices"):
+        compositor.frame(vertices={"crate": positions})
 
 
 def test_scene_without_objects():

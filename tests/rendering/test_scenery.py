@@ -127,3 +127,25 @@ def test_what_stands_still_keeps_its_place_in_the_photo():
     assert np.abs(frame.rgb.astype(int) - scene.photo)[near_crate].max() <= 1
     left = scene.masks["ball"]
     assert np.abs(frame.rgb.astype(int) - scene.photo)[left].mean() > 15
+
+
+def test_as_built_shows_what_the_reconstruction_made():
+    scene, _, _ = sunlit((-1.0, 0.1, 0.7))
+    too_large = dict(scene.meshes)
+    mesh = too_large["ball"]
+    too_large["ball"] = Mesh(mesh.vertices * 1.4, mesh.faces, mesh.uv, mesh.texture)
+    wrong = scene_of(
+        scene.state.objects,
+        too_large,
+        [FLOOR],
+        photo=scene.photo,
+        plate=scene.plate,
+        masks=dict(scene.masks),
+    )
+    compositor = Compositor(wrong)
+    beside = (compositor.frame().ids == 0) & ~scene.masks["ball"]
+    assert beside.sum() > 100
+    assert scene.photo is not None
+    kept, built = compositor.frame(), compositor.frame(as_built=True)
+    assert np.abs(kept.rgb.astype(int) - scene.photo)[beside].max() <= 1
+    assert np.abs(built.rgb.astype(int) - scene.photo)[beside].mean() > 20

@@ -14,7 +14,7 @@ from physagent_studio.agent.vlm.line import Line
 from physagent_studio.agent.vlm.spending import CallRecord, Ledger
 from tests.agent.vlm.server import Model, ModelServer
 
-QUICK = Patience(timeout=5.0, retries=2, backoff=0.0)
+QUICK = Patience(timeout=30.0, retries=2, backoff=0.0)
 
 
 @pytest.fixture(autouse=True)

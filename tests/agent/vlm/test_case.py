@@ -122,7 +122,7 @@ def model(asked: Asked) -> Reply:
         "EventReply": stage,
         "StageOneReply": scripted.stage_one,
         "StageTwoReply": lambda: judge(asked),
-        "EventPlan": lambda: scripted.faster(round(scripted.speed_shown(asked) * 3, 3)),
+        "EventPlan": lambda: scripted.faster(round(scripted.speed_shown(asked) * 6, 3)),
     }
     return says(answers[asked.form]())
 

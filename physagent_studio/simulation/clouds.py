@@ -24,9 +24,10 @@ class Cloud:
 
     bodies: (K,) MuJoCo body ids, of the parent where a node is pinned. position, velocity: (K,)
     first address in `qpos` and `qvel`, −1 where pinned. rest: (K, 3) m, world, first places.
-    shares: (K,) of the mass, sum 1. whole: whether nodes turn (free joints); their `qpos` is a
-    place then, and a displacement otherwise. turn: R_world_body at first, (3, 3). joints:
-    equality ids that join pieces, (J,), and the two pieces of each, (J, 2).
+    shares: (K,) of the mass, sum 1. volume: m³ that weigh. axes: (3, 3) world directions of the
+    nodes' coordinates as columns. whole: whether nodes turn (free joints); their `qpos` is a
+    place then, and a displacement along `axes` otherwise. turn: R_world_body at first, (3, 3).
+    joints: equality ids that join pieces, (J,), and the two pieces of each, (J, 2).
     """
 
     bodies: np.ndarray
@@ -35,6 +36,8 @@ class Cloud:
     rest: FloatArray
     shares: FloatArray
     turn: FloatArray
+    volume: float = 0.0
+    axes: FloatArray = field(default_factory=lambda: np.eye(3))
     whole: bool = False
     joints: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
     joined: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
@@ -52,13 +55,13 @@ class Cloud:
     def places(self, qpos: FloatArray) -> FloatArray:
         """(..., K, 3) m, world: node positions of raw states (..., nq)."""
         at = np.maximum(self.position, 0)[:, None] + np.arange(3)
-        moved = qpos[..., at] if self.whole else qpos[..., at] + self.rest
+        moved = qpos[..., at] if self.whole else qpos[..., at] @ self.axes.T + self.rest
         return np.where(self.free[:, None], moved, self.rest)
 
     def speeds(self, qvel: FloatArray) -> FloatArray:
         """(..., K, 3) m/s, world: node velocities of raw velocities (..., nv)."""
         at = np.maximum(self.velocity, 0)[:, None] + np.arange(3)
-        return np.where(self.free[:, None], qvel[..., at], 0.0)
+        return np.where(self.free[:, None], qvel[..., at] @ self.axes.T, 0.0)
 
     def turns(self, qpos: FloatArray) -> FloatArray:
         """(..., K, 3, 3) rotation of each piece; only for pieces with free joints."""

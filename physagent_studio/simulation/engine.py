@@ -43,6 +43,9 @@ def run(
         if step < clip.steps:
             _edges(world, trace, step)
             _advance(world, trace, step)
+            if trace.fracture.watches:
+                blows = trace.log.blows(step * trace.substeps)
+                trace.releases += trace.fracture.release(world.data, blows, step)
     _finish(world, trace)
 
 
@@ -82,6 +85,7 @@ def _edges(world: World, trace: Trace, step: int) -> None:
         for item in world.program.scene.objects:
             world.half_kick(item.name)
         trace.grip.update(world.data)
+        trace.fracture.follow(world.data)
     if schedule.is_conditional:
         if schedule.awaits_contact and step:
             _note_touches(trace, step)

@@ -38,8 +38,10 @@ class Grip:
         """Takes over which pairs are close in the engine step just done."""
         geoms = data.contact.geom
         self.close[:] = 0
-        if len(geoms):
-            self.close[self._table[geoms[:, 0], geoms[:, 1]]] = 1
+        if len(geoms) and len(self.close):
+            pairs = self._table[geoms[:, 0], geoms[:, 1]]
+            # Deformables have no geoms (−1), and grains no pairs.
+            self.close[pairs[(pairs >= 0) & (geoms >= 0).all(axis=1)]] = 1
         self.restore(self.close)
 
     def restore(self, close: FloatArray) -> None:

@@ -13,6 +13,7 @@ from physagent_studio.records import ActionSpan, Alarm, Rollout
 from physagent_studio.simulation.clouds import quaternions_of
 from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.parts import CloudPart, Part, RigidPart
+from physagent_studio.simulation.skin import skinned
 from physagent_studio.simulation.surfaces import FloatArray
 from physagent_studio.simulation.trace import Trace
 from physagent_studio.simulation.world import World
@@ -60,6 +61,7 @@ def _own(world: World, trace: Trace, setting: str) -> Rollout:
         penetration=penetration,
         spans=_spans(trace),
         warnings=tuple(trace.alarms),
+        releases=tuple(trace.releases),
         versions=versions(),
         snapshots=trace.snapshots[: len(trace.memories)].copy(),
         memories=tuple(trace.memories),
@@ -175,6 +177,23 @@ def _spans(trace: Trace) -> tuple[ActionSpan, ...]:
     return tuple(found)
 
 
+def with_vertices(world: World, trace: Trace, rollout: Rollout) -> Rollout:
+    """Adds the deformed vertices of everything that is not rigid, per frame."""
+    before = dict(trace.head.vertices) if trace.head is not None else {}
+    frames = np.unique(rollout.frame_steps())
+    first = trace.first // rollout.steps_per_frame if trace.head is not None else 0
+    found = []
+    for item, part in zip(world.program.scene.objects, world.parts, strict=True):
+        if not isinstance(part, CloudPart):
+            continue
+        points = world.skins[item.name]
+        vertices = skinned(part.cloud, points, trace.positions[frames[first:]], item.body.kind)
+        if item.name in before:
+            vertices = np.concatenate([before[item.name][:first], vertices])
+        found.append((item.name, vertices))
+    return dataclasses.replace(rollout, vertices=tuple(found))
+
+
 def with_alarms(world: World, rollout: Rollout) -> Rollout:
     """Adds one alarm per pair whose deepest overlap is a fair share of the smaller body."""
     program, contacts = world.program, rollout.contacts
@@ -186,13 +205,18 @@ def with_alarms(world: World, rollout: Rollout) -> Rollout:
         rows = contacts[index == number]
         deepest = rows[int(np.argmax(rows["depth"]))]
         smallest = min(float(solids[i].extent.min()) for i in (a, b) if i < len(solids))
-        if deepest["depth"] > DEEP * smallest:
+        loose = any(i < len(solids) and not _is_firm(program, i) for i in (a, b))
+        if deepest["depth"] > DEEP * smallest and not loose:
             text = (
                 f"{things[a].name} sinks {1000 * float(deepest['depth']):.1f} mm "
                 f"into {things[b].name}"
             )
             alarms.append(Alarm(int(deepest["step"]), "penetration", text))
     return dataclasses.replace(rollout, warnings=(*rollout.warnings, *alarms))
+
+
+def _is_firm(program: PhysicalProgram, index: int) -> bool:
+    return program.scene.objects[index].body.kind in ("rigid", "breakable")
 
 
 def _join(previous: Rollout, tail: Rollout, contacts: np.ndarray, step: int) -> Rollout:

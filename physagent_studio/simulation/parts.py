@@ -214,13 +214,14 @@ class CloudPart(Part):
 
     def set_velocity(self, velocity: FloatArray) -> None:
         """The whole keeps its turning and its inner motion."""
-        self.data.qvel[self._v] += velocity - self.velocity()
+        self.data.qvel[self._v] += (velocity - self.velocity()) @ self.cloud.axes
 
     def set_angular(self, angular: FloatArray) -> None:
         """A rigid turning about the centre; the centre keeps its velocity."""
         places = self._places()
         away = (places - self.cloud.shares @ places)[self.cloud.free]
-        self.data.qvel[self._v] = self.velocity() + np.cross(angular, away)
+        speeds = self.velocity() + np.cross(angular, away)
+        self.data.qvel[self._v] = speeds @ self.cloud.axes
         if self.cloud.whole:
             spins = np.einsum("kji,j->ki", self.cloud.turns(self.data.qpos), angular)
             self.data.qvel[self._v + 3] = spins
@@ -237,7 +238,8 @@ class CloudPart(Part):
                 self.data.qpos[at + 3 : at + 7] = quaternion_of(spin @ piece)
             self.data.qvel[self._v + 3] = 0
         else:
-            self.data.qpos[self._q] = moved - self.cloud.rest[self.cloud.free]
+            away = moved - self.cloud.rest[self.cloud.free]
+            self.data.qpos[self._q] = away @ self.cloud.axes
         self.data.qvel[self._v] = 0
 
     def push(self, force: FloatArray, torque: FloatArray) -> None:
@@ -269,8 +271,8 @@ class CloudPart(Part):
         self.data.qvel[self._v] = 0
 
 
-def part_of(compiled: Compiled, handle: Handle | Cloud, mass: float) -> Part:
-    """The running object behind a handle. mass: kg of the whole, for clouds."""
+def part_of(compiled: Compiled, handle: Handle | Cloud, density: float) -> Part:
+    """The running object behind a handle. density: kg/m³."""
     if isinstance(handle, Handle):
         return RigidPart(compiled.model, compiled.data, handle)
-    return CloudPart(compiled.model, compiled.data, handle, mass)
+    return CloudPart(compiled.model, compiled.data, handle, handle.volume * density)

@@ -63,6 +63,8 @@ def restore(world: World, trace: Trace, previous: Rollout, frame: int) -> int:
     row = previous.snapshots[frame]
     mj.mj_setState(world.compiled.model, world.data, row[:size], SNAPSHOT)
     trace.grip.restore(row[size:])
+    trace.fracture.follow(world.data)
+    trace.releases.extend(item for item in previous.releases if item.step < step)
     trace.snapshots[: frame + 1] = previous.snapshots[: frame + 1]
     trace.memories.extend(previous.memories[:frame])
     memory: dict[str, Any] = json.loads(previous.memories[frame])

@@ -49,10 +49,14 @@ def settle(compiled: Compiled, scene: SceneState, dt: float) -> list[Alarm]:
 def _overlaps(compiled: Compiled) -> dict[tuple[int, int], tuple[float, list[int]]]:
     """Deepest overlap in m of each two bodies, and all contact pairs between them."""
     contact = compiled.data.contact
-    bodies = np.sort(compiled.geom_bodies[contact.geom], axis=1).tolist()
+    geoms, distances = contact.geom, contact.dist
+    paired = (geoms >= 0).all(axis=1)
+    paired &= compiled.pair_table[geoms[:, 0], geoms[:, 1]] >= 0
+    bodies = np.sort(compiled.geom_bodies[geoms[paired]], axis=1).tolist()
     depths: dict[tuple[int, int], float] = {}
-    for (a, b), distance in zip(bodies, contact.dist.tolist(), strict=True):
-        depths[a, b] = max(depths.get((a, b), 0.0), -distance)
+    for (a, b), distance in zip(bodies, distances[paired].tolist(), strict=True):
+        if a != b:
+            depths[a, b] = max(depths.get((a, b), 0.0), -distance)
     members = compiled.pair_bodies.tolist()
     return {
         key: (depth, [n for n, pair in enumerate(members) if tuple(pair) == key])

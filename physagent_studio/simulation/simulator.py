@@ -15,19 +15,23 @@ import numpy as np
 from physagent_studio.errors import SimulationError
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.actions import FixObject
+from physagent_studio.program.bodies import Rigid
+from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene import MeshedSupport, Shape
 from physagent_studio.records import Alarm, Mesh, Rollout
-from physagent_studio.simulation.contact_law import density_of
+from physagent_studio.simulation.build import compile_model
+from physagent_studio.simulation.clouds import Cloud
+from physagent_studio.simulation.contact_law import density_of, touch_of
 from physagent_studio.simulation.convex import split
 from physagent_studio.simulation.engine import run
-from physagent_studio.simulation.measure import rollout_of, with_alarms
+from physagent_studio.simulation.measure import rollout_of, with_alarms, with_vertices
 from physagent_studio.simulation.mj import mj
-from physagent_studio.simulation.model import Compiled, compile_model, configure
+from physagent_studio.simulation.model import Compiled, configure
 from physagent_studio.simulation.parts import part_of
 from physagent_studio.simulation.resume import first_effect, restore, setting_key
 from physagent_studio.simulation.settle import settle
 from physagent_studio.simulation.solids import Solid, solid_of
-from physagent_studio.simulation.surfaces import Surface
+from physagent_studio.simulation.surfaces import FloatArray, Surface
 from physagent_studio.simulation.trace import Trace, new_trace
 from physagent_studio.simulation.tunnelling import substeps_for
 from physagent_studio.simulation.world import World
@@ -89,7 +93,7 @@ class Simulator:
         _require_resolved(program)
         with self._lock:
             key, compiled = self._compiled(program, meshes)
-            world, trace = _prepare(program, compiled)
+            world, trace = _prepare(program, compiled, meshes)
             setting = setting_key(program, key, trace.substeps)
             frame = 0
             if previous is not None and previous.setting == setting:
@@ -98,7 +102,8 @@ class Simulator:
             if frame > 0 and previous is not None:
                 step = restore(world, trace, previous, frame)
             run(world, trace, step, cancelled, progress)
-            return with_alarms(world, rollout_of(world, trace, setting))
+            rollout = with_vertices(world, trace, rollout_of(world, trace, setting))
+            return with_alarms(world, rollout)
 
     def _solid(self, name: str, shape: Shape | MeshedSupport | None, mesh: Mesh | None) -> Solid:
         assert shape is not None
@@ -124,6 +129,10 @@ class Simulator:
             assert item.shape is not None
             shape = item.shape.model_dump_json()
             parts += [item.name, shape, self._digest(meshes.get(item.name))]
+            if not isinstance(item.body, Rigid):
+                # Nodes, grains and pieces are compiled where they start.
+                kept = {"body", "position", "rotation", "material", "friction"}
+                parts.append(item.model_dump_json(include=kept))
         meshed = {}
         for support in scene.supports:
             shape, mesh = support.shape, meshes.get(support.name)
@@ -134,7 +143,7 @@ class Simulator:
                 meshed[support.name] = self._solid(support.name, shape, mesh)
         key = hashlib.sha256("\n".join(parts).encode()).hexdigest()
         if key not in self._models:
-            self._models[key] = compile_model(scene, solids, meshed, fixed)
+            self._models[key] = compile_model(scene, solids, meshed, fixed, meshes)
         return key, _recent(self._models, key, self._capacity)
 
     def _digest(self, mesh: Mesh | None) -> str:
@@ -173,7 +182,9 @@ def _require_resolved(program: PhysicalProgram) -> None:
         )
 
 
-def _prepare(program: PhysicalProgram, compiled: Compiled) -> tuple[World, Trace]:
+def _prepare(
+    program: PhysicalProgram, compiled: Compiled, meshes: Mapping[str, Mesh]
+) -> tuple[World, Trace]:
     """Writes the program into the model and stands everything at its initial state."""
     scene, clip = program.scene, program.clip
     substeps = substeps_for(program, compiled.solids)
@@ -183,18 +194,47 @@ def _prepare(program: PhysicalProgram, compiled: Compiled) -> tuple[World, Trace
     things = (*scene.objects, *scene.supports)
     bodies = {item.name: index for index, item in enumerate(things)}
     parts = tuple(
-        part_of(compiled, handle, solid.mass.volume * density_of(item))
-        for handle, solid, item in zip(
-            compiled.handles, compiled.solids, scene.objects, strict=True
-        )
+        part_of(compiled, handle, density_of(item))
+        for handle, item in zip(compiled.handles, scene.objects, strict=True)
     )
-    world = World(program, compiled, parts, dt, names, bodies)
+    skins = _skins(program, compiled, meshes)
+    world = World(program, compiled, parts, dt, names, bodies, skins)
     trace = new_trace(program, compiled, substeps)
     for solid in compiled.solids:
         if solid.note:
             trace.alarms.append(Alarm(0, "material", solid.note))
-    trace.alarms += settle(compiled, scene, dt)
+    trace.alarms += [*_lost(program), *settle(compiled, scene, dt)]
     return world, trace
+
+
+def _skins(
+    program: PhysicalProgram, compiled: Compiled, meshes: Mapping[str, Mesh]
+) -> dict[str, FloatArray]:
+    """World vertices of what is not rigid: of its mesh, else of its nodes."""
+    found = {}
+    for item, handle in zip(program.scene.objects, compiled.handles, strict=True):
+        if isinstance(handle, Cloud):
+            mesh = meshes.get(item.name)
+            assert item.position is not None
+            turn = matrix_of(item.rotation)
+            points = handle.rest if mesh is None else mesh.vertices @ turn.T + item.position
+            found[item.name] = points
+    return found
+
+
+def _lost(program: PhysicalProgram) -> list[Alarm]:
+    """What a scene loses by what it mixes."""
+    scene = program.scene
+    elastic = [o.name for o in scene.objects if o.body.kind in ("soft", "plastic", "cloth", "rope")]
+    alarms = []
+    if elastic and any(touch_of(o).restitution > 0.05 for o in scene.objects):
+        text = f"nothing bounces in this run: the integrator that {', '.join(elastic)} needs"
+        alarms.append(Alarm(0, "material", f"{text} has no restitution"))
+    for item in scene.objects:
+        if item.body.kind == "liquid":
+            text = f"{item.name} is a visual proxy of a liquid: frictionless spheres"
+            alarms.append(Alarm(0, "material", text))
+    return alarms
 
 
 def _frame(program: PhysicalProgram, previous: Rollout, from_step: int) -> int:

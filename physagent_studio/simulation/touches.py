@@ -9,29 +9,35 @@ control step.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.records import CONTACT_DTYPE
-from physagent_studio.simulation.mj import Data, Model, mj
+from physagent_studio.simulation.mj import Data, mj
+from physagent_studio.simulation.model import Compiled
 from physagent_studio.simulation.surfaces import FloatArray
 
 IntArray = NDArray[np.int64]
+
+MANY = 100
+"""Contacts from which on a reading leaves out those within one object."""
 
 
 class ContactLog:
     """Collects readings; `contacts()` turns them into the rollout's table.
 
-    substeps: engine steps per control step. dt: engine step, s. geom_bodies: (ngeom,) index
-    among objects-then-supports.
+    substeps: engine steps per control step. dt: engine step, s.
     """
 
-    def __init__(
-        self, model: Model, geom_bodies: NDArray[np.int16], substeps: int, dt: float
-    ) -> None:
-        self._geom_bodies = geom_bodies
+    def __init__(self, compiled: Compiled, substeps: int, dt: float) -> None:
+        model = compiled.model
+        self._geom_bodies = compiled.geom_bodies
+        self._flex_bodies = compiled.flex_bodies
+        self._geom_owner = model.geom_bodyid
+        self._count = model.nbody
         self._substeps = substeps
         self._dt = dt
         self._pyramid = model.opt.cone == mj.mjtCone.mjCONE_PYRAMIDAL
@@ -43,48 +49,91 @@ class ContactLog:
     def read(self, data: Data, tick: int) -> None:
         """Keeps the contacts of engine step `tick`; the arrays are views, hence the copies."""
         self._ticks.append(tick)
-        self._counts.append(data.ncon)
         if data.ncon == 0:
+            self._counts.append(0)
             return
         contact = data.contact
-        self._parts.append(
-            (
-                contact.geom.copy(),
-                # Beyond the overlap that the pair started with, see `settle`.
-                contact.dist - contact.includemargin,
-                contact.pos.copy(),
-                contact.frame[:, :3].copy(),
-                contact.efc_address.copy(),
-                contact.dim.copy(),
-            )
+        columns = (
+            contact.geom,
+            # Beyond the overlap that the pair started with, see `settle`.
+            contact.dist - contact.includemargin,
+            contact.pos,
+            contact.frame[:, :3],
+            contact.efc_address,
+            contact.dim,
+            contact.flex,
         )
-        self._rows.append(data.efc_force.copy())
+        if data.ncon > MANY:
+            # A heap touches itself thousands of times: only what it does to others is kept.
+            bodies = self._bodies(contact.geom, contact.flex)
+            columns = tuple(column[bodies[:, 0] != bodies[:, 1]] for column in columns)
+        self._counts.append(len(columns[0]))
+        if len(columns[0]):
+            self._parts.append(tuple(column.copy() for column in columns))
+            self._rows.append(data.efc_force.copy())
+
+    def _bodies(self, geom: IntArray, flex: IntArray) -> IntArray:
+        """(n, 2) index among objects-then-supports; a flex has no geom (−1)."""
+        bodies = self._geom_bodies[geom].astype(np.int64)
+        if len(self._flex_bodies):
+            bodies = np.where(geom >= 0, bodies, self._flex_bodies[flex])
+        return bodies
 
     def touching(self, since: int) -> set[tuple[int, int]]:
         """Pairs (a < b) that touch in the readings from engine step `since` on."""
         found: set[tuple[int, int]] = set()
-        part = len(self._parts)
-        for tick, count in zip(reversed(self._ticks), reversed(self._counts), strict=True):
-            if tick < since:
-                break
-            if count:
-                part -= 1
-                geom, _, _, _, address, _ = self._parts[part]
-                bodies = np.sort(self._geom_bodies[geom[address >= 0]], axis=1)
-                found.update((int(a), int(b)) for a, b in bodies)
+        for geom, _, _, _, address, _, flex in self._recent(since):
+            active = address >= 0
+            bodies = np.sort(self._bodies(geom[active], flex[active]), axis=1)
+            found.update((int(a), int(b)) for a, b in bodies if a != b)
         return found
+
+    def _recent(self, since: int) -> list[tuple[Any, ...]]:
+        """The readings with contacts from engine step `since` on."""
+        first = bisect_left(self._ticks, since)
+        count = sum(1 for n in self._counts[first:] if n)
+        return self._parts[len(self._parts) - count :]
+
+    def blows(self, since: int) -> FloatArray:
+        """(nbody,) N·s of normal impulse on MuJoCo's bodies since engine step `since`.
+
+        From other objects alone: what the parts of one object do to each other is left out.
+        """
+        parts = self._recent(since)
+        total = np.zeros(self._count)
+        if not parts:
+            return total
+        first = bisect_left(self._ticks, since)
+        ticks = self._ticks[first:]
+        ends = [*ticks[1:], ticks[0] // self._substeps * self._substeps + self._substeps]
+        lasting = [
+            (end - tick) * self._dt
+            for tick, end, count in zip(ticks, ends, self._counts[first:], strict=True)
+            if count
+        ]
+        rows = self._rows[len(self._rows) - len(parts) :]
+        for part, forces, seconds in zip(parts, rows, lasting, strict=True):
+            geom, _, _, _, address, _, flex = part
+            bodies = self._bodies(geom, flex)
+            active = (address >= 0) & (bodies[:, 0] != bodies[:, 1])
+            impulse = forces[address[active]] * seconds
+            for side in (0, 1):
+                solid = geom[active, side] >= 0
+                owner = self._geom_owner[geom[active, side][solid]]
+                np.add.at(total, owner, impulse[solid])
+        return total
 
     def contacts(self, last_tick: int) -> NDArray[np.void]:
         """`CONTACT_DTYPE` rows, sorted by step, then a, then b."""
         if not self._parts:
             return np.zeros(0, CONTACT_DTYPE)
-        geom, distance, point, normal, address, dims = (
+        geom, distance, point, normal, address, dims, flex = (
             np.concatenate(column) for column in zip(*self._parts, strict=True)
         )
         force = self._normal_forces(address, dims)
         reading = np.repeat(np.arange(len(self._ticks)), self._counts)
-        bodies = self._geom_bodies[geom].astype(np.int64)
-        active = address >= 0
+        bodies = self._bodies(geom, flex)
+        active = (address >= 0) & (bodies[:, 0] != bodies[:, 1])
         swap = bodies[:, 0] > bodies[:, 1]
         normal = np.where(swap[:, None], -normal, normal)
         bodies.sort(axis=1)

@@ -8,6 +8,8 @@ import numpy as np
 
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.records import Alarm, Rollout
+from physagent_studio.records.rollout import Release
+from physagent_studio.simulation.fracture import Fracture
 from physagent_studio.simulation.grip import Grip
 from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.model import Compiled
@@ -25,7 +27,8 @@ class Trace:
     positions: (S+1, nq). velocities: (S+1, nv). snapshots: (frames, engine state and grip).
     memories: per frame. rows: how many rows are valid. count: contacts of the last engine step.
     first_touch: control step by pair. came_true: control step by id of the waiting action.
-    head: the earlier run that stands for the rows up to `first`, which are not filled here.
+    releases: joints that let go. head: the earlier run that stands for the rows up to `first`,
+    which are not filled here.
     """
 
     positions: FloatArray
@@ -34,11 +37,13 @@ class Trace:
     log: ContactLog
     schedule: Schedule
     grip: Grip
+    fracture: Fracture
     substeps: int
     rows: int = 0
     count: int = 0
     memories: list[str] = field(default_factory=list)
     alarms: list[Alarm] = field(default_factory=list)
+    releases: list[Release] = field(default_factory=list)
     first_touch: dict[tuple[int, int], int] = field(default_factory=dict)
     came_true: dict[str, int] = field(default_factory=dict)
     head: Rollout | None = None
@@ -53,8 +58,9 @@ def new_trace(program: PhysicalProgram, compiled: Compiled, substeps: int) -> Tr
         np.zeros((clip.steps + 1, model.nq)),
         np.zeros((clip.steps + 1, model.nv)),
         np.empty((clip.frames, mj.mj_stateSize(model, SNAPSHOT) + model.npair)),
-        ContactLog(model, compiled.geom_bodies, substeps, dt),
+        ContactLog(compiled, substeps, dt),
         Schedule(program.event.actions, clip.steps),
         Grip(compiled, dt),
+        Fracture(program, compiled),
         substeps,
     )

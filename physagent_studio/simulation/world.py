@@ -26,7 +26,8 @@ class World:
     """Reads and writes the state of single objects.
 
     parts: the objects. dt: engine step, s. names: index of each object. bodies: the same,
-    supports after objects. step: the control step that comes next. kicks: (step, object,
+    supports after objects. skins: (V, 3) m, world, first places of the vertices of what is
+    not rigid. step: the control step that comes next. kicks: (step, object,
     velocity that was held back).
     """
 
@@ -36,6 +37,7 @@ class World:
     dt: float
     names: dict[str, int]
     bodies: dict[str, int]
+    skins: dict[str, FloatArray]
     step: int = 0
     kicks: list[tuple[int, int, FloatArray]] = field(default_factory=list)
 

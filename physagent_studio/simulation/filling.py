@@ -1,0 +1,120 @@
+"""Points on and in a shape, from which deformables, grains and pieces are made."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from physagent_studio.program.scene import (
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Frustum,
+    Revolved,
+    Shape,
+    Sphere,
+)
+from physagent_studio.records import Mesh
+from physagent_studio.simulation.surfaces import FloatArray, Surface, hull, revolve
+from physagent_studio.simulation.vessel import rising
+
+CORNERS = 140
+"""Points at most on the skin of a soft body."""
+
+
+def skin_points(shape: Shape, mesh: Mesh | None, extent: FloatArray) -> FloatArray:
+    """Points (N, 3), body frame, m, whose convex hull is the shape's, evenly spread."""
+    match shape:
+        case Sphere(radius=r):
+            return _ball(CORNERS) * r
+        case Ellipsoid(radii=radii):
+            return _ball(CORNERS) * np.asarray(radii)
+        case Box(size=size):
+            return _box(np.asarray(size), 5)
+        case Cylinder(radius=r, height=h):
+            return revolve(np.array([[z, r] for z in np.linspace(-h / 2, h / 2, 5)]), 20)[0]
+        case Capsule(radius=r, height=h):
+            return _capsule(r, h)
+        case Frustum(bottom_radius=low, top_radius=high, height=h):
+            total = low * low + low * high + high * high
+            centre = h / 4 * (low * low + 2 * low * high + 3 * high * high) / max(total, 1e-12)
+            share = np.linspace(0, 1, 5)
+            return revolve(np.column_stack([share * h - centre, low + share * (high - low)]), 20)[0]
+        case Revolved(profile=profile):
+            return _thinned(revolve(rising(np.array(profile, float)), 20)[0])
+        case _ if mesh is not None:
+            return _thinned(hull(np.asarray(mesh.vertices, float), "mesh")[0])
+        case _:
+            return _ball(CORNERS) * extent / 2
+
+
+def _ball(count: int) -> FloatArray:
+    """Points on the unit sphere (Fibonacci lattice)."""
+    index = np.arange(count) + 0.5
+    polar = np.arccos(1 - 2 * index / count)
+    turn = math.pi * (1 + 5**0.5) * index
+    return np.column_stack(
+        [np.cos(turn) * np.sin(polar), np.sin(turn) * np.sin(polar), np.cos(polar)]
+    )
+
+
+def _box(size: FloatArray, count: int) -> FloatArray:
+    axis = np.linspace(-0.5, 0.5, count)
+    grid = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), -1).reshape(-1, 3)
+    return grid[np.abs(grid).max(1) > 0.499] * size
+
+
+def _capsule(radius: float, height: float) -> FloatArray:
+    shaft = max(height / 2 - radius, 0.0)
+    angles = np.linspace(-math.pi / 2, math.pi / 2, 7)
+    profile = np.column_stack([radius * np.sin(angles), radius * np.abs(np.cos(angles))])
+    profile[:, 0] += np.where(angles < 0, -shaft, shaft)
+    profile[[0, -1], 1] = 0
+    return revolve(profile, 16)[0]
+
+
+def _thinned(points: FloatArray) -> FloatArray:
+    """At most CORNERS of the points, farthest first."""
+    if len(points) <= CORNERS:
+        return points
+    chosen = [int(np.argmax(np.linalg.norm(points - points.mean(0), axis=1)))]
+    away = np.linalg.norm(points - points[chosen[0]], axis=1)
+    while len(chosen) < CORNERS:
+        chosen.append(int(np.argmax(away)))
+        away = np.minimum(away, np.linalg.norm(points - points[chosen[-1]], axis=1))
+    return points[chosen]
+
+
+def packed(outer: Surface, count: int) -> tuple[FloatArray, float]:
+    """About `count` spheres in a convex surface: centres (N, 3) and their radius, m.
+
+    A loose cubic packing with a fixed small jitter, so that heaps do not balance on end.
+    """
+    low, high = outer[0].min(0), outer[0].max(0)
+    spacing = float(np.prod(high - low) / count) ** (1 / 3)
+    inside = _within(outer, low, high, spacing)
+    for _ in range(30):
+        if abs(len(inside) - count) <= max(0.03 * count, 1):
+            break
+        spacing *= (max(len(inside), 1) / count) ** (1 / 3) * 0.5 + 0.5
+        inside = _within(outer, low, high, spacing)
+    jitter = np.random.default_rng(0).uniform(-0.02, 0.02, inside.shape) * spacing
+    return inside + jitter, 0.47 * spacing
+
+
+def _within(outer: Surface, low: FloatArray, high: FloatArray, spacing: float) -> FloatArray:
+    """Grid points of a spacing whose spheres lie inside the convex surface."""
+    counts = np.maximum(np.floor((high - low) / spacing).astype(int), 1)
+    axes = [
+        (low[k] + high[k]) / 2 + (np.arange(counts[k]) - (counts[k] - 1) / 2) * spacing
+        for k in range(3)
+    ]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    vertices, faces = outer
+    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
+    normal = np.cross(b - a, c - a)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-15)
+    depth = np.einsum("fi,fi->f", normal, a) - grid @ normal.T
+    return grid[depth.min(1) >= 0.4 * spacing]

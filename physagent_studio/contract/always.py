@@ -10,7 +10,7 @@ from physagent_studio.contract.outcome import bounded
 from physagent_studio.contract.words import number
 from physagent_studio.program.actions import FixObject
 from physagent_studio.program.bodies import DEFORMABLE
-from physagent_studio.program.scene import Floor
+from physagent_studio.program.scene import Floor, Slab
 from physagent_studio.program.shapes import Placed, depth_inside, lowest, place_support
 from physagent_studio.records.judgement import Check
 
@@ -25,6 +25,8 @@ ELASTIC_SECONDS = 0.06
 """Longest time for which a contact may store energy that the books do not show."""
 CAUSE_SECONDS = 0.1
 """A cause may lie this far back when something starts to move."""
+FELL = 20.0
+"""A tilt in degrees at which something is falling over."""
 STILL, MOVING = 0.01, 0.05
 """Speeds below and above which a body counts as at rest and as moving, m/s."""
 
@@ -196,11 +198,18 @@ def _stores_energy(facts: Facts) -> bool:
 
 
 def _caused(facts: Facts) -> Check:
-    """Nothing that lay still starts to move without an action, another body or a fall."""
+    """Nothing that lay still starts to move without an action, another body or a fall, and what
+    stands on level ground does not fall over by itself.
+    """
     for name in facts.rollout.objects:
         item = facts.program.scene.object(name)
         if item is not None and item.body.kind in DEFORMABLE:
             continue
+        fell = _fell_over(facts, name)
+        if fell is not None:
+            frame = facts.rollout.frame_of(fell)
+            text = f"nothing moves without a cause: {{answer}}, {name} falls over by itself"
+            return _made("cause", f"{text} at frame {frame}", -1.0, step=fell)
         for start in _starts(facts, name):
             if not _has_cause(facts, name, start):
                 frame = facts.rollout.frame_of(start)
@@ -210,6 +219,40 @@ def _caused(facts: Facts) -> Check:
                 )
                 return _made("cause", text, -1.0, step=start)
     return _made("cause", "nothing moves without a cause: {answer}", 1.0)
+
+
+def _fell_over(facts: Facts, name: str) -> int | None:
+    """The step at which something that stood on level ground has tipped over by itself.
+
+    In the picture it stood there, so a body that cannot is a wrong body. What hangs over an
+    edge or lies on a slope may fall; so may what anything has touched or acted on.
+    """
+    track = facts.track(name, facts.whole())
+    if not _stands_level(facts, name):
+        return None
+    fell = track.first(track.tilt() > FELL)
+    if fell is None:
+        return None
+    until = Window(0, fell)
+    others = (other for other in facts.rollout.objects if other != name)
+    if facts.acted_on(name)[until.rows].any() or _start_overlap(facts, name) > 1e-3:
+        return None
+    return None if any(facts.touching(name, other, until).any() for other in others) else fell
+
+
+def _stands_level(facts: Facts, name: str) -> bool:
+    """Whether it starts on a floor or well on a table."""
+    first = Window(0, min(facts.last, 5))
+    position = facts.track(name, first).positions[:1]
+    for support in facts.program.scene.supports:
+        if support.shape is None or not facts.carried(name, support.name, first).any():
+            continue
+        if isinstance(support.shape, Floor):
+            return True
+        if isinstance(support.shape, Slab):
+            over = position * [1, 1, 0] + [0, 0, support.shape.position[2]]
+            return float(depth_inside(over, place_support(support.shape))[0]) > 0.0
+    return False
 
 
 def _starts(facts: Facts, name: str) -> list[int]:

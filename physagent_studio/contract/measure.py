@@ -11,7 +11,7 @@ from physagent_studio.contract.always import always_on
 from physagent_studio.contract.facts import Facts, Window
 from physagent_studio.contract.outcome import Outcome, bounded, opposite, unmeasurable
 from physagent_studio.contract.places import lands_in, passes_over
-from physagent_studio.contract.words import MEASURED, SIDES, claim, number, window_text
+from physagent_studio.contract.words import MEASURED, SIDES, claim, compared, window_text
 from physagent_studio.program.contract import AllOf, AnyOf, Before, Statement
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.records.judgement import Check
@@ -186,8 +186,7 @@ def _text(statement: Statement, outcome: Outcome, facts: Facts) -> str:
     """ "left_pin tilts 2° ≤ 20°: yes", "ball touches pin: no, comes within 0.31 m at frame 38"."""
     if outcome.op and outcome.value is not None and outcome.threshold is not None:
         head = outcome.claim or f"{getattr(statement, 'subject', '')} {_introduced(statement)}"
-        figures = number(outcome.value, outcome.unit)
-        text = f"{head} {figures} {outcome.op} {number(outcome.threshold, outcome.unit)}"
+        text = f"{head} {compared(outcome.value, outcome.op, outcome.threshold, outcome.unit)}"
     else:
         text = claim(statement, facts.program)
     text += window_text(statement, facts.program)

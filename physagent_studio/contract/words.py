@@ -34,6 +34,16 @@ def number(value: float, unit: str = "") -> str:
     return text + (unit if unit in ("", "°", "×") else f" {unit}")
 
 
+def compared(value: float, op: str, threshold: float, unit: str) -> str:
+    """ "2° ≤ 20°", with as many digits as it takes to tell the two apart."""
+    left, right = number(value, unit), number(threshold, unit)
+    if left == right and value != threshold:
+        tail = unit if unit in ("", "°", "×") else f" {unit}"
+        digits = next((d for d in range(1, 7) if f"{value:.{d}f}" != f"{threshold:.{d}f}"), 7)
+        left = f"{value:.{digits}f}{tail}"
+    return f"{left} {op} {right}"
+
+
 def describe(statement: Statement, program: PhysicalProgram) -> str:
     """The statement as a line of a checklist, its thresholds included."""
     bound = _BOUNDS.get(statement.kind)

@@ -133,3 +133,20 @@ def test_inside_a_table_fails_and_starting_there_does_not(stage, time):
     assert not stage.always("sink").ok
     stage.path("ball", x=3.0, z=0.5)
     assert stage.always("sink").ok
+
+
+def test_what_stands_on_level_ground_does_not_fall_over_by_itself(stage, time):
+    stage.turn("can", (0, 1, 0), np.clip(200 * (time - 0.3), 0, 90)).touch("can", "floor")
+    check = stage.always("cause")
+    assert not check.ok
+    assert "can falls over by itself at frame 10" in check.text
+    stage.touch("ball", "can", [25])
+    assert stage.always("cause").ok
+
+
+def test_what_hangs_over_an_edge_may_fall(stage, time):
+    stage.path("can", x=3.52, y=0.0, z=1.1)
+    stage.turn("can", (0, 1, 0), 90 * time).touch("can", "table", range(60))
+    assert stage.always("cause").ok
+    stage.path("can", x=3.2, y=0.0, z=1.1)
+    assert not stage.always("cause").ok

@@ -44,3 +44,8 @@ def test_describe_needs_no_rollout(stage):
 def test_a_measured_number_is_in_every_text(stage, time):
     stage.path("ball", z=1 - np.minimum(time, 0.5))
     assert stage.check("falls", subject="ball").text == "ball falls 0.5 m ≥ 0.02 m: yes, frame 0"
+
+
+def test_figures_that_differ_look_different(stage, time):
+    stage.turn("can", (1, 0, 0), 20.04 * time)
+    assert stage.check("upright", subject="can").text == "can tilts 20.04° ≤ 20°: no"

@@ -27,6 +27,9 @@ Workspace = Annotated[
     Path | None,
     typer.Option(help="Folder of sessions; else $PHYSAGENT_HOME, else your data folder."),
 ]
+Agent = Annotated[
+    str, typer.Option(help="rules (embedded, offline) or vlm (a model; see docs/vlm.md).")
+]
 Objects = Annotated[
     list[str] | None,
     typer.Option(
@@ -70,12 +73,13 @@ def studio(
         int | None, typer.Option(min=1, max=65535, help="Else the next free one from 8080.")
     ] = None,
     browser: Annotated[bool, typer.Option(help="Open the address in the browser.")] = True,
+    agent: Agent = "rules",
     workspace: Workspace = None,
 ) -> None:
     """Open the studio in the browser; without a target the demo, or your sessions."""
     from physagent_studio.cli.studio import run_studio
 
-    run_studio(target, event, prompt, objects or [], port, browser, workspace)
+    run_studio(target, event, prompt, objects or [], port, browser, agent, workspace)
 
 
 @app.command(epilog="Example: physagent run my_case --event falls  (or an image with --prompt)")
@@ -88,13 +92,14 @@ def run(
     rounds: Annotated[int, typer.Option(min=1, max=100, help="Most rounds to try.")] = 10,
     policy: Annotated[str, typer.Option(help="auto, ask or ask_when: who decides.")] = "auto",
     frames: Annotated[bool, typer.Option(help="Render the evidence frames.")] = True,
+    agent: Agent = "rules",
     as_json: Json = False,
     workspace: Workspace = None,
 ) -> None:
     """Run the reflection loop until the event happens or the budget ends."""
     from physagent_studio.cli.run import RunRequest, run_loop
 
-    request = RunRequest(target, event, prompt, tuple(objects or ()), rounds, policy, frames)
+    request = RunRequest(target, event, prompt, tuple(objects or ()), rounds, policy, frames, agent)
     raise typer.Exit(run_loop(request, workspace, as_json))
 
 
@@ -187,12 +192,28 @@ def bench(
     name: Annotated[str, typer.Argument(help="Which bench; `physagent bench list` names them.")],
     cases: Annotated[Path | None, typer.Option(help="Folder of case folders.")] = None,
     out: Annotated[Path | None, typer.Option(help="Also write the table here, Markdown.")] = None,
+    annotations: Annotated[
+        Path | None, typer.Option(help="Folder of <case>.yaml with a person's clicks.")
+    ] = None,
+    references: Annotated[
+        Path | None, typer.Option(help="Folder of <case>__<event>.yaml with reference contracts.")
+    ] = None,
+    only: Annotated[
+        list[str] | None, typer.Option(help="A case or case/event; again for more.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Measure: prints a table, exits 0 only when every bound holds."""
     from physagent_studio.benchmark import run_bench
 
-    rows = run_bench(name, cases=cases, out=out)
+    rows = run_bench(
+        name,
+        cases=cases,
+        out=out,
+        annotations=annotations,
+        references=references,
+        only=only or (),
+    )
     output.print_rows(name, rows, as_json)
     if not all(row.ok for row in rows):
         raise typer.Exit(3)

@@ -11,7 +11,7 @@ import typer
 
 from physagent_studio.cli import output
 from physagent_studio.cli.guard import NOT_REALISED, WAITING
-from physagent_studio.cli.targets import case_of, is_session
+from physagent_studio.cli.targets import agent_name, case_of, is_session
 from physagent_studio.errors import InputError
 from physagent_studio.records import LoopState
 from physagent_studio.session import Session, Store
@@ -30,18 +30,20 @@ class RunRequest:
     rounds: int
     policy: str
     frames: bool
+    agent: str
 
 
 def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
     """Runs until the loop ends or waits for a person; the exit code."""
     if request.policy not in ("auto", "ask", "ask_when"):
         raise InputError(f"--policy {request.policy} is not known (auto, ask, ask_when)")
+    agent = agent_name(request.agent)
     store = Store(workspace)
     session = _session(request, store)
     started = time.perf_counter()
     try:
         with output.progress_control(as_json) as control:
-            desk = Desk(session, control, evidence=request.frames)
+            desk = Desk(session, control, evidence=request.frames, agent=agent)
             if not as_json:
                 typer.echo(f"session {session.id}")
             desk.advance(policy=request.policy)

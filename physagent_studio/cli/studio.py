@@ -8,7 +8,7 @@ from pathlib import Path
 
 from physagent_studio.assets import assets_dir
 from physagent_studio.cli.programs import read_program
-from physagent_studio.cli.targets import PROGRAMS, case_of, is_session, parse_objects
+from physagent_studio.cli.targets import PROGRAMS, agent_name, case_of, is_session, parse_objects
 from physagent_studio.session import Store
 from physagent_studio.workbench import Workbench, commands
 
@@ -20,6 +20,7 @@ def run_studio(
     objects: list[str],
     port: int | None,
     browser: bool,
+    agent: str,
     workspace: Path | None,
 ) -> None:
     """Serves the studio on loopback until it is interrupted."""
@@ -27,7 +28,7 @@ def run_studio(
 
     store = Store(workspace)
     opening = _opening(target, event, prompt, tuple(objects), store)
-    workbench = Workbench(store)
+    workbench = Workbench(store, agent=agent_name(agent))
     try:
         running = serve(workbench, host="127.0.0.1", port=port, open_browser=browser)
         print(f"studio: {running.address}", flush=True)

@@ -10,9 +10,17 @@ from physagent_studio.exchange import case_from_image, load_case
 from physagent_studio.program import Click
 from physagent_studio.records import Case
 from physagent_studio.session import Store
+from physagent_studio.workbench.engine import AgentName
 
 IMAGES = (".png", ".jpg", ".jpeg", ".webp", ".bmp", ".tif", ".tiff")
 PROGRAMS = (".yaml", ".yml")
+
+
+def agent_name(word: str) -> AgentName:
+    """The agent that the word names."""
+    if word == "rules" or word == "vlm":
+        return word
+    raise InputError(f"--agent {word} is not known (rules, vlm)")
 
 
 def is_session(target: str, store: Store) -> bool:

@@ -14,7 +14,7 @@ from physagent_studio.records import Check, Decision, LoopState, Override, Rollo
 from physagent_studio.session import Session
 from physagent_studio.session.session import now
 from physagent_studio.workbench import commands
-from physagent_studio.workbench.engine import Control, Engine
+from physagent_studio.workbench.engine import AgentName, Control, Engine
 
 RUNNING = {
     "generate": "reading the photo and the sentence",
@@ -28,11 +28,18 @@ RUNNING = {
 class Desk:
     """Carries out commands on a session; after each the session is on the disk."""
 
-    def __init__(self, session: Session, control: Control, *, evidence: bool = True) -> None:
+    def __init__(
+        self,
+        session: Session,
+        control: Control,
+        *,
+        evidence: bool = True,
+        agent: AgentName = "rules",
+    ) -> None:
         self.session = session
         self.control = control
         self.case = session.case
-        self.engine = Engine(session, self.case, control, evidence)
+        self.engine = Engine(session, self.case, control, evidence, agent)
         self.state: LoopState = session.load()
         self.shown: str | None = None
         self.problems: tuple[Problem, ...] = ()

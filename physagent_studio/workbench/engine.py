@@ -6,12 +6,14 @@ import hashlib
 import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.agent.loop import Bench, Crew
 from physagent_studio.agent.rules import RuleGenerator, RulePlanner, RuleVerifier
+from physagent_studio.agent.vlm import CallRecord, crew_from_environment
 from physagent_studio.contract import measure
 from physagent_studio.errors import Cancelled
 from physagent_studio.program import PhysicalProgram, SceneState
@@ -20,6 +22,9 @@ from physagent_studio.records import Case, Image, Rollout, Scene
 from physagent_studio.rendering import Compositor, frame_of
 from physagent_studio.session import Session
 from physagent_studio.simulation import Simulator
+
+AgentName = Literal["rules", "vlm"]
+"""The embedded agent, or a language model behind an OpenAI-compatible server."""
 
 EVIDENCE_EVERY = 3
 """The paper shows its verifier x1, x4 … x79: every third frame from the first."""
@@ -49,13 +54,29 @@ class Engine:
     case: Case
     control: Control = field(default_factory=Control)
     evidence: bool = True
+    agent: AgentName = "rules"
     simulations: int = 0
+    members: Crew | None = None
     _scenes: dict[str, Scene] = field(default_factory=dict)
     _simulator: Simulator = field(default_factory=Simulator)
 
     def crew(self) -> Crew:
-        """The embedded agent in all three roles."""
-        return Crew(RuleGenerator(), RuleVerifier(), RulePlanner())
+        """Who plays the three roles; a language model's calls are kept in the session's log."""
+        embedded = Crew(RuleGenerator(), RuleVerifier(), RulePlanner())
+        if self.agent == "rules":
+            return embedded
+        earlier = [
+            CallRecord.model_validate(payload)
+            for _, kind, _, payload in self.session.log()
+            if kind == "model call"
+        ]
+
+        def record(call: CallRecord) -> None:
+            self.session.record("model call", call.model, call.model_dump(mode="json"))
+
+        return crew_from_environment(
+            self.control.cancelled, record, default=embedded, earlier=earlier
+        )
 
     def bench(self) -> Bench:
         """What the loop works with."""

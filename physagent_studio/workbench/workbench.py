@@ -16,7 +16,7 @@ from physagent_studio.records import Case, LoopState
 from physagent_studio.session import Session, Store
 from physagent_studio.workbench import commands
 from physagent_studio.workbench.desk import Desk
-from physagent_studio.workbench.engine import Control
+from physagent_studio.workbench.engine import AgentName, Control
 from physagent_studio.workbench.rendering import render_rollout
 from physagent_studio.workbench.snapshot import Notice, Snapshot
 
@@ -31,9 +31,10 @@ class Workbench:
     is the order of effect.
     """
 
-    def __init__(self, store: Store, *, evidence: bool = True) -> None:
+    def __init__(self, store: Store, *, evidence: bool = True, agent: AgentName = "rules") -> None:
         self.store = store
         self._evidence = evidence
+        self._agent: AgentName = agent
         self._queue: queue.Queue[commands.Command | None] = queue.Queue()
         self._cancel = threading.Event()
         self._lock = threading.Lock()
@@ -149,7 +150,7 @@ class Workbench:
     def _open(self, session: Session) -> None:
         if self._desk is not None:
             self._desk.session.close()
-        self._desk = Desk(session, self._control, evidence=self._evidence)
+        self._desk = Desk(session, self._control, evidence=self._evidence, agent=self._agent)
         if self._desk.case.image is not None:
             self._publish_desk()
             self._desk.prepare()

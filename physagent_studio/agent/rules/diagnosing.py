@@ -53,15 +53,27 @@ CODES: dict[str, tuple[str, str]] = {
 def mismatches(
     program: PhysicalProgram, rollout: Rollout, checks: tuple[Check, ...]
 ) -> tuple[Mismatch, ...]:
-    """One per failed demanded check, the worst first."""
+    """One per failed demanded check, causes before consequences."""
     statements = {s.id: s for s in program.contract.statements}
     by_id = {c.id: c for c in checks}
     failing = [c for c in checks if c.demanded and not c.ok]
-    found = [
-        _mismatch(check, _concrete(statements.get(check.id), statements, by_id), program, rollout)
-        for check in sorted(failing, key=lambda c: (c.kind == "before", c.margin))
-    ]
-    return tuple(found)
+    found: dict[str, tuple[tuple[float, ...], Mismatch]] = {}
+    for check in failing:
+        statement = _concrete(statements.get(check.id), statements, by_id)
+        one = _mismatch(check, statement, program, rollout)
+        kind = statement.kind if statement is not None else check.kind
+        rank = (float(check.kind == "before"), _RANK.get(kind, 3.0), check.margin)
+        # The same miss may fail several statements: it is told once.
+        if one.text not in found or rank < found[one.text][0]:
+            found[one.text] = (rank, one)
+    return tuple(one for _, one in sorted(found.values(), key=lambda row: row[0]))
+
+
+_RANK: dict[str, float] = {
+    "blow_up": 0.0, "moves": 1.0, "contacts": 1.0, "passes_over": 1.0, "lands_in": 1.0,
+    "reaches": 1.5, "leaves": 2.0, "falls": 2.0, "airborne": 2.0, "visible": 9.0,
+}  # fmt: skip
+"""What fails first comes first: a pin that is not hit cannot fall over."""
 
 
 def _concrete(

@@ -102,6 +102,7 @@ def bias_of(situation: Situation) -> Bias:
 
 def _asked(words: Sequence[str]) -> Iterable[tuple[str, float]]:
     """(factor, sign) that a sentence asks for; "too fast" asks for the opposite."""
+    words = [w for before, w in zip(("", *words), words, strict=False) if before not in _NOT]
     for table, sign in ((UP_WORDS, 1.0), (DOWN_WORDS, -1.0)):
         for factor, row in table.items():
             if any(word in row.split() for word in words):
@@ -112,6 +113,7 @@ def _asked(words: Sequence[str]) -> Iterable[tuple[str, float]]:
             yield _TOO[second]
 
 
+_NOT = ("not", "never", "no", "without", "t")
 _TOO: dict[str, tuple[str, float]] = {
     "fast": ("magnitude", -1.0), "strong": ("magnitude", -1.0), "hard": ("magnitude", -1.0),
     "far": ("magnitude", -1.0), "slow": ("magnitude", 1.0), "weak": ("magnitude", 1.0),
@@ -138,7 +140,9 @@ def relevant_knobs(situation: Situation, verified: bool) -> list[Knob]:
             row[0],
         ),
     )
-    return [knob for _, knob in ranked if _urgency(knob, situation) < 1000]
+    near = [knob for _, knob in ranked if _urgency(knob, situation) < 1000]
+    left = [k for k in near if (k.factor, k.target) not in turned_down or bias.rank(k) == 0]
+    return left or near
 
 
 def _urgency(knob: Knob, situation: Situation) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
+from dataclasses import replace
 
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.factors import Bias, bias_of, may_change, relevant_knobs
@@ -56,6 +57,11 @@ class RulePlanner:
     def _rounds(
         self, situation: Situation, search: Search, knobs: list[Knob], bias: Bias, verified: bool
     ) -> Candidate | None:
+        idle = any(m.code == "does_not_move" for m in situation.assessment.diagnosis)
+        if idle and not verified:
+            found = self._restructured(situation, search, bias)
+            if found is not None:
+                return found
         singles: list[tuple[Score, Knob]] = []
         for knob in knobs[:6]:
             found = along_one(search, knob, bias.signs(knob), runs=7)
@@ -63,13 +69,27 @@ class RulePlanner:
                 if found.score.holds:
                     return found
                 singles.append((found.score, knob))
-        if not verified:
-            for edits in structural(situation):
-                if may_change(situation, edits):
-                    found = search.run(edits)
-                    if found is not None and found.score.holds:
-                        return found
+        if not idle and not verified:
+            found = self._restructured(situation, search, bias)
+            if found is not None:
+                return found
         return self._together(situation, search, singles, bias)
+
+    def _restructured(self, situation: Situation, search: Search, bias: Bias) -> Candidate | None:
+        """Adds, removes or re-aims an action, then turns the numbers of what helped most."""
+        best: Candidate | None = None
+        for edits in structural(situation):
+            found = search.run(edits) if may_change(situation, edits) else None
+            if found is not None and (best is None or found.score < best.score):
+                best = found
+        if best is None or best.score.holds or not _worth(best.score, search.start().score):
+            return best if best is not None and best.score.holds else None
+        changed = replace(situation, program=best.program)
+        for knob in relevant_knobs(changed, verified=False)[:4]:
+            found = along_one(search, knob, bias.signs(knob), first=best.edits, runs=6)
+            if found is not None and found.score.holds:
+                return found
+        return search.best if search.best is not None and search.best.score.holds else None
 
     def _together(
         self,

@@ -72,6 +72,7 @@ class Search:
     runs: int = 0
     best: Candidate | None = None
     _known: dict[str, Candidate | None] = field(default_factory=dict)
+    _rejected: frozenset[str] | None = None
 
     @property
     def exhausted(self) -> bool:
@@ -104,7 +105,7 @@ class Search:
         key = program.hash
         if key in self._known:
             return self._known[key]
-        if self.exhausted or key in self.situation.memory.tried:
+        if self.exhausted or key in self.situation.memory.tried or key in self._turned_down():
             return None
         self.runs += 1
         found = self._tried(program, edits, turned)
@@ -112,6 +113,18 @@ class Search:
         if found is not None and (self.best is None or _better(found, self.best)):
             self.best = found
         return found
+
+    def _turned_down(self) -> frozenset[str]:
+        """Hashes of the programs that rejected proposals would have made."""
+        if self._rejected is None:
+            found = set()
+            for proposal, _ in self.situation.memory.rejected:
+                try:
+                    found.add(apply(self.situation.program, proposal.edits).hash)
+                except StudioError:
+                    continue
+            self._rejected = frozenset(found)
+        return self._rejected
 
     def _tried(
         self,

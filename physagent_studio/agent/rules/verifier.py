@@ -114,7 +114,10 @@ def judge_rollout(evidence: RolloutEvidence) -> Assessment:
         checks=checks,
         criteria=criteria(evidence, checks),
         diagnosis=mismatches(program, rollout, checks),
-        untested=tuple(clause.text for clause in program.contract.untested),
+        untested=(
+            *(clause.text for clause in program.contract.untested),
+            *(f"“{word}” was not understood" for word in program.contract.not_understood),
+        ),
     )
 
 

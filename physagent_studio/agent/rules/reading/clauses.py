@@ -37,10 +37,15 @@ def split(chunks: Sequence[Chunk]) -> tuple[RawClause, ...]:
         return (RawClause(None, end=len(chunks)),) if chunks else ()
     starts = [0] + [_boundary(chunks, before, verb) for before, verb in itertools.pairwise(verbs)]
     ends = [*starts[1:], len(chunks)]
-    return tuple(
-        _clause(chunks, start, verb, end)
-        for start, verb, end in zip(starts, verbs, ends, strict=True)
-    )
+    found: list[RawClause] = []
+    for start, verb, end in zip(starts, verbs, ends, strict=True):
+        # "… while the crowd cheers": what comes after such a word is a clause of its own, even
+        # if no verb in it is known.
+        cut = next((i for i in range(verb + 1, end) if chunks[i].kind == "sub"), end)
+        found.append(_clause(chunks, start, verb, cut))
+        if cut < end:
+            found.append(RawClause(None, start=cut, end=end))
+    return tuple(found)
 
 
 def _boundary(chunks: Sequence[Chunk], before: int, verb: int) -> int:

@@ -134,6 +134,8 @@ UNITS = {
 
 def _measure(phrase: NounPhrase, details: Details) -> None:
     """ "Slides 20 cm to the left": a length with its unit."""
+    if phrase.head == "time" and phrase.number:
+        details.count = phrase.number
     unit = UNITS.get(phrase.head)
     if unit is None:
         return
@@ -155,7 +157,7 @@ def _adjectives(phrase: NounPhrase, details: Details) -> None:
 
 
 def _force_adjectives(phrase: NounPhrase, details: Details) -> None:
-    for adjective in phrase.adjectives:
+    for adjective in (*phrase.adjectives, *phrase.nouns[:-1]):
         if adjective in v.MANNERS:
             details.manner |= {v.MANNERS[adjective]}
         elif adjective in v.DIRECTIONS and details.direction is None:
@@ -167,7 +169,7 @@ def _force_adjectives(phrase: NounPhrase, details: Details) -> None:
 
 
 def _is_path(phrase: NounPhrase) -> bool:
-    shaped = any(a in PATH_ADJECTIVES for a in phrase.adjectives)
+    shaped = any(a in PATH_ADJECTIVES for a in (*phrase.adjectives, *phrase.nouns[:-1]))
     return phrase.head in ("arc", "curve", "hook", "circle", "loop", "spiral", "c") or (
         phrase.head in ("line", "path", "trajectory", "course", "motion", "arc") and shaped
     )

@@ -129,7 +129,8 @@ def resolve_objects(
     if is_group(phrase, stock):
         group = next((m for m in reversed(talk.mentions) if len(m) > 1), ())
         everything = tuple(t.name for t in stock.objects)
-        if phrase.head in ("one", "other", "rest", "each", "both", "all"):
+        others = any(a in v.OTHERS for a in phrase.adjectives)
+        if others or phrase.head in ("one", "other", "rest", "each", "both", "all"):
             return _choose(phrase, _class_of_last(stock, talk), stock, talk, phrase)
         return Resolved(group or everything) if len(everything) > 1 else None
     if phrase.head in v.OTHERS or (not phrase.nouns and phrase.adjectives):
@@ -141,7 +142,7 @@ def resolve_objects(
 def is_group(phrase: NounPhrase, stock: Inventory) -> bool:
     """Whether the phrase names a group ("the stack") and no object of the case."""
     named = any(phrase.head in t.words for t in stock.objects)
-    return phrase.head in v.MASS_HEADS and not named
+    return phrase.head in GROUPS | COUNTERS and not named
 
 
 def _pronoun(word: str, stock: Inventory, talk: Discourse, subject: bool) -> Resolved | None:
@@ -313,6 +314,7 @@ def nearest_to(names: Sequence[str], place: Thing, stock: Inventory) -> tuple[st
     return tuple(sorted(names, key=distance))
 
 
+COUNTERS = words_of("one two three both all each some other rest half number")
 GROUPS = words_of("stack pile heap tower row group set bunch")
 
 # --- places ----------------------------------------------------------------------------------

@@ -138,6 +138,10 @@ ADVERBIAL = words_of(
 )
 
 
+ALWAYS = v.words_of("while when because although though whereas whilst")
+"""Subordinators that are nothing else, so that a clause begins even where its verb is unknown."""
+
+
 def join_fixed(tokens: Sequence[Token], names: Iterable[tuple[str, ...]]) -> tuple[Token, ...]:
     """Replaces fixed expressions and the case's own names of several words by one token each."""
     own = [(words, "_".join(words)) for words in names if len(words) > 1]
@@ -192,7 +196,7 @@ class Chunker:
             return Chunk("stop", i, i + 1, word, strong_stop=word in ".;!?")
         if word in v.RELATIVES and self._relative(i, before):
             return Chunk("rel", i, i + 1, word)
-        if word in v.SUBORDINATORS and self._clause_follows(i + 1):
+        if word in v.SUBORDINATORS and (word in ALWAYS or self._clause_follows(i + 1)):
             return Chunk("sub", i, i + 1, word)
         if word in v.CONJUNCTIONS:
             return Chunk("and", i, i + 1, word)
@@ -235,7 +239,8 @@ class Chunker:
             return not follows_name or "_" in word
         if (verb_base(previous) or "", word) in v.WITH_OBJECT:
             return True
-        closed = previous in v.OTHERS or previous in v.NUMBERS or previous in v.DIRECTIONS
+        behind = self.word(i - 2) == "the" and self.word(i - 3) in ("in", "on", "at")
+        closed = behind or previous in v.OTHERS or previous in v.NUMBERS or previous in v.DIRECTIONS
         adjective = _is_adjective(previous) and previous not in self.nouns and not closed
         if previous in v.DETERMINERS or (adjective and not self._after_noun(i - 1)):
             return True
@@ -447,6 +452,7 @@ class Chunker:
             if word in v.FORCE_NOUNS or (word in v.PARTS and not self._qualifies(j + 1)):
                 return "noun" if started else "end"
             bare = started or self._qualifies(j + 1) or word in v.NUMBERS or word in v.OTHERS
+            bare = bare or word.isdecimal()
             return "adjective" if bare else "end"
         return "noun" if word in v.PARTS and word not in v.DIRECTIONS else "end"
 
@@ -459,8 +465,19 @@ class Chunker:
         if (verb_base(self.word(j - 1)) or "", word) in v.WITH_OBJECT:
             return "noun"
         if word.endswith(("ing", "ed")) or is_participle(word):
-            return "adjective" if self._nominal(j + 1) else "end"
+            describes = self._nominal(j + 1) or (started and self._plain_noun(j + 1))
+            return "adjective" if describes else "end"
         return "noun" if started else "end"
+
+    def _plain_noun(self, j: int) -> bool:
+        """Whether an unknown word can only be a noun."""
+        word = self.word(j)
+        closed = (
+            v.PREPOSITIONS | v.CONJUNCTIONS | v.RELATIVES | v.AUXILIARIES | v.NEGATIONS
+            | v.DETERMINERS | v.PRONOUNS | v.SUBORDINATORS | v.FILLERS | ADVERBIAL
+        )  # fmt: skip
+        other = word in closed or word in v.DIRECTIONS or word in v.MANNERS or word.endswith("ly")
+        return word.isalpha() and not other and verb_base(word) is None
 
 
 def _is_adjective(word: str) -> bool:

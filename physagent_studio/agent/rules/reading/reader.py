@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import zip_longest
 
 from physagent_studio.agent.rules.reading import vocabulary as v
 from physagent_studio.agent.rules.reading.clauses import RawClause, split
@@ -30,7 +31,7 @@ def read(prompt: str, stock: Inventory) -> Reading:
     chunks = Chunker(tokens, stock.nouns).chunks()
     reader = _Reader(prompt, tokens, chunks, stock)
     clauses = split(chunks)
-    for clause, following in zip(clauses, (*clauses[1:], None), strict=True):
+    for clause, following in zip_longest(clauses, clauses[1:]):
         if following is not None:
             reader.anticipate(clause, following)
         reader.take(clause)
@@ -214,7 +215,7 @@ class _Reader:
             else:
                 found = resolve_objects(phrase, self.stock, self.talk, subject_of_clause=True)
             if found is None:
-                self.unknown[phrase.head] = None
+                self.unknown |= dict.fromkeys(phrase.nouns or (phrase.head,))
                 continue
             found = self._count_by_place(found, phrase, clause)
             names |= dict.fromkeys(found.names)
@@ -263,7 +264,11 @@ class _Reader:
         if not previous:
             return self.last
         found = [resolve_objects(p, self.stock, self.talk) for p in previous[-1:]]
-        return next((f for f in found if f is not None), self.last)
+        for one in found:
+            if one is not None:
+                self.talk.mention(one.names)
+                return one
+        return self.last
 
     def _previous_objects(self, clause: RawClause) -> tuple[NounPhrase, ...]:
         start = clause.start - 1
@@ -304,19 +309,21 @@ class _Reader:
             if key in v.WITH_OBJECT and not (phrase.nouns and self._is_object(phrase)):
                 rest = tuple(p for p in clause.objects if p is not phrase)
                 return v.WITH_OBJECT[key], "move", rest
-        for particle in (*clause.adverbs, *self._stranded(clause)):
+        for particle in clause.adverbs:
             if (verb.verb, particle) in v.COMBINED:
-                sense = v.COMBINED[(verb.verb, particle)]
-                break
+                return v.COMBINED[(verb.verb, particle)], kind, clause.objects
+        for particle, phrase in self._stranded(clause):
+            if (verb.verb, particle) in v.COMBINED:
+                return v.COMBINED[(verb.verb, particle)], kind, (phrase,)
         return sense, kind, clause.objects
 
-    def _stranded(self, clause: RawClause) -> tuple[str, ...]:
-        """ "Knocks over the pin": a preposition that is the verb's particle."""
+    def _stranded(self, clause: RawClause) -> tuple[tuple[str, NounPhrase], ...]:
+        """ "Knocks over the pin": a preposition that is the verb's particle, with its object."""
         verb = clause.verb
         assert verb is not None
         if v.VERBS[verb.verb].kind != "act" or clause.objects or verb.passive:
             return ()
-        return tuple(prep for prep, np in clause.places if self._is_object(np))[:1]
+        return tuple((prep, np) for prep, np in clause.places if self._is_object(np))[:1]
 
     def _negated(self, clause: RawClause) -> bool:
         assert clause.verb is not None
@@ -441,7 +448,7 @@ class _Reader:
         for chunk in self.chunks[clause.start : clause.end]:
             if chunk.kind == "np" and chunk.np is not None and not chunk.np.pronoun:
                 if resolve_objects(chunk.np, self.stock, self.talk) is None:
-                    self.unknown[chunk.np.head] = None
+                    self.unknown |= dict.fromkeys(chunk.np.nouns or (chunk.np.head,))
             elif chunk.kind == "gap":
                 self.unknown[chunk.word] = None
 

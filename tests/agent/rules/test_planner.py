@@ -1,0 +1,175 @@
+"""The planner repairs what fails, keeps what is pinned, and does as a person's words ask."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+from physagent_studio.agent.roles import Situation, Trial
+from physagent_studio.agent.rules import RuleGenerator, RulePlanner, RuleVerifier
+from physagent_studio.contract import measure
+from physagent_studio.program import Directed, PhysicalProgram, SetField, apply, value_at
+from physagent_studio.program.edits import AddItem
+from physagent_studio.records import Memory, Proposal, RolloutEvidence
+from physagent_studio.simulation import simulate
+from tests.agent.rules.scenes import STAGES
+
+SPEED = "event.actions.push_bowling_ball.force.magnitude"
+AZIMUTH = "event.actions.push_bowling_ball.force.azimuth"
+
+
+def situation_of(
+    stage_name: str,
+    prompt: str,
+    change: Callable[[PhysicalProgram], PhysicalProgram] = lambda program: program,
+    memory: Memory | None = None,
+) -> Situation:
+    """The situation after a first round whose program was spoilt by `change`."""
+    stage = STAGES[stage_name]
+    case = stage.case(prompt)
+    program = change(RuleGenerator().first(case, stage.reconstruct))
+    scene = stage.reconstruct(program.scene)
+    rollout = simulate(program, {})
+    evidence = RolloutEvidence(program, scene, rollout, measure(program, rollout))
+
+    def try_out(candidate: PhysicalProgram) -> Trial:
+        run = simulate(candidate, {})
+        return Trial(run, measure(candidate, run))
+
+    assessment = RuleVerifier().judge(evidence, prompt)
+    return Situation(case, program, scene, rollout, assessment, memory or Memory(), try_out)
+
+
+def missing(program: PhysicalProgram) -> PhysicalProgram:
+    """Aims well beside the pin."""
+    return apply(program, [SetField(path=AZIMUTH, value=12.0)])
+
+
+def weak(program: PhysicalProgram) -> PhysicalProgram:
+    """Rolls far too slowly to arrive."""
+    return apply(program, [SetField(path=SPEED, value=0.3)])
+
+
+HITS = "The bowling ball rolls toward the middle pin, hits it and knocks it over."
+
+
+def outcome(situation: Situation, proposal: Proposal) -> list[str]:
+    """Texts of what fails once the proposal is carried out."""
+    program = apply(situation.program, proposal.edits)
+    checks = situation.try_out(program).checks
+    return [check.text for check in checks if check.demanded and not check.ok]
+
+
+def test_a_miss_is_repaired_by_aiming() -> None:
+    situation = situation_of("lane", HITS, missing)
+    worst = situation.assessment.diagnosis[0]
+    assert worst.code == "misses"
+    assert "left of middle_pin" in worst.text
+    proposal = RulePlanner(limit=30).propose(situation)
+    assert proposal.factor == "direction"
+    assert [getattr(edit, "path", "") for edit in proposal.edits] == [AZIMUTH]
+    assert not outcome(situation, proposal)
+    assert proposal.simulations <= 40
+    assert "azimuth" in proposal.rationale
+
+
+def test_too_slow_is_repaired_by_speed() -> None:
+    situation = situation_of("lane", HITS, weak)
+    assert situation.assessment.diagnosis[0].code == "falls_short"
+    proposal = RulePlanner(limit=30).propose(situation)
+    assert proposal.factor in ("magnitude", "duration")
+    assert not outcome(situation, proposal)
+
+
+def test_the_same_situation_gives_the_same_proposal() -> None:
+    first = RulePlanner(limit=30).propose(situation_of("lane", HITS, missing))
+    again = RulePlanner(limit=30).propose(situation_of("lane", HITS, missing))
+    assert first == again
+
+
+def test_what_is_pinned_is_never_changed() -> None:
+    memory = Memory(pinned=(AZIMUTH,))
+    situation = situation_of("lane", HITS, missing, memory)
+    proposal = RulePlanner(limit=30).propose(situation)
+    paths = [getattr(edit, "path", "") for edit in proposal.edits]
+    assert AZIMUTH not in paths
+    for edit in proposal.edits:
+        changed = apply(situation.program, [edit])
+        if not isinstance(edit, AddItem):
+            assert value_at(changed, AZIMUTH) == 12.0
+
+
+def test_a_pinned_object_keeps_its_material() -> None:
+    memory = Memory(pinned=("scene.objects.bowling_ball", "event.actions"))
+    proposal = RulePlanner(limit=30).propose(situation_of("lane", HITS, weak, memory))
+    paths = [getattr(edit, "path", "") for edit in proposal.edits]
+    assert all(not p.startswith(("scene.objects.bowling_ball", "event.actions")) for p in paths)
+
+
+def test_a_tried_program_is_not_proposed_again() -> None:
+    situation = situation_of("lane", HITS, missing)
+    first = RulePlanner(limit=30).propose(situation)
+    ran = apply(situation.program, first.edits).hash
+    again = RulePlanner(limit=30).propose(replace(situation, memory=Memory(tried=(ran,))))
+    assert not again.hunks or apply(situation.program, again.edits).hash != ran
+
+
+def test_a_reason_for_rejecting_turns_the_search() -> None:
+    situation = situation_of("lane", HITS, weak)
+    first = RulePlanner(limit=30).propose(situation)
+    rejected = Memory(rejected=((first, "the ball must be heavier, not faster"),))
+    again = RulePlanner(limit=30).propose(replace(situation, memory=rejected))
+    assert again.edits != first.edits
+
+
+@pytest.mark.parametrize(("word", "sign"), [("faster", 1), ("slower", -1)])
+def test_a_hint_fixes_the_sign(word: str, sign: int) -> None:
+    situation = situation_of("lane", HITS, missing, Memory(hints=(f"it should be {word}",)))
+    proposal = RulePlanner(limit=30).propose(situation)
+    for edit in proposal.edits:
+        if isinstance(edit, SetField) and edit.path == SPEED:
+            before = value_at(situation.program, SPEED)
+            assert isinstance(before, float)
+            assert isinstance(edit.value, float)
+            assert (edit.value - before) * sign >= 0
+
+
+def test_a_missing_action_is_added() -> None:
+    def without(program: PhysicalProgram) -> PhysicalProgram:
+        event = program.event.model_copy(update={"actions": ()})
+        return program.model_copy(update={"event": event})
+
+    situation = situation_of("lane", HITS, without)
+    assert situation.assessment.diagnosis[0].code == "does_not_move"
+    proposal = RulePlanner(limit=30).propose(situation)
+    added = [edit for edit in proposal.edits if isinstance(edit, AddItem)]
+    assert len(added) == 1
+    assert not outcome(situation, proposal)
+
+
+def test_a_wrong_aim_is_turned_to_the_right_thing() -> None:
+    def away(program: PhysicalProgram) -> PhysicalProgram:
+        force = Directed(magnitude=3.0, direction="left", quantity="target_speed")
+        path = "event.actions.push_bowling_ball.force"
+        return apply(program, [SetField(path=path, value=force.model_dump(mode="json"))])
+
+    situation = situation_of("lane", HITS, away)
+    proposal = RulePlanner(limit=30).propose(situation)
+    assert len(outcome(situation, proposal)) < len(
+        [c for c in situation.assessment.checks if c.demanded and not c.ok]
+    )
+
+
+def test_stuck_is_said_with_a_question() -> None:
+    memory = Memory(pinned=("scene", "event"))
+    proposal = RulePlanner(limit=30).propose(situation_of("lane", HITS, weak, memory))
+    assert not proposal.hunks
+    assert proposal.question.endswith("?")
+    assert proposal.confidence == 0.0
+
+
+def test_the_budget_of_runs_is_kept() -> None:
+    proposal = RulePlanner(limit=5).propose(situation_of("lane", HITS, missing))
+    assert proposal.simulations <= 5

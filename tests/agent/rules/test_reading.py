@@ -1,0 +1,214 @@
+"""The reader: who does what to whom, where, how, in which order, and what it does not know."""
+
+from __future__ import annotations
+
+import pytest
+
+from physagent_studio.agent.rules.reading import EventFrame, Inventory, Reading, inventory, read
+from physagent_studio.program import Click, Grounding
+
+GAME = (("red_ball", 100, 300), ("blue_box", 300, 300), ("green_cup", 500, 300))
+PINS = (("ball", 400, 400), ("left_pin", 200, 200), ("middle_pin", 300, 200), ("right_pin", 400, 200))
+BOOKS = (("book_a", 300, 100), ("book_b", 300, 150), ("book_c", 300, 200), ("book_d", 300, 250))
+
+
+def stock(things: tuple[tuple[str, int, int], ...], *supports: str) -> Inventory:
+    clicks = [(name, Grounding(points=(Click(x=x, y=y),))) for name, x, y in things]
+    return inventory(clicks, [(name, Grounding()) for name in supports])
+
+
+def one(prompt: str, things=GAME, supports: tuple[str, ...] = ("table",)) -> EventFrame:
+    frames = read(prompt, stock(things, *supports)).frames
+    assert len(frames) == 1, frames
+    return frames[0]
+
+
+def senses(reading: Reading) -> list[str]:
+    return [frame.sense for frame in reading.frames]
+
+
+@pytest.mark.parametrize(
+    ("prompt", "sense", "agent", "patient"),
+    [
+        ("The ball hits the box.", "hit", ("red_ball",), ("blue_box",)),
+        ("The box is hit by the ball.", "hit", ("red_ball",), ("blue_box",)),
+        ("The ball knocks over the cup.", "knock_over", ("red_ball",), ("green_cup",)),
+        ("The ball knocks the cup over.", "knock_over", ("red_ball",), ("green_cup",)),
+        ("The box falls off the table.", "fall", (), ("blue_box",)),
+        ("Someone pushes the box.", "push", (), ("blue_box",)),
+        ("The box gets a push.", "push", (), ("blue_box",)),
+        ("A strong kick sends the ball rolling.", "roll", (), ("red_ball",)),
+        ("The ball bumps into the cup.", "hit", ("red_ball",), ("green_cup",)),
+        ("Both the box and the cup tip over.", "topple", (), ("blue_box", "green_cup")),
+        ("The wind blows the cup away.", "wind", (), ("green_cup",)),
+        ("The cup is blown away by the wind.", "wind", (), ("green_cup",)),
+        ("The ball rolls into the box.", "roll", (), ("red_ball",)),
+        ("The cup turns around.", "turn_around", (), ("green_cup",)),
+        ("The cup slides and comes to a stop.", "slide", (), ("green_cup",)),
+    ],
+)
+def test_roles(prompt: str, sense: str, agent: tuple[str, ...], patient: tuple[str, ...]) -> None:
+    frame = read(prompt, stock(GAME, "table")).frames[0]
+    assert (frame.sense, frame.agent, frame.patient) == (sense, agent, patient)
+
+
+@pytest.mark.parametrize(
+    ("prompt", "patient"),
+    [
+        ("The top three books fall.", ("book_a", "book_b", "book_c")),
+        ("The bottom book falls.", ("book_d",)),
+        ("The top and bottom books fall.", ("book_a", "book_d")),
+        ("All books fall.", ("book_a", "book_b", "book_c", "book_d")),
+        ("The two upper books fall.", ("book_a", "book_b")),
+    ],
+)
+def test_which_of_several(prompt: str, patient: tuple[str, ...]) -> None:
+    assert one(prompt, BOOKS).patient == patient
+
+
+@pytest.mark.parametrize(
+    ("prompt", "patient"),
+    [
+        ("The right pin falls over.", ("right_pin",)),
+        ("The rightmost pin falls over.", ("right_pin",)),
+        ("The right-hand pin falls over.", ("right_pin",)),
+        ("The pin on the right falls over.", ("right_pin",)),
+        ("The pin in the middle falls over.", ("middle_pin",)),
+        ("The left and right pins fall over.", ("left_pin", "right_pin")),
+    ],
+)
+def test_positions(prompt: str, patient: tuple[str, ...]) -> None:
+    assert one(prompt, PINS).patient == patient
+
+
+def test_one_of_several_is_any() -> None:
+    frame = one("One of the pins falls over.", PINS)
+    assert frame.any_one
+    assert frame.patient == ("left_pin", "middle_pin", "right_pin")
+
+
+def test_only_and_others() -> None:
+    reading = read(
+        "The ball hits only the left pin and leaves the other pins standing.", stock(PINS)
+    )
+    hit, stay = reading.frames
+    assert hit.only
+    assert (hit.agent, hit.patient) == (("ball",), ("left_pin",))
+    assert (stay.sense, stay.posture) == ("stay", "upright")
+    assert stay.patient == ("middle_pin", "right_pin")
+
+
+def test_pronouns() -> None:
+    reading = read(
+        "The ball rolls toward the box, hits it and it falls over, then the ball stops.",
+        stock(GAME),
+    )
+    assert senses(reading) == ["roll", "hit", "topple", "stop"]
+    assert [frame.patient for frame in reading.frames] == [
+        ("red_ball",), ("blue_box",), ("blue_box",), ("red_ball",)
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("prompt", "direction"),
+    [
+        ("The ball rolls to the left.", "left"),
+        ("The ball rolls rightward.", "right"),
+        ("The ball rolls forward.", "forward"),
+        ("The ball rolls toward the camera.", "toward_camera"),
+        ("The ball rolls away from the viewer.", "away"),
+        ("The box is pushed sideways.", "sideways"),
+        ("The box receives a sideways force.", "sideways"),
+        ("The box flies upward.", "up"),
+    ],
+)
+def test_directions(prompt: str, direction: str) -> None:
+    assert one(prompt).direction == direction
+
+
+def test_from_the_left_is_an_origin() -> None:
+    assert one("The box is pushed from the left.").origin == "right"
+
+
+@pytest.mark.parametrize(
+    ("prompt", "manner"),
+    [
+        ("The ball rolls slowly.", "slow"),
+        ("The box is pushed gently.", "gentle"),
+        ("The box lands heavily on the table.", "hard"),
+        ("The ball quickly rolls to the left.", "fast"),
+    ],
+)
+def test_manner(prompt: str, manner: str) -> None:
+    assert manner in one(prompt).manner
+
+
+@pytest.mark.parametrize(
+    ("prompt", "path"),
+    [
+        ("The ball moves in an arc.", "curve"),
+        ("The ball rolls along a curved path.", "curve"),
+        ("The ball rolls in a straight line.", "straight"),
+        ("The ball moves in a circular path.", "circle"),
+    ],
+)
+def test_path(prompt: str, path: str) -> None:
+    assert one(prompt).path == path
+
+
+def test_negation() -> None:
+    assert one("The ball does not touch the box.").negated
+    reading = read("The ball rolls past the cup without touching it.", stock(GAME))
+    assert [frame.negated for frame in reading.frames] == [False, True]
+
+
+def test_before_reaching_is_linked() -> None:
+    reading = read("The ball stops before reaching the edge of the table.", stock(GAME, "table"))
+    assert senses(reading) == ["stop", "reach"]
+    assert reading.frames[1].link == "before"
+    place = reading.frames[1].place("object")
+    assert place is not None
+    assert (place.name, place.part) == ("table", "edge")
+
+
+def test_relative_clause() -> None:
+    reading = read("The ball hits the cup, which falls over, and stops.", stock(GAME))
+    assert [(f.sense, f.patient) for f in reading.frames] == [
+        ("hit", ("green_cup",)), ("topple", ("green_cup",)), ("stop", ("red_ball",))
+    ]  # fmt: skip
+
+
+def test_counts_and_lengths() -> None:
+    assert one("The box flips twice.").count == 2
+    assert one("The cup spins three times.").count == 3
+    frame = one("The cup slides 20 cm to the left.")
+    assert frame.distance == pytest.approx(0.2)
+    assert frame.direction == "left"
+
+
+def test_needed_landmarks() -> None:
+    reading = read("The ball crosses the finish line and rolls into the hole.", stock(GAME))
+    places = {place.name: place.landmark_kind for place in reading.places()}
+    assert places == {"finish_line": "line", "hole": "opening"}
+
+
+def test_unknown_words_are_listed() -> None:
+    reading = read("The zorgle frobnicates the ball quixotically.", stock(GAME))
+    assert not reading.frames
+    assert "zorgle" in reading.not_understood
+
+
+def test_a_wrong_colour_names_nothing() -> None:
+    reading = read("The yellow ball rolls to the left.", stock(GAME))
+    assert not reading.frames
+    assert "ball" in reading.not_understood
+
+
+def test_clauses_keep_the_wording() -> None:
+    reading = read("The ball rolls left, and the cup falls over.", stock(GAME))
+    assert [c.text for c in reading.clauses] == ["The ball rolls left", "and the cup falls over"]
+
+
+def test_long_prompts_are_cut_and_said() -> None:
+    reading = read("the ball rolls " * 500, stock(GAME))
+    assert reading.not_understood

@@ -22,6 +22,11 @@ FloatArray = NDArray[np.float64]
 PITCH = math.radians(9.0)
 PITCH_SPREAD = math.radians(8.0)
 """People look down a little: prior of the pitch."""
+EYE_LEVEL = 0.7
+EYE_LEVEL_SPREAD = 0.9
+"""Height of a camera above what it looks at, m, and the spread of its logarithm."""
+FOCAL_SPREAD = 0.4
+"""Standard deviation of the logarithm of the focal length."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +42,14 @@ class Standing:
     metres: float
     spread: float
     plane: str
+
+
+@dataclass(frozen=True, slots=True)
+class Disc:
+    """A circle on a level plane: row of its middle, height over width of its ellipse."""
+
+    row: float
+    flatness: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,28 +71,40 @@ def estimate(
     found: Segments,
     standing: Sequence[Standing],
     limits: Sequence[float] = (),
-    focal: float | None = None,
+    discs: Sequence[Disc] = (),
 ) -> Horizon:
-    """The horizon of a picture.
+    """The horizon and focal length of a picture.
 
     found: its straight edges. standing: things on level planes. limits: rows of further
-    points that certainly lie on a level plane, hence below the horizon.
+    points that certainly lie on a level plane, hence below the horizon. discs: circles on level
+    planes.
     """
     rows, columns = image.shape[:2]
-    focal = focal or usual_focal((columns, rows))
-    grid = np.arange(-1.2 * rows, 1.1 * rows, 1.0)
-    votes = _posture(grid, rows, focal)
-    votes += _vanishing(grid, found, (columns, rows))
-    votes += _below(grid, [item.foot for item in standing], rows, 0.02)
-    votes += _below(grid, limits, rows, 0.0)
-    votes += _sizes(grid, standing)
-    votes += _shore(grid, image, rows)
+    grid = np.arange(-3.0 * rows, 1.1 * rows, 2.0)
+    shared = _vanishing(grid, found, (columns, rows))
+    shared += _below(grid, [item.foot for item in standing], rows, 0.02)
+    shared += _below(grid, limits, rows, 0.0)
+    shared += _sizes(grid, standing)
+    shared += _eye_level(grid, standing)
+    shared += _shore(grid, image, rows)
+    usual = usual_focal((columns, rows))
+    factors = np.exp(np.linspace(-0.35, 1.3, 12))
+    votes = np.stack(
+        [
+            shared
+            + _posture(grid, rows, usual * factor)
+            + _roundness(grid, rows, usual * factor, discs)
+            - 0.5 * (math.log(factor) / FOCAL_SPREAD) ** 2
+            for factor in factors
+        ]
+    )
+    best = np.unravel_index(int(votes.argmax()), votes.shape)
+    row = float(grid[best[1]])
     weight = np.exp(votes - votes.max())
-    weight /= weight.sum()
-    row = float(grid[int(votes.argmax())])
     near = np.abs(grid - row) < 0.75 * rows
-    sigma = math.sqrt(float((weight[near] * (grid[near] - row) ** 2).sum() / weight[near].sum()))
-    return Horizon(row, max(sigma, 1.0), focal)
+    weight = weight[:, near]
+    spread = (weight * (grid[near] - row) ** 2).sum() / weight.sum()
+    return Horizon(row, max(math.sqrt(float(spread)), 1.0), usual * float(factors[best[0]]))
 
 
 def _posture(grid: FloatArray, rows: int, focal: float) -> FloatArray:
@@ -92,12 +117,26 @@ def _posture(grid: FloatArray, rows: int, focal: float) -> FloatArray:
 def _vanishing(grid: FloatArray, found: Segments, size: tuple[int, int]) -> FloatArray:
     """Edges of level things meet on the horizon; some meet elsewhere, so it is a soft vote."""
     votes = np.zeros_like(grid)
-    for x, y, weight in meeting_points(found, size):
-        # A point far off the picture is known less well.
-        away = math.hypot(x - size[0] / 2, y - size[1] / 2) / size[1]
-        sigma = size[1] * (0.02 + 0.03 * away)
-        hit = np.exp(-0.5 * ((grid - y) / sigma) ** 2)
-        votes += np.log(0.25 + 3.0 * weight * hit) - np.log(0.25)
+    anywhere = 1 / float(np.ptp(grid))
+    for _, y, spread, weight in meeting_points(found, size):
+        sigma = math.hypot(spread, 0.015 * size[1])
+        hit = np.exp(-0.5 * ((grid - y) / sigma) ** 2) / (sigma * math.sqrt(2 * math.pi))
+        share = min(0.7, 1.2 * float(weight))
+        votes += np.log((1 - share) * anywhere + share * hit) - math.log(anywhere)
+    return votes
+
+
+def _roundness(
+    grid: FloatArray, rows: int, focal: float, discs: Sequence[Disc]
+) -> FloatArray:
+    """A level circle is an ellipse as flat as the view is low there."""
+    votes = np.zeros_like(grid)
+    pitch = np.arctan2(rows / 2 - grid, focal)
+    for disc in discs:
+        seen = pitch + math.atan2(disc.row - rows / 2, focal)
+        slope = math.asin(min(max(disc.flatness, 0.01), 0.999))
+        off = (seen - slope) / math.radians(2)
+        votes -= 2 * np.log1p(0.25 * off**2)
     return votes
 
 
@@ -123,7 +162,19 @@ def _sizes(grid: FloatArray, standing: Sequence[Standing]) -> FloatArray:
         spread = np.array([item.spread for item in items]) + 0.05
         weight = 1 / spread**2
         middle = (logs * weight).sum(1, keepdims=True) / weight.sum()
-        votes -= (np.log1p(0.5 * ((logs - middle) / spread) ** 2)).sum(1)
+        votes -= 1.5 * np.log1p(((logs - middle) / spread) ** 2 / 1.5).sum(1)
+    return votes
+
+
+def _eye_level(grid: FloatArray, standing: Sequence[Standing]) -> FloatArray:
+    """People hold cameras somewhere between a hand's breadth and their eyes above a plane."""
+    votes = np.zeros_like(grid)
+    for plane in {item.plane for item in standing}:
+        best = min((item for item in standing if item.plane == plane), key=lambda s: s.spread)
+        below = np.maximum(best.foot - grid, 1.0)
+        height = np.log(below * best.metres / best.extent)
+        sigma = math.hypot(EYE_LEVEL_SPREAD, best.spread)
+        votes -= 0.5 * ((height - math.log(EYE_LEVEL)) / sigma) ** 2
     return votes
 
 

@@ -12,7 +12,7 @@ from physagent_studio.program.base import IDENTITY
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene import Inflated, Shape
-from physagent_studio.reconstruction.geometry import metres_per_pixel, on_upright
+from physagent_studio.reconstruction.geometry import metres_per_pixel, on_plane, on_upright
 from physagent_studio.reconstruction.inflation import inflated_mesh, natural_depth
 from physagent_studio.reconstruction.masks import BoolArray, bounds, iou
 from physagent_studio.reconstruction.meshes import mesh_of
@@ -47,16 +47,17 @@ def forms(
     base: Base,
     usual: Usual,
     kinds: Sequence[str] | None = None,
+    hidden: BoolArray | None = None,
 ) -> list[Form]:
     """All forms that fit the mask at `base`, best first; never empty for a mask of ≥ 12 pixels.
 
-    kinds: only these, if given.
+    kinds: only these, if given. hidden: pixels (H, W) of other objects, which may cover parts.
     """
     wanted = tuple(kinds) if kinds else _worth_trying(mask, usual)
     found = [
         Form(fit.shape.kind, fit.shape, mesh_of(fit.shape), fit.position, fit.rotation, fit.iou, m)
         for fit in fit_all(
-            camera, mask, base, [k for k in PRIMITIVES if k in wanted], usual.shapes
+            camera, mask, base, [k for k in PRIMITIVES if k in wanted], usual.shapes, hidden
         )
         for m in [fit.merit]
     ]
@@ -74,7 +75,7 @@ def _worth_trying(mask: BoolArray, usual: Usual) -> tuple[str, ...]:
     if usual.shapes == ("sphere",):
         return ("sphere", "ellipsoid", "inflated")
     kinds = [*PRIMITIVES, "inflated"]
-    if mirror_symmetry(mask) > 0.9:
+    if mirror_symmetry(mask) > (0.75 if "revolved" in usual.shapes else 0.9):
         kinds.append("revolved")
     return tuple(kinds)
 
@@ -92,26 +93,38 @@ def _revolved_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) ->
 
 
 def _inflated_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) -> Form:
+    """The inflated mask, its size and place corrected until its silhouette spans the mask's.
+
+    The foot that is seen is the near rim; the middle plane lies half a depth behind it.
+    """
     x0, y0, x1, y1 = bounds(mask)
-    natural = natural_depth(mask)
-    wanted = usual.depth * (x1 - x0) if usual.depth else natural
-    # The foot that is seen is the near rim; the middle plane lies half a depth behind it.
-    middle_y = base.y
-    if base.hold < 1 and not base.free_z:
-        pixel = metres_per_pixel(camera, (base.x, base.y, base.z))
-        middle_y = base.y + (1 - base.hold) * 0.5 * min(wanted, x1 - x0) * pixel
-    corners = on_upright(camera, [(x0, y1), (x1, y1), ((x0 + x1) / 2, y0)], middle_y)
-    width = abs(float(corners[1, 0] - corners[0, 0]))
-    low = float(corners[:2, 2].mean())
-    height = abs(float(corners[2, 2]) - low)
-    size = (width, max(wanted * width / max(x1 - x0, 1), 1e-4), height)
-    shape = Inflated(size=size)
-    mesh = inflated_mesh(mask, camera, shape)
-    middle = (float(corners[2, 0]), middle_y)
-    foot = low if base.free_z else base.z
-    place = _centred(mesh, middle, foot)
-    seen = silhouette(camera, mesh.vertices + np.array(place), mesh.faces)
-    value = iou(seen, mask)
+    share = (usual.depth * (x1 - x0) if usual.depth else natural_depth(mask)) / max(x1 - x0, 1)
+    along = base.hold < 1 and not base.free_z
+    pixel = metres_per_pixel(camera, (base.x, base.y, base.z))
+    width, height = (x1 - x0) * pixel, (y1 - y0) * pixel
+    y = base.y + (0.5 * (1 - base.hold) * min(share, 1.0) * width if along else 0.0)
+    x = float(on_upright(camera, [((x0 + x1) / 2, y1)], y)[0, 0])
+    foot = base.z
+    shape = Inflated(size=(width, share * width, height))
+    mesh, place = inflated_mesh(mask, camera, shape), (x, y, foot)
+    for _ in range(4):
+        shape = Inflated(size=(width, max(share * width, 1e-4), height))
+        mesh = inflated_mesh(mask, camera, shape)
+        place = _centred(mesh, (x, y), foot)
+        seen = camera.project(mesh.vertices + np.array(place))[0]
+        low, high = seen.min(0), seen.max(0)
+        pixel = metres_per_pixel(camera, place)
+        width *= float(np.clip((x1 - x0) / (high[0] - low[0]), 0.7, 1.4))
+        height *= float(np.clip((y1 - y0) / (high[1] - low[1]), 0.7, 1.4))
+        x += ((x0 + x1) / 2 - float(low[0] + high[0]) / 2) * pixel
+        off = y1 - float(high[1])
+        if base.free_z:
+            foot -= off * pixel
+        elif along:
+            spots = on_plane(camera, [(x0, y1), (x0, y1 - off)], base.z)
+            step = float(spots[0, 1] - spots[1, 1])
+            y += (1 - base.hold) * step if np.isfinite(step) else 0.0
+    value = iou(silhouette(camera, mesh.vertices + np.array(place), mesh.faces), mask)
     merit = value - INFLATED_COST + PRIOR * ("inflated" in usual.shapes)
     return Form("inflated", shape, mesh, place, IDENTITY, value, merit)
 

@@ -24,7 +24,8 @@ from physagent_studio.records.scene import Mesh
 
 FloatArray = NDArray[np.float64]
 CELLS = 60
-"""Cells of the grid along the longer side of the silhouette."""
+FINEST = 110
+"""Cells of the grid along the longer side of the silhouette: usual, and at most."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -120,7 +121,11 @@ def _sheet(mask: BoolArray) -> _Sheet:
     window = np.pad(mask[y0:y1, x0:x1], pad).astype(np.uint8)
     signed = cv2.distanceTransform(window, cv2.DIST_L2, 5)
     signed = signed - cv2.distanceTransform(1 - window, cv2.DIST_L2, 5)
-    step = max(1.0, max(x1 - x0, y1 - y0) / CELLS)
+    # Thin parts need a finer grid: a pole shall be at least two cells wide.
+    inset = signed[signed > 0]
+    thin = float(np.median(inset)) if len(inset) else 1.0
+    longest = max(x1 - x0, y1 - y0)
+    step = max(1.0, longest / FINEST, min(longest / CELLS, thin))
     gx, gy = np.meshgrid(
         np.arange(pad - step, pad + x1 - x0 + 2 * step, step),
         np.arange(pad - step, pad + y1 - y0 + 2 * step, step),

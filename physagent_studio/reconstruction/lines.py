@@ -67,18 +67,21 @@ def _contrast(
 
 
 def meeting_points(found: Segments, size: tuple[int, int], most: int = 60) -> FloatArray:
-    """Vanishing points (M, 3): x, y in pixels and weight 0 … 1, strongest first, M ≤ 4.
+    """Vanishing points (M, 4): x, y, spread of y in pixels, weight 0 … 1; M ≤ 4, best first.
 
     Found by trying the crossings of all pairs of long, slanted edges and counting the edges
-    that point there. Weight is the share of the slanted edges' length that does.
+    that point there. Weight is the share of the slanted edges' length that does, less where
+    only few edges do, for three lines often meet by chance. The spread
+    follows from the edges' own directions being known to about a degree.
     """
     slanted = (np.abs(found.angle) > np.radians(3)) & (np.abs(found.angle) < np.radians(75))
     used = found.only(np.flatnonzero(slanted)[:most])
     count = len(used.length)
     if count < 3:
-        return np.zeros((0, 3))
+        return np.zeros((0, 4))
     homogeneous = np.concatenate([used.ends, np.ones((count, 2, 1))], 2)
     lines = np.cross(homogeneous[:, 0], homogeneous[:, 1])
+    lines = lines / np.hypot(lines[:, 0], lines[:, 1])[:, None]
     first, second = np.triu_indices(count, 1)
     crossing = np.cross(lines[first], lines[second])
     fine = np.abs(crossing[:, 2]) > 1e-6
@@ -86,21 +89,26 @@ def meeting_points(found: Segments, size: tuple[int, int], most: int = 60) -> Fl
     width, height = size
     spots = spots[(np.abs(spots[:, 1] - height / 2) < 2.5 * height)]
     spots = spots[np.abs(spots[:, 0] - width / 2) < 6 * width]
-    points: list[tuple[float, float, float]] = []
+    points: list[tuple[float, float, float, float]] = []
     free = np.ones(count, bool)
-    total = used.length.sum()
+    # Grain and dirt are short of contrast; edges of things are not.
+    mass = used.length * np.clip(used.contrast / 20, 0.05, 1)
+    total, diagonal = mass.sum(), np.hypot(width, height)
     for _ in range(4):
         if not len(spots) or np.count_nonzero(free) < 3:
             break
         votes = _pointing(used, spots) & free
-        weight = (votes * used.length).sum(1)
+        weight = (votes * mass).sum(1)
         weight[votes.sum(1) < 3] = 0
         best = int(weight.argmax())
         if weight[best] < 0.12 * total:
             break
-        points.append((*(float(v) for v in _refined(lines[votes[best]])), weight[best] / total))
-        free &= ~votes[best]
-    return np.array(points).reshape(-1, 3)
+        mine = votes[best]
+        x, y, sigma = _refined(lines[mine], used.ends[mine].mean(1), spots[best])
+        several = min(1.0, (np.count_nonzero(mine) - 2) / 4)
+        points.append((x, y, sigma, float(several * weight[best] / max(total, 0.8 * diagonal))))
+        free &= ~mine
+    return np.array(points).reshape(-1, 4)
 
 
 def _pointing(used: Segments, spots: FloatArray) -> NDArray[np.bool_]:
@@ -114,11 +122,18 @@ def _pointing(used: Segments, spots: FloatArray) -> NDArray[np.bool_]:
     return near & (distance > 0.75 * used.length)
 
 
-def _refined(lines: FloatArray) -> FloatArray:
-    """The point nearest to a bundle of homogeneous lines, in pixels."""
-    unit = lines / np.hypot(lines[:, 0], lines[:, 1])[:, None]
-    solution, *_ = np.linalg.lstsq(unit[:, :2], -unit[:, 2], rcond=None)
-    return solution
+def _refined(
+    lines: FloatArray, middles: FloatArray, spot: FloatArray
+) -> tuple[float, float, float]:
+    """The point nearest to a bundle of unit lines, and the standard deviation of its y."""
+    noise = np.radians(0.8) * np.maximum(np.linalg.norm(middles - spot, axis=1), 20.0)
+    weighted = lines / noise[:, None]
+    information = weighted[:, :2].T @ weighted[:, :2] + 1e-12 * np.eye(2)
+    covariance = np.linalg.inv(information)
+    x, y = covariance @ (-weighted[:, :2].T @ weighted[:, 2])
+    residual = weighted @ np.array([x, y, 1.0])
+    misfit = float((residual**2).sum()) / max(len(lines) - 2, 1)
+    return float(x), float(y), float(np.sqrt(covariance[1, 1] * max(1.0, misfit)))
 
 
 def level_transitions(image: Image) -> list[tuple[float, float]]:

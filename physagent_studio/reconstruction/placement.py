@@ -59,7 +59,7 @@ def place_all(
         stance = stances.get(item.name)
         if stance is None:
             continue
-        form = _form(item, stance, masks[item.name], read, supports, done, given)
+        form = _form(item, stance, masks, read, supports, done, given)
         kinds[item.name] = form.kind
         done[item.name] = (_settled(item, form, read, supports, done), form.mesh)
         tick((count + 1) / len(order))
@@ -85,16 +85,19 @@ def _from_the_ground(objects: tuple[SceneObject, ...], read: Survey) -> list[Sce
 def _form(
     item: SceneObject,
     stance: Stance,
-    mask: BoolArray,
+    masks: Mapping[str, BoolArray],
     read: Survey,
     supports: tuple[Support, ...],
     done: Mapping[str, tuple[SceneObject, Mesh]],
     given: Mapping[str, Mesh],
 ) -> Form:
     """The object's shape: the given one in its place, or the best that the picture shows."""
+    mask = masks[item.name]
     base = _base(stance, read, supports, done)
     if item.shape is None:
-        return forms(read.camera, mask, base, read.usual[item.name])[0]
+        others = [other for name, other in masks.items() if name != item.name]
+        hidden = np.any(others, axis=0) if others else None
+        return forms(read.camera, mask, base, read.usual[item.name], hidden=hidden)[0]
     if isinstance(item.shape, Inflated):
         mesh = inflated_mesh(mask, read.camera, item.shape)
     elif isinstance(item.shape, Meshed):
@@ -134,14 +137,27 @@ def _base(
         return Base(x, below.position[1], z, HOLD_ON_OBJECT)
     shape = next((s.shape for s in supports if s.name == on), None)
     if isinstance(shape, Ramp):
-        spot = on_upright(read.camera, [stance.foot], shape.toe[1])[0]
-        height = height_at(shape, float(spot[0]), shape.toe[1])
-        return Base(float(spot[0]), shape.toe[1], height if height is not None else 0.0, 1.0)
+        return _on_the_ramp(stance, read.camera, shape)
     top = read.tops.get(on, 0.0)
     spot = on_plane(read.camera, [stance.foot], top)[0]
     if not np.isfinite(spot).all():
         return _in_the_air(stance, read, done)
     return Base(float(spot[0]), float(spot[1]), top)
+
+
+def _on_the_ramp(stance: Stance, camera: Camera, ramp: Ramp) -> Base:
+    """Where the foot's ray meets the ramp's surface, kept away from its sides."""
+    x, y = float(on_upright(camera, [stance.foot], ramp.toe[1])[0, 0]), ramp.toe[1]
+    height = height_at(ramp, x, y) or 0.0
+    inner = 0.3 * ramp.width
+    for _ in range(6):
+        spot = on_plane(camera, [stance.foot], height)[0]
+        if not np.isfinite(spot).all():
+            break
+        y = float(np.clip(spot[1], ramp.toe[1] - inner, ramp.toe[1] + inner))
+        x = float(on_upright(camera, [stance.foot], y)[0, 0])
+        height = height_at(ramp, x, y) or height
+    return Base(x, y, height, 0.5)
 
 
 def _in_the_air(

@@ -57,6 +57,7 @@ def find_profile(
     if slope is None:
         return None
     toe, top = slope
+    toe = _down_to_base(found, toe, top, clicks, size)
     return Profile(toe, top, _plateau(found, toe, top, size))
 
 
@@ -74,9 +75,9 @@ def _slope(
     for click in clicks:
         distance = np.minimum(distance, [_distance(np.array(click), ends) for ends in joined])
     merit = length * np.exp(-((distance / (2 * reach)) ** 2))
-    # The upper edge of a slope carries things; its lower edges lie below it.
-    best = np.flatnonzero(merit > 0.7 * merit.max())
-    ends = joined[min(best, key=lambda k: float(joined[k][:, 1].mean()))]
+    # Of the parallel edges of a slope the near one lies lowest in the picture.
+    best = np.flatnonzero(merit > 0.6 * merit.max())
+    ends = joined[max(best, key=lambda k: float(joined[k][:, 1].mean()))]
     low, high = sorted(ends.tolist(), key=lambda point: -point[1])
     return (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
 
@@ -102,6 +103,36 @@ def _distance(point: FloatArray, ends: FloatArray) -> float:
     a, b = ends
     along = float(np.clip((point - a) @ (b - a) / max(float((b - a) @ (b - a)), 1e-9), 0, 1))
     return float(np.linalg.norm(point - a - along * (b - a)))
+
+
+def _down_to_base(
+    found: Segments,
+    toe: tuple[float, float],
+    top: tuple[float, float],
+    clicks: Sequence[tuple[float, float]],
+    size: tuple[int, int],
+) -> tuple[float, float]:
+    """The slope's lower end, carried on to the level edge that the ramp stands on, if one is seen.
+
+    The base edge runs below the slope, and the two meet near the end of that edge.
+    """
+    dx, dy = toe[0] - top[0], toe[1] - top[1]
+    best, strongest = toe, 0.0
+    for ends, angle, length in zip(found.ends, found.angle, found.length, strict=True):
+        row = float(ends[:, 1].mean())
+        share = (row - top[1]) / dy
+        if abs(angle) > math.radians(6) or not 0.97 <= share <= 1.9:
+            continue
+        meets = top[0] + share * dx
+        nearest = float(np.abs(ends[:, 0] - meets).min())
+        under = min(ends[:, 0].max(), max(toe[0], top[0])) - max(ends[:, 0].min(), min(toe[0], top[0]))
+        below_clicks = all(row > y - 0.02 * size[1] for _, y in clicks[:1])
+        if nearest < 0.05 * size[0] and under > 0.3 * abs(dx) and below_clicks and length > strongest:
+            # The ramp ends where its base does.
+            away = 1 if dx > 0 else -1
+            end = float(max(ends[:, 0] * away)) * away
+            best, strongest = (min(meets * away, end * away) * away, row), float(length)
+    return best
 
 
 def _plateau(

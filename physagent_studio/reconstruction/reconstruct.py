@@ -17,7 +17,13 @@ from numpy.typing import NDArray
 
 from physagent_studio.errors import Cancelled, InputError
 from physagent_studio.program.scene import Grounding, SceneState
-from physagent_studio.reconstruction import findings, landmarks, layout, supports
+from physagent_studio.reconstruction import (
+    clicked_supports,
+    findings,
+    landmarks,
+    layout,
+    supports,
+)
 from physagent_studio.reconstruction.bare import scene_without_photo
 from physagent_studio.reconstruction.lines import segments
 from physagent_studio.reconstruction.meshes import support_mesh
@@ -87,7 +93,8 @@ def reconstruct(
     run.at("camera", 0.45)
     found = segments(image)
     stances = layout.read(masks, case.prompt)
-    read = survey(case, image, state, stances, regions, found)
+    covered = np.any(list(masks.values()), axis=0) if masks else np.zeros(image.shape[:2], bool)
+    read = survey(case, image, state, stances, regions, found, covered)
     run.at("supports", 0.5)
     solid, open_supports = supports.resolve(state, read, stances, regions, found)
     run.at("objects", 0.55)
@@ -193,7 +200,9 @@ def _clicked(state: SceneState) -> list[tuple[str, Grounding]]:
     tasks += [
         (item.name, item.grounding)
         for item in state.supports
-        if item.grounding.points and support_kind(item.name) == "slab"
+        if item.grounding.points
+        and support_kind(item.name) == "slab"
+        and not item.grounding.marked("top")
     ]
     return tasks
 
@@ -212,11 +221,19 @@ def _regions(
 ) -> dict[str, BoolArray]:
     """Masks of the clicked supports, without the objects in front of them."""
     out: dict[str, BoolArray] = {}
+    size = next((mask.shape for mask in masks.values()), (0, 0))
     for item in state.supports:
         offers = candidates.get(item.name, ())
-        if not offers:
+        marked = clicked_supports.region_of(item, (size[0], size[1]))
+        if marked is not None:
+            out[item.name] = marked & ~np.any(list(masks.values()), axis=0)
+        if marked is not None or not offers:
             continue
         region = offers[min(item.grounding.candidate, len(offers) - 1)].mask.copy()
+        for offer in offers[1:] if item.grounding.candidate == 0 else ():
+            # Part of a table is often taken for all of it: what is about as likely joins in.
+            if offer.score > 0.75 * offers[0].score:
+                region |= offer.mask
         for mask in masks.values():
             region &= ~mask
         out[item.name] = region

@@ -12,6 +12,8 @@ from physagent_studio.reconstruction.camera import weighted_median
 from physagent_studio.reconstruction.names import Usual
 
 FLOOR = "floor"
+SURE = 20.0
+"""Weight from which sizes on a plane are trusted: one thing known to 22 % and better."""
 USUAL_HEIGHT = 1.2
 """Height of a camera above what it looks at, where nothing of known size is seen, m."""
 
@@ -97,10 +99,14 @@ def _floor_height(
 def _top(
     over: tuple[float, float] | None, floor: float, usual: float, floor_known: bool
 ) -> float:
-    """Height of a slab's top: from sizes seen on it and on the floor, if that is plausible."""
+    """Height of a slab's top: from sizes seen on it and on the floor, if that is plausible.
+
+    Things whose size is well known on both planes say more than the slab's usual height.
+    """
     if over is not None and floor_known:
         top = floor - over[0]
-        if 0.25 * usual < top < 2.5 * usual:
+        sure = over[1] > SURE
+        if (0.05 if sure else 0.25) * usual < top < (5 if sure else 2.5) * usual:
             return top
     return usual if usual < 0.9 * floor else 0.5 * floor
 

@@ -72,10 +72,18 @@ class Fit:
 
 
 def fit_all(
-    camera: Camera, mask: BoolArray, base: Base, kinds: Sequence[str], suggested: Sequence[str]
+    camera: Camera,
+    mask: BoolArray,
+    base: Base,
+    kinds: Sequence[str],
+    suggested: Sequence[str],
+    hidden: BoolArray | None = None,
 ) -> list[Fit]:
-    """The primitives of the given kinds in place, best first."""
-    target = _Target.of(camera, mask)
+    """The primitives of the given kinds in place, best first.
+
+    hidden: pixels (H, W) of other objects, where this one may go on unseen.
+    """
+    target = _Target.of(mask, hidden)
     fits = [_fit(camera, target, base, kind) for kind in kinds]
     graded = [
         Fit(f.shape, f.position, f.rotation, f.iou, f.iou - COST[k] + PRIOR * (k in suggested))
@@ -87,9 +95,13 @@ def fit_all(
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Target:
-    """The mask cut out and shrunk: picture (x, y) → ((x, y) − origin) · factor."""
+    """The mask cut out and shrunk: picture (x, y) → ((x, y) − origin) · factor.
+
+    open: pixels where the object would be seen if it were there.
+    """
 
     mask: BoolArray
+    open: BoolArray
     area: int
     origin: tuple[float, float]
     factor: float
@@ -97,7 +109,7 @@ class _Target:
     height: float
 
     @classmethod
-    def of(cls, camera: Camera, mask: BoolArray, side: int = 150) -> _Target:
+    def of(cls, mask: BoolArray, hidden: BoolArray | None, side: int = 150) -> _Target:
         x0, y0, x1, y1 = bounds(mask)
         pad = 0.15 * max(x1 - x0, y1 - y0) + 2
         factor = side / (max(x1 - x0, y1 - y0) + 2 * pad)
@@ -107,9 +119,12 @@ class _Target:
         move[:, 2] += 0.5 * factor - 0.5
         small = cv2.warpAffine(mask.astype(np.float32), move, size, flags=cv2.INTER_LINEAR)
         solid = np.asarray(small > 0.5)
-        return cls(
-            solid, int(solid.sum()), (x0 - pad, y0 - pad), factor, float(x1 - x0), float(y1 - y0)
-        )
+        free = np.ones_like(solid)
+        if hidden is not None:
+            cover = (hidden & ~mask).astype(np.float32)
+            free = np.asarray(cv2.warpAffine(cover, move, size, flags=cv2.INTER_LINEAR) < 0.5)
+        area, origin = int((solid & free).sum()), (x0 - pad, y0 - pad)
+        return cls(solid & free, free, area, origin, factor, float(x1 - x0), float(y1 - y0))
 
     def iou(self, pixels: FloatArray) -> float:
         """IoU of the mask with the convex hull of picture points (N, 2)."""
@@ -117,7 +132,7 @@ class _Target:
         hull = cv2.convexHull((local * 16 - 8).astype(np.float32)).astype(np.int32)
         canvas = np.zeros(self.mask.shape, np.uint8)
         cv2.fillConvexPoly(canvas, hull, 1, shift=4)
-        drawn = canvas.astype(bool)
+        drawn = canvas.astype(bool) & self.open
         both = int(np.count_nonzero(drawn & self.mask))
         return both / max(self.area + int(np.count_nonzero(drawn)) - both, 1)
 
@@ -184,6 +199,10 @@ def _starts(kind: str, width: float, height: float) -> list[list[float]]:
     square = math.log(width * 0.74)
     yaws = (0.5, -0.5, math.pi / 4)
     turned = [[square, math.log(height * 0.85), square, yaw] for yaw in yaws]
+    if width > 1.6 * height:
+        # A flat thing seen from above: most of its visible height is its top.
+        low = math.log(height * 0.4)
+        turned = [[w - 0.25, low, w - 0.25 + more, yaw] for yaw in (0.5, -0.5) for more in (0, -0.5)]
     return [[w - 0.05, h - 0.08, w - 0.6, 0.0], *turned]
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Slab
-from physagent_studio.reconstruction.geometry import on_plane
+from physagent_studio.reconstruction.geometry import metres_per_pixel, on_plane
 from physagent_studio.reconstruction.lines import Segments
 from physagent_studio.reconstruction.masks import BoolArray, grow
 
@@ -23,11 +23,15 @@ SOLID = frozenset({"box", "crate", "block", "step", "stair", "pedestal", "podium
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Edges:
-    """Edges on the top's plane: middle (N, 2), direction (N,) radians, weight (N,)."""
+    """Edges on the top's plane: middle (N, 2), direction (N,) radians, weight (N,),
+
+    inward (N, 2): unit vector across the edge to where the top goes on; zero where unclear.
+    """
 
     middle: FloatArray
     angle: FloatArray
     weight: FloatArray
+    inward: FloatArray
 
 
 def fit_slab(
@@ -36,13 +40,14 @@ def fit_slab(
     region: BoolArray,
     found: Segments,
     standing: Sequence[tuple[float, float]],
+    half_widths: Sequence[float],
     clicks: Sequence[tuple[float, float]],
     thickness: float,
 ) -> Slab | None:
     """The slab whose top at height `top` shows as `region` in the picture.
 
-    found: edges of the picture. standing: pixels of the feet of what stands on it; these lie on
-    the top. clicks: pixels that a person gave; four or more clicks are the corners of the top.
+    found: edges of the picture. standing: pixels of the feet of what stands on it, with half the
+    width of each, pixels: the middle of its base, behind the foot, lies on the top. clicks: pixels that a person gave; four or more clicks are the corners of the top.
     None where nothing of the plane is in view.
     """
     if len(clicks) >= 4:
@@ -50,15 +55,21 @@ def fit_slab(
         if np.isfinite(corners).all():
             return _around(corners, _longest_side(corners), top, thickness)
     seeds = on_plane(camera, list(standing) or list(clicks), top)[:, :2]
-    seeds = seeds[np.isfinite(seeds).all(1)]
+    halves = np.zeros(len(seeds))
+    for k, half in enumerate(half_widths):
+        if np.isfinite(seeds[k]).all():
+            halves[k] = half * metres_per_pixel(camera, (*seeds[k], top))
+    seeds[:, 1] += halves
+    halves, seeds = halves[np.isfinite(seeds).all(1)], seeds[np.isfinite(seeds).all(1)]
     area = _region_on_plane(camera, top, region, standing)
     if not len(seeds):
         seeds = np.median(area, axis=0, keepdims=True) if len(area) else seeds
+        halves = np.zeros(len(seeds))
     if not len(seeds):
         return None
-    edges = _edges_on_plane(camera, top, region, found)
+    edges = _nearer_counts_more(_edges_on_plane(camera, top, region, found), seeds)
     yaw = _main_direction(edges)
-    limits = _limits(camera, yaw, seeds, edges, area)
+    limits = _limits(camera.position[2] - top, yaw, (seeds, halves), edges, area)
     return _slab(yaw, limits, top, thickness)
 
 
@@ -81,12 +92,13 @@ def _edges_on_plane(camera: Camera, top: float, region: BoolArray, found: Segmen
     """Edges at the rim of the region, as lines on the plane of the top."""
     near = grow(region, max(4, round(0.012 * max(region.shape)))) if region.any() else ~region
     if not len(found.length):
-        return _Edges(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
+        return _Edges(np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros((0, 2)))
     share = np.linspace(0.02, 0.98, 16)[None, :, None]
     along = found.ends[:, :1] * (1 - share) + found.ends[:, 1:] * share
     columns = np.clip(along[..., 0].astype(int), 0, region.shape[1] - 1)
     rows = np.clip(along[..., 1].astype(int), 0, region.shape[0] - 1)
     touching = near[rows, columns].mean(1) > 0.6
+    touching |= _continues(found, touching)
     touching &= found.ends[:, :, 1].min(1) > camera.horizon + 0.01 * region.shape[0]
     used = found.only(touching)
     first = on_plane(camera, used.ends[:, 0], top)[:, :2]
@@ -94,7 +106,60 @@ def _edges_on_plane(camera: Camera, top: float, region: BoolArray, found: Segmen
     fine = np.isfinite(first).all(1) & np.isfinite(second).all(1)
     delta = (second - first)[fine]
     weight = used.length[fine] * np.minimum(used.contrast[fine], 25) / 25
-    return _Edges((first + second)[fine] / 2, np.arctan2(delta[:, 1], delta[:, 0]), weight)
+    middle, angle = (first + second)[fine] / 2, np.arctan2(delta[:, 1], delta[:, 0])
+    inward = _inward(camera, top, used.only(fine), region, middle, angle)
+    return _Edges(middle, angle, weight, inward)
+
+
+def _inward(
+    camera: Camera,
+    top: float,
+    used: Segments,
+    region: BoolArray,
+    middle: FloatArray,
+    angle: FloatArray,
+) -> FloatArray:
+    """Across each edge, the side on which the region lies, as a direction on the plane."""
+    reach = max(5.0, 0.012 * max(region.shape))
+    share = np.linspace(0.1, 0.9, 12)[None, :, None]
+    along = used.ends[:, :1] * (1 - share) + used.ends[:, 1:] * share
+    normal = np.stack([-np.sin(used.angle), np.cos(used.angle)], 1)[:, None]
+
+    def covered(points: FloatArray) -> FloatArray:
+        x = np.clip(points[..., 0].astype(int), 0, region.shape[1] - 1)
+        y = np.clip(points[..., 1].astype(int), 0, region.shape[0] - 1)
+        return region[y, x].mean(1)
+
+    lead = covered(along + reach * normal) - covered(along - reach * normal)
+    target = used.ends.mean(1) + np.sign(lead)[:, None] * reach * normal[:, 0]
+    toward = on_plane(camera, target, top)[:, :2] - middle
+    across = np.stack([-np.sin(angle), np.cos(angle)], 1)
+    sign = np.sign((np.nan_to_num(toward) * across).sum(1))
+    return np.where(np.abs(lead)[:, None] > 0.25, sign[:, None] * across, 0.0)
+
+
+def _nearer_counts_more(edges: _Edges, seeds: FloatArray) -> _Edges:
+    """Edges weighted by nearness to what stands there, for these are where things fall off."""
+    if not len(edges.weight):
+        return edges
+    middle = seeds.mean(0)
+    along = np.stack([np.cos(edges.angle), np.sin(edges.angle)], 1)
+    off = middle - edges.middle
+    across = np.abs(off[:, 0] * along[:, 1] - off[:, 1] * along[:, 0])
+    reach = max(float(np.median(across)), 1e-6)
+    weight = edges.weight / (0.5 + across / reach)
+    return _Edges(edges.middle, edges.angle, weight, edges.inward)
+
+
+def _continues(found: Segments, chosen: BoolArray) -> BoolArray:
+    """Segments that lie on the line of a chosen one: an edge goes on behind what stands there."""
+    out = np.zeros(len(found.length), bool)
+    for k in np.flatnonzero(chosen):
+        direction = np.array([math.cos(found.angle[k]), math.sin(found.angle[k])])
+        off = found.ends - found.ends[k].mean(0)
+        across = np.abs(off[..., 0] * direction[1] - off[..., 1] * direction[0]).max(1)
+        out |= (across < 5) & (np.abs(found.angle - found.angle[k]) < math.radians(4))
+    return out
 
 
 def _main_direction(edges: _Edges) -> float:
@@ -115,21 +180,34 @@ def _main_direction(edges: _Edges) -> float:
 
 
 def _limits(
-    camera: Camera, yaw: float, seeds: FloatArray, edges: _Edges, area: FloatArray
+    above: float,
+    yaw: float,
+    standing: tuple[FloatArray, FloatArray],
+    edges: _Edges,
+    area: FloatArray,
 ) -> FloatArray:
-    """(4,) how far the top reaches along +x', +y', −x', −y' of the turned frame."""
+    """(4,) how far the top reaches along +x', +y', −x', −y' of the turned frame.
+
+    above: height of the camera over the top, m. standing: middles of the bases of what stands
+    on it (N, 2) and half their widths (N,). An edge may run under a thing, never past the middle
+    of its base, for then it would not stay.
+    """
+    seeds, halves = standing
+    half = float(halves.max(initial=0.0))
     axes = [(math.cos(yaw), math.sin(yaw)), (-math.sin(yaw), math.cos(yaw))]
     directions = np.array([axes[0], axes[1], (-axes[0][0], -axes[0][1]), (-axes[1][0], -axes[1][1])])
     limits = np.zeros(4)
-    over = max(camera.position[2], 0.1)
+    over = max(above, 0.02)
     for k, direction in enumerate(directions):
         inner = float((seeds @ direction).max())
         runs = edges.angle - math.atan2(direction[1], direction[0])
-        across = np.abs(np.cos(runs)) < math.sin(math.radians(8))
+        across = np.abs(np.cos(runs)) < math.sin(math.radians(18))
         offset = edges.middle[across] @ direction
         weight = edges.weight[across]
-        outward = offset > inner - 0.02 * over
-        limits[k] = _nearest_strong(offset[outward], weight[outward], inner)
+        facing = edges.inward[across] @ direction
+        outward = (facing < -0.3) & (offset > inner - 0.7 * half)
+        outward |= (facing == 0) & (offset > inner + 0.5 * half)
+        limits[k] = _nearest_strong(offset[outward], weight[outward], inner + 0.15 * half)
         if not math.isfinite(limits[k]):
             reach = float(np.percentile(area @ direction, 99)) if len(area) else inner
             limits[k] = max(reach, inner + 0.05 * over) + 0.25 * over
@@ -138,7 +216,7 @@ def _limits(
 
 def _nearest_strong(offset: FloatArray, weight: FloatArray, inner: float) -> float:
     """Offset of the first edge outward that is not much weaker than the strongest; inf: none."""
-    if not len(offset) or weight.max() < 12:
+    if not len(offset) or weight.max() < 10:
         return math.inf
     spread = 0.02 * max(float(np.ptp(offset)), 0.2)
     pooled = np.array([(weight * (np.abs(offset - o) < spread)).sum() for o in offset])

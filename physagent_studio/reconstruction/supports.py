@@ -16,6 +16,7 @@ from physagent_studio.program.scene import (
     SupportShape,
     Wall,
 )
+from physagent_studio.reconstruction import clicked_supports
 from physagent_studio.reconstruction.geometry import on_plane
 from physagent_studio.reconstruction.layout import Stance
 from physagent_studio.reconstruction.lines import Segments
@@ -66,6 +67,9 @@ def _shape(
     regions: Mapping[str, BoolArray],
     found: Segments,
 ) -> SupportShape | None:
+    clicked = clicked_supports.shape_of(support, read.camera, *_board(support, read))
+    if clicked is not None:
+        return clicked
     kind = support_kind(support.name)
     clicks = [(c.x, c.y) for c in support.grounding.points if c.label]
     if kind == "floor":
@@ -80,6 +84,13 @@ def _shape(
     return _slab(support, read, stances, regions, found, clicks)
 
 
+def _board(support: Support, read: Survey) -> tuple[float, float]:
+    """Height of a level support's top and thickness of what lies under it, m."""
+    top = read.tops.get(support.name, 0.0)
+    solid = bool(set(words_of(support.name)) & SOLID)
+    return top, top if solid else min(BOARD, top)
+
+
 def _slab(
     support: Support,
     read: Survey,
@@ -88,15 +99,15 @@ def _slab(
     found: Segments,
     clicks: Sequence[tuple[float, float]],
 ) -> Slab | None:
-    top = read.tops[support.name]
-    solid = bool(set(words_of(support.name)) & SOLID)
-    thickness = top if solid else min(BOARD, top)
-    feet = [stances[name].foot for name in stances if read.on[name] == support.name]
+    top, thickness = _board(support, read)
+    standing = [stances[name] for name in stances if read.on[name] == support.name]
+    feet = [stance.foot for stance in standing]
+    halves = [stance.width / 2 for stance in standing]
     region = regions.get(support.name)
     if region is None:
         width, height = read.camera.size
         region = np.zeros((height, width), bool)
-    return fit_slab(read.camera, top, region, found, feet, clicks, thickness)
+    return fit_slab(read.camera, top, region, found, feet, halves, clicks, thickness)
 
 
 def _wall(camera: Camera, clicks: Sequence[tuple[float, float]]) -> Wall | None:

@@ -14,6 +14,8 @@ import numpy as np
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Scale, SceneState, Support
 from physagent_studio.reconstruction import camera as camera_cues
+from physagent_studio.reconstruction import clicked_supports
+from physagent_studio.reconstruction.ellipses import level_circles
 from physagent_studio.reconstruction.geometry import depth_of, on_plane
 from physagent_studio.reconstruction.layout import Stance
 from physagent_studio.reconstruction.lines import Segments
@@ -57,13 +59,17 @@ def survey(
     stances: Mapping[str, Stance],
     regions: Mapping[str, BoolArray],
     found: Segments,
+    covered: BoolArray,
 ) -> Survey:
-    """Read the picture. regions: masks of the supports that were clicked."""
+    """Read the picture.
+
+    regions: masks of the supports that were clicked. covered: pixels of all objects.
+    """
     usual = {name: usual_size(name, case.prompt) for name in stances}
     profiles = _profiles(state, found, (image.shape[1], image.shape[0]))
     on = _standing_on(state, stances, regions, profiles)
     root = {name: _root(name, on) for name in stances}
-    horizon = _horizon(image, state, stances, on, root, usual, found)
+    horizon = _horizon(image, state, stances, on, root, usual, found, covered)
     size = (image.shape[1], image.shape[0])
     unit = state.camera or Camera.from_horizon(
         size,
@@ -71,15 +77,20 @@ def survey(
         1.0,
         focal=horizon.focal,
         source="given" if state.horizon is not None else "estimated",
+        # A horizon that a person gave is known; one that was tried for a repair is not.
+        confirmed=state.horizon is not None and state.horizon == case.horizon,
         horizon_sigma=horizon.sigma,
     )
     on = _lifted(unit, state, stances, on, root, usual)
     root = {name: _root(name, on) for name in stances}
     under = {name: stances[name].over if on[name] == "air" else None for name in stances}
     measured = _measured(unit, stances, on, under, root, usual, profiles)
-    slabs = _usual_tops(state)
+    rises = clicked_supports.rises_of(state, unit)
+    measured = clicked_supports.on_one_floor(measured, rises)
+    slabs = {name: top for name, top in _usual_tops(state).items() if name not in rises}
     known = state.camera.position[2] if state.camera is not None else None
     heights = solve(measured, slabs, state.scale, known)
+    heights = clicked_supports.with_rises(heights, rises)
     camera = state.camera or unit.model_copy(update={"position": (0.0, 0.0, heights.camera)})
     return Survey(camera, heights.scale, heights.tops, on, under, root, usual, profiles)
 
@@ -91,7 +102,7 @@ def _profiles(
     for support in state.supports:
         if support.shape is None and support_kind(support.name) == "ramp":
             clicks = [(c.x, c.y) for c in support.grounding.points if c.label]
-            profile = find_profile(found, clicks, size)
+            profile = clicked_supports.profile_of(support) or find_profile(found, clicks, size)
             if profile is not None:
                 out[support.name] = profile
     return out
@@ -142,23 +153,30 @@ def _support_below(
             near = max(6.0, 0.25 * stance.height)
             share = 1.0 if row is not None and abs(row - stance.foot[1]) < near else 0.0
         else:
-            share = _share_below(stance, regions.get(support.name))
+            share = _share_near(stance, regions.get(support.name))
         if share > 0.3 and (best is None or share > best[0]):
             best = (share, support.name)
     return best[1] if best else None
 
 
-def _share_below(stance: Stance, region: BoolArray | None) -> float:
-    """Share of a strip right under the foot that belongs to a support's region."""
-    if region is None:
+def _share_near(stance: Stance, region: BoolArray | None) -> float:
+    """How surely the foot stands on what a support's region shows, 0 … 1.
+
+    Certain where the strip right under the foot belongs to the region; likely where the region
+    comes close to the foot, for a thing at an edge has the front of the table under it.
+    """
+    if region is None or not region.any():
         return 0.0
     x0, _, x1, _ = stance.box
-    bottom = int(stance.foot[1])
+    bottom, middle = int(stance.foot[1]), int(stance.foot[0])
     quarter = max(2, (x1 - x0) // 4)
-    middle = int(stance.foot[0])
     rows = slice(bottom + 1, bottom + 2 + max(5, round(0.12 * stance.height)))
     strip = grow(region, 2)[rows, max(0, middle - quarter) : middle + quarter]
-    return float(strip.mean()) if strip.size else 0.0
+    under = float(strip.mean()) if strip.size else 0.0
+    ys, xs = np.nonzero(region)
+    distance = float(np.hypot(xs - stance.foot[0], ys - stance.foot[1]).min())
+    near = 0.6 * max(0.0, 1 - distance / (0.9 * stance.extent))
+    return max(under, near)
 
 
 def _root(name: str, on: Mapping[str, str]) -> str:
@@ -179,6 +197,7 @@ def _horizon(
     root: Mapping[str, str],
     usual: Mapping[str, Usual],
     found: Segments,
+    covered: BoolArray,
 ) -> camera_cues.Horizon:
     size = (image.shape[1], image.shape[0])
     focal = camera_cues.usual_focal(size)
@@ -187,18 +206,26 @@ def _horizon(
     if state.horizon is not None:
         return camera_cues.Horizon(state.horizon, 1.0, focal)
     kinds = {s.name: support_kind(s.name) for s in state.supports}
-    standing = [
-        camera_cues.Standing(s.foot[1], s.extent, usual[n].metres, usual[n].spread, root[n])
-        for n, s in stances.items()
-        if on[n] not in stances and not _in_air(s, on[n]) and kinds.get(on[n]) != "ramp"
-    ]
-    toes = [p.toe[1] for p in _profiles(state, found, size).values()]
-    return camera_cues.estimate(image, found, standing, toes, focal)
+    profiles = _profiles(state, found, size)
+    standing = []
+    for name, stance in stances.items():
+        ramp = kinds.get(on[name]) == "ramp"
+        if on[name] in stances or _in_air(stance, on[name]) or (ramp and on[name] not in profiles):
+            continue
+        row = profiles[on[name]].toe[1] if ramp else stance.foot[1]
+        plane = FLOOR if ramp else root[name]
+        size_of = usual[name]
+        standing.append(
+            camera_cues.Standing(row, stance.extent, size_of.metres, size_of.spread, plane)
+        )
+    toes = [profile.toe[1] for profile in profiles.values()]
+    circles = [camera_cues.Disc(e.y, e.flatness) for e in level_circles(image, covered)]
+    return camera_cues.estimate(image, found, standing, toes, circles)
 
 
 def _in_air(stance: Stance, on: str) -> bool:
-    """In the air so far as words and masks can tell: nothing under it but a gap."""
-    return on == "air" or (on == FLOOR and (stance.aloft or stance.over is not None))
+    """In the air so far as words can tell."""
+    return on == "air" or (on == FLOOR and stance.aloft)
 
 
 def _lifted(
@@ -242,7 +269,7 @@ def _too_large(
         abs(np.log(usual[name].metres / (stances[name].extent * depth)) - reference) / spread
         for depth in (far, near)
     ]
-    return bool(off[0] > off[1])
+    return bool(off[0] > 4.0 and off[1] < 0.5 * off[0])
 
 
 def _measured(

@@ -30,8 +30,11 @@ function add(node, kids) {
 // Makes the children of `target` look like `kids`, keeping nodes, focus and what is being typed.
 export function draw(target, ...kids) {
   const box = document.createDocumentFragment();
+  const held = document.activeElement;
   add(box, kids);
   children(target, box);
+  // A node that had to be moved has lost the focus.
+  if (held && held !== document.activeElement && held !== document.body && target.contains(held)) held.focus({ preventScroll: true });
 }
 
 function children(old, fresh) {
@@ -43,6 +46,12 @@ function children(old, fresh) {
     let match = key ? keyed.get(key) : at;
     if (match && !key && match.dataset && match.dataset.key) match = null;
     if (match && same(match, next)) {
+      // Nodes without a key between here and there are gone; keyed ones may still be wanted.
+      while (key && at && at !== match && !(at.dataset && at.dataset.key)) {
+        const gone = at;
+        at = at.nextSibling;
+        gone.remove();
+      }
       if (match !== at) old.insertBefore(match, at);
       else at = at.nextSibling;
       patch(match, next);

@@ -63,10 +63,10 @@ export function startTimeline(host) {
     draw(svg,
       h("rect", { x: 0, y: 0, width: "100%", height, fill: "transparent", onpointerdown: startScrub }),
       data.lanes.map((lane, at) => h("rect", { class: `lane ${at % 2 ? "" : "alt"} ${selected.kind === "object" && selected.name === lane.name ? "on" : ""}`, x: 0, y: TOP + at * LANE, width: "100%", height: LANE, onpointerdown: startScrub })),
-      marks,
-      head && head.loopEnd !== null && head.loopEnd !== undefined ? h("rect", { class: "range", x: x((head.loopStart || 0) * data.stepsPerFrame), y: 0, width: Math.max(0, x(head.loopEnd * data.stepsPerFrame) - x((head.loopStart || 0) * data.stepsPerFrame)), height }) : null,
-      data.marks.map((one) => h("path", { class: `mark ${one.ok ? "ok" : "bad"}`, d: `M${x(one.step)} ${TOP - 1}l-4 -7h8z`, style: "cursor:pointer", onclick: () => send({ do: "scrub", frame: frames(one.step) }) }, h("title", {}, `${one.ok ? "Holds" : "Fails"}: ${one.text}`))),
-      data.alarms.map((one) => h("path", { class: "alarm", d: `M${x(one.step)} ${TOP + 1}l-4 8h8z` }, h("title", {}, one.text))),
+      h("g", { key: "grid" }, marks),
+      head && head.loopEnd !== null && head.loopEnd !== undefined ? h("rect", { class: "range", key: "range", x: x((head.loopStart || 0) * data.stepsPerFrame), y: 0, width: Math.max(0, x(head.loopEnd * data.stepsPerFrame) - x((head.loopStart || 0) * data.stepsPerFrame)), height }) : null,
+      h("g", { key: "marks" }, data.marks.map((one) => h("path", { class: `mark ${one.ok ? "ok" : "bad"}`, d: `M${x(one.step)} ${TOP - 1}l-4 -7h8z`, style: "cursor:pointer", onclick: () => send({ do: "scrub", frame: frames(one.step) }) }, h("title", {}, `${one.ok ? "Holds" : "Fails"}: ${one.text}`)))),
+      h("g", { key: "alarms" }, data.alarms.map((one) => h("path", { class: "alarm", d: `M${x(one.step)} ${TOP + 1}l-4 8h8z` }, h("title", {}, one.text)))),
       data.lanes.map((lane, at) => laneOf(lane, at, selected)),
       h("g", { class: "playhead", key: "head" }));
     playhead();
@@ -74,8 +74,8 @@ export function startTimeline(host) {
 
   function laneOf(lane, at, selected) {
     const y = TOP + at * LANE;
-    return h("g", { "data-lane": lane.name },
-      lane.contacts.map((one) => h("circle", { class: "contact", cx: x(one.step), cy: y + LANE - 3, r: 2 }, h("title", {}, `Touches ${one.with} at frame ${frames(one.step)}`))),
+    return h("g", { "data-lane": lane.name, key: `lane ${lane.name}` },
+      h("g", { key: "contacts" }, lane.contacts.map((one) => h("circle", { class: "contact", cx: x(one.step), cy: y + LANE - 3, r: 2 }, h("title", {}, `Touches ${one.with} at frame ${frames(one.step)}`)))),
       lane.actions.map((one) => actionOf(one, y, selected)),
       h("rect", { x: 0, y, width: gutter() - 4, height: LANE, fill: "var(--panel)" }),
       h("text", { class: "name", x: 10, y: y + 17, onclick: () => send({ do: "select", kind: "object", name: lane.name }) }, fit(lane.name), h("title", {}, lane.name)));

@@ -1,8 +1,16 @@
-"""Exchange: cases in, videos and motion priors out."""
+"""Exchange: cases in, videos, motion priors and animated scenes out."""
 
+from physagent_studio.exchange.animation import write_glb
 from physagent_studio.exchange.annotations import annotated
 from physagent_studio.exchange.case_folder import case_from_image, load_case
 from physagent_studio.exchange.motion_prior import export_motion_prior
 from physagent_studio.exchange.video import write_video
 
-__all__ = ["annotated", "case_from_image", "export_motion_prior", "load_case", "write_video"]
+__all__ = [
+    "annotated",
+    "case_from_image",
+    "export_motion_prior",
+    "load_case",
+    "write_glb",
+    "write_video",
+]

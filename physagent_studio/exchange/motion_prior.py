@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from physagent_studio import __version__
 from physagent_studio.errors import InputError
+from physagent_studio.exchange.animation import write_glb
 from physagent_studio.exchange.files import written
 from physagent_studio.exchange.flow_colors import flow_picture
 from physagent_studio.exchange.video import write_video
@@ -35,7 +36,7 @@ from physagent_studio.rendering import Flow, Frame, flow_between, render_clip
 
 META = "meta.json"
 _MARK = "physagent motion prior"
-_FORMAT = 1
+_FORMAT = 2
 _OPENING = ".started.json"
 
 
@@ -68,6 +69,7 @@ def export_motion_prior(
         path.write_text(dump_program(program), encoding="utf-8")
     with written(folder / "rollout.npz") as path:
         save_rollout(path, rollout)
+    write_glb(folder / "scene.glb", scene, rollout, fps)
     clip = render_clip(scene, rollout, cancelled=cancelled, progress=progress)
     flows: list[NDArray[np.float32]] = []
     write_video(folder / "video.mp4", _pictures(folder, clip, flows), fps)

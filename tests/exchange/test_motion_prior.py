@@ -13,6 +13,7 @@ from physagent_studio.errors import Cancelled, InputError
 from physagent_studio.exchange import export_motion_prior
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.document import load_program
+from physagent_studio.records import Rollout, Scene
 from physagent_studio.records.rollout_io import load_rollout
 from physagent_studio.rendering import Compositor, flow_between, frame_of
 from physagent_studio.rendering.compositor import initial_poses
@@ -22,7 +23,7 @@ FRAMES = 4
 
 
 @pytest.fixture
-def parts():
+def parts() -> tuple[Scene, Rollout, PhysicalProgram]:
     first, first_mesh = ball()
     second, second_mesh = crate()
     scene = scene_of([first, second], {"ball": first_mesh, "crate": second_mesh}, [FLOOR])
@@ -38,7 +39,7 @@ def test_everything_is_there_and_agrees(parts, tmp_path: Path):
     told: list[float] = []
     folder = export_motion_prior(tmp_path / "a" / "prior", *parts, 25, progress=told.append)
     names = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
-    wanted = ["flow.mp4", "meta.json", "program.yaml", "rollout.npz", "video.mp4"]
+    wanted = ["flow.mp4", "meta.json", "program.yaml", "rollout.npz", "scene.glb", "video.mp4"]
     for t in range(FRAMES):
         wanted += [f"frames/frame_{t:04d}.png", f"ids/ids_{t:04d}.png"]
         wanted += [f"depth/depth_{t:04d}.png", f"depth/depth_{t:04d}.npz"]

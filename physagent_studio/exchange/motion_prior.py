@@ -1,6 +1,6 @@
 """Exports a rollout as a motion prior: what a video generator is conditioned on.
 
-video.mp4  flow.mp4  program.yaml  rollout.npz  meta.json
+video.mp4  flow.mp4  program.yaml  rollout.npz  scene.glb  meta.json
 frames/frame_0000.png   the rendered picture
 ids/ids_0000.png        8 or 16 bit: 0 background, 1 + index of the object
 depth/depth_0000.png    16 bit, millimetres, 0 none or beyond 65.5 m

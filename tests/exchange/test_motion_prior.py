@@ -20,10 +20,11 @@ from physagent_studio.rendering.compositor import initial_poses
 from tests.rendering.scenes import FLOOR, ball, crate, rollout_of, scene_of
 
 FRAMES = 4
+Parts = tuple[Scene, Rollout, PhysicalProgram]
 
 
 @pytest.fixture
-def parts() -> tuple[Scene, Rollout, PhysicalProgram]:
+def parts() -> Parts:
     first, first_mesh = ball()
     second, second_mesh = crate()
     scene = scene_of([first, second], {"ball": first_mesh, "crate": second_mesh}, [FLOOR])
@@ -34,7 +35,7 @@ def parts() -> tuple[Scene, Rollout, PhysicalProgram]:
     return scene, rollout, PhysicalProgram(scene=scene.state)
 
 
-def test_everything_is_there_and_agrees(parts, tmp_path: Path):
+def test_everything_is_there_and_agrees(parts: Parts, tmp_path: Path):
     scene, rollout, program = parts
     told: list[float] = []
     folder = export_motion_prior(tmp_path / "a" / "prior", *parts, 25, progress=told.append)
@@ -74,7 +75,7 @@ def test_everything_is_there_and_agrees(parts, tmp_path: Path):
     assert np.array_equal(load_rollout(folder / "rollout.npz").positions, rollout.positions)
 
 
-def test_finished_export_is_left_and_a_broken_one_written_anew(parts, tmp_path: Path):
+def test_finished_export_is_left_and_a_broken_one_written_anew(parts: Parts, tmp_path: Path):
     folder = tmp_path / "prior"
     seen: list[float] = []
     with pytest.raises(Cancelled):
@@ -91,7 +92,7 @@ def test_finished_export_is_left_and_a_broken_one_written_anew(parts, tmp_path: 
     assert json.loads((folder / "meta.json").read_text())["fps"] == 10
 
 
-def test_other_folders_are_left_alone(parts, tmp_path: Path):
+def test_other_folders_are_left_alone(parts: Parts, tmp_path: Path):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes.txt").write_text("keep")
     with pytest.raises(InputError, match="is not empty"):

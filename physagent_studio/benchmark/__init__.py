@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from physagent_studio.benchmark.rows import Row
 from physagent_studio.errors import InputError
@@ -12,12 +14,33 @@ BENCHES = {
     "physics": "physagent_studio.benchmark.physics",
     "reconstruction": "physagent_studio.benchmark.reconstruction",
     "events": "physagent_studio.benchmark.events",
+    "ablation": "physagent_studio.benchmark.ablation",
 }
+_ON_EVENTS = ("events", "ablation")
+"""Benches that run events of cases and take annotations, references and a choice of them."""
 
 
-def run_bench(name: str, *, cases: Path | None, out: Path | None) -> list[Row]:
-    """Runs a bench by name. cases: folder of case folders; out: a Markdown file to write."""
+def run_bench(
+    name: str,
+    *,
+    cases: Path | None,
+    out: Path | None,
+    annotations: Path | None = None,
+    references: Path | None = None,
+    only: Sequence[str] = (),
+) -> list[Row]:
+    """Runs a bench by name.
+
+    cases: folder of case folders. out: a Markdown file to write. annotations, references:
+    folders of clicks and of contracts per case. only: `case` or `case/event`.
+    """
     if name not in BENCHES:
         raise InputError(f"there is no bench '{name}'; benches: {', '.join(BENCHES)}")
+    options: dict[str, Any] = {}
+    if name in _ON_EVENTS:
+        options = {"annotations": annotations, "references": references, "only": tuple(only)}
+    elif annotations or references or only:
+        listed = " and ".join(_ON_EVENTS)
+        raise InputError(f"--annotations, --references and --only are for the benches {listed}")
     module = importlib.import_module(BENCHES[name])
-    return module.bench(cases=cases, out=out)
+    return module.bench(cases=cases, out=out, **options)

@@ -42,7 +42,7 @@ def marks_of(
 
     Raises InputError where their number does not fit what a support of that name is.
     """
-    clicks = {
+    clicks: dict[Role, tuple[tuple[float, float], ...]] = {
         role: _clicks(reader, (*place, role), entry[role], size) for role in MARKS if role in entry
     }
     if not clicks:

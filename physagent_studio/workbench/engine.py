@@ -62,6 +62,8 @@ class Engine:
 
     def crew(self) -> Crew:
         """Who plays the three roles; a language model's calls are kept in the session's log."""
+        if self.members is not None:
+            return self.members
         embedded = Crew(RuleGenerator(), RuleVerifier(), RulePlanner())
         if self.agent == "rules":
             return embedded

@@ -1,0 +1,201 @@
+"""One event of a case, run to the end; also as a process of its own, so that a crash is a row."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from physagent_studio.agent.loop import Crew
+from physagent_studio.benchmark.references import judge, load_reference
+from physagent_studio.errors import StudioError
+from physagent_studio.exchange import annotated, load_case
+from physagent_studio.records import Check, LoopState
+from physagent_studio.session import Session, Store
+from physagent_studio.workbench.desk import Desk
+from physagent_studio.workbench.engine import Control
+from physagent_studio.workbench.report import report_of
+
+PATIENCE = 900.0
+"""Seconds after which a process is given up."""
+
+
+@dataclass(frozen=True, slots=True)
+class EventTask:
+    """What to run. folder: of the case. annotation, reference: files, or None.
+
+    variant: a name of `benchmark.variants.VARIANTS`.
+    """
+
+    folder: Path
+    event: str
+    annotation: Path | None = None
+    reference: Path | None = None
+    variant: str = "full"
+    rounds: int = 10
+
+    @property
+    def label(self) -> str:
+        """`case/event`."""
+        return f"{self.folder.name}/{self.event}"
+
+
+@dataclass(frozen=True, slots=True)
+class EventResult:
+    """What came of an event.
+
+    report: of the run, with `cpu_seconds`; its outcome is `error` where it could not end, with
+    the reason in `problem`. reference: statements (text, ok, measured, …) of the reference on
+    the final rollout; `reference_holds` is None without a reference or a rollout. assumed:
+    landmarks whose place nobody clicked and the agent took for granted.
+    """
+
+    label: str
+    prompt: str
+    annotated: bool
+    variant: str
+    report: dict[str, Any]
+    own_holds: bool | None = None
+    reference_holds: bool | None = None
+    reference: tuple[dict[str, Any], ...] = ()
+    failing: tuple[str, ...] = ()
+    assumed: tuple[str, ...] = ()
+    problem: str = ""
+
+    @property
+    def claimed(self) -> bool:
+        """Whether the agent says that the event happened, every clause tested."""
+        return bool(self.report.get("realised")) and not self.report.get("untested")
+
+    @property
+    def realised(self) -> bool:
+        """Whether the agent says so and the reference, where there is one, agrees."""
+        return self.claimed and self.reference_holds is not False
+
+    @property
+    def denied(self) -> bool:
+        """Whether the agent says so and the reference does not."""
+        return bool(self.report.get("realised")) and self.reference_holds is False
+
+
+def run_event(task: EventTask) -> EventResult:
+    """Runs the event by policy `auto`, without rendering, in a workspace that is thrown away.
+
+    Raises StudioError where the case or the annotation is bad.
+    """
+    from physagent_studio.benchmark.variants import crew_of
+
+    case = load_case(task.folder, task.event)
+    if task.annotation is not None:
+        case = annotated(case, task.annotation)
+    with tempfile.TemporaryDirectory() as home:
+        state = LoopState(policy="auto", budget=task.rounds)
+        session = Store(Path(home)).create(case, state)
+        desk = Desk(session, Control(), evidence=False)
+        started, worked = time.perf_counter(), time.process_time()
+        crew = crew_of(task.variant)
+        if crew is not None:
+            _use(desk, crew)
+        problem = ""
+        try:
+            desk.advance(policy="auto")
+        except StudioError as error:
+            problem = str(error)
+        report = report_of(desk.state, session, time.perf_counter() - started)
+        report["cpu_seconds"] = round(time.process_time() - worked, 3)
+        if problem:
+            report["outcome"] = "error"
+        result = EventResult(
+            task.label, case.prompt, task.annotation is not None, task.variant, report
+        )
+        result = replace(_judged(result, task, desk.state, session), problem=problem)
+        session.close()
+    return result
+
+
+def _use(desk: Desk, crew: Crew) -> None:
+    desk.engine.members = crew
+
+
+def _judged(
+    result: EventResult, task: EventTask, state: LoopState, session: Session
+) -> EventResult:
+    best = state.best or state.current
+    if best is None or best.rollout is None or best.assessment is None:
+        return result
+    demanded = [c for c in best.assessment.checks if c.demanded and not c.always_on]
+    marks = best.program.scene.landmarks
+    result = replace(
+        result,
+        own_holds=all(check.ok for check in demanded),
+        assumed=tuple(mark.name for mark in marks if mark.source == "assumed"),
+    )
+    if task.reference is None:
+        return result
+    verdict = judge(load_reference(task.reference), best.program, session.rollout(best.rollout))
+    rows = tuple(_row(check) for check in verdict.checks if check.demanded)
+    return replace(result, reference_holds=verdict.holds, reference=rows, failing=verdict.failing)
+
+
+def _row(check: Check) -> dict[str, Any]:
+    return {
+        "statement": check.text,
+        "measured": check.measured,
+        "threshold": check.threshold,
+        "unit": check.unit,
+        "margin": check.margin,
+        "ok": check.ok,
+    }
+
+
+# --- as a process ------------------------------------------------------------------------------
+
+_TASK = TypeAdapter(EventTask)
+_RESULT = TypeAdapter(EventResult)
+
+
+def run_apart(task: EventTask) -> EventResult:
+    """`run_event` in a fresh process; whatever happens there ends as a result."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "result.json"
+        words = [sys.executable, "-m", "physagent_studio.benchmark.event_run", str(out)]
+        text = _TASK.dump_json(task).decode()
+        try:
+            done = subprocess.run(
+                words, input=text, text=True, capture_output=True, timeout=PATIENCE, check=False
+            )
+        except subprocess.TimeoutExpired:
+            return _failed(task, f"it had not ended after {PATIENCE:.0f} s")
+        if not out.is_file():
+            lines = done.stderr.strip().splitlines()
+            last = lines[-1] if lines else "no word"
+            return _failed(task, f"it crashed with exit code {done.returncode}: {last}")
+        return _RESULT.validate_json(out.read_bytes())
+
+
+def _failed(task: EventTask, problem: str) -> EventResult:
+    report = {"realised": False, "outcome": "error", "rounds": 0, "simulations": 0, "seconds": 0.0}
+    report |= {"cpu_seconds": 0.0, "contract": [], "diagnosis": [], "untested": []}
+    report |= {"not_understood": [], "program": None}
+    return EventResult(
+        task.label, "", task.annotation is not None, task.variant, report, problem=problem
+    )
+
+
+def _main() -> None:
+    task = _TASK.validate_json(sys.stdin.read())
+    try:
+        result = run_event(task)
+    except StudioError as error:
+        result = _failed(task, str(error))
+    Path(sys.argv[1]).write_bytes(_RESULT.dump_json(result))
+
+
+if __name__ == "__main__":
+    _main()

@@ -81,6 +81,15 @@ class Endpoint(Frozen):
             raise ValueError("must not carry a user, a password or a query; the key has its own")
         return value.rstrip("/")
 
+    @field_validator("key")
+    @classmethod
+    def _fits_a_header(cls, value: SecretStr | None) -> SecretStr | None:
+        text = value.get_secret_value() if value else ""
+        # Further down, a header that cannot be sent would be quoted in the error.
+        if not all(33 <= ord(letter) <= 126 for letter in text):
+            raise ValueError("must be plain letters, digits and signs, without blanks")
+        return value
+
     @property
     def host(self) -> str:
         """Host and port, for messages and records."""

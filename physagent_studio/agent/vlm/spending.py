@@ -10,6 +10,7 @@ from pathlib import Path
 from physagent_studio.agent.vlm.config import Limits, Prices
 from physagent_studio.agent.vlm.failures import BudgetSpent
 from physagent_studio.agent.vlm.messages import Usage
+from physagent_studio.errors import InputError
 from physagent_studio.program.base import Frozen
 
 
@@ -88,12 +89,16 @@ class CallLog:
 
     def __call__(self, record: CallRecord) -> None:
         """Writes one line."""
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        handle = os.open(self.path, os.O_APPEND | os.O_CREAT | os.O_WRONLY, 0o600)
         try:
-            os.write(handle, record.model_dump_json().encode() + b"\n")
-        finally:
-            os.close(handle)
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            handle = os.open(self.path, os.O_APPEND | os.O_CREAT | os.O_WRONLY, 0o600)
+            try:
+                os.write(handle, record.model_dump_json().encode() + b"\n")
+            finally:
+                os.close(handle)
+        except OSError as error:
+            text = f"the log of calls {self.path} cannot be written: {error.strerror}"
+            raise InputError(text) from error
 
     def read(self) -> tuple[CallRecord, ...]:
         """All whole lines; a last one that a crash cut short is left out."""

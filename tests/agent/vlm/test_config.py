@@ -114,6 +114,8 @@ def test_a_wrong_setting_is_named(text: str, message: str, tmp_path: Path) -> No
         f"key: {KEY}: {KEY}",
         f"key: {KEY}\nframes: {{a: 1}}",
         f"keys: {KEY}",
+        f'key: "{KEY}\\n"\nbase_url: http://127.0.0.1:1/v1',
+        f'key: "{KEY}ü"\nbase_url: http://127.0.0.1:1/v1',
         f"base_url: http://{KEY}@host/v1",
         f"base_url: http://host/v1?key={KEY}",
     ],

@@ -19,7 +19,7 @@ from physagent_studio.agent.vlm.failures import BudgetSpent, Invalid, Unreachabl
 from physagent_studio.agent.vlm.line import Line
 from physagent_studio.agent.vlm.messages import Picture, Question, Turn
 from physagent_studio.agent.vlm.spending import CallLog, CallRecord, Ledger
-from physagent_studio.errors import BackendMissing, Cancelled
+from physagent_studio.errors import BackendMissing, Cancelled, InputError
 from tests.agent.vlm.server import Asked, Model, ModelServer, Reply, failing, says
 
 Serve = Callable[[Model], ModelServer]
@@ -246,6 +246,15 @@ def test_the_log_is_one_line_a_call(
     with log.path.open("ab") as stream:
         stream.write(b'{"at": "cut sho')
     assert len(log.read()) == 2
+
+
+def test_a_log_that_cannot_be_written_is_said(
+    serve: Serve, connect: Connect, tmp_path: Any
+) -> None:
+    line = connect(serve(lambda asked: says("{}")))
+    line.record = CallLog(tmp_path)
+    with pytest.raises(InputError, match="the log of calls"):
+        line.ask(question())
 
 
 def test_the_key_is_nowhere_but_in_the_request(

@@ -4,13 +4,16 @@ from physagent_studio.exchange.animation import write_glb
 from physagent_studio.exchange.annotations import annotated
 from physagent_studio.exchange.case_folder import case_from_image, load_case
 from physagent_studio.exchange.motion_prior import export_motion_prior
+from physagent_studio.exchange.peer_config import PeerSetup, load_peer_config
 from physagent_studio.exchange.video import write_video
 
 __all__ = [
+    "PeerSetup",
     "annotated",
     "case_from_image",
     "export_motion_prior",
     "load_case",
+    "load_peer_config",
     "write_glb",
     "write_video",
 ]

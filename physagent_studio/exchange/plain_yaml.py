@@ -55,8 +55,8 @@ class PlainYaml:
         return self.lines.get(place, 1)
 
 
-def read_yaml(text: str, name: str) -> PlainYaml:
-    """Parse a document called `name` in messages.
+def read_yaml(text: str, name: str, *, last_wins: bool = False) -> PlainYaml:
+    """Parse a document called `name` in messages; last_wins allows a key to stand twice.
 
     Raises:
         InputError: it is no YAML, or uses more of YAML than it may; says on which line.
@@ -71,7 +71,7 @@ def read_yaml(text: str, name: str) -> PlainYaml:
         raise InputError(f"{name}: this is no valid YAML (a character that is not text)") from error
     except RecursionError as error:
         raise InputError(f"{name}: it is nested too deeply (at most {_MAX_DEPTH})") from error
-    reader = _Reader(name)
+    reader = _Reader(name, last_wins)
     data = None if root is None else reader.build(root, ())
     return PlainYaml(data, reader.lines)
 
@@ -79,6 +79,7 @@ def read_yaml(text: str, name: str) -> PlainYaml:
 @dataclass(slots=True)
 class _Reader:
     name: str
+    last_wins: bool
     lines: dict[Place, int] = field(default_factory=dict)
     count: int = 0
 
@@ -105,7 +106,7 @@ class _Reader:
         for key, value in node.value:
             if not isinstance(key, yaml.ScalarNode) or key.value == "<<":
                 raise self.fail(key, "a key must be plain text")
-            if key.value in found:
+            if key.value in found and not self.last_wins:
                 raise self.fail(key, f"'{key.value}' stands here twice")
             self.lines[(*place, key.value)] = key.start_mark.line + 1
             found[key.value] = self.build(value, (*place, key.value))

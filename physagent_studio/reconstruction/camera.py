@@ -126,9 +126,7 @@ def _vanishing(grid: FloatArray, found: Segments, size: tuple[int, int]) -> Floa
     return votes
 
 
-def _roundness(
-    grid: FloatArray, rows: int, focal: float, discs: Sequence[Disc]
-) -> FloatArray:
+def _roundness(grid: FloatArray, rows: int, focal: float, discs: Sequence[Disc]) -> FloatArray:
     """A level circle is an ellipse as flat as the view is low there."""
     votes = np.zeros_like(grid)
     pitch = np.arctan2(rows / 2 - grid, focal)

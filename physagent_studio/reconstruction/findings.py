@@ -91,9 +91,7 @@ def _silhouettes(
     return out
 
 
-def _contact(
-    item: SceneObject, state: SceneState, meshes: Mapping[str, Mesh]
-) -> Finding | None:
+def _contact(item: SceneObject, state: SceneState, meshes: Mapping[str, Mesh]) -> Finding | None:
     """Gap (positive) or penetration (negative) between an object and its support, m."""
     if item.support in (None, "air") or item.position is None:
         return None
@@ -107,9 +105,7 @@ def _contact(
     return Finding("contact", item.name, gap, LARGEST_GAP, "m", fine, "placement", text)
 
 
-def gap_below(
-    item: SceneObject, state: SceneState, meshes: Mapping[str, Mesh]
-) -> float | None:
+def gap_below(item: SceneObject, state: SceneState, meshes: Mapping[str, Mesh]) -> float | None:
     """Height of an object over its support, m; None where it is not over it."""
     body = meshes[item.name]
     world = in_world(item, body)

@@ -129,9 +129,7 @@ def _inflated_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) ->
     return Form("inflated", shape, mesh, place, IDENTITY, value, merit)
 
 
-def _centred(
-    mesh: Mesh, middle: tuple[float, float], foot: float
-) -> tuple[float, float, float]:
+def _centred(mesh: Mesh, middle: tuple[float, float], foot: float) -> tuple[float, float, float]:
     """Position of the centre of mass that puts the bounding box over `middle` on `foot`."""
     low, high = mesh.vertices.min(0), mesh.vertices.max(0)
     offset = (low + high) / 2

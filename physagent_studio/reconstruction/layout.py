@@ -101,7 +101,13 @@ def _directly_below(name: str, mask: BoolArray, masks: Mapping[str, BoolArray]) 
         # What stands in front of a thing also ends it below, but reaches far up beside it.
         deep = (y1 - oy0) / max(oy1 - oy0, 1)
         centred = ox0 <= (x0 + x1) / 2 <= ox1
-        if share > 0.3 and deep < 0.5 and centred and oy1 > y1 and (best is None or share > best[0]):
+        if (
+            share > 0.3
+            and deep < 0.5
+            and centred
+            and oy1 > y1
+            and (best is None or share > best[0])
+        ):
             best = (share, other)
     return best[1] if best else None
 

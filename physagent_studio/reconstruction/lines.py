@@ -47,9 +47,7 @@ def segments(image: Image, shortest: float = 0.03) -> Segments:
     return result.only(np.argsort(-length, kind="stable"))
 
 
-def _contrast(
-    image: Image, ends: FloatArray, delta: FloatArray, length: FloatArray
-) -> FloatArray:
+def _contrast(image: Image, ends: FloatArray, delta: FloatArray, length: FloatArray) -> FloatArray:
     """Median colour step between the two sides of each edge, 2.5 pixels off."""
     if not len(ends):
         return np.zeros(0)
@@ -64,6 +62,37 @@ def _contrast(
 
     step = sample(middle + 2.5 * normal[:, None]) - sample(middle - 2.5 * normal[:, None])
     return np.median(np.linalg.norm(step, axis=2), axis=1).astype(float)
+
+
+def _grown(along: FloatArray, half: float) -> tuple[float, float]:
+    """The span around 0 that pieces (N, 2) of one line fill with small gaps."""
+    low, high = -half, half
+    for _ in range(len(along)):
+        gap = max(12.0, 0.3 * (high - low))
+        near = (along[:, 0] < high + gap) & (along[:, 1] > low - gap)
+        grown = (min(low, along[near, 0].min()), max(high, along[near, 1].max()))
+        if grown == (low, high):
+            break
+        low, high = grown
+    return float(low), float(high)
+
+
+def joined(used: Segments, most: int = 40) -> tuple[FloatArray, FloatArray]:
+    """Collinear pieces merged into one edge each: ends (N, 2, 2) and covered length (N,)."""
+    ends, lengths = [], []
+    for k in range(min(len(used.length), most)):
+        direction = np.array([np.cos(used.angle[k]), np.sin(used.angle[k])])
+        off = used.ends - used.ends[k].mean(0)
+        across = np.abs(off[..., 0] * direction[1] - off[..., 1] * direction[0]).max(1)
+        turn = np.abs(used.angle - used.angle[k])
+        mine = (across < 4) & (np.minimum(turn, np.pi - turn) < np.radians(4))
+        along = np.sort((used.ends[mine] - used.ends[k].mean(0)) @ direction, axis=1)
+        reach = _grown(along, used.length[k] / 2)
+        inside = (along[:, 0] >= reach[0] - 1e-6) & (along[:, 1] <= reach[1] + 1e-6)
+        middle = used.ends[k].mean(0)
+        ends.append([middle + reach[0] * direction, middle + reach[1] * direction])
+        lengths.append(float((along[inside, 1] - along[inside, 0]).sum()))
+    return np.array(ends).reshape(-1, 2, 2), np.array(lengths)
 
 
 def meeting_points(found: Segments, size: tuple[int, int], most: int = 60) -> FloatArray:

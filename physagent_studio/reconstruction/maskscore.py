@@ -117,9 +117,7 @@ class _Local:
     overlap: float
 
 
-def _local(
-    lab: NDArray[np.float32], slope: NDArray, palette: NDArray, mask: BoolArray
-) -> _Local:
+def _local(lab: NDArray[np.float32], slope: NDArray, palette: NDArray, mask: BoolArray) -> _Local:
     x0, y0, x1, y1 = bounds(mask)
     crop = (slice(max(0, y0 - 12), y1 + 12), slice(max(0, x0 - 12), x1 + 12))
     own = np.ascontiguousarray(mask[crop])

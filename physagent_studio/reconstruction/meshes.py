@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from physagent_studio.errors import InputError
+from physagent_studio.program.rotations import about_up, matrix_of
 from physagent_studio.program.scene import (
     Box,
     Capsule,
@@ -27,7 +28,6 @@ from physagent_studio.program.scene import (
     SupportShape,
     Wall,
 )
-from physagent_studio.program.rotations import about_up, matrix_of
 from physagent_studio.records.scene import Mesh
 
 FloatArray = NDArray[np.float64]
@@ -60,7 +60,9 @@ def mesh_of(shape: Shape) -> Mesh:
         return turned(ends)
     if isinstance(shape, Revolved):
         return turned(list(shape.profile))
-    raise InputError(f"a shape of kind '{shape.kind}' has its mesh in the scene, not in its numbers")
+    raise InputError(
+        f"a shape of kind '{shape.kind}' has its mesh in the scene, not in its numbers"
+    )
 
 
 def frustum_centre(shape: Frustum) -> float:

@@ -161,11 +161,30 @@ HEIGHTS: dict[str, float] = {
 """Usual height of a support's top above the floor, m."""
 
 GROUND = frozenset(
-    "floor ground grass lawn field pitch road street pavement ice rink lane track sand beach snow"
-    " carpet court asphalt".split()
+    [
+        "floor",
+        "ground",
+        "grass",
+        "lawn",
+        "field",
+        "pitch",
+        "road",
+        "street",
+        "pavement",
+        "ice",
+        "rink",
+        "lane",
+        "track",
+        "sand",
+        "beach",
+        "snow",
+        "carpet",
+        "court",
+        "asphalt",
+    ]
 )
-RAMPS = frozenset("ramp slope incline chute slide wedge hill".split())
-WALLS = frozenset("wall backdrop fence".split())
+RAMPS = frozenset(["ramp", "slope", "incline", "chute", "slide", "wedge", "hill"])
+WALLS = frozenset(["wall", "backdrop", "fence"])
 
 
 def words_of(name: str) -> tuple[str, ...]:

@@ -9,7 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Inflated, Meshed, Ramp, SceneObject, Support
+from physagent_studio.program.scene import (
+    Inflated,
+    Meshed,
+    Ramp,
+    SceneObject,
+    Support,
+    SupportShape,
+)
 from physagent_studio.reconstruction.contact import vertical_gap
 from physagent_studio.reconstruction.forms import Form, forms, highest, lowest
 from physagent_studio.reconstruction.geometry import (
@@ -128,20 +135,20 @@ def _base(
 ) -> Base:
     on = read.on[stance.name]
     if on == "air":
-        return _in_the_air(stance, read, done)
+        return _in_the_air(stance, read, supports, done)
     if on in done:
         below, mesh = done[on]
         assert below.position is not None
         z = below.position[2] + highest(mesh, below.rotation)
         x = float(on_upright(read.camera, [stance.foot], below.position[1])[0, 0])
         return Base(x, below.position[1], z, HOLD_ON_OBJECT)
-    shape = next((s.shape for s in supports if s.name == on), None)
+    shape = _shape_of(on, supports)
     if isinstance(shape, Ramp):
         return _on_the_ramp(stance, read.camera, shape)
     top = read.tops.get(on, 0.0)
     spot = on_plane(read.camera, [stance.foot], top)[0]
     if not np.isfinite(spot).all():
-        return _in_the_air(stance, read, done)
+        return _in_the_air(stance, read, supports, done)
     return Base(float(spot[0]), float(spot[1]), top)
 
 
@@ -161,7 +168,10 @@ def _on_the_ramp(stance: Stance, camera: Camera, ramp: Ramp) -> Base:
 
 
 def _in_the_air(
-    stance: Stance, read: Survey, done: Mapping[str, tuple[SceneObject, Mesh]]
+    stance: Stance,
+    read: Survey,
+    supports: tuple[Support, ...],
+    done: Mapping[str, tuple[SceneObject, Mesh]],
 ) -> Base:
     """On the plumb line above what is beneath it, else as far as its usual size says."""
     beneath = read.under.get(stance.name)
@@ -169,12 +179,18 @@ def _in_the_air(
         position = done[beneath][0].position
         assert position is not None
         y = position[1]
+    elif isinstance(ramp := _shape_of(beneath, supports), Ramp):
+        y = ramp.toe[1]
     else:
         depth = read.usual[stance.name].metres * read.camera.focal / max(stance.extent, 1)
         ray = read.camera.rays(np.array([stance.foot]))[0]
         y = read.camera.position[1] + depth * float(ray[1])
     spot = on_upright(read.camera, [stance.foot], y)[0]
     return Base(float(spot[0]), y, float(spot[2]), 1.0, free_z=True)
+
+
+def _shape_of(name: str | None, supports: tuple[Support, ...]) -> SupportShape | None:
+    return next((support.shape for support in supports if support.name == name), None)
 
 
 def _settled(
@@ -193,6 +209,11 @@ def _settled(
     if item.position is None and on != "air":
         trial = item.model_copy(update={**update, "position": position})
         position = (position[0], position[1], _resting_z(trial, form.mesh, read, supports, done))
+    elif item.position is None and (under := read.under.get(item.name)) is not None:
+        # In the air, but never inside what it hangs above.
+        trial = item.model_copy(update={**update, "position": position, "support": under})
+        rest = _resting_z(trial, form.mesh, read, supports, done)
+        position = (position[0], position[1], max(position[2], rest))
     update["position"] = position
     return item.model_copy(update=update)
 
@@ -211,7 +232,7 @@ def _resting_z(
         below, body = done[on]
         gap = vertical_gap(in_world(item, mesh), mesh.faces, in_world(below, body), body.faces)
         return item.position[2] - (gap or 0.0) + CLEARANCE
-    shape = next((s.shape for s in supports if s.name == on), None)
+    shape = _shape_of(on, supports)
     if isinstance(shape, Ramp):
         return _on_ramp(item, mesh, shape) + CLEARANCE
     return read.tops.get(on or "", 0.0) - lowest(mesh, item.rotation) + CLEARANCE

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Ramp
 from physagent_studio.reconstruction.geometry import on_plane, on_upright_through
-from physagent_studio.reconstruction.lines import Segments
+from physagent_studio.reconstruction.lines import Segments, joined
 
 FloatArray = NDArray[np.float64]
 
@@ -69,33 +69,17 @@ def _slope(
     used = found.only(oblique)
     if not len(used.length):
         return None
-    joined, length = _joined(used)
+    joined_ends, length = joined(used)
     reach = 0.12 * max(size)
     distance = np.full(len(length), np.inf)
     for click in clicks:
-        distance = np.minimum(distance, [_distance(np.array(click), ends) for ends in joined])
+        distance = np.minimum(distance, [_distance(np.array(click), ends) for ends in joined_ends])
     merit = length * np.exp(-((distance / (2 * reach)) ** 2))
     # Of the parallel edges of a slope the near one lies lowest in the picture.
     best = np.flatnonzero(merit > 0.6 * merit.max())
-    ends = joined[max(best, key=lambda k: float(joined[k][:, 1].mean()))]
+    ends = joined_ends[max(best, key=lambda k: float(joined_ends[k][:, 1].mean()))]
     low, high = sorted(ends.tolist(), key=lambda point: -point[1])
     return (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
-
-
-def _joined(used: Segments) -> tuple[FloatArray, FloatArray]:
-    """Collinear pieces merged into one edge each: ends (N, 2, 2) and covered length (N,)."""
-    ends, lengths = [], []
-    for k in range(min(len(used.length), 40)):
-        direction = np.array([math.cos(used.angle[k]), math.sin(used.angle[k])])
-        off = used.ends - used.ends[k].mean(0)
-        across = np.abs(off[..., 0] * direction[1] - off[..., 1] * direction[0]).max(1)
-        turn = np.abs(used.angle - used.angle[k])
-        mine = (across < 4) & (turn < math.radians(4))
-        spots = used.ends[mine].reshape(-1, 2)
-        along = (spots - used.ends[k].mean(0)) @ direction
-        ends.append([spots[along.argmin()], spots[along.argmax()]])
-        lengths.append(float(used.length[mine].sum()))
-    return np.array(ends), np.array(lengths)
 
 
 def _distance(point: FloatArray, ends: FloatArray) -> float:
@@ -125,9 +109,16 @@ def _down_to_base(
             continue
         meets = top[0] + share * dx
         nearest = float(np.abs(ends[:, 0] - meets).min())
-        under = min(ends[:, 0].max(), max(toe[0], top[0])) - max(ends[:, 0].min(), min(toe[0], top[0]))
+        under = min(ends[:, 0].max(), max(toe[0], top[0])) - max(
+            ends[:, 0].min(), min(toe[0], top[0])
+        )
         below_clicks = all(row > y - 0.02 * size[1] for _, y in clicks[:1])
-        if nearest < 0.05 * size[0] and under > 0.3 * abs(dx) and below_clicks and length > strongest:
+        if (
+            nearest < 0.05 * size[0]
+            and under > 0.3 * abs(dx)
+            and below_clicks
+            and length > strongest
+        ):
             # The ramp ends where its base does.
             away = 1 if dx > 0 else -1
             end = float(max(ends[:, 0] * away)) * away

@@ -108,7 +108,7 @@ def reconstruct(
         given,
         lambda share: run.at("objects", 0.55 + 0.2 * share),
     )
-    marks, open_marks = landmarks.resolve(state.landmarks, read.camera, solid)
+    marks, open_marks = landmarks.resolve(state.landmarks, read.camera, solid, read.shown)
     flags = tuple(dict.fromkeys((*state.flags, *open_supports, *open_marks)))
     done = state.model_copy(
         update={
@@ -200,9 +200,7 @@ def _clicked(state: SceneState) -> list[tuple[str, Grounding]]:
     tasks += [
         (item.name, item.grounding)
         for item in state.supports
-        if item.grounding.points
-        and support_kind(item.name) == "slab"
-        and not item.grounding.marked("top")
+        if item.grounding.points and support_kind(item.name) == "slab"
     ]
     return tasks
 

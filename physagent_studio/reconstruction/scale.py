@@ -41,7 +41,10 @@ class Heights:
 
 
 def solve(
-    measured: Sequence[Measured], usual_tops: Mapping[str, float], given: Scale, camera: float | None
+    measured: Sequence[Measured],
+    usual_tops: Mapping[str, float],
+    given: Scale,
+    camera: float | None,
 ) -> Heights:
     """The camera's height and the tops of slabs, consistent with what is known.
 
@@ -64,9 +67,7 @@ def solve(
     return Heights(floor, tops, _source(measured, given))
 
 
-def _above(
-    measured: Sequence[Measured], plane: str, given: Scale
-) -> tuple[float, float] | None:
+def _above(measured: Sequence[Measured], plane: str, given: Scale) -> tuple[float, float] | None:
     """Camera height above a plane, m, and the weight of the evidence."""
     items = [item for item in measured if item.plane == plane and item.units > 0]
     if given.metres is not None and given.source != "estimated":
@@ -96,9 +97,7 @@ def _floor_height(
     return USUAL_HEIGHT + max(usual_tops.values(), default=0.0)
 
 
-def _top(
-    over: tuple[float, float] | None, floor: float, usual: float, floor_known: bool
-) -> float:
+def _top(over: tuple[float, float] | None, floor: float, usual: float, floor_known: bool) -> float:
     """Height of a slab's top: from sizes seen on it and on the floor, if that is plausible.
 
     Things whose size is well known on both planes say more than the slab's usual height.

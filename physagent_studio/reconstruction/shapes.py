@@ -202,7 +202,9 @@ def _starts(kind: str, width: float, height: float) -> list[list[float]]:
     if width > 1.6 * height:
         # A flat thing seen from above: most of its visible height is its top.
         low = math.log(height * 0.4)
-        turned = [[w - 0.25, low, w - 0.25 + more, yaw] for yaw in (0.5, -0.5) for more in (0, -0.5)]
+        turned = [
+            [w - 0.25, low, w - 0.25 + more, yaw] for yaw in (0.5, -0.5) for more in (0, -0.5)
+        ]
     return [[w - 0.05, h - 0.08, w - 0.6, 0.0], *turned]
 
 
@@ -217,7 +219,11 @@ def _fit(camera: Camera, target: _Target, base: Base, kind: str) -> Fit | None:
 
     def placed(p: FloatArray) -> FloatArray:
         q = np.zeros(7)
-        q[:3] = base.x + p[0] * width, base.y + p[1] * width * move_y, base.z + p[2] * height * move_z
+        q[:3] = (
+            base.x + p[0] * width,
+            base.y + p[1] * width * move_y,
+            base.z + p[2] * height * move_z,
+        )
         q[3 : len(p)] = p[3:]
         return q
 

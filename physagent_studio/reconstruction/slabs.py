@@ -195,7 +195,9 @@ def _limits(
     seeds, halves = standing
     half = float(halves.max(initial=0.0))
     axes = [(math.cos(yaw), math.sin(yaw)), (-math.sin(yaw), math.cos(yaw))]
-    directions = np.array([axes[0], axes[1], (-axes[0][0], -axes[0][1]), (-axes[1][0], -axes[1][1])])
+    directions = np.array(
+        [axes[0], axes[1], (-axes[0][0], -axes[0][1]), (-axes[1][0], -axes[1][1])]
+    )
     limits = np.zeros(4)
     over = max(above, 0.02)
     for k, direction in enumerate(directions):

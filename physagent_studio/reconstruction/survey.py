@@ -16,7 +16,9 @@ from physagent_studio.program.scene import Scale, SceneState, Support
 from physagent_studio.reconstruction import camera as camera_cues
 from physagent_studio.reconstruction import clicked_supports
 from physagent_studio.reconstruction.ellipses import level_circles
+from physagent_studio.reconstruction.frames import find_frame
 from physagent_studio.reconstruction.geometry import depth_of, on_plane
+from physagent_studio.reconstruction.landmarks import OPENINGS, TARGETS, Shown
 from physagent_studio.reconstruction.layout import Stance
 from physagent_studio.reconstruction.lines import Segments
 from physagent_studio.reconstruction.masks import BoolArray, grow
@@ -25,11 +27,14 @@ from physagent_studio.reconstruction.names import (
     support_height,
     support_kind,
     usual_size,
+    words_of,
 )
 from physagent_studio.reconstruction.ramps import Profile, find_profile
 from physagent_studio.reconstruction.scale import FLOOR, Measured, solve
 from physagent_studio.records.case import Case, Image
 
+GOAL, GOAL_HEIGHT, GOAL_SPREAD = "goal", 2.3, 0.15
+"""Goals are 2.44 m high, smaller ones 2 m."""
 USUAL_TOP = 0.6
 """Height of a slab whose name says nothing, m."""
 
@@ -39,7 +44,7 @@ class Survey:
     """What the picture says before shapes.
 
     on: what each object stands on: a support, an object, "floor" or "air". under: for objects
-    in the air, the object that they hang above. root: the level plane of each object's stack.
+    in the air, the object or ramp that they hang above. root: the level plane of each object's stack.
     """
 
     camera: Camera
@@ -50,6 +55,7 @@ class Survey:
     root: Mapping[str, str]
     usual: Mapping[str, Usual]
     profiles: Mapping[str, Profile] = field(default_factory=dict)
+    shown: Shown = field(default_factory=Shown)
 
 
 def survey(
@@ -69,7 +75,8 @@ def survey(
     profiles = _profiles(state, found, (image.shape[1], image.shape[0]))
     on = _standing_on(state, stances, regions, profiles)
     root = {name: _root(name, on) for name in stances}
-    horizon = _horizon(image, state, stances, on, root, usual, found, covered)
+    shown = _shown(image, state, case.prompt, covered)
+    horizon = _horizon(image, state, stances, on, root, usual, found, shown)
     size = (image.shape[1], image.shape[0])
     unit = state.camera or Camera.from_horizon(
         size,
@@ -83,7 +90,12 @@ def survey(
     )
     on = _lifted(unit, state, stances, on, root, usual)
     root = {name: _root(name, on) for name in stances}
-    under = {name: stances[name].over if on[name] == "air" else None for name in stances}
+    under = {
+        name: stances[name].over or _support_under(stances[name], profiles)
+        if on[name] == "air"
+        else None
+        for name in stances
+    }
     measured = _measured(unit, stances, on, under, root, usual, profiles)
     rises = clicked_supports.rises_of(state, unit)
     measured = clicked_supports.on_one_floor(measured, rises)
@@ -92,12 +104,10 @@ def survey(
     heights = solve(measured, slabs, state.scale, known)
     heights = clicked_supports.with_rises(heights, rises)
     camera = state.camera or unit.model_copy(update={"position": (0.0, 0.0, heights.camera)})
-    return Survey(camera, heights.scale, heights.tops, on, under, root, usual, profiles)
+    return Survey(camera, heights.scale, heights.tops, on, under, root, usual, profiles, shown)
 
 
-def _profiles(
-    state: SceneState, found: Segments, size: tuple[int, int]
-) -> dict[str, Profile]:
+def _profiles(state: SceneState, found: Segments, size: tuple[int, int]) -> dict[str, Profile]:
     out: dict[str, Profile] = {}
     for support in state.supports:
         if support.shape is None and support_kind(support.name) == "ramp":
@@ -135,6 +145,13 @@ def _standing_on(
         else:
             on[name] = _support_below(state, stance, regions, profiles) or FLOOR
     return on
+
+
+def _support_under(stance: Stance, profiles: Mapping[str, Profile]) -> str | None:
+    """The ramp over which something in the air is seen."""
+    spans = {name: p.surface(stance.foot[0]) for name, p in profiles.items()}
+    over = [name for name, row in spans.items() if row is not None and row > stance.box[1]]
+    return over[0] if over else None
 
 
 def _support_below(
@@ -197,7 +214,7 @@ def _horizon(
     root: Mapping[str, str],
     usual: Mapping[str, Usual],
     found: Segments,
-    covered: BoolArray,
+    shown: Shown,
 ) -> camera_cues.Horizon:
     size = (image.shape[1], image.shape[0])
     focal = camera_cues.usual_focal(size)
@@ -219,8 +236,23 @@ def _horizon(
             camera_cues.Standing(row, stance.extent, size_of.metres, size_of.spread, plane)
         )
     toes = [profile.toe[1] for profile in profiles.values()]
-    circles = [camera_cues.Disc(e.y, e.flatness) for e in level_circles(image, covered)]
+    if shown.frame is not None and GOAL in {
+        w for mark in state.landmarks for w in words_of(mark.name)
+    }:
+        frame = shown.frame
+        standing.append(
+            camera_cues.Standing(frame.foot, frame.height, GOAL_HEIGHT, GOAL_SPREAD, FLOOR)
+        )
+    circles = [camera_cues.Disc(e.y, e.flatness) for e in shown.circles]
     return camera_cues.estimate(image, found, standing, toes, circles)
+
+
+def _shown(image: Image, state: SceneState, prompt: str, covered: BoolArray) -> Shown:
+    """Frames and circles, looked for where the sentence or an open landmark names one."""
+    words = set(words_of(prompt)) | {w for mark in state.landmarks for w in words_of(mark.name)}
+    frame = find_frame(image, covered) if words & OPENINGS else None
+    circles = tuple(level_circles(image, covered)) if words & TARGETS else ()
+    return Shown(frame, circles)
 
 
 def _in_air(stance: Stance, on: str) -> bool:
@@ -243,9 +275,11 @@ def _lifted(
         if name in given or on[name] != FLOOR:
             continue
         place = on_plane(unit, [stance.foot], 0.0)[0]
-        if stance.aloft or not np.isfinite(place).all():
-            out[name] = "air"
-        elif stance.over is not None and _too_large(unit, stances, out, usual, name):
+        if (
+            stance.aloft
+            or not np.isfinite(place).all()
+            or (stance.over is not None and _too_large(unit, stances, out, usual, name))
+        ):
             out[name] = "air"
     return out
 
@@ -317,6 +351,8 @@ def _ground_pixel(
             name = below
         elif below == "air":
             over = under.get(name)
+            if over in profiles:
+                return profiles[over].toe
             if over is None or over not in stances:
                 return None
             name = over

@@ -16,9 +16,7 @@ from physagent_studio.records.scene import Mesh
 FloatArray = NDArray[np.float64]
 
 
-def textured(
-    photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, mesh: Mesh
-) -> Mesh:
+def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, mesh: Mesh) -> Mesh:
     """The mesh with the photo on it; grey if the mask is empty.
 
     Faces that look at the camera carry the pixel that they project to. The others carry what

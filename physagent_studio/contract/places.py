@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -267,13 +267,16 @@ def _through(track: Track, place: Place) -> Outcome:
 
 
 def passes_over(statement: PassesOver, facts: Facts, window: Window) -> Outcome:
-    """Its centre crosses the line, the edge of the area, or goes through the opening."""
+    """Its centre crosses the line or the area's edge, goes through the opening, or goes by."""
     track = facts.track(statement.subject, window)
     place = place_of(statement.landmark, facts, window.first)
     if not isinstance(place, Place):
         return unmeasurable(place)
     if place.solid is not None and place.solid.half_space is not None:
         return unmeasurable(f"{place.name} has no edge to pass over")
+    if statement.by:
+        centre = place.points.mean(axis=0, keepdims=True)
+        return _beyond(track, replace(place, kind="point", points=centre), at_end=False)
     if place.kind == "opening":
         return _through(track, place)
     if place.kind in ("line", "point"):

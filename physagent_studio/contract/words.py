@@ -118,7 +118,7 @@ _CLAIMS: dict[str, Callable[[Any], tuple[str, str]]] = {
     "reaches": lambda s: _verb("reaches", "reach", s.other),
     "leaves": lambda s: _verb("leaves", "leave", f"{s.other} for good"),
     "lands_in": lambda s: _verb("lands", "land", f"in {s.landmark}"),
-    "passes_over": lambda s: _verb("passes", "pass", f"over {s.landmark}"),
+    "passes_over": lambda s: _verb("passes", "pass", f"{'by' if s.by else 'over'} {s.landmark}"),
     "stops": lambda s: _verb("stops", "stop", f"near {s.near}" if s.near else ""),
     "stops_before": lambda s: _verb("stops", "stop", f"before {s.before}"),
     "airborne": lambda s: _verb("flies", "fly", "free of any contact"),

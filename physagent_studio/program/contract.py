@@ -111,11 +111,15 @@ class LandsIn(_Statement):
 
 
 class PassesOver(_Statement):
-    """Its centre crosses the line, area edge or opening `landmark`."""
+    """Its centre crosses the line, area edge or opening `landmark`, or goes by it.
+
+    `by`: it only has to get farther along than the place, beside it or over it.
+    """
 
     kind: Literal["passes_over"] = "passes_over"
     subject: Name
     landmark: Name
+    by: bool = False
 
 
 class Stops(_Statement):

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.spatial import cKDTree
+from trimesh.remesh import subdivide_to_size
 
 from physagent_studio.program.scene import (
     Box,
@@ -50,6 +52,15 @@ def skin_points(shape: Shape, mesh: Mesh | None, extent: FloatArray) -> FloatArr
             return _ball(CORNERS) * extent / 2
 
 
+def refined(surface: Surface) -> Surface:
+    """The surface with its long edges divided, so that flat faces can bend and touch."""
+    longest = float(np.ptp(surface[0], axis=0).max()) / 4
+    vertices, faces = subdivide_to_size(surface[0], surface[1], longest, max_iter=20)
+    # Divided faces repeat the corners that they share.
+    merged, index = np.unique(vertices.round(9), axis=0, return_inverse=True)
+    return merged, index[faces].astype(np.int32)
+
+
 def _ball(count: int) -> FloatArray:
     """Points on the unit sphere (Fibonacci lattice)."""
     index = np.arange(count) + 0.5
@@ -87,34 +98,45 @@ def _thinned(points: FloatArray) -> FloatArray:
     return points[chosen]
 
 
-def packed(outer: Surface, count: int) -> tuple[FloatArray, float]:
-    """About `count` spheres in a convex surface: centres (N, 3) and their radius, m.
+def packed(outer: Surface, count: int) -> tuple[FloatArray, FloatArray]:
+    """About `count` spheres in a convex surface: centres (N, 3) and radii (N,), m.
 
-    A loose cubic packing with a fixed small jitter, so that heaps do not balance on end.
+    Staggered layers of unequal spheres: equal ones in rows would stand like masonry.
     """
     low, high = outer[0].min(0), outer[0].max(0)
     spacing = float(np.prod(high - low) / count) ** (1 / 3)
-    inside = _within(outer, low, high, spacing)
-    for _ in range(30):
+    best = _within(outer, low, high, spacing)
+    for _ in range(40):
+        inside = _within(outer, low, high, spacing)
+        if abs(len(inside) - count) < abs(len(best) - count):
+            best = inside
         if abs(len(inside) - count) <= max(0.03 * count, 1):
             break
-        spacing *= (max(len(inside), 1) / count) ** (1 / 3) * 0.5 + 0.5
-        inside = _within(outer, low, high, spacing)
-    jitter = np.random.default_rng(0).uniform(-0.02, 0.02, inside.shape) * spacing
-    return inside + jitter, 0.47 * spacing
+        spacing *= 0.5 + 0.5 * (max(len(inside), 1) / count) ** (1 / 3)
+    gap = _least_gap(best, spacing)
+    radii = np.random.default_rng(0).uniform(0.8, 0.98, len(best)) * gap / 2
+    return best, radii
+
+
+def _least_gap(points: FloatArray, spacing: float) -> float:
+    """Smallest distance of two points, m."""
+    if len(points) < 2:
+        return spacing
+    return float(cKDTree(points).query(points, k=2)[0][:, 1].min())
 
 
 def _within(outer: Surface, low: FloatArray, high: FloatArray, spacing: float) -> FloatArray:
-    """Grid points of a spacing whose spheres lie inside the convex surface."""
-    counts = np.maximum(np.floor((high - low) / spacing).astype(int), 1)
-    axes = [
-        (low[k] + high[k]) / 2 + (np.arange(counts[k]) - (counts[k] - 1) / 2) * spacing
-        for k in range(3)
-    ]
-    grid = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    """Points of a staggered grid whose spheres lie inside the convex surface."""
+    step = np.array([spacing, spacing, spacing * math.sqrt(0.5)])
+    counts = np.maximum(np.floor((high - low) / step).astype(int), 1)
+    cells = np.stack(np.meshgrid(*(np.arange(n) for n in counts), indexing="ij"), -1)
+    cells = cells.reshape(-1, 3).astype(float)
+    cells[:, :2] += 0.25 - 0.5 * (cells[:, 2:] % 2)
+    grid = (low + high) / 2 + (cells - (counts - 1) / 2) * step
     vertices, faces = outer
     a, b, c = (vertices[faces[:, corner]] for corner in range(3))
     normal = np.cross(b - a, c - a)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-15)
     depth = np.einsum("fi,fi->f", normal, a) - grid @ normal.T
-    return grid[depth.min(1) >= 0.4 * spacing]
+    inside = grid[depth.min(1) >= 0.45 * spacing]
+    return inside if len(inside) else (low + high)[None] / 2

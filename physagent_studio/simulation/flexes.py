@@ -20,7 +20,7 @@ from physagent_studio.program.rotations import matrix_of, quaternion_of
 from physagent_studio.records import Mesh
 from physagent_studio.simulation.clouds import Cloud
 from physagent_studio.simulation.contact_law import touch_of
-from physagent_studio.simulation.filling import skin_points
+from physagent_studio.simulation.filling import refined, skin_points
 from physagent_studio.simulation.mj import Model, mj
 from physagent_studio.simulation.solids import Solid
 from physagent_studio.simulation.surfaces import FloatArray, hull
@@ -60,8 +60,7 @@ def flex_of(item: SceneObject, solid: Solid, mesh: Mesh | None) -> Flex | None:
 
 def _solid_flex(item: SceneObject, body: Soft | Plastic, solid: Solid, mesh: Mesh | None) -> Flex:
     assert item.shape is not None
-    points = skin_points(item.shape, mesh, solid.extent)
-    surface = hull(points, item.name)
+    surface = refined(hull(skin_points(item.shape, mesh, solid.extent), item.name))
     # Tetrahedra from the middle to every face fill a convex body.
     middle = len(surface[0])
     corners = np.concatenate([surface[0], surface[0].mean(0, keepdims=True)])
@@ -119,6 +118,7 @@ def _flexcomp(
     friction = touch_of(item).friction
     contact = (
         f'<contact selfcollide="none" contype="6" conaffinity="4" condim="3" solref="0.01 1"'
+        f' solimp="0.95 0.99 0.001"'
         f' friction="{friction} 0.005 0.0001"/>'
     )
     return (

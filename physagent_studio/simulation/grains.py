@@ -44,15 +44,17 @@ def add_grains(
     assert item.shape is not None
     assert item.position is not None
     outer = hull(skin_points(item.shape, mesh, solid.extent), item.name)
-    local, radius = packed(outer, body.grains)
+    local, radii = packed(outer, body.grains)
     places = local @ matrix_of(item.rotation).T + item.position
     volume = solid.mass.volume
-    mass = volume * DENSITY / len(places)
+    shares = radii**3 / (radii**3).sum()
     names = []
-    for number, place in enumerate(places):
+    for number, (place, radius) in enumerate(zip(places, radii.tolist(), strict=True)):
+        mass = float(shares[number]) * volume * DENSITY
         label = f"grain/{item.name}/{number}"
         part = spec.worldbody.add_body(name=label, pos=place.tolist())
         part.explicitinertial = True
+        part.ipos = [0, 0, 0]
         part.mass = mass
         part.inertia = [0.4 * mass * radius**2] * 3
         for axis in np.eye(3):
@@ -60,7 +62,6 @@ def add_grains(
         geom = part.add_geom(name=label, type=mj.mjtGeom.mjGEOM_SPHERE, size=[radius, 0, 0])
         _grain_contact(geom, item, body, radius, mass)
         names.append(label)
-    shares = np.full(len(places), 1 / len(places))
     return Swarm(item.name, tuple(names), places, shares, volume, np.zeros((0, 2), np.int64))
 
 
@@ -96,6 +97,7 @@ def add_pieces(spec: Spec, item: SceneObject, body: Breakable, solid: Solid) -> 
         mass = float(shares[number]) * solid.mass.volume * DENSITY
         x, y, z = piece.size
         part.explicitinertial = True
+        part.ipos = [0, 0, 0]
         part.mass = mass
         part.inertia = [
             mass * (y * y + z * z) / 12,

@@ -227,7 +227,8 @@ def _lost(program: PhysicalProgram) -> list[Alarm]:
     scene = program.scene
     elastic = [o.name for o in scene.objects if o.body.kind in ("soft", "plastic", "cloth", "rope")]
     alarms = []
-    if elastic and any(touch_of(o).restitution > 0.05 for o in scene.objects):
+    firm = [o for o in scene.objects if o.body.kind in ("rigid", "breakable")]
+    if elastic and any(touch_of(o).restitution > 0.05 for o in firm):
         text = f"nothing bounces in this run: the integrator that {', '.join(elastic)} needs"
         alarms.append(Alarm(0, "material", f"{text} has no restitution"))
     for item in scene.objects:

@@ -88,6 +88,9 @@ _CORE_WORDS = re.compile(
     re.VERBOSE,
 )
 
+_OTHER_BREAKS = re.compile("[\r\x85\u2028\u2029]")
+"""Line breaks that a reader would turn into something else."""
+
 
 def dump_program(program: PhysicalProgram) -> str:
     """A readable YAML text; `load_program` gives the same program back.
@@ -164,7 +167,13 @@ _Dumper.add_implicit_resolver("tag:physagent:not-a-word", _CORE_WORDS, None)
 
 
 def _string(dumper: yaml.SafeDumper, value: str) -> yaml.ScalarNode:
-    style = "'" if not value or _CORE_WORDS.match(value) else "|" if "\n" in value else None
+    style = None
+    if not value or _CORE_WORDS.match(value):
+        style = "'"
+    elif _OTHER_BREAKS.search(value):
+        style = '"'
+    elif "\n" in value:
+        style = "|"
     return dumper.represent_scalar("tag:yaml.org,2002:str", value, style=style)
 
 

@@ -33,8 +33,8 @@ DIRECTIONS: dict[str, tuple[float, float, float]] = {
 
 
 def row_of(item: SceneObject | Support) -> Material:
-    """The material's row, plastic where its name is not in the table."""
-    return MATERIALS.get(item.material, MATERIALS["plastic"])
+    """The material's row of the table."""
+    return MATERIALS[item.material]
 
 
 def mass_of(item: SceneObject) -> float | None:

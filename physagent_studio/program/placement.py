@@ -11,7 +11,6 @@ from pydantic import JsonValue
 from physagent_studio.program.actions import FixObject
 from physagent_studio.program.edits import SetField
 from physagent_studio.program.findings import PreflightFinding
-from physagent_studio.program.materials import MATERIALS
 from physagent_studio.program.mechanics import expected_speed, gravity_of, row_of, standing
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.scene import SceneObject, Slab
@@ -37,12 +36,6 @@ def scene_findings(program: PhysicalProgram) -> Iterator[PreflightFinding]:
 
 def _density(item: SceneObject) -> Iterator[PreflightFinding]:
     path = f"scene.objects.{item.name}"
-    if item.material not in MATERIALS:
-        message = f"there is no material '{item.material}', so it counts as plastic"
-        edits = (SetField(path=f"{path}.material", value="plastic"),)
-        yield PreflightFinding(
-            code="implausible_density", path=f"{path}.material", message=message, edits=edits
-        )
     if item.density is None:
         return
     usual = row_of(item).density

@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 from physagent_studio.program.actions import Action, After, Directed, OnContact, When, duration_of
 from physagent_studio.program.base import Frozen, Text
 from physagent_studio.program.contract import Contract
+from physagent_studio.program.materials import MATERIALS
 from physagent_studio.program.scene import SceneState
 
 
@@ -125,6 +126,10 @@ def _unknown_names(program: PhysicalProgram) -> list[str]:
     places = solids | {item.name for item in scene.landmarks}
     actions = {item.id for item in program.event.actions}
     problems: list[str] = []
+    for room, things in (("objects", scene.objects), ("supports", scene.supports)):
+        for thing in things:
+            path = f"scene.{room}.{thing.name}.material"
+            problems += _unknown(path, thing.material, set(MATERIALS), "material")
     for item in scene.objects:
         if item.support is not None:
             path = f"scene.objects.{item.name}.support"

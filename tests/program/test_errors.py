@@ -46,6 +46,7 @@ MISTAKES = {
     "unknown target": ("name: ball\n    operator", "name: bal\n    operator"),
     "unknown place": ("toward: crate", "toward: crat"),
     "unknown support": ("support: floor", "support: flor"),
+    "unknown material": ("material: leather", "material: lether"),
     "unknown subject": ("clause: c1, subject: ball", "clause: c1, subject: boll"),
     "unknown clause": ("kind: contacts, clause: c1", "kind: contacts, clause: c2"),
     "unknown statement in before": ("second: s2", "second: s9"),

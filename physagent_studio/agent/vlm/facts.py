@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from physagent_studio.program import PhysicalProgram, SceneState
-from physagent_studio.program.materials import material
+from physagent_studio.program.mechanics import row_of
 from physagent_studio.program.shapes import outline_of
 from physagent_studio.records import Check, Finding, Rollout
 
@@ -31,7 +31,7 @@ def scene_lines(scene: SceneState) -> str:
     """Objects, supports and landmarks with their sizes and places."""
     lines = []
     for item in scene.objects:
-        row = material(item.material)
+        row = row_of(item)
         parts = [f"object {item.name}"]
         if item.shape is not None:
             parts.append(f"{item.shape.kind}, extent {vector(outline_of(item.shape).size)} m")

@@ -52,24 +52,10 @@ def puppet(*answers: Any) -> Puppet:
 
 WORDS = st.sampled_from(
     [
-        "ball",
-        "floor",
-        "push",
-        "c1",
-        "s1",
-        "set",
-        "add",
-        "remove",
-        "move",
-        "sphere",
-        "ApplyForce",
-        "scene.horizon",
-        "event.actions",
-        "scene.objects.ball.density",
-        "scene.objects.ball.shape",
-        "scene.objects.ball.grounding.points",
-        "event.actions.push",
-        "event.actions.0.id",
+        *("ball", "floor", "push", "c1", "s1", "set", "add", "remove", "move", "sphere"),
+        *("scene.objects.ball.density", "scene.objects.ball.shape", "scene.horizon", ""),
+        *("scene.objects.ball.grounding.points", "event.actions", "event.actions.push"),
+        *("event.actions.0.id", "ApplyForce"),
     ]
 )
 LEAVES = (

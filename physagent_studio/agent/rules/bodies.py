@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 from physagent_studio.agent.rules.layout import Layout
 from physagent_studio.agent.rules.look import is_loose, is_rooted, is_sheet
-from physagent_studio.agent.rules.reading import Reading
+from physagent_studio.agent.rules.mechanics import G
+from physagent_studio.agent.rules.reading import EventFrame, Reading
 from physagent_studio.program.bodies import Body, Breakable, Cloth, Granular, Soft
 
 
@@ -18,19 +21,18 @@ def bodies_for(reading: Reading, layout: Layout) -> dict[str, Body]:
         if frame.sense == "wind" and not names:
             names = tuple(item.name for item in layout.state.objects)
         for name in names:
-            body = _body(frame.sense, name, layout)
+            body = _body(frame, name, layout)
             if body is not None:
                 found.setdefault(name, body)
     return found
 
 
-def _body(sense: str, name: str, layout: Layout) -> Body | None:
+def _body(frame: EventFrame, name: str, layout: Layout) -> Body | None:
+    sense = frame.sense
     if sense in ("collapse", "spread") and is_loose(name):
         return Granular(cohesion=0.5)
     if sense in ("collapse", "break", "crush"):
-        # Cut finer where it is longer; lets go at the blow of its own weight falling a little.
-        impulse = max(0.3 * layout.mass(name), 1e-3)
-        return Breakable(cuts=(2, 1, 3), release_impulse=round(impulse, 4))
+        return Breakable(cuts=(2, 1, 3), release_impulse=round(_blow(frame, name, layout), 4))
     if sense in ("wind", "sway", "bend") and is_sheet(name):
         return Cloth(pinned="top")
     if sense in ("wind", "sway", "bend") and is_rooted(name):
@@ -38,3 +40,21 @@ def _body(sense: str, name: str, layout: Layout) -> Body | None:
     if sense == "deform":
         return Soft(young=1e5)
     return None
+
+
+def _blow(frame: EventFrame, name: str, layout: Layout) -> float:
+    """The blow within a step that its joints just do not bear any more, N·s.
+
+    A part of what the striker brings, m v with v from its fall, and well above what its own
+    weight and that of the striker, standing on it, come to in one step.
+    """
+    strikers = [a for a in frame.agent if layout.has(a)]
+    brought = [layout.mass(a) * math.sqrt(2 * G * _height(layout, a, name)) for a in strikers]
+    own = layout.mass(name)
+    standing = G * 0.01 * (own + sum(layout.mass(a) for a in strikers))
+    return max(0.1 * max(brought, default=0.3 * own), 2.5 * standing, 1e-3)
+
+
+def _height(layout: Layout, name: str, other: str) -> float:
+    gap = layout.gap(name, other)
+    return max(gap, 0.05) if math.isfinite(gap) else 0.05

@@ -4,19 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules import actions as act
 from physagent_studio.agent.rules.layout import Layout
 from physagent_studio.program.actions import Action, ApplyForce, Directed
 from physagent_studio.program.edits import AddItem, Edit, RemoveItem, SetField
-from physagent_studio.records import Mismatch
+from physagent_studio.records import Mismatch, Rollout
 
 
 def structural(situation: Situation) -> Iterator[tuple[Edit, ...]]:
     """Candidate repairs, the most natural first; at most a handful."""
     seen: set[str] = set()
     for mismatch in situation.assessment.diagnosis[:4]:
-        for edits in (*_added(mismatch, situation), *_removed(mismatch, situation)):
+        found = (
+            *_held(mismatch, situation), *_added(mismatch, situation),
+            *_removed(mismatch, situation),
+        )  # fmt: skip
+        for edits in found:
             key = repr(edits)
             if key not in seen:
                 seen.add(key)
@@ -82,6 +88,48 @@ def _reaimed(name: str, other: str, situation: Situation) -> Iterator[tuple[Edit
             aimed = force.model_copy(update={"toward": other, "direction": None, "azimuth": 0.0})
             path = f"event.actions.{action.id}.force"
             yield (SetField(path=path, value=aimed.model_dump(mode="json")),)
+
+
+def _held(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ...]]:
+    """A thing that stood in the photo and now falls over by itself: it is held as it stood, until
+    something touches it."""
+    if mismatch.code not in ("toppled", "moved", "wrong_order", "stops_by_itself"):
+        return
+    rollout, program = situation.rollout, situation.program
+    if rollout is None or rollout.blown_up is not None:
+        return
+    for name in (mismatch.subject, mismatch.other):
+        if name not in rollout.objects or name in _driven(situation):
+            continue
+        starts, touched = _first_motion(rollout, name), _first_touch(rollout, name)
+        if starts is None or (touched is not None and touched <= starts):
+            continue
+        last = program.clip.steps if touched is None else touched
+        yield _add(situation, act.hold(name, max(last - 1, 1)))
+
+
+def _first_motion(rollout: Rollout, name: str) -> int | None:
+    """The first step on which an object has visibly left its place or its pose."""
+    index = rollout.objects.index(name)
+    away = np.linalg.norm(rollout.positions[:, index] - rollout.positions[0, index], axis=1)
+    turned = 1 - np.abs(rollout.rotations[:, index] @ rollout.rotations[0, index])
+    moved = np.nonzero((away > 0.01) | (turned > 0.004))[0]
+    return int(moved[0]) if len(moved) else None
+
+
+def _first_touch(rollout: Rollout, name: str) -> int | None:
+    """The first step on which another object touches it that did not from the start."""
+    index, count = rollout.objects.index(name), len(rollout.objects)
+    rows = rollout.contacts
+    mine = rows[(rows["a"] == index) | (rows["b"] == index)]
+    partner = np.where(mine["a"] == index, mine["b"], mine["a"])
+    early = {int(p) for p, step in zip(partner, mine["step"], strict=True) if step <= 2}
+    later = [
+        int(step)
+        for p, step in zip(partner, mine["step"], strict=True)
+        if p < count and int(p) not in early
+    ]
+    return min(later, default=None)
 
 
 def _removed(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ...]]:

@@ -269,7 +269,7 @@ def float_down(task: Task) -> list[Action]:
     drop = drop if math.isfinite(drop) and below is None else 0.3
     sink = float(np.clip(2 * max(drop, 0.05) / task.seconds(0.8) ** 2, 0.02, 0.12))
     force = act.toward_or_along(mech.G - sink, way="up", quantity="acceleration")
-    return [act.push(task.name, force, duration=task.clip.steps, label="lift")]
+    return [act.push(task.name, force, start=0, duration=task.clip.steps, label="lift")]
 
 
 # --- off an edge, off a stack --------------------------------------------------------------------
@@ -408,7 +408,7 @@ def turn_back(task: Task, trigger: Action | None = None) -> list[Action]:
 def in_wind(task: Task) -> list[Action]:
     """Air that moves: a steady wind in gusts, or one strong gust."""
     way = task.way()
-    named: Direction = way if way in ("left", "right", "away", "toward_camera") else "right"  # type: ignore[assignment]
+    named = way if way in ("left", "right", "away", "toward_camera") else _open_side(task)
     strong = task.intent.manner("hard", "fast")
     gentle = task.intent.manner("gentle", "slow")
     speed = 14.0 if strong else 4.0 if gentle else 7.0
@@ -419,3 +419,12 @@ def in_wind(task: Task) -> list[Action]:
             duration=task.clip.steps,
         )
     ]  # fmt: skip
+
+
+def _open_side(task: Task) -> Direction:
+    """Where the wind blows if nobody says: onto the broad side of a sheet, else to the right."""
+    item = task.layout.state.object(task.name)
+    if item is None or item.body.kind != "cloth":
+        return "right"
+    wide = task.layout.extent(task.name, WAYS["right"])
+    return "away" if wide >= task.layout.extent(task.name, WAYS["away"]) else "right"

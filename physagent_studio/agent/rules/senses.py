@@ -62,6 +62,8 @@ def _along(c: Context) -> list[Spec]:
             found += _off(c, place)
         elif relation in ("on", "in", "against") and place.name != c.subject:
             found += _onto(c, relation, place)
+        elif relation == "near" and place.kind == "support" and place.part and not c.earlier:
+            found.append(spec("contacts", c.subject, other=place.name, to_step=START))
         elif relation == "toward" and _is_ground(c, place):
             found += _onto(c, "on", place)
         elif relation == "over" and place.kind != "group":
@@ -87,8 +89,9 @@ def _off(c: Context, place: Place) -> list[Spec]:
         return [spec("contacts", c.subject, other=place.name, to_step=START)]
     if place.kind == "landmark" or place.name == c.subject:
         return []
-    touching = c.layout.carrier(c.subject) == place.name
-    if touching or not c.layout.has(c.subject):
+    carrier = c.layout.carrier(c.subject)
+    stacked = carrier is not None and c.layout.state.object(carrier) is not None
+    if not stacked or carrier == place.name:
         return [spec("leaves", c.subject, other=place.name)]
     # It stands on others that stand on it: it ends up carried by none of them.
     return [spec("rests_on", c.subject, other=place.name, negated=True)]
@@ -99,11 +102,23 @@ def _onto(c: Context, relation: str, place: Place) -> list[Spec]:
     if place.kind == "landmark":
         return [spec("lands_in", c.subject, landmark=name)] if relation == "in" else []
     if place.kind == "group":
-        return []
+        return _in_stack(c) if relation == "in" else []
     if c.layout.carrier(c.subject) == place.name and relation == "on":
         # Where it already is ("a ball on the grass rolls"): how it begins.
         return [spec("contacts", c.subject, other=place.name, to_step=START)]
     return [spec("contacts", c.subject, other=place.name)]
+
+
+def _in_stack(c: Context) -> list[Spec]:
+    """ "In a stack": it stands on the next lower one of the objects, else on its support."""
+    layout = c.layout
+    below = layout.carrier(c.subject)
+    if below is None and layout.has(c.subject):
+        height = layout.position(c.subject)[2]
+        others = [o.name for o in layout.state.objects if layout.has(o.name)]
+        lower = [n for n in others if layout.position(n)[2] < height]
+        below = max(lower, key=lambda n: layout.position(n)[2], default=None)
+    return [spec("contacts", c.subject, other=below, to_step=START)] if below else []
 
 
 def move(c: Context) -> list[Spec]:
@@ -239,7 +254,10 @@ def _siblings(c: Context) -> list[Spec]:
     others = [o.name for o in c.layout.state.objects if o.name not in meant]
     alike = [name for name in others if name.split("_")[-1] == kind]
     if c.frame.agent:
-        return [spec("contacts", a, other=s, negated=True) for a in c.frame.agent for s in alike]
+        # "Hits only the cube": nothing else is hit, whatever it is, but what carries the agent.
+        carriers = {c.layout.carrier(a) for a in c.frame.agent}
+        spared = [name for name in others if name not in carriers]
+        return [spec("contacts", a, other=s, negated=True) for a in c.frame.agent for s in spared]
     return [spec("stays", s, distance=0.05, tilt=15.0) for s in alike]
 
 
@@ -277,7 +295,8 @@ def kick(c: Context) -> list[Spec]:
 def crush(c: Context) -> list[Spec]:
     """The subject is deformed or breaks under another."""
     harmed = any_of(spec("deforms", c.subject, strain=0.05), spec("breaks", c.subject))
-    return [*_touch(c), harmed]
+    touched = _touch(c)
+    return [*touched, harmed, *(before(one, harmed) for one in touched)]
 
 
 def knock_over(c: Context) -> list[Spec]:
@@ -424,6 +443,13 @@ def cross(c: Context) -> list[Spec]:
         return []
     if _is_ground(c, place):
         return [spec("moves", c.subject, distance=c.length(2.0, 0.2, 1.0))]
+    over = c.frame.place("over") is not None
+    if place.kind == "object" and not place.part and not over:
+        # "Passes the block" is going by it, and passing is not bumping into it.
+        return [
+            spec("passes_over", c.subject, landmark=place.name, by=True),
+            spec("contacts", c.subject, other=place.name, negated=True),
+        ]
     return [spec("passes_over", c.subject, landmark=place_name(place))]
 
 
@@ -617,13 +643,18 @@ def wind(c: Context) -> list[Spec]:
 
 def sway(c: Context) -> list[Spec]:
     """Moves to and fro."""
-    return [spec("sways", c.subject, amplitude=3.0, cycles=1.0), *_quality(c)]
+    return [spec("sways", c.subject, amplitude=3.0, cycles=1.0), *_stands(c), *_quality(c)]
+
+
+def _stands(c: Context) -> list[Spec]:
+    """What bends or sways does not fall over."""
+    return [] if _ball(c) else [spec("topples", c.subject, tilt=60.0, negated=True)]
 
 
 def bend(c: Context) -> list[Spec]:
     """Changes its shape or leans, and does not fall over."""
     leans = any_of(spec("deforms", c.subject, strain=0.02), spec("rotates", c.subject, angle=5.0))
-    return [leans]
+    return [leans, *_stands(c)]
 
 
 def lean(c: Context) -> list[Spec]:

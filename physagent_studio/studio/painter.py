@@ -54,7 +54,9 @@ class Painter:
         other = earlier if view.compare else snapshot.preview_rollout
         if self._changed("plots", (snapshot.rollout, other)):
             self._hub.publish("plots", plots.state_of(snapshot, other, earlier=bool(view.compare)))
-        self._hub.publish("program", program.state_of(snapshot))
+        text = (snapshot.session_id, snapshot.program, snapshot.yaml_problems)
+        if self._changed("program", (*text, snapshot.read_only, snapshot.has_draft)):
+            self._hub.publish("program", program.state_of(snapshot))
         self._hub.publish("scene", scene.state_of(snapshot, view))
         self._stage.draw(snapshot, view, earlier)
         with_photo = "photo" in view.shown

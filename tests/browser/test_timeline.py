@@ -137,6 +137,7 @@ def test_playing_moves_the_playhead_and_a_scrub_stops_it(waiting: Desk) -> None:
     x = float(line.get_attribute("x1") or 0)
     waiting.until(lambda: float(line.get_attribute("x1") or 0) != x, "a moving playhead")
     box = page.locator("svg.tl").bounding_box()
+    assert box is not None
     page.mouse.click(box["x"] + box["width"] * 0.6, box["y"] + 5)
     waiting.until(lambda: not waiting.studio.view.playing, "a stop")
     page.keyboard.press("Home")

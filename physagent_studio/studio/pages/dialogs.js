@@ -1,6 +1,6 @@
 // Dialogs: open a case or a session, and a new session from a photo.
 
-import { button, draw, h } from "./dom.js";
+import { button, draw, h, say } from "./dom.js";
 import { on, send, value } from "./wire.js";
 
 const OUTCOME = { realised: ["ok", "happens"], budget: ["warn", "rounds used up"], stopped: ["", "stopped"], stuck: ["warn", "stuck"], running: ["", "open"] };
@@ -89,10 +89,10 @@ export function startDialogs(host) {
           h("input", { type: "radio", name: "thing", checked: i === at, "aria-label": `Mark ${one.name}`, onchange: () => { at = i; show(); } }),
           h("span", { class: "dot", style: `background:${COLORS[i % 8]}` }),
           h("input", { type: "text", value: one.name, "aria-label": `Name ${i + 1}`, oninput: (e) => { one.name = e.target.value; }, onfocus: () => { if (at !== i) { at = i; show(); } }, onchange: show }),
-          h("span", { class: "muted num" }, `${one.clicks.length} clicks`),
+          h("span", { class: "muted num", style: "white-space:nowrap" }, say(one.clicks.length, "click")),
           button("Clear", () => { one.clicks = []; show(); }, { class: "b quiet small" }),
           things.length > 1 ? button("Remove", () => { things.splice(i, 1); at = Math.min(at, things.length - 1); show(); }, { class: "b quiet small" }) : null)),
-        button("Another thing", () => { things.push({ name: `object_${things.length + 1}`, clicks: [] }); at = things.length - 1; show(); }, { class: "b small" })),
+        h("div", {}, button("Another thing", () => { things.push({ name: `object_${things.length + 1}`, clicks: [] }); at = things.length - 1; show(); }, { class: "b small" }))),
         h("div", { class: "head" }, "What shall happen?"),
         h("textarea", { rows: 2, "aria-label": "Sentence", placeholder: "For example: the ball rolls to the right and hits the box", value: prompt, oninput: (e) => { prompt = e.target.value; show(); } }),
       ],

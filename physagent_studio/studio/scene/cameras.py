@@ -171,7 +171,7 @@ def pose_of(
     if view == "side":
         return Pose(middle + np.array([1, 0, 0.15]) * away, middle, up, fov)
     if view == "front":
-        return Pose(middle + np.array([0, -1, 0.15]) * away, middle, up, fov)
+        return Pose(middle + np.array([0.12, -1, 0.3]) * away, middle, up, fov)
     return Pose(middle + np.array([0.45, -0.8, 0.4]) * away, middle, up, fov)
 
 

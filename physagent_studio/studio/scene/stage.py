@@ -200,7 +200,8 @@ class Stage:
         image = scene.photo if scene else None
         handle = self._server.scene.add_camera_frustum(
             "/camera", fov=2 * float(np.arctan2(rows / 2, camera.focal)), aspect=width / rows,
-            scale=self._size(program) * 0.3, image=None if image is None else small(image),
+            scale=self._size(program) * 0.16, thickness=1.5,
+            thickness_units="screen", image=None if image is None else small(image),
             wxyz=camera.rotation, position=camera.position, color=(90, 96, 110),
         )  # fmt: skip
         handle.on_click(lambda _event: self._picked("camera", ""))

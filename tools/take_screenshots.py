@@ -1,0 +1,176 @@
+"""Takes the pictures of the documentation from a running studio.
+
+Every picture is of a real session on a case that ships with the project: it is opened, stepped and
+edited the way a person would, in a real Chromium. `python tools/take_screenshots.py NAME …` takes
+only some of them.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+
+from playwright.sync_api import Browser, Page, sync_playwright  # noqa: E402
+
+from physagent_studio.assets import assets_dir  # noqa: E402
+from physagent_studio.session import Store  # noqa: E402
+from physagent_studio.studio import Studio, serve  # noqa: E402
+from physagent_studio.workbench import Workbench, commands  # noqa: E402
+from tests.run_all import find_browser  # noqa: E402
+
+FOLDER = ROOT / "docs" / "images"
+FLAGS = [
+    "--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
+]  # fmt: skip
+PATIENCE = 60_000
+"""Milliseconds for the scene to fade in, drawn in software."""
+
+FADED_IN = """() => {
+  const view = document.getElementById("viewer").contentWindow;
+  const canvas = [...view.document.querySelectorAll("canvas")].at(-1);
+  const drawn = view.__viserMutable?.nodeRefFromName;
+  return canvas && Number(canvas.style.opacity || 1) === 1 && drawn && drawn["/backdrop"];
+}"""
+
+
+@dataclass(frozen=True)
+class Shot:
+    """A picture: its name, what it is of, the window, and what is done before it is taken."""
+
+    name: str
+    case: str
+    event: str
+    act: Callable[[Page], None]
+    size: tuple[int, int] = (1280, 800)
+    dark: bool = False
+    to_the_end: bool = False
+
+
+def nothing(page: Page) -> None:
+    """The studio as it stands after a step."""
+
+
+def at_impact(page: Page) -> None:
+    """In the middle of the event, with forces and contacts."""
+    page.get_by_role("button", name="Forces", exact=True).click()
+    page.get_by_role("button", name="Contacts", exact=True).click()
+    for _ in range(7):
+        page.keyboard.press("ArrowRight")
+
+
+def editing(page: Page) -> None:
+    """The proposal's numbers open for editing."""
+    page.get_by_role("button", name="Edit", exact=True).click()
+    page.get_by_role("group", name="Proposal").scroll_into_view_if_needed()
+
+
+def in_the_inspector(page: Page) -> None:
+    """An action selected in the timeline."""
+    page.locator(".tl [data-action] .body").first.click()
+
+
+def wrong_text(page: Page) -> None:
+    """The program as text, with a mistake that was checked."""
+    page.get_by_role("tab", name="Program").click()
+    area = page.get_by_label("Program as YAML")
+    text = area.input_value().split("\n")
+    at = next(n for n, line in enumerate(text) if line.strip().startswith("duration:"))
+    text[at] = text[at].split(":")[0] + ": a while"
+    area.fill("\n".join(text))
+    page.get_by_role("button", name="Validate").click()
+    page.locator(".problems button").first.click()
+
+
+def from_the_side(page: Page) -> None:
+    """The scene seen from outside, with the camera that took the photo."""
+    page.get_by_role("tab", name="Scene").click()
+    page.get_by_label("Camera", exact=True).click()
+    page.get_by_role("button", name="Front", exact=True).click()
+
+
+def new_session(page: Page) -> None:
+    """The dialog of a new session, with a photo and clicks."""
+    page.get_by_role("button", name="Open…").click()
+    page.get_by_role("button", name="New from a photo…").click()
+    page.locator("input[type=file]").set_input_files(str(assets_dir() / "demo" / "input.png"))
+    picture = page.locator("[data-photo]")
+    picture.click(position={"x": 148, "y": 290})
+    page.get_by_label("Name 1").fill("red_ball")
+    page.get_by_role("button", name="Another thing").click()
+    page.get_by_label("Name 2").fill("wooden_block")
+    picture.click(position={"x": 413, "y": 182})
+    page.get_by_label("Sentence").fill("The red ball rolls to the right and hits the block.")
+
+
+SHOTS = (
+    Shot("studio", "demo", "only_the_cube", nothing),
+    Shot("studio-impact", "demo", "knocks_block_over", at_impact, to_the_end=True),
+    Shot("studio-edit", "demo", "only_the_cube", editing),
+    Shot(
+        "studio-inspector", "demo", "only_the_cube", in_the_inspector, size=(1920, 1080), dark=True
+    ),
+    Shot("studio-program", "demo", "only_the_cube", wrong_text),
+    Shot("studio-scene", "demo", "only_the_cube", from_the_side, dark=True),
+    Shot("studio-new", "demo", "only_the_cube", new_session),
+    Shot("studio-small", "demo", "only_the_cube", nothing, size=(1000, 700)),
+)
+
+
+@contextmanager
+def studio_on(shot: Shot) -> Iterator[Studio]:
+    """A studio that has the shot's case open, one step or all the way done."""
+    with tempfile.TemporaryDirectory() as folder:
+        workbench = Workbench(Store(Path(folder)), evidence=False)
+        workbench.post(commands.OpenCase(assets_dir() / shot.case, shot.event))
+        workbench.post(commands.Run() if shot.to_the_end else commands.Step())
+        if not workbench.wait(300):
+            raise SystemExit(f"{shot.name}: the step took more than five minutes")
+        studio = serve(workbench, port=0)
+        try:
+            yield studio
+        finally:
+            studio.stop()
+            workbench.close()
+
+
+def take(browser: Browser, shot: Shot) -> Path:
+    """Takes one picture and returns where it lies."""
+    width, height = shot.size
+    page = browser.new_page(
+        viewport={"width": width, "height": height},
+        color_scheme="dark" if shot.dark else "light",
+    )
+    with studio_on(shot) as studio:
+        page.goto(studio.address)
+        page.locator(".tl [data-action]").first.wait_for()
+        page.wait_for_function(FADED_IN, timeout=PATIENCE)
+        page.wait_for_timeout(2000)
+        shot.act(page)
+        page.wait_for_timeout(1500)
+        path = FOLDER / f"{shot.name}.png"
+        page.screenshot(path=path)
+    page.close()
+    return path
+
+
+def main(names: list[str]) -> None:
+    """Takes the chosen pictures, or all."""
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=find_browser(), args=FLAGS)
+        for shot in SHOTS:
+            if not names or shot.name in names:
+                print(take(browser, shot).relative_to(ROOT), flush=True)
+        browser.close()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, JsonValue, model_validator
+from pydantic import Field, JsonValue, model_validator
 
 from physagent_studio.program import (
     MATERIALS,
@@ -26,16 +26,8 @@ from physagent_studio.records import CRITERIA
 Words = Annotated[str, Field(max_length=2000)]
 
 
-def known_material(name: str) -> str:
-    """The name, if the table has it: a model knows the table, so a strange name is a slip."""
-    if name not in MATERIALS:
-        raise ValueError(f"there is no material {name[:60]!r}; known: {', '.join(MATERIALS)}")
-    return name
-
-
 _KNOWN: list[JsonValue] = [*sorted(MATERIALS)]
-Material = Annotated[str, AfterValidator(known_material), Field(json_schema_extra={"enum": _KNOWN})]
-
+Material = Annotated[str, Field(json_schema_extra={"enum": _KNOWN})]
 
 # --- generator -------------------------------------------------------------------------------
 

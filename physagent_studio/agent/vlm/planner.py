@@ -6,8 +6,6 @@ import hashlib
 import json
 from dataclasses import dataclass
 
-from pydantic import JsonValue
-
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.vlm import facts, paths, reference
 from physagent_studio.agent.vlm.dialogue import converse
@@ -16,7 +14,7 @@ from physagent_studio.agent.vlm.forms import EventPlan, PlannedEdit, PlannedHunk
 from physagent_studio.agent.vlm.line import Line
 from physagent_studio.agent.vlm.messages import Turn
 from physagent_studio.agent.vlm.prompting import prompt, quoted
-from physagent_studio.program import MATERIALS, AddItem, Edit, MoveItem, RemoveItem, SetField, apply
+from physagent_studio.program import AddItem, Edit, MoveItem, RemoveItem, SetField, apply
 from physagent_studio.records import Assessment, Hunk, Memory, MemoryEntry, Proposal
 
 AUTHOR = "vlm"
@@ -159,8 +157,6 @@ def _hunk(item: PlannedHunk, index: int, situation: Situation) -> Hunk:
         where = paths.target(edit, program)
         if not paths.allowed(edit, program, stage):
             raise Invalid(f"{where}: is not among the paths that may be edited now")
-        if isinstance(edit, SetField) and where.endswith(".material"):
-            _check_material(where, edit.value)
         pinned = paths.overlap(where, memory.pinned)
         if pinned is not None:
             raise Invalid(f"{where}: {pinned} is pinned by a person; leave it as it is")
@@ -170,11 +166,6 @@ def _hunk(item: PlannedHunk, index: int, situation: Situation) -> Hunk:
         if paths.overlap(edit.path, memory.pinned) is None
     )
     return Hunk(id=f"h{index + 1}", summary=item.summary, edits=(*edits, *opened))
-
-
-def _check_material(path: str, value: JsonValue) -> None:
-    if value not in MATERIALS:
-        raise Invalid(f"{path}: there is no material {value!r}; known: {', '.join(MATERIALS)}")
 
 
 def _plain(edit: PlannedEdit) -> Edit:

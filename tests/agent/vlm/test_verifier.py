@@ -1,4 +1,4 @@
-"""The verifier: what it is shown, what it concludes, and what it does when the facts say otherwise."""
+"""The verifier: what it is shown, what it concludes, and what it does with contradictions."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ def at_scales(
     lab: NDArray[np.float32],
     inside: Sequence[Pixel],
     outside: Sequence[Pixel],
-    scales: int = 7,
+    scales: int = 6,
 ) -> list[Window]:
     """Candidates for windows of several sizes and proportions. Pixels are those of `image`.
 
@@ -87,7 +87,7 @@ def at_scales(
     low, high = spots.min(0), spots.max(0)
     found: list[Window] = []
     guesses = [(share, SQUARE) for share in np.geomspace(0.07, 0.95, scales)]
-    guesses += [(share, window) for share in (0.16, 0.26, 0.42) for window in OBLONG]
+    guesses += [(share, window) for share in (0.18, 0.36) for window in OBLONG]
     for share, (reach_x, up, down) in guesses:
         radius = share * max(rows, columns) / 2
         x0, y0 = np.maximum(np.round(low - radius * np.array([reach_x, up])).astype(int), 1)

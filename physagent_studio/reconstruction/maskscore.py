@@ -61,47 +61,71 @@ class Draft:
     window_share: float = 0.0
 
 
-def scores(
-    lab: NDArray[np.float32], drafts: Sequence[Draft], inside: Sequence[Pixel]
-) -> FloatArray:
-    """(N,) estimated IoU of each draft of one object with the object; `inside` are its clicks."""
-    if not drafts:
-        return np.zeros(0)
-    flat = np.stack([draft.mask.ravel() for draft in drafts]).astype(np.float32)
-    shared = (flat @ flat.T).astype(np.float64)
-    area = np.diag(shared).copy()
-    likeness = shared / np.maximum(area[:, None] + area[None] - shared, 1)
-    family = np.array([draft.family for draft in drafts])
-    palette = _palette(lab)
-    slope = _slope(lab)
-    rows = []
-    for k, draft in enumerate(drafts):
-        across = likeness[k][family != family[k]]
-        agreement = float(across.max(initial=0.0))
-        within = shared[k] / np.maximum(area, 1)
-        around = shared[k] / max(area[k], 1)
-        local = _local(lab, slope, palette, draft.mask)
-        log_area = float(np.log(area[k] / draft.mask.size + 1e-4))
-        covered, off = _clicks(draft.mask, inside)
-        values = {
-            "constant": 1.0,
-            "consensus": float((likeness[k] > ALIKE).sum() - 1) / len(drafts),
-            "agreement": agreement,
-            "covered agreement": covered * agreement,
-            "colour overlap": local.overlap,
-            "contrast": float(np.tanh(local.middle / 25)),
-            "border": min(2 * border_share(draft.mask), 1.0),
-            "window": min(3 * draft.window_share, 1.0),
-            "log area": log_area,
-            "log area squared": log_area**2,
-            "off centre": off,
-            "texture": float(np.tanh(local.texture / 6)),
-            "holds others": float(np.mean((within > 0.95) & (area < 0.7 * area[k])))
-            * float(np.tanh(local.weakest / 10)),
-            "held by others": float(np.mean((around > 0.95) & (area > 1.4 * area[k]))),
-        }
-        rows.append(sum(WEIGHTS[name] * value for name, value in values.items()))
-    return np.clip(np.array(rows), 0.0, 1.0)
+class Scorer:
+    """Scores drafts of one object on one picture; what a draft shows by itself is kept."""
+
+    def __init__(self, lab: NDArray[np.float32], inside: Sequence[Pixel]) -> None:
+        self.lab = lab
+        self.inside = inside
+        self.slope = _slope(lab)
+        self.palette = _palette(lab)
+        self.known: dict[int, tuple[Draft, dict[str, float]]] = {}
+
+    def scores(self, drafts: Sequence[Draft]) -> FloatArray:
+        """(N,) estimated IoU of each draft with the object, 0 … 1."""
+        if not drafts:
+            return np.zeros(0)
+        shared = _shared(drafts)
+        area = np.diag(shared).astype(float)
+        likeness = shared / np.maximum(area[:, None] + area[None] - shared, 1)
+        family = np.array([draft.family for draft in drafts])
+        out = np.zeros(len(drafts))
+        for k, draft in enumerate(drafts):
+            own = self._alone(draft)
+            agreement = float(likeness[k][family != family[k]].max(initial=0.0))
+            within = shared[k] / np.maximum(area, 1)
+            around = shared[k] / max(area[k], 1)
+            holds = float(np.mean((within > 0.95) & (area < 0.7 * area[k])))
+            values = own | {
+                "consensus": float((likeness[k] > ALIKE).sum() - 1) / len(drafts),
+                "agreement": agreement,
+                "covered agreement": own["covered"] * agreement,
+                "holds others": holds * own["weakest"],
+                "held by others": float(np.mean((around > 0.95) & (area > 1.4 * area[k]))),
+            }
+            out[k] = sum(weight * values[name] for name, weight in WEIGHTS.items())
+        return np.clip(out, 0.0, 1.0)
+
+    def _alone(self, draft: Draft) -> dict[str, float]:
+        """Features that do not depend on the other drafts."""
+        if id(draft) not in self.known:
+            local = _local(self.lab, self.slope, self.palette, draft.mask)
+            area = float(np.log(np.count_nonzero(draft.mask) / draft.mask.size + 1e-4))
+            covered, off = _clicks(draft.mask, self.inside)
+            values = {
+                "constant": 1.0,
+                "colour overlap": local.overlap,
+                "contrast": float(np.tanh(local.middle / 25)),
+                "border": min(2 * border_share(draft.mask), 1.0),
+                "window": min(3 * draft.window_share, 1.0),
+                "log area": area,
+                "log area squared": area**2,
+                "off centre": off,
+                "texture": float(np.tanh(local.texture / 6)),
+                "covered": covered,
+                "weakest": float(np.tanh(local.weakest / 10)),
+            }
+            # The draft is kept with its features, so that its id stays its own.
+            self.known[id(draft)] = (draft, values)
+        return self.known[id(draft)][1]
+
+
+def _shared(drafts: Sequence[Draft]) -> NDArray[np.int64]:
+    """(N, N) number of pixels that two drafts share."""
+    packed = np.packbits(np.stack([draft.mask.ravel() for draft in drafts]), axis=1)
+    packed = np.pad(packed, ((0, 0), (0, -packed.shape[1] % 8))).view(np.uint64)
+    rows = [np.bitwise_count(row & packed).sum(1, dtype=np.int64) for row in packed]
+    return np.stack(rows)
 
 
 @dataclass(frozen=True, slots=True)

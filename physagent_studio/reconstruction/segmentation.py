@@ -28,12 +28,12 @@ from physagent_studio.reconstruction.masks import (
     smooth,
     without_pinholes,
 )
-from physagent_studio.reconstruction.maskscore import Draft, scores, window_share
+from physagent_studio.reconstruction.maskscore import Draft, Scorer, window_share
 from physagent_studio.reconstruction.names import usual_size
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 
-SIDE = 256
+SIDE = 240
 """Longest side in pixels of the picture on which candidates are found."""
 CANDIDATES = 4
 
@@ -84,7 +84,8 @@ class EmbeddedSegmenter:
             if not task.inside and task.box is None:
                 out[name] = ()
                 continue
-            ranked = _ranked(lab, _drafts(small, lab, task), task)
+            scorer = Scorer(lab, task.inside)
+            ranked = _ranked(scorer, _drafts(small, lab, task, scorer), task)
             best = _agreed(ranked)
             out[name] = tuple(_full_size(image, item, task, factor, size) for item in best)
         return out
@@ -114,7 +115,9 @@ def _task(name: str, groundings: Sequence[tuple[str, Grounding]], factor: float)
     return _Task(tuple(inside), tuple(outside), box, usual_size(name).aspect)
 
 
-def _drafts(small: NDArray[np.uint8], lab: NDArray[np.float32], task: _Task) -> list[Draft]:
+def _drafts(
+    small: NDArray[np.uint8], lab: NDArray[np.float32], task: _Task, scorer: Scorer
+) -> list[Draft]:
     if task.box is not None:
         return _box_drafts(small, lab, task, task.box)
     windows = grabcut.at_scales(small, lab, task.inside, task.outside)
@@ -125,17 +128,19 @@ def _drafts(small: NDArray[np.uint8], lab: NDArray[np.float32], task: _Task) -> 
             continue
         share = window_share(mask, window.box)
         drafts.append(Draft(mask, f"grabcut-{k}", "colour", share))
-    contours = _contours(lab, task, drafts)
-    return drafts + contours + _recoloured(small, lab, task, contours)
+    contours = _contours(lab, task, drafts, scorer)
+    return drafts + contours + _recoloured(small, task, contours, scorer)
 
 
-def _contours(lab: NDArray[np.float32], task: _Task, drafts: Sequence[Draft]) -> list[Draft]:
+def _contours(
+    lab: NDArray[np.float32], task: _Task, drafts: Sequence[Draft], scorer: Scorer
+) -> list[Draft]:
     """Contours around the clicks' middle, then again from the middles of the best masks."""
     middle = np.array(task.inside).mean(0)
     start: Pixel = (float(middle[0]), float(middle[1]))
     out = _as_drafts(contour.around(lab, start, task.outside), "contour", task)
     for turn in range(2):
-        best = _distinct(_ranked(lab, [*drafts, *out], task), 5 if turn == 0 else 3, 0.85)
+        best = _distinct(_ranked(scorer, [*drafts, *out], task), 5 if turn == 0 else 3, 0.85)
         for draft, _ in best:
             name = f"contour-again-{turn}"
             out += _as_drafts(contour.again(lab, draft.mask, task.outside), name, task)
@@ -156,11 +161,11 @@ def _as_drafts(masks: Iterator[BoolArray], method: str, task: _Task) -> list[Dra
 
 
 def _recoloured(
-    small: NDArray[np.uint8], lab: NDArray[np.float32], task: _Task, drafts: Sequence[Draft]
+    small: NDArray[np.uint8], task: _Task, drafts: Sequence[Draft], scorer: Scorer
 ) -> list[Draft]:
     """The best contours with their outline settled by colour."""
     out: list[Draft] = []
-    for draft, _ in _distinct(_ranked(lab, drafts, task), 5, 0.9):
+    for draft, _ in _distinct(_ranked(scorer, drafts, task), 4, 0.9):
         band = max(2, round(0.08 * float(np.sqrt(np.count_nonzero(draft.mask)))))
         mask = _clean(_settled(small, draft.mask, band, 0.6), task)
         if np.count_nonzero(mask) > 30:
@@ -201,9 +206,9 @@ def _clean(mask: BoolArray, task: _Task) -> BoolArray:
 
 
 def _ranked(
-    lab: NDArray[np.float32], drafts: Sequence[Draft], task: _Task
+    scorer: Scorer, drafts: Sequence[Draft], task: _Task
 ) -> list[tuple[Draft, float]]:
-    graded = scores(lab, drafts, task.inside)
+    graded = scorer.scores(drafts)
     if task.aspect is not None:
         graded = graded - _odd_proportions(drafts, task.aspect)
     order = np.argsort(-graded, kind="stable")

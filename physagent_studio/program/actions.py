@@ -77,7 +77,11 @@ TorqueVector = Annotated[Annotated[Torque, Tag("list")] | _Described, _VECTOR]
 
 
 class OnContact(Frozen):
-    """Starts `delay` steps after a and b first touch; at `timeout` at the latest never starts."""
+    """Starts `delay` steps after the step on which a and b first touch.
+
+    If it has not started by step `timeout` it never does. What happens during a step is answered
+    on the next, so the earliest start is one step after the contact.
+    """
 
     kind: Literal["on_contact"] = "on_contact"
     a: Name
@@ -87,7 +91,10 @@ class OnContact(Frozen):
 
 
 class After(Frozen):
-    """Starts `delay` steps after the action of that id has ended."""
+    """Starts `delay` steps after the action of that id has ended; never where that never starts.
+
+    If it has not started by step `timeout` it never does.
+    """
 
     kind: Literal["after"] = "after"
     action: Name
@@ -112,7 +119,11 @@ Condition = Annotated[OnContact | After | When, Field(discriminator="kind")]
 
 
 class _Action(Frozen):
-    """What all operators share. `name` is the target object; `when` replaces `start_step`."""
+    """What all operators share. `name` is the target object; `when` replaces `start_step`.
+
+    A muted action does nothing. A plain window must lie inside the clip; one that a condition
+    opens late is cut off at the clip's end.
+    """
 
     id: Name
     name: Name
@@ -122,14 +133,22 @@ class _Action(Frozen):
 
 
 class SetVelocity(_Action):
-    """Assigns the linear velocity of the centre of mass, m/s, once."""
+    """Assigns the linear velocity of the centre of mass, world frame, m/s, once.
+
+    It replaces the velocity, all three parts of it, at the beginning of its step; the angular
+    velocity stays.
+    """
 
     operator: Literal["SetVelocity"] = "SetVelocity"
     velocity: VelocityVector
 
 
 class SetAngularVelocity(_Action):
-    """Sets the angular velocity, world frame, rad/s, and holds it for the duration."""
+    """Sets the angular velocity, world frame, rad/s, and holds it for the duration.
+
+    The linear velocity stays free. Afterwards the body turns on freely. The peers set it once,
+    whatever the duration.
+    """
 
     operator: Literal["SetAngularVelocity"] = "SetAngularVelocity"
     angular_velocity: AngularVelocityVector
@@ -137,7 +156,12 @@ class SetAngularVelocity(_Action):
 
 
 class ApplyForce(_Action):
-    """A force in N at the centre of mass, or at `point`, in `point_frame`, m."""
+    """A force in N, world frame, at the centre of mass or at `point`, m.
+
+    A point in the body frame travels and turns with the body; one in the world frame stays where
+    it is given. A force off the centre of mass also turns the body. It acts on each of its steps
+    and ends with the last.
+    """
 
     operator: Literal["ApplyForce"] = "ApplyForce"
     force: ForceVector
@@ -147,7 +171,7 @@ class ApplyForce(_Action):
 
 
 class ApplyTorque(_Action):
-    """A torque in N·m, world frame."""
+    """A torque in N·m about the centre of mass, world frame, on each of its steps."""
 
     operator: Literal["ApplyTorque"] = "ApplyTorque"
     torque: TorqueVector
@@ -155,9 +179,11 @@ class ApplyTorque(_Action):
 
 
 class ApplyAngledForce(_Action):
-    """A horizontal force at `angle` degrees (counter-clockwise from above) to the velocity.
+    """A horizontal force in N at `angle` degrees (counter-clockwise from above) to the velocity.
 
-    At rest the direction is +x, as in the peers. The direction follows the velocity each step.
+    0 speeds up, 180 brakes, 90 bends the path to the left, −90 to the right. At rest the
+    direction is +x, as in the peers. The direction follows the velocity within every step, so at
+    90 the speed stays what it is.
     """
 
     operator: Literal["ApplyAngledForce"] = "ApplyAngledForce"
@@ -167,9 +193,13 @@ class ApplyAngledForce(_Action):
 
 
 class ApplyDisturbance(_Action):
-    """A perturbation with a closed form of time and seed.
+    """A perturbation at the centre of mass with a closed form of time and seed.
 
-    amplitude: N for gust, bump, side, shake, jitter; m/s of air for wind. frequency: Hz.
+    wind: drag of air that moves with `amplitude` m/s along `direction`, by the body's silhouette.
+    gust: a force that swells and ebbs once over the duration. bump: a short push, up by default.
+    side: to and fro along `direction`. shake: a sine on
+    each axis. jitter: seeded noise on each axis. amplitude: N but for wind. frequency: Hz, for side, shake and jitter. The default
+    direction is right, +x.
     """
 
     operator: Literal["ApplyDisturbance"] = "ApplyDisturbance"
@@ -182,24 +212,31 @@ class ApplyDisturbance(_Action):
 
 
 class SetPosition(_Action):
-    """Places the centre of mass, world frame, m; the velocity becomes zero."""
+    """Places the centre of mass, world frame, m; linear and angular velocity become zero.
+
+    Placed inside another body it is pushed out; preflight does not see that.
+    """
 
     operator: Literal["SetPosition"] = "SetPosition"
     position: Position
 
 
 class SetOrientation(_Action):
-    """Turns the object to R_world_body (wxyz); the velocity becomes zero."""
+    """Turns the object about its centre of mass to R_world_body (wxyz).
+
+    Linear and angular velocity become zero.
+    """
 
     operator: Literal["SetOrientation"] = "SetOrientation"
     rotation: Quaternion
 
 
 class FixObject(_Action):
-    """Holds the object in the pose it has when the action begins.
+    """Holds the object in the pose, orientation too, that it has when the action begins.
 
-    With `point`, in `point_frame`, m, it holds only that point: the object may turn about it
-    and hangs or swings from it.
+    Nothing moves it meanwhile; released, it starts from rest. The peers put it back to where the
+    clip began. With `point`, in `point_frame`, m, it holds only that point: the object may turn
+    about it and hangs or swings from it.
     """
 
     operator: Literal["FixObject"] = "FixObject"

@@ -197,9 +197,9 @@ class ApplyDisturbance(_Action):
 
     wind: drag of air that moves with `amplitude` m/s along `direction`, by the body's silhouette.
     gust: a force that swells and ebbs once over the duration. bump: a short push, up by default.
-    side: to and fro along `direction`. shake: a sine on
-    each axis. jitter: seeded noise on each axis. amplitude: N but for wind. frequency: Hz, for side, shake and jitter. The default
-    direction is right, +x.
+    side: to and fro along `direction`. shake: a sine on each axis. jitter: seeded noise on each
+    axis. amplitude: N but for wind. frequency: Hz, for side, shake and jitter. The direction is
+    right, +x, if none is given.
     """
 
     operator: Literal["ApplyDisturbance"] = "ApplyDisturbance"

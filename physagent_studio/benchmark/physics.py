@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from physagent_studio.benchmark import physics_bodies, physics_speed
 from physagent_studio.benchmark.physics_scenes import EARTH, STILL, ground, program, thing
 from physagent_studio.benchmark.rows import Row, at_most
 from physagent_studio.program.actions import ApplyAngledForce, FixObject, SetVelocity
@@ -209,6 +210,16 @@ FIGURES: dict[str, Callable[[], list[Row]]] = {
     "fixing": fixing,
     "angled_force": angled_force,
     "tunnelling": tunnelling,
+    "bowl": physics_bodies.bowl,
+    "ring": physics_bodies.ring,
+    "soft_squash": physics_bodies.soft_squash,
+    "cloth_area": physics_bodies.cloth_area,
+    "rope_length": physics_bodies.rope_length,
+    "grains": physics_bodies.grains,
+    "stool": physics_bodies.stool,
+    "overhead": physics_speed.overhead,
+    "rerun": physics_speed.rerun,
+    "cold": physics_speed.cold,
 }
 """Every figure by name; each function measures it afresh."""
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import numpy as np
+
 from physagent_studio.program import (
     Action,
     Clip,
@@ -15,6 +17,7 @@ from physagent_studio.program import (
 )
 from physagent_studio.program.rotations import Quat
 from physagent_studio.program.scene import Floor, Shape, SupportShape
+from physagent_studio.records import Mesh
 
 Vector = tuple[float, float, float]
 STILL: Vector = (0.0, 0.0, 0.0)
@@ -71,3 +74,18 @@ def program(
         scene=SceneState(objects=tuple(objects), supports=tuple(supports), gravity=gravity),
         event=EventProgram(actions=tuple(actions)),
     )
+
+
+def ring_mesh(radius: float, thickness: float, segments: int = 32, around: int = 12) -> Mesh:
+    """A torus about z. radius: of its middle circle; thickness: radius of its cross-section, m."""
+    turns = np.arange(segments) * 2 * np.pi / segments
+    across = np.arange(around) * 2 * np.pi / around
+    u, v = np.meshgrid(turns, across, indexing="ij")
+    out = radius + thickness * np.cos(v)
+    points = np.stack([out * np.cos(u), out * np.sin(u), thickness * np.sin(v)], -1)
+    here = np.arange(segments)[:, None] * around + np.arange(around)
+    ahead, above = np.roll(here, -1, 0), np.roll(here, -1, 1)
+    both = np.roll(ahead, -1, 1)
+    one = np.stack([here, ahead, both], -1).reshape(-1, 3)
+    other = np.stack([here, both, above], -1).reshape(-1, 3)
+    return Mesh(points.reshape(-1, 3), np.concatenate([one, other]).astype(np.int32))

@@ -81,6 +81,14 @@ class Simulator:
         """Runs the tail of an edited program; see `resimulate`."""
         return self._run(program, meshes, previous, from_step, cancelled, progress)
 
+    def prepared(
+        self, program: PhysicalProgram, meshes: Mapping[str, Mesh]
+    ) -> tuple[Compiled, World, Trace]:
+        """The model with the program written into it, ready for its first step; for measuring."""
+        _require_resolved(program)
+        compiled = self._compiled(program, meshes)[1]
+        return (compiled, *_prepare(program, compiled, meshes))
+
     def _run(
         self,
         program: PhysicalProgram,

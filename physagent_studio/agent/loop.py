@@ -165,6 +165,7 @@ def _propose(state: LoopState, crew: Crew, bench: Bench) -> LoopState:
         assessment=current.assessment,
         memory=memory_of(state),
         try_out=trial,
+        look=lambda changed: bench.reconstruct(changed, scene),
     )
     proposal = crew.planner.propose(situation)
     contradiction = current.assessment.contradiction

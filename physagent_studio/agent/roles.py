@@ -37,7 +37,7 @@ class Situation:
     """What a planner works from.
 
     try_out runs a candidate program; it raises `StudioError` for one that cannot run and
-    `Cancelled` when the person cancels. scene: the reconstruction, None before stage 1.
+    `Cancelled` when the person cancels. look: reconstructs a changed scene state, no run. scene: the reconstruction, None before stage 1.
     """
 
     case: Case
@@ -47,6 +47,7 @@ class Situation:
     assessment: Assessment
     memory: Memory
     try_out: Callable[[PhysicalProgram], Trial]
+    look: Callable[[SceneState], Scene] | None = None
 
 
 class Generator(Protocol):

@@ -8,10 +8,10 @@ from physagent_studio.agent.rules.reading import EventFrame, Place, Reading
 from physagent_studio.agent.rules.reading.vocabulary import words_of
 
 ACTIVE = words_of(
-    "move slide drift roll fly curve circle push pull kick throw hit knock knock_over tip_over topple "
-    "lose_balance flip spin turn turn_around reverse slip float jump rise bounce cross pass reach "
-    "enter approach accelerate dislodge descend fall stop land leave lose_support wind sway bend "
-    "crush settle slow collapse spread break deform"
+    "move slide drift roll fly curve circle push pull kick throw hit knock knock_over tip_over "
+    "topple lose_balance flip spin turn turn_around reverse slip float jump rise bounce cross "
+    "pass reach enter approach accelerate dislodge descend fall stop land leave lose_support "
+    "wind sway bend crush settle slow collapse spread break deform"
 )
 """Senses after which something is no longer as it was."""
 

@@ -8,7 +8,7 @@ G = 9.81
 
 
 def stopping_distance(speed: float, friction: float, slope: float = 0.0) -> float:
-    """Way that a sliding body takes to stop: v² / 2a, a = g (μ cos s − sin s); inf if it does not."""
+    """Way in which a sliding body stops: v² / 2a, a = g (μ cos s − sin s); inf if never."""
     slowing = G * (friction * math.cos(slope) - math.sin(slope))
     return speed * speed / (2 * slowing) if slowing > 1e-9 else math.inf
 

@@ -1,4 +1,4 @@
-"""P: maps a mismatch to factors, finds their numbers by search, and proposes the smallest change."""
+"""P: maps a mismatch to factors, finds numbers by search, proposes the smallest change."""
 
 from __future__ import annotations
 

@@ -38,9 +38,9 @@ def spec(kind: str, subject: str, **fields: Any) -> Spec:
     return Spec(kind, {"subject": subject, **kept})
 
 
-def any_of(*parts: Spec) -> Spec:
+def any_of(first: Spec, *more: Spec) -> Spec:
     """At least one of the parts."""
-    return Spec("any_of", {}, parts) if len(parts) > 1 else parts[0]
+    return Spec("any_of", {}, (first, *more)) if more else first
 
 
 def before(first: Spec, second: Spec) -> Spec:

@@ -7,19 +7,26 @@ from collections.abc import Iterator
 
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.factors import may_change
-from physagent_studio.errors import StudioError
+from physagent_studio.agent.rules.verifier import shortfall
+from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.program.edits import Edit, SetField, apply
 from physagent_studio.records import Finding, Hunk, Proposal
 
 
+Repair = tuple[str, str, tuple[Edit, ...]]
+LOOKS = 6
+"""Most reconstructions that one proposal looks at; none of them is simulated."""
+
+
 def repair_scene(situation: Situation) -> Proposal:
     """The first untried repair of the worst failed finding, or a question."""
-    scene = situation.scene
-    failing = [f for f in scene.findings if not f.ok] if scene is not None else []
+    failing = _failing(situation)
     for finding in failing:
-        for factor, words, edits in _repairs(finding, situation):
-            if _is_fresh(situation, edits):
-                return _proposal(situation, finding, factor, words, edits)
+        fresh = [row for row in _repairs(finding, situation) if _is_fresh(situation, row[2])]
+        chosen = _best(situation, fresh[:LOOKS])
+        if chosen is not None:
+            factor, words, edits = chosen
+            return _proposal(situation, finding, factor, words, edits)
     worst = failing[0] if failing else None
     about = worst.subject if worst is not None else "the picture"
     text = worst.text if worst is not None else "the scene is not resolved"
@@ -29,7 +36,37 @@ def repair_scene(situation: Situation) -> Proposal:
         rationale=f"nothing is left to try: {text}",
         factor="none",
         confidence=0.0,
-        question=f"{text[0].upper()}{text[1:]}. Can you click inside {about}, or draw a box around it?",
+        question=f"{text[0].upper()}{text[1:]}. Can you click inside {about}, or draw a box?",
+    )
+
+
+def _best(situation: Situation, repairs: list[Repair]) -> Repair | None:
+    """The repair after which the scene fails least, if it fails less than now; the first where
+    nothing can be looked at."""
+    if situation.look is None or situation.scene is None:
+        return repairs[0] if repairs else None
+    best, least = None, shortfall(situation.scene) - 1e-6
+    for repair in repairs:
+        try:
+            scene = situation.look(apply(situation.program, repair[2]).scene)
+        except Cancelled:
+            raise
+        except StudioError:
+            continue
+        if shortfall(scene) < least:
+            best, least = repair, shortfall(scene)
+    return best
+
+
+def _failing(situation: Situation) -> list[Finding]:
+    """The findings that the verdict is about, the worst first."""
+    scene = situation.scene
+    wrong = {m.check for m in situation.assessment.diagnosis}
+    found = [f for f in scene.findings if not f.ok] if scene is not None else []
+    demanded = [f for f in found if f"{f.kind}.{f.name}.{f.subject}" in wrong]
+    margins = {c.id: c.margin for c in situation.assessment.checks}
+    return sorted(
+        demanded or found, key=lambda f: margins.get(f"{f.kind}.{f.name}.{f.subject}", 0.0)
     )
 
 
@@ -99,15 +136,37 @@ def _other_masks(
     item = situation.program.scene.object(name)
     assert item is not None
     count = len(scene.candidates.get(name, ())) if scene is not None else 0
-    for candidate in range(count):
-        if candidate == item.grounding.candidate:
-            continue
+    tried = _tried_masks(situation, name)
+    left = [c for c in range(count) if c not in tried and c != item.grounding.candidate]
+    best = max(tried, key=lambda c: tried[c], default=None)
+    if not left and best is not None and best != item.grounding.candidate:
+        # None of them fits: back to the one that came nearest.
+        left = [best]
+    for candidate in left:
         edits = (
             SetField(path=f"{base}.grounding.candidate", value=candidate),
             SetField(path=f"{base}.shape", value=None),
             SetField(path=f"{base}.position", value=None),
         )
         yield "mask candidate", f"take mask {candidate + 1} of {count} for {name}", edits
+
+
+def _tried_masks(situation: Situation, name: str) -> dict[int, float]:
+    """How well each mask that was tried for an object fitted, by its number."""
+    item = situation.program.scene.object(name)
+    check = f"mask.reprojection.{name}"
+    found: dict[int, float] = {}
+    path = f"scene.objects.{name}.grounding.candidate"
+    for number, entry in enumerate(situation.memory.entries):
+        chosen = [e.value for e in entry.edits if isinstance(e, SetField) and e.path == path]
+        if number == 0 or not found:
+            found.setdefault(0, entry.margins_before.get(check, -1.0))
+        if chosen and isinstance(chosen[0], int):
+            found[chosen[0]] = entry.margins_after.get(check, -1.0)
+    if item is not None:
+        now = {c.id: c.margin for c in situation.assessment.checks}
+        found[item.grounding.candidate] = now.get(check, -1.0)
+    return found
 
 
 def _cameras(situation: Situation) -> Iterator[tuple[str, str, tuple[Edit, ...]]]:

@@ -13,10 +13,11 @@ from physagent_studio.records import (
     Evidence,
     Finding,
     RolloutEvidence,
+    Scene,
     SceneEvidence,
 )
 
-ROUGH_IOU = 0.5
+ROUGH_IOU = 0.35
 """Least overlap of a drawn object with its mask that still shows the right thing in place."""
 
 
@@ -36,7 +37,7 @@ class RuleVerifier:
 def judge_scene(evidence: SceneEvidence) -> Assessment:
     """Every finding holds; an estimated camera is reported and not failed."""
     findings = evidence.scene.findings
-    guessed = _is_estimated(evidence)
+    guessed = _is_estimated(evidence.scene)
     checks = tuple(_of_finding(f, number, guessed) for number, f in enumerate(findings))
     failing = [f for f in findings if not f.ok and not _only_reported(f, guessed)]
     return Assessment(
@@ -52,9 +53,16 @@ def judge_scene(evidence: SceneEvidence) -> Assessment:
     )
 
 
-def _is_estimated(evidence: SceneEvidence) -> bool:
+def shortfall(scene: Scene) -> float:
+    """How badly the demanded findings of a scene fail, summed; 0 where stage 1 holds."""
+    guessed = _is_estimated(scene)
+    checks = [_of_finding(f, n, guessed) for n, f in enumerate(scene.findings)]
+    return sum(min(-c.margin, 10.0) for c in checks if c.demanded and not c.ok)
+
+
+def _is_estimated(scene: Scene) -> bool:
     """Whether the camera is an estimate that nobody has confirmed."""
-    camera = evidence.scene.state.camera
+    camera = scene.state.camera
     return camera is not None and not camera.confirmed and camera.source in ("estimated", "assumed")
 
 

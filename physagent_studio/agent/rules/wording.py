@@ -17,11 +17,13 @@ def summary_of(program: PhysicalProgram, edits: tuple[Edit, ...]) -> str:
 def _one(program: PhysicalProgram, edit: Edit) -> str:
     if isinstance(edit, AddItem):
         item = edit.item if isinstance(edit.item, dict) else {}
-        return f"add {item.get('operator', 'an action')} {item.get('id', '')} on {item.get('name', '')}"
+        what, name = item.get("operator", "an action"), item.get("name", "")
+        return f"add {what} {item.get('id', '')} on {name}"
     if isinstance(edit, RemoveItem):
         return f"remove {edit.path.rsplit('.', 1)[-1]}"
     if isinstance(edit, SetField):
-        return f"{_short(edit.path)} from {_figure(_before(program, edit.path))} to {_figure(edit.value)}"
+        before, now = _figure(_before(program, edit.path)), _figure(edit.value)
+        return f"{_short(edit.path)} from {before} to {now}"
     return f"move {edit.path}"
 
 

@@ -15,18 +15,22 @@ Way = Literal[
 ]  # fmt: skip
 
 
+LandmarkKind = Literal["point", "line", "area", "opening"]
+
+
 @dataclass(frozen=True, slots=True)
 class Place:
     """A place that a clause speaks of.
 
-    kind: what `name` is; a group is what the clause's object stands on or among. part: a place on it (`edge`, `lower_end`, …) or "". landmark_kind:
-    for landmarks that the case does not give, what they would be.
+    kind: what `name` is; a group is what the clause's object stands on or among. part: a place
+    on it (`edge`, `lower_end`, …) or "". landmark_kind: for landmarks that the case does not
+    give, what they would be.
     """
 
     name: str
     kind: Literal["object", "support", "landmark", "group"]
     part: str = ""
-    landmark_kind: Literal["point", "line", "area", "opening"] = "point"
+    landmark_kind: LandmarkKind = "point"
 
 
 @dataclass(frozen=True, slots=True)

@@ -165,7 +165,8 @@ def _force_adjectives(phrase: NounPhrase, details: Details) -> None:
         if adjective in PATH_ADJECTIVES:
             details.path = PATH_ADJECTIVES[adjective]
     if _is_path(phrase):
-        details.path = PATHS.get(phrase.head, details.path)
+        known = PATHS.get(phrase.head)
+        details.path = known or details.path
 
 
 def _is_path(phrase: NounPhrase) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from physagent_studio.agent.rules.reading import vocabulary as v
-from physagent_studio.agent.rules.reading.frames import Place
+from physagent_studio.agent.rules.reading.frames import LandmarkKind, Place
 from physagent_studio.agent.rules.reading.phrases import NounPhrase
 from physagent_studio.agent.rules.reading.tokens import singular
 from physagent_studio.agent.rules.reading.vocabulary import words_of
@@ -352,8 +352,9 @@ def _needed_landmark(phrase: NounPhrase, talk: Discourse) -> Place:
     return place
 
 
-def _landmark_kind(word: str):  # noqa: ANN202 - a literal of Place
-    return {"opening": "opening", "line": "line", "area": "area"}.get(word, "point")
+def _landmark_kind(word: str) -> LandmarkKind:
+    kinds: dict[str, LandmarkKind] = {"opening": "opening", "line": "line", "area": "area"}
+    return kinds.get(word, "point")
 
 
 def _landmark(phrase: NounPhrase, stock: Inventory) -> Place | None:

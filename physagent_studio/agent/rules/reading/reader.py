@@ -100,7 +100,7 @@ class _Reader:
     # --- clauses that only introduce the next one ------------------------------------------------
 
     def _is_prelude(self, clause: RawClause) -> bool:
-        """ "starts to …", "makes it …", "leaves the others …": the next verb carries the meaning."""
+        """ "starts to …", "makes it …", "leaves the others …": the next verb has the meaning."""
         assert clause.verb is not None
         entry = v.VERBS.get(clause.verb.verb)
         following = self._complement_follows(clause)

@@ -37,7 +37,8 @@ class Situation:
     """What a planner works from.
 
     try_out runs a candidate program; it raises `StudioError` for one that cannot run and
-    `Cancelled` when the person cancels. look: reconstructs a changed scene state, no run. scene: the reconstruction, None before stage 1.
+    `Cancelled` when the person cancels. look: reconstructs a changed scene state without a run.
+    scene: the reconstruction, None before stage 1.
     """
 
     case: Case

@@ -12,7 +12,6 @@ from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.program.edits import Edit, SetField, apply
 from physagent_studio.records import Finding, Hunk, Proposal
 
-
 Repair = tuple[str, str, tuple[Edit, ...]]
 LOOKS = 6
 """Most reconstructions that one proposal looks at; none of them is simulated."""

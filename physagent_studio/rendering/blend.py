@@ -61,6 +61,46 @@ def blend_outlines(
     canvas.reshape(-1, 3)[pixel[changed]] = result[changed]
 
 
+def blend_hidden(
+    canvas: Picture,
+    backdrop: Picture,
+    ids: NDArray[np.int16],
+    hidden: NDArray[np.int64],
+    owner: NDArray[np.int32],
+    share: NDArray[np.float32],
+) -> None:
+    """Smooth the line along which a support hides an object, in place.
+
+    hidden, owner: (K,) flat pixels where a support hides an object, and which. share: (H·W,)
+    how much of each pixel supports cover.
+    """
+    if not len(hidden):
+        return
+    height, width = ids.shape
+    mask = np.full(ids.size, -1, np.int16)
+    mask[hidden] = owner
+    mask = mask.reshape(ids.shape)
+    hard = canvas.copy()
+    for first, second in ((ids, mask), (mask, ids)):
+        # Pixels of the first kind that touch the second kind of the same object.
+        touching = np.zeros(ids.shape, bool)
+        for dy, dx in _AROUND[:4]:
+            here = (slice(max(0, -dy), height - max(0, dy)), slice(max(0, -dx), width - max(0, dx)))
+            there = (slice(max(0, dy), height + min(0, dy)), slice(max(0, dx), width + min(0, dx)))
+            touching[here] |= (first[here] >= 0) & (first[here] == second[there])
+        pixel = np.flatnonzero(touching)
+        pixel = pixel[(share[pixel] > 0) & (share[pixel] < 1)]
+        if not len(pixel):
+            continue
+        around = _Around.of(hard, ids, np.zeros(ids.shape, np.float32), pixel)
+        mean, count = _mean(around.colors, around.ids == first.ravel()[pixel, None])
+        shown = ids.ravel()[pixel] >= 0
+        color = np.where(shown[:, None], hard.reshape(-1, 3)[pixel], mean)
+        part = np.where((count > 0) | shown, share[pixel], 1)[:, None]
+        mixed = backdrop.reshape(-1, 3)[pixel] * part + color * (1 - part)
+        canvas.reshape(-1, 3)[pixel] = np.clip(mixed + 0.5, 0, 255).astype(np.uint8)
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class _Around:
     """The eight pixels around each of K: ids and depth (K, 8), colors (K, 8, 3)."""

@@ -12,7 +12,7 @@ from physagent_studio.program.camera import Camera
 from physagent_studio.records.scene import Mesh, Scene
 from physagent_studio.rendering.backdrop import PALETTE, draw_backdrop
 from physagent_studio.rendering.batch import Batch
-from physagent_studio.rendering.blend import blend_outlines
+from physagent_studio.rendering.blend import blend_hidden, blend_outlines
 from physagent_studio.rendering.coverage import partial_pixels
 from physagent_studio.rendering.frame import Frame, Picture, Surface
 from physagent_studio.rendering.raster import FloatArray, Hits, Lens, rasterise
@@ -83,11 +83,17 @@ class Compositor:
         deformed = self._deformed(vertices or {})
         world = self._batch.placed(where, turned, deformed)
         points = self._to_camera(world)
-        hits = self._visible(self._cast(points))
+        cast = self._cast(points)
+        hidden = self._stage.hidden(cast, self._owner(cast), self._tolerance)
+        hits = _chosen(cast, ~hidden)
         standing = np.zeros(len(self.names)) if as_built else self._scenery.standing(points)
         backdrop = self._scenery.behind(world, standing, shadows)
         colors = self._skin.colors(hits, turned, world if deformed else None)
-        return self._composed(hits, points, backdrop, colors, standing)
+        frame = self._composed(hits, points, backdrop, colors, standing)
+        if hidden.any():
+            behind, owner = cast.pixel[hidden], self._owner(cast)[hidden]
+            blend_hidden(frame.rgb, backdrop, frame.ids, behind, owner, self._stage.share)
+        return frame
 
     # --- preparation -------------------------------------------------------------------------
 
@@ -143,13 +149,6 @@ class Compositor:
     def _owner(self, hits: Hits) -> NDArray[np.int32]:
         return self._batch.face_owner[hits.face]
 
-    def _visible(self, hits: Hits) -> Hits:
-        hidden = self._stage.hidden(hits, self._owner(hits), self._tolerance)
-        if not hidden.any():
-            return hits
-        keep = ~hidden
-        return Hits(hits.pixel[keep], hits.face[keep], hits.weights[keep], hits.depth[keep])
-
     def _composed(
         self,
         hits: Hits,
@@ -174,6 +173,12 @@ class Compositor:
 
         blend_outlines(canvas, backdrop, ids, depth, self._stage.depth, partial, photographed)
         return Frame(canvas, ids, depth, Surface(hits, points, self._batch.faces, self.lens))
+
+
+def _chosen(hits: Hits, keep: NDArray[np.bool_]) -> Hits:
+    if keep.all():
+        return hits
+    return Hits(hits.pixel[keep], hits.face[keep], hits.weights[keep], hits.depth[keep])
 
 
 def lens_of(camera: Camera) -> Lens:

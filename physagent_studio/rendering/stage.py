@@ -13,6 +13,7 @@ from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Floor, SceneState, Wall
 from physagent_studio.records.scene import Mesh
 from physagent_studio.rendering.batch import Batch
+from physagent_studio.rendering.coverage import partial_pixels
 from physagent_studio.rendering.raster import FloatArray, Hits, Lens, rasterise
 from physagent_studio.rendering.shadow import Ground
 
@@ -44,13 +45,15 @@ class Solid:
 class Stage:
     """Static geometry as the camera sees it.
 
-    depth: (H·W,) along the axis to the nearest solid, inf for none. solid: (H·W,) its index.
+    depth: (H·W,) along the axis to the nearest solid, inf for none. solid: (H·W,) its index. share:
+    (H·W,) how much of each pixel solids cover.
     rays: (H·W, 3) world directions with optical-axis component 1. ground: takes shadows.
     """
 
     solids: tuple[Solid, ...]
     depth: FloatArray
     solid: NDArray[np.int16]
+    share: NDArray[np.float32]
     rays: FloatArray
     origin: FloatArray
     ground: Ground
@@ -66,6 +69,7 @@ class Stage:
             solids=tuple(_solid(n, meshes[n], origin) for n in names),
             depth=depth,
             solid=solid,
+            share=_covered(_solid_meshes(state, meshes), solid, camera, lens),
             rays=rays,
             origin=origin,
             ground=_ground(state, meshes, camera, lens),
@@ -136,6 +140,20 @@ def _nearest(
         depth[hits.pixel] = hits.depth
         solid[hits.pixel] = batch.face_owner[hits.face]
     return depth, solid
+
+
+def _covered(
+    meshes: list[Mesh], solid: NDArray[np.int16], camera: Camera, lens: Lens
+) -> NDArray[np.float32]:
+    """(H·W,) share of each pixel that lies on a solid."""
+    batch = Batch.of(meshes)
+    points = (batch.vertices - camera.position) @ camera.matrix
+    missed = np.ones(lens.width * lens.height, np.float32)
+    whole = solid >= 0
+    for partial in partial_pixels(batch, points, lens):
+        missed[partial.pixel] *= 1 - partial.share
+        whole[partial.pixel] = False
+    return np.where(whole, np.float32(1), 1 - missed)
 
 
 def _planes_depth(state: SceneState, origin: FloatArray, rays: FloatArray) -> FloatArray:

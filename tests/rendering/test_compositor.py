@@ -114,6 +114,23 @@ def test_support_in_front_hides_what_falls_behind_it():
     assert np.array_equal(unshadowed.rgb, empty.rgb)
 
 
+def test_line_along_a_support_in_front_is_smooth():
+    support, support_mesh = table()
+    item, mesh = crate((0.1, 3.0, 0.7), (0.5, 0.3, 0.5))
+    red = Mesh(mesh.vertices, mesh.faces, None, None, (250, 20, 20))
+    scene = scene_of([item], {"crate": red}, [FLOOR, support], {"table": support_mesh})
+    compositor = Compositor(scene)
+    frame = compositor.frame([[0.45, 3.8, 0.45]], [[1, 0, 0, 0]], shadows=False)
+    seen = frame.ids == 0
+    line = seen[1:] != seen[:-1]
+    assert seen.sum() > 200
+    red_share = frame.rgb[..., 0].astype(int) - frame.rgb[..., 1]
+    just_below = np.argwhere(line & seen[:-1]) + np.array([1, 0])
+    values = red_share[just_below[:, 0], just_below[:, 1]]
+    # Below the hard line some pixels are covered by the table in part only.
+    assert ((values > 25) & (values < 150)).sum() > 5
+
+
 def test_support_does_not_eat_into_what_stands_on_it():
     support, support_mesh = table()
     # Sunk by 2 cm, as an estimated pose may be.

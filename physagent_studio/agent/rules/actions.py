@@ -142,7 +142,7 @@ def blow(
 
 def hold(name: str, steps: int) -> FixObject:
     """Keeps it where it is for the first steps."""
-    return FixObject(id=f"hold_{name}"[:64], name=name, duration=steps)
+    return FixObject(id=f"hold_{name}"[:64], name=name, start_step=0, duration=steps)
 
 
 def top_point(layout: Layout, name: str) -> Position:

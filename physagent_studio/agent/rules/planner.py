@@ -57,7 +57,8 @@ class RulePlanner:
     def _rounds(
         self, situation: Situation, search: Search, knobs: list[Knob], bias: Bias, verified: bool
     ) -> Candidate | None:
-        idle = any(m.code == "does_not_move" for m in situation.assessment.diagnosis)
+        codes = {m.code for m in situation.assessment.diagnosis}
+        idle = bool(codes & {"does_not_move", "no_cause"})
         if idle and not verified:
             found = self._restructured(situation, search, bias)
             if found is not None:

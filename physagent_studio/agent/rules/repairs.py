@@ -91,21 +91,22 @@ def _reaimed(name: str, other: str, situation: Situation) -> Iterator[tuple[Edit
 
 
 def _held(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ...]]:
-    """A thing that stood in the photo and now falls over by itself: it is held as it stood, until
-    something touches it."""
-    if mismatch.code not in ("toppled", "moved", "wrong_order", "stops_by_itself"):
+    """Things that stood in the photo and now fall over by themselves are held as they stood,
+    until something touches them."""
+    if mismatch.code not in ("toppled", "moved", "wrong_order", "no_cause", "not_toppled"):
         return
     rollout, program = situation.rollout, situation.program
     if rollout is None or rollout.blown_up is not None:
         return
-    for name in (mismatch.subject, mismatch.other):
-        if name not in rollout.objects or name in _driven(situation):
-            continue
+    edits: list[Edit] = []
+    for name in rollout.objects:
         starts, touched = _first_motion(rollout, name), _first_touch(rollout, name)
-        if starts is None or (touched is not None and touched <= starts):
-            continue
-        last = program.clip.steps if touched is None else touched
-        yield _add(situation, act.hold(name, max(last - 1, 1)))
+        early = starts is not None and (touched is None or touched > starts)
+        if early and name not in _driven(situation) and Layout(program.scene).carrier(name):
+            last = program.clip.steps if touched is None else touched
+            edits += _add(situation, act.hold(name, max(last - 1, 1)))
+    if edits:
+        yield tuple(edits)
 
 
 def _first_motion(rollout: Rollout, name: str) -> int | None:

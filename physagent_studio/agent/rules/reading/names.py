@@ -328,6 +328,8 @@ def resolve_place(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Plac
         found = _pronoun(phrase.head, stock, talk, False)
         return Place(found.names[0], "object") if found else None
     if (own := _landmark(phrase, stock)) is not None:
+        if (part := _as_part(own, stock)) is not None:
+            return part
         talk.landmark = own
         return own
     if phrase.head in v.PARTS and phrase.head not in ("side",):
@@ -342,6 +344,15 @@ def resolve_place(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Plac
         return Place(stock.ground, "support")
     if phrase.head in v.LANDMARKS:
         return _needed_landmark(phrase, talk)
+    return None
+
+
+def _as_part(own: Place, stock: Inventory) -> Place | None:
+    """A landmark that a person clicked as a part of a support, such as `table_edge`."""
+    for support in stock.supports:
+        part = own.name.removeprefix(f"{support.name}_")
+        if part != own.name and part in (*v.PARTS.values(), *v.PARTS):
+            return Place(support.name, "support", v.PARTS.get(part, part))
     return None
 
 

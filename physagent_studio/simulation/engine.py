@@ -8,9 +8,8 @@ from functools import partial
 
 import numpy as np
 
-from physagent_studio.contract import measure
+from physagent_studio.contract import met
 from physagent_studio.errors import Cancelled
-from physagent_studio.program import Contract
 from physagent_studio.records import Alarm
 from physagent_studio.simulation.measure import rollout_of
 from physagent_studio.simulation.mj import mj
@@ -60,7 +59,7 @@ def _snapshot(world: World, trace: Trace, frame: int) -> None:
 def _memory(world: World, trace: Trace) -> str:
     """What a snapshot needs beyond the engine's state, as JSON."""
     memory = {
-        "count": trace.count,
+        "touching": sorted(trace.watch.touching),
         "kicks": [[step, index, kick.tolist()] for step, index, kick in world.kicks],
         "active": {slot.action.id: slot.effect.memory() for slot in trace.schedule.active},
         "true": trace.came_true,
@@ -84,7 +83,7 @@ def _edges(world: World, trace: Trace, step: int) -> None:
     if step == 0:
         for item in world.program.scene.objects:
             world.half_kick(item.name)
-        trace.grip.update(world.data)
+        trace.watch.look(world.data)
         trace.fracture.follow(world.data)
     if schedule.is_conditional:
         if schedule.awaits_contact and step:
@@ -111,9 +110,7 @@ def _note_statements(world: World, trace: Trace, step: int) -> None:
     """Remembers which awaited statements hold for the run so far, "at the end" meaning now."""
     rollout = rollout_of(world, trace, "")
     for action_id, when in trace.schedule.awaited:
-        contract = Contract(statements=(when.statement,))
-        check = measure(world.program.model_copy(update={"contract": contract}), rollout)[0]
-        if check.ok:
+        if met(when.statement, world.program, rollout):
             trace.came_true.setdefault(action_id, step)
 
 
@@ -123,38 +120,69 @@ def _touched(world: World, trace: Trace, a: str, b: str) -> int | None:
 
 
 def _advance(world: World, trace: Trace, step: int) -> None:
-    """One control step. Reads contacts as `touches` describes."""
-    model, data = world.compiled.model, world.compiled.data
+    """One control step: as a whole where nothing can begin, else engine step by engine step."""
     active = trace.schedule.active
-    fine = [slot for slot in active if slot.effect.each_substep]
     if active or trace.schedule.just_ended:
-        data.xfrc_applied[:] = 0
+        world.data.xfrc_applied[:] = 0
         trace.schedule.just_ended = False
     seconds = world.program.clip.step_seconds
     for slot in active:
         if not slot.effect.each_substep:
             slot.effect.act(world, (step - _start(slot)) * seconds)
-    base = data.xfrc_applied.copy() if fine else None
-    first, last = step * trace.substeps, (step + 1) * trace.substeps - 1
-    read, before, fresh = trace.log.read, trace.count, True
-    active = -1
-    for tick in range(first, last + 1):
-        if base is not None:
-            data.xfrc_applied[:] = base
-            for slot in fine:
-                since = (step - _start(slot)) * seconds + (tick - first) * world.dt
-                slot.effect.act(world, since)
+    trace.watch.look_ahead(trace.velocities[step])
+    if any(slot.effect.each_substep for slot in active):
+        _finely(world, trace, step)
+    else:
+        _coarsely(world, trace, step, any(slot.effect.pushes for slot in active))
+
+
+def _coarsely(world: World, trace: Trace, step: int, pushed: bool) -> None:
+    """A control step in which only the engine acts. pushed: a force may bring bodies together."""
+    model, data = world.compiled.model, world.compiled.data
+    tick = step * trace.substeps
+    mj.mj_step(model, data)
+    trace.log.read(data, tick)
+    if trace.watch.look(data) and not pushed:
+        mj.mj_step(model, data, nstep=trace.substeps - 1)
+        return
+    _follow(world, trace, range(tick + 1, tick + trace.substeps), None)
+
+
+def _finely(world: World, trace: Trace, step: int) -> None:
+    """A control step in which some action acts before every engine step."""
+    data, seconds = world.data, world.program.clip.step_seconds
+    fine = [slot for slot in trace.schedule.active if slot.effect.each_substep]
+    base, first = data.xfrc_applied.copy(), step * trace.substeps
+
+    def act(tick: int) -> None:
+        data.xfrc_applied[:] = base
+        for slot in fine:
+            since = (step - _start(slot)) * seconds + (tick - first) * world.dt
+            slot.effect.act(world, since)
+
+    act(first)
+    mj.mj_step(world.compiled.model, data)
+    trace.log.read(data, first)
+    trace.watch.look(data)
+    _follow(world, trace, range(first + 1, first + trace.substeps), act)
+
+
+def _follow(world: World, trace: Trace, ticks: range, act: Callable[[int], None] | None) -> None:
+    """Engine steps one by one; reads contacts where their number changes and on the step after.
+
+    Rows tell of contacts that begin to act, contacts of bodies that come close as well.
+    """
+    model, data = world.compiled.model, world.compiled.data
+    before, fresh = (data.ncon, data.nefc), True
+    for tick in ticks:
+        if act is not None:
+            act(tick)
         mj.mj_step(model, data)
-        # Rows tell of contacts that begin to act, contacts of bodies that come close as well.
-        count, rows = data.ncon, data.nefc
-        if count != before or rows != active or fresh:
-            read(data, tick)
-            fresh = rows != active
-            active = rows
-            if count != before:
-                trace.grip.update(data)
-                before = count
-    trace.count = before
+        now = (data.ncon, data.nefc)
+        if fresh or now != before:
+            trace.log.read(data, tick)
+            trace.watch.look(data)
+            fresh, before = now != before, now
 
 
 def _start(slot: Slot) -> int:
@@ -171,15 +199,10 @@ def _finish(world: World, trace: Trace) -> None:
 def _sound(world: World, trace: Trace, step: int) -> bool:
     """False, with an alarm, where the state is no longer physics; cuts the trace before it."""
     since = max(step - world.program.clip.steps_per_frame, 0)
-    speeds = np.abs(trace.velocities[since : step + 1])
-    numbers = world.data.warning.number
-    bad = bool(
-        numbers[mj.mjtWarning.mjWARN_BADQACC]
-        or numbers[mj.mjtWarning.mjWARN_BADQVEL]
-        or numbers[mj.mjtWarning.mjWARN_BADQPOS]
-    )
-    if not bad and speeds.max(initial=0.0) < FASTEST:
+    rates = trace.velocities[since : step + 1]
+    if rates.size == 0 or (rates.min() > -FASTEST and rates.max() < FASTEST):
         return True
+    speeds = np.abs(rates)
     # NaN compares false, so an unsound row is one that is not provably slow.
     rows = (~(speeds < FASTEST)).any(axis=1)
     row = since + int(np.argmax(rows)) if rows.any() else step

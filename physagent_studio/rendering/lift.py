@@ -16,7 +16,10 @@ _MOST = 2.0
 """Greatest log brightening; what is darker than that has no texture left to brighten."""
 _LOST = (0.9, 1.4)
 """From this log darkness to that, texture of lit ground takes the place of what is there."""
-_SHIFTS = tuple((dy, dx) for dx in (-64, 64, -112, 112, -176, 176) for dy in (0, -24, 24))
+_SHIFTS = tuple(
+    (dy, dx) for dx in (0, -64, 64, -112, 112, -176, 176) for dy in (0, -24, 24, -48, 48, 72)
+)
+"""Offsets (y, x) in pixels at which lit ground is looked for."""
 
 
 def lifted(plate: Picture, shading: Shading, blocked: NDArray[np.float32], step: int) -> Picture:
@@ -73,7 +76,8 @@ def _regrown(
     deep = np.clip((-shading.darkness.mean(-1) - _LOST[0]) / (_LOST[1] - _LOST[0]), 0, 1) * likely
     if deep.max() < 0.05:
         return bright
-    clear = shading.usable & (shading.darkness.mean(-1) > -0.25)
+    level = cv2.GaussianBlur(shading.darkness.mean(-1), (0, 0), 3.0)
+    clear = shading.usable & (level > -0.25)
     shift, found = _best_shift(deep > 0.05, clear, step)
     if found < 0.6:
         return bright

@@ -151,7 +151,7 @@ def _sheet(mask: BoolArray) -> _Sheet:
     number = np.full(used.shape, -1)
     number[used] = np.arange(np.count_nonzero(used))
     a, b, c, d = number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]
-    faces = np.vstack([np.stack([t.ravel() for t in tri], 1) for tri in ((a, b, c), (b, d, c))])
+    faces = np.vstack([np.stack([t.ravel() for t in tri], 1) for tri in ((a, c, b), (b, c, d))])
     # Cells between two parts of the ring alone lie outside.
     core = np.append(inside[used], False)
     faces = faces[(faces >= 0).all(1) & core[faces].any(1)]

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.contract.facts import Facts, Track, Window
+from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.outcome import Outcome, bounded, excess
+from physagent_studio.contract.track import Track, Window
 from physagent_studio.contract.words import number
 from physagent_studio.program.contract import Breaks, Deforms, Spreads, Sways
 

@@ -8,9 +8,10 @@ from typing import Any
 
 from physagent_studio.contract import change, motion, touch
 from physagent_studio.contract.always import always_on
-from physagent_studio.contract.facts import Facts, Window
+from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.outcome import Outcome, bounded, opposite, unmeasurable
 from physagent_studio.contract.places import lands_in, passes_over
+from physagent_studio.contract.track import Window
 from physagent_studio.contract.words import MEASURED, SIDES, claim, compared, window_text
 from physagent_studio.program.contract import AllOf, AnyOf, Before, Statement
 from physagent_studio.program.program import PhysicalProgram

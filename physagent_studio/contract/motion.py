@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.contract.facts import Facts, Track, Window
+from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.outcome import (
     Outcome,
     excess,
@@ -14,6 +14,7 @@ from physagent_studio.contract.outcome import (
     worst,
 )
 from physagent_studio.contract.places import Place, distance_to, place_of
+from physagent_studio.contract.track import Track, Window
 from physagent_studio.program.actions import Direction
 from physagent_studio.program.contract import (
     Airborne,

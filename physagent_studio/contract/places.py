@@ -8,8 +8,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.contract.facts import Facts, Track, Window
+from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.outcome import Outcome, bounded, unmeasurable, worst
+from physagent_studio.contract.outlines import in_order, inside_depth
+from physagent_studio.contract.track import Track, Window
 from physagent_studio.contract.words import number
 from physagent_studio.program.contract import LandsIn, PassesOver
 from physagent_studio.program.scene import Landmark
@@ -153,32 +155,8 @@ def _in_plane(place: Place, points: FloatArray) -> tuple[FloatArray, FloatArray,
     return (
         (points - place.centre) @ axes,
         (points - place.centre) @ normal,
-        _ordered((outline - place.centre) @ axes),
+        in_order((outline - place.centre) @ axes),
     )
-
-
-def _ordered(outline: FloatArray) -> FloatArray:
-    """A quadrilateral's corners in order round it, however they were clicked."""
-    if len(outline) != 4:
-        return outline
-    off = outline - outline.mean(axis=0)
-    return outline[np.argsort(np.arctan2(off[:, 1], off[:, 0]))]
-
-
-def inside_depth(points: FloatArray, outline: FloatArray) -> FloatArray:
-    """(T,) signed distance of points (T, 2) to a simple polygon (K, 2), positive inside, m."""
-    start, end = outline, np.roll(outline, -1, axis=0)
-    along = end - start
-    to_point = points[:, None] - start
-    square = np.maximum(np.sum(along**2, -1), 1e-12)
-    share = np.clip(np.sum(to_point * along, -1) / square, 0, 1)
-    distance = np.linalg.norm(to_point - share[..., None] * along, axis=-1).min(axis=1)
-    y = points[:, 1:2]
-    spans = (start[:, 1] > y) != (end[:, 1] > y)
-    rise = np.where(np.abs(along[:, 1]) < 1e-12, 1e-12, along[:, 1])
-    crossing = start[:, 0] + (y - start[:, 1]) / rise * along[:, 0]
-    inside = (spans & (points[:, :1] < crossing)).sum(axis=1) % 2 == 1
-    return np.where(inside, distance, -distance)
 
 
 def lands_in(statement: LandsIn, facts: Facts, window: Window) -> Outcome:

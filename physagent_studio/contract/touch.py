@@ -5,16 +5,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.contract.facts import Facts, Track, Window
+from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.outcome import Outcome, bounded, slowness, unmeasurable, worst
+from physagent_studio.contract.outlines import inside_depth
 from physagent_studio.contract.places import (
     Place,
     distance_to,
     gap_to,
-    inside_depth,
     line_progress,
     place_of,
 )
+from physagent_studio.contract.track import Track, Window
 from physagent_studio.contract.words import number
 from physagent_studio.program.contract import (
     Contacts,

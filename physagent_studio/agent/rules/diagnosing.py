@@ -50,6 +50,10 @@ CODES: dict[str, tuple[str, str]] = {
 """Code where the plain statement fails, and where its negation does."""
 
 
+BEGINNING = 40
+"""Statements over no more steps than these speak of how things are when the clip begins."""
+
+
 def mismatches(
     program: PhysicalProgram, rollout: Rollout, checks: tuple[Check, ...]
 ) -> tuple[Mismatch, ...]:
@@ -105,6 +109,17 @@ def _mismatch(
     kind = statement.kind if statement is not None else check.kind
     negated = bool(statement is not None and statement.negated)
     code = CODES.get(kind, ("fails", "fails"))[negated]
+    if kind == "contacts" and (getattr(statement, "to_step", None) or 1000) <= BEGINNING:
+        # How things stood in the photo: no force can put that right.
+        return Mismatch(
+            code="wrong_start",
+            text=check.text,
+            subject=str(getattr(statement, "subject", "")),
+            other=_other(statement),
+            check=check.id,
+            figures={"margin": round(check.margin, 4)},
+            step=check.step,
+        )
     subject = str(getattr(statement, "subject", "") or "")
     other = _other(statement)
     figures = {"margin": round(check.margin, 4)}

@@ -43,6 +43,7 @@ ORDER: dict[str, tuple[str, ...]] = {
     "wrong_order": ("timing", "magnitude", "direction"),
     "not_visible": ("magnitude", "timing", "duration"),
     "blow_up": ("magnitude", "material", "density"),
+    "wrong_start": ("timing",),
     "penetration": ("magnitude", "density", "material"),
 }
 """Factors by code of a mismatch, the most natural first."""

@@ -62,7 +62,7 @@ def _along(c: Context) -> list[Spec]:
             found += _off(c, place)
         elif relation in ("on", "in", "against") and place.name != c.subject:
             found += _onto(c, relation, place)
-        elif relation == "near" and place.kind == "support" and place.part and not c.earlier:
+        elif relation == "near" and _begins_near(c, place):
             found.append(spec("contacts", c.subject, other=place.name, to_step=START))
         elif relation == "toward" and _is_ground(c, place):
             found += _onto(c, "on", place)
@@ -107,6 +107,13 @@ def _onto(c: Context, relation: str, place: Place) -> list[Spec]:
         # Where it already is ("a ball on the grass rolls"): how it begins.
         return [spec("contacts", c.subject, other=place.name, to_step=START)]
     return [spec("contacts", c.subject, other=place.name)]
+
+
+def _begins_near(c: Context, place: Place) -> bool:
+    """ "Near the table edge", said first: it stands on the table, unless it is higher up a stack."""
+    carrier = c.layout.carrier(c.subject)
+    stacked = carrier is not None and c.layout.state.object(carrier) is not None
+    return place.kind == "support" and bool(place.part) and not c.earlier and not stacked
 
 
 def _in_stack(c: Context) -> list[Spec]:

@@ -12,9 +12,10 @@ from physagent_studio.program.actions import FixObject
 from physagent_studio.program.edits import SetField
 from physagent_studio.program.findings import PreflightFinding
 from physagent_studio.program.mechanics import expected_speed, gravity_of, row_of, standing
+from physagent_studio.program.overlaps import overlap, way_out
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.scene import SceneObject, Slab
-from physagent_studio.program.shapes import Placed, gap, lowest, outline_of, overlap, way_out
+from physagent_studio.program.shapes import Placed, gap, lowest, outline_of
 
 SAFETY = 3.0
 """Engine steps that a fast body takes at least to cross another and its own extent."""

@@ -18,12 +18,12 @@ from physagent_studio.program.actions import (
     OnContact,
     SetAngularVelocity,
     SetOrientation,
-    SetPosition,
     SetVelocity,
     When,
     duration_of,
 )
 from physagent_studio.program.bodies import is_loose
+from physagent_studio.program.clashes import clashes, path_of_action
 from physagent_studio.program.edits import RemoveItem, SetField
 from physagent_studio.program.findings import PreflightFinding
 from physagent_studio.program.mechanics import (
@@ -59,18 +59,7 @@ def _event_findings(program: PhysicalProgram) -> Iterator[PreflightFinding]:
         yield from _friction(program, action)
     for first, second in combinations(actions, 2):
         if first.name == second.name:
-            yield from _pair(first, second)
-
-
-def _path(action: Action) -> str:
-    return f"event.actions.{action.id}"
-
-
-def _span(action: Action) -> tuple[int, int] | None:
-    """First and last step of an action that starts at a step; None for a condition."""
-    if action.when is not None:
-        return None
-    return action.start_step, action.start_step + duration_of(action) - 1
+            yield from clashes(first, second)
 
 
 # --- conditions and times ---------------------------------------------------------------------
@@ -90,10 +79,10 @@ def _condition(program: PhysicalProgram, action: Action) -> Iterator[PreflightFi
         case When(statement=statement) if (statement.from_step or 0) >= program.clip.steps:
             reason = "its statement looks only at steps past the end of the clip"
     if reason:
-        edits = (SetField(path=f"{_path(action)}.when", value=None),)
+        edits = (SetField(path=f"{path_of_action(action)}.when", value=None),)
         message = f"it never starts: {reason}"
         yield PreflightFinding(
-            code="never_starts", path=f"{_path(action)}.when", message=message, edits=edits
+            code="never_starts", path=f"{path_of_action(action)}.when", message=message, edits=edits
         )
 
 
@@ -144,15 +133,15 @@ def _late(program: PhysicalProgram, action: Action) -> Iterator[PreflightFinding
     length = duration_of(action)
     if start >= steps:
         message = f"it cannot start before step {start}, but the clip ends at step {steps - 1}"
-        edits = (SetField(path=f"{_path(action)}.when.delay", value=0),)
+        edits = (SetField(path=f"{path_of_action(action)}.when.delay", value=0),)
         yield PreflightFinding(
-            code="past_end", path=f"{_path(action)}.when", message=message, edits=edits
+            code="past_end", path=f"{path_of_action(action)}.when", message=message, edits=edits
         )
     elif start + length > steps:
         message = f"{length} steps from step {start} at the earliest run past the end of the clip"
-        edits = (SetField(path=f"{_path(action)}.duration", value=steps - start),)
+        edits = (SetField(path=f"{path_of_action(action)}.duration", value=steps - start),)
         yield PreflightFinding(
-            code="past_end", path=f"{_path(action)}.duration", message=message, edits=edits
+            code="past_end", path=f"{path_of_action(action)}.duration", message=message, edits=edits
         )
 
 
@@ -172,8 +161,10 @@ def _material(program: PhysicalProgram, action: Action) -> Iterator[PreflightFin
     elif isinstance(action, ApplyForce | FixObject) and action.point is not None:
         reason = f"{item.name} is {kind}: a single point of it cannot be held or pushed"
     if reason:
-        edits = (RemoveItem(path=_path(action)),)
-        yield PreflightFinding(code="cannot_act", path=_path(action), message=reason, edits=edits)
+        edits = (RemoveItem(path=path_of_action(action)),)
+        yield PreflightFinding(
+            code="cannot_act", path=path_of_action(action), message=reason, edits=edits
+        )
 
 
 def _idle(action: Action) -> Iterator[PreflightFinding]:
@@ -186,9 +177,9 @@ def _idle(action: Action) -> Iterator[PreflightFinding]:
             message = f"its {field} is zero, so it does nothing"
             yield PreflightFinding(
                 code="no_effect",
-                path=f"{_path(action)}.{field}",
+                path=f"{path_of_action(action)}.{field}",
                 message=message,
-                edits=(RemoveItem(path=_path(action)),),
+                edits=(RemoveItem(path=path_of_action(action)),),
             )
 
 
@@ -209,7 +200,7 @@ def _friction(program: PhysicalProgram, action: Action) -> Iterator[PreflightFin
     message = f"a push of {push[0]:.3g} N stays below the static friction of {needed:.3g} N"
     yield PreflightFinding(
         code="below_friction",
-        path=_path(action),
+        path=path_of_action(action),
         message=message,
         edits=_stronger(action, 1.5 * needed / push[0]),
     )
@@ -255,74 +246,12 @@ def _push(action: ApplyForce | ApplyAngledForce, item: SceneObject) -> tuple[flo
 def _stronger(action: ApplyForce | ApplyAngledForce, factor: float) -> tuple[SetField, ...]:
     if isinstance(action, ApplyAngledForce):
         value = float(f"{action.magnitude * factor:.3g}")
-        return (SetField(path=f"{_path(action)}.magnitude", value=value),)
+        return (SetField(path=f"{path_of_action(action)}.magnitude", value=value),)
     if isinstance(action.force, Directed):
         value = float(f"{action.force.magnitude * factor:.3g}")
-        return (SetField(path=f"{_path(action)}.force.magnitude", value=value),)
+        return (SetField(path=f"{path_of_action(action)}.force.magnitude", value=value),)
     scaled: list[JsonValue] = [float(f"{part * factor:.3g}") for part in action.force]
-    return (SetField(path=f"{_path(action)}.force", value=scaled),)
-
-
-# --- two actions on one object ----------------------------------------------------------------
-
-
-def _pair(first: Action, second: Action) -> Iterator[PreflightFinding]:
-    one, two = _span(first), _span(second)
-    if one is None or two is None or max(one[0], two[0]) > min(one[1], two[1]):
-        return
-    for fixed, other, span in ((first, second, one), (second, first, two)):
-        if isinstance(fixed, FixObject) and not isinstance(other, FixObject):
-            yield _fixed(fixed, other, span)
-            return
-    if isinstance(first, FixObject):
-        message = f"it overlaps {first.id}, which fixes the same object"
-        yield PreflightFinding(code="overlapping", path=_path(second), message=message)
-    elif _same_quantity(first, second):
-        message = f"{first.id} and {second.id} set the same quantity on step {max(one[0], two[0])}"
-        edits = (RemoveItem(path=_path(first)),)
-        yield PreflightFinding(
-            code="contradiction", path=_path(second), message=message, edits=edits
-        )
-    elif _cancel(first, second):
-        message = f"{first.id} and {second.id} push against each other and cancel out"
-        edits = (RemoveItem(path=_path(second)),)
-        yield PreflightFinding(
-            code="contradiction", path=_path(second), message=message, edits=edits
-        )
-
-
-def _fixed(fixed: FixObject, other: Action, span: tuple[int, int]) -> PreflightFinding:
-    end = span[1] + 1
-    message = f"{other.name} is held by {fixed.id} until step {end}, so this has no effect then"
-    edits = (SetField(path=f"{_path(other)}.start_step", value=end),)
-    return PreflightFinding(code="fixed_target", path=_path(other), message=message, edits=edits)
-
-
-_SETTERS = (
-    (SetVelocity, SetPosition, SetOrientation),
-    (SetAngularVelocity,),
-    (SetPosition,),
-    (SetOrientation,),
-)
-
-
-def _same_quantity(first: Action, second: Action) -> bool:
-    """Whether both assign what only one can; placing or turning also stops the object."""
-    return (
-        any(isinstance(first, group) and isinstance(second, group) for group in _SETTERS[1:])
-        or (isinstance(first, SetVelocity) and isinstance(second, _SETTERS[0]))
-        or (isinstance(second, SetVelocity) and isinstance(first, _SETTERS[0]))
-    )
-
-
-def _cancel(first: Action, second: Action) -> bool:
-    if not isinstance(first, ApplyForce) or not isinstance(second, ApplyForce):
-        return False
-    one, two = vector_of(first.force), vector_of(second.force)
-    if one is None or two is None or first.point != second.point:
-        return False
-    left, size = np.add(one, two), max(float(np.linalg.norm(one)), float(np.linalg.norm(two)))
-    return size > 0 and float(np.linalg.norm(left)) < 0.05 * size
+    return (SetField(path=f"{path_of_action(action)}.force", value=scaled),)
 
 
 # --- the contract -----------------------------------------------------------------------------

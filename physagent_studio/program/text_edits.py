@@ -7,7 +7,6 @@ comments and order outside it still stay.
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -21,6 +20,7 @@ from physagent_studio.program.document import (
     program_of,
 )
 from physagent_studio.program.edits import AddItem, Edit, MoveItem, RemoveItem, SetField, apply
+from physagent_studio.program.plain_edits import Trail, edit_plain
 from physagent_studio.program.yaml_nodes import Node, Plain, parse
 
 
@@ -35,7 +35,7 @@ def edit_text(text: str, edits: Iterable[Edit]) -> str:
     target = apply(program, edits)
     data = program.model_dump(mode="json")
     for edit in edits:
-        _on_plain(data, edit, data)
+        edit_plain(data, edit, data)
         text = _edited(text, edit, data)
     try:
         same = program_of(parse(text)) == target
@@ -48,7 +48,7 @@ def _edited(text: str, edit: Edit, data: Any) -> str:
     """The text after one edit; `data` is the whole program after it, defaults written out."""
     root = parse(text)
     expected = root.plain()
-    trail = _on_plain(expected, edit, data)
+    trail = edit_plain(expected, edit, data)
     for attempt in _attempts(text, root, edit, expected, trail):
         if _means(attempt, expected):
             return attempt
@@ -63,9 +63,7 @@ def _means(text: str, expected: Plain) -> bool:
         return False
 
 
-def _attempts(
-    text: str, root: Node, edit: Edit, expected: Plain, trail: tuple[str | int, ...]
-) -> Iterator[str]:
+def _attempts(text: str, root: Node, edit: Edit, expected: Plain, trail: Trail) -> Iterator[str]:
     """The finest cut first, then ever larger collections written anew."""
     cut = _Cut(text, root)
     local = cut.apply(edit, expected, trail)
@@ -78,80 +76,10 @@ def _attempts(
             yield rewritten
 
 
-def _follow(data: Any, trail: tuple[str | int, ...]) -> Any:
+def _follow(data: Any, trail: Trail) -> Any:
     for key in trail:
         data = data[key]
     return data
-
-
-# --- the edit on plain data --------------------------------------------------------------------
-
-
-def _label(item: Any) -> str | None:
-    if not isinstance(item, dict):
-        return None
-    label = item.get("id", item.get("name"))
-    return label if isinstance(label, str) else None
-
-
-def _key_in(node: Any, part: str) -> str | int | None:
-    """The key or index of a path's part in plain data, or None where the text leaves it out."""
-    if isinstance(node, dict):
-        return part if part in node else None
-    if isinstance(node, list):
-        for index, item in enumerate(node):
-            if _label(item) == part:
-                return index
-        if part.isdecimal() and int(part) < len(node):
-            return int(part)
-    return None
-
-
-def _on_plain(data: Any, edit: Edit, full: Any) -> tuple[str | int, ...]:
-    """Applies an edit to plain data in place; the trail to what changed.
-
-    What the text leaves out is taken from `full`, the data with every default.
-    """
-    parts = edit.path.split(".")
-    node, trail = data, []
-    for position, part in enumerate(parts[:-1]):
-        key = _key_in(node, part)
-        if key is None:
-            node[part] = _given_only(edit, parts[position:], full, parts[:position])
-            return (*trail, part)
-        trail.append(key)
-        node = node[key]
-    key = _key_in(node, parts[-1])
-    match edit:
-        case SetField():
-            key = parts[-1] if key is None else key
-            node[key] = copy.deepcopy(edit.value)
-        case AddItem():
-            if key is None:
-                node[parts[-1]] = []
-                key = parts[-1]
-            index = len(node[key]) if edit.index is None else edit.index
-            node[key].insert(index, copy.deepcopy(edit.item))
-            return (*trail, key, index)
-        case RemoveItem():
-            del node[key]
-        case MoveItem():
-            node.insert(edit.index, node.pop(key))
-    return (*trail, key) if key is not None else tuple(trail)
-
-
-def _given_only(edit: Edit, rest: list[str], full: Any, above: list[str]) -> Any:
-    """The value of the first part that the text leaves out, no longer than it has to be."""
-    if isinstance(edit, SetField) and not any(part.isdecimal() for part in rest):
-        value: Any = copy.deepcopy(edit.value)
-        for part in reversed(rest[1:]):
-            value = {part: value}
-        return value
-    node = full
-    for part in (*above, rest[0]):
-        key = _key_in(node, part)
-        node = node[key if key is not None else part]
-    return copy.deepcopy(node)
 
 
 # --- the edit on the text ----------------------------------------------------------------------
@@ -169,7 +97,7 @@ class _Cut:
         """How lines end here."""
         return "\r\n" if "\r\n" in self.text else "\n"
 
-    def node(self, trail: tuple[str | int, ...]) -> Node | None:
+    def node(self, trail: Trail) -> Node | None:
         """The node at a trail."""
         node: Node | None = self.root
         for key in trail:
@@ -182,7 +110,7 @@ class _Cut:
                 node = node.children[key] if inside else None
         return node
 
-    def apply(self, edit: Edit, expected: Plain, trail: tuple[str | int, ...]) -> str | None:
+    def apply(self, edit: Edit, expected: Plain, trail: Trail) -> str | None:
         """The finest cut for an edit whose result is `expected`."""
         if not trail:
             return None
@@ -199,9 +127,7 @@ class _Cut:
 
     # Values of mappings and items, written in place or anew.
 
-    def replace(
-        self, trail: tuple[str | int, ...], value: Any, in_block: bool = False
-    ) -> str | None:
+    def replace(self, trail: Trail, value: Any, in_block: bool = False) -> str | None:
         """Puts a value where another stands, or adds the key that the text leaves out."""
         parent, key = self.node(trail[:-1]), trail[-1]
         if parent is None:
@@ -240,7 +166,7 @@ class _Cut:
 
     # Items of sequences.
 
-    def insert(self, trail: tuple[str | int, ...], index: int, value: Any) -> str | None:
+    def insert(self, trail: Trail, index: int, value: Any) -> str | None:
         """Adds an item to a sequence."""
         node = self.node(trail)
         if node is None or node.kind != "sequence":
@@ -269,7 +195,7 @@ class _Cut:
         text = "\n".join(f"{'- ' if row == 0 else '  '}{line}" for row, line in enumerate(lines))
         return self._shifted(text, column, first=True)
 
-    def remove(self, trail: tuple[str | int, ...], index: int) -> str | None:
+    def remove(self, trail: Trail, index: int) -> str | None:
         """Takes an item out of a sequence."""
         node = self.node(trail)
         if node is None or node.kind != "sequence":
@@ -279,7 +205,7 @@ class _Cut:
         span = self._span(node, index)
         return None if span is None else self._spliced(span[0], span[1], "")
 
-    def move(self, trail: tuple[str | int, ...], index: int, to: int) -> str | None:
+    def move(self, trail: Trail, index: int, to: int) -> str | None:
         """Moves an item, its own comments included."""
         node = self.node(trail)
         if node is None or node.kind != "sequence" or len(node.children) < 2:

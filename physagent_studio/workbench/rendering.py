@@ -15,15 +15,14 @@ def render_rollout(desk: Desk, path: Path) -> Path:
     scene, rollout, _ = desk.on_view()
     if scene is None or rollout is None:
         raise InputError("nothing was simulated yet, so there is nothing to render")
-    total = rollout.frames
-
-    def frames():  # noqa: ANN202 - a generator of pictures
-        for index, frame in enumerate(render_clip(scene, rollout)):
-            desk.control.check()
-            desk.control.progress("rendering", index / total)
-            yield frame.rgb
-
-    write_video(path, frames(), desk.program.clip.playback_fps)
+    control = desk.control
+    clip = render_clip(
+        scene,
+        rollout,
+        cancelled=control.cancelled,
+        progress=lambda share: control.progress("rendering", share),
+    )
+    write_video(path, (frame.rgb for frame in clip), desk.program.clip.playback_fps)
     return path
 
 
@@ -32,5 +31,14 @@ def export_rollout(desk: Desk, folder: Path) -> Path:
     scene, rollout, _ = desk.on_view()
     if scene is None or rollout is None:
         raise InputError("nothing was simulated yet, so there is nothing to export")
-    export_motion_prior(folder, scene, rollout, desk.program, desk.program.clip.playback_fps)
+    control = desk.control
+    export_motion_prior(
+        folder,
+        scene,
+        rollout,
+        desk.program,
+        desk.program.clip.playback_fps,
+        cancelled=control.cancelled,
+        progress=lambda share: control.progress("exporting", share),
+    )
     return folder

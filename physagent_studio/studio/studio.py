@@ -65,7 +65,7 @@ class Studio:
         self.hub = Hub(self._heard, lambda _count: None)
         self._site = Site(workbench.snapshot, workbench.store)
         self._server = open_server(port, self._site.page, self.hub.talk)
-        hands = Hands(self._picked, self._dragged, self._placed, self._later)
+        hands = Hands(self._picked, self._dragged, self._placed, self.later)
         self.painter = Painter(self._server, self.hub, Archive(workbench.store), hands)
         self._server.on_client_connect(self._came)
         self._server.on_client_disconnect(self._went)
@@ -109,7 +109,7 @@ class Studio:
         change = intents.Change(edits=edits, reason="moved in the scene")
         self._guarded(None, lambda: carry_out(change, self, -1))
 
-    def _later(self, act: Callable[[], None]) -> None:
+    def later(self, act: Callable[[], None]) -> None:
         self._inbox.put(_Call(act))
 
     def _came(self, client: viser.ClientHandle) -> None:

@@ -12,6 +12,7 @@ export function startRounds(host) {
   let values = new Map(); // "hunk/edit" → the person's own value
   let mode = ""; // "", edit, override, reject, hint, overrule
   let text = "";
+  let unfolded = false;
 
   const show = () => data && draw(host, page());
   const set = (next) => { mode = mode === next ? "" : next; text = ""; show(); focus(); };
@@ -94,12 +95,16 @@ export function startRounds(host) {
     const contract = data.checks.filter((c) => !c.always);
     const always = data.checks.filter((c) => c.always);
     const broken = always.filter((c) => !c.ok);
+    // While there is something to decide, what holds is folded away, so that the proposal is near.
+    const holds = contract.filter((c) => c.ok);
+    const fold = Boolean(data.proposal) && !unfolded && holds.length > 0;
     return h("div", {},
-      h("div", { class: "head" }, "Checklist", h("span", { class: "push num" }, `${contract.filter((c) => c.ok).length} of ${contract.length}`)),
-      h("div", { role: "list", "aria-label": "Checklist" }, contract.map(check)),
+      h("div", { class: "head" }, "Checklist", h("span", { class: "push num" }, `${holds.length} of ${contract.length}`)),
+      h("div", { role: "list", "aria-label": "Checklist" }, (fold ? contract.filter((c) => !c.ok) : contract).map(check)),
+      data.proposal && holds.length ? h("p", { style: "padding:4px" }, h("button", { class: "link", type: "button", onclick: () => { unfolded = !unfolded; show(); } }, fold ? `${say(holds.length, "demand")} ${holds.length === 1 ? "holds" : "hold"}: show` : "Show only what fails")) : null,
       broken.map(check),
-      demand(),
-      h("p", { class: "faint", style: "padding:4px" }, broken.length ? "" : `Physics holds: ${say(always.length, "check")} passed.`));
+      fold ? null : demand(),
+      fold ? null : h("p", { class: "faint", style: "padding:4px" }, broken.length ? "" : `Physics holds: ${say(always.length, "check")} passed.`));
   }
 
   function check(c, at, all) {
@@ -111,7 +116,7 @@ export function startRounds(host) {
         c.always ? h("span", { title: c.found }, c.text) : h("button", { class: "plain", type: "button", title: c.found || "Change what is demanded", onclick: () => send({ do: "select", kind: "statement", name: c.id }) }, c.text),
         h("span", { class: "fig num" },
           c.measured ? h("span", {}, c.measured) : null, jump,
-          c.predicted && c.predicted.ok !== c.ok ? h("span", { class: c.predicted.ok ? "chip ok" : "chip bad" }, `with the repair: ${c.predicted.measured || (c.predicted.ok ? "holds" : "fails")}`) : null))];
+          c.predicted && c.predicted.ok !== c.ok ? h("span", { class: c.predicted.ok ? "chip ok" : "chip bad", title: c.predicted.measured }, `with the repair: ${c.predicted.ok ? "holds" : "fails"}`) : null))];
   }
 
   function why(shown) {

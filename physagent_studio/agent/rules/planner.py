@@ -35,7 +35,9 @@ class RulePlanner:
         """Edits of just the failed factor; without hunks and with a question where it is stuck."""
         if situation.assessment.stage == "reconstruction":
             return repair_scene(situation)
-        search = Search(situation, self.limit)
+        # What the first proposals did not find is rarely worth as long a search again.
+        spent = 10 * len(situation.memory.entries)
+        search = Search(situation, max(self.limit - spent, min(self.limit, 25)))
         best = self._searched(situation, search)
         start = search.start()
         if best is None or not _worth(best.score, start.score):

@@ -110,7 +110,7 @@ def _onto(c: Context, relation: str, place: Place) -> list[Spec]:
 
 
 def _begins_near(c: Context, place: Place) -> bool:
-    """ "Near the table edge", said first: it stands on the table, unless it is higher up a stack."""
+    """ "Near the table edge", said first: it stands on the table, unless it lies on a stack."""
     carrier = c.layout.carrier(c.subject)
     stacked = carrier is not None and c.layout.state.object(carrier) is not None
     return place.kind == "support" and bool(place.part) and not c.earlier and not stacked

@@ -1,0 +1,211 @@
+"""The reference contracts: complete, well-formed, and hard to satisfy by accident.
+
+`states/` holds, per event, the scene that was reconstructed once from the photograph with the
+clicks of tests/annotations: numbers only, so that these tests need no photograph. On it each
+contract has to reject a scene in which nothing is done, the mirrored program, the right motion
+of a wrong object, the programs of the picture's other events and twenty random programs.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from physagent_studio.agent.rules import RuleGenerator
+from physagent_studio.agent.rules.generator import stock_of
+from physagent_studio.agent.rules.reading import read
+from physagent_studio.contract import measure
+from physagent_studio.program import PhysicalProgram, SceneState
+from physagent_studio.program.actions import (
+    Action,
+    ApplyForce,
+    Directed,
+    FixObject,
+    SetVelocity,
+)
+from physagent_studio.program.contract import Contract
+from physagent_studio.records import Case
+from physagent_studio.simulation import simulate
+
+HERE = Path(__file__).parent
+FILES = sorted(HERE.glob("*__*.yaml"))
+NAMES = [path.stem for path in FILES]
+STATES = {path.stem: path for path in sorted((HERE / "states").glob("*.yaml"))}
+MIRROR = {
+    "left": "right", "right": "left", "away": "toward_camera", "toward_camera": "away",
+    "up": "up", "down": "down",
+}  # fmt: skip
+
+
+def contract_of(name: str) -> Contract:
+    data = yaml.safe_load((HERE / f"{name}.yaml").read_text(encoding="utf-8"))
+    return Contract.model_validate(data["contract"])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_clause_is_tested(name: str) -> None:
+    contract = contract_of(name)
+    assert contract.clauses
+    assert not contract.untested
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_clauses_are_the_prompt(name: str, cases_dir: Path) -> None:
+    case, event = name.split("__")
+    data = yaml.safe_load((cases_dir / case / "case.yaml").read_text(encoding="utf-8"))
+    said = re.findall(r"[a-z]+", data["events"][event].lower())
+    covered = [w for c in contract_of(name).clauses for w in re.findall(r"[a-z]+", c.text.lower())]
+    assert covered == said
+
+
+def test_there_is_one_for_each_event(cases_dir: Path) -> None:
+    events = {
+        f"{path.parent.name}__{event}"
+        for path in cases_dir.glob("*/case.yaml")
+        for event in yaml.safe_load(path.read_text(encoding="utf-8"))["events"]
+    }
+    assert events == set(NAMES)
+
+
+# --- rejections ----------------------------------------------------------------------------------
+
+
+@cache
+def first_program(name: str) -> PhysicalProgram:
+    """The embedded agent's first program over the stored scene."""
+    data = yaml.safe_load(STATES[name].read_text(encoding="utf-8"))
+    state = SceneState.model_validate(data["scene"])
+    objects = tuple((item.name, item.grounding) for item in state.objects)
+    supports = tuple(s for s in state.supports if s.grounding.points)
+    case = Case(name, None, "", objects, supports, state.landmarks, data["prompt"])
+    return RuleGenerator().program(case, read(case.prompt, stock_of(case)), state)
+
+
+def holds(name: str, program: PhysicalProgram) -> bool:
+    """Whether the reference holds on a run of the program."""
+    judged = program.model_copy(update={"contract": contract_of(name)})
+    checks = measure(judged, simulate(judged, {}))
+    return all(check.ok for check in checks if check.demanded)
+
+
+def acting(program: PhysicalProgram, actions: tuple[Action, ...]) -> PhysicalProgram:
+    event = program.event.model_copy(update={"actions": actions})
+    return PhysicalProgram.model_validate({**program.model_dump(), "event": event.model_dump()})
+
+
+def undone(program: PhysicalProgram) -> PhysicalProgram:
+    """No action; where gravity alone makes the event, everything is held as it stood."""
+    if program.event.actions:
+        return acting(program, ())
+    held = tuple(
+        FixObject(id=f"hold_{o.name}"[:64], name=o.name, duration=program.clip.steps)
+        for o in program.scene.objects
+    )
+    return acting(program, held)
+
+
+def mirrored(program: PhysicalProgram) -> PhysicalProgram | None:
+    """Every horizontal direction turned round; None where none is given."""
+    found = [_mirrored(action) for action in program.event.actions]
+    changed = any(new is not old for new, old in zip(found, program.event.actions, strict=True))
+    return acting(program, tuple(found)) if changed else None
+
+
+def _mirrored(action: Action) -> Action:
+    for field in ("force", "velocity"):
+        vector = getattr(action, field, None)
+        if isinstance(vector, Directed) and vector.direction not in ("up", "down"):
+            if vector.toward is not None:
+                turned = vector.model_copy(update={"azimuth": (vector.azimuth + 360) % 360 - 180})
+            elif vector.direction is not None:
+                turned = vector.model_copy(update={"direction": MIRROR[vector.direction]})
+            else:
+                continue
+            return action.model_copy(update={field: turned})
+    return action
+
+
+def misplaced(program: PhysicalProgram) -> Iterator[PhysicalProgram]:
+    """The same actions on each object that they do not act on."""
+    driven = {action.name for action in program.event.actions}
+    for item in program.scene.objects:
+        if driven and item.name not in driven:
+            moved = tuple(a.model_copy(update={"name": item.name}) for a in program.event.actions)
+            yield acting(program, moved)
+
+
+def random_program(program: PhysicalProgram, seed: int) -> PhysicalProgram:
+    """One to three actions of random kind, target, direction, strength and time."""
+    rng = np.random.default_rng(seed)
+    names = [item.name for item in program.scene.objects]
+    actions: list[Action] = []
+    for number in range(int(rng.integers(1, 4))):
+        way = str(rng.choice(["left", "right", "up", "away", "toward_camera"]))
+        start, length = int(rng.integers(0, 200)), int(rng.integers(2, 60))
+        name = str(rng.choice(names))
+        speed = float(rng.uniform(0.2, 6.0))
+        vector = Directed.model_validate(
+            {"magnitude": speed, "direction": way, "quantity": "target_speed"}
+        )
+        if rng.random() < 0.5:
+            action: Action = ApplyForce(
+                id=f"a{number}", name=name, start_step=start, duration=length, force=vector
+            )
+        else:
+            plain = vector.model_copy(update={"quantity": "value"})
+            action = SetVelocity(id=f"a{number}", name=name, start_step=start, velocity=plain)
+        actions.append(action)
+    return acting(program, tuple(actions))
+
+
+stored = pytest.mark.parametrize("name", sorted(STATES))
+
+
+@stored
+def test_nothing_done_is_rejected(name: str) -> None:
+    assert not holds(name, undone(first_program(name)))
+
+
+@stored
+def test_the_mirrored_program_is_rejected(name: str) -> None:
+    program = mirrored(first_program(name))
+    if program is None:
+        pytest.skip("its program has no direction to mirror")
+    assert not holds(name, program)
+
+
+@stored
+def test_the_right_motion_of_a_wrong_object_is_rejected(name: str) -> None:
+    for program in misplaced(first_program(name)):
+        assert not holds(name, program)
+
+
+@stored
+def test_the_other_events_of_the_picture_are_rejected(name: str) -> None:
+    case = name.split("__")[0]
+    for other in STATES:
+        if other != name and other.startswith(f"{case}__"):
+            program = first_program(name)
+            same = acting(program, ())
+            actions = first_program(other).event.actions
+            scene = first_program(other).scene.model_copy(
+                update={"landmarks": program.scene.landmarks}
+            )
+            data = same.model_dump() | {"scene": scene.model_dump()}
+            data["event"]["actions"] = [action.model_dump() for action in actions]
+            data["contract"] = Contract().model_dump()
+            assert not holds(name, PhysicalProgram.model_validate(data))
+
+
+@pytest.mark.slow
+@stored
+def test_random_programs_are_rejected(name: str) -> None:
+    program = first_program(name)
+    kept = [seed for seed in range(20) if holds(name, random_program(program, seed))]
+    assert not kept

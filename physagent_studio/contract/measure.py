@@ -13,7 +13,7 @@ from physagent_studio.contract.outcome import Outcome, bounded, opposite, unmeas
 from physagent_studio.contract.places import lands_in, passes_over
 from physagent_studio.contract.track import Window
 from physagent_studio.contract.words import MEASURED, SIDES, claim, compared, window_text
-from physagent_studio.program.contract import AllOf, AnyOf, Before, Statement
+from physagent_studio.program.contract import AllOf, AnyOf, Before, CountOf, Statement
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.records.judgement import Check
 from physagent_studio.records.rollout import Rollout
@@ -88,7 +88,7 @@ def _measured(
 def _plain(
     statement: Statement, facts: Facts, known: dict[str, Outcome], above: tuple[str, ...]
 ) -> Outcome:
-    if isinstance(statement, AllOf | AnyOf | Before):
+    if isinstance(statement, AllOf | AnyOf | CountOf | Before):
         return _composite(statement, facts, known, above)
     window = facts.window(statement.from_step, statement.to_step)
     if window is None:
@@ -124,7 +124,7 @@ def _negated(statement: Statement, outcome: Outcome, facts: Facts) -> Outcome:
 
 
 def _composite(
-    statement: AllOf | AnyOf | Before,
+    statement: AllOf | AnyOf | CountOf | Before,
     facts: Facts,
     known: dict[str, Outcome],
     above: tuple[str, ...],
@@ -135,7 +135,9 @@ def _composite(
         return unmeasurable("it refers to itself or to an unknown statement")
     parts = [_measured(by_id[name], facts, known, (*above, statement.id)) for name in names]
     if isinstance(statement, Before):
-        return _before(parts[0], parts[1], facts)
+        return _before(parts[0], parts[1], statement.within, facts)
+    if isinstance(statement, CountOf):
+        return _count(parts, statement.low, statement.high)
     if isinstance(statement, AllOf):
         least = min(parts, key=lambda one: one.margin)
         steps = [one.step for one in parts if one.step is not None]
@@ -149,7 +151,28 @@ def _composite(
     return Outcome(most.margin, step=step, note=most.note, measurable=measurable)
 
 
-def _before(first: Outcome, second: Outcome, facts: Facts) -> Outcome:
+def _count(parts: list[Outcome], low: int, high: int) -> Outcome:
+    """The margin of the part that would have to turn first for the count to be wrong."""
+    margins = sorted((one.margin for one in parts), reverse=True)
+    enough = 1.0 if low == 0 else margins[low - 1] if low <= len(margins) else -1.0
+    not_more = opposite(margins[high]) if high < len(margins) else 1.0
+    count = sum(one.holds for one in parts)
+    steps = [one.step for one in parts if one.step is not None]
+    measurable = all(one.measurable for one in parts)
+    margin = min(enough, not_more) if measurable else min(enough, not_more, -1e-9)
+    note = f"{count} of {len(parts)}"
+    return Outcome(
+        margin,
+        float(count),
+        float(low if enough <= not_more else high),
+        step=max(steps, default=None),
+        note=note,
+        lasting=True,
+        measurable=measurable,
+    )
+
+
+def _before(first: Outcome, second: Outcome, within: float | None, facts: Facts) -> Outcome:
     """Seconds from the first to the second, over the clip; a part that fails comes before all."""
     seconds = max(facts.rollout.steps * facts.dt, facts.dt)
     failing = [one for one in (first, second) if not one.holds]
@@ -163,6 +186,8 @@ def _before(first: Outcome, second: Outcome, facts: Facts) -> Outcome:
         return unmeasurable("when one of them happened is not known")
     lead = (second.step - first.step) * facts.dt
     margin = (lead - facts.dt / 2) / seconds
+    if within is not None:
+        margin = min(margin, (within - lead) / max(within, facts.dt))
     note = f"{abs(lead):.2f} s {'earlier' if lead > 0 else 'later'}" if lead else "at the same time"
     return Outcome(margin, lead, 0.0, "s", "", step=second.step, note=note)
 

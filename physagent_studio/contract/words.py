@@ -8,6 +8,9 @@ from typing import Any
 from physagent_studio.program.contract import Statement
 from physagent_studio.program.program import PhysicalProgram
 
+COMPOSITES = ("all_of", "any_of", "count_of", "before")
+"""Kinds that speak of other statements."""
+
 SIDES = {
     "left": "to the left",
     "right": "to the right",
@@ -55,7 +58,7 @@ def describe(statement: Statement, program: PhysicalProgram) -> str:
 
 def claim(statement: Statement, program: PhysicalProgram) -> str:
     """The statement without thresholds: "bowling_ball does not touch right_pin"."""
-    if statement.kind in ("all_of", "any_of", "before"):
+    if statement.kind in COMPOSITES:
         return _composite(statement, program)
     plain, denied = _CLAIMS[statement.kind](statement)
     subject = getattr(statement, "subject", "")
@@ -78,16 +81,29 @@ def _composite(statement: Any, program: PhysicalProgram) -> str:
 
     def words(name: str) -> str:
         other = by_id.get(name)
-        if other is None or other.kind in ("all_of", "any_of", "before"):
+        if other is None or other.kind in COMPOSITES:
             return f"“{name}”"
         return claim(other, program)
 
     if statement.kind == "before":
         text = f"{words(statement.first)}, before {words(statement.second)}"
+        if statement.within is not None:
+            text += f" within {number(statement.within, 's')}"
+    elif statement.kind == "count_of":
+        text = f"{_how_many(statement)} of: {'; '.join(map(words, statement.of))}"
     else:
         joined = (" and " if statement.kind == "all_of" else " or ").join(map(words, statement.of))
         text = joined
     return f"not so: {text}" if statement.negated else text
+
+
+def _how_many(statement: Any) -> str:
+    low, high = statement.low, min(statement.high, len(statement.of))
+    if low == high:
+        return f"exactly {low}"
+    if high == len(statement.of):
+        return f"at least {low}"
+    return f"at most {high}" if low == 0 else f"{low} to {high}"
 
 
 def _pair(plain: str, denied: str) -> tuple[str, str]:

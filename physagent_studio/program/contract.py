@@ -243,11 +243,15 @@ class Sways(_Statement):
 
 
 class Before(_Statement):
-    """Both become true, the statement `first` before the statement `second`."""
+    """Both become true, the statement `first` before the statement `second`.
+
+    `within`: and `second` follows within so many seconds.
+    """
 
     kind: Literal["before"] = "before"
     first: Name
     second: Name
+    within: Distance | None = None
 
 
 class AllOf(_Statement):
@@ -262,6 +266,15 @@ class AnyOf(_Statement):
 
     kind: Literal["any_of"] = "any_of"
     of: tuple[Name, ...] = Field(min_length=1, max_length=64)
+
+
+class CountOf(_Statement):
+    """At least `low` and at most `high` of `of` hold: "only one of the pins falls"."""
+
+    kind: Literal["count_of"] = "count_of"
+    of: tuple[Name, ...] = Field(min_length=1, max_length=64)
+    low: Annotated[int, Field(ge=0, le=64)] = 1
+    high: Annotated[int, Field(ge=0, le=64)] = 64
 
 
 Leaf = Annotated[
@@ -293,7 +306,7 @@ Leaf = Annotated[
 ]
 """A statement about one object; composites refer to others instead."""
 
-Statement = Annotated[Leaf | Before | AllOf | AnyOf, Field(discriminator="kind")]
+Statement = Annotated[Leaf | Before | AllOf | AnyOf | CountOf, Field(discriminator="kind")]
 
 
 class Contract(Frozen):
@@ -315,7 +328,7 @@ class Contract(Frozen):
         """
         named: set[str] = set()
         for statement in self.statements:
-            if isinstance(statement, AllOf | AnyOf):
+            if isinstance(statement, AllOf | AnyOf | CountOf):
                 named.update(statement.of)
         for _ in self.statements:
             inner = {

@@ -176,6 +176,8 @@ def _unknown_in_contract(
         if statement.clause is not None:
             problems += _unknown(f"{path}.clause", statement.clause, clauses, "clause")
         problems += _unknown_in_statement(path, statement, objects, places)
+        if getattr(statement, "low", 0) > getattr(statement, "high", 1e9):
+            problems.append(f"{path}.low|is more than high|at most {getattr(statement, 'high', 0)}")
         if (statement.to_step or 100_000) < (statement.from_step or 0):
             problems.append(f"{path}.to_step|comes before from_step|{statement.from_step} or more")
         for name in (*getattr(statement, "of", ()), *_ordered(statement)):

@@ -152,3 +152,36 @@ def test_met_speaks_of_the_run_so_far(stage, time):
     assert met(statement, program, stage.rollout())
     stage.path("ball", x=time)
     assert not met(statement, program, stage.rollout())
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "ok"), [(1, 1, True), (0, 1, True), (1, 3, True), (2, 3, False), (0, 0, False)]
+)
+def test_counting_which_of_several_hold(stage, time, low, high, ok):
+    stage.path("ball", x=time)
+    parts = [MOVES, FALLS, TOUCHES]
+    names = [one["id"] for one in parts]
+    count = {"id": "n", "kind": "count_of", "of": names, "low": low, "high": high}
+    check = by_id(stage.checks(*parts, count))["n"]
+    assert check.ok is ok
+    assert "1 of 3" in check.text
+
+
+def test_only_one_pin_is_a_count_that_a_search_can_follow(new_stage, time):
+    """Two tip; the less the second tips, the better."""
+    tips = [{"id": name, "kind": "topples", "subject": name} for name in ("can", "cube")]
+    count = {"id": "only", "kind": "count_of", "of": ["can", "cube"], "low": 1, "high": 1}
+    margins = []
+    for second in (90, 60, 46, 20):
+        stage = new_stage().turn("can", (1, 0, 0), 90 * time)
+        stage.turn("cube", (1, 0, 0), second * time)
+        margins.append(by_id(stage.checks(*tips, count))["only"].margin)
+    assert margins == sorted(margins)
+    assert margins[-2] < 0 < margins[-1]
+
+
+def test_before_within_some_seconds(stage, time):
+    stage.path("ball", x=1.001 * time).touch("ball", "cube", [60])
+    order = {"id": "order", "kind": "before", "first": "moves", "second": "touches"}
+    assert stage.checks(MOVES, TOUCHES, {**order, "within": 0.5})[2].ok
+    assert not stage.checks(MOVES, TOUCHES, {**order, "within": 0.2})[2].ok

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from physagent_studio.contract import MEASURES
+from physagent_studio.contract.words import COMPOSITES
 from physagent_studio.program import MATERIALS
 from physagent_studio.program.document import json_schema, load_program
 from physagent_studio.program.fuzz import SEED_TEXT
@@ -51,14 +52,13 @@ def test_the_guide_names_everything(word):
 
 
 def test_every_statement_has_a_measure():
-    composites = {"before", "all_of", "any_of"}
     definitions = json_schema()["$defs"]
     statements = {
         one["properties"]["kind"]["const"]
         for one in definitions.values()
         if "negated" in one.get("properties", {})
     }
-    assert statements == set(MEASURES) | composites
+    assert statements == set(MEASURES) | set(COMPOSITES)
 
 
 def test_the_fuzz_seed_uses_most_of_the_language():

@@ -185,7 +185,18 @@ def fall(c: Context) -> list[Spec]:
     if ways:
         far = c.length(0.5, 0.02, 0.2)
         found.append(any_of(*(spec("moves", c.subject, distance=far, direction=w) for w in ways)))
-    return [*found, *_along(c), *_manner(c)]
+    return [*found, *_along(c), *_manner(c), *_once_there(c, found[0])]
+
+
+def _once_there(c: Context, event: Spec) -> list[Spec]:
+    """ "As it passes the edge, it falls": the passing comes first."""
+    for frame in c.earlier:
+        if frame.link == "as" and frame.sense in ("pass", "cross", "reach", "hit"):
+            place = frame.place("object", "over")
+            if place is not None and place.kind != "group":
+                passed = spec("passes_over", c.subject, landmark=place_name(place))
+                return [before(passed, event)]
+    return []
 
 
 def _vertical(c: Context) -> list[Spec]:

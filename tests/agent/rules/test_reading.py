@@ -8,7 +8,12 @@ from physagent_studio.agent.rules.reading import EventFrame, Inventory, Reading,
 from physagent_studio.program import Click, Grounding
 
 GAME = (("red_ball", 100, 300), ("blue_box", 300, 300), ("green_cup", 500, 300))
-PINS = (("ball", 400, 400), ("left_pin", 200, 200), ("middle_pin", 300, 200), ("right_pin", 400, 200))
+PINS = (
+    ("ball", 400, 400),
+    ("left_pin", 200, 200),
+    ("middle_pin", 300, 200),
+    ("right_pin", 400, 200),
+)
 BOOKS = (("book_a", 300, 100), ("book_b", 300, 150), ("book_c", 300, 200), ("book_d", 300, 250))
 
 

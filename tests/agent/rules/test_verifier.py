@@ -86,9 +86,7 @@ def test_untested_clauses_are_listed() -> None:
 
 def test_what_happens_only_at_the_very_end_is_not_seen() -> None:
     program = first("field", ROLLS)
-    late = tuple(
-        action.model_copy(update={"start_step": 305}) for action in program.event.actions
-    )
+    late = tuple(action.model_copy(update={"start_step": 305}) for action in program.event.actions)
     event = program.event.model_copy(update={"actions": late})
     verdict = judged("field", program.model_copy(update={"event": event}))
     assert not verdict.passed

@@ -332,7 +332,7 @@ class _Reader:
 
     def _link(self, clause: RawClause) -> str:
         if clause.joint in ("while", "as", "whilst", "whereas", "when"):
-            return "while" if clause.joint != "when" else "as"
+            return "as" if clause.joint in ("as", "when") else "while"
         if clause.joint in ("before", "after", "until", "because", "since"):
             return clause.joint
         return "which" if clause.relative else "then"

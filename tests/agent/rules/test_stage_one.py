@@ -1,0 +1,111 @@
+"""Stage 1 repairs: the failed factor alone, chosen by looking, never by simulating."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from types import MappingProxyType
+
+import numpy as np
+
+from physagent_studio.agent.roles import Situation, Trial
+from physagent_studio.agent.rules import RuleGenerator, RulePlanner, RuleVerifier
+from physagent_studio.program import PhysicalProgram, SceneState, apply
+from physagent_studio.records import Candidate, Finding, Memory, MemoryEntry, Scene, SceneEvidence
+from tests.agent.rules.scenes import STAGES
+
+STAGE = STAGES["lane"]
+PROMPT = "The bowling ball rolls toward the middle pin and hits it."
+MASK = np.ones((4, 4), bool)
+
+
+def finding(kind: str, name: str, subject: str, measured: float, least: float) -> Finding:
+    ok = measured >= least
+    text = f"{name} of {subject} is {measured:.2f}"
+    return Finding(name, subject, measured, least, "", ok, kind, text)  # type: ignore[arg-type]
+
+
+def scene_of(state: SceneState, fits: Callable[[SceneState], float]) -> Scene:
+    """The true geometry; how well the middle pin's mask fits is told by `fits`."""
+    scene = STAGE.reconstruct(state)
+    offered = tuple(Candidate(MASK, 0.9 - 0.1 * n, "test") for n in range(4))
+    found = (
+        finding("mask", "reprojection", "left_pin", 0.92, 0.8),
+        finding("mask", "reprojection", "middle_pin", fits(state), 0.8),
+    )
+    return replace(scene, findings=found, candidates=MappingProxyType({"middle_pin": offered}))
+
+
+def chosen(state: SceneState) -> int:
+    item = state.object("middle_pin")
+    assert item is not None
+    return item.grounding.candidate
+
+
+def situation(fits: Callable[[SceneState], float], memory: Memory | None = None) -> Situation:
+    case = STAGE.case(PROMPT)
+    program = RuleGenerator().first(case, STAGE.reconstruct)
+    scene = scene_of(program.scene, fits)
+    assessment = RuleVerifier().judge(SceneEvidence(program, scene, None), PROMPT)
+    assert not assessment.passed
+
+    def never(candidate: PhysicalProgram) -> Trial:
+        raise AssertionError("stage 1 must not simulate")
+
+    return Situation(
+        case,
+        program,
+        scene,
+        None,
+        assessment,
+        memory or Memory(),
+        never,
+        look=lambda state: scene_of(state, fits),
+    )
+
+
+def test_the_best_mask_is_found_by_looking() -> None:
+    now = situation(lambda state: (0.1, 0.2, 0.9, 0.3)[chosen(state)])
+    proposal = RulePlanner().propose(now)
+    assert proposal.factor == "mask candidate"
+    assert proposal.simulations == 0
+    assert chosen(apply(now.program, proposal.edits).scene) == 2
+
+
+def test_only_that_object_changes() -> None:
+    now = situation(lambda state: (0.1, 0.2, 0.9, 0.3)[chosen(state)])
+    changed = apply(now.program, RulePlanner().propose(now).edits)
+    for before, after in zip(now.program.scene.objects, changed.scene.objects, strict=True):
+        assert (before == after) == (before.name != "middle_pin")
+    assert changed.event == now.program.event
+    assert changed.contract == now.program.contract
+    assert changed.scene.supports == now.program.scene.supports
+
+
+def test_nothing_better_means_a_question() -> None:
+    proposal = RulePlanner().propose(situation(lambda state: 0.1))
+    assert not proposal.hunks
+    assert "middle_pin" in proposal.question
+
+
+def test_a_pinned_grounding_is_left_alone() -> None:
+    memory = Memory(pinned=("scene.objects.middle_pin",))
+    now = situation(lambda state: (0.1, 0.2, 0.9, 0.3)[chosen(state)], memory)
+    assert not RulePlanner().propose(now).hunks
+
+
+def test_what_was_tried_is_not_tried_again() -> None:
+    fits = situation(lambda state: (0.1, 0.2, 0.9, 0.3)[chosen(state)])
+    first = RulePlanner().propose(fits)
+    entry = MemoryEntry(
+        round="r2",
+        factor="mask candidate",
+        rationale="",
+        edits=first.edits,
+        decided="accept",
+        reason="",
+        margins_before={},
+        margins_after={},
+    )
+    again = RulePlanner().propose(replace(fits, memory=Memory(entries=(entry,))))
+    assert again.edits != first.edits

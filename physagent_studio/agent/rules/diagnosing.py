@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.agent.rules.layout import Layout, level, unit
-from physagent_studio.program.contract import AllOf, AnyOf, Before, Statement
+from physagent_studio.program.contract import AllOf, AnyOf, Before, CountOf, Statement
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.records import Check, Finding, Mismatch, Rollout
 
@@ -91,6 +91,10 @@ def _concrete(
         elif isinstance(statement, AllOf):
             parts = [checks[i] for i in statement.of if i in checks]
             best = min(parts, key=lambda c: c.margin, default=None)
+        elif isinstance(statement, CountOf):
+            # The part that is nearest to changing its answer decides a count.
+            parts = [checks[i] for i in statement.of if i in checks]
+            best = min(parts, key=lambda c: abs(c.margin), default=None)
         elif isinstance(statement, Before):
             parts = [checks[i] for i in (statement.first, statement.second) if i in checks]
             failing = [c for c in parts if not c.ok]

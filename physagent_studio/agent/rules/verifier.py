@@ -153,7 +153,7 @@ def criteria(evidence: RolloutEvidence, checks: tuple[Check, ...]) -> tuple[Crit
 def _speaks_of(check: Check, criterion: str, directed: set[str]) -> bool:
     if criterion == "force direction" and check.id in directed:
         return True
-    if check.kind in ("any_of", "all_of"):
+    if check.kind in ("any_of", "all_of", "count_of"):
         return criterion == "object trajectory"
     return check.kind in _GROUPS[criterion]
 

@@ -17,6 +17,7 @@ from physagent_studio.program.actions import (
     FixObject,
     OnContact,
     SetAngularVelocity,
+    SetPosition,
     SetVelocity,
 )
 from physagent_studio.program.base import Position
@@ -143,6 +144,12 @@ def blow(
 def hold(name: str, steps: int) -> FixObject:
     """Keeps it where it is for the first steps."""
     return FixObject(id=f"hold_{name}"[:64], name=name, start_step=0, duration=steps)
+
+
+def place(name: str, position: FloatArray) -> SetPosition:
+    """Puts it somewhere else as the clip begins."""
+    x, y, z = (round(float(part), 4) for part in position)
+    return SetPosition(id=f"place_{name}"[:64], name=name, start_step=0, position=(x, y, z))
 
 
 def top_point(layout: Layout, name: str) -> Position:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from physagent_studio.agent.rules import actions as act
 from physagent_studio.agent.rules import scripts
 from physagent_studio.agent.rules.intents import Intent, intents_of
-from physagent_studio.agent.rules.layout import Layout
+from physagent_studio.agent.rules.layout import WAYS, FloatArray, Layout
 from physagent_studio.agent.rules.ramps import down_ramp
 from physagent_studio.agent.rules.reading import Reading
 from physagent_studio.agent.rules.reading.vocabulary import words_of
@@ -20,10 +21,31 @@ Script = Callable[[Task], list[Action]]
 def schedule(reading: Reading, layout: Layout, clip: Clip) -> tuple[Action, ...]:
     """The event program of a reading over a scene."""
     actions: list[Action] = []
+    raised = raised_places(reading, layout)
+    for name, place in raised.items():
+        actions.append(act.place(name, place))
+    layout = layout.with_places(raised)
     for task in tasks_of(reading, layout, clip):
         for action in _script_for(task)(task):
             actions += [a for a in [_fitted(action, clip, actions)] if a is not None]
     return tuple(actions[:500])
+
+
+def raised_places(reading: Reading, layout: Layout) -> dict[str, FloatArray]:
+    """Where things begin that the prompt has in the air and the picture has standing on it."""
+    found: dict[str, FloatArray] = {}
+    for index, frame in enumerate(reading.frames):
+        under = frame.place("above")
+        if frame.sense not in ("hang", "be") or under is None:
+            continue
+        for name in frame.patient:
+            told = any(name in f.patient for f in reading.frames[:index])
+            if told or not layout.has(name) or layout.placed(under.name) is None:
+                continue
+            size = layout.size(name)
+            if layout.gap(name, under.name) < 0.3 * size:
+                found[name] = layout.position(name) + WAYS["up"] * max(1.5 * size, 0.1)
+    return found
 
 
 def tasks_of(reading: Reading, layout: Layout, clip: Clip) -> list[Task]:

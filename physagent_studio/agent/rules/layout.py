@@ -63,6 +63,20 @@ class Layout:
 
     state: SceneState
 
+    def with_places(self, places: dict[str, FloatArray]) -> Layout:
+        """The layout with some objects put elsewhere, in the air."""
+        if not places:
+            return self
+        objects = tuple(
+            item.model_copy(
+                update={"position": tuple(float(p) for p in places[item.name]), "support": "air"}
+            )
+            if item.name in places
+            else item
+            for item in self.state.objects
+        )
+        return Layout(self.state.model_copy(update={"objects": objects}))
+
     def has(self, name: str) -> bool:
         """Whether an object of that name has its shape and place."""
         item = self.state.object(name)

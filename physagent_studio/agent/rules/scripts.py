@@ -329,7 +329,7 @@ def _way_off(task: Task) -> tuple[FloatArray, float]:
         way = WAYS[said]
     elif (aim := _aim_beyond(task)) is not None:
         way = aim
-    elif (edge := layout.nearest_edge(task.name)) is not None:
+    elif (edge := _clicked_edge(task) or layout.nearest_edge(task.name)) is not None:
         way = _common_way(task, edge[0])
     else:
         # On a stack without an edge near: by turns to either side.
@@ -338,6 +338,20 @@ def _way_off(task: Task) -> tuple[FloatArray, float]:
     if not math.isfinite(distance) or (onto_stack and not _off_support(task)):
         distance = layout.extent(carrier, way) if onto_stack and carrier else layout.size(task.name)
     return way, distance
+
+
+def _clicked_edge(task: Task) -> tuple[FloatArray, float] | None:
+    """The way straight over the edge that is marked on what carries it, and how far it is."""
+    base = task.layout.base(task.name)
+    mark = task.layout.state.landmark(f"{base}_edge")
+    if mark is None or mark.points is None or len(mark.points) < 2:
+        return None
+    start, end = (np.array(point, float) for point in (mark.points[0], mark.points[-1]))
+    along = unit(level(end - start))
+    offset = level(start - task.layout.position(task.name))
+    across = offset - along * float(offset @ along)
+    distance = float(np.linalg.norm(across))
+    return (unit(across), distance) if distance > 1e-6 else None
 
 
 def _common_way(task: Task, way: FloatArray) -> FloatArray:

@@ -314,7 +314,8 @@ def crush(c: Context) -> list[Spec]:
     """The subject is deformed or breaks under another."""
     harmed = any_of(spec("deforms", c.subject, strain=0.05), spec("breaks", c.subject))
     touched = _touch(c)
-    return [*touched, harmed, *(before(one, harmed) for one in touched)]
+    # It may give way in the very moment of the blow, but not earlier.
+    return [*touched, harmed, *(before(harmed, one).opposite() for one in touched)]
 
 
 def knock_over(c: Context) -> list[Spec]:
@@ -518,7 +519,9 @@ def approach(c: Context) -> list[Spec]:
     if place is None or place.kind == "group":
         return []
     distance = c.length(0.3, 0.02, 0.2)
-    near = spec("moves", c.subject, distance=distance, toward=place_name(place))
+    # What the prompt has above something may first be put there.
+    placed = 5 if any(f.place("above") for f in c.earlier) else None
+    near = spec("moves", c.subject, distance=distance, toward=place_name(place), from_step=placed)
     slow = "slow" in c.frame.manner or "gentle" in c.frame.manner
     return [near, spec("speed_between", c.subject, low=0.02, high=0.8)] if slow else [near]
 

@@ -58,14 +58,22 @@ def _snapshot(world: World, trace: Trace, frame: int) -> None:
 
 def _memory(world: World, trace: Trace) -> str:
     """What a snapshot needs beyond the engine's state, as JSON."""
+    calm = (trace.count, len(world.kicks), len(trace.came_true), trace.schedule.just_ended)
+    if not trace.schedule.active and trace.memory[0] == calm:
+        return trace.memory[1]
     memory = {
-        "touching": sorted(trace.watch.touching),
+        "count": trace.count,
         "kicks": [[step, index, kick.tolist()] for step, index, kick in world.kicks],
         "active": {slot.action.id: slot.effect.memory() for slot in trace.schedule.active},
         "true": trace.came_true,
         "wrench": trace.schedule.just_ended,
     }
-    return json.dumps(memory, separators=(",", ":"))
+    text = _compact(memory)
+    trace.memory = (None if trace.schedule.active else calm, text)
+    return text
+
+
+_compact = json.JSONEncoder(separators=(",", ":")).encode
 
 
 def _report(
@@ -83,7 +91,7 @@ def _edges(world: World, trace: Trace, step: int) -> None:
     if step == 0:
         for item in world.program.scene.objects:
             world.half_kick(item.name)
-        trace.watch.look(world.data)
+        trace.grip.update(world.data)
         trace.fracture.follow(world.data)
     if schedule.is_conditional:
         if schedule.awaits_contact and step:
@@ -120,69 +128,37 @@ def _touched(world: World, trace: Trace, a: str, b: str) -> int | None:
 
 
 def _advance(world: World, trace: Trace, step: int) -> None:
-    """One control step: as a whole where nothing can begin, else engine step by engine step."""
+    """One control step. Reads contacts as `touches` describes."""
+    model, data = world.compiled.model, world.compiled.data
     active = trace.schedule.active
+    fine = [slot for slot in active if slot.effect.each_substep]
     if active or trace.schedule.just_ended:
-        world.data.xfrc_applied[:] = 0
+        data.xfrc_applied[:] = 0
         trace.schedule.just_ended = False
     seconds = world.program.clip.step_seconds
     for slot in active:
         if not slot.effect.each_substep:
             slot.effect.act(world, (step - _start(slot)) * seconds)
-    trace.watch.look_ahead(trace.velocities[step])
-    if any(slot.effect.each_substep for slot in active):
-        _finely(world, trace, step)
-    else:
-        _coarsely(world, trace, step, any(slot.effect.pushes for slot in active))
-
-
-def _coarsely(world: World, trace: Trace, step: int, pushed: bool) -> None:
-    """A control step in which only the engine acts. pushed: a force may bring bodies together."""
-    model, data = world.compiled.model, world.compiled.data
-    tick = step * trace.substeps
-    mj.mj_step(model, data)
-    trace.log.read(data, tick)
-    if trace.watch.look(data) and not pushed:
-        mj.mj_step(model, data, nstep=trace.substeps - 1)
-        return
-    _follow(world, trace, range(tick + 1, tick + trace.substeps), None)
-
-
-def _finely(world: World, trace: Trace, step: int) -> None:
-    """A control step in which some action acts before every engine step."""
-    data, seconds = world.data, world.program.clip.step_seconds
-    fine = [slot for slot in trace.schedule.active if slot.effect.each_substep]
-    base, first = data.xfrc_applied.copy(), step * trace.substeps
-
-    def act(tick: int) -> None:
-        data.xfrc_applied[:] = base
-        for slot in fine:
-            since = (step - _start(slot)) * seconds + (tick - first) * world.dt
-            slot.effect.act(world, since)
-
-    act(first)
-    mj.mj_step(world.compiled.model, data)
-    trace.log.read(data, first)
-    trace.watch.look(data)
-    _follow(world, trace, range(first + 1, first + trace.substeps), act)
-
-
-def _follow(world: World, trace: Trace, ticks: range, act: Callable[[int], None] | None) -> None:
-    """Engine steps one by one; reads contacts where their number changes and on the step after.
-
-    Rows tell of contacts that begin to act, contacts of bodies that come close as well.
-    """
-    model, data = world.compiled.model, world.compiled.data
-    before, fresh = (data.ncon, data.nefc), True
-    for tick in ticks:
-        if act is not None:
-            act(tick)
+    base = data.xfrc_applied.copy() if fine else None
+    first, last = step * trace.substeps, (step + 1) * trace.substeps - 1
+    read, before, fresh = trace.log.read, trace.count, True
+    active = -1
+    for tick in range(first, last + 1):
+        if base is not None:
+            data.xfrc_applied[:] = base
+            for slot in fine:
+                since = (step - _start(slot)) * seconds + (tick - first) * world.dt
+                slot.effect.act(world, since)
         mj.mj_step(model, data)
-        now = (data.ncon, data.nefc)
-        if fresh or now != before:
-            trace.log.read(data, tick)
-            trace.watch.look(data)
-            fresh, before = now != before, now
+        # Rows tell of contacts that begin to act, contacts of bodies that come close as well.
+        count, rows = data.ncon, data.nefc
+        if rows > active or count > before or fresh:
+            read(data, tick)
+            fresh = rows > active
+        if count != before:
+            trace.grip.update(data)
+        before, active = count, rows
+    trace.count = before
 
 
 def _start(slot: Slot) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 from trimesh.remesh import subdivide_to_size
 
 from physagent_studio.program.scene import (
@@ -55,7 +55,8 @@ def skin_points(shape: Shape, mesh: Mesh | None, extent: FloatArray) -> FloatArr
 def refined(surface: Surface) -> Surface:
     """The surface with its long edges divided, so that flat faces can bend and touch."""
     longest = float(np.ptp(surface[0], axis=0).max()) / 4
-    vertices, faces = subdivide_to_size(surface[0], surface[1], longest, max_iter=20)
+    divided = subdivide_to_size(surface[0], surface[1], longest, max_iter=20)
+    vertices, faces = divided[0], divided[1]
     # Divided faces repeat the corners that they share.
     merged, index = np.unique(vertices.round(9), axis=0, return_inverse=True)
     return merged, index[faces].astype(np.int32)
@@ -122,7 +123,7 @@ def _least_gap(points: FloatArray, spacing: float) -> float:
     """Smallest distance of two points, m."""
     if len(points) < 2:
         return spacing
-    return float(cKDTree(points).query(points, k=2)[0][:, 1].min())
+    return float(KDTree(points).query(points, k=2)[0][:, 1].min())
 
 
 def _within(outer: Surface, low: FloatArray, high: FloatArray, spacing: float) -> FloatArray:

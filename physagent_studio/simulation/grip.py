@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from physagent_studio.simulation.clouds import Cloud
 from physagent_studio.simulation.mj import Data
 from physagent_studio.simulation.model import Compiled
 from physagent_studio.simulation.surfaces import FloatArray
@@ -32,20 +33,33 @@ class Grip:
         self._impact = -1.0 / dt
         self._slide = max(-1.0 / SLIDE, 0.5 * self._impact)
         self.close = np.zeros(len(compiled.pair_bodies))
-        self.restore(self.close)
+        self._loose = any(isinstance(handle, Cloud) for handle in compiled.handles)
+        self._damping[:, 0] = -1.0
+        self._hold(frozenset())
 
     def update(self, data: Data) -> None:
         """Takes over which pairs are close in the engine step just done."""
+        pairs = self._pairs(data)
+        if pairs != self._now:
+            self._hold(pairs)
+
+    def _pairs(self, data: Data) -> frozenset[int]:
         geoms = data.contact.geom
-        self.close[:] = 0
-        if len(geoms) and len(self.close):
-            pairs = self._table[geoms[:, 0], geoms[:, 1]]
+        pairs = self._table[geoms[:, 0], geoms[:, 1]]
+        if self._loose:
             # Deformables have no geoms (−1), and grains no pairs.
-            self.close[pairs[(pairs >= 0) & (geoms >= 0).all(axis=1)]] = 1
-        self.restore(self.close)
+            pairs = pairs[(pairs >= 0) & (geoms >= 0).all(axis=1)]
+        return frozenset(pairs.tolist())
+
+    def _hold(self, pairs: frozenset[int]) -> None:
+        rows = sorted(pairs)
+        self._now = pairs
+        self.close[:] = 0
+        self._damping[:, 1] = self._impact
+        if rows:
+            self.close[rows] = 1
+            self._damping[rows, 1] = self._slide
 
     def restore(self, close: FloatArray) -> None:
         """Sets the pairs that are close."""
-        self.close[:] = close
-        self._damping[:, 0] = -1.0
-        self._damping[:, 1] = self._impact + (self._slide - self._impact) * self.close
+        self._hold(frozenset(np.flatnonzero(close).tolist()))

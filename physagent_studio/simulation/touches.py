@@ -1,10 +1,9 @@
 """Contacts during a run: read from the engine sparingly, aggregated per control step and pair.
 
 The engine's contact list is read at the first engine step of every control step, and in between
-only where the number of contacts has just changed and on the step after. An impact passes within
-one engine step and changes that number, so none is missed, while what rests costs one reading
-per control step. A reading stands for all engine steps up to the next one, or to the end of its
-control step.
+only where contacts have just been added and on the step after. An impact passes within one engine
+step and adds a contact, so none is missed, while what rests costs one reading per control step. A
+reading stands for all engine steps up to the next one, or to the end of its control step.
 """
 
 from __future__ import annotations
@@ -41,31 +40,31 @@ class ContactLog:
         self._substeps = substeps
         self._dt = dt
         self._pyramid = model.opt.cone == mj.mjtCone.mjCONE_PYRAMIDAL
+        self._flexible = len(compiled.flex_bodies) > 0
         self._ticks: list[int] = []
         self._counts: list[int] = []
         self._parts: list[tuple[Any, ...]] = []
         self._rows: list[FloatArray] = []
 
     def read(self, data: Data, tick: int) -> None:
-        """Keeps the contacts of engine step `tick`; the arrays are views, hence the copies."""
-        self._ticks.append(tick)
-        if data.ncon == 0:
-            self._counts.append(0)
-            return
+        """Keeps the contacts of engine step `tick`."""
         contact = data.contact
+        geom, address = contact.geom, contact.efc_address
+        self._ticks.append(tick)
+        # The arrays are views of the engine's memory, hence the copies.
         columns = (
-            contact.geom,
+            geom,
             # Beyond the overlap that the pair started with, see `settle`.
             contact.dist - contact.includemargin,
             contact.pos,
             contact.frame[:, :3],
-            contact.efc_address,
-            contact.dim,
-            contact.flex,
+            address,
+            *([contact.dim] if self._pyramid else []),
+            *([contact.flex] if self._flexible else []),
         )
-        if data.ncon > MANY:
+        if len(geom) > MANY:
             # A heap touches itself thousands of times: only what it does to others is kept.
-            bodies = self._bodies(contact.geom, contact.flex)
+            bodies = self._bodies(geom, contact.flex)
             columns = tuple(column[bodies[:, 0] != bodies[:, 1]] for column in columns)
         self._counts.append(len(columns[0]))
         if len(columns[0]):
@@ -73,18 +72,18 @@ class ContactLog:
             self._rows.append(data.efc_force.copy())
 
     def _bodies(self, geom: IntArray, flex: IntArray) -> IntArray:
-        """(n, 2) index among objects-then-supports; a flex has no geom (−1)."""
+        """(n, 2) index among objects-then-supports. flex: (n, 2) where there are any flexes."""
         bodies = self._geom_bodies[geom].astype(np.int64)
-        if len(self._flex_bodies):
+        if self._flexible:
             bodies = np.where(geom >= 0, bodies, self._flex_bodies[flex])
         return bodies
 
     def touching(self, since: int) -> set[tuple[int, int]]:
         """Pairs (a < b) that touch in the readings from engine step `since` on."""
         found: set[tuple[int, int]] = set()
-        for geom, _, _, _, address, _, flex in self._recent(since):
-            active = address >= 0
-            bodies = np.sort(self._bodies(geom[active], flex[active]), axis=1)
+        for part in self._recent(since):
+            geom, address = part[0], part[4]
+            bodies = np.sort(self._bodies(geom, part[-1])[address >= 0], axis=1)
             found.update((int(a), int(b)) for a, b in bodies if a != b)
         return found
 
@@ -113,8 +112,8 @@ class ContactLog:
         ]
         rows = self._rows[len(self._rows) - len(parts) :]
         for part, forces, seconds in zip(parts, rows, lasting, strict=True):
-            geom, _, _, _, address, _, flex = part
-            bodies = self._bodies(geom, flex)
+            geom, address = part[0], part[4]
+            bodies = self._bodies(geom, part[-1])
             active = (address >= 0) & (bodies[:, 0] != bodies[:, 1])
             impulse = forces[address[active]] * seconds
             for side in (0, 1):
@@ -127,12 +126,11 @@ class ContactLog:
         """`CONTACT_DTYPE` rows, sorted by step, then a, then b."""
         if not self._parts:
             return np.zeros(0, CONTACT_DTYPE)
-        geom, distance, point, normal, address, dims, flex = (
-            np.concatenate(column) for column in zip(*self._parts, strict=True)
-        )
-        force = self._normal_forces(address, dims)
+        columns = [np.concatenate(column) for column in zip(*self._parts, strict=True)]
+        geom, distance, point, normal, address = columns[:5]
+        force = self._normal_forces(address, columns[5] if self._pyramid else None)
         reading = np.repeat(np.arange(len(self._ticks)), self._counts)
-        bodies = self._bodies(geom, flex)
+        bodies = self._bodies(geom, columns[-1])
         active = (address >= 0) & (bodies[:, 0] != bodies[:, 1])
         swap = bodies[:, 0] > bodies[:, 1]
         normal = np.where(swap[:, None], -normal, normal)
@@ -148,7 +146,7 @@ class ContactLog:
             np.maximum(-distance, 0)[active],
         )
 
-    def _normal_forces(self, address: IntArray, dims: IntArray) -> FloatArray:
+    def _normal_forces(self, address: IntArray, dims: IntArray | None) -> FloatArray:
         """Normal force of each contact, N, 0 where it is not active."""
         force = np.zeros(len(address))
         starts = np.concatenate([[0], np.cumsum([len(rows) for rows in self._rows])[:-1]])
@@ -157,7 +155,7 @@ class ContactLog:
         active = address >= 0
         at = address + np.repeat(starts, counts)
         force[active] = rows[at[active]]
-        if self._pyramid:
+        if dims is not None:
             # A pyramid's edges share the normal: their sum is the normal force.
             for edge in range(1, 2 * (int(dims.max()) - 1)):
                 more = active & (edge < 2 * (dims - 1))

@@ -25,10 +25,10 @@ class Trace:
     """What the loop writes: raw states per control step and snapshots per frame.
 
     positions: (S+1, nq). velocities: (S+1, nv). snapshots: (frames, engine state and grip).
-    memories: per frame. rows: how many rows are valid. count: contacts of the last engine step.
-    first_touch: control step by pair. came_true: control step by id of the waiting action.
-    releases: joints that let go. head: the earlier run that stands for the rows up to `first`,
-    which are not filled here.
+    memories: per frame; memory: the last one and what it depended on. rows: how many rows are
+    valid. count: contacts of the last engine step. first_touch: control step by pair. came_true:
+    control step by id of the waiting action. releases: joints that let go. head: the earlier run
+    that stands for the rows up to `first`, which are not filled here.
     """
 
     positions: FloatArray
@@ -42,6 +42,7 @@ class Trace:
     rows: int = 0
     count: int = 0
     memories: list[str] = field(default_factory=list)
+    memory: tuple[tuple[int, int, int, bool] | None, str] = (None, "")
     alarms: list[Alarm] = field(default_factory=list)
     releases: list[Release] = field(default_factory=list)
     first_touch: dict[tuple[int, int], int] = field(default_factory=dict)

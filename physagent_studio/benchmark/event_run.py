@@ -12,8 +12,8 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from physagent_studio.agent.loop import Crew
 from physagent_studio.benchmark.references import judge, load_reference
+from physagent_studio.benchmark.variants import variant_of
 from physagent_studio.errors import StudioError
 from physagent_studio.exchange import annotated, load_case
 from physagent_studio.records import Check, LoopState
@@ -38,7 +38,6 @@ class EventTask:
     annotation: Path | None = None
     reference: Path | None = None
     variant: str = "full"
-    rounds: int = 10
 
     @property
     def label(self) -> str:
@@ -89,19 +88,17 @@ def run_event(task: EventTask) -> EventResult:
 
     Raises StudioError where the case or the annotation is bad.
     """
-    from physagent_studio.benchmark.variants import crew_of
-
     case = load_case(task.folder, task.event)
     if task.annotation is not None:
         case = annotated(case, task.annotation)
     with tempfile.TemporaryDirectory() as home:
-        state = LoopState(policy="auto", budget=task.rounds)
+        variant = variant_of(task.variant)
+        state = LoopState(policy="auto", budget=variant.rounds)
         session = Store(Path(home)).create(case, state)
         desk = Desk(session, Control(), evidence=False)
         started, worked = time.perf_counter(), time.process_time()
-        crew = crew_of(task.variant)
-        if crew is not None:
-            _use(desk, crew)
+        if variant.crew is not None:
+            desk.engine.members = variant.crew()
         problem = ""
         try:
             desk.advance(policy="auto")
@@ -117,10 +114,6 @@ def run_event(task: EventTask) -> EventResult:
         result = replace(_judged(result, task, desk.state, session), problem=problem)
         session.close()
     return result
-
-
-def _use(desk: Desk, crew: Crew) -> None:
-    desk.engine.members = crew
 
 
 def _judged(

@@ -99,13 +99,17 @@ def tell(item: EventResult) -> None:
     if item.denied:
         words = "claimed, but the reference denies it"
     print(
-        f"{item.label}, {mode_of(item)}: {words}, {report['rounds']} rounds, "
+        f"{item.label}, {mode_of(item)}{_variant(item)}: {words}, {report['rounds']} rounds, "
         f"{report['simulations']} simulations, {report['seconds']:.1f} s"
         + (f" · {item.problem}" if item.problem else "")
         + (f" · reference: {'; '.join(item.failing)}" if item.failing else ""),
         file=sys.stderr,
         flush=True,
     )
+
+
+def _variant(item: EventResult) -> str:
+    return "" if item.variant == "full" else f", {item.variant}"
 
 
 # --- figures -----------------------------------------------------------------------------------

@@ -133,6 +133,9 @@ def _across_gap(
 def is_aloft(name: str, names: Mapping[str, object], prompt: str) -> bool:
     """Whether the sentence says, near the object's own name, that it hangs or floats."""
     noun = (words_of(name) or ("",))[-1]
+    if len(names) == 1 and _ALOFT.search(prompt.lower()):
+        # There is nothing else in the picture that the words could mean.
+        return True
     others = {(words_of(other) or ("",))[-1] for other in names if other != name} - {noun}
     for sentence in re.split(r"[.;]", prompt.lower()):
         for hit in _ALOFT.finditer(sentence):

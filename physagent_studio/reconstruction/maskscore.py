@@ -21,7 +21,6 @@ from physagent_studio.reconstruction.masks import (
     bounds,
     grow,
     outline_length,
-    shrink,
 )
 
 FloatArray = NDArray[np.float64]
@@ -30,20 +29,19 @@ ALIKE = 0.85
 """IoU from which two drafts say the same."""
 
 WEIGHTS = {
-    "constant": 0.074,
-    "consensus": 0.563,
-    "agreement": 0.133,
-    "covered agreement": 0.142,
-    "colour overlap": -0.372,
-    "contrast": 0.022,
-    "border": -0.182,
-    "window": -0.065,
-    "log area": -0.218,
-    "log area squared": -0.032,
-    "off centre": -0.262,
-    "texture": 0.064,
-    "holds others": -0.162,
-    "held by others": 0.098,
+    "constant": 0.067,
+    "consensus": 0.721,
+    "agreement": 0.316,
+    "covered agreement": 0.087,
+    "colour overlap": -0.198,
+    "contrast": 0.101,
+    "border": -0.262,
+    "window": 0.036,
+    "log area": -0.155,
+    "log area squared": -0.022,
+    "off centre": -0.281,
+    "holds others": -0.197,
+    "held by others": -0.158,
 }
 
 
@@ -67,7 +65,6 @@ class Scorer:
     def __init__(self, lab: NDArray[np.float32], inside: Sequence[Pixel]) -> None:
         self.lab = lab
         self.inside = inside
-        self.slope = _slope(lab)
         self.palette = _palette(lab)
         self.known: dict[int, tuple[Draft, dict[str, float]]] = {}
 
@@ -99,7 +96,7 @@ class Scorer:
     def _alone(self, draft: Draft) -> dict[str, float]:
         """Features that do not depend on the other drafts."""
         if id(draft) not in self.known:
-            local = _local(self.lab, self.slope, self.palette, draft.mask)
+            local = _local(self.lab, self.palette, draft.mask)
             area = float(np.log(np.count_nonzero(draft.mask) / draft.mask.size + 1e-4))
             covered, off = _clicks(draft.mask, self.inside)
             values = {
@@ -111,7 +108,6 @@ class Scorer:
                 "log area": area,
                 "log area squared": area**2,
                 "off centre": off,
-                "texture": float(np.tanh(local.texture / 6)),
                 "covered": covered,
                 "weakest": float(np.tanh(local.weakest / 10)),
             }
@@ -130,40 +126,32 @@ def _shared(drafts: Sequence[Draft]) -> NDArray[np.int64]:
 
 @dataclass(frozen=True, slots=True)
 class _Local:
-    """middle, weakest: colour step across the outline (median, 20th percentile). texture: mean
+    """middle, weakest: colour step across the outline (median, 20th percentile).
 
-    slope inside. overlap: of the colours inside and around, 0 … 1.
+    overlap: of the colours inside and around, 0 … 1.
     """
 
     middle: float
     weakest: float
-    texture: float
     overlap: float
 
 
-def _local(lab: NDArray[np.float32], slope: NDArray, palette: NDArray, mask: BoolArray) -> _Local:
+def _local(lab: NDArray[np.float32], palette: NDArray, mask: BoolArray) -> _Local:
     x0, y0, x1, y1 = bounds(mask)
     crop = (slice(max(0, y0 - 12), y1 + 12), slice(max(0, x0 - 12), x1 + 12))
     own = np.ascontiguousarray(mask[crop])
     middle, weakest = outline_contrast(np.ascontiguousarray(lab[crop]), own)
-    core = shrink(own, 2)
-    texture = float(slope[crop][core].mean()) if np.count_nonzero(core) > 10 else 0.0
     area = int(np.count_nonzero(own))
     ring = grow(own, max(3, int(np.sqrt(area) * 0.12))) & ~grow(own, 1)
     inside = np.bincount(palette[crop][own], minlength=2048) / max(area, 1)
     around = np.bincount(palette[crop][ring], minlength=2048) / max(np.count_nonzero(ring), 1)
-    return _Local(middle, weakest, texture, float(np.sqrt(inside * around).sum()))
+    return _Local(middle, weakest, float(np.sqrt(inside * around).sum()))
 
 
 def _palette(lab: NDArray[np.float32]) -> NDArray[np.int64]:
     """Each pixel's colour as one of 2048 bins."""
     q = np.clip((lab / 256 * (8, 16, 16)).astype(int), 0, (7, 15, 15))
     return (q[..., 0] * 16 + q[..., 1]) * 16 + q[..., 2]
-
-
-def _slope(lab: NDArray[np.float32]) -> NDArray[np.float32]:
-    dx, dy = (cv2.Sobel(lab, cv2.CV_32F, *order) / 8 for order in ((1, 0), (0, 1)))
-    return np.sqrt((dx**2 + dy**2).sum(2))
 
 
 def _clicks(mask: BoolArray, inside: Sequence[Pixel]) -> tuple[float, float]:

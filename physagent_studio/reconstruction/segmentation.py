@@ -72,46 +72,78 @@ class EmbeddedSegmenter:
         cancelled: Callable[[], bool] | None = None,
     ) -> dict[str, tuple[Candidate, ...]]:
         """Candidates (H, W) at the size of `image`; empty where nothing was clicked."""
-        small, factor = _shrunk(image, self.side)
-        flat = cv2.bilateralFilter(small, 5, 30, 5)
-        lab = cv2.cvtColor(flat, cv2.COLOR_RGB2LAB).astype(np.float32)
-        size = (image.shape[1], image.shape[0])
+        whole = _view(image, (0, 0, image.shape[1], image.shape[0]), self.side)
         out: dict[str, tuple[Candidate, ...]] = {}
         for name, grounding in groundings:
             if cancelled is not None and cancelled():
                 return out
-            task = _task(name, groundings, factor)
+            box = grounding.box
+            view = whole if box is None else _view(image, _around(box, image.shape), self.side)
+            task = _task(name, groundings, view)
             if not task.inside and task.box is None:
                 out[name] = ()
                 continue
-            scorer = Scorer(lab, task.inside)
-            ranked = _ranked(scorer, _drafts(small, lab, task, scorer), task)
-            best = _agreed(ranked)
-            out[name] = tuple(_full_size(image, item, task, factor, size) for item in best)
+            scorer = Scorer(view.lab, task.inside)
+            ranked = _ranked(scorer, _drafts(view.small, view.lab, task, scorer), task)
+            out[name] = tuple(_full_size(image, item, view) for item in _agreed(ranked))
         return out
 
 
-def _shrunk(image: Image, side: int) -> tuple[NDArray[np.uint8], float]:
-    factor = min(1.0, side / max(image.shape[:2]))
-    small = cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
-    return np.ascontiguousarray(small).astype(np.uint8), factor
+@dataclass(frozen=True, eq=False, slots=True)
+class _View:
+    """A part of the picture at working size: (x0, y0, x1, y1) of the part and the factor."""
+
+    part: tuple[int, int, int, int]
+    factor: float
+    small: NDArray[np.uint8]
+    lab: NDArray[np.float32]
+
+    def inward(self, x: float, y: float) -> Pixel:
+        """A pixel of the picture as one of the view."""
+        return (x - self.part[0]) * self.factor, (y - self.part[1]) * self.factor
 
 
-def _task(name: str, groundings: Sequence[tuple[str, Grounding]], factor: float) -> _Task:
+def _view(image: Image, part: tuple[int, int, int, int], side: int) -> _View:
+    x0, y0, x1, y1 = part
+    crop = image[y0:y1, x0:x1]
+    factor = min(1.5, side / max(crop.shape[:2]))
+    how = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
+    small = cv2.resize(crop, None, fx=factor, fy=factor, interpolation=how)
+    small = np.ascontiguousarray(small).astype(np.uint8)
+    lab = cv2.cvtColor(cv2.bilateralFilter(small, 5, 30, 5), cv2.COLOR_RGB2LAB)
+    return _View(part, factor, small, lab.astype(np.float32))
+
+
+def _around(
+    box: tuple[float, float, float, float], shape: tuple[int, ...]
+) -> tuple[int, int, int, int]:
+    """A person's box with its surroundings, which say what the background looks like."""
+    x0, x1 = sorted((box[0], box[2]))
+    y0, y1 = sorted((box[1], box[3]))
+    margin = 0.35 * max(x1 - x0, y1 - y0) + 8
+    low_x, low_y = max(0, int(x0 - margin)), max(0, int(y0 - margin))
+    high_x = min(shape[1], int(x1 + margin) + 1)
+    high_y = min(shape[0], int(y1 + margin) + 1)
+    return low_x, low_y, max(high_x, low_x + 8), max(high_y, low_y + 8)
+
+
+def _task(name: str, groundings: Sequence[tuple[str, Grounding]], view: _View) -> _Task:
     """The clicks of one thing; those inside the others lie outside of it."""
     inside: list[Pixel] = []
     outside: list[Pixel] = []
     box = None
     for other, grounding in groundings:
         for click in grounding.points:
-            pixel = (click.x * factor, click.y * factor)
+            pixel = view.inward(click.x, click.y)
             if other == name:
                 (inside if click.label else outside).append(pixel)
             elif click.label:
                 outside.append(pixel)
         if other == name and grounding.box is not None:
-            x0, y0, x1, y1 = (value * factor for value in grounding.box)
+            (x0, y0), (x1, y1) = (view.inward(*grounding.box[k : k + 2]) for k in (0, 2))
             box = (min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1))
+    rows, columns = view.lab.shape[:2]
+    outside = [(x, y) for x, y in outside if 0 <= x < columns and 0 <= y < rows]
     return _Task(tuple(inside), tuple(outside), box, usual_size(name).aspect)
 
 
@@ -119,7 +151,7 @@ def _drafts(
     small: NDArray[np.uint8], lab: NDArray[np.float32], task: _Task, scorer: Scorer
 ) -> list[Draft]:
     if task.box is not None:
-        return _box_drafts(small, lab, task, task.box)
+        return _box_drafts(small, lab, task, task.box, scorer)
     windows = grabcut.at_scales(small, lab, task.inside, task.outside)
     drafts: list[Draft] = []
     cleaned = [_clean(window.mask, task) for window in windows]
@@ -178,24 +210,54 @@ def _box_drafts(
     lab: NDArray[np.float32],
     task: _Task,
     box: tuple[float, float, float, float],
+    scorer: Scorer,
 ) -> list[Draft]:
+    """Drafts inside a person's box."""
     x0, y0, x1, y1 = box
     rows, columns = lab.shape[:2]
     within = np.zeros((rows, columns), bool)
-    within[int(y0) : int(np.ceil(y1)) + 1, int(x0) : int(np.ceil(x1)) + 1] = True
+    within[max(0, int(y0)) : int(np.ceil(y1)) + 1, max(0, int(x0)) : int(np.ceil(x1)) + 1] = True
     around = grow(within, max(4, int(0.15 * max(x1 - x0, y1 - y0)))) & ~within
     ratio = grabcut.likelihood_ratio(lab, within, around) if around.any() else None
+    cores: dict[str, BoolArray | None] = {"box": None}
+    if ratio is not None:
+        cores |= {"box-colour": ratio > 0, "box-sure": ratio > 1.0}
     drafts: list[Draft] = []
-    cores = {"box": None, "box-colour": ratio > 0 if ratio is not None else None}
     for method, core in cores.items():
         mask = grabcut.in_box(small, box, task.inside, task.outside, core)
         if mask is not None:
-            mask = _clean(mask, task) if task.inside else smooth(mask, 0.01)
-            drafts.append(Draft(mask & within, method, "colour"))
-    for mask in contour.again(lab, within, task.outside):
-        if np.count_nonzero(mask & within) > 40:
-            drafts.append(Draft(mask & within, "box-contour", "contour"))
+            # A box says that all of its object lies inside: loose parts may belong to it.
+            drafts.append(Draft(_tidy(mask) & within, method, "colour"))
+            if task.inside:
+                drafts.append(Draft(_clean(mask, task) & within, f"{method}-part", "colour"))
+    contours = [
+        Draft(mask & within, "box-contour", "contour")
+        for mask in contour.again(lab, within, task.outside)
+    ]
+    best = [d for d, _ in _distinct(_ranked(scorer, _solid([*drafts, *contours]), task), 3, 0.9)]
+    for draft in best:
+        for mask in contour.again(lab, draft.mask, task.outside):
+            contours.append(Draft(mask & within, "box-contour-again", "contour"))
+    drafts += contours
+    for draft in [d for d, _ in _distinct(_ranked(scorer, _solid(drafts), task), 3, 0.9)]:
+        band = max(2, round(0.06 * float(np.sqrt(np.count_nonzero(draft.mask)))))
+        mask = _tidy(_settled(small, draft.mask, band, 0.6)) & within
+        drafts.append(Draft(mask, f"{draft.method}-settled", draft.family))
+    return _solid(drafts)
+
+
+def _solid(drafts: Sequence[Draft]) -> list[Draft]:
     return [draft for draft in drafts if np.count_nonzero(draft.mask) >= 30]
+
+
+def _tidy(mask: BoolArray) -> BoolArray:
+    """The mask without specks smaller than a fiftieth of its largest part."""
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8))
+    if count < 2:
+        return mask
+    areas = stats[1:, cv2.CC_STAT_AREA]
+    kept = 1 + np.flatnonzero(areas > 0.02 * areas.max())
+    return without_pinholes(np.isin(labels, kept), 0.01)
 
 
 def _clean(mask: BoolArray, task: _Task) -> BoolArray:
@@ -211,8 +273,20 @@ def _ranked(
     graded = scorer.scores(drafts)
     if task.aspect is not None:
         graded = graded - _odd_proportions(drafts, task.aspect)
+    if task.box is not None:
+        graded = 0.5 * graded + 0.5 * np.array([_fills(draft.mask, task.box) for draft in drafts])
     order = np.argsort(-graded, kind="stable")
     return [(drafts[int(k)], float(graded[k])) for k in order]
+
+
+def _fills(mask: BoolArray, box: tuple[float, float, float, float]) -> float:
+    """How well a mask reaches all four sides of a box, 0 … 1."""
+    x0, y0, x1, y1 = bounds(mask)
+    width, height = max(box[2] - box[0], 1.0), max(box[3] - box[1], 1.0)
+    # Boxes are drawn a little wide: a gap of a twentieth on each side is none.
+    gaps = np.array([(x0 - box[0]), (box[2] - x1)]) / width
+    gaps = np.append(gaps, np.array([(y0 - box[1]), (box[3] - y1)]) / height)
+    return float(np.prod(1 - np.clip(np.maximum(gaps - 0.06, 0), 0, 1)))
 
 
 def _odd_proportions(drafts: Sequence[Draft], aspect: tuple[float, float]) -> NDArray[np.float64]:
@@ -222,7 +296,7 @@ def _odd_proportions(drafts: Sequence[Draft], aspect: tuple[float, float]) -> ND
     for k, draft in enumerate(drafts):
         x0, y0, x1, y1 = bounds(draft.mask)
         off = np.log(max(y1 - y0, 1) / max(x1 - x0, 1) / usual) / (spread + 0.1)
-        out[k] = 0.12 * min(float(off) ** 2, 4.0) / 2
+        out[k] = 0.04 * min(float(off) ** 2, 4.0)
     return out
 
 
@@ -254,17 +328,13 @@ def _distinct(
     return chosen
 
 
-def _full_size(
-    image: Image,
-    item: tuple[Draft, float],
-    task: _Task,
-    factor: float,
-    size: tuple[int, int],
-) -> Candidate:
+def _full_size(image: Image, item: tuple[Draft, float], view: _View) -> Candidate:
     """The draft at the picture's size, its outline settled there by GrabCut in a band."""
     draft, value = item
-    rough = resized(draft.mask, size) if factor < 1 else draft.mask
-    mask = _settled(image, rough, max(2, round(1.6 / factor)))
+    x0, y0, x1, y1 = view.part
+    rough = np.zeros(image.shape[:2], bool)
+    rough[y0:y1, x0:x1] = resized(draft.mask, (x1 - x0, y1 - y0))
+    mask = _settled(image, rough, max(2, round(1.6 / view.factor)))
     return Candidate(mask, value, draft.method)
 
 

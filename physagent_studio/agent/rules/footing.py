@@ -1,4 +1,4 @@
-"""Supports that nobody measured are made to carry what stands on them."""
+"""What nobody measured is made such that things stand: ramps wide enough, bodies deep enough."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from physagent_studio.agent.rules.layout import Layout
-from physagent_studio.program.scene import Ramp, SceneState, Support
+from physagent_studio.agent.rules.look import is_sheet
+from physagent_studio.program.scene import Inflated, Ramp, SceneObject, SceneState, Support
 
 
 def with_room(state: SceneState) -> SceneState:
@@ -15,6 +16,29 @@ def with_room(state: SceneState) -> SceneState:
     layout = Layout(state)
     supports = tuple(_wide_enough(support, layout) for support in state.supports)
     return state.model_copy(update={"supports": supports}) if supports != state.supports else state
+
+
+def with_depth(state: SceneState) -> SceneState:
+    """The state with inflated bodies about as deep as they are narrow.
+
+    The depth of an inflated outline is a guess that no picture can settle; what stands by itself
+    is not a thin slice, or the first push along it would lay it on its side.
+    """
+    objects = tuple(_deep_enough(item) for item in state.objects)
+    return state.model_copy(update={"objects": objects}) if objects != state.objects else state
+
+
+def _deep_enough(item: SceneObject) -> SceneObject:
+    shape = item.shape
+    stands = item.support not in (None, "air") and not is_sheet(item.name)
+    if not isinstance(shape, Inflated) or not stands or item.source in ("given", "person"):
+        return item
+    width, depth, height = shape.size
+    wanted = 0.9 * min(width, height)
+    if depth >= wanted:
+        return item
+    size = (width, round(wanted, 6), height)
+    return item.model_copy(update={"shape": shape.model_copy(update={"size": size})})
 
 
 def _wide_enough(support: Support, layout: Layout) -> Support:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from physagent_studio.agent.rules.bodies import bodies_for
 from physagent_studio.agent.rules.choosing import schedule, tasks_of
 from physagent_studio.agent.rules.contracting import contract_of, landmarks_needed
-from physagent_studio.agent.rules.footing import with_room
+from physagent_studio.agent.rules.footing import with_depth, with_room
 from physagent_studio.agent.rules.landmarks import assume_open, derived_landmarks
 from physagent_studio.agent.rules.layout import Layout
 from physagent_studio.agent.rules.look import density_of, material_of
@@ -31,7 +31,7 @@ class RuleGenerator:
 
     def program(self, case: Case, reading: Reading, state: SceneState) -> PhysicalProgram:
         """The program over a completed scene state."""
-        state = with_room(state)
+        state = with_room(with_depth(state))
         state = _with_landmarks(state, reading)
         clip = Clip()
         state = _with_materials(state, reading, clip)

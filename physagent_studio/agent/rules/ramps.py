@@ -70,6 +70,7 @@ def down_ramp(task: Task) -> list[Action]:
         return []
     stops = task.intent.has("stop", "settle", "slow")
     speed = starting_speed(task) if stops else max(0.15, 0.5 * task.layout.size(task.name))
+    speed = max(speed, _over_plateau(task))
     flat = unit(level(downhill))
     slope = -math.degrees(math.asin(float(np.clip(-downhill[2], 0, 1))))
     way = act.toward_or_along(speed, vector=flat, elevation=slope)
@@ -81,6 +82,18 @@ def down_ramp(task: Task) -> list[Action]:
     if task.intent.has("turn_around", "reverse"):
         found += turn_back(task)
     return found
+
+
+def _over_plateau(task: Task) -> float:
+    """Speed that carries it over the flat part behind the top edge; 0 where it is on the slope."""
+    ramp = task.layout.ramp_below(task.name)
+    if ramp is None or not isinstance(ramp.shape, Ramp):
+        return 0.0
+    uphill = np.array([math.cos(ramp.shape.yaw), math.sin(ramp.shape.yaw), 0.0])
+    ahead = float((task.layout.position(task.name) - np.array(ramp.shape.toe)) @ uphill)
+    left = ahead - ramp.shape.run
+    friction = task.layout.friction(task.name, ramp.name)
+    return 1.4 * mech.speed_to_stop(left, friction) if left > 0 else 0.0
 
 
 def _drift(task: Task) -> Action:

@@ -95,6 +95,8 @@ def _synthetic() -> list[Row]:
         np.array_equal(again.meshes[name].vertices, scenes[0].meshes[name].vertices)
         for name in again.meshes
     )
+    assert again.plate is not None
+    assert scenes[0].plate is not None
     same &= np.array_equal(again.plate, scenes[0].plate)
     return [
         shown("synthetic objects", len(place)),

@@ -90,9 +90,7 @@ def _thing(rng: np.random.Generator, name: str, x: float, y: float) -> SceneObje
     return SceneObject(name=name, shape=shape, position=(x, y, lift), rotation=about_up(yaw))
 
 
-def _drawn(
-    rng: np.random.Generator, camera: Camera, objects: tuple[SceneObject, ...]
-) -> Drawn:
+def _drawn(rng: np.random.Generator, camera: Camera, objects: tuple[SceneObject, ...]) -> Drawn:
     bodies = {}
     for item in objects:
         assert item.shape is not None
@@ -122,8 +120,11 @@ def _drawn(
 def _backdrop(rng: np.random.Generator, camera: Camera) -> FloatArray:
     """A mottled floor that ends at a wall 7 m away."""
     width, height = camera.size
-    columns, rows = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-    rays = camera.rays(np.column_stack([columns.ravel(), rows.ravel()])).reshape(height, width, 3)
+    columns, rows = np.meshgrid(
+        np.linspace(0.5, width - 0.5, width), np.linspace(0.5, height - 0.5, height)
+    )
+    rays = camera.rays(np.column_stack([columns.ravel(), rows.ravel()]).astype(np.float64))
+    rays = rays.reshape(height, width, 3)
     along = -camera.position[2] / np.minimum(rays[..., 2], -1e-6)
     x, y = rays[..., 0] * along, rays[..., 1] * along
     floor = (rays[..., 2] < 0) & (y < 7)
@@ -138,9 +139,7 @@ def _backdrop(rng: np.random.Generator, camera: Camera) -> FloatArray:
     return out.astype(float)
 
 
-def _shade_ground(
-    image: FloatArray, camera: Camera, objects: tuple[SceneObject, ...]
-) -> None:
+def _shade_ground(image: FloatArray, camera: Camera, objects: tuple[SceneObject, ...]) -> None:
     """A soft dark patch where each object stands."""
     for item in objects:
         assert item.position is not None

@@ -123,7 +123,8 @@ def _polar(
 
     def sample(out: float) -> NDArray[np.float32]:
         at = (x + out * dx).astype(np.float32), (y + out * dy).astype(np.float32)
-        return cv2.remap(lab, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        found = cv2.remap(lab, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        return found.astype(np.float32)
 
     step = sample(-1.0) + sample(-2.2) - sample(1.0) - sample(2.2)
     cost = np.exp(-np.linalg.norm(step, axis=2) / 32.0).astype(np.float64)

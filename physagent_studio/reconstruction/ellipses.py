@@ -65,7 +65,9 @@ def _round_parts(binary: np.ndarray) -> list[Ellipse]:
         if not inside or width < 0.12 * columns or height < 0.04 * rows or len(contour) < 30:
             continue
         hull = cv2.convexHull(contour)
-        (cx, cy), (first, second), angle = cv2.fitEllipse(hull) if len(hull) > 5 else ((0, 0),) * 3
+        if len(hull) < 6:
+            continue
+        (cx, cy), (first, second), angle = cv2.fitEllipse(hull)
         long, short = max(first, second), min(first, second)
         tilt = angle - 90 if first < second else angle
         tilt = abs((tilt + 90) % 180 - 90)

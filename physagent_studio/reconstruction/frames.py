@@ -17,7 +17,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """Two posts and a bar, pixels: corners in the order left foot, right foot, right top, left top."""
+    """Two posts and a bar. corners: left foot, right foot, right top, left top, pixels."""
 
     corners: tuple[tuple[float, float], ...]
     strength: float
@@ -57,10 +57,11 @@ def find_frame(image: Image, ignore: BoolArray) -> Frame | None:
         width = float(right[0] - left[0])
         if width < 0.08 * size[0]:
             continue
-        sides = [_post_under(spot, posts, post_length, width, reach) for spot in (left, right)]
-        if sides[0] is None or sides[1] is None:
+        post_l = _post_under(left, posts, post_length, width, reach)
+        post_r = _post_under(right, posts, post_length, width, reach)
+        if post_l is None or post_r is None:
             continue
-        (foot_l, share_l), (foot_r, share_r) = sides
+        (foot_l, share_l), (foot_r, share_r) = post_l, post_r
         heights = (foot_l[1] - left[1], foot_r[1] - right[1])
         if min(heights) < 0.85 * max(heights):
             continue

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -40,7 +41,7 @@ def cut(image: NDArray[np.uint8], trimap: NDArray[np.uint8], rounds: int = 3) ->
     labels = trimap.copy()
     cv2.setRNGSeed(SEED)  # its k-means draws from the global generator
     background, foreground = np.zeros((1, 65)), np.zeros((1, 65))
-    cv2.grabCut(image, labels, None, background, foreground, rounds, cv2.GC_INIT_WITH_MASK)
+    cv2.grabCut(image, labels, (0, 0, 0, 0), background, foreground, rounds, cv2.GC_INIT_WITH_MASK)
     return np.isin(labels, (cv2.GC_FGD, cv2.GC_PR_FGD))
 
 
@@ -64,7 +65,7 @@ def seeds(shape: tuple[int, int], points: Sequence[Pixel], radius: int, reach: f
     canvas = np.zeros(shape, np.uint8)
     for x, y in points:
         cv2.circle(canvas, (int(x), int(y)), radius, 1, -1)
-    for (ax, ay), (bx, by) in zip(points, points[1:], strict=False):
+    for (ax, ay), (bx, by) in pairwise(points):
         if np.hypot(bx - ax, by - ay) < reach:
             cv2.line(canvas, (int(ax), int(ay)), (int(bx), int(by)), 1, 2)
     return canvas.astype(bool)

@@ -57,7 +57,7 @@ def inflated_mesh(mask: BoolArray, camera: Camera, shape: Inflated) -> Mesh:
     low, high = vertices.min(0), vertices.max(0)
     scale = np.array(shape.size) / np.maximum(high - low, 1e-12)
     vertices = (vertices - (low + high) / 2) * scale
-    _, centre = volume_and_centre(vertices, faces)
+    _, centre = volume_and_centre(vertices, faces.astype(np.int32))
     return Mesh(vertices - centre, faces.astype(np.int32))
 
 
@@ -176,5 +176,6 @@ def _membrane(inside: BoolArray) -> FloatArray:
         entries.append((own[some], near[some], np.full(int(some.sum()), -1.0)))
     r, c, v = (np.concatenate(part) for part in zip(*entries, strict=True))
     matrix = sparse.csc_matrix((v, (r, c)), (count, count))
-    out[inside] = np.sqrt(np.maximum(spsolve(matrix, np.full(count, 4.0)), 0))
+    pressed = np.asarray(spsolve(matrix, np.full(count, 4.0)), float)
+    out[inside] = np.sqrt(np.maximum(pressed, 0))
     return out

@@ -33,7 +33,7 @@ class Shown:
 def resolve(
     landmarks: Sequence[Landmark], camera: Camera, supports: Sequence[Support], shown: Shown
 ) -> tuple[tuple[Landmark, ...], tuple[str, ...]]:
-    """Landmarks with world points where they were clicked or are seen, and words about open ones."""
+    """Landmarks with points where they were clicked or are seen, and words about open ones."""
     out: list[Landmark] = []
     flags: list[str] = []
     for landmark in landmarks:

@@ -12,7 +12,8 @@ from physagent_studio.reconstruction.masks import BoolArray, bounds
 from physagent_studio.reconstruction.names import words_of
 
 _ALOFT = re.compile(
-    r"\b(hang\w*|hung|hover\w*|float\w*|suspend\w*|dangl\w*|mid-?air|in the air|levitat\w*|airborne)\b"
+    r"\b(hang\w*|hung|hover\w*|float\w*|suspend\w*|dangl\w*|levitat\w*"
+    r"|mid-?air|in the air|airborne)\b"
 )
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -44,7 +45,7 @@ def mesh_of(shape: Shape) -> Mesh:
     `Scene.meshes`. Raises InputError for these.
     """
     if isinstance(shape, Sphere):
-        return _spheroid((shape.radius,) * 3)
+        return _spheroid((shape.radius, shape.radius, shape.radius))
     if isinstance(shape, Ellipsoid):
         return _spheroid(shape.radii)
     if isinstance(shape, Box):
@@ -82,7 +83,7 @@ def capsule_profile(shape: Capsule) -> list[tuple[float, float]]:
 def profile_centre(profile: list[tuple[float, float]]) -> float:
     """z of the centre of mass of a solid of revolution made of frusta."""
     volume = moment = 0.0
-    for (z0, a), (z1, b) in zip(profile, profile[1:], strict=False):
+    for (z0, a), (z1, b) in pairwise(profile):
         height = z1 - z0
         part = height * (a * a + a * b + b * b) / 3
         if abs(part) < 1e-18:
@@ -132,9 +133,9 @@ def _divided(rings: list[tuple[float, float]]) -> list[tuple[float, float]]:
     full = [(low[0], 0.0)] if low[1] > 0 else []
     full += rings
     full += [(high[0], 0.0)] if high[1] > 0 else []
-    length = sum(math.dist(a, b) for a, b in zip(full, full[1:], strict=False))
+    length = sum(math.dist(a, b) for a, b in pairwise(full))
     out: list[tuple[float, float]] = [full[0]]
-    for a, b in zip(full, full[1:], strict=False):
+    for a, b in pairwise(full):
         pieces = max(1, min(16, round(28 * math.dist(a, b) / max(length, 1e-12))))
         out += [
             (a[0] + (b[0] - a[0]) * k / pieces, a[1] + (b[1] - a[1]) * k / pieces)

@@ -175,7 +175,7 @@ def _in_the_air(
 ) -> Base:
     """On the plumb line above what is beneath it, else as far as its usual size says."""
     beneath = read.under.get(stance.name)
-    if beneath in done:
+    if beneath is not None and beneath in done:
         position = done[beneath][0].position
         assert position is not None
         y = position[1]
@@ -228,7 +228,7 @@ def _resting_z(
     """z of the centre of mass with the body touching what it stands on."""
     assert item.position is not None
     on = item.support
-    if on in done:
+    if on is not None and on in done:
         below, body = done[on]
         gap = vertical_gap(in_world(item, mesh), mesh.faces, in_world(below, body), body.faces)
         return item.position[2] - (gap or 0.0) + CLEARANCE

@@ -37,6 +37,7 @@ def fill(photo: Image, hole: BoolArray, side: int = 256) -> Image:
     coarse = _patched(part, missing, factor)
     out = photo.copy()
     full = cv2.resize(coarse, (part.shape[1], part.shape[0]), interpolation=cv2.INTER_CUBIC)
+    full = full.astype(np.float32)
     full = _seamless(part.astype(np.float32), full, missing)
     if factor < 0.8:
         full = full + _grain(part, missing)
@@ -274,7 +275,7 @@ def _seamless(part: FloatImage, filled: FloatImage, hole: BoolArray) -> FloatIma
     """The fill shifted smoothly in colour, so that it meets the photo at the rim."""
     rim = grow(hole, 3) & ~hole
     error = np.where(rim[..., None], part - filled, 0).astype(np.float32)
-    spread = membrane(cv2.GaussianBlur(error, (0, 0), 1.0), hole)
+    spread = membrane(cv2.GaussianBlur(error, (0, 0), 1.0).astype(np.float32), hole)
     return filled + np.clip(spread, -25, 25)
 
 

@@ -40,7 +40,7 @@ def revolved(
     The rims of flat ends are seen as ellipses: the silhouette ends below its foot's middle and
     above its top's middle by the rim's radius times the sine of the view's slope.
     """
-    x0, y0, x1, y1 = bounds(mask)
+    _, y0, _, y1 = bounds(mask)
     rows = np.flatnonzero(mask.any(1))
     left = mask.argmax(1)[rows]
     right = mask.shape[1] - mask[:, ::-1].argmax(1)[rows]

@@ -267,9 +267,7 @@ def _clean(mask: BoolArray, task: _Task) -> BoolArray:
     return holding(part, task.inside)
 
 
-def _ranked(
-    scorer: Scorer, drafts: Sequence[Draft], task: _Task
-) -> list[tuple[Draft, float]]:
+def _ranked(scorer: Scorer, drafts: Sequence[Draft], task: _Task) -> list[tuple[Draft, float]]:
     graded = scorer.scores(drafts)
     if task.aspect is not None:
         graded = graded - _odd_proportions(drafts, task.aspect)

@@ -157,12 +157,13 @@ def _outline(kind: str, q: FloatArray, eye: FloatArray) -> FloatArray:
     foot = q[:3]
     size = np.exp(np.minimum(q[3:6], 8))
     if kind == "sphere":
-        return _sphere_rim(eye, foot + [0, 0, size[0]], np.full(3, size[0]))
+        return _sphere_rim(eye, foot + np.array([0, 0, size[0]]), np.full(3, size[0]))
     if kind == "ellipsoid":
-        return _sphere_rim(eye, foot + [0, 0, size[1]], size[[0, 0, 1]])
+        return _sphere_rim(eye, foot + np.array([0, 0, size[1]]), size[[0, 0, 1]])
     if kind == "capsule":
         radius, straight = size[0], size[1]
-        low, high = foot + [0, 0, radius], foot + [0, 0, radius + straight]
+        low = foot + np.array([0, 0, radius])
+        high = low + np.array([0, 0, straight])
         ball = np.full(3, radius)
         return np.vstack([_sphere_rim(eye, low, ball), _sphere_rim(eye, high, ball)])
     if kind in ("cylinder", "frustum"):
@@ -181,7 +182,7 @@ def _box_corners(size: FloatArray, yaw: float) -> FloatArray:
     flat = np.array([[-width, -depth], [width, -depth], [width, depth], [-width, depth]]) / 2
     turned = flat @ np.array([[cos, sin], [-sin, cos]])
     lower = np.column_stack([turned, np.zeros(4)])
-    return np.vstack([lower, lower + [0, 0, height]])
+    return np.vstack([lower, lower + np.array([0, 0, height])])
 
 
 def _starts(kind: str, width: float, height: float) -> list[list[float]]:

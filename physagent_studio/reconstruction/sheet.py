@@ -21,7 +21,8 @@ def contact_sheet(scene: Scene, case: Case) -> Image:
 
     Returns (h, w, 3) uint8 RGB.
     """
-    assert scene.photo is not None and scene.state.camera is not None
+    assert scene.photo is not None
+    assert scene.state.camera is not None
     camera = scene.state.camera
     panels = [
         ("photo", _clicked(scene)),
@@ -138,7 +139,7 @@ def _paint(
         return
     rows, columns = np.nonzero(here)
     faces = mesh.faces[seen.face[here]]
-    rays = camera.rays(np.column_stack([columns + 0.5, rows + 0.5]))
+    rays = camera.rays(np.column_stack([columns + 0.5, rows + 0.5]).astype(np.float64))
     points = np.asarray(camera.position) + rays * seen.depth[here][:, None]
     weights = _barycentric(points, vertices[faces])
     uv = (mesh.uv[faces] * weights[..., None]).sum(1)

@@ -46,8 +46,9 @@ def fit_slab(
 ) -> Slab | None:
     """The slab whose top at height `top` shows as `region` in the picture.
 
-    found: edges of the picture. standing: pixels of the feet of what stands on it, with half the
-    width of each, pixels: the middle of its base, behind the foot, lies on the top. clicks: pixels that a person gave; four or more clicks are the corners of the top.
+    found: edges of the picture. standing: pixels of the feet of what stands on it, with half
+    the width of each (pixels): the middle of its base, behind the foot, lies on the top.
+    clicks: pixels that a person gave; four or more clicks are the corners of the top.
     None where nothing of the plane is in view.
     """
     if len(clicks) >= 4:
@@ -107,7 +108,7 @@ def _edges_on_plane(camera: Camera, top: float, region: BoolArray, found: Segmen
     delta = (second - first)[fine]
     weight = used.length[fine] * np.minimum(used.contrast[fine], 25) / 25
     middle, angle = (first + second)[fine] / 2, np.arctan2(delta[:, 1], delta[:, 0])
-    inward = _inward(camera, top, used.only(fine), region, middle, angle)
+    inward = _inward(camera, top, used.only(np.asarray(fine)), region, middle, angle)
     return _Edges(middle, angle, weight, inward)
 
 

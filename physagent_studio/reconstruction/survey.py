@@ -44,7 +44,7 @@ class Survey:
     """What the picture says before shapes.
 
     on: what each object stands on: a support, an object, "floor" or "air". under: for objects
-    in the air, the object or ramp that they hang above. root: the level plane of each object's stack.
+    in the air, the object or ramp that they hang above. root: the level plane of each stack.
     """
 
     camera: Camera
@@ -351,7 +351,7 @@ def _ground_pixel(
             name = below
         elif below == "air":
             over = under.get(name)
-            if over in profiles:
+            if over is not None and over in profiles:
                 return profiles[over].toe
             if over is None or over not in stances:
                 return None

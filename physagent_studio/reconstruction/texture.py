@@ -56,6 +56,7 @@ def padded_crop(photo: Image, mask: BoolArray) -> tuple[Image, tuple[int, int]]:
     )
     spots = np.argwhere(core)
     nearest = np.zeros((int(labels.max()) + 1, 2), int)
+    labels = labels.astype(np.int64)
     nearest[labels[core]] = spots
     source = nearest[labels]
     filled = part[source[..., 0], source[..., 1]]
@@ -64,7 +65,7 @@ def padded_crop(photo: Image, mask: BoolArray) -> tuple[Image, tuple[int, int]]:
 
 
 def _mean_color(photo: Image, mask: BoolArray) -> tuple[int, int, int]:
-    red, green, blue = (int(round(value)) for value in photo[mask].mean(0))
+    red, green, blue = (round(float(value)) for value in photo[mask].mean(0))
     return red, green, blue
 
 

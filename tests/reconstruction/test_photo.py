@@ -16,7 +16,8 @@ def _png(path: Path, width: int, height: int, *, bits: int = 8, color: int = 2, 
     """A PNG whose header promises what its data does not hold."""
 
     def chunk(kind: bytes, data: bytes) -> bytes:
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+        check = struct.pack(">I", zlib.crc32(kind + data))
+        return struct.pack(">I", len(data)) + kind + data + check
 
     head = struct.pack(">IIBBBBB", width, height, bits, color, 0, 0, 0)
     body = chunk(b"IDAT", zlib.compress(b"\0" * 1000))
@@ -26,7 +27,7 @@ def _png(path: Path, width: int, height: int, *, bits: int = 8, color: int = 2, 
     return path
 
 
-def _picture(shape=(40, 60, 3), dtype=np.uint8):
+def _picture(shape=(40, 60, 3), dtype: type = np.uint8):
     rng = np.random.default_rng(1)
     return rng.integers(0, np.iinfo(dtype).max, shape, dtype, endpoint=True)
 
@@ -88,7 +89,7 @@ def test_a_webp_is_read(tmp_path):
         (lambda p: _png(p, 30000, 30000), "at most 50 million"),
         (lambda p: _png(p, 7000, 7000, bits=16, color=6), "too large at 16 bits"),
         (
-            lambda p: _png(p, 64, 64, extra=struct.pack(">I", 8) + b"acTL" + b"\0\0\0\2" + b"\0" * 8),
+            lambda p: _png(p, 64, 64, extra=b"\0\0\0\x08acTL\0\0\0\2" + b"\0" * 8),
             "animation",
         ),
         (lambda p: _png(p, 0, 10), "0 × 10"),

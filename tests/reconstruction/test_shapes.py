@@ -95,7 +95,8 @@ def test_a_wall_faces_its_normal():
 
 def _camera(pitch=10.0):
     focal = 400.0
-    return Camera.from_horizon((320, 240), 120 - focal * math.tan(math.radians(pitch)), 1.0, focal=focal)
+    row = 120 - focal * math.tan(math.radians(pitch))
+    return Camera.from_horizon((320, 240), row, 1.0, focal=focal)
 
 
 def _disc_mask():
@@ -129,16 +130,18 @@ def test_inflation_keeps_holes_open():
 @given(gap=st.floats(-0.05, 0.2), x=st.floats(-0.05, 0.05))
 def test_gap_of_stacked_boxes_is_exact(gap, x):
     low, high = mesh_of(Box(size=(0.3, 0.3, 0.2))), mesh_of(Box(size=(0.2, 0.2, 0.1)))
-    above = high.vertices + (x, 0, 0.15 + gap)
+    above = high.vertices + np.array([x, 0, 0.15 + gap])
     assert vertical_gap(above, high.faces, low.vertices, low.faces) == pytest.approx(gap, abs=1e-9)
 
 
 def test_gap_of_balls_is_where_they_touch():
     ball = mesh_of(Sphere(radius=0.1))
-    above = ball.vertices + (0, 0, 0.25)
-    assert vertical_gap(above, ball.faces, ball.vertices, ball.faces) == pytest.approx(0.05, abs=1e-6)
+    above = ball.vertices + np.array([0, 0, 0.25])
+    gap = vertical_gap(above, ball.faces, ball.vertices, ball.faces)
+    assert gap == pytest.approx(0.05, abs=1e-6)
 
 
 def test_no_gap_beside_each_other():
     ball = mesh_of(Sphere(radius=0.1))
-    assert vertical_gap(ball.vertices + (1, 0, 0), ball.faces, ball.vertices, ball.faces) is None
+    beside = ball.vertices + np.array([1, 0, 0])
+    assert vertical_gap(beside, ball.faces, ball.vertices, ball.faces) is None

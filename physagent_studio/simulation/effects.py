@@ -421,6 +421,10 @@ _EFFECTS: dict[type, type[Effect]] = {
 }
 
 
+OPERATORS = tuple(_EFFECTS)
+"""The operators that can run."""
+
+
 def effect_of(action: Action) -> Effect:
     """The effect of an action, not begun yet."""
     return _EFFECTS[type(action)](action)

@@ -43,7 +43,7 @@ class _Draft:
         subjects = frame.patient or self._everyone(frame)
         groups: list[list[Spec]] = []
         for subject in subjects:
-            context = Context(frame, subject, index, self.reading, self.layout)
+            context = Context(frame, subject, index, self.reading, self.layout, SENSES)
             groups.append(list(build(context)))
         if frame.negated and frame.link != "before":
             self._none_of(groups, frame.clause)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -57,6 +57,7 @@ class Context:
     index: int
     reading: Reading
     layout: Layout
+    senses: Mapping[str, Callable[[Context], Sequence[Spec]]] = field(default_factory=dict)
 
     @property
     def size(self) -> float:

@@ -1,0 +1,56 @@
+"""Senses of doing something to another thing."""
+
+from __future__ import annotations
+
+from physagent_studio.agent.rules.senses.common import along, siblings, struck_before, touch, travel
+from physagent_studio.agent.rules.senses.motion import move
+from physagent_studio.agent.rules.specs import Context, Spec, any_of, before, spec
+
+
+def hit(c: Context) -> list[Spec]:
+    """Two objects touch."""
+    found = [*touch(c), *siblings(c)]
+    if c.frame.agent and ("hard" in c.frame.manner or "fast" in c.frame.manner):
+        found.append(spec("speed_between", c.frame.agent[0], low=0.7))
+    return found or move(c)
+
+
+def push(c: Context) -> list[Spec]:
+    """The subject is moved; by an object where one is named."""
+    touched = touch(c)
+    moved = travel(c) if not c.frame.agent else _pushed_away(c)
+    found = [*touched, *moved, *siblings(c), *along(c)]
+    if touched and moved:
+        found.append(before(touched[0], moved[0]))
+    return found
+
+
+def _pushed_away(c: Context) -> list[Spec]:
+    ways = c.ways()
+    distance = c.length(0.3, 0.02, 0.1)
+    if ways:
+        return [any_of(*(spec("moves", c.subject, distance=distance, direction=w) for w in ways))]
+    return [spec("moves", c.subject, distance=distance)]
+
+
+def kick(c: Context) -> list[Spec]:
+    """Gets a speed in a moment."""
+    return [*move(c), spec("speed_between", c.subject, low=0.8)]
+
+
+def crush(c: Context) -> list[Spec]:
+    """The subject is deformed or breaks under another."""
+    harmed = any_of(spec("deforms", c.subject, strain=0.05), spec("breaks", c.subject))
+    touched = touch(c)
+    # It may give way in the very moment of the blow, but not earlier.
+    return [*touched, harmed, *(before(harmed, one).opposite() for one in touched)]
+
+
+def knock_over(c: Context) -> list[Spec]:
+    """The subject falls over; after it was hit, where something hits it."""
+    if c.layout.is_ball(c.subject):
+        return [*touch(c), spec("moves", c.subject, distance=c.length(0.5, 0.02, 0.2))]
+    over = spec("topples", c.subject, tilt=45.0)
+    struck = touch(c) or struck_before(c)
+    found = [*touch(c), over, *siblings(c)]
+    return [*found, before(struck[0], over)] if struck else found

@@ -1,0 +1,119 @@
+"""Senses of coming to a place and leaving it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from physagent_studio.agent.rules.reading import EventFrame
+from physagent_studio.agent.rules.senses.common import arrival, is_ground, off, posture
+from physagent_studio.agent.rules.specs import Context, Spec, before, place_name, spec
+
+
+def reach(c: Context) -> list[Spec]:
+    """Comes to a place; "before reaching" means that it does not get there."""
+    place = c.frame.place("object", "on", "at", "toward", "in")
+    if place is None or place.kind == "group":
+        return []
+    name = place_name(place)
+    main = c.earlier[-1] if c.earlier else None
+    if c.frame.link == "before" and main is not None:
+        if main.sense in ("stop", "settle", "stay", "rest", "slow"):
+            return [spec("stops_before", c.subject, before=name)]
+        return _ordered(c, main)
+    got = arrival(c, c.frame)
+    if place.kind == "support" and not place.part and c.frame.link != "after":
+        found = [spec("reaches", c.subject, other=name)]
+        start = c.layout.carrier(c.subject)
+        if start is not None and start != name and got is not None:
+            found.append(before(spec("contacts", c.subject, other=start), got))
+        return found
+    return [got] if got is not None else []
+
+
+def _ordered(c: Context, main: EventFrame) -> list[Spec]:
+    """The event before comes first."""
+    got = arrival(c, c.frame)
+    build = c.senses.get(main.sense)
+    index = c.reading.frames.index(main)
+    earlier = build(replace(c, frame=main, index=index)) if build else ()
+    return [before(earlier[0], got)] if earlier and got is not None else []
+
+
+def cross(c: Context) -> list[Spec]:
+    """Passes a line, an edge or a thing."""
+    place = c.frame.place("object", "over", "along", "on", "in")
+    if place is None or place.kind == "group":
+        return []
+    if is_ground(c, place):
+        return [spec("moves", c.subject, distance=c.length(2.0, 0.2, 1.0))]
+    over = c.frame.place("over") is not None
+    if place.kind == "object" and not place.part and not over:
+        # "Passes the block" is going by it, and passing is not bumping into it.
+        return [
+            spec("passes_over", c.subject, landmark=place.name, by=True),
+            spec("contacts", c.subject, other=place.name, negated=True),
+        ]
+    return [spec("passes_over", c.subject, landmark=place_name(place))]
+
+
+def enter(c: Context) -> list[Spec]:
+    """Ends inside."""
+    place = c.frame.place("object", "in", "on", "toward")
+    if place is None or place.kind == "group":
+        return []
+    if place.kind == "landmark":
+        return [spec("lands_in", c.subject, landmark=place_name(place))]
+    return [spec("contacts", c.subject, other=place.name)]
+
+
+def land(c: Context) -> list[Spec]:
+    """Comes down onto or into something, in a posture where one is said."""
+    place = c.frame.place("on", "in", "object", "toward", "at")
+    found: list[Spec] = []
+    if place is None or place.kind == "group":
+        found.append(spec("contacts", c.subject, other=c.layout.ground()))
+    elif place.kind == "landmark":
+        found.append(spec("lands_in", c.subject, landmark=place_name(place)))
+    elif c.frame.posture:
+        found.append(spec("reaches", c.subject, other=place.name))
+    else:
+        found.append(spec("contacts", c.subject, other=place.name))
+    if "hard" in c.frame.manner:
+        found.append(spec("speed_between", c.subject, low=0.7))
+    return [*found, *posture(c)]
+
+
+def approach(c: Context) -> list[Spec]:
+    """Comes nearer."""
+    place = c.frame.place("object", "toward", "near", "on")
+    if place is None or place.kind == "group":
+        return []
+    distance = c.length(0.3, 0.02, 0.2)
+    # What the prompt has above something may first be put there.
+    placed = 5 if any(f.place("above") for f in c.earlier) else None
+    near = spec("moves", c.subject, distance=distance, toward=place_name(place), from_step=placed)
+    slow = "slow" in c.frame.manner or "gentle" in c.frame.manner
+    return [near, spec("speed_between", c.subject, low=0.02, high=0.8)] if slow else [near]
+
+
+def leave(c: Context) -> list[Spec]:
+    """Loses touch: with the ground for a while, with anything else for good."""
+    place = c.frame.place("object", "off", "from")
+    if place is None or is_ground(c, place):
+        return [spec("airborne", c.subject, seconds=0.12)]
+    if place.kind == "landmark":
+        return [spec("moves", c.subject, distance=c.length(0.5, 0.02, 0.2))]
+    return off(c, place)
+
+
+def miss(c: Context) -> list[Spec]:
+    """Never touches it."""
+    place = c.frame.place("object")
+    if place is None or place.kind in ("landmark", "group"):
+        return []
+    return [spec("contacts", c.subject, other=place.name, negated=True)]
+
+
+def lose_support(c: Context) -> list[Spec]:
+    """Nothing carries it for a while."""
+    return [spec("airborne", c.subject, seconds=0.1)]

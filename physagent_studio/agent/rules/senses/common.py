@@ -1,0 +1,220 @@
+"""What several senses have in common: ways, places, blows, postures."""
+
+from __future__ import annotations
+
+from physagent_studio.agent.rules.reading import EventFrame, Place
+from physagent_studio.agent.rules.specs import START, Context, Spec, any_of, place_name, spec
+
+FLAT_TILT = 20.0
+OVER_TILT = 160.0
+SIDE_TILT = 60.0
+
+
+def travel(c: Context) -> list[Spec]:
+    """That it moves, along the way that is said, towards what is named."""
+    distance = c.length(0.5, 0.02, 0.2) if c.frame.distance is None else 0.8 * c.frame.distance
+    ways = [w for w in c.ways() if w != "down" or c.layout.is_raised(c.subject)]
+    found = (
+        [any_of(*(spec("moves", c.subject, distance=distance, direction=w) for w in ways))]
+        if ways
+        else []
+    )
+    toward = c.frame.place("toward", "at", "against")
+    if toward is not None and not is_ground(c, toward) and toward.name != c.subject:
+        found.append(spec("moves", c.subject, distance=distance, toward=place_name(toward)))
+    return found or [spec("moves", c.subject, distance=distance)]
+
+
+def manner(c: Context) -> list[Spec]:
+    """How fast, where the prompt says so."""
+    if "slow" in c.frame.manner or "gentle" in c.frame.manner:
+        if c.frame.sense in ("float", "descend") or c.layout.ramp_below(c.subject) is not None:
+            drop = c.length(0.3, 0.02, 0.1)
+            return [spec("descends_slowly", c.subject, drop=drop, speed=0.6)]
+        return [spec("speed_between", c.subject, low=0.02, high=1.0)]
+    if "fast" in c.frame.manner or "hard" in c.frame.manner:
+        return [spec("speed_between", c.subject, low=0.7)]
+    return []
+
+
+def is_ground(c: Context, place: Place) -> bool:
+    """Whether the place is the ground itself."""
+    return place.kind == "support" and place.name == c.layout.ground() and not place.part
+
+
+def along(c: Context) -> list[Spec]:
+    """What the places say: leaves this, comes onto that, passes the other."""
+    found: list[Spec] = []
+    for relation, place in c.frame.places:
+        name = place_name(place)
+        if relation in ("off", "from"):
+            found += off(c, place)
+        elif relation in ("on", "in", "against") and place.name != c.subject:
+            found += _onto(c, relation, place)
+        elif relation == "near" and _begins_near(c, place):
+            found.append(spec("contacts", c.subject, other=place.name, to_step=START))
+        elif relation == "toward" and is_ground(c, place):
+            found += _onto(c, "on", place)
+        elif relation == "over" and place.kind != "group":
+            found.append(spec("passes_over", c.subject, landmark=name))
+        elif relation in ("down", "object") and is_slope(c, place):
+            found += [
+                spec("contacts", c.subject, other=place.name, to_step=START + 10),
+                spec("falls", c.subject, drop=c.length(0.3, 0.02, 0.1)),
+            ]
+    return found
+
+
+def is_slope(c: Context, place: Place) -> bool:
+    """Whether the place is the ramp that carries the subject."""
+    ramp = c.layout.ramp_below(c.subject)
+    return ramp is not None and ramp.name == place.name and not place.part
+
+
+def off(c: Context, place: Place) -> list[Spec]:
+    """It comes off what it stands on."""
+    if place.kind == "group":
+        below = c.layout.carrier(c.subject)
+        return [spec("leaves", c.subject, other=below)] if below is not None else []
+    if is_ground(c, place):
+        return [spec("contacts", c.subject, other=place.name, to_step=START)]
+    if place.kind == "landmark" or place.name == c.subject:
+        return []
+    carrier = c.layout.carrier(c.subject)
+    stacked = carrier is not None and c.layout.state.object(carrier) is not None
+    if not stacked or carrier == place.name:
+        return [spec("leaves", c.subject, other=place.name)]
+    # It stands on others that stand on it: it ends up carried by none of them.
+    return [spec("rests_on", c.subject, other=place.name, negated=True)]
+
+
+def _onto(c: Context, relation: str, place: Place) -> list[Spec]:
+    name = place_name(place)
+    if place.kind == "landmark":
+        return [spec("lands_in", c.subject, landmark=name)] if relation == "in" else []
+    if place.kind == "group":
+        return _in_stack(c) if relation == "in" else []
+    if c.layout.carrier(c.subject) == place.name and relation == "on":
+        # Where it already is ("a ball on the grass rolls"): how it begins.
+        return [spec("contacts", c.subject, other=place.name, to_step=START)]
+    return [spec("contacts", c.subject, other=place.name)]
+
+
+def _begins_near(c: Context, place: Place) -> bool:
+    """ "Near the table edge", said first: it stands on the table, unless it lies on a stack."""
+    carrier = c.layout.carrier(c.subject)
+    stacked = carrier is not None and c.layout.state.object(carrier) is not None
+    return place.kind == "support" and bool(place.part) and not c.earlier and not stacked
+
+
+def _in_stack(c: Context) -> list[Spec]:
+    """ "In a stack": it stands on the next lower one of the objects, else on its support."""
+    layout = c.layout
+    below = layout.carrier(c.subject)
+    if below is None and layout.has(c.subject):
+        height = layout.position(c.subject)[2]
+        others = [o.name for o in layout.state.objects if layout.has(o.name)]
+        lower = [n for n in others if layout.position(n)[2] < height]
+        below = max(lower, key=lambda n: layout.position(n)[2], default=None)
+    return [spec("contacts", c.subject, other=below, to_step=START)] if below else []
+
+
+def bent_path(c: Context) -> list[Spec]:
+    """The shape of its path, where the prompt says one."""
+    if not c.frame.path:
+        return []
+    if c.frame.path == "straight":
+        return [spec("path_bends", c.subject, angle=15.0, negated=True)]
+    angle = 150.0 if c.frame.path == "circle" else 10.0
+    side = c.frame.direction if c.frame.direction in ("left", "right") else "either"
+    return [spec("path_bends", c.subject, side=side, angle=angle)]
+
+
+def touch(c: Context) -> list[Spec]:
+    """The agents touch the subject: one of several suffices."""
+    agents = [a for a in c.frame.agent if a != c.subject]
+    if not agents:
+        return []
+    return [any_of(*(spec("contacts", a, other=c.subject) for a in agents))]
+
+
+def siblings(c: Context) -> list[Spec]:
+    """ "Only": the acting object touches none of the others of the kind."""
+    if not c.frame.only:
+        return []
+    kind = c.subject.split("_")[-1]
+    meant = {*c.frame.patient, *c.frame.agent}
+    others = [o.name for o in c.layout.state.objects if o.name not in meant]
+    alike = [name for name in others if name.split("_")[-1] == kind]
+    if c.frame.agent:
+        # "Hits only the cube": nothing else is hit, whatever it is, but what carries the agent.
+        carriers = {c.layout.carrier(a) for a in c.frame.agent}
+        spared = [name for name in others if name not in carriers]
+        return [spec("contacts", a, other=s, negated=True) for a in c.frame.agent for s in spared]
+    return [spec("stays", s, distance=0.05, tilt=15.0) for s in alike]
+
+
+def struck_before(c: Context) -> list[Spec]:
+    """The blow that an earlier clause tells of, with the subject on either side of it."""
+    for frame in c.earlier:
+        if frame.sense != "hit" or not frame.agent:
+            continue
+        if c.subject in frame.patient:
+            return [spec("contacts", frame.agent[0], other=c.subject)]
+        if c.subject in frame.agent and frame.patient:
+            return [spec("contacts", c.subject, other=frame.patient[0])]
+    return []
+
+
+def posture(c: Context) -> list[Spec]:
+    """How it ends."""
+    if c.layout.is_ball(c.subject):
+        return []
+    flat = spec("upright", c.subject, tilt=FLAT_TILT)
+    if c.frame.posture == "flat":
+        return [any_of(flat, spec("topples", c.subject, tilt=OVER_TILT))]
+    if c.frame.posture == "upright":
+        return [flat]
+    if c.frame.posture == "side":
+        return [spec("topples", c.subject, tilt=SIDE_TILT)]
+    return [spec("topples", c.subject, tilt=135.0)] if c.frame.posture == "inverted" else []
+
+
+def is_ball(c: Context) -> bool:
+    """Whether the subject is a ball."""
+    return c.layout.is_ball(c.subject)
+
+
+def still(c: Context) -> list[Spec]:
+    """It stays where and as it is."""
+    return [spec("stays", c.subject, distance=c.length(0.4, 0.03, 0.05), tilt=15.0)]
+
+
+def quality(c: Context) -> list[Spec]:
+    """ "The motion is gentle, continuous and rhythmic"."""
+    found: list[Spec] = []
+    if "gentle" in c.frame.manner or "slow" in c.frame.manner:
+        found.append(spec("speed_between", c.subject, low=0.01, high=1.5))
+    if "continuous" in c.frame.manner:
+        found.append(spec("sways", c.subject, amplitude=2.0, cycles=1.0, from_step=160))
+    if "rhythmic" in c.frame.manner:
+        found.append(spec("sways", c.subject, amplitude=2.0, cycles=2.0))
+    return found
+
+
+def keeps_standing(c: Context) -> list[Spec]:
+    """What bends or sways does not fall over."""
+    return [] if is_ball(c) else [spec("topples", c.subject, tilt=60.0, negated=True)]
+
+
+def arrival(c: Context, frame: EventFrame) -> Spec | None:
+    """The statement that the subject gets to the place of a frame; None where it names none."""
+    place = frame.place("object", "on", "at", "toward", "in")
+    if place is None or place.kind == "group":
+        return None
+    if place.kind == "support" and place.part == "lower_end":
+        return spec("contacts", c.subject, other=c.layout.ground())
+    name = place_name(place)
+    if place.kind == "landmark" and place.landmark_kind == "line":
+        return spec("passes_over", c.subject, landmark=name)
+    return spec("contacts", c.subject, other=name)

@@ -1,0 +1,121 @@
+"""Senses of motion."""
+
+from __future__ import annotations
+
+from physagent_studio.agent.rules.senses.common import along, bent_path, manner, travel
+from physagent_studio.agent.rules.senses.turning import topple
+from physagent_studio.agent.rules.specs import Context, Spec, any_of, before, place_name, spec
+
+
+def move(c: Context) -> list[Spec]:
+    """Moves, slides, drifts, flies."""
+    return [*travel(c), *along(c), *manner(c), *bent_path(c)]
+
+
+def roll(c: Context) -> list[Spec]:
+    """Moves on the ground; a ball turns while it does."""
+    found = move(c)
+    if c.layout.is_ball(c.subject):
+        found.append(spec("rotates", c.subject, angle=90.0))
+        found.append(spec("airborne", c.subject, seconds=0.3, negated=True))
+    elif c.layout.ramp_below(c.subject) is not None:
+        found.append(spec("upright", c.subject, tilt=50.0))
+    return found
+
+
+def curve(c: Context) -> list[Spec]:
+    """The path bends to a side."""
+    side = c.frame.direction if c.frame.direction in ("left", "right") else "either"
+    angle = 150.0 if c.frame.path == "circle" else 10.0
+    bent = spec("path_bends", c.subject, side=side, angle=angle)
+    return [bent, spec("moves", c.subject, distance=c.length(0.5, 0.05, 0.3)), *along(c)]
+
+
+def circle(c: Context) -> list[Spec]:
+    """Goes round."""
+    return [spec("path_bends", c.subject, angle=150.0), *along(c)]
+
+
+def fly(c: Context) -> list[Spec]:
+    """Goes through the air towards something."""
+    return [*move(c), spec("airborne", c.subject, seconds=0.15)]
+
+
+def fall(c: Context) -> list[Spec]:
+    """Comes down; a thing that stands on the ground can only fall over."""
+    stands = c.layout.has(c.subject) and not c.layout.is_raised(c.subject)
+    off = c.frame.place("off", "from")
+    if stands and off is None and not c.layout.is_ball(c.subject):
+        return topple(c)
+    found = [spec("falls", c.subject, drop=c.length(0.4, 0.03, 0.1))]
+    if "straight" in c.frame.manner or (c.frame.direction == "down" and c.frame.manner):
+        found += _vertical(c)
+    ways = [w for w in c.ways() if w not in ("down", "up")]
+    if ways:
+        far = c.length(0.5, 0.02, 0.2)
+        found.append(any_of(*(spec("moves", c.subject, distance=far, direction=w) for w in ways)))
+    return [*found, *along(c), *manner(c), *_once_there(c, found[0])]
+
+
+def _once_there(c: Context, event: Spec) -> list[Spec]:
+    """ "As it passes the edge, it falls": the passing comes first."""
+    for frame in c.earlier:
+        if frame.link == "as" and frame.sense in ("pass", "cross", "reach", "hit"):
+            place = frame.place("object", "over")
+            if place is not None and place.kind != "group":
+                passed = spec("passes_over", c.subject, landmark=place_name(place))
+                return [before(passed, event)]
+    return []
+
+
+def _vertical(c: Context) -> list[Spec]:
+    aside = c.length(0.3, 0.03, 0.1)
+    sides = ("left", "right", "away", "toward_camera")
+    drift = any_of(
+        *(spec("moves", c.subject, distance=aside, direction=w, to_step=16) for w in sides)
+    )
+    return [drift.opposite()]
+
+
+def descend(c: Context) -> list[Spec]:
+    """Comes down a slope or through the air."""
+    found = [spec("falls", c.subject, drop=c.length(0.3, 0.02, 0.1))]
+    return [*found, *along(c), *manner(c)]
+
+
+def float_down(c: Context) -> list[Spec]:
+    """Sinks through the air, never fast."""
+    found = [
+        spec("descends_slowly", c.subject, drop=c.length(0.3, 0.02, 0.1), speed=0.5),
+        spec("airborne", c.subject, seconds=0.2),
+    ]
+    return [*found, *(s for s in along(c) if s.kind != "contacts")]
+
+
+def rise(c: Context) -> list[Spec]:
+    """Goes up."""
+    return [spec("moves", c.subject, distance=c.length(0.3, 0.02, 0.2), direction="up")]
+
+
+def jump(c: Context) -> list[Spec]:
+    """Leaves the ground for a moment."""
+    return [*rise(c), spec("airborne", c.subject, seconds=0.1), *along(c)]
+
+
+def bounce(c: Context) -> list[Spec]:
+    """Touches something and is free again."""
+    off = c.frame.place("off", "on", "against", "from", "object")
+    other = off.name if off is not None and off.kind != "landmark" else c.layout.ground()
+    if c.layout.is_raised(c.subject) or other == c.layout.ground():
+        return [spec("contacts", c.subject, other=other), spec("airborne", c.subject, seconds=0.1)]
+    return [spec("contacts", c.subject, other=other), spec("leaves", c.subject, other=other)]
+
+
+def slip(c: Context) -> list[Spec]:
+    """Begins to slide; off its support where it falls afterwards."""
+    found = [spec("moves", c.subject, distance=c.length(0.4, 0.02, 0.1))]
+    falls = any(f.sense == "fall" for f in c.later)
+    base = c.layout.base(c.subject)
+    if falls and base is not None and base != c.layout.ground():
+        found.append(spec("leaves", c.subject, other=c.layout.carrier(c.subject) or base))
+    return [*found, *along(c)]

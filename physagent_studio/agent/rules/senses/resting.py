@@ -1,0 +1,82 @@
+"""Senses of coming to rest, staying and being somewhere."""
+
+from __future__ import annotations
+
+from physagent_studio.agent.rules.senses.common import is_ball, posture, quality, still
+from physagent_studio.agent.rules.specs import START, Context, Spec, place_name, spec
+
+
+def stop(c: Context) -> list[Spec]:
+    """Moves and then is at rest, near or on what is named."""
+    place = c.frame.place("near", "at", "on", "in", "object")
+    if place is not None and place.kind == "group":
+        place = None
+    ahead = c.frame.place("before")
+    if ahead is not None and ahead.kind != "group":
+        return [spec("stops", c.subject), spec("stops_before", c.subject, before=place_name(ahead))]
+    if place is not None and place.kind == "support" and not place.part:
+        return [spec("stops", c.subject), spec("rests_on", c.subject, other=place.name)]
+    name = place_name(place) if place is not None else None
+    near = c.length(2.0, 0.1, 0.6) if name is not None else None
+    found = [spec("stops", c.subject, near=name, distance=near)]
+    ramp = c.layout.ramp_below(c.subject)
+    if place is not None and ramp is not None and ramp.name == place.name:
+        found.append(spec("reaches", c.subject, other=place.name))
+    return found
+
+
+def stay(c: Context) -> list[Spec]:
+    """Does not move; "standing" alone only means that it does not fall over."""
+    if c.frame.posture == "upright" and c.frame.place("in", "on") is None:
+        return [spec("upright", c.subject, tilt=20.0)] if not is_ball(c) else still(c)
+    found = still(c)
+    on = c.frame.place("on")
+    if on is not None and on.kind in ("support", "object") and not on.part:
+        carried = c.layout.carrier(c.subject)
+        if carried in (None, on.name):
+            found.append(spec("rests_on", c.subject, other=on.name))
+    return found
+
+
+def be(c: Context) -> list[Spec]:
+    """How things are: at the beginning, or, after they moved, at the end."""
+    if c.earlier and c.frame.link != "which" and _has_acted(c):
+        return _ends(c)
+    found: list[Spec] = []
+    for relation, place in c.frame.places:
+        if place.kind == "group" or place.name == c.subject:
+            continue
+        if relation in ("on", "in") and place.kind != "landmark":
+            found.append(spec("contacts", c.subject, other=place.name, to_step=START))
+        elif relation in ("above", "over", "under") and place.kind != "landmark":
+            found.append(spec("contacts", c.subject, other=place.name, to_step=3, negated=True))
+    if not found and c.frame.sense in ("rest", "stack", "be") and not c.frame.manner:
+        carrier = c.layout.carrier(c.subject)
+        if carrier is not None:
+            found.append(spec("contacts", c.subject, other=carrier, to_step=START))
+    return [*found, *quality(c)]
+
+
+def _has_acted(c: Context) -> bool:
+    still = ("rest", "stack", "hang", "be", "stay")
+    return any(f.sense not in still for f in c.earlier)
+
+
+def _ends(c: Context) -> list[Spec]:
+    place = c.frame.place("on", "in")
+    found = posture(c)
+    if place is not None and place.kind in ("support", "object"):
+        found.append(spec("rests_on", c.subject, other=place.name))
+    elif place is not None and place.kind == "landmark":
+        found.append(spec("lands_in", c.subject, landmark=place_name(place)))
+    elif c.frame.sense == "rest" and not found:
+        found.append(spec("stops", c.subject))
+    return [*found, *quality(c)]
+
+
+def stack(c: Context) -> list[Spec]:
+    """Each touches the one that it stands on."""
+    carrier = c.layout.carrier(c.subject)
+    if carrier is None:
+        return be(c)
+    return [spec("contacts", c.subject, other=carrier, to_step=START)]

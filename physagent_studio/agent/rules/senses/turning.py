@@ -1,0 +1,75 @@
+"""Senses of turning and falling over."""
+
+from __future__ import annotations
+
+from physagent_studio.agent.rules.senses.common import along, arrival, struck_before
+from physagent_studio.agent.rules.specs import Context, Spec, any_of, before, spec
+
+SIDE_TILT = 60.0
+
+
+def topple(c: Context) -> list[Spec]:
+    """Falls over, onto its side where that is said."""
+    if c.layout.is_ball(c.subject):
+        return [spec("moves", c.subject, distance=c.length(0.5, 0.02, 0.2))]
+    tilt = SIDE_TILT if c.frame.posture == "side" else 45.0
+    over = spec("topples", c.subject, tilt=tilt)
+    found = [over]
+    if c.frame.posture == "side":
+        found.append(spec("topples", c.subject, tilt=135.0, negated=True))
+    struck = struck_before(c)
+    if struck:
+        found.append(before(struck[0], over))
+    on = c.frame.place("on")
+    if on is not None and on.kind == "support":
+        found.append(spec("reaches", c.subject, other=on.name))
+    return [*found, *(s for s in along(c) if s.kind in ("leaves", "rests_on"))]
+
+
+def lose_balance(c: Context) -> list[Spec]:
+    """Tilts."""
+    return [spec("rotates", c.subject, angle=20.0)]
+
+
+def flip(c: Context) -> list[Spec]:
+    """Turns over about a level axis; a number says how often."""
+    times = c.frame.count
+    angle = 80.0 if times is None else 360.0 * times - 210.0
+    ways = [w for w in c.ways() if w not in ("up", "down")]
+    flips = any_of(*(spec("flips", c.subject, angle=angle, direction=w) for w in ways or [None]))
+    if c.layout.is_ball(c.subject):
+        return [spec("rotates", c.subject, angle=angle)]
+    found = [flips, *(s for s in along(c) if s.kind != "passes_over")]
+    if times is not None:
+        found.append(spec("flips", c.subject, angle=360.0 * times + 180.0, negated=True))
+    if c.frame.posture == "airborne":
+        found.append(before(flips, spec("contacts", c.subject, other=c.layout.ground())))
+    return found
+
+
+def spin(c: Context) -> list[Spec]:
+    """Turns about itself."""
+    angle = 180.0 if c.frame.count is None else 360.0 * c.frame.count - 60.0
+    return [spec("rotates", c.subject, angle=angle), *along(c)]
+
+
+def turn(c: Context) -> list[Spec]:
+    """Turns, without saying how."""
+    return [spec("rotates", c.subject, angle=30.0)]
+
+
+def turn_around(c: Context) -> list[Spec]:
+    """Faces another way than before."""
+    if c.layout.is_ball(c.subject):
+        return reverse(c)
+    return [spec("rotates", c.subject, angle=90.0, axis=(0.0, 0.0, 1.0))]
+
+
+def reverse(c: Context) -> list[Spec]:
+    """Goes back where it came from, or another way."""
+    back = spec("reverses", c.subject, angle=90.0)
+    following = c.reading.frames[c.index + 1 : c.index + 2]
+    if following and following[0].link == "after" and following[0].sense == "reach":
+        reached = arrival(c, following[0])
+        return [back, before(reached, back)] if reached is not None else [back]
+    return [back]

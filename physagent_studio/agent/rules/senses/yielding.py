@@ -1,0 +1,65 @@
+"""Senses of wind, and of what bends, sways, breaks and spreads."""
+
+from __future__ import annotations
+
+from physagent_studio.agent.rules.senses.common import along, keeps_standing, quality
+from physagent_studio.agent.rules.specs import Context, Spec, any_of, spec
+
+
+def wind(c: Context) -> list[Spec]:
+    """The air moves it: it sways, bends or goes along."""
+    far = c.length(0.1, 0.01, 0.05)
+    ways = c.ways() or (None,)
+    moved = [spec("moves", c.subject, distance=far, direction=w) for w in ways]
+    if any(f.sense in ("sway", "bend") or f.manner & {"rhythmic"} for f in c.reading.frames):
+        bent = [spec("sways", c.subject, amplitude=2.0), spec("deforms", c.subject, strain=0.03)]
+        return [any_of(*moved, *bent), *quality(c)]
+    return [any_of(*moved), *quality(c), *along(c)]
+
+
+def sway(c: Context) -> list[Spec]:
+    """Moves to and fro."""
+    return [spec("sways", c.subject, amplitude=3.0, cycles=1.0), *keeps_standing(c), *quality(c)]
+
+
+def bend(c: Context) -> list[Spec]:
+    """Changes its shape or leans, and does not fall over."""
+    leans = any_of(spec("deforms", c.subject, strain=0.02), spec("rotates", c.subject, angle=5.0))
+    return [leans, *keeps_standing(c)]
+
+
+def lean(c: Context) -> list[Spec]:
+    """Tilts without falling over."""
+    return [spec("rotates", c.subject, angle=10.0)]
+
+
+def collapse(c: Context) -> list[Spec]:
+    """Comes down and loses its shape."""
+    gone = any_of(
+        spec("deforms", c.subject, strain=0.1),
+        spec("breaks", c.subject),
+        spec("spreads", c.subject, factor=1.3),
+    )
+    return [spec("falls", c.subject, drop=c.length(0.1, 0.01, 0.1)), gone]
+
+
+def break_apart(c: Context) -> list[Spec]:
+    """At least one of its joints lets go."""
+    return [spec("breaks", c.subject)]
+
+
+def spread(c: Context) -> list[Spec]:
+    """Covers more ground, towards where it is said."""
+    ways = [w for w in c.ways() if w not in ("up", "down")]
+    found = [spec("spreads", c.subject, factor=1.3)]
+    if ways:
+        distance = c.length(0.15, 0.02, 0.1)
+        found.append(
+            any_of(*(spec("moves", c.subject, distance=distance, direction=w) for w in ways))
+        )
+    return found
+
+
+def deform(c: Context) -> list[Spec]:
+    """Loses its shape."""
+    return [spec("deforms", c.subject, strain=0.05)]

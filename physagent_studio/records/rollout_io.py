@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import io
 import json
 import os
@@ -56,6 +57,7 @@ def rollout_to_bytes(rollout: Rollout) -> bytes:
         arrays["snapshots"] = rollout.snapshots
     for index, (_, vertices) in enumerate(rollout.vertices):
         arrays[f"vertices.{index}"] = vertices
+    meta["sha256"] = _digest(arrays, meta)
     arrays["meta"] = np.frombuffer(json.dumps(meta, sort_keys=True).encode(), np.uint8)
     stream = io.BytesIO()
     np.savez_compressed(stream, **arrays)  # type: ignore[arg-type]
@@ -72,6 +74,10 @@ def rollout_from_bytes(data: bytes) -> Rollout:
         raise InputError(f"this is not a rollout file: {error}") from error
     if meta.get("format") != FORMAT:
         raise InputError(f"rollout format {meta.get('format')} is not known; this reads {FORMAT}")
+    said = meta.pop("sha256", None)
+    del arrays["meta"]
+    if said != _digest(arrays, meta):
+        raise InputError("this rollout file is damaged: its content does not match its hash")
     return Rollout(
         program_hash=meta["program_hash"],
         objects=tuple(meta["objects"]),
@@ -91,6 +97,15 @@ def rollout_from_bytes(data: bytes) -> Rollout:
         setting=meta.get("setting", ""),
         **{name: arrays[name] for name in _ARRAYS},
     )
+
+
+def _digest(arrays: dict[str, NDArray[Any]], meta: dict[str, Any]) -> str:
+    """SHA-256 of everything in an archive but this hash itself."""
+    found = hashlib.sha256(json.dumps(meta, sort_keys=True).encode())
+    for name in sorted(arrays):
+        found.update(f"{name}{arrays[name].dtype.str}{arrays[name].shape}".encode())
+        found.update(np.ascontiguousarray(arrays[name]).tobytes())
+    return found.hexdigest()
 
 
 def _contacts(arrays: dict[str, NDArray[Any]]) -> NDArray[np.void]:

@@ -150,9 +150,9 @@ def _advance(world: World, trace: Trace, step: int) -> None:
                 since = (step - _start(slot)) * seconds + (tick - first) * world.dt
                 slot.effect.act(world, since)
         mj.mj_step(model, data)
-        # Rows tell of contacts that begin to act, contacts of bodies that come close as well.
+        # Rows tell of contacts that begin to act, the contacts of bodies that come close as well.
         count, rows = data.ncon, data.nefc
-        if rows > active or count > before or fresh:
+        if rows > active or fresh:
             read(data, tick)
             fresh = rows > active
         if count != before:

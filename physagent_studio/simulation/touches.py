@@ -47,34 +47,52 @@ class ContactLog:
         self._rows: list[FloatArray] = []
 
     def read(self, data: Data, tick: int) -> None:
-        """Keeps the contacts of engine step `tick`."""
-        contact = data.contact
-        geom, address = contact.geom, contact.efc_address
+        """Keeps the contacts of engine step `tick`; the arrays are views, hence the copies."""
         self._ticks.append(tick)
-        # The arrays are views of the engine's memory, hence the copies.
-        columns = (
-            geom,
-            # Beyond the overlap that the pair started with, see `settle`.
-            contact.dist - contact.includemargin,
-            contact.pos,
-            contact.frame[:, :3],
-            address,
-            *([contact.dim] if self._pyramid else []),
-            *([contact.flex] if self._flexible else []),
-        )
-        if len(geom) > MANY:
-            # A heap touches itself thousands of times: only what it does to others is kept.
-            bodies = self._bodies(geom, contact.flex)
-            columns = tuple(column[bodies[:, 0] != bodies[:, 1]] for column in columns)
-        self._counts.append(len(columns[0]))
-        if len(columns[0]):
-            self._parts.append(tuple(column.copy() for column in columns))
+        count = data.ncon
+        if count > MANY:
+            count = self._read_many(data)
+        elif count:
+            contact = data.contact
+            self._parts.append(
+                (
+                    contact.geom.copy(),
+                    # Beyond the overlap that the pair started with, see `settle`.
+                    contact.dist - contact.includemargin,
+                    contact.pos.copy(),
+                    contact.frame.copy(),
+                    contact.efc_address.copy(),
+                    contact.dim.copy() if self._pyramid else None,
+                    contact.flex.copy() if self._flexible else None,
+                )
+            )
             self._rows.append(data.efc_force.copy())
+        self._counts.append(count)
 
-    def _bodies(self, geom: IntArray, flex: IntArray) -> IntArray:
+    def _read_many(self, data: Data) -> int:
+        """A heap touches itself thousands of times: only what it does to others is kept."""
+        contact = data.contact
+        bodies = self._bodies(contact.geom, contact.flex)
+        keep = bodies[:, 0] != bodies[:, 1]
+        if keep.any():
+            self._parts.append(
+                (
+                    contact.geom[keep],
+                    (contact.dist - contact.includemargin)[keep],
+                    contact.pos[keep],
+                    contact.frame[keep],
+                    contact.efc_address[keep],
+                    contact.dim[keep] if self._pyramid else None,
+                    contact.flex[keep] if self._flexible else None,
+                )
+            )
+            self._rows.append(data.efc_force.copy())
+        return int(keep.sum())
+
+    def _bodies(self, geom: IntArray, flex: IntArray | None) -> IntArray:
         """(n, 2) index among objects-then-supports. flex: (n, 2) where there are any flexes."""
         bodies = self._geom_bodies[geom].astype(np.int64)
-        if self._flexible:
+        if self._flexible and flex is not None:
             bodies = np.where(geom >= 0, bodies, self._flex_bodies[flex])
         return bodies
 
@@ -126,11 +144,19 @@ class ContactLog:
         """`CONTACT_DTYPE` rows, sorted by step, then a, then b."""
         if not self._parts:
             return np.zeros(0, CONTACT_DTYPE)
-        columns = [np.concatenate(column) for column in zip(*self._parts, strict=True)]
-        geom, distance, point, normal, address = columns[:5]
-        force = self._normal_forces(address, columns[5] if self._pyramid else None)
+        columns = zip(*self._parts, strict=True)
+        geom, distance, point, frame, address, dims, flex = (
+            None if column[0] is None else np.concatenate(column) for column in columns
+        )
+        assert geom is not None
+        assert distance is not None
+        assert point is not None
+        assert frame is not None
+        assert address is not None
+        normal = frame[:, :3]
+        force = self._normal_forces(address, dims)
         reading = np.repeat(np.arange(len(self._ticks)), self._counts)
-        bodies = self._bodies(geom, columns[-1])
+        bodies = self._bodies(geom, flex)
         active = (address >= 0) & (bodies[:, 0] != bodies[:, 1])
         swap = bodies[:, 0] > bodies[:, 1]
         normal = np.where(swap[:, None], -normal, normal)

@@ -1,6 +1,9 @@
 """What a run promises: the same bits, honest contacts and energies, and no silent blow-up."""
 
+import dataclasses
 import hashlib
+import io
+import json
 import subprocess
 import sys
 
@@ -8,14 +11,19 @@ import numpy as np
 import pytest
 
 from physagent_studio.benchmark.physics_scenes import STILL, ground, program, thing
-from physagent_studio.errors import Cancelled, SimulationError
+from physagent_studio.errors import Cancelled, InputError, SimulationError
 from physagent_studio.program import After, Clip, Directed, OnContact, SetField, apply
 from physagent_studio.program.actions import ApplyForce, FixObject, SetVelocity, When
 from physagent_studio.program.contract import Falls
 from physagent_studio.program.rotations import about_axis
 from physagent_studio.program.scene import Box, Cylinder, Floor, Ramp, Slab, Sphere, Wall
 from physagent_studio.records.rollout import Rollout
-from physagent_studio.records.rollout_io import load_rollout, save_rollout
+from physagent_studio.records.rollout_io import (
+    load_rollout,
+    rollout_from_bytes,
+    rollout_to_bytes,
+    save_rollout,
+)
 from physagent_studio.simulation import Simulator, resimulate, simulate
 
 ARRAYS = (
@@ -139,8 +147,23 @@ def test_a_saved_rollout_comes_back_and_can_be_continued(tmp_path):
     loaded = load_rollout(tmp_path / "run.npz")
     assert digest(loaded) == digest(before)
     assert loaded.actions == before.actions
+    changed = dataclasses.replace(before, masses=before.masses * 2)
+    assert rollout_to_bytes(changed) != rollout_to_bytes(before) == rollout_to_bytes(loaded)
     edited = apply(busy(), [SetField(path="event.actions.push.duration", value=70)])
     assert digest(resimulate(edited, {}, loaded, 100)) == digest(simulate(edited))
+
+
+def test_a_rollout_that_was_tampered_with_is_refused():
+    data = rollout_to_bytes(simulate(busy()))
+    with np.load(io.BytesIO(data)) as archive:
+        arrays = {name: archive[name] for name in archive.files}
+    arrays["positions"][5, 0, 0] += 0.1
+    stream = io.BytesIO()
+    np.savez_compressed(stream, **arrays)
+    with pytest.raises(InputError, match="hash"):
+        rollout_from_bytes(stream.getvalue())
+    meta = json.loads(arrays["meta"].tobytes())
+    assert len(meta["sha256"]) == 64
 
 
 @pytest.mark.parametrize("shape", [Sphere(radius=0.1), Box(size=(0.2, 0.2, 0.2))])

@@ -109,7 +109,7 @@ def validate(
     program: Annotated[Path, typer.Argument(help="A program in YAML.")], as_json: Json = False
 ) -> None:
     """Check a program: every problem with its path, line and what is allowed."""
-    from physagent_studio.cli.programs import read_program
+    from physagent_studio.cli.files import read_program
     from physagent_studio.program.preflight import preflight
 
     parsed = read_program(program)

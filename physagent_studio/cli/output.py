@@ -5,17 +5,19 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from physagent_studio.benchmark.rows import Row
-from physagent_studio.records import Check
-from physagent_studio.session import SessionInfo
-from physagent_studio.workbench.engine import Control
+if TYPE_CHECKING:
+    # Only named in annotations here; importing them would cost every command a second.
+    from physagent_studio.benchmark.rows import Row
+    from physagent_studio.records import Check
+    from physagent_studio.session import SessionInfo
+    from physagent_studio.workbench.engine import Control
 
 
 def print_json(value: Any) -> None:
@@ -26,6 +28,8 @@ def print_json(value: Any) -> None:
 @contextmanager
 def progress_control(quiet: bool) -> Iterator[Control]:
     """A `Control` that draws a progress bar on standard error, or nothing."""
+    from physagent_studio.workbench.engine import Control
+
     console = Console(stderr=True)
     if quiet or not console.is_terminal:
         yield Control()

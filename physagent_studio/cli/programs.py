@@ -8,29 +8,14 @@ import cv2
 import typer
 
 from physagent_studio.cli import output
+from physagent_studio.cli.files import read_program
 from physagent_studio.cli.guard import NOT_REALISED
 from physagent_studio.contract import measure
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import load_case
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.program.document import load_program
 from physagent_studio.records import Case
 from physagent_studio.records.rollout_io import save_rollout
-
-MAX_PROGRAM_BYTES = 4_000_000
-
-
-def read_program(path: Path) -> PhysicalProgram:
-    """The program in a file."""
-    try:
-        if path.stat().st_size > MAX_PROGRAM_BYTES:
-            raise InputError(f"{path} is larger than {MAX_PROGRAM_BYTES // 1_000_000} MB")
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{path} cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path} is not UTF-8 text (byte {error.start})") from error
-    return load_program(text)
 
 
 def bare_case(program: PhysicalProgram, name: str) -> Case:

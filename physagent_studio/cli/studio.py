@@ -7,7 +7,7 @@ import threading
 from pathlib import Path
 
 from physagent_studio.assets import assets_dir
-from physagent_studio.cli.programs import read_program
+from physagent_studio.cli.files import read_program
 from physagent_studio.cli.targets import PROGRAMS, agent_name, case_of, is_session, parse_objects
 from physagent_studio.session import Store
 from physagent_studio.workbench import Workbench, commands

@@ -43,14 +43,22 @@ def slug(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9_\-]", "", text).lstrip("-")[:64]
 
 
-def check_inside(x: float, y: float, size: tuple[int, int], what: str) -> None:
-    """That a click is in the picture of `size` (width, height); `what` starts the message."""
+def _at(place: Place) -> str:
+    """Where in the file, as a dotted path for the end of a message."""
+    return f" (at {'.'.join(str(part) for part in place)})" if place else ""
+
+
+def check_inside(x: float, y: float, size: tuple[int, int], what: str, where: str = "") -> None:
+    """That a click is in the picture of `size` (width, height).
+
+    what: starts the message; where: ends it.
+    """
     if not (math.isfinite(x) and math.isfinite(y)):
-        raise InputError(f"{what}: a click must be finite numbers, not ({x:g}, {y:g})")
+        raise InputError(f"{what}: a click must be finite numbers, not ({x:g}, {y:g}){where}")
     if not (0 <= x < size[0] and 0 <= y < size[1]):
         raise InputError(
             f"{what}: the click ({x:g}, {y:g}) lies outside the picture "
-            f"(x 0 … {size[0] - 1}, y 0 … {size[1] - 1})"
+            f"(x 0 … {size[0] - 1}, y 0 … {size[1] - 1}){where}"
         )
 
 
@@ -69,7 +77,10 @@ class CaseReader:
         self.known((), self.doc.data, known)
 
     def fail(self, place: Place, what: str) -> InputError:
-        return InputError(f"{self.path}, line {self.doc.line(place)}: {what}")
+        return InputError(f"{self._line(place)}: {what}{_at(place)}")
+
+    def _line(self, place: Place) -> str:
+        return f"{self.path}, line {self.doc.line(place)}"
 
     def image_path(self) -> Path:
         """The photo's path, inside the case folder."""
@@ -251,8 +262,7 @@ class CaseReader:
         if not isinstance(point, list) or len(point) not in (2, 3):
             raise self.fail(where, "a point must be [x, y, label]")
         x, y = (self.number(where, value) for value in point[:2])
-        prefix = f"{self.path}, line {self.doc.line(where)}"
-        check_inside(x, y, size, prefix)
+        check_inside(x, y, size, self._line(where), _at(where))
         return x, y
 
     def number(self, where: Place, value: Any) -> float:

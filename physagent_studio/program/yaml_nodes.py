@@ -100,7 +100,8 @@ class _Builder:
         for depth, node in enumerate(self.stack):
             inside = depth + 1 < len(self.stack)
             if node.kind == "sequence":
-                parts.append(str(len(node.children) - inside))
+                label = _label(self.stack[depth + 1]) if inside else None
+                parts.append(label or str(len(node.children) - inside))
             elif node.keys and (inside or len(node.keys) > len(node.children)):
                 parts.append(str(node.keys[-1].value))
         return ".".join(parts)
@@ -132,6 +133,13 @@ class _Builder:
     def problem(self, message: str, allowed: str, line: int) -> ProgramError:
         """An error at the place where the parser is."""
         return ProgramError((Problem(self.path, message, allowed, line + 1),))
+
+
+def _label(node: Node) -> str | None:
+    """What names a list item in a path: its id, else its name, as far as it was read."""
+    known = {key.value: child.value for key, child in zip(node.keys, node.children, strict=False)}
+    label = known.get("id", known.get("name"))
+    return label if isinstance(label, str) else None
 
 
 def parse(text: str) -> Node:

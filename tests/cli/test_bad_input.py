@@ -92,9 +92,7 @@ def test_a_broken_program(
     tmp_path: Path, name: str, force: str, start: str, said: tuple[str, ...]
 ) -> None:
     path = tmp_path / "program.yaml"
-    path.write_text(
-        PROGRAM.replace("NAME", name).replace("FORCE", force).replace("START", start)
-    )
+    path.write_text(PROGRAM.replace("NAME", name).replace("FORCE", force).replace("START", start))
     one_sentence(physagent("validate", str(path), home=tmp_path), "line ", *said)
     out = tmp_path / "rollout.npz"
     one_sentence(physagent("simulate", str(path), "--out", str(out), home=tmp_path), *said)

@@ -16,8 +16,10 @@ from physagent_studio.benchmark.references import judge, load_reference
 from physagent_studio.benchmark.variants import variant_of
 from physagent_studio.errors import StudioError
 from physagent_studio.exchange import annotated, load_case
-from physagent_studio.records import Check, LoopState
+from physagent_studio.program.contract import Contract
+from physagent_studio.records import Check, LoopState, Round
 from physagent_studio.session import Session, Store
+from physagent_studio.simulation import simulate
 from physagent_studio.workbench.desk import Desk
 from physagent_studio.workbench.engine import Control
 from physagent_studio.workbench.report import report_of
@@ -52,7 +54,9 @@ class EventResult:
     report: of the run, with `cpu_seconds`; its outcome is `error` where it could not end, with
     the reason in `problem`. reference: statements (text, ok, measured, …) of the reference on
     the final rollout; `reference_holds` is None without a reference or a rollout. assumed:
-    landmarks whose place nobody clicked and the agent took for granted.
+    landmarks whose place nobody clicked and the agent took for granted. by_itself: whether the
+    reference also holds on the final scene when nothing is done, as where a thing hangs in the
+    air and falls; elsewhere it shows a scene that does not stand.
     """
 
     label: str
@@ -65,6 +69,7 @@ class EventResult:
     reference: tuple[dict[str, Any], ...] = ()
     failing: tuple[str, ...] = ()
     assumed: tuple[str, ...] = ()
+    by_itself: bool | None = None
     problem: str = ""
 
     @property
@@ -131,9 +136,23 @@ def _judged(
     )
     if task.reference is None:
         return result
-    verdict = judge(load_reference(task.reference), best.program, session.rollout(best.rollout))
+    reference = load_reference(task.reference)
+    verdict = judge(reference, best.program, session.rollout(best.rollout))
     rows = tuple(_row(check) for check in verdict.checks if check.demanded)
-    return replace(result, reference_holds=verdict.holds, reference=rows, failing=verdict.failing)
+    return replace(
+        result,
+        reference_holds=verdict.holds,
+        reference=rows,
+        failing=verdict.failing,
+        by_itself=_by_itself(reference, best, session) if verdict.holds else None,
+    )
+
+
+def _by_itself(reference: Contract, best: Round, session: Session) -> bool:
+    event = best.program.event.model_copy(update={"actions": ()})
+    idle = best.program.model_copy(update={"event": event, "contract": Contract()})
+    scene = session.scene(best.scene) if best.scene else None
+    return judge(reference, idle, simulate(idle, scene.meshes if scene else {})).holds
 
 
 def _row(check: Check) -> dict[str, Any]:

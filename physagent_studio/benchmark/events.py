@@ -101,6 +101,7 @@ def tell(item: EventResult) -> None:
     print(
         f"{item.label}, {mode_of(item)}{_variant(item)}: {words}, {report['rounds']} rounds, "
         f"{report['simulations']} simulations, {report['seconds']:.1f} s"
+        + (" · happens by itself as well" if item.by_itself else "")
         + (f" · {item.problem}" if item.problem else "")
         + (f" · reference: {'; '.join(item.failing)}" if item.failing else ""),
         file=sys.stderr,
@@ -151,6 +152,8 @@ def _mode_rows(results: Sequence[EventResult], share: float) -> list[Row]:
     rows.append(shown(f"{mode}: simulations, all events", runs, "runs"))
     assumed = sum(1 for item in realised if item.assumed)
     rows.append(shown(f"{mode}: realised at an assumed landmark", assumed, "events"))
+    alone = sum(1 for item in realised if item.by_itself)
+    rows.append(shown(f"{mode}: realised, and happens by itself as well", alone, "events"))
     failed = sum(1 for item in results if item.problem)
     rows.append(at_most(f"{mode}: events that ended by an error", failed, 0, "events"))
     return rows

@@ -29,7 +29,8 @@ An event counts as realised when the agent says so and a reference contract, wri
 the prompt's words before the agent was tuned, holds on the final rollout as well. *Clicks alone*:
 the case as it is. *Annotated*: with what a person would click beyond that (horizon, one size,
 supports, landmarks; `tests/annotations`), never an action. A landmark that nobody clicked is put
-where the prompt makes it likely; such rows say "assumed".
+where the prompt makes it likely; such rows say "assumed". "By itself as well": the reference also holds on
+the final scene when nothing is done, as where a thing hangs in the air and falls.
 """
 
 
@@ -55,6 +56,7 @@ def _table(results: Sequence[EventResult]) -> list[str]:
     for item in results:
         report = item.report
         says = ", assumed ".join((report["outcome"], *item.assumed))
+        says += ", by itself as well" if item.by_itself else ""
         lines.append(
             f"| {item.label} | {mode_of(item)} | {'**yes**' if item.realised else 'no'} | {says} "
             f"| {_word(item.reference_holds)} | {report['rounds']} | {report['simulations']} "

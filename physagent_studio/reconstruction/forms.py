@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from physagent_studio.program.base import IDENTITY
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import matrix_of
-from physagent_studio.program.scene import Inflated, Shape
+from physagent_studio.program.scene import Ellipsoid, Inflated, Revolved, Shape, Sphere
 from physagent_studio.reconstruction.geometry import metres_per_pixel, on_plane, on_upright
 from physagent_studio.reconstruction.inflation import inflated_mesh, natural_depth
 from physagent_studio.reconstruction.masks import BoolArray, bounds, iou
@@ -26,6 +27,8 @@ FloatArray = NDArray[np.float64]
 PRIMITIVES = ("sphere", "ellipsoid", "cylinder", "frustum", "capsule", "box")
 REVOLVED_COST = 0.04
 INFLATED_COST = 0.07
+FLAT_FROM = 0.94
+"""Share of a round body's half height where the flats of a stack begin."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -68,14 +71,32 @@ def forms(
     return sorted(found, key=lambda form: -form.merit)
 
 
+def with_flats(form: Form) -> Form:
+    """A round body with small flats at its poles, as fruit has: it can carry and be carried.
+
+    Its height and width stay; other bodies stay as they are.
+    """
+    if isinstance(form.shape, Sphere):
+        wide, high = form.shape.radius, form.shape.radius
+    elif isinstance(form.shape, Ellipsoid):
+        wide, high = form.shape.radii[0], form.shape.radii[2]
+    else:
+        return form
+    level = np.sin(np.linspace(-1, 1, 25) * math.asin(FLAT_FROM))
+    radius = wide * np.sqrt(1 - level**2)
+    profile = zip(level / FLAT_FROM * high, radius, strict=True)
+    shape = Revolved(profile=tuple((float(z), float(r)) for z, r in profile))
+    return replace(form, kind="revolved", shape=shape, mesh=mesh_of(shape))
+
+
 def _worth_trying(mask: BoolArray, usual: Usual) -> tuple[str, ...]:
-    """A name that says "free form" spares the primitives; a clear name tries its own first."""
-    if usual.shapes == ("inflated",):
-        return ("inflated",)
+    """The kinds that a known name allows; all of them for an unknown one."""
     if usual.shapes == ("sphere",):
         return ("sphere", "ellipsoid", "inflated")
+    if usual.shapes:
+        return tuple(dict.fromkeys((*usual.shapes, "inflated")))
     kinds = [*PRIMITIVES, "inflated"]
-    if mirror_symmetry(mask) > (0.75 if "revolved" in usual.shapes else 0.9):
+    if mirror_symmetry(mask) > 0.9:
         kinds.append("revolved")
     return tuple(kinds)
 

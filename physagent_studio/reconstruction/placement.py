@@ -18,7 +18,7 @@ from physagent_studio.program.scene import (
     SupportShape,
 )
 from physagent_studio.reconstruction.contact import vertical_gap
-from physagent_studio.reconstruction.forms import Form, forms, highest, lowest
+from physagent_studio.reconstruction.forms import Form, forms, highest, lowest, with_flats
 from physagent_studio.reconstruction.geometry import (
     CLEARANCE,
     metres_per_pixel,
@@ -102,9 +102,15 @@ def _form(
     mask = masks[item.name]
     base = _base(stance, read, supports, done)
     if item.shape is None:
-        others = [other for name, other in masks.items() if name != item.name]
+        others = [
+            other
+            for name, other in masks.items()
+            if name != item.name
+            and not (_is_round(read, item.name) and read.on.get(name) == item.name)
+        ]
         hidden = np.any(others, axis=0) if others else None
-        return forms(read.camera, mask, base, read.usual[item.name], hidden=hidden)[0]
+        form = forms(read.camera, mask, base, read.usual[item.name], hidden=hidden)[0]
+        return with_flats(form) if _is_in_round_stack(read, item.name) else form
     if isinstance(item.shape, Inflated):
         mesh = inflated_mesh(mask, read.camera, item.shape)
     elif isinstance(item.shape, Meshed):
@@ -113,6 +119,19 @@ def _form(
         mesh = mesh_of(item.shape)
     position = item.position or _place_given(read.camera, mask, base, mesh, item)
     return Form(item.shape.kind, item.shape, mesh, position, item.rotation, 1.0, 1.0)
+
+
+def _is_round(read: Survey, name: str) -> bool:
+    """Whether a name says round: such a thing ends where another is seen to stand on it."""
+    return bool({"sphere", "ellipsoid"} & set(read.usual[name].shapes))
+
+
+def _is_in_round_stack(read: Survey, name: str) -> bool:
+    """Whether a round thing carries another or is carried by one: it shows that it balances."""
+    beside = [other for other, on in read.on.items() if on == name]
+    if read.on[name] in read.on:
+        beside.append(read.on[name])
+    return _is_round(read, name) and any(_is_round(read, other) for other in beside)
 
 
 def _place_given(
@@ -139,9 +158,12 @@ def _base(
     if on in done:
         below, mesh = done[on]
         assert below.position is not None
+        assert below.shape is not None
         z = below.position[2] + highest(mesh, below.rotation)
         x = float(on_upright(read.camera, [stance.foot], below.position[1])[0, 0])
-        return Base(x, below.position[1], z, HOLD_ON_OBJECT)
+        # Round things balance only right above each other; flat ones may be shifted.
+        round_both = _is_round(read, stance.name) and below.shape.kind != "box"
+        return Base(x, below.position[1], z, 1.0 if round_both else HOLD_ON_OBJECT)
     shape = _shape_of(on, supports)
     if isinstance(shape, Ramp):
         return _on_the_ramp(stance, read.camera, shape)

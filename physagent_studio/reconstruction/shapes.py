@@ -233,7 +233,7 @@ def _fit(camera: Camera, target: _Target, base: Base, kind: str) -> Fit | None:
         pixels, depth = camera.project(_outline(kind, q, eye))
         if depth.min() < 0.02 * base.y:
             return 2.0
-        value = 1 - target.iou(pixels) + (0.004 + 0.3 * base.hold) * p[1] ** 2 * move_y
+        value = 1 - target.iou(pixels) + (0.004 + 1.0 * base.hold) * p[1] ** 2 * move_y
         if kind == "box":
             # What the outline leaves open: a depth like the width, and a straight view.
             value += 0.006 * (q[5] - q[3]) ** 2 + 0.003 * abs(math.sin(2 * q[6]))

@@ -62,7 +62,7 @@ def fit_slab(
             halves[k] = half * metres_per_pixel(camera, (*seeds[k], top))
     seeds[:, 1] += halves
     halves, seeds = halves[np.isfinite(seeds).all(1)], seeds[np.isfinite(seeds).all(1)]
-    area = _region_on_plane(camera, top, region, standing)
+    area = _region_on_plane(camera, top, region)
     if not len(seeds):
         seeds = np.median(area, axis=0, keepdims=True) if len(area) else seeds
         halves = np.zeros(len(seeds))
@@ -70,16 +70,15 @@ def fit_slab(
         return None
     edges = _nearer_counts_more(_edges_on_plane(camera, top, region, found), seeds)
     yaw = _main_direction(edges)
-    limits = _limits(camera.position[2] - top, yaw, (seeds, halves), edges, area)
+    limits, bounded = _limits(camera.position[2] - top, yaw, (seeds, halves), edges, area)
+    limits = _past_the_picture(camera, top, region, yaw, limits, bounded)
     return _slab(yaw, limits, top, thickness)
 
 
-def _region_on_plane(
-    camera: Camera, top: float, region: BoolArray, standing: Sequence[tuple[float, float]]
-) -> FloatArray:
+def _region_on_plane(camera: Camera, top: float, region: BoolArray) -> FloatArray:
     """Places (N, 2) of a sample of the region's pixels on the plane."""
     rows, columns = np.nonzero(region)
-    if len(rows) < 20:
+    if not len(rows):
         return np.zeros((0, 2))
     step = max(1, len(rows) // 3000)
     pixels = np.column_stack([columns[::step] + 0.5, rows[::step] + 0.5])
@@ -186,8 +185,10 @@ def _limits(
     standing: tuple[FloatArray, FloatArray],
     edges: _Edges,
     area: FloatArray,
-) -> FloatArray:
-    """(4,) how far the top reaches along +x', +y', −x', −y' of the turned frame.
+) -> tuple[FloatArray, BoolArray]:
+    """(4,) how far the top reaches along +x', +y', −x', −y' of the turned frame; and (4,)
+
+    whether an edge says so.
 
     above: height of the camera over the top, m. standing: middles of the bases of what stands
     on it (N, 2) and half their widths (N,). An edge may run under a thing, never past the middle
@@ -199,7 +200,7 @@ def _limits(
     directions = np.array(
         [axes[0], axes[1], (-axes[0][0], -axes[0][1]), (-axes[1][0], -axes[1][1])]
     )
-    limits = np.zeros(4)
+    limits, bounded = np.zeros(4), np.zeros(4, bool)
     over = max(above, 0.02)
     for k, direction in enumerate(directions):
         inner = float((seeds @ direction).max())
@@ -211,10 +212,39 @@ def _limits(
         outward = (facing < -0.3) & (offset > inner - 0.7 * half)
         outward |= (facing == 0) & (offset > inner + 0.5 * half)
         limits[k] = _nearest_strong(offset[outward], weight[outward], inner + 0.15 * half)
-        if not math.isfinite(limits[k]):
+        bounded[k] = math.isfinite(limits[k])
+        if not bounded[k]:
             reach = float(np.percentile(area @ direction, 99)) if len(area) else inner
             limits[k] = max(reach, inner + 0.05 * over) + 0.25 * over
-    return limits
+    return limits, bounded
+
+
+def _past_the_picture(
+    camera: Camera,
+    top: float,
+    region: BoolArray,
+    yaw: float,
+    limits: FloatArray,
+    bounded: BoolArray,
+) -> FloatArray:
+    """Limits pushed out where the top leaves the picture: nobody sees it end there.
+
+    bounded: (4,) sides where an edge is seen.
+    """
+    rim = np.zeros_like(region)
+    rim[:, :3] = rim[:, -3:] = True
+    rim[-3:] = True
+    places = _region_on_plane(camera, top, region & rim)
+    if not len(places):
+        return limits
+    out = limits.copy()
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    directions = np.array([(cos, sin), (-sin, cos), (-cos, -sin), (sin, -cos)])
+    for k, direction in enumerate(directions):
+        length = limits[k] + limits[(k + 2) % 4]
+        if not bounded[k] and float((places @ direction).max()) > limits[k] - 0.3 * length:
+            out[k] = max(limits[k], float((places @ direction).max())) + 0.5 * length
+    return out
 
 
 def _nearest_strong(offset: FloatArray, weight: FloatArray, inner: float) -> float:

@@ -71,7 +71,7 @@ def survey(
 
     regions: masks of the supports that were clicked. covered: pixels of all objects.
     """
-    usual = {name: usual_size(name, case.prompt) for name in stances}
+    usual = {name: _usual(name, case.prompt, state.scale) for name in stances}
     profiles = _profiles(state, found, (image.shape[1], image.shape[0]))
     on = _standing_on(state, stances, regions, profiles)
     root = {name: _root(name, on) for name in stances}
@@ -104,7 +104,20 @@ def survey(
     heights = solve(measured, slabs, state.scale, known)
     heights = clicked_supports.with_rises(heights, rises)
     camera = state.camera or unit.model_copy(update={"position": (0.0, 0.0, heights.camera)})
-    return Survey(camera, heights.scale, heights.tops, on, under, root, usual, profiles, shown)
+    scale = heights.scale
+    if scale.reference is None and usual:
+        # A lone thing in the air: its usual size says how far away it is.
+        name = min(usual, key=lambda n: usual[n].spread)
+        scale = Scale(reference=name, metres=usual[name].metres, source="assumed")
+    return Survey(camera, scale, heights.tops, on, under, root, usual, profiles, shown)
+
+
+def _usual(name: str, prompt: str, given: Scale) -> Usual:
+    """What is usual for an object, or the size that was stated for it."""
+    usual = usual_size(name, prompt)
+    if given.reference == name and given.metres is not None and given.source != "estimated":
+        return replace(usual, metres=given.metres, spread=0.01, known=True)
+    return usual
 
 
 def _profiles(state: SceneState, found: Segments, size: tuple[int, int]) -> dict[str, Profile]:

@@ -26,6 +26,7 @@ from websockets.typing import Origin, Subprotocol
 
 from physagent_studio.program import EventProgram, PhysicalProgram, SceneObject, SceneState, Support
 from physagent_studio.program import scene as shapes
+from physagent_studio.program.actions import SetVelocity
 from physagent_studio.session import Store
 from physagent_studio.studio.studio import Studio, serve
 from physagent_studio.workbench import Workbench, commands
@@ -105,7 +106,7 @@ class _Wire:
                     self.count += 1
                     self.came.notify_all()
 
-    def after(self, act: Callable[[], None], patience: float = 5.0) -> float:
+    def after(self, act: Callable[[], None], patience: float = 1.0) -> float:
         """Seconds from the act to the next message."""
         with self.came:
             seen = self.count
@@ -171,19 +172,21 @@ def _memory() -> float:
 
 
 def _many(count: int) -> PhysicalProgram:
-    """Balls on a floor, some above others, so that something moves."""
+    """Balls that drift without weight, so that every one has another pose on every frame."""
+    names = [f"ball_{n}" for n in range(count)]
     objects = tuple(
         SceneObject(
-            name=f"ball_{n}",
+            name=name,
             shape=shapes.Sphere(radius=0.05),
-            position=((n % 10) * 0.2 - 0.9, 1.5 + (n // 10) * 0.2, 0.05 + 0.3 * (n % 3)),
-            support="air" if n % 3 else "floor",
+            position=((n % 10) * 0.2 - 0.9, 1.5 + (n // 10) * 0.2, 1.0),
+            support="air",
             material="rubber",
         )
-        for n in range(count)
+        for n, name in enumerate(names)
     )
+    drift = tuple(SetVelocity(id=f"go_{name}", name=name, velocity=(0.3, 0, 0)) for name in names)
     floor = Support(name="floor", shape=shapes.Floor(), material="wood")
     return PhysicalProgram(
-        scene=SceneState(objects=objects, supports=(floor,)),
-        event=EventProgram(prompt="Balls fall on the floor."),
+        scene=SceneState(objects=objects, supports=(floor,), gravity=(0.0, 0.0, 0.0)),
+        event=EventProgram(prompt="Balls drift to the right.", actions=drift),
     )

@@ -45,6 +45,9 @@ class Hands:
     later: Later
 
 
+MOST_NAMES = 24
+"""More objects than these go without names in the scene, which would only cover each other."""
+
 GREY_SUPPORT = (120, 130, 145)
 
 
@@ -60,6 +63,7 @@ class Stage:
         self._made_from: tuple[object, ...] = ()
         self._objects: dict[str, viser.GlbHandle] = {}
         self._labels: dict[str, viser.LabelHandle] = {}
+        self._above: dict[str, NDArray[np.float64]] = {}
         self._meshes: dict[str, Mesh] = {}
         self._furniture: dict[str, list[viser.SceneNodeHandle]] = {}
         server.scene.world_axes.visible = False
@@ -87,11 +91,12 @@ class Stage:
         """Moves everything to the step on view; cheap, called on every frame of playback."""
         with self._server.atomic():
             poses = poses_at(snapshot, view.step)
+            with_names = "labels" in view.shown
             for name, handle in self._objects.items():
                 if name in poses:
                     handle.position, handle.wxyz = poses[name]
-                    if name in self._labels:
-                        self._labels[name].position = self._above(name, poses[name][0])
+                    if with_names and name in self._labels:
+                        self._labels[name].position = poses[name][0] + self._above[name]
             self._ghosts.pose(view.step, snapshot.rollout)
             self._frame(snapshot, view, poses)
             self._marks.draw(snapshot, view, self._size(snapshot.program))
@@ -105,10 +110,6 @@ class Stage:
         self._handles.select(name, mesh, gizmo=may_move)
         if mesh is not None:
             self._handles.pose(*poses[name])
-
-    def _above(self, name: str, position: NDArray[np.float64]) -> NDArray[np.float64]:
-        reach = float(np.linalg.norm(self._meshes[name].vertices, axis=1).max())
-        return position + np.array([0, 0, reach * 1.15])
 
     # --- making ----------------------------------------------------------------------------------
 
@@ -129,7 +130,7 @@ class Stage:
             mesh = scene.meshes.get(item.name) if scene else None
             mesh = mesh if mesh is not None else mesh_of_object(item)
             if mesh is not None:
-                self._add_object(item, mesh)
+                self._add_object(item, mesh, program)
         self._add_supports(program, scene)
         self._add_camera(program, scene)
         self._add_gravity(program)
@@ -142,14 +143,19 @@ class Stage:
         for name in ("/objects", "/supports", "/camera", "/gravity", "/axes"):
             self._server.scene.remove_by_name(name)
         self._objects, self._labels, self._meshes, self._furniture = {}, {}, {}, {}
+        self._above = {}
         for part in (self._marks, self._ghosts, self._handles):
             part.clear()
 
-    def _add_object(self, item: SceneObject, mesh: Mesh) -> None:
+    def _add_object(self, item: SceneObject, mesh: Mesh, program: PhysicalProgram) -> None:
         name = item.name
         handle = self._server.scene.add_glb(f"/objects/{name}", glb_of(mesh), cast_shadow=False)
         handle.on_click(lambda _event: self._picked("object", name))
         self._objects[name], self._meshes[name] = handle, mesh
+        if len(program.scene.objects) > MOST_NAMES:
+            return
+        reach = float(np.linalg.norm(mesh.vertices, axis=1).max())
+        self._above[name] = np.array([0, 0, reach * 1.15])
         self._labels[name] = self._server.scene.add_label(
             f"/objects/label {name}", name, font_screen_scale=0.75, anchor="bottom-center"
         )

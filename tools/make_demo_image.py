@@ -32,10 +32,12 @@ from photoreal.truth import planes, truth_of, write_case
 SEED = 20250
 OUT = Path(__file__).resolve().parent.parent / "assets" / "demo"
 EVENTS = {
-    "knocks_block_over": "The red ball rolls to the right, hits the wooden block and knocks it "
-    "over.",
     "only_the_cube": "The red ball rolls to the right, passes the wooden block and hits only the "
     "green cube, leaving the wooden block standing.",
+    "block_stays_standing": "The red ball rolls to the right, hits the wooden block and stops "
+    "before reaching the green cube, while the block stays standing.",
+    "knocks_block_over": "The red ball rolls to the right, hits the wooden block and knocks it "
+    "over.",
 }
 BALL_RADIUS = 0.040
 BALL = (-0.21, 0.50)

@@ -127,7 +127,13 @@ class Studio:
         self._inbox.put(_Call(arrive))
 
     def _went(self, client: viser.ClientHandle) -> None:
-        self._inbox.put(_Call(lambda: self.painter.cameras.remove(client.client_id)))
+        def leave() -> None:
+            self.painter.cameras.remove(client.client_id)
+            gone = [key for key, number in self._viewers.items() if number == client.client_id]
+            for key in gone:
+                del self._viewers[key]
+
+        self._inbox.put(_Call(leave))
 
     # --- the studio's thread -------------------------------------------------------------------
 

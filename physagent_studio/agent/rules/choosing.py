@@ -43,7 +43,7 @@ def raised_places(reading: Reading, layout: Layout) -> dict[str, FloatArray]:
             if told or not layout.has(name) or layout.placed(under.name) is None:
                 continue
             size = layout.size(name)
-            if layout.gap(name, under.name) < 0.3 * size:
+            if layout.gap(name, under.name) < 0.06 * size:
                 found[name] = layout.position(name) + WAYS["up"] * max(1.5 * size, 0.1)
     return found
 

@@ -348,10 +348,11 @@ def _clicked_edge(task: Task) -> tuple[FloatArray, float] | None:
         return None
     start, end = (np.array(point, float) for point in (mark.points[0], mark.points[-1]))
     along = unit(level(end - start))
-    offset = level(start - task.layout.position(task.name))
-    across = offset - along * float(offset @ along)
-    distance = float(np.linalg.norm(across))
-    return (unit(across), distance) if distance > 1e-6 else None
+    out = np.array([-along[1], along[0], 0.0])
+    if float(out @ (start - task.layout.position(base or ""))) < 0:
+        out = -out
+    distance = float(out @ level(start - task.layout.position(task.name)))
+    return out, max(distance, 0.01)
 
 
 def _common_way(task: Task, way: FloatArray) -> FloatArray:

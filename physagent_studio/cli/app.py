@@ -204,15 +204,15 @@ def bench(
     as_json: Json = False,
 ) -> None:
     """Measure: prints a table, exits 0 only when every bound holds."""
-    from physagent_studio.benchmark import run_bench
+    from physagent_studio.cli.bench import measured
 
-    rows = run_bench(
+    rows = measured(
         name,
         cases=cases,
         out=out,
         annotations=annotations,
         references=references,
-        only=only or (),
+        only=tuple(only or ()),
     )
     output.print_rows(name, rows, as_json)
     if not all(row.ok for row in rows):

@@ -84,7 +84,7 @@ def _measure(studio: Studio, scrubs: int) -> list[Figure]:
     return [
         Figure(f"scrub to pose on the wire, {OBJECTS} objects, p95", p95, "ms", 10),
         Figure("page's values after opening", usable * 1000, "ms", 3000),
-        Figure(f"playback frames a second, {OBJECTS} objects", rate, "1/s", 28, above=True),
+        Figure(f"playback frames a second, {OBJECTS} objects", rate, "1/s", 30, above=True),
         Figure(f"share of a core while playing, {OBJECTS} objects", share * 100, "%", 25),
         Figure(f"memory grown over {scrubs} scrubs", grown, "MB", 20),
     ]

@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import replace
 
-from physagent_studio.errors import Cancelled, InputError, StudioError
+from physagent_studio.errors import Cancelled, InputError, ProgramError, StudioError
 from physagent_studio.exchange import case_from_image, load_case
 from physagent_studio.program.document import dump_program
 from physagent_studio.records import Case, LoopState
@@ -103,6 +103,10 @@ class Workbench:
             self._dispatch(command)
         except Cancelled:
             self._notice("info", "Cancelled. Everything up to here is kept.")
+        except ProgramError as error:
+            # Problems of a text are shown at their lines; everything else needs a notice.
+            if self._desk is None or self._desk.problems != error.problems:
+                self._notice("error", str(error))
         except StudioError as error:
             self._notice("error", str(error))
         except Exception as error:

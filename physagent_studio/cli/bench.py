@@ -1,0 +1,38 @@
+"""Benches by name: those of `benchmark`, and the studio's own, which only this room may reach."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from physagent_studio.benchmark import BENCHES, run_bench
+from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
+
+
+def measured(
+    name: str,
+    *,
+    cases: Path | None,
+    out: Path | None,
+    annotations: Path | None,
+    references: Path | None,
+    only: tuple[str, ...],
+) -> list[Row]:
+    """The rows of the bench of that name."""
+    if name == "list":
+        return [shown(bench, f"physagent bench {bench}") for bench in (*BENCHES, "studio")]
+    if name == "studio":
+        return _studio()
+    return run_bench(
+        name, cases=cases, out=out, annotations=annotations, references=references, only=only
+    )
+
+
+def _studio() -> list[Row]:
+    from physagent_studio.studio.figures import measure_studio
+
+    return [
+        (at_least if figure.above else at_most)(
+            figure.name, figure.value, figure.bound, figure.unit
+        )
+        for figure in measure_studio()
+    ]

@@ -56,9 +56,14 @@ def place_all(
     stances: Mapping[str, Stance],
     read: Survey,
     given: Mapping[str, Mesh],
+    fresh: frozenset[str],
     tick: Callable[[float], None],
 ) -> Placed:
-    """Every object with its open fields filled. given: meshes of `Meshed` shapes by name."""
+    """Every object with its open fields filled.
+
+    given: meshes of `Meshed` shapes by name. fresh: those that just came from elsewhere; their
+    places are kept but for their height over what they stand on.
+    """
     done: dict[str, tuple[SceneObject, Mesh]] = {}
     kinds: dict[str, str] = {}
     order = _from_the_ground(objects, read)
@@ -68,7 +73,10 @@ def place_all(
             continue
         form = _form(item, stance, masks, read, supports, done, given)
         kinds[item.name] = form.kind
-        done[item.name] = (_settled(item, form, read, supports, done), form.mesh)
+        done[item.name] = (
+            _settled(item, form, read, supports, done, item.name in fresh),
+            form.mesh,
+        )
         tick((count + 1) / len(order))
     placed = tuple(done[item.name][0] if item.name in done else item for item in objects)
     return Placed(placed, {name: mesh for name, (_, mesh) in done.items()}, kinds)
@@ -221,6 +229,7 @@ def _settled(
     read: Survey,
     supports: tuple[Support, ...],
     done: Mapping[str, tuple[SceneObject, Mesh]],
+    fresh: bool,
 ) -> SceneObject:
     """The object with its fields filled, lowered or raised onto what it stands on."""
     on = read.on[item.name]
@@ -228,7 +237,7 @@ def _settled(
     if item.shape is None:
         update["rotation"] = form.rotation
     position = form.position
-    if item.position is None and on != "air":
+    if (item.position is None or fresh) and on != "air":
         trial = item.model_copy(update={**update, "position": position})
         position = (position[0], position[1], _resting_z(trial, form.mesh, read, supports, done))
     elif item.position is None and (under := read.under.get(item.name)) is not None:

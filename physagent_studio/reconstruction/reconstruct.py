@@ -67,11 +67,13 @@ def reconstruct(
     cancelled: Callable[[], bool] | None = None,
     progress: Callable[[str, float], None] | None = None,
     segmenter: Segmenter | None = None,
+    bodies: Mapping[str, Mesh] | None = None,
 ) -> Scene:
     """The scene that a picture shows, every open field of `state` filled.
 
     previous: an earlier scene of the same picture; what did not change is taken from it.
-    cancelled: asked between steps. progress: called with the step's name and 0 … 1.
+    bodies: meshes of objects of kind `mesh` that came from elsewhere; they are set down on what
+    they stand on. cancelled: asked between steps. progress: called with the step's name and 0 … 1.
     Without a photo nothing may be open, and the scene is drawn from its shapes.
     Raises InputError where an object was neither clicked nor boxed,
     Cancelled when `cancelled` says so.
@@ -98,7 +100,7 @@ def reconstruct(
     run.at("supports", 0.5)
     solid, open_supports = supports.resolve(state, read, stances, regions, found)
     run.at("objects", 0.55)
-    given = dict(previous.meshes) if previous is not None else {}
+    given = {**(previous.meshes if previous is not None else {}), **(bodies or {})}
     placed = place_all(
         state.objects,
         solid,
@@ -106,6 +108,7 @@ def reconstruct(
         stances,
         read,
         given,
+        frozenset(bodies or ()),
         lambda share: run.at("objects", 0.55 + 0.2 * share),
     )
     marks, open_marks = landmarks.resolve(state.landmarks, read.camera, solid, read.shown)

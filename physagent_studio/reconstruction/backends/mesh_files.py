@@ -1,0 +1,130 @@
+"""Mesh files read safely: bounded before they are parsed."""
+
+from __future__ import annotations
+
+import json
+import struct
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from physagent_studio.errors import InputError
+from physagent_studio.reconstruction.meshes import volume_and_centre
+from physagent_studio.records.scene import Mesh
+
+KINDS = (".glb", ".obj", ".ply", ".stl")
+MAX_BYTES = 64 * 1024 * 1024
+MAX_ELEMENTS = 2_000_000
+"""Vertices or indices that a file may promise."""
+MAX_FACES = 20_000
+"""Faces that are kept; finer meshes are simplified by clustering their vertices."""
+
+
+def read_mesh(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """Vertices (V, 3) and faces (F, 3) of a GLB, OBJ, PLY or STL file, in the file's frame.
+
+    Raises InputError for what is missing, too large, compressed, empty or not finite.
+    """
+    if path.suffix.lower() not in KINDS:
+        raise InputError(f"{path.name} is no mesh file; give {', '.join(KINDS)}")
+    if not path.is_file():
+        raise InputError(f"there is no mesh file at {path}")
+    if path.stat().st_size > MAX_BYTES:
+        raise InputError(f"{path.name} is larger than {MAX_BYTES // 2**20} MB")
+    data = path.read_bytes()
+    if data[:2] in (b"PK", b"\x1f\x8b"):
+        raise InputError(f"{path.name} is a compressed archive, not a mesh")
+    _check_promise(data, path)
+    vertices, faces = _parsed(path)
+    if not len(faces):
+        raise InputError(f"{path.name} has no faces")
+    if not np.isfinite(vertices).all():
+        raise InputError(f"{path.name} has a vertex that is not finite")
+    return _coarse(vertices, faces)
+
+
+def _check_promise(data: bytes, path: Path) -> None:
+    """Refuse a file whose header promises more than it can hold or than we want."""
+    kind = path.suffix.lower()
+    promised = 0
+    if kind == ".glb":
+        promised = _glb_elements(data, path)
+    elif kind == ".ply":
+        head = data[: data.find(b"end_header") + 1 or 4096][:65536]
+        counts = [line.split()[-1] for line in head.splitlines() if line.startswith(b"element")]
+        promised = sum(int(count) for count in counts if count.isdigit())
+    elif kind == ".stl" and len(data) >= 84 and not data.lstrip().startswith(b"solid"):
+        (promised,) = struct.unpack("<I", data[80:84])
+        if len(data) < 84 + 50 * promised:
+            raise InputError(f"{path.name} is cut off")
+    if promised > MAX_ELEMENTS:
+        raise InputError(f"{path.name} has {promised} elements; at most {MAX_ELEMENTS} are read")
+
+
+def _glb_elements(data: bytes, path: Path) -> int:
+    """Number of elements in a GLB's accessors; nothing outside of the file is referred to."""
+    if data[:4] != b"glTF" or len(data) < 20:
+        raise InputError(f"{path.name} is no GLB file")
+    length = int.from_bytes(data[12:16], "little")
+    try:
+        document = json.loads(data[20 : 20 + length])
+        accessors = document.get("accessors", [])
+        outside = [
+            b for b in document.get("buffers", []) + document.get("images", []) if "uri" in b
+        ]
+        count = sum(int(item["count"]) for item in accessors)
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise InputError(f"{path.name} is a damaged GLB file") from error
+    if outside:
+        raise InputError(f"{path.name} refers to other files; give one that holds everything")
+    if any("sparse" in item for item in accessors):
+        raise InputError(f"{path.name} uses sparse accessors, which are not read")
+    return count
+
+
+def _parsed(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    try:
+        loaded = trimesh.load(path, force="mesh", process=False, skip_materials=True)
+    except (ValueError, KeyError, IndexError, TypeError, NotImplementedError) as error:
+        raise InputError(f"{path.name} cannot be read as a mesh: {error}") from error
+    if not isinstance(loaded, trimesh.Trimesh):
+        return np.zeros((0, 3)), np.zeros((0, 3), np.int32)
+    return np.asarray(loaded.vertices, float), np.asarray(loaded.faces, np.int32)
+
+
+def _coarse(
+    vertices: NDArray[np.float64], faces: NDArray[np.int32]
+) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """The mesh with its doubled vertices merged, and clustered if it is too fine."""
+    size = max(float(np.ptp(vertices, axis=0).max()), 1e-12)
+    cell = size * 1e-7
+    while True:
+        grid = np.round((vertices - vertices.min(0)) / cell).astype(np.int64)
+        _, first, index = np.unique(grid, axis=0, return_index=True, return_inverse=True)
+        merged = index.reshape(-1)[faces].astype(np.int32)
+        a, b, c = merged.T
+        merged = merged[(a != b) & (b != c) & (a != c)]
+        if len(merged) <= MAX_FACES:
+            return vertices[first], merged
+        cell = max(cell * 1.5, size / 400)
+
+
+def body_of(
+    vertices: NDArray[np.float64], faces: NDArray[np.int32], name: str
+) -> tuple[Mesh, NDArray[np.float64]]:
+    """The mesh about its centre of mass, facing outward, and that centre in the given frame."""
+    volume, centre = volume_and_centre(vertices, faces)
+    if volume < 0:
+        faces = faces[:, ::-1].copy()
+    low, high = vertices.min(0), vertices.max(0)
+    if (high - low).min() <= 0:
+        raise InputError(f"the mesh of '{name}' is flat")
+    if (
+        abs(volume) < 1e-4 * float(np.prod(high - low))
+        or not ((centre > low) & (centre < high)).all()
+    ):
+        # An open surface encloses nothing; the middle of its box has to do.
+        centre = (low + high) / 2
+    return Mesh(vertices - centre, faces), centre

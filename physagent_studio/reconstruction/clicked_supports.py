@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from physagent_studio.program.base import Pixel
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Ramp, SceneState, Slab, Support, Wall
+from physagent_studio.reconstruction.camera import usual_focal
 from physagent_studio.reconstruction.geometry import on_plane, on_upright_through
 from physagent_studio.reconstruction.masks import BoolArray
 from physagent_studio.reconstruction.names import Usual, support_height, support_kind
@@ -23,6 +24,8 @@ FloatArray = NDArray[np.float64]
 
 BORDER = 4.0
 """Clicks this near to the border (pixels) show where an edge leaves the picture."""
+SQUARE = 0.1
+"""Mean |cos| of corners up to which they pass for right angles."""
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -43,6 +46,43 @@ def region_of(support: Support, size: tuple[int, int]) -> BoolArray | None:
     mask = np.zeros(size, np.uint8)
     cv2.fillPoly(mask, [np.round(np.array(corners)).astype(np.int32)], 1)
     return mask.astype(bool)
+
+
+def focal_of(state: SceneState, size: tuple[int, int], horizon: float) -> float | None:
+    """The focal length (pixels) at which the marked corners of level tops are right angles.
+
+    size: (width, height) of the picture. horizon: row of a horizon that a person gave. None
+    without two marked edges that meet, or where no usual lens makes them square.
+    """
+    if state.horizon is None:
+        return None
+    tops = [
+        s.grounding.marked("top")
+        for s in state.supports
+        if support_kind(s.name) == "slab" and len(s.grounding.marked("top")) >= 4
+    ]
+    usual = usual_focal(size)
+    best: tuple[float, float] | None = None
+    for focal in usual * np.geomspace(0.7, 4.0, 60):
+        camera = Camera.from_horizon(size, horizon, 1.0, focal=float(focal))
+        slants = [slant for top in tops for slant in _slants(camera, top)]
+        if slants and (best is None or float(np.mean(slants)) < best[0]):
+            best = (float(np.mean(slants)), float(focal))
+    return best[1] if best is not None and best[0] < SQUARE else None
+
+
+def _slants(camera: Camera, corners: Sequence[Pixel]) -> list[float]:
+    """How far each corner that is in the picture is from a right angle: |cos|, 0 … 1."""
+    places = on_plane(camera, corners, 0.0)[:, :2]
+    if not np.isfinite(places).all():
+        return []
+    found = []
+    for k, corner in enumerate(corners):
+        if not _cut_sides(corner, camera.size):
+            one, other = places[k - 1] - places[k], places[(k + 1) % len(corners)] - places[k]
+            length = float(np.linalg.norm(one) * np.linalg.norm(other))
+            found.append(abs(float(one @ other)) / max(length, 1e-12))
+    return found
 
 
 def rises_of(state: SceneState, unit: Camera) -> dict[str, float]:

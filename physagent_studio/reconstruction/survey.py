@@ -82,7 +82,7 @@ def survey(
         size,
         horizon.row,
         1.0,
-        focal=horizon.focal,
+        focal=clicked_supports.focal_of(state, size, horizon.row) or horizon.focal,
         source="given" if state.horizon is not None else "estimated",
         # A horizon that a person gave is known; one that was tried for a repair is not.
         confirmed=state.horizon is not None and state.horizon == case.horizon,

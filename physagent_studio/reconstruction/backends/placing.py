@@ -44,8 +44,8 @@ def with_bodies(state: SceneState, bodies: Mapping[str, Brought]) -> SceneState:
 
 
 def _with_body(item: SceneObject, body: Brought) -> SceneObject:
-    size = tuple(float(v) for v in np.maximum(np.ptp(body.mesh.vertices, axis=0), 1e-6))
-    update: dict[str, object] = {"shape": Meshed(asset=asset_hash(body.mesh), size=size)}
+    x, y, z = (float(v) for v in np.maximum(np.ptp(body.mesh.vertices, axis=0), 1e-6))
+    update: dict[str, object] = {"shape": Meshed(asset=asset_hash(body.mesh), size=(x, y, z))}
     if item.position is None and body.position is not None:
         update["position"] = body.position
     return item.model_copy(update=update)

@@ -12,6 +12,7 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
 CONFIG = "checkpoints/hf/pipeline.yaml"
 
@@ -47,10 +48,10 @@ def main(job_folder: str, config: str = CONFIG) -> None:
     result.rename(folder / "result")
 
 
-def _plain(values: object) -> list[float]:
+def _plain(values: Any) -> list[float]:
     """A tensor or sequence as a flat list of numbers."""
     flat = values.detach().cpu().reshape(-1).tolist() if hasattr(values, "detach") else values
-    return [float(value) for value in flat]  # type: ignore[attr-defined]
+    return [float(value) for value in flat]
 
 
 if __name__ == "__main__":

@@ -130,6 +130,8 @@ def _mismatch(
     if check.measured is not None:
         figures["measured"] = round(check.measured, 4)
     text = check.text
+    if kind == "contacts" and negated and check.step is not None:
+        text = f"{subject} touches {other} at frame {rollout.frame_of(check.step)}"
     if subject in rollout.objects and other and not negated:
         pass_by = passing(program, rollout, subject, other)
         if pass_by is not None and kind in (

@@ -23,7 +23,8 @@ def _one(program: PhysicalProgram, edit: Edit) -> str:
         return f"remove {edit.path.rsplit('.', 1)[-1]}"
     if isinstance(edit, SetField):
         before, now = _figure(_before(program, edit.path)), _figure(edit.value)
-        return f"{_short(edit.path)} from {before} to {now}"
+        unit = _UNITS.get(edit.path.rsplit(".", 1)[-1], "")
+        return f"{_short(edit.path)} from {before} to {now}{unit}"
     return f"move {edit.path}"
 
 
@@ -37,7 +38,18 @@ def _before(program: PhysicalProgram, path: str) -> object:
 def _short(path: str) -> str:
     parts = path.split(".")
     tail = [p for p in parts[3:] if p not in ("force", "velocity", "torque", "angular_velocity")]
-    return f"{' '.join(tail) or parts[-1]} of {parts[2]}" if len(parts) > 3 else path
+    words = [_WORDS.get(p, p.replace("_", " ")) for p in tail or parts[-1:]]
+    return f"{' '.join(words)} of {parts[2]}" if len(parts) > 3 else path
+
+
+_WORDS = {
+    "magnitude": "strength",
+    "azimuth": "sideways angle",
+    "elevation": "upward angle",
+    "start_step": "start",
+}
+_UNITS = {"azimuth": "°", "elevation": "°", "start_step": " steps", "duration": " steps"}
+"""What people call the numbers of a push, and what they are counted in."""
 
 
 def _figure(value: object) -> str:

@@ -72,7 +72,7 @@ def test_a_miss_is_repaired_by_aiming() -> None:
     assert [getattr(edit, "path", "") for edit in proposal.edits] == [AZIMUTH]
     assert not outcome(situation, proposal)
     assert proposal.simulations <= 40
-    assert "azimuth" in proposal.rationale
+    assert "sideways angle" in proposal.rationale
 
 
 def test_too_slow_is_repaired_by_speed() -> None:

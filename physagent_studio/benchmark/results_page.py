@@ -29,8 +29,8 @@ An event counts as realised when the agent says so and a reference contract, wri
 the prompt's words before the agent was tuned, holds on the final rollout as well. *Clicks alone*:
 the case as it is. *Annotated*: with what a person would click beyond that (horizon, one size,
 supports, landmarks; `tests/annotations`), never an action. A landmark that nobody clicked is put
-where the prompt makes it likely; such rows say "assumed". "By itself as well": the reference also holds on
-the final scene when nothing is done, as where a thing hangs in the air and falls.
+where the prompt makes it likely; such rows say "assumed". "By itself as well": the reference also
+holds on the final scene when nothing is done, as where a thing hangs in the air and falls.
 """
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,4 +34,4 @@ class Case:
     event: str = ""
     events: tuple[tuple[str, str], ...] = ()
     horizon: float | None = None
-    scale: Scale = Scale()
+    scale: Scale = field(default_factory=Scale)

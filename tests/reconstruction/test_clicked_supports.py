@@ -149,3 +149,22 @@ def test_marks_above_the_horizon_give_no_shape():
     sky = Mark(role="toe", x=100, y=10), Mark(role="top", x=400, y=5)
     ramp = Support(name="ramp", grounding=Grounding(marks=sky))
     assert clicked.shape_of(ramp, CAMERA, 0.0, 0.0) is None
+
+
+@pytest.mark.parametrize("share", [0.8, 1.0, 2.2])
+def test_square_corners_give_the_focal_length(share: float):
+    focal = CAMERA.focal * share
+    camera = Camera.from_horizon((832, 480), 90.0, 1.4, focal=focal)
+    pixels, _ = camera.project(np.array(corners_of(TABLE)))
+    marks = tuple(Mark(role="top", x=float(x), y=float(y)) for x, y in pixels)
+    table = Support(name="table", grounding=Grounding(marks=marks))
+    found = clicked.focal_of(SceneState(horizon=90.0, supports=(table,)), (832, 480), 90.0)
+    assert found == pytest.approx(focal, rel=0.03)
+    assert clicked.focal_of(SceneState(supports=(table,)), (832, 480), 90.0) is None
+
+
+def test_corners_that_are_square_for_no_lens_give_none():
+    corners = ((100, 300), (700, 310), (380, 200), (360, 200))
+    marks = tuple(Mark(role="top", x=x, y=y) for x, y in corners)
+    table = Support(name="table", grounding=Grounding(marks=marks))
+    assert clicked.focal_of(SceneState(horizon=90.0, supports=(table,)), (832, 480), 90.0) is None

@@ -12,12 +12,13 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
+from physagent_studio.benchmark.bare_scenes import BareEngine, BareScene, load_bare_scene
 from physagent_studio.benchmark.references import judge, load_reference
 from physagent_studio.benchmark.variants import variant_of
 from physagent_studio.errors import StudioError
 from physagent_studio.exchange import annotated, load_case
 from physagent_studio.program.contract import Contract
-from physagent_studio.records import Check, LoopState, Round
+from physagent_studio.records import Case, Check, LoopState, Round
 from physagent_studio.session import Session, Store
 from physagent_studio.simulation import simulate
 from physagent_studio.workbench.desk import Desk
@@ -32,6 +33,7 @@ PATIENCE = 900.0
 class EventTask:
     """What to run. folder: of the case. annotation, reference: files, or None.
 
+    Without a photo, folder is the file of a `BareScene` and event is `name#wording`.
     variant: a name of `benchmark.variants.VARIANTS`.
     """
 
@@ -44,7 +46,7 @@ class EventTask:
     @property
     def label(self) -> str:
         """`case/event`."""
-        return f"{self.folder.name}/{self.event}"
+        return f"{self.folder.stem}/{self.event}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,14 +95,14 @@ def run_event(task: EventTask) -> EventResult:
 
     Raises StudioError where the case or the annotation is bad.
     """
-    case = load_case(task.folder, task.event)
-    if task.annotation is not None:
-        case = annotated(case, task.annotation)
+    case, truth = _case_of(task)
     with tempfile.TemporaryDirectory() as home:
         variant = variant_of(task.variant)
         state = LoopState(policy="auto", budget=variant.rounds)
         session = Store(Path(home)).create(case, state)
         desk = Desk(session, Control(), evidence=False)
+        if truth is not None:
+            desk.engine = BareEngine(session, desk.case, evidence=False, truth=truth)
         started, worked = time.perf_counter(), time.process_time()
         if variant.crew is not None:
             desk.engine.members = variant.crew()
@@ -119,6 +121,15 @@ def run_event(task: EventTask) -> EventResult:
         result = replace(_judged(result, task, desk.state, session), problem=problem)
         session.close()
     return result
+
+
+def _case_of(task: EventTask) -> tuple[Case, BareScene | None]:
+    if task.folder.suffix == ".yaml":
+        scene = load_bare_scene(task.folder)
+        event, _, number = task.event.partition("#")
+        return scene.case(task.folder.stem, scene.prompts[event][int(number)]), scene
+    case = load_case(task.folder, task.event)
+    return (case if task.annotation is None else annotated(case, task.annotation)), None
 
 
 def _judged(
@@ -168,27 +179,28 @@ def _row(check: Check) -> dict[str, Any]:
 
 # --- as a process ------------------------------------------------------------------------------
 
-_TASK = TypeAdapter(EventTask)
-_RESULT = TypeAdapter(EventResult)
+_TASKS = TypeAdapter(list[EventTask])
+_RESULTS = TypeAdapter(list[EventResult])
 
 
-def run_apart(task: EventTask) -> EventResult:
-    """`run_event` in a fresh process; whatever happens there ends as a result."""
+def run_apart(*tasks: EventTask) -> list[EventResult]:
+    """`run_event` of each in one fresh process; whatever happens there ends as results."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "result.json"
         words = [sys.executable, "-m", "physagent_studio.benchmark.event_run", str(out)]
-        text = _TASK.dump_json(task).decode()
+        text = _TASKS.dump_json(list(tasks)).decode()
         try:
             done = subprocess.run(
                 words, input=text, text=True, capture_output=True, timeout=PATIENCE, check=False
             )
         except subprocess.TimeoutExpired:
-            return _failed(task, f"it had not ended after {PATIENCE:.0f} s")
+            return [_failed(task, f"it had not ended after {PATIENCE:.0f} s") for task in tasks]
         if not out.is_file():
             lines = done.stderr.strip().splitlines()
             last = lines[-1] if lines else "no word"
-            return _failed(task, f"it crashed with exit code {done.returncode}: {last}")
-        return _RESULT.validate_json(out.read_bytes())
+            problem = f"it crashed with exit code {done.returncode}: {last}"
+            return [_failed(task, problem) for task in tasks]
+        return _RESULTS.validate_json(out.read_bytes())
 
 
 def _failed(task: EventTask, problem: str) -> EventResult:
@@ -201,12 +213,15 @@ def _failed(task: EventTask, problem: str) -> EventResult:
 
 
 def _main() -> None:
-    task = _TASK.validate_json(sys.stdin.read())
+    results = [_safely(task) for task in _TASKS.validate_json(sys.stdin.read())]
+    Path(sys.argv[1]).write_bytes(_RESULTS.dump_json(results))
+
+
+def _safely(task: EventTask) -> EventResult:
     try:
-        result = run_event(task)
+        return run_event(task)
     except StudioError as error:
-        result = _failed(task, str(error))
-    Path(sys.argv[1]).write_bytes(_RESULT.dump_json(result))
+        return _failed(task, str(error))
 
 
 if __name__ == "__main__":

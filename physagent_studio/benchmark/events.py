@@ -37,7 +37,7 @@ def bench(
     tasks = tasks_below(cases, annotations, references, tuple(only))
     results = []
     for task in tasks:
-        results.append(run_apart(task))
+        results += run_apart(task)
         tell(results[-1])
     rows = figures(results)
     if out is not None:

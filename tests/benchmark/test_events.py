@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark import ablation, event_run, run_bench
+from physagent_studio.benchmark import event_run, run_bench
 from physagent_studio.benchmark.event_run import EventResult, EventTask, run_apart
 from physagent_studio.benchmark.events import events_below, figures, tasks_below
 from physagent_studio.benchmark.references import judge, load_reference
@@ -189,7 +188,7 @@ def test_a_bad_case_is_a_row(tmp_path: Path):
     folder = write_case(tmp_path / "one", "  falls: The ball falls.\n")
     note = tmp_path / "note.yaml"
     note.write_text("horizon: [[1, 1], [900, 1]]\n")
-    outcome = run_apart(EventTask(folder, "falls", note))
+    (outcome,) = run_apart(EventTask(folder, "falls", note))
     assert outcome.report["outcome"] == "error"
     assert "outside the picture" in outcome.problem
     rows = figures([outcome])
@@ -202,7 +201,7 @@ def test_a_crash_is_a_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     broken.write_text("#!/bin/sh\necho 'Segmentation fault' >&2\nexit 139\n")
     broken.chmod(0o755)
     monkeypatch.setattr(sys, "executable", str(broken))
-    outcome = run_apart(EventTask(tmp_path, "falls"))
+    (outcome,) = run_apart(EventTask(tmp_path, "falls"))
     assert outcome.problem == "it crashed with exit code 139: Segmentation fault"
     assert not outcome.realised
 
@@ -213,7 +212,8 @@ def test_an_endless_event_is_a_row(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     slow.chmod(0o755)
     monkeypatch.setattr(sys, "executable", str(slow))
     monkeypatch.setattr(event_run, "PATIENCE", 0.2)
-    assert "had not ended" in run_apart(EventTask(tmp_path, "falls")).problem
+    (outcome,) = run_apart(EventTask(tmp_path, "falls"))
+    assert "had not ended" in outcome.problem
 
 
 def test_one_real_event_in_both_modes(cases_dir: Path, tmp_path: Path):
@@ -225,36 +225,3 @@ def test_one_real_event_in_both_modes(cases_dir: Path, tmp_path: Path):
     text = out.read_text()
     assert "## Main events" in text
     assert "soccer_ball passes over goal_line" in text
-
-
-# --- ablation ----------------------------------------------------------------------------------
-
-
-def test_the_ablation_counts_by_variant():
-    def of(variant: str, **more: object) -> EventResult:
-        return replace(result("a/b", note=True, **more), variant=variant)
-
-    rows = ablation.figures(
-        [
-            of("full"),
-            of("no_reflection", realised=False, outcome="budget", rounds=1),
-            of("no_semantics", rounds=6),
-        ]
-    )
-    assert row(rows, "full: realised").value == 1
-    assert row(rows, "without reflection: realised").value == 0
-    assert row(rows, "without the semantic actions: rounds per realised").value == 6
-    assert row(rows, "full ahead").value == 0
-
-
-def test_an_annotated_task_stands_for_its_event(tmp_path: Path):
-    tasks = [
-        EventTask(tmp_path, "a"),
-        EventTask(tmp_path, "a", tmp_path / "n"),
-        EventTask(tmp_path, "b"),
-    ]
-    chosen = ablation._annotated_where_possible(tasks)
-    assert [(task.event, task.annotation) for task in chosen] == [
-        ("a", tmp_path / "n"),
-        ("b", None),
-    ]

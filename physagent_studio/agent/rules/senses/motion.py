@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+from physagent_studio.agent.rules.layout import level, named_way
 from physagent_studio.agent.rules.senses.common import along, bent_path, manner, travel
 from physagent_studio.agent.rules.senses.turning import topple
-from physagent_studio.agent.rules.specs import Context, Spec, any_of, before, place_name, spec
+from physagent_studio.agent.rules.specs import (
+    Context,
+    Spec,
+    any_of,
+    before,
+    place_name,
+    spec,
+    ways_of,
+)
 
 
 def move(c: Context) -> list[Spec]:
@@ -19,8 +28,21 @@ def roll(c: Context) -> list[Spec]:
         found.append(spec("rotates", c.subject, angle=90.0))
         found.append(spec("airborne", c.subject, seconds=0.3, negated=True))
     elif c.layout.ramp_below(c.subject) is not None:
-        found.append(spec("upright", c.subject, tilt=50.0))
+        found += _down_the_slope(c)
     return found
+
+
+def _down_the_slope(c: Context) -> list[Spec]:
+    """Upright, along the slope and never far off it."""
+    downhill = c.layout.downhill(c.subject)
+    assert downhill is not None
+    far = c.length(1.0, 0.05, 0.2)
+    way = named_way(level(downhill))
+    return [
+        spec("upright", c.subject, tilt=50.0),
+        spec("moves", c.subject, distance=far, direction=way),
+        spec("airborne", c.subject, seconds=0.25, negated=True),
+    ]
 
 
 def curve(c: Context) -> list[Spec]:
@@ -54,7 +76,31 @@ def fall(c: Context) -> list[Spec]:
     if ways:
         far = c.length(0.5, 0.02, 0.2)
         found.append(any_of(*(spec("moves", c.subject, distance=far, direction=w) for w in ways)))
+    told = c.earlier[-1].sense if c.earlier else ""
+    if told == "lose_support":
+        found += _straight_down(c, found[0])
+    if told == "flip":
+        found += _flipped_first(c, found[0])
     return [*found, *along(c), *manner(c), *_once_there(c, found[0])]
+
+
+def _straight_down(c: Context, event: Spec) -> list[Spec]:
+    """What loses its support falls where it is, and is not first moved aside."""
+    aside = c.length(0.8, 0.05, 0.1)
+    sides = ("left", "right", "away", "toward_camera")
+    drift = any_of(*(spec("moves", c.subject, distance=aside, direction=w) for w in sides))
+    return [Spec("all_of", {}, (before(drift, event).opposite(),))]
+
+
+def _flipped_first(c: Context, event: Spec) -> list[Spec]:
+    """ "Flips to the left and falls": the flip is told, and comes, first."""
+    if c.layout.is_ball(c.subject):
+        return []
+    flip = c.earlier[-1]
+    ways = ways_of(flip.direction, flip, c.subject, c.layout)
+    sides = [w for w in ways if w not in ("up", "down")] or [None]
+    flips = any_of(*(spec("flips", c.subject, angle=80.0, direction=w) for w in sides))
+    return [before(flips, event)] if flip.count is None else []
 
 
 def _once_there(c: Context, event: Spec) -> list[Spec]:

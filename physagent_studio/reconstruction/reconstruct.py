@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.errors import Cancelled, InputError
-from physagent_studio.program.scene import Grounding, SceneState
+from physagent_studio.program.scene import Grounding, Landmark, SceneState, Support
 from physagent_studio.reconstruction import (
     clicked_supports,
     findings,
@@ -28,10 +28,10 @@ from physagent_studio.reconstruction.bare import scene_without_photo
 from physagent_studio.reconstruction.lines import segments
 from physagent_studio.reconstruction.meshes import support_mesh
 from physagent_studio.reconstruction.names import support_kind
-from physagent_studio.reconstruction.placement import place_all
+from physagent_studio.reconstruction.placement import Placed, place_all
 from physagent_studio.reconstruction.plate import fill, hole_of
 from physagent_studio.reconstruction.segmentation import EmbeddedSegmenter, Segmenter, choose
-from physagent_studio.reconstruction.survey import survey
+from physagent_studio.reconstruction.survey import Survey, survey
 from physagent_studio.reconstruction.texture import textured
 from physagent_studio.records.case import Case, Image
 from physagent_studio.records.scene import Candidate, Mesh, Scene
@@ -86,9 +86,23 @@ def reconstruct(
     if case.image is None:
         return scene_without_photo(state, key)
     run = _Run(cancelled, progress)
-    image = case.image
+    scene = _look(case, case.image, state, previous, segmenter or EmbeddedSegmenter(), bodies, run)
+    run.at("done", 1.0)
+    return replace(scene, hash=key)
+
+
+def _look(
+    case: Case,
+    image: Image,
+    state: SceneState,
+    previous: Scene | None,
+    segmenter: Segmenter,
+    bodies: Mapping[str, Mesh] | None,
+    run: _Run,
+) -> Scene:
+    """Every step of a reconstruction in its order; the scene's hash is the caller's."""
     run.at("masks", 0.0)
-    candidates = _candidates(case, state, previous, segmenter or EmbeddedSegmenter(), run)
+    candidates = _candidates(case, state, previous, segmenter, run)
     groundings = [(item.name, item.grounding) for item in state.objects]
     masks = choose(candidates, groundings, image.shape[:2])
     regions = _regions(state, candidates, masks)
@@ -112,18 +126,7 @@ def reconstruct(
         lambda share: run.at("objects", 0.55 + 0.2 * share),
     )
     marks, open_marks = landmarks.resolve(state.landmarks, read.camera, solid, read.shown)
-    flags = tuple(dict.fromkeys((*state.flags, *open_supports, *open_marks)))
-    done = state.model_copy(
-        update={
-            "camera": read.camera,
-            "horizon": read.camera.horizon,
-            "scale": read.scale,
-            "objects": placed.objects,
-            "supports": solid,
-            "landmarks": marks,
-            "flags": flags[:64],
-        }
-    )
+    done = _completed(state, read, solid, placed, marks, (*open_supports, *open_marks))
     run.at("textures", 0.78)
     meshes = {
         item.name: textured(image, masks[item.name], read.camera, item, placed.meshes[item.name])
@@ -134,7 +137,6 @@ def reconstruct(
     plate = _plate(image, masks, previous)
     run.at("checks", 0.97)
     checks = findings.measure(done, masks, meshes, candidates)
-    run.at("done", 1.0)
     return Scene(
         state=done,
         photo=image,
@@ -144,7 +146,30 @@ def reconstruct(
         support_meshes=MappingProxyType(_support_meshes(done)),
         candidates=MappingProxyType(candidates),
         findings=checks,
-        hash=key,
+        hash="",
+    )
+
+
+def _completed(
+    state: SceneState,
+    read: Survey,
+    solid: tuple[Support, ...],
+    placed: Placed,
+    marks: tuple[Landmark, ...],
+    still_open: tuple[str, ...],
+) -> SceneState:
+    """The given state with everything that was found put in."""
+    flags = tuple(dict.fromkeys((*state.flags, *still_open)))
+    return state.model_copy(
+        update={
+            "camera": read.camera,
+            "horizon": read.camera.horizon,
+            "scale": read.scale,
+            "objects": placed.objects,
+            "supports": solid,
+            "landmarks": marks,
+            "flags": flags[:64],
+        }
     )
 
 

@@ -132,7 +132,8 @@ def _mismatch(
     text = check.text
     if kind == "contacts" and negated and check.step is not None:
         text = f"{subject} touches {other} at frame {rollout.frame_of(check.step)}"
-    if subject in rollout.objects and other and not negated:
+    leaves_it = subject and Layout(program.scene).carrier(subject) == other
+    if subject in rollout.objects and other and not negated and not leaves_it:
         pass_by = passing(program, rollout, subject, other)
         if pass_by is not None and kind in (
             "contacts",

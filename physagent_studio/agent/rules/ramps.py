@@ -23,14 +23,15 @@ def slope_of(task: Task) -> float:
     return math.atan2(ramp.shape.rise, ramp.shape.run)
 
 
-def way_down(task: Task) -> float:
-    """Way along the slope from the object to the lower end, m."""
+def ways_ahead(task: Task) -> tuple[float, float]:
+    """Way to the top edge where it stands on the flat part behind it, and way down the slope, m."""
     ramp = task.layout.ramp_below(task.name)
     if ramp is None or not isinstance(ramp.shape, Ramp):
-        return 0.3
-    toe = np.array(ramp.shape.toe)
-    flat = float(np.linalg.norm(level(task.layout.position(task.name) - toe)))
-    return flat / max(math.cos(slope_of(task)), 0.2)
+        return 0.0, 0.3
+    uphill = np.array([math.cos(ramp.shape.yaw), math.sin(ramp.shape.yaw), 0.0])
+    ahead = float((task.layout.position(task.name) - np.array(ramp.shape.toe)) @ uphill)
+    flat = max(ahead - ramp.shape.run, 0.0)
+    return flat, max(ahead - flat, 0.02) / max(math.cos(slope_of(task)), 0.2)
 
 
 def friction_for(task: Task) -> float | None:
@@ -40,7 +41,7 @@ def friction_for(task: Task) -> float | None:
         return None
     slope = math.tan(slope_of(task))
     if task.intent.has("stop", "settle", "slow"):
-        wanted = slope + _stopping_excess(task)
+        wanted = _stopping_friction(task)
     elif task.intent.has("roll", "move", "reach", "turn_around", "slide", "drift", "descend"):
         wanted = 0.35 * slope
     else:
@@ -50,17 +51,22 @@ def friction_for(task: Task) -> float | None:
     return round(float(np.clip(wanted * wanted / max(own, 0.02), 0.005, 3.0)), 4)
 
 
-def _stopping_excess(task: Task) -> float:
-    """How much friction must exceed the slope to stop from a slow start at the lower end."""
-    speed = starting_speed(task)
-    distance = max(0.75 * way_down(task), 0.02)
-    return speed * speed / (2 * mech.G * math.cos(slope_of(task)) * distance)
+STOP_AT = 0.7
+"""Where on the slope a thing stops that shall stop "near the lower end", as a part of the way."""
+
+
+def _stopping_friction(task: Task) -> float:
+    """Friction that uses up the start and the height on the way: ½v² + g h = μ g (d + s cos)."""
+    flat, slope = ways_ahead(task)
+    angle, way = slope_of(task), STOP_AT * slope
+    energy = starting_speed(task) ** 2 / 2 + mech.G * math.sin(angle) * way
+    return energy / (mech.G * (flat + math.cos(angle) * way))
 
 
 def starting_speed(task: Task) -> float:
-    """Speed along the slope with which a thing that shall stop sets out."""
-    distance = max(0.75 * way_down(task), 0.02)
-    return float(np.clip(2 * distance / task.seconds(0.5), 0.1, 1.5))
+    """Speed with which a thing that shall stop sets out: it is there in half of the clip."""
+    flat, slope = ways_ahead(task)
+    return float(np.clip(2 * (flat + STOP_AT * slope) / task.seconds(0.5), 0.1, 1.5))
 
 
 def down_ramp(task: Task) -> list[Action]:
@@ -70,7 +76,7 @@ def down_ramp(task: Task) -> list[Action]:
         return []
     stops = task.intent.has("stop", "settle", "slow")
     speed = starting_speed(task) if stops else max(0.15, 0.5 * task.layout.size(task.name))
-    speed = max(speed, _over_plateau(task))
+    speed = speed if stops else max(speed, _over_plateau(task))
     flat = unit(level(downhill))
     slope = -math.degrees(math.asin(float(np.clip(-downhill[2], 0, 1))))
     way = act.toward_or_along(speed, vector=flat, elevation=slope)
@@ -87,13 +93,10 @@ def down_ramp(task: Task) -> list[Action]:
 def _over_plateau(task: Task) -> float:
     """Speed that carries it over the flat part behind the top edge; 0 where it is on the slope."""
     ramp = task.layout.ramp_below(task.name)
-    if ramp is None or not isinstance(ramp.shape, Ramp):
+    flat, _ = ways_ahead(task)
+    if ramp is None or flat <= 0:
         return 0.0
-    uphill = np.array([math.cos(ramp.shape.yaw), math.sin(ramp.shape.yaw), 0.0])
-    ahead = float((task.layout.position(task.name) - np.array(ramp.shape.toe)) @ uphill)
-    left = ahead - ramp.shape.run
-    friction = task.layout.friction(task.name, ramp.name)
-    return 1.4 * mech.speed_to_stop(left, friction) if left > 0 else 0.0
+    return 1.4 * mech.speed_to_stop(flat, task.layout.friction(task.name, ramp.name))
 
 
 def _drift(task: Task) -> Action:

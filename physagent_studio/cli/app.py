@@ -89,6 +89,9 @@ def run(
     event: Annotated[str | None, typer.Option(help="Which event of the case.")] = None,
     prompt: Annotated[str, typer.Option(help="The event, with an image as target.")] = "",
     objects: Objects = None,
+    annotation: Annotated[
+        Path | None, typer.Option(help="A file with more clicks: horizon, a size, supports, …")
+    ] = None,
     rounds: Annotated[int, typer.Option(min=1, max=100, help="Most rounds to try.")] = 10,
     policy: Annotated[str, typer.Option(help="auto, ask or ask_when: who decides.")] = "auto",
     frames: Annotated[bool, typer.Option(help="Render the evidence frames.")] = True,
@@ -99,7 +102,9 @@ def run(
     """Run the reflection loop until the event happens or the budget ends."""
     from physagent_studio.cli.run import RunRequest, run_loop
 
-    request = RunRequest(target, event, prompt, tuple(objects or ()), rounds, policy, frames, agent)
+    request = RunRequest(
+        target, event, prompt, tuple(objects or ()), rounds, policy, frames, agent, annotation
+    )
     raise typer.Exit(run_loop(request, workspace, as_json))
 
 

@@ -13,6 +13,7 @@ from physagent_studio.cli import output
 from physagent_studio.cli.guard import NOT_REALISED, WAITING
 from physagent_studio.cli.targets import agent_name, case_of, is_session
 from physagent_studio.errors import InputError
+from physagent_studio.exchange import annotated
 from physagent_studio.records import LoopState
 from physagent_studio.session import Session, Store
 from physagent_studio.workbench.desk import Desk
@@ -31,6 +32,7 @@ class RunRequest:
     policy: str
     frames: bool
     agent: str
+    annotation: Path | None = None
 
 
 def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
@@ -60,6 +62,8 @@ def _session(request: RunRequest, store: Store) -> Session:
     if is_session(request.target, store):
         return store.open(request.target)
     case = case_of(request.target, request.event, request.prompt, request.objects)
+    if request.annotation is not None:
+        case = annotated(case, request.annotation)
     if request.event is None and len(case.events) > 1:
         names = ", ".join(name for name, _ in case.events)
         raise InputError(f"this case has several events; choose one with --event: {names}")

@@ -10,6 +10,9 @@ from physagent_studio.agent.rules.mechanics import G
 from physagent_studio.agent.rules.reading import EventFrame, Reading
 from physagent_studio.program.bodies import Body, Breakable, Cloth, Granular, Soft
 
+GRAINS = 120
+"""Enough to be seen to flow, few enough that a search can run them many times."""
+
 
 def bodies_for(reading: Reading, layout: Layout) -> dict[str, Body]:
     """Bodies by object name, only for objects that have to bend, break, flow or sway."""
@@ -30,7 +33,7 @@ def bodies_for(reading: Reading, layout: Layout) -> dict[str, Body]:
 def _body(frame: EventFrame, name: str, layout: Layout) -> Body | None:
     sense = frame.sense
     if sense in ("collapse", "spread") and is_loose(name):
-        return Granular(cohesion=0.5)
+        return Granular(grains=GRAINS, cohesion=0.1)
     if sense in ("collapse", "break", "crush"):
         return Breakable(cuts=(2, 1, 3), release_impulse=round(_blow(frame, name, layout), 4))
     if sense in ("wind", "sway", "bend") and is_sheet(name):

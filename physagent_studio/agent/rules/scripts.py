@@ -135,6 +135,10 @@ def _open_way(task: Task) -> Direction:
 
 def _ground_speed(task: Task, target: Place | None) -> float:
     size = task.layout.size(task.name)
+    item = task.layout.state.object(task.name)
+    if item is not None and item.body.kind == "granular":
+        # A heap is pushed over; faster, and all of its grains fly off together.
+        return math.sqrt(mech.G * size)
     friction = task.ground_friction()
     rolls = task.layout.is_ball(task.name)
     slowing = 0.0 if rolls else mech.G * friction

@@ -27,7 +27,7 @@ def push(c: Context) -> list[Spec]:
 
 def _pushed_away(c: Context) -> list[Spec]:
     ways = c.ways()
-    distance = c.length(0.3, 0.02, 0.1)
+    distance = c.length(0.7, 0.05, 0.15)
     if ways:
         return [any_of(*(spec("moves", c.subject, distance=distance, direction=w) for w in ways))]
     return [spec("moves", c.subject, distance=distance)]

@@ -23,6 +23,10 @@ class Step(NamedTuple):
     command: list[str]
 
 
+QUICK = ["-m", "not slow"]
+"""What pytest runs where nothing else is asked for."""
+
+
 def steps(pytest_words: list[str]) -> list[Step]:
     """The checks, the quick ones first."""
     python = [sys.executable, "-m"]
@@ -33,7 +37,11 @@ def steps(pytest_words: list[str]) -> list[Step]:
         Step("pyright", [*python, "pyright", "--pythonpath", sys.executable]),
         Step("lint-imports", [sys.executable, lint_imports]),
         Step("wheel", [*python, "pytest", "-q", "tests/packaging"]),
-        Step("pytest", [*python, "pytest", "-q", "--ignore=tests/packaging", *pytest_words]),
+        # The big doses have a marker; words of one's own decide for themselves.
+        Step(
+            "pytest",
+            [*python, "pytest", "-q", "--ignore=tests/packaging", *(pytest_words or QUICK)],
+        ),
     ]
 
 

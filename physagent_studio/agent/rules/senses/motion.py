@@ -89,7 +89,8 @@ def _straight_down(c: Context, event: Spec) -> list[Spec]:
     aside = c.length(0.8, 0.05, 0.1)
     sides = ("left", "right", "away", "toward_camera")
     drift = any_of(*(spec("moves", c.subject, distance=aside, direction=w) for w in sides))
-    return [Spec("all_of", {}, (before(drift, event).opposite(),))]
+    raised = spec("moves", c.subject, distance=aside, direction="up")
+    return [Spec("all_of", {}, (before(drift, event).opposite(),)), raised.opposite()]
 
 
 def _flipped_first(c: Context, event: Spec) -> list[Spec]:

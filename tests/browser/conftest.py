@@ -54,7 +54,11 @@ class Desk:
         return self.workbench.snapshot()
 
     def open(self) -> None:
+        """Goes to the studio and waits until it has told the page what there is to see."""
         self.page.goto(self.studio.address)
+        self.page.wait_for_function(
+            "import('/wire.js').then(wire => Boolean(wire.value('playhead')))"
+        )
 
     def until(self, holds: Callable[[], Any], what: str = "", patience: float = PATIENCE) -> Any:
         """Waits until `holds` gives something true, which is returned."""

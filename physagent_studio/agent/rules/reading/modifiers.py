@@ -15,9 +15,9 @@ from physagent_studio.agent.rules.reading.names import (
     Inventory,
     is_group,
     resolve_objects,
-    resolve_place,
 )
 from physagent_studio.agent.rules.reading.phrases import NounPhrase
+from physagent_studio.agent.rules.reading.places import resolve_place
 
 FIXED_WAYS: dict[str, Way] = {
     "toward_camera": "toward_camera",

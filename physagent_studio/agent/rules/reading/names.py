@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from physagent_studio.agent.rules.reading import vocabulary as v
-from physagent_studio.agent.rules.reading.frames import LandmarkKind, Place
+from physagent_studio.agent.rules.reading.frames import Place
 from physagent_studio.agent.rules.reading.phrases import NounPhrase
 from physagent_studio.agent.rules.reading.tokens import singular
 from physagent_studio.agent.rules.reading.vocabulary import words_of
@@ -122,7 +122,7 @@ def resolve_objects(
 ) -> Resolved | None:
     """The objects meant by a noun phrase, or None where it names no object of the case."""
     if phrase.pronoun:
-        return _pronoun(phrase.head, stock, talk, subject_of_clause)
+        return of_pronoun(phrase.head, stock, talk, subject_of_clause)
     if phrase.of is not None and phrase.head in v.MASS_HEADS:
         inner = _candidates(phrase.of, stock, talk)
         return _choose(phrase, inner, stock, talk, phrase.of) if inner else None
@@ -145,7 +145,8 @@ def is_group(phrase: NounPhrase, stock: Inventory) -> bool:
     return phrase.head in GROUPS | COUNTERS and not named
 
 
-def _pronoun(word: str, stock: Inventory, talk: Discourse, subject: bool) -> Resolved | None:
+def of_pronoun(word: str, stock: Inventory, talk: Discourse, subject: bool) -> Resolved | None:
+    """The objects that a pronoun stands for; `subject`: it is the subject of its clause."""
     everything = tuple(t.name for t in stock.objects)
     if word in ("everything", "all"):
         return Resolved(everything)
@@ -225,11 +226,11 @@ def _choose(
     if any(a in v.OTHERS for a in (*adjectives, phrase.head)) or phrase.determiner == "another":
         found = tuple(t for t in found if t.name not in talk.known)
     if phrase.alternatives:
-        parts = [_filter(found, group, None, talk) for group in phrase.alternatives]
+        parts = [filtered(found, group, None, talk) for group in phrase.alternatives]
         names = {t.name: None for part in parts for t in part}
         return Resolved(tuple(names)) if names else None
     number = phrase.number if phrase.number is not None else inner.number
-    kept = _filter(found, adjectives, number, talk)
+    kept = filtered(found, adjectives, number, talk)
     if not kept:
         return None
     return _quantify(phrase, inner, kept, number, talk)
@@ -260,9 +261,10 @@ def _quantify(
     return Resolved(names, any_one=True)
 
 
-def _filter(
+def filtered(
     found: tuple[Thing, ...], adjectives: Sequence[str], number: int | None, talk: Discourse
 ) -> tuple[Thing, ...]:
+    """The things that colours, sizes, positions and ordinals leave."""
     kept = found
     for adjective in adjectives:
         word = v.POSITIONS.get(adjective, adjective)
@@ -316,121 +318,3 @@ def nearest_to(names: Sequence[str], place: Thing, stock: Inventory) -> tuple[st
 
 COUNTERS = words_of("one two three both all each some other rest half number")
 GROUPS = words_of("stack pile heap tower row group set bunch")
-
-# --- places ----------------------------------------------------------------------------------
-
-
-def resolve_place(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Place | None:
-    """The place meant by a noun phrase, or None where it names none that is known."""
-    if is_group(phrase, stock) and len(stock.objects) > 1 and phrase.head in GROUPS:
-        return Place("stack", "group")
-    if phrase.pronoun:
-        found = _pronoun(phrase.head, stock, talk, False)
-        return Place(found.names[0], "object") if found else None
-    if (own := _landmark(phrase, stock)) is not None:
-        if (part := _as_part(own, stock)) is not None:
-            return part
-        talk.landmark = own
-        return own
-    if phrase.head in v.PARTS and phrase.head not in ("side",):
-        return _part(phrase, stock, talk)
-    if (support := _support(phrase, stock)) is not None:
-        talk.support = support
-        return support
-    found = resolve_objects(phrase, stock, talk)
-    if found is not None:
-        return Place(found.names[0], "object")
-    if phrase.head in v.GROUND_WORDS or phrase.head in v.TABLE_WORDS:
-        return Place(stock.ground, "support")
-    if phrase.head in v.LANDMARKS:
-        return _needed_landmark(phrase, talk)
-    return None
-
-
-def _as_part(own: Place, stock: Inventory) -> Place | None:
-    """A landmark that a person clicked as a part of a support, such as `table_edge`."""
-    for support in stock.supports:
-        part = own.name.removeprefix(f"{support.name}_")
-        if part != own.name and part in (*v.PARTS.values(), *v.PARTS):
-            return Place(support.name, "support", v.PARTS.get(part, part))
-    return None
-
-
-def _needed_landmark(phrase: NounPhrase, talk: Discourse) -> Place:
-    words = [w for w in phrase.adjectives if w in v.COLOURS] + [singular(n) for n in phrase.nouns]
-    place = Place("_".join(words), "landmark", "", _landmark_kind(v.LANDMARKS[phrase.head]))
-    talk.landmark = place
-    return place
-
-
-def _landmark_kind(word: str) -> LandmarkKind:
-    kinds: dict[str, LandmarkKind] = {"opening": "opening", "line": "line", "area": "area"}
-    return kinds.get(word, "point")
-
-
-def _landmark(phrase: NounPhrase, stock: Inventory) -> Place | None:
-    nouns = {singular(n) for n in phrase.nouns}
-    if phrase.of is not None:
-        nouns |= {singular(n) for n in phrase.of.nouns}
-    for t in stock.landmarks:
-        if set(t.words) == nouns or (phrase.head == t.head and nouns <= set(t.words)):
-            return Place(t.name, "landmark")
-    return None
-
-
-def _support(phrase: NounPhrase, stock: Inventory) -> Place | None:
-    nouns = {singular(n) for n in phrase.nouns}
-    heads = [t for t in stock.supports if phrase.head in t.words]
-    words = heads or [t for t in stock.supports if nouns & set(t.words) and phrase.head != "plate"]
-    alike = [
-        t
-        for t in stock.supports
-        for row in v.SUPPORT_CLASSES
-        if phrase.head in row and set(t.words) & row
-    ]
-    found = words or alike
-    if any(phrase.head in t.words for t in stock.objects) and not heads:
-        return None
-    if len(found) > 1:
-        kept = _filter(tuple(found), phrase.adjectives, phrase.number, Discourse())
-        found = list(kept) or found
-    return Place(found[0].name, "support") if found else None
-
-
-def _part(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Place | None:
-    """A place on a support: "the table edge", "the lower end of the ramp", "the bottom"."""
-    part = v.PARTS[phrase.head]
-    if part == "end":
-        part = _which_end(phrase.adjectives)
-    base = _base_of_part(phrase, stock, talk)
-    if base is None:
-        return None
-    if base.kind != "support" or part == "surface":
-        return base
-    if part in ("upper_end", "lower_end") and not _is_slope(base.name, stock):
-        return base if phrase.head != "end" else Place(base.name, "support", "edge")
-    return Place(base.name, "support", "edge" if part in ("end", "side") else part)
-
-
-def _which_end(adjectives: Sequence[str]) -> str:
-    if any(a in ("lower", "bottom", "lowest", "far") for a in adjectives):
-        return "lower_end"
-    return "upper_end" if any(a in ("upper", "top", "highest") for a in adjectives) else "end"
-
-
-def _base_of_part(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Place | None:
-    if phrase.of is not None and (base := resolve_place(phrase.of, stock, talk)) is not None:
-        return base
-    if len(phrase.nouns) > 1:
-        whose = NounPhrase(singular(phrase.nouns[-2]), phrase.nouns[:-1], phrase.adjectives)
-        if (base := resolve_place(whose, stock, talk)) is not None:
-            return base
-    if phrase.of is not None:
-        return None
-    only = Place(stock.supports[0].name, "support") if stock.supports else None
-    return talk.support or only
-
-
-def _is_slope(name: str, stock: Inventory) -> bool:
-    words = next((t.words for t in stock.supports if t.name == name), ())
-    return bool(set(words) & v.SUPPORT_CLASSES[1])

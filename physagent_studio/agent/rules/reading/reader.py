@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import zip_longest
 
 from physagent_studio.agent.rules.reading import vocabulary as v
+from physagent_studio.agent.rules.reading.chunker import Chunker
 from physagent_studio.agent.rules.reading.clauses import RawClause, split
 from physagent_studio.agent.rules.reading.frames import EventFrame, ReadClause, Reading
-from physagent_studio.agent.rules.reading.modifiers import Details, details_of
+from physagent_studio.agent.rules.reading.modifiers import details_of
 from physagent_studio.agent.rules.reading.names import (
-    Discourse,
     Inventory,
     Resolved,
-    nearest_to,
     resolve_objects,
 )
-from physagent_studio.agent.rules.reading.phrases import Chunk, Chunker, NounPhrase, join_fixed
+from physagent_studio.agent.rules.reading.phrases import NounPhrase, join_fixed
+from physagent_studio.agent.rules.reading.roles import Roles
 from physagent_studio.agent.rules.reading.tokens import Token, tokenise
 
 MAX_WORDS = 400
@@ -29,7 +29,7 @@ def read(prompt: str, stock: Inventory) -> Reading:
     tokens = join_fixed(tokenise(prompt), stock.phrases())
     cut, tokens = tokens[MAX_WORDS:], tokens[:MAX_WORDS]
     chunks = Chunker(tokens, stock.nouns).chunks()
-    reader = _Reader(prompt, tokens, chunks, stock)
+    reader = _Reader(chunks, stock, prompt=prompt, tokens=tokens)
     clauses = split(chunks)
     for clause, following in zip_longest(clauses, clauses[1:]):
         if following is not None:
@@ -39,24 +39,17 @@ def read(prompt: str, stock: Inventory) -> Reading:
 
 
 @dataclass
-class _Reader:
+class _Reader(Roles):
     """Walks through the clauses once; what was said before resolves what comes."""
 
-    prompt: str
-    tokens: tuple[Token, ...]
-    chunks: tuple[Chunk, ...]
-    stock: Inventory
-    talk: Discourse = field(default_factory=Discourse)
-    frames: list[EventFrame] = field(default_factory=list)
+    prompt: str = ""
+    tokens: tuple[Token, ...] = ()
     clauses: list[ReadClause] = field(default_factory=list)
-    unknown: dict[str, None] = field(default_factory=dict)
     pending_cause: str = ""
     pending_manner: frozenset[str] = frozenset()
     pending_way: str | None = None
     left_so: bool = False
     pending_text: int | None = None
-    main_subject: Resolved | None = None
-    last: Resolved | None = None
 
     def take(self, clause: RawClause) -> None:
         """Adds the frames of one clause."""
@@ -75,7 +68,7 @@ class _Reader:
         clause_id = self._add_clause(text)
         if clause.verb.verb == "?":
             self.unknown[clause.verb.word] = None
-            self._subject(clause)
+            self.subject_of(clause)
             return
         frame = self._frame(clause, clause_id)
         if frame is not None:
@@ -88,7 +81,7 @@ class _Reader:
         verb = clause.verb
         opens = self.last is None and not clause.subjects and not clause.complement
         if verb is not None and verb.form == "ing" and opens and following.subjects:
-            self.last = self._subject(following)
+            self.last = self.subject_of(following)
 
     def finish(self, cut: Sequence[str]) -> Reading:
         """The reading of everything taken."""
@@ -107,11 +100,11 @@ class _Reader:
         if entry is None or not following:
             return False
         if clause.verb.verb in ("leave", "keep") and clause.objects:
-            self._subject(clause)
+            self.subject_of(clause)
             self.left_so = True
             return True
         if entry.kind == "light" or (entry.sense in ("stay", "move") and not clause.objects):
-            subject = self._subject(clause)
+            subject = self.subject_of(clause)
             self.last = subject or self.last
             self.left_so = entry.sense == "stay"
             passing = ("keep", "continue", "go", "come", "remain", "stay")
@@ -146,7 +139,7 @@ class _Reader:
                 ways = [w for w in (*clause.adverbs, *phrase.adjectives) if w in v.DIRECTIONS]
                 self.pending_way = v.DIRECTIONS[ways[0]] if ways else None
                 return
-        self.last = self._subject(clause) or self.last
+        self.last = self.subject_of(clause) or self.last
 
     # --- one clause ------------------------------------------------------------------------------
 
@@ -154,7 +147,7 @@ class _Reader:
         assert clause.verb is not None
         before = self.last
         cause = self._cause(clause)
-        subject = None if cause else self._subject(clause)
+        subject = None if cause else self.subject_of(clause)
         sense, kind, objects = self._sense(clause)
         details = details_of(clause, objects, self.stock, self.talk, self.unknown)
         frame = EventFrame(
@@ -173,7 +166,7 @@ class _Reader:
             negated=self._negated(clause),
             link=self._link(clause),
         )
-        frame = self._roles(frame, clause, kind, subject, objects, details)
+        frame = self.completed(frame, clause, kind, subject, objects, details)
         if clause.relative:
             self.last = before
         elif frame is not None:
@@ -190,107 +183,11 @@ class _Reader:
     def _cause(self, clause: RawClause) -> str:
         for phrase in clause.subjects:
             heads = (phrase.head, phrase.of.head if phrase.of else "")
-            if any(h in v.CAUSES for h in heads) and not self._is_object(phrase):
+            if any(h in v.CAUSES for h in heads) and not self.is_object(phrase):
                 return next(v.CAUSES[h] for h in reversed(heads) if h in v.CAUSES)
-            if phrase.head in v.FORCE_NOUNS and not self._is_object(phrase):
+            if phrase.head in v.FORCE_NOUNS and not self.is_object(phrase):
                 return "person"
         return ""
-
-    def _is_object(self, phrase: NounPhrase) -> bool:
-        return resolve_objects(phrase, self.stock, Discourse()) is not None
-
-    def _subject(self, clause: RawClause) -> Resolved | None:
-        """The objects that the subject stands for; None where it names nothing of the case."""
-        if clause.complement:
-            return self._shared_subject(clause)
-        if not clause.subjects:
-            return self._antecedent(clause) if clause.relative else self.last
-        names: dict[str, None] = {}
-        any_one = False
-        for phrase in clause.subjects:
-            if phrase.head in v.IGNORED_NOUNS | {"motion", "masscenter"} and not phrase.pronoun:
-                found = self._possessed(phrase)
-            elif phrase.head == "it" and (struck := self._struck(clause)) is not None:
-                found = struck
-            else:
-                found = resolve_objects(phrase, self.stock, self.talk, subject_of_clause=True)
-            if found is None:
-                self.unknown |= dict.fromkeys(phrase.nouns or (phrase.head,))
-                continue
-            found = self._count_by_place(found, phrase, clause)
-            names |= dict.fromkeys(found.names)
-            any_one |= found.any_one
-            self.talk.mention(found.names)
-        if not names:
-            return None
-        resolved = Resolved(tuple(names), any_one)
-        self.talk.subject = resolved.names
-        return resolved
-
-    def _struck(self, clause: RawClause) -> Resolved | None:
-        """ "The ball hits the pin and it tips over": what was hit, where such things fall over."""
-        before = self.frames[-1] if self.frames else None
-        if before is None or clause.verb is None or not before.agent or not before.patient:
-            return None
-        if clause.verb.verb not in v.VERBS or clause.joint not in ("and", "so", ""):
-            return None
-        gives_way = ("topple", "fall", "collapse", "break", "flip", "lean")
-        entry = v.VERBS[clause.verb.verb]
-        return Resolved(before.patient) if entry.sense in gives_way else None
-
-    def _antecedent(self, clause: RawClause) -> Resolved | None:
-        """What a relative clause is about: the noun phrase right before it."""
-        index = clause.start - 1
-        while index >= 0 and self.chunks[index].np is None:
-            index -= 1
-        phrase = self.chunks[index].np if index >= 0 else None
-        about = self.talk.mentions[-1] if self.talk.mentions else ()
-        if phrase is None:
-            return self.last
-        found = resolve_objects(replace(phrase, adjectives=()), self.stock, self.talk)
-        if found is not None and set(about) <= set(found.names) and about:
-            return Resolved(about)
-        return found or self.last
-
-    def _possessed(self, phrase: NounPhrase) -> Resolved | None:
-        """ "Its motion", "the motion of the car", "the center of mass": whose it is."""
-        if phrase.of is not None:
-            return resolve_objects(phrase.of, self.stock, self.talk, subject_of_clause=True)
-        return self.last
-
-    def _shared_subject(self, clause: RawClause) -> Resolved | None:
-        """The subject of a verb that follows another without a joint ("makes it stop")."""
-        previous = self._previous_objects(clause)
-        if not previous:
-            return self.last
-        found = [resolve_objects(p, self.stock, self.talk) for p in previous[-1:]]
-        for one in found:
-            if one is not None:
-                self.talk.mention(one.names)
-                return one
-        return self.last
-
-    def _previous_objects(self, clause: RawClause) -> tuple[NounPhrase, ...]:
-        start = clause.start - 1
-        while start >= 0 and self.chunks[start].kind not in ("verb", "stop", "and"):
-            start -= 1
-        return tuple(c.np for c in self.chunks[start + 1 : clause.start] if c.kind == "np" and c.np)
-
-    def _count_by_place(self, found: Resolved, phrase: NounPhrase, clause: RawClause) -> Resolved:
-        """ "Two oranges slide off the belt": of three, the two that are nearest to the belt."""
-        wanted = phrase.number
-        if wanted is None or any(a in v.POSITIONS for a in phrase.adjectives):
-            return found
-        everything = resolve_objects(
-            replace(phrase, number=None, plural=True, adjectives=()), self.stock, Discourse()
-        )
-        if everything is None or len(everything.names) <= wanted or wanted != len(found.names):
-            return found
-        for _, place in clause.places:
-            for support in self.stock.supports:
-                if place.head in support.words or (place.of and place.of.head in support.words):
-                    return Resolved(nearest_to(everything.names, support, self.stock)[:wanted])
-        return found
 
     def _sense(self, clause: RawClause) -> tuple[str, v.Kind, tuple[NounPhrase, ...]]:
         """The sense of the verb with its particle or object, and the objects that are left."""
@@ -306,7 +203,7 @@ class _Reader:
             sense, kind = "rest", "state"
         for phrase in (*clause.objects, *(np for prep, np in clause.places if prep == "to")):
             key = (verb.verb, phrase.head)
-            if key in v.WITH_OBJECT and not (phrase.nouns and self._is_object(phrase)):
+            if key in v.WITH_OBJECT and not (phrase.nouns and self.is_object(phrase)):
                 rest = tuple(p for p in clause.objects if p is not phrase)
                 return v.WITH_OBJECT[key], "move", rest
         for particle in clause.adverbs:
@@ -323,7 +220,7 @@ class _Reader:
         assert verb is not None
         if v.VERBS[verb.verb].kind != "act" or clause.objects or verb.passive:
             return ()
-        return tuple((prep, np) for prep, np in clause.places if self._is_object(np))[:1]
+        return tuple((prep, np) for prep, np in clause.places if self.is_object(np))[:1]
 
     def _negated(self, clause: RawClause) -> bool:
         assert clause.verb is not None
@@ -336,101 +233,6 @@ class _Reader:
         if clause.joint in ("before", "after", "until", "because", "since"):
             return clause.joint
         return "which" if clause.relative else "then"
-
-    # --- who does what ---------------------------------------------------------------------------
-
-    def _roles(
-        self,
-        frame: EventFrame,
-        clause: RawClause,
-        kind: v.Kind,
-        subject: Resolved | None,
-        objects: tuple[NounPhrase, ...],
-        details: Details,
-    ) -> EventFrame | None:
-        verb = clause.verb
-        assert verb is not None
-        direct = self._direct(objects, subject)
-        if kind == "cause":
-            return self._received(frame, clause, subject, direct)
-        if frame.cause == "wind" and kind == "move" and verb.passive:
-            frame = replace(frame, sense="wind")
-        if kind == "act":
-            return self._acted(frame, verb, subject, direct, details)
-        if kind == "goto" and direct is not None:
-            place = details.object_places(objects, self.stock, self.talk)
-            frame = replace(frame, places=(*place, *frame.places))
-            direct = None
-        if kind == "move" and direct is not None and not verb.passive:
-            agent = subject.names if subject else ()
-            frame = replace(frame, agent=agent)
-            subject = direct
-        elif kind in ("move", "goto") and objects:
-            place = details.object_places(objects, self.stock, self.talk)
-            frame = replace(frame, places=(*place, *frame.places))
-        return self._done_by(frame, subject)
-
-    def _direct(self, objects: tuple[NounPhrase, ...], subject: Resolved | None) -> Resolved | None:
-        names: dict[str, None] = {}
-        any_one = False
-        for phrase in objects:
-            found = resolve_objects(phrase, self.stock, self.talk)
-            if found is not None:
-                names |= dict.fromkeys(found.names)
-                any_one |= found.any_one
-                self.talk.mention(found.names)
-        return Resolved(tuple(names), any_one) if names else None
-
-    def _done_by(self, frame: EventFrame, who: Resolved | None) -> EventFrame | None:
-        if who is None and frame.cause == "wind":
-            return replace(frame, sense="wind", patient=())
-        if who is None:
-            return None
-        return replace(frame, patient=who.names, any_one=who.any_one)
-
-    def _acted(
-        self,
-        frame: EventFrame,
-        verb: Chunk,
-        subject: Resolved | None,
-        direct: Resolved | None,
-        details: Details,
-    ) -> EventFrame | None:
-        if frame.sense == "blow" or frame.cause == "wind":
-            who = direct or (subject if not frame.cause or verb.passive else None)
-            sense = frame.sense if frame.sense == "knock_over" else "wind"
-            patient = who.names if who else ()
-            return replace(frame, sense=sense, cause="wind", patient=patient)
-        passive = verb.passive or (direct is None and verb.form == "pp" and not details.struck)
-        if passive:
-            agent = details.by
-            return self._done_by(replace(frame, agent=agent), subject)
-        struck = direct or (Resolved(details.struck) if details.struck else None)
-        if struck is None:
-            # "collides", "makes contact": with whom is not said.
-            return self._done_by(frame, subject) if frame.sense != "hit" else None
-        agent = subject.names if subject and not frame.cause else ()
-        kept = tuple(p for p in frame.places if p[1].name not in struck.names)
-        return replace(
-            frame, agent=agent, patient=struck.names, any_one=struck.any_one, places=kept
-        )
-
-    def _received(
-        self,
-        frame: EventFrame,
-        clause: RawClause,
-        subject: Resolved | None,
-        direct: Resolved | None,
-    ) -> EventFrame | None:
-        """ "Receives a strong push", "gives it a kick", "changes direction"."""
-        nouns = [p.head for p in clause.objects if p.head in v.FORCE_NOUNS]
-        if not nouns:
-            for phrase in clause.objects:
-                self.unknown[phrase.head] = None
-            return None
-        sense = v.FORCE_SENSE.get(nouns[0], "push")
-        gives = frame.sense == "make"
-        return self._done_by(replace(frame, sense=sense), direct if gives else subject)
 
     # --- wording ---------------------------------------------------------------------------------
 

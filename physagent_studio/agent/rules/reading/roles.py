@@ -1,0 +1,111 @@
+"""Who does what to whom: agents and patients of a clause, by the kind of its verb."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from physagent_studio.agent.rules.reading import vocabulary as v
+from physagent_studio.agent.rules.reading.clauses import RawClause
+from physagent_studio.agent.rules.reading.frames import EventFrame
+from physagent_studio.agent.rules.reading.modifiers import Details
+from physagent_studio.agent.rules.reading.names import Resolved, resolve_objects
+from physagent_studio.agent.rules.reading.phrases import Chunk, NounPhrase
+from physagent_studio.agent.rules.reading.subjects import Subjects
+
+
+@dataclass
+class Roles(Subjects):
+    """Completes a frame with those who act and those who undergo."""
+
+    def completed(
+        self,
+        frame: EventFrame,
+        clause: RawClause,
+        kind: v.Kind,
+        subject: Resolved | None,
+        objects: tuple[NounPhrase, ...],
+        details: Details,
+    ) -> EventFrame | None:
+        verb = clause.verb
+        assert verb is not None
+        direct = self._direct(objects, subject)
+        if kind == "cause":
+            return self._received(frame, clause, subject, direct)
+        if frame.cause == "wind" and kind == "move" and verb.passive:
+            frame = replace(frame, sense="wind")
+        if kind == "act":
+            return self._acted(frame, verb, subject, direct, details)
+        if kind == "goto" and direct is not None:
+            place = details.object_places(objects, self.stock, self.talk)
+            frame = replace(frame, places=(*place, *frame.places))
+            direct = None
+        if kind == "move" and direct is not None and not verb.passive:
+            agent = subject.names if subject else ()
+            frame = replace(frame, agent=agent)
+            subject = direct
+        elif kind in ("move", "goto") and objects:
+            place = details.object_places(objects, self.stock, self.talk)
+            frame = replace(frame, places=(*place, *frame.places))
+        return self._done_by(frame, subject)
+
+    def _direct(self, objects: tuple[NounPhrase, ...], subject: Resolved | None) -> Resolved | None:
+        names: dict[str, None] = {}
+        any_one = False
+        for phrase in objects:
+            found = resolve_objects(phrase, self.stock, self.talk)
+            if found is not None:
+                names |= dict.fromkeys(found.names)
+                any_one |= found.any_one
+                self.talk.mention(found.names)
+        return Resolved(tuple(names), any_one) if names else None
+
+    def _done_by(self, frame: EventFrame, who: Resolved | None) -> EventFrame | None:
+        if who is None and frame.cause == "wind":
+            return replace(frame, sense="wind", patient=())
+        if who is None:
+            return None
+        return replace(frame, patient=who.names, any_one=who.any_one)
+
+    def _acted(
+        self,
+        frame: EventFrame,
+        verb: Chunk,
+        subject: Resolved | None,
+        direct: Resolved | None,
+        details: Details,
+    ) -> EventFrame | None:
+        if frame.sense == "blow" or frame.cause == "wind":
+            who = direct or (subject if not frame.cause or verb.passive else None)
+            sense = frame.sense if frame.sense == "knock_over" else "wind"
+            patient = who.names if who else ()
+            return replace(frame, sense=sense, cause="wind", patient=patient)
+        passive = verb.passive or (direct is None and verb.form == "pp" and not details.struck)
+        if passive:
+            agent = details.by
+            return self._done_by(replace(frame, agent=agent), subject)
+        struck = direct or (Resolved(details.struck) if details.struck else None)
+        if struck is None:
+            # "collides", "makes contact": with whom is not said.
+            return self._done_by(frame, subject) if frame.sense != "hit" else None
+        agent = subject.names if subject and not frame.cause else ()
+        kept = tuple(p for p in frame.places if p[1].name not in struck.names)
+        return replace(
+            frame, agent=agent, patient=struck.names, any_one=struck.any_one, places=kept
+        )
+
+    def _received(
+        self,
+        frame: EventFrame,
+        clause: RawClause,
+        subject: Resolved | None,
+        direct: Resolved | None,
+    ) -> EventFrame | None:
+        """ "Receives a strong push", "gives it a kick", "changes direction"."""
+        nouns = [p.head for p in clause.objects if p.head in v.FORCE_NOUNS]
+        if not nouns:
+            for phrase in clause.objects:
+                self.unknown[phrase.head] = None
+            return None
+        sense = v.FORCE_SENSE.get(nouns[0], "push")
+        gives = frame.sense == "make"
+        return self._done_by(replace(frame, sense=sense), direct if gives else subject)

@@ -1,0 +1,125 @@
+"""Who a clause is about: its subject, a pronoun, what a relative clause hangs on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from physagent_studio.agent.rules.reading import vocabulary as v
+from physagent_studio.agent.rules.reading.clauses import RawClause
+from physagent_studio.agent.rules.reading.frames import EventFrame
+from physagent_studio.agent.rules.reading.names import (
+    Discourse,
+    Inventory,
+    Resolved,
+    nearest_to,
+    resolve_objects,
+)
+from physagent_studio.agent.rules.reading.phrases import Chunk, NounPhrase
+
+
+@dataclass
+class Subjects:
+    """What was read so far, and who is meant now; words that name nothing go to `unknown`."""
+
+    chunks: tuple[Chunk, ...]
+    stock: Inventory
+    talk: Discourse = field(default_factory=Discourse)
+    frames: list[EventFrame] = field(default_factory=list)
+    unknown: dict[str, None] = field(default_factory=dict)
+    last: Resolved | None = None
+
+    def is_object(self, phrase: NounPhrase) -> bool:
+        return resolve_objects(phrase, self.stock, Discourse()) is not None
+
+    def subject_of(self, clause: RawClause) -> Resolved | None:
+        """The objects that the subject stands for; None where it names nothing of the case."""
+        if clause.complement:
+            return self._shared_subject(clause)
+        if not clause.subjects:
+            return self._antecedent(clause) if clause.relative else self.last
+        names: dict[str, None] = {}
+        any_one = False
+        for phrase in clause.subjects:
+            if phrase.head in v.IGNORED_NOUNS | {"motion", "masscenter"} and not phrase.pronoun:
+                found = self._possessed(phrase)
+            elif phrase.head == "it" and (struck := self._struck(clause)) is not None:
+                found = struck
+            else:
+                found = resolve_objects(phrase, self.stock, self.talk, subject_of_clause=True)
+            if found is None:
+                self.unknown |= dict.fromkeys(phrase.nouns or (phrase.head,))
+                continue
+            found = self._count_by_place(found, phrase, clause)
+            names |= dict.fromkeys(found.names)
+            any_one |= found.any_one
+            self.talk.mention(found.names)
+        if not names:
+            return None
+        resolved = Resolved(tuple(names), any_one)
+        self.talk.subject = resolved.names
+        return resolved
+
+    def _struck(self, clause: RawClause) -> Resolved | None:
+        """ "The ball hits the pin and it tips over": what was hit, where such things fall over."""
+        before = self.frames[-1] if self.frames else None
+        if before is None or clause.verb is None or not before.agent or not before.patient:
+            return None
+        if clause.verb.verb not in v.VERBS or clause.joint not in ("and", "so", ""):
+            return None
+        gives_way = ("topple", "fall", "collapse", "break", "flip", "lean")
+        entry = v.VERBS[clause.verb.verb]
+        return Resolved(before.patient) if entry.sense in gives_way else None
+
+    def _antecedent(self, clause: RawClause) -> Resolved | None:
+        """What a relative clause is about: the noun phrase right before it."""
+        index = clause.start - 1
+        while index >= 0 and self.chunks[index].np is None:
+            index -= 1
+        phrase = self.chunks[index].np if index >= 0 else None
+        about = self.talk.mentions[-1] if self.talk.mentions else ()
+        if phrase is None:
+            return self.last
+        found = resolve_objects(replace(phrase, adjectives=()), self.stock, self.talk)
+        if found is not None and set(about) <= set(found.names) and about:
+            return Resolved(about)
+        return found or self.last
+
+    def _possessed(self, phrase: NounPhrase) -> Resolved | None:
+        """ "Its motion", "the motion of the car", "the center of mass": whose it is."""
+        if phrase.of is not None:
+            return resolve_objects(phrase.of, self.stock, self.talk, subject_of_clause=True)
+        return self.last
+
+    def _shared_subject(self, clause: RawClause) -> Resolved | None:
+        """The subject of a verb that follows another without a joint ("makes it stop")."""
+        previous = self._previous_objects(clause)
+        if not previous:
+            return self.last
+        found = [resolve_objects(p, self.stock, self.talk) for p in previous[-1:]]
+        for one in found:
+            if one is not None:
+                self.talk.mention(one.names)
+                return one
+        return self.last
+
+    def _previous_objects(self, clause: RawClause) -> tuple[NounPhrase, ...]:
+        start = clause.start - 1
+        while start >= 0 and self.chunks[start].kind not in ("verb", "stop", "and"):
+            start -= 1
+        return tuple(c.np for c in self.chunks[start + 1 : clause.start] if c.kind == "np" and c.np)
+
+    def _count_by_place(self, found: Resolved, phrase: NounPhrase, clause: RawClause) -> Resolved:
+        """ "Two oranges slide off the belt": of three, the two that are nearest to the belt."""
+        wanted = phrase.number
+        if wanted is None or any(a in v.POSITIONS for a in phrase.adjectives):
+            return found
+        everything = resolve_objects(
+            replace(phrase, number=None, plural=True, adjectives=()), self.stock, Discourse()
+        )
+        if everything is None or len(everything.names) <= wanted or wanted != len(found.names):
+            return found
+        for _, place in clause.places:
+            for support in self.stock.supports:
+                if place.head in support.words or (place.of and place.of.head in support.words):
+                    return Resolved(nearest_to(everything.names, support, self.stock)[:wanted])
+        return found

@@ -1,0 +1,180 @@
+"""Verbs that the reader knows, as plain data: their senses, forms and particles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Kind = Literal["move", "act", "goto", "state", "light", "cause"]
+
+
+@dataclass(frozen=True, slots=True)
+class Verb:
+    """What a verb means. kind says who undergoes it.
+
+    move: the subject does it (with a direct object, the object does). act: the subject does it
+    to the object. goto: the subject does it with regard to a place or thing. state: how the
+    subject is. light: adds nothing of its own (starts to …). cause: subject makes … happen.
+    """
+
+    sense: str
+    kind: Kind
+    manner: tuple[str, ...] = ()
+
+
+def words_of(text: str) -> frozenset[str]:
+    """The words of a text, as a set."""
+    return frozenset(text.split())
+
+
+def _verbs(kind: Kind, table: dict[str, str], manner: tuple[str, ...] = ()) -> dict[str, Verb]:
+    return {
+        word: Verb(sense, kind, manner) for sense, words in table.items() for word in words.split()
+    }
+
+
+VERBS: dict[str, Verb] = {
+    **_verbs(
+        "move",
+        {
+            "fall": "fall plummet plunge tumble drop",
+            "descend": "descend sink",
+            "float": "float drift_down waft",
+            "roll": "roll",
+            "slide": "slide glide slither skid skate",
+            "slip": "slip",
+            "move": "move go travel advance proceed drive run continue come head race speed ride "
+            "creep shift progress",
+            "drift": "drift",
+            "fly": "fly soar sail",
+            "jump": "jump hop leap",
+            "rise": "rise ascend climb lift",
+            "topple": "topple tip overturn capsize keel",
+            "lean": "lean tilt",
+            "flip": "flip somersault overturn_flip tumble_over",
+            "spin": "spin rotate revolve twirl whirl pirouette",
+            "turn": "turn",
+            "curve": "curve bend_path arc veer swerve hook",
+            "bounce": "bounce rebound ricochet",
+            "stop": "stop halt brake",
+            "settle": "settle",
+            "sway": "sway swing wave flutter flap oscillate wobble rock billow ripple shake "
+            "tremble quiver",
+            "bend": "bend bow flex",
+            "collapse": "collapse crumble disintegrate cave implode",
+            "break": "break shatter crack snap fracture burst splinter split smash",
+            "spread": "spread flow scatter spill pour",
+            "deform": "deform squash compress squeeze dent crumple buckle flatten squish",
+            "slow": "slow decelerate",
+            "accelerate": "accelerate",
+            "separate": "separate detach disconnect",
+            "circle": "circle orbit",
+            "reverse": "reverse",
+        },
+    ),
+    **_verbs(
+        "act",
+        {
+            "push": "push shove nudge press poke prod propel bump_away force",
+            "pull": "pull drag tug tow yank remove withdraw",
+            "kick": "kick boot punt",
+            "throw": "throw toss hurl fling lob pitch launch shoot",
+            "hit": "hit strike bump collide crash smack slam ram clip tap contact touch impact "
+            "graze meet",
+            "knock": "knock bowl_over",
+            "crush": "crush trample",
+            "blow": "blow buffet",
+            "tip_over": "upset",
+            "catch": "catch",
+            "dislodge": "dislodge displace",
+        },
+    ),
+    **_verbs(
+        "goto",
+        {
+            "reach": "reach arrive",
+            "cross": "cross traverse overstep",
+            "pass": "pass",
+            "enter": "enter",
+            "land": "land alight touchdown",
+            "approach": "approach",
+            "leave": "leave exit depart",
+            "miss": "miss avoid",
+            "lose": "lose",
+        },
+    ),
+    **_verbs(
+        "state",
+        {
+            "stay": "remain stay keep",
+            "rest": "rest sit lie stand perch",
+            "hang": "hang dangle hover",
+            "stack": "stack pile balance",
+        },
+    ),
+    **_verbs("light", {"start": "start begin", "try": "try attempt manage want"}),
+    **_verbs("cause", {"make": "make cause let send set get give", "receive": "receive take"}),
+    **_verbs("cause", {"change": "change"}),
+    **_verbs("cause", {"drive": "follow"}),
+    **_verbs("cause", {"form": "form"}),
+}
+
+IRREGULAR: dict[str, str] = {
+    "fell": "fall", "fallen": "fall", "threw": "throw", "thrown": "throw", "flew": "fly",
+    "flown": "fly", "slid": "slide", "hung": "hang", "swung": "swing", "blew": "blow",
+    "blown": "blow", "struck": "strike", "stricken": "strike", "broke": "break",
+    "broken": "break", "spun": "spin", "went": "go", "gone": "go", "came": "come",
+    "lost": "lose", "bent": "bend", "shook": "shake", "shaken": "shake", "sent": "send",
+    "made": "make", "lay": "lie", "laid": "lie", "lying": "lie", "stood": "stand",
+    "kept": "keep", "began": "begin", "begun": "begin", "rose": "rise", "risen": "rise",
+    "caught": "catch", "drove": "drive", "driven": "drive", "sank": "sink", "sunk": "sink",
+    "leapt": "leap", "crept": "creep", "got": "get", "gotten": "get", "gave": "give",
+    "given": "give", "took": "take", "taken": "take", "met": "meet", "ran": "run",
+    "sat": "sit", "split": "split", "shot": "shoot", "rode": "ride", "overturned": "overturn",
+    "hit": "hit", "set": "set", "let": "let", "burst": "burst", "flung": "fling",
+    "sprang": "jump", "put": "put", "held": "hold",
+}  # fmt: skip
+"""Irregular forms; those that are past participles as well as regular `-ed` read as passive."""
+
+PARTICIPLES = words_of(
+    "fallen thrown flown hung swung blown struck broken spun lost bent shaken sent made laid "
+    "kept caught driven sunk given taken met hit set split shot flung hung slid held put"
+)
+
+COMBINED: dict[tuple[str, str], str] = {
+    ("fall", "over"): "topple", ("fall", "apart"): "collapse", ("tumble", "over"): "topple",
+    ("tip", "over"): "topple", ("topple", "over"): "topple", ("roll", "over"): "flip",
+    ("turn", "over"): "flip", ("flip", "over"): "flip", ("turn", "around"): "turn_around",
+    ("turn", "back"): "turn_around", ("turn", "about"): "turn_around", ("spin", "around"): "spin",
+    ("turn", "left"): "curve", ("turn", "right"): "curve", ("bend", "left"): "curve",
+    ("bend", "right"): "curve", ("bend", "to"): "curve",
+    ("knock", "over"): "knock_over", ("knock", "down"): "knock_over",
+    ("knock", "off"): "push", ("push", "over"): "knock_over", ("kick", "over"): "knock_over",
+    ("tip", "off"): "fall", ("blow", "over"): "knock_over", ("come", "off"): "leave",
+    ("slip", "off"): "slip", ("break", "apart"): "break", ("break", "up"): "break",
+    ("slow", "down"): "slow", ("speed", "up"): "accelerate", ("fly", "off"): "fly",
+    ("take", "off"): "leave", ("lift", "off"): "leave", ("go", "over"): "cross",
+    ("bounce", "off"): "bounce", ("bounce", "back"): "bounce", ("come", "down"): "fall",
+    ("go", "down"): "descend", ("move", "down"): "descend", ("push", "down"): "push",
+    ("swing", "around"): "turn_around", ("drift", "down"): "float", ("sway", "down"): "float",
+    ("float", "down"): "float", ("spread", "out"): "spread", ("cave", "in"): "collapse",
+    ("roll", "back"): "reverse", ("slide", "back"): "reverse", ("move", "back"): "reverse",
+    ("knock", "away"): "push", ("hit", "over"): "knock_over",
+}  # fmt: skip
+"""A verb with a particle or direction after it, where that makes another sense."""
+
+WITH_OBJECT: dict[tuple[str, str], str] = {
+    ("lose", "balance"): "lose_balance", ("lose", "support"): "lose_support",
+    ("lose", "contact"): "lose_support", ("lose", "footing"): "slip", ("lose", "grip"): "slip",
+    ("lose", "speed"): "slow", ("lose", "height"): "descend", ("lose", "momentum"): "slow",
+    ("change", "direction"): "reverse", ("reverse", "direction"): "reverse",
+    ("come", "rest"): "stop", ("come", "stop"): "stop", ("come", "halt"): "stop",
+    ("gain", "speed"): "accelerate", ("make", "turn"): "curve", ("hit", "ground"): "land",
+    ("hit", "floor"): "land", ("keep", "balance"): "stay", ("make", "contact"): "hit",
+    ("make", "flip"): "flip", ("make", "somersault"): "flip", ("follow", "arc"): "curve",
+    ("follow", "curve"): "curve", ("follow", "path"): "move", ("form", "arc"): "curve",
+    ("form", "curve"): "curve", ("form", "c"): "curve", ("form", "circle"): "circle",
+    ("make", "circle"): "circle", ("hold", "position"): "stay", ("keep", "position"): "stay",
+    ("keep", "place"): "stay",
+}  # fmt: skip
+"""A verb with the head of its object (or of its "to …"), where that makes another sense."""

@@ -125,6 +125,14 @@ class Session:
             raise InputError(f"session {self.id} has no state at its cursor")
         return self._with_rounds(row[0])
 
+    def summary(self) -> tuple[int, str]:
+        """How many rounds there are and how the loop stands, without reading them."""
+        (rounds,) = self._db.execute("SELECT COUNT(*) FROM rounds").fetchone()
+        row = self._db.execute(
+            "SELECT payload FROM states WHERE seq = ?", (self._cursor,)
+        ).fetchone()
+        return int(rounds), str(json.loads(row[0])["outcome"]) if row else "running"
+
     def save(self, state: LoopState, *, checkpoint: str | None = None) -> None:
         """Acknowledges a state: when this returns, it survives a kill.
 

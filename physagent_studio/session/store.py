@@ -7,6 +7,7 @@ import re
 import secrets
 import shutil
 import sqlite3
+import time
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -17,6 +18,9 @@ from physagent_studio.errors import InputError
 from physagent_studio.records import Case, LoopState
 from physagent_studio.session.session import Session
 
+KEPT_IN_TRASH = 7 * 86_400.0
+"""Seconds for which a discarded session can be brought back."""
+
 
 def default_workspace() -> Path:
     """`$PHYSAGENT_HOME`, else the user's data folder."""
@@ -26,7 +30,7 @@ def default_workspace() -> Path:
 
 @dataclass(frozen=True, slots=True)
 class SessionInfo:
-    """A line of the session list. modified: ISO 8601, UTC."""
+    """A line of the session list. modified: ISO 8601, UTC. image: key of the photo, "" without."""
 
     id: str
     title: str
@@ -34,6 +38,7 @@ class SessionInfo:
     rounds: int
     outcome: str
     modified: str
+    image: str = ""
 
 
 class Store:
@@ -41,6 +46,7 @@ class Store:
 
     def __init__(self, root: Path | None = None) -> None:
         self.root = (root or default_workspace()).expanduser()
+        self._known: dict[Path, tuple[tuple[int, ...], SessionInfo]] = {}
 
     def create(self, case: Case, state: LoopState, *, title: str | None = None) -> Session:
         """A new session of that case; its id tells case, event and time."""
@@ -70,7 +76,7 @@ class Store:
         found = []
         for path in self._sessions().glob("*/session.db"):
             try:
-                found.append(_info(path))
+                found.append(self._info(path))
             except (sqlite3.DatabaseError, InputError):
                 continue
         return tuple(sorted(found, key=lambda item: item.modified, reverse=True))
@@ -78,6 +84,34 @@ class Store:
     def delete(self, session_id: str) -> None:
         """Removes a session and its files for good."""
         shutil.rmtree(self._folder(session_id))
+
+    def discard(self, session_id: str) -> str:
+        """Takes a session out of the list; for a week `restore` brings it back. Returns its id."""
+        source = self._folder(session_id)
+        self._empty_trash()
+        self._trash().mkdir(parents=True, exist_ok=True)
+        target = self._trash() / source.name
+        source.replace(target)
+        os.utime(target)
+        return source.name
+
+    def restore(self, session_id: str) -> None:
+        """Brings a discarded session back; an `InputError` where it is gone for good."""
+        source = self._trash() / session_id
+        if not re.fullmatch(r"[\w\-]+", session_id) or not (source / "session.db").is_file():
+            raise InputError(f"the session '{session_id}' is gone for good")
+        if (self._sessions() / session_id).exists():
+            raise InputError(f"there is another session '{session_id}' in its place")
+        source.replace(self._sessions() / session_id)
+
+    def photo(self, session_id: str) -> bytes | None:
+        """The session's photo as it was stored, PNG; None for a session without one."""
+        session = self.open(session_id)
+        try:
+            key = session.meta("image")
+            return session.files.get(key) if key else None
+        finally:
+            session.close()
 
     def duplicate(self, session_id: str) -> str:
         """Copies a session under a new id, which is returned."""
@@ -95,6 +129,26 @@ class Store:
             old.backup(new)
         return target.name
 
+    def _info(self, path: Path) -> SessionInfo:
+        """A line of the list, read again only when the session's database has changed."""
+        stats = [item.stat() for item in (path, path.with_name("session.db-wal")) if item.exists()]
+        # Reading makes a journal as well, but an empty one.
+        stats = [one for one in stats if one.st_size]
+        stamp = tuple(number for one in stats for number in (one.st_mtime_ns, one.st_size))
+        if path not in self._known or self._known[path][0] != stamp:
+            changed = max(one.st_mtime for one in stats)
+            self._known[path] = (stamp, _info(path, changed))
+        return self._known[path][1]
+
+    def _empty_trash(self) -> None:
+        oldest = time.time() - KEPT_IN_TRASH
+        for path in self._trash().glob("*/session.db"):
+            if path.parent.stat().st_mtime < oldest:
+                shutil.rmtree(path.parent, ignore_errors=True)
+
+    def _trash(self) -> Path:
+        return self.root / "trash"
+
     def _sessions(self) -> Path:
         return self.root / "sessions"
 
@@ -111,18 +165,18 @@ class Store:
         raise InputError(f"there is no session '{session_id}' in {self.root} ({known})")
 
 
-def _info(path: Path) -> SessionInfo:
+def _info(path: Path, changed: float) -> SessionInfo:
     session = Session(path.parent)
     try:
-        state = session.load()
-        times = [item.stat().st_mtime for item in path.parent.glob("session.db*")]
+        rounds, outcome = session.summary()
         return SessionInfo(
             id=session.id,
             title=session.title,
             prompt=session.prompt,
-            rounds=len(state.rounds),
-            outcome=state.outcome,
-            modified=datetime.fromtimestamp(max(times), UTC).isoformat(timespec="seconds"),
+            rounds=rounds,
+            outcome=outcome,
+            modified=datetime.fromtimestamp(changed, UTC).isoformat(timespec="seconds"),
+            image=session.meta("image") or "",
         )
     finally:
         session.close()

@@ -163,6 +163,46 @@ def test_duplicate_rename_delete(tmp_path: Path) -> None:
     assert [item.id for item in store.list()] == [copy]
 
 
+def test_discard_and_restore(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    session = store.create(a_case(), LoopState(budget=4))
+    session.close()
+    assert store.discard(session.id) == session.id
+    assert store.list() == ()
+    assert session.id not in store
+    store.restore(session.id)
+    assert store.open(session.id).load().budget == 4
+    with pytest.raises(InputError, match="gone for good"):
+        store.restore("nothing")
+    with pytest.raises(InputError, match="gone for good"):
+        store.restore("../sessions")
+
+
+def test_what_was_discarded_long_ago_is_gone(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    old, new = (store.create(a_case(), LoopState()) for _ in range(2))
+    for one in (old, new):
+        one.close()
+    store.discard(old.id)
+    os.utime(tmp_path / "trash" / old.id, (0, 0))
+    store.discard(new.id)
+    with pytest.raises(InputError, match="gone for good"):
+        store.restore(old.id)
+    store.restore(new.id)
+
+
+def test_the_list_is_read_again_only_where_something_changed(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    session = store.create(a_case(), LoopState())
+    (before,) = store.list()
+    assert before.rounds == 0
+    assert store.list()[0] is before
+    session.rename("Another title")
+    (after,) = store.list()
+    assert after.title == "Another title"
+    session.close()
+
+
 WRITER = """
 import sys
 from pathlib import Path

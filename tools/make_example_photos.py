@@ -1,0 +1,220 @@
+"""Render the further bundled examples: assets/<name>/{input.jpg, ids.png, case.yaml, truth.json}.
+
+`ramp`: an orange ball at the top of a wooden ramp, and a blue can below, by a grey morning window.
+`table`: a yellow cube near the edge of a low wooden table and a white ball on the carpet, in the
+afternoon. Run as `make_demo_image.py`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import mitsuba as mi
+import numpy as np
+from photoreal import meshes, textures
+from photoreal.develop import develop
+from photoreal.stage import Item, Lens, Room, identities, panel, radiance, turn
+from photoreal.textures import Surface
+from photoreal.truth import planes, truth_of, write_case
+
+SIZE = (832, 480)
+OUT = Path(__file__).resolve().parent.parent / "assets"
+Rng = np.random.Generator
+Colour = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Photo:
+    """A scene ready to be rendered. exposure: the brightness that the 60th percentile gets."""
+
+    lens: Lens
+    wall: float
+    items: list[Item]
+    floor: Surface
+    tint: Colour
+    room: Room
+    balance: Colour
+    events: dict[str, str]
+    exposure: float = 0.34
+
+
+def lens_at(fov: float, height: float, pitch: float, focus: float) -> Lens:
+    """fov: vertical, degrees. height: metres above the floor. pitch: degrees downwards."""
+    focal = SIZE[1] / 2 / math.tan(math.radians(fov / 2))
+    return Lens(SIZE, focal, (0.0, 0.0, height), math.radians(pitch), 0.0016, focus)
+
+
+def body(
+    number: int, name: str, support: str, material: str, shape: dict[str, Any]
+) -> dict[str, Any]:
+    """An object's entry in the truth file; its colour is the first word of its name."""
+    return {
+        "name": name, "id": number, "role": "object", "support": support, "material": material,
+        "colour": name.partition("_")[0], "shape": shape,
+    }  # fmt: skip
+
+
+def wood(rng: Rng, size: tuple[float, float, float], light: Colour, dark: Colour) -> Surface:
+    """Solid wood for a box of that size."""
+    colour, depth = textures.solid_wood(
+        meshes.atlas_points(size, 520), rng, light=light, dark=dark, ring=0.009
+    )
+    return Surface(colour, (0.42 + 0.1 * depth).astype(np.float32), -2e-5 * depth)
+
+
+def painted(rng: Rng, tint: Colour, gloss: float) -> Surface:
+    """Paint, plastic or rubber with a little unevenness."""
+    return textures.plain(
+        rng, (700, 1400), (130, 130), tint, roughness=gloss, mottle=0.03, bump=8e-6
+    )
+
+
+def ramp(rng: Rng) -> Photo:
+    """A plywood ramp that climbs to the left, a ball near its top, a can before its toe."""
+    run, rise, width = 0.40, 0.17, 0.15
+    toe, yaw = (0.05, 0.70, 0.0), math.radians(170)
+    support = {
+        "name": "ramp", "id": 3, "role": "support",
+        "shape": {"kind": "ramp", "toe": list(toe), "yaw": yaw, "run": run, "rise": rise,
+                  "width": width},
+    }  # fmt: skip
+    plywood = textures.boards(
+        rng, (run * 1.2, width * 1.3), 0.0004, board=0.4, light=(222, 190, 146), dark=(168, 120, 74)
+    )
+    wedge = Item(meshes.wedge(run, rise, width), plywood, toe, turn(yaw), support)
+    radius = 0.036
+    tilt = turn(yaw, -math.atan2(rise, run))
+    place = np.array(toe) + tilt @ np.array([0.34, 0.0, radius])
+    ball = Item(
+        meshes.sphere(radius),
+        painted(rng, (226, 108, 28), 0.34),
+        (float(place[0]), float(place[1]), float(place[2])),
+        turn(0.4),
+        body(1, "orange_ball", "ramp", "rubber", {"kind": "sphere", "radius": radius}),
+    )
+    tall, wide = 0.115, 0.031
+    can = Item(
+        meshes.cylinder(wide, tall, 0.002),
+        painted(rng, (38, 84, 158), 0.24),
+        (0.27, 0.655, tall / 2),
+        turn(0.2),
+        body(2, "blue_can", "floor", "plastic",
+             {"kind": "cylinder", "radius": wide, "height": tall}),
+        {"specular": 0.6},
+    )  # fmt: skip
+    stone = textures.plain(
+        rng, (1700, 2400), (150, 150), (158, 154, 148), roughness=0.42, mottle=0.06, bump=1e-5
+    )
+    events = {
+        "hits_can": "The orange ball rolls down the ramp and hits the blue can.",
+        "stops_before_can": "The orange ball rolls down the ramp and stops before it reaches the "
+        "blue can.",
+    }
+    room = Room((-1.8, -2.3, -0.04), (2.3, 1.25, 2.0), (0.15, 0.95), (1.1, 1.25), (12, 12.6, 13.4))
+    lens = lens_at(40, 0.31, 16, 0.72)
+    return Photo(
+        lens, 1.25, [ball, can, wedge], stone, (196, 204, 206), room, (1.0, 1.0, 0.99), events
+    )
+
+
+def table(rng: Rng) -> Photo:
+    """A low solid table with a cube near its right edge, and a ball on the carpet beside it."""
+    size = (0.42, 0.26, 0.16)
+    centre, yaw = (-0.12, 0.80, size[2] / 2), math.radians(8)
+    support = {
+        "name": "table", "id": 3, "role": "support",
+        "shape": {"kind": "box", "position": list(centre), "size": list(size), "yaw": yaw},
+    }  # fmt: skip
+    rotation = turn(yaw)
+    top = Item(
+        meshes.box(size, 0.002), wood(rng, size, (150, 96, 58), (74, 42, 24)), centre, rotation,
+        support,
+    )  # fmt: skip
+    side = 0.062
+    place = np.array(centre) + rotation @ np.array([0.10, -0.02, (size[2] + side) / 2])
+    cube = Item(
+        meshes.cube(side, 0.003),
+        painted(rng, (230, 182, 40), 0.36),
+        (float(place[0]), float(place[1]), float(place[2])),
+        turn(0.42),
+        body(1, "yellow_cube", "table", "wood", {"kind": "box", "size": [side] * 3}),
+    )
+    ball = Item(
+        meshes.sphere(0.047),
+        painted(rng, (226, 222, 212), 0.30),
+        (0.34, 0.74, 0.047),
+        turn(0.1),
+        body(2, "white_ball", "floor", "plastic", {"kind": "sphere", "radius": 0.047}),
+    )
+    carpet = textures.plain(
+        rng, (1700, 2400), (9, 60), (112, 122, 104), roughness=0.95, mottle=0.07, bump=1.6e-4
+    )
+    events = {
+        "falls_off": "The yellow cube is pushed to the right and falls off the table.",
+        "stays_on_table": "The yellow cube slides to the right and stops before the edge of the "
+        "table, without falling.",
+    }
+    room = Room((-1.7, -2.3, -0.04), (2.3, 1.35, 2.0), (0.40, 1.0), (0.9, 1.2), (15, 12.6, 9.4))
+    lens = lens_at(44, 0.40, 18, 0.82)
+    return Photo(
+        lens, 1.35, [cube, ball, top], carpet, (214, 202, 184), room, (1.0, 1.0, 1.06), events
+    )
+
+
+PHOTOS: dict[str, tuple[int, Callable[[Rng], Photo]]] = {"ramp": (31, ramp), "table": (32, table)}
+
+
+def surroundings(rng: Rng, photo: Photo) -> list[Item]:
+    """The ground and the wall behind."""
+    size, thick = (3.4, photo.wall + 0.6), 0.03
+    ground = meshes.box((*size, thick), 0.003, planar=True)
+    plaster = textures.plaster(rng, (1500, 3000), 0.0014, photo.tint)
+    back = panel((-1.8, photo.wall, -0.03), (4.1, 0, 0), (0, 0, 2.05))
+    return [
+        Item(ground, photo.floor, (0, photo.wall - size[1] / 2, -thick / 2)),
+        Item(back, plaster, gloss={"specular": 0.2}),
+    ]
+
+
+def write(name: str, folder: Path, samples: int) -> None:
+    """Render one photograph into `folder`/`name`."""
+    seed, make = PHOTOS[name]
+    rng = np.random.default_rng(seed)
+    photo = make(rng)
+    items = [*photo.items, *surroundings(rng, photo)]
+    light = radiance(items, photo.room, photo.lens, samples=samples, seed=seed)
+    exposure = photo.exposure / float(np.percentile(light.mean(-1), 60))
+    picture = develop(light, exposure=exposure, balance=photo.balance, seed=seed)
+    ids = identities(items, photo.lens)
+    truth = truth_of(items, photo.lens, ids, planes(photo.wall), seed=seed)
+    out = folder / name
+    out.mkdir(parents=True, exist_ok=True)
+    quality = [cv2.IMWRITE_JPEG_QUALITY, 93]
+    cv2.imwrite(str(out / "input.jpg"), picture[..., ::-1], quality)
+    write_case(out, "input.jpg", truth, ids, photo.events)
+
+
+def main() -> None:
+    """Render the photographs that are asked for, all by default."""
+    parser = argparse.ArgumentParser(description="Render the further examples.")
+    parser.add_argument("names", nargs="*", default=list(PHOTOS), help=", ".join(PHOTOS))
+    parser.add_argument("--out", type=Path, default=OUT)
+    parser.add_argument("--samples", type=int, default=256, help="paths per pixel")
+    parser.add_argument("--variant", default="llvm_ad_rgb", help="or scalar_rgb, slower")
+    args = parser.parse_args()
+    mi.set_variant(args.variant)
+    for name in args.names:
+        start = time.monotonic()
+        write(name, args.out, args.samples)
+        print(f"{name}: {time.monotonic() - start:.0f} s", flush=True)
+
+
+if __name__ == "__main__":
+    main()

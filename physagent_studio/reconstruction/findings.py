@@ -8,11 +8,13 @@ import numpy as np
 
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Ramp, SceneObject, SceneState, Support
+from physagent_studio.reconstruction import consistency
+from physagent_studio.reconstruction.camera import Horizon
 from physagent_studio.reconstruction.contact import vertical_gap
 from physagent_studio.reconstruction.masks import BoolArray, border_share, iou
 from physagent_studio.reconstruction.ramps import height_at
 from physagent_studio.reconstruction.silhouette import in_world, look
-from physagent_studio.records.scene import Candidate, Finding, Mesh
+from physagent_studio.records.scene import Finding, Mesh
 
 LEAST_IOU = 0.8
 LARGEST_GAP = 2e-3
@@ -24,9 +26,13 @@ def measure(
     state: SceneState,
     masks: Mapping[str, BoolArray],
     meshes: Mapping[str, Mesh],
-    candidates: Mapping[str, tuple[Candidate, ...]],
+    support_meshes: Mapping[str, Mesh],
+    estimate: Horizon | None,
 ) -> tuple[Finding, ...]:
-    """All checks of a completed state; meshes in the body frame."""
+    """All checks of a completed state; meshes in the body frame, those of supports in the world.
+
+    estimate: the horizon that the picture gives by itself, where one is stated.
+    """
     assert state.camera is not None
     out = [_camera(state.camera)]
     out += [_points(item, masks.get(item.name)) for item in state.objects]
@@ -39,6 +45,7 @@ def measure(
         if finding is not None
     ]
     out += [_support(support) for support in state.supports]
+    out += consistency.check(state, masks, meshes, support_meshes, estimate)
     return tuple(out)
 
 

@@ -30,14 +30,20 @@ from physagent_studio.reconstruction.meshes import support_mesh
 from physagent_studio.reconstruction.names import support_kind
 from physagent_studio.reconstruction.placement import Placed, place_all
 from physagent_studio.reconstruction.plate import fill, hole_of
-from physagent_studio.reconstruction.segmentation import EmbeddedSegmenter, Segmenter, choose
+from physagent_studio.reconstruction.segmentation import (
+    EmbeddedSegmenter,
+    Segmenter,
+    apart,
+    choose,
+)
+from physagent_studio.reconstruction.strokes import corrected
 from physagent_studio.reconstruction.survey import Survey, survey
 from physagent_studio.reconstruction.texture import textured
 from physagent_studio.records.case import Case, Image
 from physagent_studio.records.scene import Candidate, Mesh, Scene
 
 BoolArray = NDArray[np.bool_]
-VERSION = "1"
+VERSION = "2"
 """Changes whenever the same input gives another scene."""
 
 
@@ -86,7 +92,7 @@ def reconstruct(
     if case.image is None:
         return scene_without_photo(state, key)
     run = _Run(cancelled, progress)
-    scene = _look(case, case.image, state, previous, segmenter or EmbeddedSegmenter(), bodies, run)
+    scene = _look(case, case.image, state, previous, segmenter, bodies, run)
     run.at("done", 1.0)
     return replace(scene, hash=key)
 
@@ -96,7 +102,7 @@ def _look(
     image: Image,
     state: SceneState,
     previous: Scene | None,
-    segmenter: Segmenter,
+    segmenter: Segmenter | None,
     bodies: Mapping[str, Mesh] | None,
     run: _Run,
 ) -> Scene:
@@ -104,8 +110,8 @@ def _look(
     run.at("masks", 0.0)
     candidates = _candidates(case, state, previous, segmenter, run)
     groundings = [(item.name, item.grounding) for item in state.objects]
-    masks = choose(candidates, groundings, image.shape[:2])
-    regions = _regions(state, candidates, masks)
+    masks = choose(candidates, groundings, image.shape[:2], image)
+    regions = _regions(state, image, candidates, masks)
     run.at("camera", 0.45)
     found = segments(image)
     stances = layout.read(masks, case.prompt)
@@ -136,14 +142,15 @@ def _look(
     run.at("background", 0.82)
     plate = _plate(image, masks, previous)
     run.at("checks", 0.97)
-    checks = findings.measure(done, masks, meshes, candidates)
+    fixed = _support_meshes(done)
+    checks = findings.measure(done, masks, meshes, fixed, read.estimate)
     return Scene(
         state=done,
         photo=image,
         plate=plate,
         masks=MappingProxyType(masks),
         meshes=MappingProxyType(meshes),
-        support_meshes=MappingProxyType(_support_meshes(done)),
+        support_meshes=MappingProxyType(fixed),
         candidates=MappingProxyType(candidates),
         findings=checks,
         hash="",
@@ -164,6 +171,7 @@ def _completed(
         update={
             "camera": read.camera,
             "horizon": read.camera.horizon,
+            "horizon_source": state.horizon_source if state.horizon is not None else "estimated",
             "scale": read.scale,
             "objects": placed.objects,
             "supports": solid,
@@ -202,7 +210,7 @@ def _candidates(
     case: Case,
     state: SceneState,
     previous: Scene | None,
-    segmenter: Segmenter,
+    segmenter: Segmenter | None,
     run: _Run,
 ) -> dict[str, tuple[Candidate, ...]]:
     """Candidates of objects and of clicked supports; reused where no click changed."""
@@ -216,11 +224,13 @@ def _candidates(
                     f"the click ({click.x:g}, {click.y:g}) on '{name}' lies outside the picture"
                     f" of {width} × {height} pixels"
                 )
-    if previous is not None and _same_clicks(_clicked(previous.state), tasks):
-        return dict(previous.candidates)
-    out = segmenter.segment(case.image, tasks, run.cancelled)
+    known = _known(previous, tasks)
+    asked = tasks if segmenter is not None else [t for t in apart(tasks) if t[0] not in known]
+    if len(known) < len(tasks):
+        fresh = (segmenter or EmbeddedSegmenter()).segment(case.image, asked, run.cancelled)
+        known = {name: fresh.get(name, known.get(name, ())) for name, _ in tasks}
     run.at("masks", 0.44)
-    return out
+    return known
 
 
 def _clicked(state: SceneState) -> list[tuple[str, Grounding]]:
@@ -233,15 +243,23 @@ def _clicked(state: SceneState) -> list[tuple[str, Grounding]]:
     return tasks
 
 
-def _same_clicks(before: list[tuple[str, Grounding]], after: list[tuple[str, Grounding]]) -> bool:
-    def plain(tasks: list[tuple[str, Grounding]]) -> list[tuple[str, Grounding]]:
-        return [(name, g.model_copy(update={"candidate": 0})) for name, g in tasks]
-
-    return plain(before) == plain(after)
+def _known(
+    previous: Scene | None, tasks: list[tuple[str, Grounding]]
+) -> dict[str, tuple[Candidate, ...]]:
+    """Candidates of an earlier scene, of the things for whose masks nothing has changed."""
+    if previous is None:
+        return {}
+    before = dict(apart(_clicked(previous.state)))
+    return {
+        name: previous.candidates[name]
+        for name, said in apart(tasks)
+        if before.get(name) == said and name in previous.candidates
+    }
 
 
 def _regions(
     state: SceneState,
+    image: Image,
     candidates: Mapping[str, tuple[Candidate, ...]],
     masks: Mapping[str, BoolArray],
 ) -> dict[str, BoolArray]:
@@ -255,7 +273,8 @@ def _regions(
             out[item.name] = marked & ~np.any(list(masks.values()), axis=0)
         if marked is not None or not offers:
             continue
-        region = offers[min(item.grounding.candidate, len(offers) - 1)].mask.copy()
+        chosen = offers[min(item.grounding.candidate, len(offers) - 1)].mask
+        region = corrected(image, chosen, item.grounding.strokes).copy()
         for offer in offers[1:] if item.grounding.candidate == 0 else ():
             # Part of a table is often taken for all of it: what is about as likely joins in.
             if offer.score > 0.75 * offers[0].score:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from physagent_studio.program.base import Source
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Scale, SceneState, Support
 from physagent_studio.reconstruction import camera as camera_cues
@@ -45,6 +46,7 @@ class Survey:
 
     on: what each object stands on: a support, an object, "floor" or "air". under: for objects
     in the air, the object or ramp that they hang above. root: the level plane of each stack.
+    estimate: the horizon that the picture gives by itself, where one was stated unconfirmed.
     """
 
     camera: Camera
@@ -56,6 +58,7 @@ class Survey:
     usual: Mapping[str, Usual]
     profiles: Mapping[str, Profile] = field(default_factory=dict)
     shown: Shown = field(default_factory=Shown)
+    estimate: camera_cues.Horizon | None = None
 
 
 def survey(
@@ -83,9 +86,10 @@ def survey(
         horizon.row,
         1.0,
         focal=clicked_supports.focal_of(state, size, horizon.row) or horizon.focal,
-        source="given" if state.horizon is not None else "estimated",
+        source=_horizon_source(state),
         # A horizon that a person gave is known; one that was tried for a repair is not.
-        confirmed=state.horizon is not None and state.horizon == case.horizon,
+        confirmed=state.horizon is not None
+        and (state.horizon == case.horizon or state.horizon_source == "person"),
         horizon_sigma=horizon.sigma,
     )
     on = _lifted(unit, state, stances, on, root, usual)
@@ -109,7 +113,17 @@ def survey(
         # A lone thing in the air: its usual size says how far away it is.
         name = min(usual, key=lambda n: usual[n].spread)
         scale = Scale(reference=name, metres=usual[name].metres, source="assumed")
-    return Survey(camera, scale, heights.tops, on, under, root, usual, profiles, shown)
+    estimate = None
+    if camera.source == "given" and not camera.confirmed:
+        bare = state.model_copy(update={"camera": None, "horizon": None})
+        estimate = _horizon(image, bare, stances, on, root, usual, found, shown)
+    return Survey(camera, scale, heights.tops, on, under, root, usual, profiles, shown, estimate)
+
+
+def _horizon_source(state: SceneState) -> Source:
+    if state.horizon is None:
+        return "estimated"
+    return "person" if state.horizon_source == "person" else "given"
 
 
 def _usual(name: str, prompt: str, given: Scale) -> Usual:

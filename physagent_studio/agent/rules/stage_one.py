@@ -111,15 +111,15 @@ def _repairs(finding: Finding, situation: Situation) -> Iterator[tuple[str, str,
             SetField(path=f"{base}.position", value=None),
         )
         yield "primitive", f"fit the shape of {name} again", again
-    if item is not None and finding.kind in ("placement", "geometry"):
+    if item is not None and finding.kind in ("placement", "geometry", "support"):
         base = f"scene.objects.{name}"
-        fields = (f"{base}.position", f"{base}.support")
-        yield "placement", f"place {name} again", (SetField(path=fields[0], value=None),)
-        yield (
-            "support",
-            f"find anew what {name} stands on",
-            tuple(SetField(path=field, value=None) for field in fields),
-        )
+        if finding.kind != "support":
+            again = (SetField(path=f"{base}.position", value=None),)
+            yield "placement", f"place {name} again", again
+        # How large a thing is follows from how far away it stands.
+        fields = ("shape", "position", "support")
+        anew = tuple(SetField(path=f"{base}.{field}", value=None) for field in fields)
+        yield "support", f"find anew what {name} stands on", anew
     if program.scene.support(name) is not None:
         path = f"scene.supports.{name}.shape"
         yield "support", f"find {name} again", (SetField(path=path, value=None),)
@@ -169,20 +169,24 @@ def _tried_masks(situation: Situation, name: str) -> dict[int, float]:
 
 
 def _cameras(situation: Situation) -> Iterator[tuple[str, str, tuple[Edit, ...]]]:
-    """Horizons a few percent of the picture higher and lower, with the geometry open again."""
-    camera = situation.program.scene.camera
+    """The picture's own horizon where one was stated, then horizons a few percent of the picture
+    higher and lower; with the geometry open again."""
+    scene = situation.program.scene
+    camera = scene.camera
     if camera is None:
         return
+    opened: list[Edit] = [SetField(path="scene.camera", value=None)]
+    for item in scene.objects:
+        opened.append(SetField(path=f"scene.objects.{item.name}.position", value=None))
+        opened.append(SetField(path=f"scene.objects.{item.name}.shape", value=None))
+    for support in scene.supports:
+        opened.append(SetField(path=f"scene.supports.{support.name}.shape", value=None))
+    if camera.source == "given":
+        own = SetField(path="scene.horizon", value=None)
+        yield "camera", "take the horizon that the picture shows", (own, *opened)
     rows = camera.size[1]
     for share in (-0.08, 0.08, -0.16, 0.16):
-        edits: list[Edit] = [
-            SetField(path="scene.camera", value=None),
-            SetField(path="scene.horizon", value=round(camera.horizon + share * rows, 1)),
-        ]
-        for item in situation.program.scene.objects:
-            edits.append(SetField(path=f"scene.objects.{item.name}.position", value=None))
-            edits.append(SetField(path=f"scene.objects.{item.name}.shape", value=None))
-        for support in situation.program.scene.supports:
-            edits.append(SetField(path=f"scene.supports.{support.name}.shape", value=None))
+        row = SetField(path="scene.horizon", value=round(camera.horizon + share * rows, 1))
         way = "higher" if share < 0 else "lower"
-        yield "camera", f"put the horizon {abs(share):.0%} of the picture {way}", tuple(edits)
+        words = f"put the horizon {abs(share):.0%} of the picture {way}"
+        yield "camera", words, (row, *opened)

@@ -1,0 +1,138 @@
+"""Checks of stage 1 that hold the picture's parts against one another.
+
+A mask, a support or a camera that is wrong by itself often fits perfectly by itself; what gives
+it away is that the picture shows something that could then not be seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import Ramp, SceneObject, SceneState, Slab
+from physagent_studio.reconstruction.camera import Horizon
+from physagent_studio.reconstruction.masks import BoolArray
+from physagent_studio.reconstruction.silhouette import in_world, look
+from physagent_studio.records.scene import Finding, Mesh
+
+LARGEST_HIDDEN = 0.3
+"""Share of a seen object that may lie behind a support as reconstructed."""
+LARGEST_DEVIATION = 4.0
+"""Standard deviations between a stated horizon and the one that the picture's lines give."""
+
+
+def check(
+    state: SceneState,
+    masks: Mapping[str, BoolArray],
+    meshes: Mapping[str, Mesh],
+    support_meshes: Mapping[str, Mesh],
+    estimate: Horizon | None,
+) -> list[Finding]:
+    """All checks of a completed state.
+
+    meshes in the body frame, support_meshes in the world; estimate: the horizon that the
+    picture gives by itself, None where it is not asked.
+    """
+    assert state.camera is not None
+    out = [] if estimate is None else [_against_lines(state.camera, estimate)]
+    out += [_below_horizon(item, state.camera, masks) for item in _standing(state, masks)]
+    return out + _hidden(state, state.camera, masks, meshes, support_meshes)
+
+
+def _against_lines(camera: Camera, estimate: Horizon) -> Finding:
+    away = abs(camera.horizon - estimate.row) / max(estimate.sigma, 1.0)
+    text = (
+        f"the horizon is stated at row {camera.horizon:.0f}, the picture itself has it at row"
+        f" {estimate.row:.0f} ± {estimate.sigma:.0f}"
+    )
+    fine = away <= LARGEST_DEVIATION
+    return Finding("stated", "camera", away, LARGEST_DEVIATION, "sigma", fine, "camera", text)
+
+
+def _standing(state: SceneState, masks: Mapping[str, BoolArray]) -> list[SceneObject]:
+    """Objects that are seen to stand on something below the eye."""
+    return [
+        item
+        for item in state.objects
+        if item.support not in (None, "air")
+        and np.any(masks.get(item.name, False))
+        and not _is_high(item, state)
+    ]
+
+
+def _is_high(item: SceneObject, state: SceneState) -> bool:
+    """Whether what carries it, in the end, reaches as high as the camera."""
+    assert state.camera is not None
+    below, seen = item.support or "", {item.name}
+    while (carrier := state.object(below)) is not None and below not in seen:
+        seen.add(below)
+        below = carrier.support or ""
+    support = state.support(below)
+    shape = support.shape if support is not None else None
+    if isinstance(shape, Slab):
+        top = shape.position[2] + shape.size[2] / 2
+    elif isinstance(shape, Ramp):
+        top = shape.toe[2] + shape.rise
+    else:
+        return False
+    return top >= 0.98 * state.camera.position[2]
+
+
+def _below_horizon(item: SceneObject, camera: Camera, masks: Mapping[str, BoolArray]) -> Finding:
+    """What stands on something level below the eye has its foot below the horizon."""
+    foot = int(np.flatnonzero(masks[item.name].any(axis=1))[-1]) + 1
+    above = max(0.0, (camera.horizon - foot) / camera.size[1])
+    text = f"the foot of {item.name}, row {foot}, is below the horizon"
+    if above:
+        text = (
+            f"the foot of {item.name} is at row {foot}, above the horizon at row"
+            f" {camera.horizon:.0f}: nothing stands there"
+        )
+    return Finding("foot", item.name, above, 0.0, "picture heights", above == 0, "camera", text)
+
+
+def _hidden(
+    state: SceneState,
+    camera: Camera,
+    masks: Mapping[str, BoolArray],
+    meshes: Mapping[str, Mesh],
+    support_meshes: Mapping[str, Mesh],
+) -> list[Finding]:
+    """What the picture shows cannot lie behind a support that is reconstructed before it."""
+    fixed = {
+        item.name: support_meshes[item.name]
+        for item in state.supports
+        if item.name in support_meshes and item.shape is not None and item.shape.kind != "floor"
+    }
+    if not fixed:
+        return []
+    before = look(camera, {name: (mesh.vertices, mesh.faces) for name, mesh in fixed.items()})
+    out: list[Finding] = []
+    for item in state.objects:
+        mask = masks.get(item.name)
+        if item.position is None or item.name not in meshes or mask is None or not mask.any():
+            continue
+        mesh = meshes[item.name]
+        world = in_world(item, mesh)
+        seen = look(camera, {item.name: (world, mesh.faces)})
+        # Half its size of leeway: where it touches its support the two are about as far away.
+        leeway = 0.5 * float(np.ptp(world, axis=0).max())
+        shown = mask & np.isfinite(seen.depth)
+        behind = shown & (before.depth < seen.depth - leeway)
+        share = np.count_nonzero(behind) / max(np.count_nonzero(mask), 1)
+        out.append(_of_share(item.name, share, _most(before.owner[behind], tuple(fixed))))
+    return out
+
+
+def _most(owners: np.ndarray, names: tuple[str, ...]) -> str:
+    return names[int(np.bincount(owners).argmax())] if owners.size else ""
+
+
+def _of_share(name: str, share: float, by: str) -> Finding:
+    fine = share <= LARGEST_HIDDEN
+    text = f"{name} is in front of what is behind it"
+    if by:
+        text = f"{share:.0%} of {name} would be hidden by {by}, and the picture shows it"
+    return Finding("hidden", name, float(share), LARGEST_HIDDEN, "", fine, "support", text)

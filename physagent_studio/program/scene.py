@@ -211,20 +211,52 @@ class Mark(Frozen):
     y: Pixels
 
 
+class Stroke(Frozen):
+    """A correction of a mask, drawn by a person in the picture.
+
+    tool: `brush` is a line through `points`, `radius` pixels to each side; `scissors` is the
+    closed polygon of `points`, whose `radius` does not matter. effect: what is covered belongs to
+    the thing (`add`), does not (`erase`), or is all of it (`only`). Later strokes win. points: in
+    pixels of the stored image.
+    """
+
+    tool: Literal["brush", "scissors"] = "brush"
+    effect: Literal["add", "erase", "only"] = "add"
+    radius: Annotated[float, Field(gt=0, le=500)] = 6.0
+    points: tuple[Pixel, ...] = Field(min_length=1, max_length=600)
+
+
 class Grounding(Frozen):
-    """How a name is tied to the picture: clicks, a box, the chosen mask, marks on a support."""
+    """How a name is tied to the picture: clicks, a box, the chosen mask, marks on a support.
+
+    strokes: a person's corrections of the chosen mask. settled: a person has chosen the mask, so
+    that clicks on other things no longer change it.
+    """
 
     points: tuple[Click, ...] = Field(default=(), max_length=500)
-    box: tuple[float, float, float, float] | None = None
+    box: tuple[Pixels, Pixels, Pixels, Pixels] | None = None
     candidate: Annotated[int, Field(ge=0, le=15)] = 0
     marks: tuple[Mark, ...] = Field(default=(), max_length=16)
+    strokes: tuple[Stroke, ...] = Field(default=(), max_length=64)
+    settled: bool = False
 
     def marked(self, role: str) -> tuple[Pixel, ...]:
         """Pixels of the marks of that role, in their order."""
         return tuple((mark.x, mark.y) for mark in self.marks if mark.role == role)
 
+    @property
+    def shows_something(self) -> bool:
+        """Whether there is anything from which a mask can be made."""
+        inside = any(click.label for click in self.points)
+        return inside or self.box is not None or any(s.effect != "erase" for s in self.strokes)
+
 
 # --- things ----------------------------------------------------------------------------------
+
+
+FormKind = Literal[
+    "sphere", "ellipsoid", "cylinder", "frustum", "capsule", "box", "revolved", "inflated"
+]
 
 
 class SceneObject(Frozen):
@@ -234,10 +266,12 @@ class SceneObject(Frozen):
     it together with an open shape. support: what it stands on in the picture (support or
     object), "air" for nothing, None for open. material: a row of `program.materials`; density
     (kg/m³), friction and restitution override that row. body: how it holds together.
+    form: the kind of shape that an open `shape` becomes; None leaves the choice open too.
     """
 
     name: Name
     grounding: Grounding = Grounding()
+    form: FormKind | None = None
     shape: Shape | None = None
     position: Position | None = None
     rotation: Quaternion = IDENTITY
@@ -285,10 +319,14 @@ class Scale(Frozen):
 
 
 class SceneState(Frozen):
-    """Everything that reconstruction knows or has to find, in the world frame."""
+    """Everything that reconstruction knows or has to find, in the world frame.
+
+    horizon: its row in the middle column of the picture, pixels; horizon_source: who says so.
+    """
 
     camera: Camera | None = None
     horizon: Annotated[float, Field(ge=-1e5, le=1e5)] | None = None
+    horizon_source: Source = "estimated"
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     scale: Scale = Scale()
     objects: tuple[SceneObject, ...] = Field(default=(), max_length=200)

@@ -117,8 +117,10 @@ def _form(
             and not (_is_round(read, item.name) and read.on.get(name) == item.name)
         ]
         hidden = np.any(others, axis=0) if others else None
-        form = forms(read.camera, mask, base, read.usual[item.name], hidden=hidden)[0]
-        return with_flats(form) if _is_in_round_stack(read, item.name) else form
+        kinds = (item.form,) if item.form is not None else None
+        form = forms(read.camera, mask, base, read.usual[item.name], kinds, hidden)[0]
+        balances = item.form is None and _is_in_round_stack(read, item.name)
+        return with_flats(form) if balances else form
     if isinstance(item.shape, Inflated):
         mesh = inflated_mesh(mask, read.camera, item.shape)
     elif isinstance(item.shape, Meshed):

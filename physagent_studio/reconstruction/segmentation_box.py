@@ -1,0 +1,71 @@
+"""Drafts inside a person's box."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.reconstruction import contour, grabcut
+from physagent_studio.reconstruction.masks import BoolArray, grow, without_pinholes
+from physagent_studio.reconstruction.maskscore import Draft, Scorer
+from physagent_studio.reconstruction.segmentation_clicks import clean
+from physagent_studio.reconstruction.segmentation_ranking import distinct, ranked
+from physagent_studio.reconstruction.segmentation_task import Task, snapped
+
+
+def box_drafts(
+    small: NDArray[np.uint8],
+    lab: NDArray[np.float32],
+    task: Task,
+    box: tuple[float, float, float, float],
+    scorer: Scorer,
+) -> list[Draft]:
+    """Drafts inside a person's box."""
+    x0, y0, x1, y1 = box
+    rows, columns = lab.shape[:2]
+    within = np.zeros((rows, columns), bool)
+    within[max(0, int(y0)) : int(np.ceil(y1)) + 1, max(0, int(x0)) : int(np.ceil(x1)) + 1] = True
+    around = grow(within, max(4, int(0.15 * max(x1 - x0, y1 - y0)))) & ~within
+    ratio = grabcut.likelihood_ratio(lab, within, around) if around.any() else None
+    cores: dict[str, BoolArray | None] = {"box": None}
+    if ratio is not None:
+        cores |= {"box-colour": ratio > 0, "box-sure": ratio > 1.0}
+    drafts: list[Draft] = []
+    for method, core in cores.items():
+        mask = grabcut.in_box(small, box, task.inside, task.outside, core)
+        if mask is not None:
+            # A box says that all of its object lies inside: loose parts may belong to it.
+            drafts.append(Draft(_tidy(mask) & within, method, "colour"))
+            if task.inside:
+                drafts.append(Draft(clean(mask, task) & within, f"{method}-part", "colour"))
+    contours = [
+        Draft(mask & within, "box-contour", "contour")
+        for mask in contour.again(lab, within, task.outside)
+    ]
+    best = [d for d, _ in distinct(ranked(scorer, _solid([*drafts, *contours]), task), 3, 0.9)]
+    for draft in best:
+        for mask in contour.again(lab, draft.mask, task.outside):
+            contours.append(Draft(mask & within, "box-contour-again", "contour"))
+    drafts += contours
+    for draft in [d for d, _ in distinct(ranked(scorer, _solid(drafts), task), 3, 0.9)]:
+        band = max(2, round(0.06 * float(np.sqrt(np.count_nonzero(draft.mask)))))
+        mask = _tidy(snapped(small, draft.mask, band, 0.6)) & within
+        drafts.append(Draft(mask, f"{draft.method}-settled", draft.family))
+    return _solid(drafts)
+
+
+def _solid(drafts: Sequence[Draft]) -> list[Draft]:
+    return [draft for draft in drafts if np.count_nonzero(draft.mask) >= 30]
+
+
+def _tidy(mask: BoolArray) -> BoolArray:
+    """The mask without specks smaller than a fiftieth of its largest part."""
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8))
+    if count < 2:
+        return mask
+    areas = stats[1:, cv2.CC_STAT_AREA]
+    kept = 1 + np.flatnonzero(areas > 0.02 * areas.max())
+    return without_pinholes(np.isin(labels, kept), 0.01)

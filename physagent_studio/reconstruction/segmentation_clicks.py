@@ -1,0 +1,85 @@
+"""Drafts from clicks alone: GrabCut at several scales, contours, and contours recoloured."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.reconstruction import contour, grabcut
+from physagent_studio.reconstruction.masks import (
+    BoolArray,
+    Pixel,
+    holding,
+    iou,
+    smooth,
+    without_pinholes,
+)
+from physagent_studio.reconstruction.maskscore import Draft, Scorer, window_share
+from physagent_studio.reconstruction.segmentation_ranking import distinct, ranked
+from physagent_studio.reconstruction.segmentation_task import Task, snapped
+
+
+def click_drafts(
+    small: NDArray[np.uint8], lab: NDArray[np.float32], task: Task, scorer: Scorer
+) -> list[Draft]:
+    """Drafts around the clicks, at all sizes; every one holds a click."""
+    windows = grabcut.at_scales(small, lab, task.inside, task.outside)
+    drafts: list[Draft] = []
+    cleaned = [clean(window.mask, task) for window in windows]
+    for k, (window, mask) in enumerate(zip(windows, cleaned, strict=True)):
+        if np.count_nonzero(mask) < 30:
+            continue
+        share = window_share(mask, window.box)
+        drafts.append(Draft(mask, f"grabcut-{k}", "colour", share))
+    contours = _contours(lab, task, drafts, scorer)
+    return drafts + contours + _recoloured(small, task, contours, scorer)
+
+
+def _contours(
+    lab: NDArray[np.float32], task: Task, drafts: Sequence[Draft], scorer: Scorer
+) -> list[Draft]:
+    """Contours around the clicks' middle, then again from the middles of the best masks."""
+    middle = np.array(task.inside).mean(0)
+    start: Pixel = (float(middle[0]), float(middle[1]))
+    out = _as_drafts(contour.around(lab, start, task.outside), "contour", task)
+    for turn in range(2):
+        best = distinct(ranked(scorer, [*drafts, *out], task), 5 if turn == 0 else 3, 0.85)
+        for draft, _ in best:
+            name = f"contour-again-{turn}"
+            out += _as_drafts(contour.again(lab, draft.mask, task.outside), name, task)
+        for draft, _ in best[:2]:
+            grown = contour.beyond(lab, draft.mask, task.outside)
+            out += _as_drafts(grown, f"contour-beyond-{turn}", task)
+    return out
+
+
+def _as_drafts(masks: Iterator[BoolArray], method: str, task: Task) -> list[Draft]:
+    """Different masks that hold the clicks."""
+    out: list[Draft] = []
+    for mask in masks:
+        part = holding(mask, task.inside)
+        if np.count_nonzero(part) > 40 and all(iou(part, d.mask) < 0.97 for d in out):
+            out.append(Draft(part, method, "contour"))
+    return out
+
+
+def _recoloured(
+    small: NDArray[np.uint8], task: Task, drafts: Sequence[Draft], scorer: Scorer
+) -> list[Draft]:
+    """The best contours with their outline settled by colour."""
+    out: list[Draft] = []
+    for draft, _ in distinct(ranked(scorer, drafts, task), 4, 0.9):
+        band = max(2, round(0.08 * float(np.sqrt(np.count_nonzero(draft.mask)))))
+        mask = clean(snapped(small, draft.mask, band, 0.6), task)
+        if np.count_nonzero(mask) > 30:
+            out.append(Draft(mask, f"{draft.method}-colour", "contour"))
+    return out
+
+
+def clean(mask: BoolArray, task: Task) -> BoolArray:
+    """The clicked part, without hairs, its small holes filled."""
+    part = holding(mask, task.inside)
+    part = without_pinholes(smooth(part), 0.02)
+    return holding(part, task.inside)

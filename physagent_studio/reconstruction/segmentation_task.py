@@ -1,0 +1,130 @@
+"""One thing to segment: its clicks in pixels of a part of the picture at working size."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.scene import Grounding
+from physagent_studio.reconstruction import grabcut
+from physagent_studio.reconstruction.masks import (
+    BoolArray,
+    Pixel,
+    grow,
+    iou,
+    resized,
+    shrink,
+)
+from physagent_studio.reconstruction.maskscore import Draft
+from physagent_studio.reconstruction.names import usual_size
+from physagent_studio.records.case import Image
+from physagent_studio.records.scene import Candidate
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Task:
+    """One thing to segment, in pixels of the small picture."""
+
+    inside: tuple[Pixel, ...]
+    outside: tuple[Pixel, ...]
+    box: tuple[float, float, float, float] | None
+    aspect: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class View:
+    """A part of the picture at working size: (x0, y0, x1, y1) of the part and the factor."""
+
+    part: tuple[int, int, int, int]
+    factor: float
+    small: NDArray[np.uint8]
+    lab: NDArray[np.float32]
+
+    def inward(self, x: float, y: float) -> Pixel:
+        """A pixel of the picture as one of the view."""
+        return (x - self.part[0]) * self.factor, (y - self.part[1]) * self.factor
+
+
+def view_of(image: Image, part: tuple[int, int, int, int], side: int) -> View:
+    """A part (x0, y0, x1, y1) of the picture, its longer side brought to about `side` pixels."""
+    x0, y0, x1, y1 = part
+    crop = image[y0:y1, x0:x1]
+    factor = min(1.5, side / max(crop.shape[:2]))
+    how = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
+    small = cv2.resize(crop, None, fx=factor, fy=factor, interpolation=how)
+    small = np.ascontiguousarray(small).astype(np.uint8)
+    lab = cv2.cvtColor(cv2.bilateralFilter(small, 5, 30, 5), cv2.COLOR_RGB2LAB)
+    return View(part, factor, small, lab.astype(np.float32))
+
+
+def part_around(
+    box: tuple[float, float, float, float], shape: tuple[int, ...]
+) -> tuple[int, int, int, int]:
+    """A person's box with its surroundings, which say what the background looks like."""
+    x0, x1 = sorted((box[0], box[2]))
+    y0, y1 = sorted((box[1], box[3]))
+    margin = 0.35 * max(x1 - x0, y1 - y0) + 8
+    low_x, low_y = max(0, int(x0 - margin)), max(0, int(y0 - margin))
+    high_x = min(shape[1], int(x1 + margin) + 1)
+    high_y = min(shape[0], int(y1 + margin) + 1)
+    return low_x, low_y, max(high_x, low_x + 8), max(high_y, low_y + 8)
+
+
+def task_of(name: str, grounding: Grounding, view: View) -> Task:
+    """The clicks of one thing in pixels of the view; those outside it are left out."""
+    inside: list[Pixel] = []
+    outside: list[Pixel] = []
+    rows, columns = view.lab.shape[:2]
+    for click in grounding.points:
+        x, y = view.inward(click.x, click.y)
+        if click.label:
+            inside.append((x, y))
+        elif 0 <= x < columns and 0 <= y < rows:
+            outside.append((x, y))
+    box = None
+    if grounding.box is not None:
+        (x0, y0), (x1, y1) = (view.inward(*grounding.box[k : k + 2]) for k in (0, 2))
+        box = (min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1))
+    return Task(tuple(inside), tuple(outside), box, usual_size(name).aspect)
+
+
+def full_size(image: Image, item: tuple[Draft, float], view: View) -> Candidate:
+    """The draft at the picture's size, its outline settled there by GrabCut in a band."""
+    draft, value = item
+    x0, y0, x1, y1 = view.part
+    rough = np.zeros(image.shape[:2], bool)
+    rough[y0:y1, x0:x1] = resized(draft.mask, (x1 - x0, y1 - y0))
+    mask = snapped(image, rough, max(2, round(1.6 / view.factor)))
+    return Candidate(mask, value, draft.method)
+
+
+def snapped(image: Image, mask: BoolArray, band: int, least: float = 0.85) -> BoolArray:
+    """The outline moved within `band` pixels to where the colours part.
+
+    The mask as it was if less than `least` of it (IoU) would be left.
+    """
+    outer, inner = grow(mask, band), shrink(mask, band)
+    rows, columns = np.flatnonzero(outer.any(1)), np.flatnonzero(outer.any(0))
+    if not len(rows):
+        return mask
+    pad = 3 * band + 8
+    crop = (
+        slice(max(0, rows[0] - pad), rows[-1] + pad + 1),
+        slice(max(0, columns[0] - pad), columns[-1] + pad + 1),
+    )
+    trimap = np.full(mask.shape, cv2.GC_BGD, np.uint8)
+    trimap[outer] = cv2.GC_PR_BGD
+    trimap[mask] = cv2.GC_PR_FGD
+    trimap[inner] = cv2.GC_FGD
+    part = grabcut.cut(
+        np.ascontiguousarray(image[crop]), np.ascontiguousarray(trimap[crop]), rounds=1
+    )
+    if part is None:
+        return mask
+    out = np.zeros_like(mask)
+    out[crop] = part
+    # Where the band held no edge, GrabCut frays the outline: keep what changed little.
+    return out if iou(out, mask) > least else mask

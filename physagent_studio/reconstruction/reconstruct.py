@@ -150,7 +150,7 @@ def _look(
         plate=plate,
         masks=MappingProxyType(masks),
         meshes=MappingProxyType(meshes),
-        support_meshes=MappingProxyType(_support_meshes(done)),
+        support_meshes=MappingProxyType(fixed),
         candidates=MappingProxyType(candidates),
         findings=checks,
         hash="",

@@ -185,10 +185,17 @@ def _(intent: intents.Change, studio: Studio, browser: int) -> None:
             raise InputError("an earlier round is open read-only; go on from here to edit it")
         apply(studio.snapshot.program, intent.edits)
     except StudioError as error:
+        studio.workbench.try_out(None)
         studio.answer(browser, intent.ticket, str(error))
         raise
     studio.workbench.post(commands.ApplyEdits(intent.edits, intent.reason))
     studio.answer(browser, intent.ticket, None)
+
+
+@carry_out.register
+def _(intent: intents.Try, studio: Studio, browser: int) -> None:
+    if not studio.snapshot.read_only:
+        studio.workbench.try_out(intent.edits)
 
 
 @carry_out.register

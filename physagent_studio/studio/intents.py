@@ -191,6 +191,13 @@ class Change(Frozen):
     ticket: Annotated[int, Field(ge=0, le=2**53)] | None = None
 
 
+class Try(Frozen):
+    """Edits that are still under the pointer: run and shown, not kept; None ends it."""
+
+    do: Literal["try"] = "try"
+    edits: Edits | None
+
+
 class WriteText(Frozen):
     """The program as text: only looked at, or applied."""
 
@@ -263,7 +270,7 @@ class Video(Frozen):
 Intent = Annotated[
     Play | Scrub | Speed | Loop | Select | Show | Look | Bookmark | Viewer | Compare
     | StepOn | Cancel | DecideOn | Overrule | Policy | Budget | PinFact | ShowRound | Fork
-    | Change | WriteText | DropDraft | Undo
+    | Change | Try | WriteText | DropDraft | Undo
     | OpenKnown | OpenBare | NewCase | RenameTo | Dismiss | Video,
     Field(discriminator="do"),
 ]  # fmt: skip

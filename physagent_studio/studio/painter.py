@@ -59,6 +59,7 @@ class Painter:
             self._hub.publish("program", program.state_of(snapshot))
         self._hub.publish("scene", scene.state_of(snapshot, view))
         self._stage.draw(snapshot, view, earlier)
+        self._hub.publish("attempt", attempt_of(snapshot))
         with_photo = "photo" in view.shown
         self.cameras.set_scene(snapshot.program, snapshot.scene, with_photo)
         self._facts_at = 0.0
@@ -76,6 +77,11 @@ class Painter:
             place = poses_at(snapshot, view.step).get(view.selection.name)
             if place is not None:
                 self.cameras.follow(place[0])
+
+    def attempt(self, snapshot: Snapshot, view: View) -> None:
+        """What would come of the edit under the pointer, alone."""
+        self._stage.attempt(snapshot, view)
+        self._hub.publish("attempt", attempt_of(snapshot))
 
     def publish_library(self, value: dict[str, Any]) -> None:
         """The list of cases and sessions."""
@@ -106,6 +112,16 @@ def playhead_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
         "selection": {"kind": view.selection.kind, "name": view.selection.name},
         "compare": view.compare,
     }
+
+
+def attempt_of(snapshot: Snapshot) -> dict[str, Any] | None:
+    """How many demands the edit under the pointer would meet, or why it cannot be."""
+    tried = snapshot.attempt
+    if tried is None:
+        return None
+    demanded = [check for check in tried.checks if check.demanded and not check.always_on]
+    holding = sum(check.ok for check in demanded)
+    return {"problem": tried.problem, "holds": holding, "of": len(demanded)}
 
 
 def _notice(notice: Notice) -> dict[str, Any]:

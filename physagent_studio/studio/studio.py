@@ -13,7 +13,7 @@ import threading
 import time
 import webbrowser
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import viser
@@ -196,9 +196,10 @@ class Studio:
             )
 
     def _listen(self, item: _Heard, later: list[_Heard]) -> None:
-        # A burst of scrubs comes down to the last one.
-        if '"do":"scrub"' in item.text and any('"do":"scrub"' in one.text for one in later):
-            return
+        # A burst of scrubs, or of what is tried, comes down to the last one.
+        for word in ('"do":"scrub"', '"do":"try"'):
+            if word in item.text and any(word in one.text for one in later):
+                return
         intent = intents.read_intent(item.text)
         carry_out(intent, self, item.browser)
 
@@ -206,7 +207,11 @@ class Studio:
         if snapshot.session_id != self.snapshot.session_id:
             self.view = replace(View(), shown=self.view.shown, speed=self.view.speed)
         fresh = snapshot.rollout is not self.snapshot.rollout
+        only_tried = differ_by_attempt(self.snapshot, snapshot)
         self.snapshot = snapshot
+        if only_tried:
+            self._guarded(None, lambda: self.painter.attempt(snapshot, self.view))
+            return
         if fresh and self.view.step > snapshot.program.clip.steps:
             self.view = replace(self.view, step=0)
         self._guarded(None, self.repaint)
@@ -246,6 +251,13 @@ class Studio:
         """Tells a page what became of an edit that it has already drawn."""
         if ticket is not None:
             self.hub.tell(browser, "answer", {"ticket": ticket, "problem": problem})
+
+
+def differ_by_attempt(old: Snapshot, new: Snapshot) -> bool:
+    """Whether nothing but what is being tried has changed, so that little has to be drawn."""
+    names = {one.name for one in fields(Snapshot)} - {"revision", "attempt"}
+    same = all(getattr(old, name) is getattr(new, name) for name in names)
+    return same and old.attempt is not new.attempt
 
 
 def serve(

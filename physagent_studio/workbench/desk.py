@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import singledispatchmethod
 from typing import Any
 
@@ -15,6 +16,7 @@ from physagent_studio.session import Session
 from physagent_studio.session.session import now
 from physagent_studio.workbench import commands
 from physagent_studio.workbench.engine import AgentName, Control, Engine
+from physagent_studio.workbench.snapshot import Attempt
 
 RUNNING = {
     "generate": "reading the photo and the sentence",
@@ -45,6 +47,7 @@ class Desk:
         self.problems: tuple[Problem, ...] = ()
         self.text: str | None = None
         self._live: tuple[str, Scene | None, Rollout | None, tuple[Check, ...]] | None = None
+        self._tried: tuple[str, Scene, Rollout, tuple[Check, ...]] | None = None
 
     # --- what is on view ---------------------------------------------------------------------
 
@@ -87,9 +90,43 @@ class Desk:
             before = self.session.scene(head.scene) if head and head.scene else None
             scene = self.engine.reconstruct(draft.scene, before)
             complete = draft.model_copy(update={"scene": scene.state})
-            rollout = self.engine.simulate(complete, scene)
-            self._live = (draft.hash, scene, rollout, measure(complete, rollout))
+            if self._tried and self._tried[0] == draft.hash and self._tried[1] is scene:
+                self._live = self._tried
+            else:
+                ran = self._live[2] if self._live else self._ran(head)
+                rollout = self.engine.again(complete, scene, ran)
+                self._live = (draft.hash, scene, rollout, measure(complete, rollout))
         return self._live[1:]
+
+    def _ran(self, head: Round | None) -> Rollout | None:
+        return self.session.rollout(head.rollout) if head and head.rollout else None
+
+    def attempt(self, edits: tuple[Edit, ...]) -> Attempt:
+        """What edits under the pointer would make: run from their first step, nothing stored."""
+        self._require_head("edit")
+        program = apply(self.program, edits)
+        scene, before, _ = self.on_view()
+        if scene is None:
+            return Attempt(program)
+        built = self._built_for(program, scene)
+        complete = program.model_copy(update={"scene": built.state})
+        rollout = self.engine.again(complete, built, before)
+        checks = measure(complete, rollout)
+        self._tried = (program.hash, built, rollout, checks)
+        return Attempt(complete, rollout, checks)
+
+    def _built_for(self, program: PhysicalProgram, scene: Scene) -> Scene:
+        """The scene of an edited program; what only stands elsewhere keeps its meshes."""
+        if program.scene in (scene.state, self.program.scene):
+            return scene
+        old = {item.name: item.shape for item in scene.state.objects}
+        whole = all(
+            one.position is not None and one.shape is not None and old.get(one.name) == one.shape
+            for one in program.scene.objects
+        ) and all(one.shape is not None for one in program.scene.supports)
+        if whole:
+            return replace(scene, state=program.scene)
+        return self.engine.build(program.scene, scene)
 
     # --- the loop ----------------------------------------------------------------------------
 

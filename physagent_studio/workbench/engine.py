@@ -103,23 +103,37 @@ class Engine:
         if previous is not None and previous.state == state:
             return previous
         if key not in self._scenes:
-            scene = reconstruct(
-                self.case,
-                state,
-                # Masks and plate of any earlier scene of the picture serve as long as they fit.
-                previous=previous or next(reversed(self._scenes.values()), None),
-                cancelled=self.control.cancelled,
-                progress=self.control.progress,
-            )
+            scene = self.build(state, previous)
             # A completed state reconstructs to itself, so it is known by both keys.
             self._scenes[key] = self._scenes[_hash(scene.state)] = scene
         return self._scenes[key]
+
+    def build(self, state: SceneState, previous: Scene | None) -> Scene:
+        """The same without the cache, for what is tried while a hand still moves."""
+        return reconstruct(
+            self.case,
+            state,
+            # Masks and plate of any earlier scene of the picture serve as long as they fit.
+            previous=previous or next(reversed(self._scenes.values()), None),
+            cancelled=self.control.cancelled,
+            progress=self.control.progress,
+        )
 
     def simulate(self, program: PhysicalProgram, scene: Scene) -> Rollout:
         """One run of the physics engine."""
         self.control.check()
         self.simulations += 1
         return self._simulator.simulate(program, scene.meshes, cancelled=self.control.cancelled)
+
+    def again(self, program: PhysicalProgram, scene: Scene, before: Rollout | None) -> Rollout:
+        """One run that takes over what an edit cannot have changed; the same bits as `simulate`."""
+        if before is None or before.snapshots is None:
+            return self.simulate(program, scene)
+        self.control.check()
+        self.simulations += 1
+        return self._simulator.resimulate(
+            program, scene.meshes, before, program.clip.steps, cancelled=self.control.cancelled
+        )
 
     def view(self, scene: Scene) -> Image | None:
         """The reconstruction seen by its own camera, to be held against the photo."""

@@ -20,6 +20,19 @@ class Notice:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Attempt:
+    """What an edit that is still under the pointer would make; nothing of it is stored.
+
+    problem: why it cannot be, then there is no rollout.
+    """
+
+    program: PhysicalProgram | None = None
+    rollout: Rollout | None = None
+    checks: tuple[Check, ...] = ()
+    problem: str = ""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Snapshot:
     """All that a view needs.
 
@@ -27,7 +40,7 @@ class Snapshot:
     same. preview_rollout: of the head's proposal, for a ghost; None while another round is
     shown. shown_round: id of the round on view; read_only: it is not the head. busy: what is
     happening now, in words, None at rest. progress: 0 … 1 of it, None where unknown.
-    revision: grows with every change.
+    revision: grows with every change. attempt: while something is dragged, what would come of it.
     """
 
     revision: int
@@ -50,3 +63,4 @@ class Snapshot:
     notices: tuple[Notice, ...] = ()
     can_undo: bool = False
     can_redo: bool = False
+    attempt: Attempt | None = None

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 from physagent_studio.errors import Cancelled, InputError, ProgramError, StudioError
 from physagent_studio.exchange import case_from_image, load_case
+from physagent_studio.program import Edit
 from physagent_studio.program.document import dump_program
 from physagent_studio.records import Case, LoopState
 from physagent_studio.session import Session, Store
@@ -18,7 +19,7 @@ from physagent_studio.workbench import commands
 from physagent_studio.workbench.desk import Desk
 from physagent_studio.workbench.engine import AgentName, Control
 from physagent_studio.workbench.rendering import render_rollout
-from physagent_studio.workbench.snapshot import Notice, Snapshot
+from physagent_studio.workbench.snapshot import Attempt, Notice, Snapshot
 
 log = logging.getLogger(__name__)
 Subscriber = Callable[[Snapshot], None]
@@ -35,22 +36,41 @@ class Workbench:
         self.store = store
         self._evidence = evidence
         self._agent: AgentName = agent
-        self._queue: queue.Queue[commands.Command | None] = queue.Queue()
+        self._queue: queue.Queue[commands.Command | _Marker | _Try | None] = queue.Queue()
         self._cancel = threading.Event()
         self._lock = threading.Lock()
         self._subscribers: list[Subscriber] = []
         self._snapshot = Snapshot(revision=0)
         self._numbers = itertools.count(1)
         self._desk: Desk | None = None
-        self._control = Control(self._cancel.is_set, self._progress)
+        self._wanted: list[tuple[Edit, ...] | None] = []
+        self._trying: tuple[Edit, ...] | None = None
+        self._overtaken = threading.Event()
+        self._control = Control(self._stopped, self._progress)
         self._worker = threading.Thread(target=self._work, name="workbench", daemon=True)
         self._worker.start()
 
     # --- for any thread ----------------------------------------------------------------------
 
     def post(self, command: commands.Command) -> None:
-        """Queues a command."""
+        """Queues a command; what is being tried gives way to it, unless it is just that."""
+        with self._lock:
+            self._wanted.clear()
+            same = isinstance(command, commands.ApplyEdits) and command.edits == self._trying
+            if not same:
+                self._overtaken.set()
         self._queue.put(command)
+
+    def try_out(self, edits: tuple[Edit, ...] | None) -> None:
+        """Runs edits that are still under the pointer, and shows it as `Snapshot.attempt`.
+
+        Of those that wait only the newest is run; None ends the trying. Nothing is stored.
+        """
+        with self._lock:
+            waiting = bool(self._wanted)
+            self._wanted[:] = [edits]
+        if not waiting:
+            self._queue.put(_TRY)
 
     def cancel(self) -> None:
         """Stops what is running now; what was acknowledged stays."""
@@ -76,7 +96,7 @@ class Workbench:
     def wait(self, timeout: float = 60.0) -> bool:
         """Whether everything posted so far was carried out within `timeout` seconds."""
         done = threading.Event()
-        self._queue.put(_Marker(done))  # type: ignore[arg-type]
+        self._queue.put(_Marker(done))
         return done.wait(timeout)
 
     def close(self) -> None:
@@ -93,9 +113,36 @@ class Workbench:
                 command.done.set()
                 continue
             self._cancel.clear()
+            if isinstance(command, _Try):
+                self._try()
+                continue
             self._carry_out(command)
         if self._desk is not None:
             self._desk.session.close()
+
+    def _stopped(self) -> bool:
+        """Whether the work at hand shall end: cancelled, or a try that a command has overtaken."""
+        return self._cancel.is_set() or (self._trying is not None and self._overtaken.is_set())
+
+    def _try(self) -> None:
+        with self._lock:
+            if not self._wanted:
+                return
+            self._trying = edits = self._wanted.pop()
+            self._overtaken.clear()
+        try:
+            found = None if edits is None or self._desk is None else self._desk.attempt(edits)
+        except Cancelled:
+            return
+        except StudioError as error:
+            found = Attempt(problem=str(error))
+        except Exception as error:
+            log.exception("an attempt failed")
+            found = Attempt(problem=f"Something went wrong on our side: {error!r}")
+        finally:
+            with self._lock:
+                self._trying = None
+        self._publish(replace(self._snapshot, attempt=found, busy=None, progress=None))
 
     def _carry_out(self, command: commands.Command) -> None:
         """The one boundary where any failure becomes a notice instead of a dead worker."""
@@ -210,6 +257,13 @@ class Workbench:
             subscribers = tuple(self._subscribers)
         for callback in subscribers:
             callback(self._snapshot)
+
+
+class _Try:
+    """The place in the queue where the newest of what shall be tried is run."""
+
+
+_TRY = _Try()
 
 
 class _Marker:

@@ -71,6 +71,49 @@ def test_drag_a_bar_and_resize_it(waiting: Desk) -> None:
     assert not np.array_equal(before, _positions(waiting))
 
 
+def test_a_drag_is_run_while_it_goes_on_and_is_one_step_to_undo(waiting: Desk) -> None:
+    page = waiting.page
+    bar = _bar(waiting)
+    name = bar.get_attribute("data-action")
+    before = waiting.snapshot
+    box = bar.locator(".body").bounding_box()
+    frame = _per_frame(waiting)
+    x, y = box["x"] + box["width"] / 2, box["y"] + 8
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 6 * frame, y, steps=4)
+    tried = waiting.until(
+        lambda: waiting.snapshot.attempt and waiting.snapshot.attempt.rollout, "a run in the drag"
+    )
+    expect(page.locator(".tl .tip")).to_contain_text("hold")
+    page.mouse.move(x + 12 * frame, y, steps=4)
+    waiting.until(
+        lambda: waiting.snapshot.attempt and waiting.snapshot.attempt.rollout is not tried,
+        "another run in the drag",
+    )
+    assert not waiting.snapshot.has_draft
+    page.mouse.up()
+    waiting.until(lambda: waiting.snapshot.has_draft, "a draft")
+    waiting.idle()
+    assert waiting.snapshot.attempt is None
+    assert waiting.snapshot.program.action(name) != before.program.action(name)
+    page.keyboard.press("Control+z")
+    waiting.until(lambda: waiting.snapshot.program == before.program, "one step back")
+    start = str(before.program.action(name).start_step)  # type: ignore[union-attr]
+    expect(bar).to_have_attribute("data-start", start)
+
+    # Escape lets go: nothing has happened.
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 6 * frame, y, steps=4)
+    waiting.until(lambda: waiting.snapshot.attempt, "a run in the drag")
+    page.keyboard.press("Escape")
+    waiting.until(lambda: waiting.snapshot.attempt is None, "its end")
+    page.mouse.up()
+    waiting.idle()
+    assert waiting.snapshot.program == before.program
+
+
 def test_undo_and_redo_ten_steps_back_to_the_same_program(waiting: Desk) -> None:
     page = waiting.page
     bar = _bar(waiting)

@@ -1,7 +1,7 @@
 // Timeline: a lane per object, a bar per action, marks of what happened, and the playhead.
 
 import { button, draw, h, iconButton } from "./dom.js";
-import { edit, on, scrub, scrubBy, send, setField } from "./wire.js";
+import { attempt, dropAttempt, edit, endAttempt, on, scrub, scrubBy, send, setField, value } from "./wire.js";
 
 const COLORS = {
   SetVelocity: "#2f6fed", SetAngularVelocity: "#7a5af5", ApplyForce: "#d9482b", ApplyTorque: "#c0398c", ApplyAngledForce: "#d97706",
@@ -158,29 +158,50 @@ export function startTimeline(host) {
       drag.start = Math.max(0, Math.min(one.start + one.duration - 1, snap(one.start + by, event)));
       drag.duration = one.start + one.duration - drag.start;
     }
-    const words = drag.what === "move" ? `frame ${frames(drag.start)} · ${seconds(drag.start)}` : `${seconds(drag.duration)} · ${drag.duration} steps`;
-    tip = { x: Math.min(x(drag.start) + 8, box.clientWidth - 150 + box.scrollLeft), y: 1, text: words };
+    attempt(editsOf(one, drag.start, drag.duration));
+    readout();
     lanes();
   };
+
+  // Where the bar is now, and what would come of dropping it here.
+  function readout() {
+    const words = drag.what === "move" ? `frame ${frames(drag.start)} · ${seconds(drag.start)}` : `${seconds(drag.duration)} · ${drag.duration} steps`;
+    const tried = drag.moved ? value("attempt") : null;
+    const outcome = tried && tried.problem ? " · not possible" : tried && tried.of ? ` · ${tried.holds} of ${tried.of} hold` : "";
+    const text = words + outcome;
+    tip = { x: Math.max(box.scrollLeft + 2, Math.min(x(drag.start) + 8, box.clientWidth - text.length * 6.3 - 20 + box.scrollLeft)), y: 1, text };
+  }
 
   svg.onpointerup = () => {
     const done = drag;
     tip = null;
     if (!done) return;
-    if (done.what === "head" || !done.moved) { drag = null; lanes(); return; }
+    if (done.what === "head" || !done.moved) { drag = null; endAttempt(); lanes(); return; }
     retime(done.one, done.start, done.duration);
   };
-  svg.onpointercancel = () => { drag = null; tip = null; lanes(); };
+  const letGo = () => { drag = null; tip = null; endAttempt(); lanes(); };
+  svg.onpointercancel = letGo;
+  addEventListener("keydown", (event) => {
+    if (event.key !== "Escape" || !drag || !drag.one) return;
+    event.preventDefault();
+    event.stopPropagation();
+    letGo();
+  }, true);
 
-  // The bar stays where it was dropped until the server has answered; a refusal brings it back.
-  function retime(one, start, duration) {
+  // One list of edits is validated as a whole, so their order does not matter.
+  function editsOf(one, start, duration) {
     const edits = [];
     const path = `event.actions.${one.id}`;
     if (start !== one.start && !one.when) edits.push({ op: "set", path: `${path}.start_step`, value: start });
     if (duration !== one.duration && !one.instant) edits.push({ op: "set", path: `${path}.duration`, value: duration });
-    if (!edits.length) { drag = null; lanes(); return; }
-    // Moving towards the end must shorten first, or the window would stick out for a moment; one
-    // list of edits is validated as a whole, so the order does not matter.
+    return edits.length ? edits : null;
+  }
+
+  // The bar stays where it was dropped until the server has answered; a refusal brings it back.
+  function retime(one, start, duration) {
+    const edits = editsOf(one, start, duration);
+    if (!edits) { drag = null; endAttempt(); lanes(); return; }
+    dropAttempt();
     const mine = { id: one.id, start, duration, what: "waiting" };
     drag = mine;
     const back = () => { if (drag === mine) { drag = null; lanes(); } };
@@ -280,6 +301,11 @@ export function startTimeline(host) {
     settle();
     transport();
     lanes();
+  });
+  on("attempt", () => {
+    if (!drag || !drag.one || !tip) return;
+    readout();
+    playhead();
   });
   on("playhead", (next) => {
     const reselect = !head || head.selection.name !== next.selection.name || head.selection.kind !== next.selection.kind || head.loopEnd !== next.loopEnd || head.loopStart !== next.loopStart;

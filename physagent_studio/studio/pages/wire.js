@@ -38,6 +38,37 @@ export function edit(edits, reason, refused) {
 
 export const setField = (path, data, refused) => edit([{ op: "set", path, value: data }], "", refused);
 
+// What an edit that is still under the pointer would make: at most one is sent every 50 ms, and
+// the newest always is. `null` ends it.
+const PAUSE = 50;
+let newest, resting = 0, tried = "null";
+
+export function attempt(edits) {
+  newest = edits;
+  if (!resting) sendAttempt();
+}
+
+function sendAttempt() {
+  const text = JSON.stringify(newest);
+  if (text === tried) return;
+  tried = text;
+  send({ do: "try", edits: newest });
+  resting = setTimeout(() => { resting = 0; sendAttempt(); }, PAUSE);
+}
+
+// A drop says the same as the last attempt and ends it by itself.
+export function dropAttempt() {
+  clearTimeout(resting);
+  resting = 0;
+  tried = "null";
+}
+
+export function endAttempt() {
+  const open = tried !== "null" || resting;
+  dropAttempt();
+  if (open) send({ do: "try", edits: null });
+}
+
 // The frame that was asked for last; key presses faster than the answers add up.
 let wanted = null;
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import viser
+from numpy.typing import NDArray
 
 from physagent_studio.program.rotations import angle_between, matrices_of
 from physagent_studio.records import Mesh, Rollout
 
 EARLIER, PREVIEW, NOW = (150, 154, 162), (18, 184, 166), (59, 130, 246)
+TRIED = (245, 158, 11)
 NEAR_METRES, NEAR_RADIANS = 0.004, 0.03
 """A ghost this close to the thing itself is not drawn, since both would flicker."""
 
@@ -21,7 +23,7 @@ class Ghosts:
     def __init__(self, server: viser.ViserServer) -> None:
         self._server = server
         self._ghosts: dict[str, tuple[Rollout, dict[str, viser.MeshHandle]]] = {}
-        self._trails: dict[str, tuple[Rollout, list[viser.SceneNodeHandle]]] = {}
+        self._trails: dict[str, tuple[Rollout, dict[str, viser.LineSegmentsHandle]]] = {}
 
     def clear(self) -> None:
         """Removes all of them."""
@@ -33,44 +35,47 @@ class Ghosts:
         self, key: str, rollout: Rollout | None, color: Color, meshes: dict[str, Mesh]
     ) -> None:
         """Shows the moving objects of a rollout as shades; None takes them away."""
-        if key in self._ghosts:
-            if self._ghosts[key][0] is rollout:
-                return
+        names = [] if rollout is None else [n for i, n in enumerate(rollout.objects)
+                                            if n in meshes and moves(rollout, i)]  # fmt: skip
+        shown = self._ghosts.get(key)
+        if shown is not None and rollout is not None and list(shown[1]) == names:
+            self._ghosts[key] = (rollout, shown[1])
+            return
+        if shown is not None:
             del self._ghosts[key]
             self._server.scene.remove_by_name(f"/ghosts/{key}")
         if rollout is None:
             return
-        handles = {}
-        for at, name in enumerate(rollout.objects):
-            if name in meshes and moves(rollout, at):
-                handles[name] = self._server.scene.add_mesh_simple(
-                    f"/ghosts/{key}/{name}", meshes[name].vertices, meshes[name].faces,
-                    color=color, opacity=0.32, cast_shadow=False, receive_shadow=False,
-                )  # fmt: skip
+        handles = {
+            name: self._server.scene.add_mesh_simple(
+                f"/ghosts/{key}/{name}", meshes[name].vertices, meshes[name].faces,
+                color=color, opacity=0.32, cast_shadow=False, receive_shadow=False,
+            )
+            for name in names
+        }  # fmt: skip
         self._ghosts[key] = (rollout, handles)
 
     def set_trail(self, key: str, rollout: Rollout | None, color: Color) -> None:
         """Shows the paths of a rollout's moving objects; None takes them away."""
-        if key in self._trails:
-            if self._trails[key][0] is rollout:
-                return
-            for handle in self._trails.pop(key)[1]:
-                handle.remove()
-        if rollout is None:
+        shown = self._trails.get(key)
+        if shown is not None and shown[0] is rollout:
             return
-        rows = np.unique(np.append(np.arange(0, rollout.steps, 2), rollout.steps))
-        handles: list[viser.SceneNodeHandle] = []
-        for at, name in enumerate(rollout.objects):
-            if not moves(rollout, at):
+        lines = {} if rollout is None else paths_of(rollout)
+        handles = {} if shown is None else shown[1]
+        for name in set(handles) - set(lines):
+            handles.pop(name).remove()
+        for name, line in lines.items():
+            if name in handles and handles[name].points.shape == line.shape:
+                handles[name].points = line
                 continue
-            line = rollout.positions[rows, at]
-            handles.append(
-                self._server.scene.add_line_segments(
-                    f"/trails/{key}/{name}", np.stack([line[:-1], line[1:]], axis=1),
-                    colors=color, thickness=2.5, thickness_units="screen",
-                )
+            handles[name] = self._server.scene.add_line_segments(
+                f"/trails/{key}/{name}", line, colors=color, thickness=2.5,
+                thickness_units="screen",
             )  # fmt: skip
-        self._trails[key] = (rollout, handles)
+        if rollout is None:
+            self._trails.pop(key, None)
+        else:
+            self._trails[key] = (rollout, handles)
 
     def pose(self, step: int, now: Rollout | None) -> None:
         """Moves the shades to a step."""
@@ -81,6 +86,17 @@ class Ghosts:
                 handle.visible = not _covers(rollout, now, name, step)
                 handle.position = rollout.positions[row, at]
                 handle.wxyz = rollout.rotations[row, at]
+
+
+def paths_of(rollout: Rollout) -> dict[str, NDArray[np.float32]]:
+    """(M, 2, 3) segments of the path of everything that moves, world, m."""
+    rows = np.unique(np.append(np.arange(0, rollout.steps, 2), rollout.steps))
+    found = {}
+    for at, name in enumerate(rollout.objects):
+        if len(rows) > 1 and moves(rollout, at):
+            line = rollout.positions[rows, at].astype(np.float32)
+            found[name] = np.stack([line[:-1], line[1:]], axis=1)
+    return found
 
 
 def _covers(ghost: Rollout, now: Rollout | None, name: str, step: int) -> bool:

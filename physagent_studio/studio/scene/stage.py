@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.program import PhysicalProgram, SceneObject
 from physagent_studio.records import Mesh, Rollout, Scene
-from physagent_studio.studio.scene.ghosts import EARLIER, NOW, PREVIEW, Ghosts
+from physagent_studio.studio.scene.ghosts import EARLIER, NOW, PREVIEW, TRIED, Ghosts
 from physagent_studio.studio.scene.glb import glb_of
 from physagent_studio.studio.scene.handles import Handles, Placed
 from physagent_studio.studio.scene.marks import Dragged, Later, Marks
@@ -85,7 +85,20 @@ class Stage:
             self._ghosts.set_trail("now", snapshot.rollout if trails else None, NOW)
             self._ghosts.set_trail("preview", preview if trails else None, PREVIEW)
             self._ghosts.set_trail("earlier", earlier if trails else None, EARLIER)
+            self._set_attempt(snapshot)
         self.pose(snapshot, view)
+
+    def attempt(self, snapshot: Snapshot, view: View) -> None:
+        """Draws what would come of the edit under the pointer; the rest stays as it is."""
+        with self._server.atomic():
+            self._set_attempt(snapshot)
+            self._ghosts.pose(view.step, snapshot.rollout)
+        self._server.flush()
+
+    def _set_attempt(self, snapshot: Snapshot) -> None:
+        tried = snapshot.attempt.rollout if snapshot.attempt else None
+        self._ghosts.set_ghost("tried", tried, TRIED, self._meshes)
+        self._ghosts.set_trail("tried", tried, TRIED)
 
     def pose(self, snapshot: Snapshot, view: View) -> None:
         """Moves everything to the step on view; cheap, called on every frame of playback."""

@@ -14,7 +14,7 @@ from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene import Ellipsoid, Inflated, Revolved, Shape, Sphere
 from physagent_studio.reconstruction.geometry import metres_per_pixel, on_plane, on_upright
-from physagent_studio.reconstruction.inflation import inflated_mesh, natural_depth
+from physagent_studio.reconstruction.inflation import inflated_mesh, natural_depth, upright_extent
 from physagent_studio.reconstruction.masks import BoolArray, bounds, iou
 from physagent_studio.reconstruction.meshes import mesh_of
 from physagent_studio.reconstruction.names import Usual
@@ -119,10 +119,13 @@ def _inflated_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) ->
     The foot that is seen is the near rim; the middle plane lies half a depth behind it.
     """
     x0, y0, x1, y1 = bounds(mask)
-    share = (usual.depth * (x1 - x0) if usual.depth else natural_depth(mask)) / max(x1 - x0, 1)
+    depth = usual.depth * (x1 - x0) if usual.depth else natural_depth(mask)
+    extent = upright_extent(mask, camera, depth)
+    share = extent[1] / max(extent[0], 1e-9)
     along = base.hold < 1 and not base.free_z
     pixel = metres_per_pixel(camera, (base.x, base.y, base.z))
-    width, height = (x1 - x0) * pixel, (y1 - y0) * pixel
+    width = (x1 - x0) * pixel
+    height = width * extent[2] / max(extent[0], 1e-9)
     y = base.y + (0.5 * (1 - base.hold) * min(share, 1.0) * width if along else 0.0)
     x = float(on_upright(camera, [((x0 + x1) / 2, y1)], y)[0, 0])
     foot = base.z

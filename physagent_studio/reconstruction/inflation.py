@@ -2,7 +2,8 @@
 
 The mask is laid on an upright plane that faces the camera and given a thickness there. Round
 things swell like a membrane under pressure; things whose usual depth is larger than that (a
-car, a house) get flat sides with a bevelled rim, so that they stand on a flat base.
+car, a house) get flat sides with a bevelled rim. What stands was cut level where it touches the
+ground, for a thing that is seen to stand has a base to stand on.
 """
 
 from __future__ import annotations
@@ -17,12 +18,15 @@ from scipy.sparse.linalg import spsolve
 
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Inflated
+from physagent_studio.reconstruction.footing import across_the_feet, levelled
 from physagent_studio.reconstruction.geometry import on_upright_through
 from physagent_studio.reconstruction.masks import BoolArray, bounds
 from physagent_studio.reconstruction.meshes import volume_and_centre
 from physagent_studio.records.scene import Mesh
 
 FloatArray = NDArray[np.float64]
+FOOT = 0.04
+"""Lowest share of a silhouette's height that may touch the ground."""
 CELLS = 60
 FINEST = 110
 """Cells of the grid along the longer side of the silhouette: usual, and at most."""
@@ -56,52 +60,95 @@ def inflated_mesh(mask: BoolArray, camera: Camera, shape: Inflated) -> Mesh:
     vertices, faces = _upright(mask, camera, shape.size[1] / max(shape.size[0], 1e-9))
     low, high = vertices.min(0), vertices.max(0)
     scale = np.array(shape.size) / np.maximum(high - low, 1e-12)
-    vertices = (vertices - (low + high) / 2) * scale
+    vertices = levelled((vertices - (low + high) / 2) * scale, faces.astype(np.int32))
     _, centre = volume_and_centre(vertices, faces.astype(np.int32))
     return Mesh(vertices - centre, faces.astype(np.int32))
+
+
+def upright_extent(mask: BoolArray, camera: Camera, depth: float) -> tuple[float, float, float]:
+    """Extent (x, y, z) of a body over a mask one unit away, world axes.
+
+    depth: its thickness through the upright plane on which the mask is laid, pixels.
+    """
+    low, high = _box(*_laid(mask, camera), depth / 2)
+    x, y, z = (float(value) for value in high - low)
+    return x, y, z
 
 
 def _upright(
     mask: BoolArray, camera: Camera, depth_share: float
 ) -> tuple[FloatArray, NDArray[np.int64]]:
-    """World vertices around a plane one unit away, and faces; depth is a share of the width."""
+    """World vertices around a plane one unit away, and faces.
+
+    depth_share: extent of the result along y as a share of that along x.
+    """
+    flat, ahead, sheet = _laid(mask, camera)
+    x0, y0, x1, y1 = bounds(mask)
+    least, most = 0.0, 6.0 * max(x1 - x0, y1 - y0)
+    for _ in range(30):
+        half = (least + most) / 2
+        low, high = _box(flat, ahead, sheet, half)
+        extent = high - low
+        if extent[1] < depth_share * extent[0]:
+            least = half
+        else:
+            most = half
+    thick = _thickness(sheet, most)
+    push = thick[:, None] * ahead[None]
+    return _closed(np.vstack([flat - push, flat + push]), sheet, thick)
+
+
+def _laid(mask: BoolArray, camera: Camera) -> tuple[FloatArray, FloatArray, _Sheet]:
+    """The silhouette on an upright plane: places (V, 3) m, the level unit vector through the
+
+    plane scaled to a pixel (1 / focal, for the plane is one unit away), and the sheet.
+    """
     sheet = _sheet(mask)
     x0, y0, x1, y1 = bounds(mask)
     middle = np.array([(x0 + x1) / 2, (y0 + y1) / 2])
     ray = camera.rays(middle[None])[0]
     ahead = np.array([ray[0], ray[1], 0.0])
     ahead /= max(float(np.hypot(*ahead[:2])), 1e-9)
+    ahead = across_the_feet(mask, camera, ahead)
     centre = np.asarray(camera.position) + ray
     flat = on_upright_through(camera, sheet.pixels, centre, ahead)
-    half = depth_share * (x1 - x0) / 2
-    swell, inset = sheet.swell, sheet.inset
-    most = float(swell.max(initial=1e-9))
+    return flat, ahead / camera.focal, sheet
+
+
+def _box(
+    flat: FloatArray, ahead: FloatArray, sheet: _Sheet, half: float
+) -> tuple[FloatArray, FloatArray]:
+    """Least and greatest coordinates of the body of that half thickness, pixels."""
+    push = _thickness(sheet, half)[:, None] * ahead[None]
+    return np.minimum(flat - push, flat + push).min(0), np.maximum(flat - push, flat + push).max(0)
+
+
+def _thickness(sheet: _Sheet, half: float) -> FloatArray:
+    """Half thickness (V,) of a body that is 2 · half pixels deep: round, or flat with a bevel."""
+    most = float(sheet.swell.max(initial=1e-9))
     if half <= 1.15 * most:
-        thick = swell * (half / most)
-    else:
-        bevel = 0.25 * float(np.median(inset[~sheet.rim])) + 1.0
-        thick = half * (0.8 + 0.2 * np.sqrt(1 - (1 - np.clip(inset / bevel, 0, 1)) ** 2))
-    # One pixel at the plane is 1 / focal units, for the plane is one unit away.
-    push = (thick / camera.focal)[:, None] * ahead[None]
-    vertices = np.vstack([flat - push, flat + push])
-    return _closed(vertices, sheet, thick)
+        return sheet.swell * (half / most)
+    bevel = 0.25 * float(np.median(sheet.inset[~sheet.rim])) + 1.0
+    return half * (0.8 + 0.2 * np.sqrt(1 - (1 - np.clip(sheet.inset / bevel, 0, 1)) ** 2))
 
 
 def _closed(
     vertices: FloatArray, sheet: _Sheet, thick: FloatArray
 ) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Front and back sheet joined along the rim, faces outward."""
+    """Front and back sheet joined along the rim, faces outward.
+
+    Where the rim has no thickness its two vertices become one, elsewhere a wall joins them.
+    """
     count = len(sheet.pixels)
-    faces = [sheet.faces, sheet.faces[:, ::-1] + count]
-    if thick[sheet.rim].max(initial=0.0) > 1e-9:
-        edges = _border(sheet.faces)
-        a, b = edges[:, 0], edges[:, 1]
-        faces.append(np.stack([b, a, a + count], 1))
-        faces.append(np.stack([b, a + count, b + count], 1))
-        return vertices, np.vstack(faces)
+    edges = _border(sheet.faces)
+    a, b = edges[:, 0], edges[:, 1]
+    walls = [np.stack([b, a, a + count], 1), np.stack([b, a + count, b + count], 1)]
     merged = np.arange(2 * count)
-    merged[count:][sheet.rim] = np.flatnonzero(sheet.rim)
-    joined = merged[np.vstack(faces)]
+    sharp = np.flatnonzero(sheet.rim & (thick <= 1e-9))
+    merged[count + sharp] = sharp
+    joined = merged[np.vstack([sheet.faces, sheet.faces[:, ::-1] + count, *walls])]
+    first, second, third = joined.T
+    joined = joined[(first != second) & (second != third) & (third != first)]
     used, compact = np.unique(joined, return_inverse=True)
     return vertices[used], compact.reshape(joined.shape)
 
@@ -146,7 +193,12 @@ def _sheet(mask: BoolArray) -> _Sheet:
     shift = np.clip(-field, 0, 1.5 * step)
     px = gx + np.where(ring, slope_x / steep * shift, 0)
     py = gy + np.where(ring, slope_y / steep * shift, 0)
-    swell = _membrane(inside) * step
+    foot = _foot(inside)
+    swell = _membrane(inside, foot) * step
+    below = np.zeros_like(foot)
+    below[1:] = foot[:-1]
+    below &= ring
+    swell[below] = swell[:-1][below[1:]]
     used = inside | ring
     number = np.full(used.shape, -1)
     number[used] = np.arange(np.count_nonzero(used))
@@ -159,8 +211,21 @@ def _sheet(mask: BoolArray) -> _Sheet:
     return _Sheet(pixels, faces, ring[used], swell[used], np.maximum(field[used], 0))
 
 
-def _membrane(inside: BoolArray) -> FloatArray:
-    """Half thickness in cells of a body swollen over a region: √ of a Poisson solution."""
+def _foot(inside: BoolArray) -> BoolArray:
+    """The lowest cells of a region: it goes on below, for a thing stands on more than a line."""
+    rows = np.flatnonzero(inside.any(1))
+    out = np.zeros_like(inside)
+    if len(rows):
+        from_row = rows[-1] - max(1, round(FOOT * len(rows))) + 1
+        out[from_row:] = inside[from_row:]
+    return out
+
+
+def _membrane(inside: BoolArray, foot: BoolArray) -> FloatArray:
+    """Half thickness in cells of a body swollen over a region: √ of a Poisson solution.
+
+    It is held flat along the outline, but for the lower side of cells of the foot.
+    """
     count = int(np.count_nonzero(inside))
     out = np.zeros(inside.shape)
     if not count:
@@ -169,7 +234,8 @@ def _membrane(inside: BoolArray) -> FloatArray:
     index[1:-1, 1:-1][inside] = np.arange(count)
     rows, columns = np.nonzero(index >= 0)
     own = index[rows, columns]
-    entries = [(own, own, np.full(count, 4.0))]
+    open_below = foot[rows - 1, columns - 1] & (index[rows + 1, columns] < 0)
+    entries = [(own, own, 4.0 - open_below)]
     for dy, dx in ((0, 1), (0, -1), (1, 0), (-1, 0)):
         near = index[rows + dy, columns + dx]
         some = near >= 0

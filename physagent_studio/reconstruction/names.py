@@ -114,6 +114,7 @@ _add(2.2, 0.3, FREE, "horse", "cow", "elephant", "bear", "bull")
 _DEPTH = {"car": 0.42, "truck": 0.35, "bus": 0.25, "train": 0.2, "stool": 0.65, "chair": 0.9}
 _DEPTH |= {"house": 0.8, "castle": 0.8, "tower": 1.0, "building": 0.8, "cabin": 0.9, "sofa": 0.5}
 _DEPTH |= {"suit": 0.25, "dress": 0.25, "coat": 0.25, "jacket": 0.25, "shirt": 0.2, "towel": 0.08}
+_DEPTH |= {"scooter": 0.1, "bicycle": 0.12, "bike": 0.12, "motorcycle": 0.25, "motorbike": 0.25}
 _DEPTH |= {"laptop": 0.7, "shoe": 0.4, "boot": 0.4, "bench": 0.4, "bag": 0.4, "backpack": 0.5}
 
 _ASPECT = {"pin": (3.1, 0.1), "skittle": (3.1, 0.2), "bottle": (3.2, 0.25), "cube": (1.05, 0.15)}

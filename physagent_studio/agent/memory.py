@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 
+from physagent_studio.program import SetField
 from physagent_studio.records import LoopState, Memory, MemoryEntry, Round
 
 # What a passed stage 1 vouches for. Material, density and friction are not seen in a photo.
@@ -26,9 +27,9 @@ def memory_of(state: LoopState) -> Memory:
     return Memory(
         entries=entries,
         pinned=state.pinned,
-        verified=verified_paths(path),
+        verified=(*verified_paths(path), *set_by_hand(path)),
         tried=ran,
-        hints=state.hints,
+        hints=(*state.hints, *_overruling(path)),
         rejected=rejected,
     )
 
@@ -46,6 +47,23 @@ def _entry(before: Round, after: Round) -> MemoryEntry:
         margins_before=_margins(before),
         margins_after=_margins(after),
     )
+
+
+def _overruling(path: tuple[Round, ...]) -> tuple[str, ...]:
+    """A person's words against verdicts that held."""
+    overrides = [item.override for item in path if item.override is not None]
+    return tuple(one.words for one in overrides if one.words and not one.passed)
+
+
+def set_by_hand(path: tuple[Round, ...]) -> tuple[str, ...]:
+    """Paths that a person has set on the way to the head; the agent changes them last.
+
+    Unlike a pin they are no order: where nothing else helps, a proposal may say that it
+    touches them.
+    """
+    origins = [item.origin for item in path if item.origin is not None]
+    edits = [e for one in origins if one.kind in ("override", "edit") for e in one.edits]
+    return tuple(dict.fromkeys(e.path for e in edits if isinstance(e, SetField)))
 
 
 def _margins(item: Round) -> dict[str, float]:

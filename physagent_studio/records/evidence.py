@@ -25,7 +25,7 @@ class RolloutEvidence:
     """Stage 2: measured facts and every third frame (x1, x4 … x79 of the paper).
 
     checks: the contract and the always-on physical checks, measured. frames: 27 images, or
-    empty where nothing was rendered. visible: per object, mask pixels in first and last frame.
+    empty where nothing was rendered.
     """
 
     program: PhysicalProgram
@@ -33,7 +33,6 @@ class RolloutEvidence:
     rollout: Rollout
     checks: tuple[Check, ...]
     frames: tuple[Image, ...] = ()
-    visible: tuple[tuple[str, int, int], ...] = ()
 
 
 Evidence = SceneEvidence | RolloutEvidence

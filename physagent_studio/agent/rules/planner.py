@@ -9,6 +9,7 @@ from dataclasses import replace
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.factors import Bias, bias_of, may_change, relevant_knobs
 from physagent_studio.agent.rules.knobs import Knob
+from physagent_studio.agent.rules.overruled import as_the_person_says
 from physagent_studio.agent.rules.repairs import structural
 from physagent_studio.agent.rules.searching import (
     Candidate,
@@ -38,6 +39,8 @@ class RulePlanner:
         # What the first proposals did not find is rarely worth as long a search again.
         spent = 10 * len(situation.memory.entries)
         search = Search(situation, max(self.limit - spent, min(self.limit, 25)))
+        if situation.assessment.passed:
+            return as_the_person_says(situation, search)
         best = self._searched(situation, search)
         start = search.start()
         if best is None or not _worth(best.score, start.score):

@@ -190,6 +190,13 @@ class Session:
         rows = self._db.execute("SELECT at, kind, author, payload FROM log ORDER BY seq")
         return tuple((at, kind, author, json.loads(text)) for at, kind, author, text in rows)
 
+    def log_after(self, seq: int, kind: str) -> tuple[tuple[int, dict[str, Any]], ...]:
+        """Entries of one kind with a number above `seq`: (number, payload) in order."""
+        rows = self._db.execute(
+            "SELECT seq, payload FROM log WHERE seq > ? AND kind = ? ORDER BY seq", (seq, kind)
+        )
+        return tuple((number, json.loads(text)) for number, text in rows)
+
     # --- files -------------------------------------------------------------------------------
 
     def put_rollout(self, rollout: Rollout) -> str:
@@ -230,6 +237,11 @@ class Session:
         """A stored fact about the session."""
         row = self._db.execute("SELECT value FROM meta WHERE key = ?", (key,)).fetchone()
         return None if row is None else row[0]
+
+    def note(self, key: str, value: str) -> None:
+        """Keeps a fact about the session that `meta` reads."""
+        with self._transaction():
+            self._set_meta(key, value)
 
     def close(self) -> None:
         """Closes the database; everything acknowledged is on the disk already."""

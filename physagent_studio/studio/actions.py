@@ -12,8 +12,8 @@ from typing import Any, Protocol
 from physagent_studio.errors import InputError, StudioError
 from physagent_studio.program import MATERIALS, PhysicalProgram, Support, apply
 from physagent_studio.program import scene as shapes
-from physagent_studio.studio import intents
-from physagent_studio.studio.library import Library
+from physagent_studio.studio import intents, intents_shelf, shelf
+from physagent_studio.studio.library import Library, output_path
 from physagent_studio.studio.painter import Painter
 from physagent_studio.studio.scene.stage import poses_at
 from physagent_studio.studio.view import Selection, View
@@ -21,6 +21,10 @@ from physagent_studio.workbench import Snapshot, Workbench, commands
 
 PHOTO_BYTES = 16 * 2**20
 SIGNATURES = {b"\x89PNG": ".png", b"\xff\xd8\xff": ".jpg", b"RIFF": ".webp"}
+
+
+Offer = tuple[str, dict[str, Any]]
+"""What a notice offers: the words on its button, and the intent that it sends."""
 
 
 class Studio(Protocol):
@@ -32,9 +36,12 @@ class Studio(Protocol):
     painter: Painter
     library: Library
     tokens: dict[int, str]
+    presenting: set[int]
 
     def set_view(self, view: View) -> None: ...
-    def say(self, browser: int | None, level: str, text: str) -> None: ...
+    def say(
+        self, browser: int | None, level: str, text: str, offer: Offer | None = None
+    ) -> None: ...
     def answer(self, browser: int, ticket: int | None, problem: str | None) -> None: ...
     def viewer_of(self, browser: int) -> int: ...
 
@@ -260,7 +267,20 @@ def _(intent: intents.Dismiss, studio: Studio, browser: int) -> None:
 
 @carry_out.register
 def _(intent: intents.Video, studio: Studio, browser: int) -> None:
-    folder = studio.workbench.store.root / "videos"
-    folder.mkdir(parents=True, exist_ok=True)
-    name = studio.snapshot.session_id or "clip"
-    studio.workbench.post(commands.Render(folder / f"{name}.mp4"))
+    shown = studio.snapshot
+    path = output_path(studio.workbench.store, shown.session_id, shown.shown_round, ".mp4")
+    studio.workbench.post(commands.Render(path))
+
+
+@carry_out.register
+def _(intent: intents_shelf.Present, studio: Studio, browser: int) -> None:
+    if intent.on:
+        studio.presenting.add(browser)
+    else:
+        studio.presenting.discard(browser)
+
+
+carry_out.register(intents_shelf.RenameSession, shelf.rename)
+carry_out.register(intents_shelf.DuplicateSession, shelf.duplicate)
+carry_out.register(intents_shelf.DeleteSession, shelf.delete)
+carry_out.register(intents_shelf.RestoreSession, shelf.restore)

@@ -8,18 +8,17 @@ from __future__ import annotations
 from collections import OrderedDict
 
 from physagent_studio.errors import StudioError
-from physagent_studio.records import Image, Rollout, Round
+from physagent_studio.records import Rollout, Round
 from physagent_studio.records.rollout_io import rollout_from_bytes
-from physagent_studio.session import Store
-from physagent_studio.session.arrays import unpack_frames
-from physagent_studio.session.files import FileStore
+from physagent_studio.session import FileStore, Store
+from physagent_studio.studio.library import Output, outputs_of
 from physagent_studio.workbench import Snapshot
 
 KEPT = 6
 
 
 class Archive:
-    """Rollouts and frames by key; called from one thread."""
+    """Rollouts by key; called from one thread."""
 
     def __init__(self, store: Store) -> None:
         self._store = store
@@ -40,10 +39,9 @@ class Archive:
         self._rollouts.move_to_end(key)
         return self._rollouts[key]
 
-    def frames(self, session_id: str | None, key: str) -> tuple[Image, ...]:
-        """The evidence frames under a key; empty where there are none."""
-        data = self._read(session_id, key)
-        return () if data is None else unpack_frames(data)
+    def outputs(self, snapshot: Snapshot) -> list[Output]:
+        """Videos and replays that were made of the open session."""
+        return outputs_of(self._store, snapshot.session_id)
 
     def _read(self, session_id: str | None, key: str) -> bytes | None:
         if session_id is None or session_id not in self._store:

@@ -8,6 +8,7 @@ checked before viser sees it, and one port serves our page, our socket and viser
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import http
 import io
@@ -79,7 +80,13 @@ class Page:
 
 
 Pages = Callable[[str], Page | None]
-"""Path, without the query → the page; None where there is none. Called on viser's loop."""
+"""Path, without the query → the page; None where there is none.
+
+Called on viser's loop, for `SLOW_PATHS` on a thread of its pool.
+"""
+
+SLOW_PATHS = ("/frame/", "/face/", "/file/")
+"""Below these lies what has to be made or read first."""
 
 Talk = Callable[[ServerConnection], Awaitable[None]]
 """Speaks with one browser until it goes."""
@@ -175,7 +182,9 @@ def _guarded(pages: Pages, talk: Talk) -> Iterator[None]:
             mine = _path_of(connection.request) == SOCKET_PATH
             await (talk if mine else handler)(connection)
 
-        def process(connection: ServerConnection, request: Request) -> Response | None:
+        async def process(connection: ServerConnection, request: Request) -> Response | None:
+            if _path_of(request).startswith(SLOW_PATHS):
+                return await asyncio.to_thread(answer, connection, request, pages, client)
             return answer(connection, request, pages, client)
 
         options["max_size"] = MAX_MESSAGE

@@ -16,6 +16,7 @@ from physagent_studio.program import Edit, Frozen
 from physagent_studio.program.base import Name, Text
 from physagent_studio.program.scene import Click
 from physagent_studio.records.judgement import DecisionKind, PolicyName
+from physagent_studio.studio.intents_shelf import Present, ShelfIntent
 
 Id = Annotated[str, Field(min_length=1, max_length=200)]
 Label = Annotated[str, Field(max_length=200)]
@@ -271,9 +272,15 @@ Intent = Annotated[
     Play | Scrub | Speed | Loop | Select | Show | Look | Bookmark | Viewer | Compare
     | StepOn | Cancel | DecideOn | Overrule | Policy | Budget | PinFact | ShowRound | Fork
     | Change | Try | WriteText | DropDraft | Undo
-    | OpenKnown | OpenBare | NewCase | RenameTo | Dismiss | Video,
+    | OpenKnown | OpenBare | NewCase | RenameTo | Dismiss | Video | ShelfIntent,
     Field(discriminator="do"),
 ]  # fmt: skip
+
+LOOKING = (
+    Play, Scrub, Speed, Loop, Select, Show, Look, Bookmark, Viewer, Compare, ShowRound, Dismiss,
+    Present,
+)  # fmt: skip
+"""What a page that presents may ask for: nothing of it changes a session."""
 
 _ADAPTER: TypeAdapter[Any] = TypeAdapter(Intent)
 

@@ -5,7 +5,9 @@ A browser names an entry by its key, never by a path.
 
 from __future__ import annotations
 
+import re
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +19,37 @@ from physagent_studio.session import Store
 from physagent_studio.workbench import Snapshot, commands
 
 FRESH_SECONDS = 2.0
+LISTED = 200
+OUTPUTS = {
+    ".mp4": ("video", "video/mp4", False),
+    ".html": ("replay", "text/html", True),
+    ".viser": ("recording", "application/octet-stream", True),
+}
+"""Suffix → what a file made of a session is, its type, and whether the browser saves it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Example:
+    """A bundled case: its folder, its photo and its events (name, sentence)."""
+
+    folder: Path
+    photo: Path | None
+    events: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """A file that was made of a session, for the round of that id."""
+
+    path: Path
+    kind: str
+    mime: str
+    save: bool
+    round: str
 
 
 class Library:
-    """Lists cases and sessions; called by the studio's one thread."""
+    """Lists cases and sessions; called by the studio's one thread, `photo_of` by any."""
 
     def __init__(self, store: Store) -> None:
         self._store = store
@@ -33,51 +62,100 @@ class Library:
         now = time.monotonic()
         if self._listed and self._listed[1] == key and now - self._listed[0] < FRESH_SECONDS:
             return self._listed[2]
-        value = {
-            "cases": [
-                {"key": f"case:{name}", "name": name.replace("_", " "), "events": events}
-                for name, (_, events) in self._cases.items()
-            ],
-            "sessions": [
-                {
-                    "key": f"session:{one.id}",
-                    "title": one.title,
-                    "prompt": one.prompt,
-                    "rounds": one.rounds,
-                    "outcome": one.outcome,
-                    "modified": one.modified,
-                    "open": one.id == snapshot.session_id,
-                }
-                for one in self._store.list()[:200]
-            ],
-        }
+        value = {"cases": self._examples(), "sessions": self._sessions(snapshot.session_id)}
         self._listed = (now, key, value)
         return value
+
+    def forget(self) -> None:
+        """The next listing reads everything again."""
+        self._listed = None
+
+    def _examples(self) -> list[dict[str, Any]]:
+        return [
+            {
+                "key": f"case:{name}",
+                "name": name.replace("_", " "),
+                "face": f"/face/case/{name}.jpg" if one.photo else "",
+                "events": [{"name": event, "prompt": text} for event, text in one.events],
+            }
+            for name, one in self._cases.items()
+        ]
+
+    def _sessions(self, opened: str | None) -> list[dict[str, Any]]:
+        return [
+            {
+                "key": f"session:{one.id}",
+                "title": one.title,
+                "prompt": one.prompt,
+                "rounds": one.rounds,
+                "outcome": one.outcome,
+                "modified": one.modified,
+                "face": f"/face/session/{one.id}.jpg" if one.image else "",
+                "open": one.id == opened,
+            }
+            for one in self._store.list()[:LISTED]
+        ]
 
     def opening(self, key: str, event: str) -> commands.Command:
         """The command that opens an entry."""
         kind, _, name = key.partition(":")
         if kind == "case" and name in self._cases:
-            folder, events = self._cases[name]
-            chosen = event or (events[0]["name"] if events else None)
-            return commands.OpenCase(folder, chosen)
+            one = self._cases[name]
+            chosen = event or (one.events[0][0] if one.events else None)
+            return commands.OpenCase(one.folder, chosen)
         if kind == "session" and name in self._store:
             return commands.OpenSession(name)
         raise InputError(f"'{key}' is not in the list of cases and sessions")
 
+    def session_of(self, key: str) -> str:
+        """The id of a listed session."""
+        kind, _, name = key.partition(":")
+        if kind != "session" or not re.fullmatch(r"[\w-]+", name) or name not in self._store:
+            raise InputError(f"'{key}' is not in the list of sessions")
+        return name
 
-def _bundled() -> dict[str, tuple[Path, list[dict[str, str]]]]:
-    """Cases that ship with the package: name → folder and events."""
+    def photo_of(self, name: str) -> Path | None:
+        """The photo of a bundled case."""
+        one = self._cases.get(name)
+        return one.photo if one else None
+
+
+def outputs_of(store: Store, session_id: str | None) -> list[Output]:
+    """The files that were made of a session, newest first."""
+    folder = store.root / "exports"
+    if session_id is None or not folder.is_dir():
+        return []
+    found = []
+    for path in folder.glob(f"{session_id}--*"):
+        kind, mime, save = OUTPUTS.get(path.suffix, ("", "", True))
+        if kind:
+            found.append(Output(path, kind, mime, save, path.stem.rpartition("--")[2]))
+    return sorted(found, key=lambda one: one.path.stat().st_mtime, reverse=True)
+
+
+def output_path(store: Store, session_id: str | None, round_id: str | None, suffix: str) -> Path:
+    """Where a file of that kind goes; its folder is made."""
+    folder = store.root / "exports"
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder / f"{session_id or 'clip'}--{round_id or 'draft'}{suffix}"
+
+
+def _bundled() -> dict[str, Example]:
+    """Cases that ship with the package, by name; the demo first."""
     try:
         folder = assets_dir()
     except StudioError:
         return {}
     found = {}
-    for path in sorted(folder.glob("*/case.yaml")):
+    cases = sorted(folder.glob("*/case.yaml"))
+    for path in sorted(cases, key=lambda one: one.parent.name != "demo"):
         data = yaml.safe_load(path.read_text(encoding="utf-8"))
-        events = data.get("events") or {} if isinstance(data, dict) else {}
-        found[path.parent.name] = (
+        data = data if isinstance(data, dict) else {}
+        photo = path.parent / str(data.get("image", ""))
+        events = data.get("events") or {}
+        found[path.parent.name] = Example(
             path.parent,
-            [{"name": str(key), "prompt": str(text)} for key, text in events.items()],
+            photo if photo.is_file() else None,
+            tuple((str(key), str(text)) for key, text in events.items()),
         )
     return found

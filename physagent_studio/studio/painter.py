@@ -43,7 +43,7 @@ class Painter:
         """Everything; what has not changed costs nothing on the wire."""
         compared = earlier_round(snapshot, view.compare) if view.compare else None
         earlier = self._archive.rollout(snapshot, earlier_round(snapshot, view.compare))
-        self._hub.publish("run", run.state_of(snapshot))
+        self._hub.publish("run", run.state_of(snapshot, self._archive.outputs(snapshot)))
         self._hub.publish("rounds", rounds.state_of(snapshot, compared))
         self._hub.publish("notices", [_notice(one) for one in snapshot.notices])
         document = (snapshot.program, snapshot.rollout, snapshot.scene, snapshot.read_only)

@@ -1,16 +1,16 @@
-"""What the studio serves over HTTP besides viser: its page and the pictures of the session."""
+"""What the studio serves over HTTP besides viser: its page, pictures and files of the session."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from functools import lru_cache
 from importlib.resources import files
 
-import cv2
-
-from physagent_studio.records import Image
 from physagent_studio.session import Store
 from physagent_studio.studio.guard import Page
+from physagent_studio.studio.library import Library, outputs_of
+from physagent_studio.studio.pictures import Pictures, jpeg_of
 from physagent_studio.workbench import Snapshot
 
 TYPES = {
@@ -19,16 +19,20 @@ TYPES = {
     ".css": "text/css; charset=utf-8",
     ".svg": "image/svg+xml",
 }
+FRAME = re.compile(r"/frame/([\w-]{1,120})/(\d{1,5})\.jpg")
+FACE = re.compile(r"/face/(session|case)/([\w-]{1,120})\.jpg")
 
 
 class Site:
-    """Looks pages up; called on viser's event loop, so it only reads and encodes."""
+    """Looks pages up; what `guard.SLOW_PATHS` names comes on other threads than the rest."""
 
-    def __init__(self, snapshot: Callable[[], Snapshot], store: Store) -> None:
+    def __init__(self, snapshot: Callable[[], Snapshot], store: Store, library: Library) -> None:
         self._snapshot = snapshot
         self._store = store
+        self._library = library
         self._files = _pages()
-        self._pictures: dict[str, bytes] = {}
+        self._photos: dict[str, bytes] = {}
+        self._pictures = Pictures(snapshot, store)
 
     def page(self, path: str) -> Page | None:
         """The page at a path, or None."""
@@ -38,22 +42,38 @@ class Site:
             return self._files[path]
         if path.startswith("/photo/"):
             return self._photo(path)
+        if match := FRAME.fullmatch(path):
+            return _picture(self._pictures.frame(match[1], int(match[2])))
+        if match := FACE.fullmatch(path):
+            return _picture(self._face(match[1], match[2]))
+        if path.startswith("/file/"):
+            return self._output(path.removeprefix("/file/"))
         return None
 
     def _photo(self, path: str) -> Page | None:
         case = self._snapshot().case
         if case is None or case.image is None or path != f"/photo/{case.image_hash}.jpg":
             return None
-        if path not in self._pictures:
-            self._pictures = {path: jpeg_of(case.image)}
-        return Page("image/jpeg", self._pictures[path], cache=True)
+        if path not in self._photos:
+            self._photos = {path: jpeg_of(case.image)}
+        return _picture(self._photos[path])
+
+    def _face(self, kind: str, name: str) -> bytes | None:
+        if kind == "session":
+            return self._pictures.face(name)
+        path = self._library.photo_of(name)
+        return None if path is None else self._pictures.example(path)
+
+    def _output(self, name: str) -> Page | None:
+        """A video or a replay that was made of the open session."""
+        for one in outputs_of(self._store, self._snapshot().session_id):
+            if one.path.name == name:
+                return Page(one.mime, one.path.read_bytes(), download=name if one.save else "")
+        return None
 
 
-def jpeg_of(image: Image, quality: int = 90) -> bytes:
-    """The picture as JPEG."""
-    ok, coded = cv2.imencode(".jpg", image[:, :, ::-1], [cv2.IMWRITE_JPEG_QUALITY, quality])
-    assert ok
-    return coded.tobytes()
+def _picture(data: bytes | None) -> Page | None:
+    return None if data is None else Page("image/jpeg", data, cache=True)
 
 
 @lru_cache(maxsize=1)

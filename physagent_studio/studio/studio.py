@@ -23,7 +23,7 @@ from pydantic import JsonValue
 from physagent_studio.errors import InputError, StudioError
 from physagent_studio.program import SetField
 from physagent_studio.studio import intents
-from physagent_studio.studio.actions import carry_out
+from physagent_studio.studio.actions import Offer, carry_out
 from physagent_studio.studio.archive import Archive
 from physagent_studio.studio.guard import close_client, open_server, stop_server, token_of
 from physagent_studio.studio.hub import Hub
@@ -59,11 +59,12 @@ class Studio:
         self.view = View()
         self.snapshot: Snapshot = workbench.snapshot()
         self.tokens: dict[int, str] = {}
+        self.presenting: set[int] = set()
         self._viewers: dict[str, int] = {}
         self.library = Library(workbench.store)
         self._inbox: queue.Queue[_Heard | _Call | Snapshot | None] = queue.Queue()
         self.hub = Hub(self._heard, lambda _count: None)
-        self._site = Site(workbench.snapshot, workbench.store)
+        self._site = Site(workbench.snapshot, workbench.store, self.library)
         self._server = open_server(port, self._site.page, self.hub.talk)
         hands = Hands(self._picked, self._dragged, self._placed, self.later)
         self.painter = Painter(self._server, self.hub, Archive(workbench.store), hands)
@@ -201,6 +202,8 @@ class Studio:
             if word in item.text and any(word in one.text for one in later):
                 return
         intent = intents.read_intent(item.text)
+        if item.browser in self.presenting and not isinstance(intent, intents.LOOKING):
+            raise InputError("this page presents and changes nothing; Escape ends that")
         carry_out(intent, self, item.browser)
 
     def _accept(self, snapshot: Snapshot) -> None:
@@ -243,9 +246,12 @@ class Studio:
         """The number of the 3D view in a browser's page; −1 where it is not there yet."""
         return self._viewers.get(self.tokens.get(browser, ""), -1)
 
-    def say(self, browser: int | None, level: str, text: str) -> None:
-        """A passing notice, to one browser or all."""
-        self.hub.tell(browser, "say", {"level": level, "text": text})
+    def say(self, browser: int | None, level: str, text: str, offer: Offer | None = None) -> None:
+        """A passing notice, to one browser or all, with something to do about it."""
+        notice: dict[str, JsonValue] = {"level": level, "text": text}
+        if offer is not None:
+            notice |= {"offer": offer[0], "do": offer[1]}
+        self.hub.tell(browser, "say", notice)
 
     def answer(self, browser: int, ticket: int | None, problem: str | None) -> None:
         """Tells a page what became of an edit that it has already drawn."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 from functools import singledispatchmethod
 from typing import Any
@@ -15,7 +16,8 @@ from physagent_studio.records import Check, Decision, LoopState, Override, Rollo
 from physagent_studio.session import Session
 from physagent_studio.session.session import now
 from physagent_studio.workbench import commands
-from physagent_studio.workbench.engine import AgentName, Control, Engine
+from physagent_studio.workbench.engine import AgentName, Control, Engine, limits_of
+from physagent_studio.workbench.meter import Meter
 from physagent_studio.workbench.snapshot import Attempt
 
 RUNNING = {
@@ -43,6 +45,7 @@ class Desk:
         self.case = session.case
         self.engine = Engine(session, self.case, control, evidence, agent)
         self.state: LoopState = session.load()
+        self.meter = Meter(session, limits_of(agent))
         self.shown: str | None = None
         self.problems: tuple[Problem, ...] = ()
         self.text: str | None = None
@@ -137,6 +140,13 @@ class Desk:
 
     def advance(self, *, policy: str | None = None, until: str = "done") -> None:
         """Goes on until a person has to act or all is done; every phase is saved."""
+        began = time.monotonic()
+        try:
+            self._go_on(policy, until)
+        finally:
+            self.meter.add_work(time.monotonic() - began)
+
+    def _go_on(self, policy: str | None, until: str) -> None:
         crew, bench = self.engine.crew(), self.engine.bench()
         kept = self.state.policy
         while self.state.phase not in ("done", until):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal
@@ -13,9 +14,14 @@ from numpy.typing import NDArray
 
 from physagent_studio.agent.loop import Bench, Crew
 from physagent_studio.agent.rules import RuleGenerator, RulePlanner, RuleVerifier
-from physagent_studio.agent.vlm import CallRecord, crew_from_environment
+from physagent_studio.agent.vlm import (
+    CallRecord,
+    Limits,
+    crew_from_environment,
+    load_settings,
+)
 from physagent_studio.contract import measure
-from physagent_studio.errors import Cancelled
+from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.reconstruction import reconstruct
 from physagent_studio.records import Case, Image, Rollout, Scene
@@ -25,6 +31,17 @@ from physagent_studio.simulation import Simulator
 
 AgentName = Literal["rules", "vlm"]
 """The embedded agent, or a language model behind an OpenAI-compatible server."""
+
+
+def limits_of(agent: AgentName) -> Limits | None:
+    """What stops a model's calls; None where no model plays, or its settings are wrong."""
+    if agent == "rules":
+        return None
+    try:
+        return load_settings(os.environ).limits
+    except StudioError:
+        return None
+
 
 EVIDENCE_EVERY = 3
 """The paper shows its verifier x1, x4 … x79: every third frame from the first."""

@@ -8,6 +8,7 @@ from typing import Literal
 from physagent_studio.errors import Problem
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.records import Case, Check, LoopState, Rollout, Scene
+from physagent_studio.workbench.meter import Spending
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,4 +64,5 @@ class Snapshot:
     notices: tuple[Notice, ...] = ()
     can_undo: bool = False
     can_redo: bool = False
+    spending: Spending = field(default_factory=Spending)
     attempt: Attempt | None = None

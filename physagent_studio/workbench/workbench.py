@@ -248,6 +248,7 @@ class Workbench:
                 notices=self._snapshot.notices,
                 can_undo=desk.session.can_undo,
                 can_redo=desk.session.can_redo,
+                spending=desk.meter.read(),
             )
         )
 

@@ -1,9 +1,9 @@
 // Dialogs: open a case or a session, and a new session from a photo.
 
-import { button, draw, h, say } from "./dom.js";
-import { on, send, value } from "./wire.js";
+import { button, draw, h, keepInside, say } from "./dom.js";
+import { makeShelf } from "./shelf.js";
+import { on, send } from "./wire.js";
 
-const OUTCOME = { realised: ["ok", "happens"], budget: ["warn", "rounds used up"], stopped: ["", "stopped"], stuck: ["warn", "stuck"], running: ["", "open"] };
 const MAX_PHOTO = 16 * 2 ** 20;
 const COLORS = ["#2f6fed", "#d9482b", "#17885a", "#a15cd6", "#d97706", "#0e9384", "#c0398c", "#667085"];
 
@@ -15,30 +15,20 @@ export function startDialogs(host) {
   let prompt = "";
   let problem = "";
 
-  const close = () => { kind = ""; draw(host); };
-  const shell = (title, body, foot) => draw(host, h("div", { class: "shade", onpointerdown: (e) => { if (e.target === e.currentTarget) close(); }, onkeydown: (e) => { if (e.key === "Escape") close(); } },
+  let from = null; // what had the focus before the dialog
+
+  const close = () => { kind = ""; draw(host); from?.focus?.({ preventScroll: true }); from = null; };
+  const shell = (title, body, foot) => draw(host, h("div", { class: "shade", onpointerdown: (e) => { if (e.target === e.currentTarget) close(); }, onkeydown: (e) => { if (e.key === "Escape") close(); else keepInside(e); } },
     h("div", { class: "dialog", role: "dialog", "aria-modal": "true", "aria-label": title }, h("header", {}, h("div", { class: "title grow" }, title), button("Close", close, { class: "b quiet" })), h("div", { class: "body" }, body), foot ? h("footer", {}, foot) : null)));
 
+  const shelf = makeShelf(() => shell("Open", shelf.page()), {
+    close,
+    fresh: () => { kind = "new"; show(); host.querySelector("input,textarea")?.focus(); },
+  });
+
   function show() {
-    if (kind === "open") list();
+    if (kind === "open") shell("Open", shelf.page());
     if (kind === "new") fresh();
-  }
-
-  // --- open -----------------------------------------------------------------------------------
-
-  function list() {
-    const library = value("library") || { cases: [], sessions: [] };
-    const open = (key, event) => { send({ do: "open", key, event: event || "" }); close(); };
-    shell("Open", [
-      h("div", { class: "row wrap" }, button("New from a photo…", () => { kind = "new"; show(); }, { class: "b main" }), button("Empty scene", () => { send({ do: "bare" }); close(); })),
-      library.cases.length ? h("div", { class: "head" }, "Examples") : null,
-      h("div", { class: "stack" }, library.cases.flatMap((one) => one.events.map((event) => h("button", { class: "entry", type: "button", onclick: () => open(one.key, event.name) }, h("span", { class: "grow" }, h("b", {}, event.name.replaceAll("_", " ")), h("div", { class: "muted" }, `“${event.prompt}”`)), h("span", { class: "chip" }, one.name))))),
-      library.sessions.length ? h("div", { class: "head" }, "Sessions") : null,
-      h("div", { class: "stack" }, library.sessions.map((one) => h("button", { class: "entry", type: "button", key: one.key, onclick: () => open(one.key) },
-        h("span", { class: "grow", style: "min-width:0" }, h("div", { class: "clip" }, h("b", {}, one.title)), h("div", { class: "muted clip" }, one.prompt)),
-        h("span", { class: "muted num" }, `${one.rounds} ${one.rounds === 1 ? "round" : "rounds"}`),
-        h("span", { class: `chip ${OUTCOME[one.outcome]?.[0] || ""}` }, one.open ? "on view" : OUTCOME[one.outcome]?.[1] || one.outcome)))),
-    ]);
   }
 
   // --- new ------------------------------------------------------------------------------------
@@ -100,5 +90,11 @@ export function startDialogs(host) {
   }
 
   on("library", () => { if (kind === "open") show(); });
-  return { open: () => { kind = "open"; show(); host.querySelector("button")?.focus(); }, fresh: () => { kind = "new"; show(); } };
+  const enter = (next, first) => {
+    from = from || document.activeElement;
+    kind = next;
+    show();
+    host.querySelector(first)?.focus();
+  };
+  return { open: () => { shelf.reset(); enter("open", ".body .b.main"); }, fresh: () => enter("new", ".body input, .body textarea") };
 }

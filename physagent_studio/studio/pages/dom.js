@@ -85,6 +85,16 @@ function patch(old, next) {
   if (old.nodeName !== "TEXTAREA" && old.nodeName !== "SELECT") children(old, next);
 }
 
+// Tab goes round inside a dialog.
+export function keepInside(event) {
+  if (event.key !== "Tab") return;
+  const stops = [...event.currentTarget.querySelectorAll("button, input, select, textarea, a[href], [tabindex]")].filter((one) => !one.disabled && one.tabIndex >= 0 && one.offsetParent);
+  const edge = event.shiftKey ? stops[0] : stops[stops.length - 1];
+  if (!stops.length || (document.activeElement !== edge && event.currentTarget.contains(document.activeElement))) return;
+  event.preventDefault();
+  (event.shiftKey ? stops[stops.length - 1] : stops[0]).focus();
+}
+
 export const button = (text, onclick, props) => h("button", { class: "b", type: "button", ...props, onclick }, text);
 export const say = (count, one, many) => `${count} ${count === 1 ? one : many || one + "s"}`;
 
@@ -93,6 +103,7 @@ const PATHS = {
   back: "M11 3v10L4 8z", on: "M5 3v10l7-5z", loop: "M4 5h6a3 3 0 0 1 0 6H5l1.500-1.500-1-1L2.500 11.500l3 3 1-1L5 12.500h5a4.500 4.500 0 0 0 0-9H4z",
   undo: "M6 3 2.500 6.500 6 10V7.700h3a2.200 2.200 0 0 1 0 4.500H6V14h3a4 4 0 0 0 0-8H6z", redo: "M10 3l3.500 3.500L10 10V7.700H7a2.200 2.200 0 0 0 0 4.500h3V14H7a4 4 0 0 1 0-8h3z",
   pin: "M9.500 2 14 6.500l-1 .9-.8-.3-2.700 2.700.2 2.200-1 1L6 10.300 2.800 13.500l-.6.1.1-.6L5.500 9.800 2.800 7.100l1-1 2.200.2 2.700-2.700-.3-.8z",
+  pen: "M3 11.200V13h1.800l6.700-6.700-1.800-1.800zM13.700 4.100 11.900 2.300l-1.400 1.400 1.800 1.800z", copy: "M5.500 2H12a1.500 1.500 0 0 1 1.500 1.500V10H12V3.500H5.500zM3.500 5H9a1.500 1.500 0 0 1 1.500 1.500v6A1.500 1.500 0 0 1 9 14H3.500A1.500 1.500 0 0 1 2 12.500v-6A1.500 1.500 0 0 1 3.500 5z", bin: "M6 2h4l.7 1H13v1.500H3V3h2.300zM4 5.500h8L11.300 14H4.700zM6.500 7v5.500h1V7zm2 0v5.500h1V7z",
   moon: "M13 9.500A5.500 5.500 0 0 1 6.500 3a5.500 5.500 0 1 0 6.500 6.500z", more: "M3 7h2v2H3zM7 7h2v2H7zM11 7h2v2h-2z", help: "M8 2a6 6 0 1 0 0 12A6 6 0 0 0 8 2zm-.8 9h1.600v1.500H7.200zm2.700-4.300c-.5.6-1.100.9-1.100 1.700v.6H7.300v-.8c0-1.200.8-1.700 1.300-2.200.3-.3.400-.6.400-.9 0-.6-.4-.9-1-.9-.7 0-1.100.4-1.100 1.100H5.300c0-1.600 1.200-2.600 2.700-2.600s2.700.9 2.700 2.300c0 .7-.3 1.200-.8 1.700z",
 };
 export function icon(name) {

@@ -4,6 +4,7 @@ import { draw, h } from "./dom.js";
 import { on, send } from "./wire.js";
 
 const STAY = { info: 5000, warning: 9000, error: 14000 };
+const OFFERED = 20000; // something can be done about it, so it waits longer
 
 export function startNotices(host) {
   let passing = [];
@@ -17,6 +18,7 @@ export function startNotices(host) {
       [...lasting.map((one) => ({ ...one, close: () => send({ do: "dismiss", id: one.id }) })), ...passing].map((one) =>
         h("div", { class: `notice ${one.level}`, key: one.key || `w${one.id}`, role: one.level === "error" ? "alert" : "status" },
           h("div", { class: "grow pre" }, one.text),
+          one.offer ? h("button", { class: "b small", type: "button", onclick: () => { send(one.do); one.close(); } }, one.offer) : null,
           h("button", { class: "b quiet small", type: "button", "aria-label": "Dismiss", onclick: one.close }, "✕"))));
 
   const drop = (key) => {
@@ -28,7 +30,7 @@ export function startNotices(host) {
     const key = `p${count}`;
     if (passing.some((other) => other.text === one.text)) return;
     passing = [...passing.slice(-3), { ...one, key, close: () => drop(key) }];
-    setTimeout(() => drop(key), STAY[one.level] || 5000);
+    setTimeout(() => drop(key), one.offer ? OFFERED : STAY[one.level] || 5000);
     show();
   });
   const timed = new Set();

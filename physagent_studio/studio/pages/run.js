@@ -1,12 +1,22 @@
 // Run: which session, what is happening, what comes next.
 
-import { button, draw, h, iconButton } from "./dom.js";
+import { button, draw, h, iconButton, say } from "./dom.js";
 import { on, send } from "./wire.js";
 
 const POLICIES = [["ask", "I decide"], ["ask_when", "Ask me when unsure"], ["auto", "Decide by itself"]];
 
 export function startRun(host, dialogs) {
+  let last = null;
+  let since = 0; // when the work that is going on began
+  // The clock of what is going on; one text, so that nothing else is touched.
+  setInterval(() => {
+    const clock = host.querySelector("[data-clock]");
+    if (clock) clock.textContent = passed(since);
+  }, 1000);
+
   on("run", (run) => {
+    if (run.busy && !(last && last.busy)) since = Date.now();
+    last = run;
     const waiting = run.phase === "decide" && !run.draft;
     const over = run.phase === "done" && !run.draft;
     draw(host,
@@ -16,7 +26,7 @@ export function startRun(host, dialogs) {
         iconButton("redo", "Redo (Ctrl+Shift+Z)", () => send({ do: "undo", forward: true }), { disabled: !run.canRedo }),
         h("button", { class: "b small", type: "button", onclick: dialogs.open }, "Open…")),
       run.prompt ? h("p", { class: "prompt" }, h("q", {}, run.prompt)) : h("p", { class: "prompt" }, run.session ? "No sentence yet." : "Open a case, a photo or an empty scene to begin."),
-      run.busy ? busy(run) : null,
+      run.busy ? busy(run, since) : null,
       run.busy || !run.session ? null : h("div", { class: "stack" },
         state(run),
         h("div", { class: "row" },
@@ -28,18 +38,33 @@ export function startRun(host, dialogs) {
           h("select", { value: run.policy, "aria-label": "Who decides", onchange: (e) => send({ do: "policy", name: e.target.value }) },
             POLICIES.map(([key, text]) => h("option", { value: key }, text)))),
         h("label", { class: "row" }, h("span", { class: "muted" }, "Rounds"),
-          h("span", { class: "num", title: `${run.simulations} simulations so far` }, `${run.used} of`),
+          h("span", { class: "num" }, `${run.used} of`),
           h("input", { type: "number", min: 1, max: 100, value: run.budget, "aria-label": "Most rounds", style: "width:54px",
-            onchange: (e) => send({ do: "budget", rounds: Number(e.target.value) }) }))) : null);
+            onchange: (e) => send({ do: "budget", rounds: Number(e.target.value) }) }))) : null,
+      run.session ? meters(run) : null);
     document.title = run.title ? `${run.title} · PhysAgent Studio` : "PhysAgent Studio";
   });
 }
 
-function busy(run) {
+const passed = (since) => { const seconds = Math.floor((Date.now() - since) / 1000); return seconds < 2 ? "" : `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}`; };
+
+// What it has cost so far, and what was made of the round on view.
+function meters(run) {
+  const { time, waited, rows } = run.spending;
+  const parts = [say(run.simulations, "simulation"), `${time} of work`, waited ? `${waited} of it the model's` : ""];
+  return h("div", { class: "meters" },
+    run.outputs.length ? h("div", { class: "row wrap outputs" }, run.outputs.map((one) => h("a", { class: "chip accent", key: one.url, href: one.url, ...(one.save ? { download: "" } : { target: "_blank", rel: "noopener" }) }, { video: "Video of this round", replay: "Replay (HTML)", recording: "Recording (.viser)" }[one.kind]))) : null,
+    rows.map((one) => h("div", { class: "meter", key: one.name, title: one.most ? `${one.used} of ${one.most}` : one.used },
+      h("span", { class: "muted" }, one.name), h("span", { class: "bar" }, h("i", { class: one.share > 0.8 ? "near" : "", style: `width:${(one.share || 0) * 100}%` })), h("span", { class: "num" }, one.most ? `${one.used} of ${one.most}` : one.used))),
+    run.simulations ? h("p", { class: "faint num" }, parts.filter(Boolean).join(" · ")) : null);
+}
+
+function busy(run, since) {
   const known = run.progress !== null && run.progress !== undefined;
   return h("div", { class: "stack" },
     h("div", { class: "row" },
       h("div", { class: "grow clip", role: "status" }, sentence(run.busy), known ? h("span", { class: "muted num" }, `  ${Math.round(run.progress * 100)} %`) : null),
+      h("span", { class: "faint num", "data-clock": true, "aria-hidden": "true" }, passed(since)),
       button("Cancel", () => send({ do: "cancel" }), { class: "b small" })),
     h("div", { class: known ? "bar" : "bar unknown" }, h("i", { style: known ? `width:${run.progress * 100}%` : "" })));
 }

@@ -9,6 +9,7 @@ from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.diff import diff_text
 from physagent_studio.records import Check, LoopState, Proposal, Round
 from physagent_studio.studio.panels.words import edit_row, number, plain
+from physagent_studio.studio.pictures import strip_of
 from physagent_studio.workbench import Snapshot
 
 DECIDED = {
@@ -130,6 +131,10 @@ def _details(item: Round, snapshot: Snapshot) -> dict[str, Any]:
         "verdict": verdict_of(item),
         "stage": "" if assessment is None else assessment.stage,
         "machine": None if assessment is None else assessment.passed,
+        "judge": "" if assessment is None or assessment.author == "rules" else "the model",
+        "contradiction": "" if assessment is None else assessment.contradiction,
+        "clauses": [] if assessment is None else [plain(one) for one in assessment.clauses],
+        "strip": strip_of(item),
         "criteria": [] if assessment is None else [plain(one) for one in assessment.criteria],
         "diagnosis": []
         if assessment is None
@@ -139,6 +144,7 @@ def _details(item: Round, snapshot: Snapshot) -> dict[str, Any]:
                 "frame": None if one.step is None else one.step // clip.steps_per_frame,
             }
             for one in assessment.diagnosis
+            if one.code != "contradiction"
         ],
         "findings": _findings(item, snapshot),
         "override": None if override is None else plain(override),

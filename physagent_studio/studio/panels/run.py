@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
+from physagent_studio.studio.library import Output
 from physagent_studio.studio.panels.rounds import OUTCOMES
-from physagent_studio.workbench import Snapshot
+from physagent_studio.workbench import Snapshot, Spending
 
 PHASES = {
     "generate": "ready to start",
@@ -18,8 +20,8 @@ PHASES = {
 }
 
 
-def state_of(snapshot: Snapshot) -> dict[str, Any]:
-    """Title, sentence, progress, policy and budget."""
+def state_of(snapshot: Snapshot, outputs: Sequence[Output] = ()) -> dict[str, Any]:
+    """Title, sentence, progress, policy, budget, and what was made of the round on view."""
     loop, case = snapshot.state, snapshot.case
     return {
         "session": snapshot.session_id,
@@ -41,5 +43,45 @@ def state_of(snapshot: Snapshot) -> dict[str, Any]:
         "draft": snapshot.has_draft,
         "readOnly": snapshot.read_only,
         "rounds": len(loop.rounds),
+        "outputs": [
+            {"kind": one.kind, "url": f"/file/{one.path.name}", "save": one.save}
+            for one in outputs
+            if one.round == snapshot.shown_round and not snapshot.has_draft
+        ],
+        "spending": _spending(snapshot.spending),
         "started": any(item.rollout is not None for item in loop.rounds),
     }
+
+
+def _spending(spent: Spending) -> dict[str, Any]:
+    """Time of work in words, and what a model has cost of what it may."""
+    rows = []
+    if spent.calls or spent.most_calls is not None:
+        rows = [
+            _meter("Calls", spent.calls, spent.most_calls),
+            _meter("Tokens", spent.tokens, spent.most_tokens),
+        ]
+        if spent.money or spent.most_money is not None:
+            rows.append(_meter("Money", spent.money, spent.most_money))
+    return {
+        "time": duration(spent.seconds),
+        "waited": duration(spent.waited) if spent.waited else "",
+        "rows": rows,
+    }
+
+
+def _meter(name: str, used: float, most: float | None) -> dict[str, Any]:
+    text = f"{used:,}" if isinstance(used, int) else f"{used:.2f}"
+    limit = "" if most is None else f"{most:,}" if isinstance(most, int) else f"{most:.2f}"
+    share = None if not most else round(min(1.0, used / most), 3)
+    return {"name": name, "used": text, "most": limit, "share": share}
+
+
+def duration(seconds: float) -> str:
+    """Seconds as a person says them: 8.2 s, 3 min 20 s, 1 h 5 min."""
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    if minutes < 60:
+        return f"{minutes} min {rest} s"
+    return f"{minutes // 60} h {minutes % 60} min"

@@ -1,0 +1,68 @@
+// Checklist: what the sentence demands, what was measured for it, and a new demand by hand.
+
+import { button, h, say } from "./dom.js";
+import { edit, scrub, send } from "./wire.js";
+
+const STATEMENTS = [
+  ["moves", "moves", { distance: 0.1 }], ["touches", "contacts", { other: 1 }], ["falls over", "topples", {}], ["stays", "stays", {}], ["falls", "falls", {}],
+  ["ends on", "rests_on", { other: 1 }], ["stops", "stops", {}], ["leaves", "leaves", { other: 1 }], ["turns", "rotates", {}],
+];
+
+export function makeChecklist(show, focus) {
+  let data = null;
+  let unfolded = false;
+  let adding = false;
+
+  const toggle = () => { adding = !adding; show(); focus(); };
+
+  // A new line of the checklist: who does what.
+  function demand() {
+    const names = data.names;
+    if (!names.objects.length || data.readOnly) return null;
+    if (!adding) return h("button", { class: "link", type: "button", onclick: toggle }, "+ Demand something");
+    const pick = (list, label) => h("select", { "aria-label": label, class: "pick" }, list.map((one) => h("option", { value: Array.isArray(one) ? one[1] : one }, Array.isArray(one) ? one[0] : one.replaceAll("_", " "))));
+    const add = (event) => {
+      const [subject, kind, other] = [...event.target.closest(".card").querySelectorAll(".pick")].map((one) => one.value);
+      const wanted = STATEMENTS.find((one) => one[1] === kind)[2];
+      const item = { id: `${subject}_${kind}_${names.statements.length + 1}`, kind, subject, ...wanted };
+      if (wanted.other) item.other = other;
+      edit([{ op: "add", path: "contract.statements", item }], "demanded by hand");
+      toggle();
+    };
+    return h("div", { class: "card stack", style: "margin-top:6px" }, h("div", { class: "row wrap" }, pick(names.objects, "Who"), pick(STATEMENTS, "Does what"), pick(names.places, "With what")), button("Add to the checklist", add, { class: "b wide" }));
+  }
+
+  function checklist() {
+    if (!data.checks.length) return data.names ? demand() : null;
+    const contract = data.checks.filter((c) => !c.always);
+    const always = data.checks.filter((c) => c.always);
+    const broken = always.filter((c) => !c.ok);
+    // While there is something to decide, what holds is folded away, so that the proposal is near.
+    const holds = contract.filter((c) => c.ok);
+    const fold = Boolean(data.proposal) && !unfolded && holds.length > 0;
+    return h("div", {},
+      h("div", { class: "head" }, "Checklist", h("span", { class: "push num" }, `${holds.length} of ${contract.length}`)),
+      h("div", { role: "list", "aria-label": "Checklist" }, (fold ? contract.filter((c) => !c.ok) : contract).map(check)),
+      data.proposal && holds.length ? h("p", { style: "padding:4px" }, h("button", { class: "link", type: "button", onclick: () => { unfolded = !unfolded; show(); } }, fold ? `${say(holds.length, "demand")} ${holds.length === 1 ? "holds" : "hold"}: show` : "Show only what fails")) : null,
+      broken.map(check),
+      fold ? null : demand(),
+      fold ? null : h("p", { class: "faint", style: "padding:4px" }, broken.length ? "" : `Physics holds: ${say(always.length, "check")} passed.`));
+  }
+
+  function check(c, at, all) {
+    const jump = c.frame === null ? null : h("button", { class: "link num", type: "button", title: "Show this moment", onclick: () => scrub(c.frame) }, `frame ${c.frame}`);
+    const first = c.clause && (!at || all[at - 1].clause !== c.clause);
+    return [first ? h("div", { class: "clause", key: `clause-${c.id}` }, `“${c.clause}”`) : null,
+      h("div", { class: "check", role: "listitem", key: c.id },
+        h("span", { class: `dot ${c.ok ? "ok" : "bad"}`, title: c.ok ? "holds" : "does not hold" }, c.ok ? "✓" : "✕"),
+        c.always ? h("span", { title: c.found }, c.text) : h("button", { class: "plain", type: "button", title: c.found || "Change what is demanded", onclick: () => send({ do: "select", kind: "statement", name: c.id }) }, c.text),
+        h("span", { class: "fig num" },
+          c.measured ? h("span", {}, c.measured) : null, jump,
+          c.predicted && c.predicted.ok !== c.ok ? h("span", { class: c.predicted.ok ? "chip ok" : "chip bad", title: c.predicted.measured }, `with the repair: ${c.predicted.ok ? "holds" : "fails"}`) : null))];
+  }
+
+  return (next) => {
+    data = next;
+    return checklist();
+  };
+}

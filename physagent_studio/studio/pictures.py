@@ -1,0 +1,150 @@
+"""Small pictures: the sampled frames of a round and the faces of sessions, made when asked for.
+
+What asks is a picture on the page that has come into view, on a thread of the server's pool. So
+every method may be called from any thread; one picture is made at a time.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from physagent_studio.errors import InputError, StudioError
+from physagent_studio.records import Image, Rollout, Round
+from physagent_studio.records.rollout_io import rollout_from_bytes
+from physagent_studio.rendering import Compositor, frame_of
+from physagent_studio.session import FileStore, Store
+from physagent_studio.session.arrays import from_png, unpack_frames, unpack_scene
+from physagent_studio.workbench import Snapshot
+
+EVERY = 3
+"""The verifier is shown x1, x4 … x79 of the paper: every third frame from the first."""
+WIDTH = 240
+"""Width of a sampled frame on the page, pixels."""
+FACE = 112
+"""Width of a face in the list of sessions, pixels."""
+KEPT = 1500
+"""Pictures that stay in memory, some 10 kB each."""
+
+
+class Pictures:
+    """JPEGs by what they show; None where there is nothing to show."""
+
+    def __init__(self, snapshot: Callable[[], Snapshot], store: Store) -> None:
+        self._snapshot = snapshot
+        self._store = store
+        self._made: OrderedDict[str, bytes] = OrderedDict()
+        self._lock = threading.Lock()
+        self._drawing: tuple[str, Compositor, Rollout] | None = None
+
+    def frame(self, tag: str, number: int) -> bytes | None:
+        """Frame `number` of the round of the open session that `tag_of` gave that tag."""
+        with self._lock:
+            key = f"{tag}/{number}"
+            if key not in self._made and not self._make_frames(tag, number):
+                return None
+            return self._get(key)
+
+    def face(self, session_id: str) -> bytes | None:
+        """The photo that a session began with."""
+        with self._lock:
+            key = f"session {session_id}"
+            if key not in self._made:
+                try:
+                    data = self._store.photo(session_id)
+                except StudioError:
+                    return None
+                if data is None:
+                    return None
+                self._keep(key, from_png(data), FACE)
+            return self._get(key)
+
+    def example(self, path: Path) -> bytes | None:
+        """The photo of a bundled case."""
+        with self._lock:
+            key = f"example {path}"
+            if key not in self._made:
+                picture = cv2.imread(str(path), cv2.IMREAD_REDUCED_COLOR_4)
+                if picture is None:
+                    return None
+                self._keep(key, np.asarray(picture[:, :, ::-1], np.uint8), FACE)
+            return self._get(key)
+
+    # --- making, under the lock ----------------------------------------------------------------
+
+    def _get(self, key: str) -> bytes | None:
+        if key in self._made:
+            self._made.move_to_end(key)
+        return self._made.get(key)
+
+    def _keep(self, key: str, picture: Image, width: int) -> None:
+        rows = max(1, round(picture.shape[0] * width / picture.shape[1]))
+        small = cv2.resize(picture, (width, rows), interpolation=cv2.INTER_AREA)
+        self._made[key] = jpeg_of(np.asarray(small, np.uint8), 82)
+        while len(self._made) > KEPT:
+            self._made.popitem(last=False)
+
+    def _make_frames(self, tag: str, number: int) -> bool:
+        snapshot = self._snapshot()
+        item = next((one for one in snapshot.state.rounds if tag_of(one) == tag), None)
+        inside = item is not None and number in range(0, item.program.clip.frames, EVERY)
+        if item is None or not inside or snapshot.session_id is None:
+            return False
+        try:
+            if item.frames and self._unpack(tag, snapshot.session_id, item.frames):
+                return f"{tag}/{number}" in self._made
+            return self._draw(tag, number, snapshot, item)
+        except StudioError:
+            return False
+
+    def _unpack(self, tag: str, session_id: str, key: str) -> bool:
+        """What the verifier was shown, as the session keeps it."""
+        frames = unpack_frames(self._files(session_id).get(key))
+        for index, picture in enumerate(frames):
+            self._keep(f"{tag}/{index * EVERY}", picture, WIDTH)
+        return bool(frames)
+
+    def _draw(self, tag: str, number: int, snapshot: Snapshot, item: Round) -> bool:
+        """A frame that no verifier asked for, rendered now."""
+        if self._drawing is None or self._drawing[0] != tag:
+            if item.scene is None or item.rollout is None or snapshot.session_id is None:
+                return False
+            files = self._files(snapshot.session_id)
+            image = snapshot.case.image if snapshot.case else None
+            scene = unpack_scene(files.get(item.scene), image)
+            rollout = rollout_from_bytes(files.get(item.rollout))
+            self._drawing = (tag, Compositor(scene), rollout)
+        _, compositor, rollout = self._drawing
+        self._keep(f"{tag}/{number}", frame_of(compositor, rollout, number).rgb, WIDTH)
+        return True
+
+    def _files(self, session_id: str) -> FileStore:
+        if session_id not in self._store:
+            raise InputError(f"there is no session '{session_id}'")
+        return FileStore(self._store.root / "sessions" / session_id / "files")
+
+
+def tag_of(item: Round) -> str:
+    """Names the frames of a round in addresses; another run of it gets another tag."""
+    return f"{item.id}-{(item.frames or item.rollout or '')[:16]}"
+
+
+def strip_of(item: Round) -> dict[str, object] | None:
+    """The sampled frames of a round and where they are; None where nothing can be shown."""
+    if item.rollout is None or item.program.scene.camera is None:
+        return None
+    frames = list(range(0, item.program.clip.frames, EVERY))
+    size = list(item.program.scene.camera.size)
+    return {"at": f"/frame/{tag_of(item)}/", "frames": frames, "size": size}
+
+
+def jpeg_of(image: Image, quality: int = 90) -> bytes:
+    """The picture (RGB) as JPEG."""
+    ok, coded = cv2.imencode(".jpg", image[:, :, ::-1], [cv2.IMWRITE_JPEG_QUALITY, quality])
+    assert ok
+    return coded.tobytes()

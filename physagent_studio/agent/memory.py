@@ -5,7 +5,15 @@ from __future__ import annotations
 import itertools
 
 from physagent_studio.program import SetField
-from physagent_studio.records import LoopState, Memory, MemoryEntry, Round
+from physagent_studio.records import (
+    Decision,
+    Lesson,
+    LoopState,
+    Memory,
+    MemoryEntry,
+    Proposal,
+    Round,
+)
 
 # What a passed stage 1 vouches for. Material, density and friction are not seen in a photo.
 _VERIFIED_BY_STAGE_ONE = (
@@ -31,7 +39,47 @@ def memory_of(state: LoopState) -> Memory:
         tried=ran,
         hints=(*state.hints, *_overruling(path)),
         rejected=rejected,
+        lessons=state.lessons,
     )
+
+
+def lessons_of(state: LoopState) -> tuple[Lesson, ...]:
+    """What all decisions of a session taught, in the order of its rounds, for the next one."""
+    by_id = {item.id: item for item in state.rounds}
+    found: list[Lesson] = []
+    for item in state.rounds:
+        before = by_id.get(item.parent or "")
+        if before is not None and item.origin is not None:
+            found += _lesson(before, before.proposal, item.origin, item)
+        for proposal, decision in item.rejected:
+            found += _lesson(item, proposal, decision, None)
+    return tuple(found)
+
+
+def _lesson(
+    before: Round, proposal: Proposal | None, decision: Decision, after: Round | None
+) -> list[Lesson]:
+    """One lesson, or none where nothing failed or it is not told what was changed."""
+    diagnosis = before.assessment.diagnosis if before.assessment else ()
+    by_hand = decision.kind in ("override", "edit")
+    factor = "by hand" if by_hand else proposal.factor if proposal and proposal.hunks else ""
+    if not diagnosis or not factor:
+        return []
+    return [
+        Lesson(
+            mismatch=diagnosis[0].code[:60],
+            factor=factor[:60],
+            decided=decision.kind,
+            failing_before=_failing(before),
+            failing_after=_failing(after) if after and after.assessment else None,
+            reason=decision.reason[:500] if decision.author == "person" else "",
+        )
+    ]
+
+
+def _failing(item: Round) -> int:
+    checks = item.assessment.checks if item.assessment else ()
+    return sum(check.demanded and not check.ok for check in checks)
 
 
 def _entry(before: Round, after: Round) -> MemoryEntry:

@@ -95,6 +95,9 @@ def run(
     rounds: Annotated[int, typer.Option(min=1, max=100, help="Most rounds to try.")] = 10,
     policy: Annotated[str, typer.Option(help="auto, ask or ask_when: who decides.")] = "auto",
     frames: Annotated[bool, typer.Option(help="Render the evidence frames.")] = True,
+    lessons: Annotated[
+        Path | None, typer.Option(help="What an earlier session taught: its exported lessons.yaml.")
+    ] = None,
     agent: Agent = "rules",
     as_json: Json = False,
     workspace: Workspace = None,
@@ -103,7 +106,16 @@ def run(
     from physagent_studio.cli.run import RunRequest, run_loop
 
     request = RunRequest(
-        target, event, prompt, tuple(objects or ()), rounds, policy, frames, agent, annotation
+        target,
+        event,
+        prompt,
+        tuple(objects or ()),
+        rounds,
+        policy,
+        frames,
+        agent,
+        annotation,
+        lessons,
     )
     raise typer.Exit(run_loop(request, workspace, as_json))
 
@@ -164,7 +176,7 @@ def export(
     round_id: Annotated[str | None, typer.Option("--round", help="Else the best round.")] = None,
     workspace: Workspace = None,
 ) -> None:
-    """Write a motion prior: frames, exact flow, masks, depth, program and rollout."""
+    """Write a motion prior: frames, exact flow, masks, depth, program, rollout, lessons."""
     from physagent_studio.cli.sessions import export_session
 
     typer.echo(f"wrote {export_session(session, round_id, out, workspace)}")

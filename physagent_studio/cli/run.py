@@ -13,7 +13,7 @@ from physagent_studio.cli import output
 from physagent_studio.cli.guard import NOT_REALISED, WAITING
 from physagent_studio.cli.targets import agent_name, case_of, is_session
 from physagent_studio.errors import InputError
-from physagent_studio.exchange import annotated
+from physagent_studio.exchange import annotated, read_lessons
 from physagent_studio.records import LoopState
 from physagent_studio.session import Session, Store
 from physagent_studio.workbench.desk import Desk
@@ -33,6 +33,7 @@ class RunRequest:
     frames: bool
     agent: str
     annotation: Path | None = None
+    lessons: Path | None = None
 
 
 def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
@@ -69,7 +70,8 @@ def _session(request: RunRequest, store: Store) -> Session:
         raise InputError(f"this case has several events; choose one with --event: {names}")
     if not case.prompt.strip():
         raise InputError('an image needs the event in words: --prompt "the ball falls"')
-    return store.create(case, LoopState(policy="auto", budget=request.rounds))
+    lessons = read_lessons(request.lessons) if request.lessons is not None else ()
+    return store.create(case, LoopState(policy="auto", budget=request.rounds, lessons=lessons))
 
 
 def _print(report: dict[str, Any], state: LoopState, as_json: bool) -> None:

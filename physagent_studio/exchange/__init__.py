@@ -3,6 +3,7 @@
 from physagent_studio.exchange.animation import write_glb
 from physagent_studio.exchange.annotations import annotated
 from physagent_studio.exchange.case_folder import case_from_image, load_case
+from physagent_studio.exchange.lessons import read_lessons, write_lessons
 from physagent_studio.exchange.motion_prior import export_motion_prior
 from physagent_studio.exchange.peer_config import PeerSetup, load_peer_config
 from physagent_studio.exchange.video import write_video
@@ -14,6 +15,8 @@ __all__ = [
     "export_motion_prior",
     "load_case",
     "load_peer_config",
+    "read_lessons",
     "write_glb",
+    "write_lessons",
     "write_video",
 ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -203,11 +203,32 @@ class MemoryEntry(Frozen):
     margins_after: dict[str, float]
 
 
+class Lesson(Frozen):
+    """What one decided change taught, told without the scene that it came from.
+
+    mismatch: code of the worst one before. factor: what was changed. failing_before, _after:
+    demanded checks that failed. reason: a person's words, where there were some.
+    """
+
+    mismatch: Annotated[str, Field(min_length=1, max_length=60)]
+    factor: Annotated[str, Field(min_length=1, max_length=60)]
+    decided: DecisionKind
+    failing_before: Annotated[int, Field(ge=0, le=10_000)]
+    failing_after: Annotated[int, Field(ge=0, le=10_000)] | None = None
+    reason: Annotated[str, Field(max_length=500)] = ""
+
+    @property
+    def helped(self) -> bool:
+        """Whether less failed afterwards; what was turned down did not help."""
+        return self.failing_after is not None and self.failing_after < self.failing_before
+
+
 class Memory(Frozen):
     """What the planner knows of earlier rounds. pinned: paths that the agent never changes.
 
     verified: paths that a passed stage vouches for; changed last, and only saying so.
     tried: hashes of programs that were already run. hints: a person's words, newest last.
+    lessons: of earlier sessions.
     """
 
     entries: tuple[MemoryEntry, ...] = ()
@@ -216,6 +237,7 @@ class Memory(Frozen):
     tried: tuple[str, ...] = ()
     hints: tuple[str, ...] = ()
     rejected: tuple[tuple[Proposal, str], ...] = ()
+    lessons: tuple[Lesson, ...] = ()
 
 
 Phase = Literal["generate", "reconstruct", "simulate", "propose", "decide", "revise", "done"]
@@ -229,6 +251,7 @@ class LoopState(Frozen):
     rounds: all rounds of the tree, in order of creation. head: the round being worked on.
     draft: a person's program that has not become a round yet; the next round runs it.
     budget: how many rounds the path may have before the loop ends by itself.
+    lessons: of earlier sessions, given when this one began.
     """
 
     rounds: tuple[Round, ...] = ()
@@ -240,6 +263,7 @@ class LoopState(Frozen):
     policy: PolicyName = "ask"
     pinned: tuple[str, ...] = ()
     hints: tuple[str, ...] = ()
+    lessons: tuple[Lesson, ...] = ()
 
     @property
     def current(self) -> Round | None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from physagent_studio.agent.memory import lessons_of
 from physagent_studio.errors import InputError
-from physagent_studio.exchange import export_motion_prior, write_video
+from physagent_studio.exchange import export_motion_prior, write_lessons, write_video
 from physagent_studio.rendering import render_clip
 from physagent_studio.workbench.desk import Desk
 
@@ -27,7 +28,7 @@ def render_rollout(desk: Desk, path: Path) -> Path:
 
 
 def export_rollout(desk: Desk, folder: Path) -> Path:
-    """The rollout on view as a motion prior folder."""
+    """The rollout on view as a motion prior folder, with what the session taught beside it."""
     scene, rollout, _ = desk.on_view()
     if scene is None or rollout is None:
         raise InputError("nothing was simulated yet, so there is nothing to export")
@@ -41,4 +42,5 @@ def export_rollout(desk: Desk, folder: Path) -> Path:
         cancelled=control.cancelled,
         progress=lambda share: control.progress("exporting", share),
     )
+    write_lessons(folder / "lessons.yaml", lessons_of(desk.state))
     return folder

@@ -7,12 +7,22 @@ from collections.abc import Callable
 import pytest
 
 from physagent_studio.agent.loop import Bench, Crew, advance, decide, replace_round
-from physagent_studio.agent.memory import memory_of
-from physagent_studio.agent.roles import Generator
+from physagent_studio.agent.memory import lessons_of, memory_of
+from physagent_studio.agent.roles import Generator, Situation
 from physagent_studio.agent.rules import RuleGenerator, RulePlanner, RuleVerifier
+from physagent_studio.agent.rules.factors import relevant_knobs
 from physagent_studio.contract import measure
 from physagent_studio.program import PhysicalProgram, SetField, apply, value_at
-from physagent_studio.records import Case, Decision, LoopState, Override, Proposal, Rollout, Scene
+from physagent_studio.records import (
+    Case,
+    Decision,
+    Lesson,
+    LoopState,
+    Override,
+    Proposal,
+    Rollout,
+    Scene,
+)
 from physagent_studio.simulation import simulate
 from tests.agent.rules.scenes import STAGES
 
@@ -85,6 +95,21 @@ class Loop:
         )
         self.state = decide(self.state, decision.model_copy(update={"edits": edits}))
         self.go_on()
+
+    def situation(self) -> Situation:
+        """What the planner is given at the head."""
+        current = self.state.current
+        assert current is not None
+        assert current.assessment is not None
+        return Situation(
+            case=self.bench.case,
+            program=current.program,
+            scene=self.scenes[current.scene or ""],
+            rollout=None,
+            assessment=current.assessment,
+            memory=memory_of(self.state),
+            try_out=lambda program: pytest.fail("nothing is run"),
+        )
 
     def overrules(self, words: str) -> None:
         """What the workbench does with a verdict of "failed" against a pass."""
@@ -177,6 +202,30 @@ def test_an_event_against_a_pass_becomes_a_demand(passed: Loop) -> None:
     assert current is not None
     assert current.assessment is not None
     assert added.id in {check.id for check in current.assessment.checks}
+
+
+def test_what_was_decided_is_told_as_lessons(loop: Loop) -> None:
+    loop.says("reject", "not like this")
+    loop.says("override", "", SetField(path=SPEED, value=2.5))
+    told = {lesson.decided: lesson for lesson in lessons_of(loop.state)}
+    assert told["reject"].reason == "not like this"
+    assert not told["reject"].helped
+    assert told["override"].factor == "by hand"
+
+
+def test_what_helped_before_is_tried_first(loop: Loop) -> None:
+    assessment = loop.state.current.assessment  # type: ignore[union-attr]
+    assert assessment is not None
+    worst = assessment.diagnosis[0].code
+    knobs = [knob.factor for knob in relevant_knobs(loop.situation(), verified=False)]
+    last = knobs[-1]
+    taught = Lesson(
+        mismatch=worst, factor=last, decided="accept", failing_before=1, failing_after=0
+    )
+    loop.state = loop.state.model_copy(update={"lessons": (taught,) * 50})
+    again = [knob.factor for knob in relevant_knobs(loop.situation(), verified=False)]
+    assert again.index(last) < knobs.index(last)
+    assert sorted(again) == sorted(knobs)
 
 
 def test_words_that_say_nothing_are_answered_by_a_question(passed: Loop) -> None:

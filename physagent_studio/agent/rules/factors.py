@@ -137,7 +137,7 @@ def relevant_knobs(situation: Situation, verified: bool) -> list[Knob]:
         key=lambda row: (
             bias.rank(row[1]),
             (row[1].factor, row[1].target) in turned_down,
-            _urgency(row[1], situation),
+            _urgency(row[1], situation) - _credit(row[1], situation),
             row[0],
         ),
     )
@@ -156,6 +156,17 @@ def _urgency(knob: Knob, situation: Situation) -> float:
         near = _nearness(knob, mismatch, situation)
         best = min(best, order.index(knob.factor) + 1.5 * place + 3.0 * near)
     return best
+
+
+def _credit(knob: Knob, situation: Situation) -> float:
+    """How much better a factor has done in earlier sessions against the worst mismatch, −2 … 2."""
+    worst = next((m.code for m in situation.assessment.diagnosis), "")
+    told = [
+        1.0 if lesson.helped else -1.0
+        for lesson in situation.memory.lessons
+        if lesson.mismatch == worst and lesson.factor == knob.factor
+    ]
+    return 2.0 * sum(told) / (len(told) + 2) if told else 0.0
 
 
 def _nearness(knob: Knob, mismatch: Mismatch, situation: Situation) -> float:

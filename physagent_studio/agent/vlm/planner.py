@@ -95,7 +95,21 @@ def digest(memory: Memory) -> str:
     for proposal, reason in memory.rejected[-MOST_ENTRIES:]:
         edits = "; ".join(spelled(edit) for edit in proposal.edits[:6]) or "no change"
         lines.append(f"turned down: {edits}. Reason: {reason or 'none given'}")
+    lines += _lessons(memory)
     return "\n".join(lines)[:MOST_DIGEST] or "nothing"
+
+
+def _lessons(memory: Memory) -> list[str]:
+    """What earlier sessions taught, one line for each pair of mismatch and factor."""
+    told: dict[tuple[str, str], list[bool]] = {}
+    for lesson in memory.lessons:
+        told.setdefault((lesson.mismatch, lesson.factor), []).append(lesson.helped)
+    often = sorted(told.items(), key=lambda row: (-len(row[1]), row[0]))[:MOST_ENTRIES]
+    return [
+        f"in earlier sessions, against {mismatch}: changing {factor} helped"
+        f" {sum(helped)} of {len(helped)} times"
+        for (mismatch, factor), helped in often
+    ]
 
 
 def _entry(entry: MemoryEntry) -> str:

@@ -249,7 +249,9 @@ def decide(state: LoopState, decision: Decision) -> LoopState:
     Raises `ProgramError` (and changes nothing) where the decided edits do not apply.
     """
     current = _head(state)
-    decision = decision.model_copy(update={"before": current.program.hash})
+    decision = decision.model_copy(
+        update={"before": current.program.hash, "evidence": current.evidence}
+    )
     if decision.kind == "stop":
         return _to(_decided(state, decision), "done", "stuck" if _is_stuck(current) else "stopped")
     if decision.kind in ("reject", "hint", "skip"):

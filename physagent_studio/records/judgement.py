@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -188,6 +189,19 @@ class Round(Frozen):
             return self.override.passed
         a = self.assessment
         return a is not None and a.stage == "simulation" and a.passed
+
+    @property
+    def evidence(self) -> str:
+        """SHA-256 of what a decision on this round was made from.
+
+        The scene, the rollout and its frames by their content, the measured facts, and what
+        the proposal's trial gave.
+        """
+        digest = hashlib.sha256()
+        for part in (self.scene, self.rollout, self.frames, self.assessment, self.preview):
+            text = part.model_dump_json() if isinstance(part, Frozen) else part or ""
+            digest.update(text.encode() + b"\n")
+        return digest.hexdigest()
 
 
 class MemoryEntry(Frozen):

@@ -222,3 +222,13 @@ def test_deciding_anew_makes_a_branch() -> None:
     back = one.model_copy(update={"head": "r1", "phase": "decide"})
     two = decide(back, decision("override", edits=(own.model_copy(update={"value": 700.0}),)))
     assert [item.parent for item in two.rounds] == [None, "r1", "r1"]
+
+
+def test_a_decision_names_the_evidence_it_was_made_from() -> None:
+    states = run(Script(), LoopState(policy="auto"))
+    decided = [item for item in states[-1].path() if item.decision is not None]
+    assert decided
+    for item in decided:
+        assert item.decision is not None
+        assert item.decision.evidence == item.evidence
+    assert len({item.evidence for item in decided}) == len(decided)

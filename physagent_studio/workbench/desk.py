@@ -11,11 +11,12 @@ from physagent_studio.agent import loop
 from physagent_studio.contract import measure
 from physagent_studio.errors import InputError, Problem, ProgramError
 from physagent_studio.program import Edit, PhysicalProgram, apply, value_at
+from physagent_studio.program.diff import diff
 from physagent_studio.program.document import load_program
 from physagent_studio.records import Check, Decision, LoopState, Override, Rollout, Round, Scene
 from physagent_studio.session import Session
 from physagent_studio.session.session import now
-from physagent_studio.workbench import commands
+from physagent_studio.workbench import commands, photo_edits
 from physagent_studio.workbench.engine import AgentName, Control, Engine, limits_of
 from physagent_studio.workbench.meter import Meter
 from physagent_studio.workbench.snapshot import Attempt
@@ -90,7 +91,9 @@ class Desk:
     ) -> tuple[Scene | None, Rollout | None, tuple[Check, ...]]:
         if self._live is None or self._live[0] != draft.hash:
             head = self.state.current
-            before = self.session.scene(head.scene) if head and head.scene else None
+            before = self._live[1] if self._live else None
+            if before is None and head and head.scene:
+                before = self.session.scene(head.scene)
             scene = self.engine.reconstruct(draft.scene, before)
             complete = draft.model_copy(update={"scene": scene.state})
             if self._tried and self._tried[0] == draft.hash and self._tried[1] is scene:
@@ -203,6 +206,7 @@ class Desk:
                 author="person",
                 at=now(),
                 reason="edited by hand",
+                edits=_edits_between(state.current.program, state.draft),
                 before=state.current.program.hash,
                 after=state.draft.hash,
             )
@@ -225,7 +229,6 @@ class Desk:
             reason=command.reason,
             hunks=command.hunks,
             edits=_decided_edits(command, item),
-            evidence=item.rollout or item.scene or "",
         )
         before = self.state.model_copy(update={"phase": "decide"})
         after = loop.decide(before, decision)
@@ -264,9 +267,18 @@ class Desk:
     def _draft(self, draft: PhysicalProgram, label: str) -> None:
         if draft == self.program:
             return
-        self._run_draft(draft)
+        draft = self._completed(draft)
         self.problems = ()
         self._save(self.state.model_copy(update={"draft": draft}), label)
+
+    def _completed(self, draft: PhysicalProgram) -> PhysicalProgram:
+        """The draft after its first run, with what an edit had opened as the photo shows it."""
+        scene, _, _ = self._run_draft(draft)
+        if scene is None or self.case.image is None or draft.scene.is_closed:
+            return draft
+        done = draft.model_copy(update={"scene": photo_edits.stated(scene.state)})
+        self._run_draft(done)
+        return done
 
     def _require_head(self, what: str) -> None:
         if self.shown not in (None, self.state.head):
@@ -353,6 +365,10 @@ class Desk:
         if not title or len(title) > 200:
             raise InputError("a title has 1 to 200 characters")
         self.session.rename(title)
+
+
+def _edits_between(before: PhysicalProgram, after: PhysicalProgram) -> tuple[Edit, ...]:
+    return tuple(edit for hunk in diff(before, after) for edit in hunk.edits)
 
 
 def _decided_edits(command: commands.Decide, item: Round) -> tuple[Edit, ...]:

@@ -347,6 +347,11 @@ class SceneState(Frozen):
         return next((item for item in self.landmarks if item.name == name), None)
 
     @property
+    def is_closed(self) -> bool:
+        """Whether nothing is left for reconstruction to fill, the camera included."""
+        return self.camera is not None and self.is_resolved
+
+    @property
     def is_resolved(self) -> bool:
         """Whether nothing that a simulation needs is open."""
         return all(o.shape is not None and o.position is not None for o in self.objects) and all(

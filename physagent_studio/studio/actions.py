@@ -12,9 +12,11 @@ from typing import Any, Protocol
 from physagent_studio.errors import InputError, StudioError
 from physagent_studio.program import MATERIALS, PhysicalProgram, Support, apply
 from physagent_studio.program import scene as shapes
-from physagent_studio.studio import intents, intents_shelf, shelf
+from physagent_studio.studio import intents, intents_shelf, photo_actions, shelf
+from physagent_studio.studio.finder import Finder
 from physagent_studio.studio.library import Library, output_path
 from physagent_studio.studio.painter import Painter
+from physagent_studio.studio.photo_desk import PhotoDesk
 from physagent_studio.studio.scene.stage import poses_at
 from physagent_studio.studio.view import Selection, View
 from physagent_studio.workbench import Snapshot, Workbench, commands
@@ -35,6 +37,8 @@ class Studio(Protocol):
     view: View
     painter: Painter
     library: Library
+    finder: Finder
+    photo_desk: PhotoDesk
     tokens: dict[int, str]
     presenting: set[int]
 
@@ -284,3 +288,6 @@ carry_out.register(intents_shelf.RenameSession, shelf.rename)
 carry_out.register(intents_shelf.DuplicateSession, shelf.duplicate)
 carry_out.register(intents_shelf.DeleteSession, shelf.delete)
 carry_out.register(intents_shelf.RestoreSession, shelf.restore)
+
+for asked, act in photo_actions.ACTIONS.items():
+    carry_out.register(asked, act)

@@ -16,6 +16,7 @@ from physagent_studio.program import Edit, Frozen
 from physagent_studio.program.base import Name, Text
 from physagent_studio.program.scene import Click
 from physagent_studio.records.judgement import DecisionKind, PolicyName
+from physagent_studio.studio.intents_photo import PhotoIntent
 from physagent_studio.studio.intents_shelf import Present, ShelfIntent
 
 Id = Annotated[str, Field(min_length=1, max_length=200)]
@@ -272,7 +273,8 @@ Intent = Annotated[
     Play | Scrub | Speed | Loop | Select | Show | Look | Bookmark | Viewer | Compare
     | StepOn | Cancel | DecideOn | Overrule | Policy | Budget | PinFact | ShowRound | Fork
     | Change | Try | WriteText | DropDraft | Undo
-    | OpenKnown | OpenBare | NewCase | RenameTo | Dismiss | Video | ShelfIntent,
+    | OpenKnown | OpenBare | NewCase | RenameTo | Dismiss | Video | ShelfIntent
+    | PhotoIntent,
     Field(discriminator="do"),
 ]  # fmt: skip
 
@@ -306,6 +308,8 @@ def _refuse_constant(name: str) -> NoReturn:
 
 def _sentence(error: ValidationError) -> str:
     first = error.errors(include_url=False)[0]
+    if first["type"] == "union_tag_invalid" and len(first["loc"]) < 2:
+        return f"nothing here does '{str(first['ctx']['tag'])[:80]}'"
     where = ".".join(str(part) for part in first["loc"][1:])
     text = first["msg"].removeprefix("Value error, ")
     return f"{where}: {text[0].lower()}{text[1:]}" if where else text

@@ -25,10 +25,12 @@ from physagent_studio.program import SetField
 from physagent_studio.studio import intents
 from physagent_studio.studio.actions import Offer, carry_out
 from physagent_studio.studio.archive import Archive
+from physagent_studio.studio.finder import Finder
 from physagent_studio.studio.guard import close_client, open_server, stop_server, token_of
 from physagent_studio.studio.hub import Hub
 from physagent_studio.studio.library import Library
 from physagent_studio.studio.painter import Painter
+from physagent_studio.studio.photo_desk import PhotoDesk
 from physagent_studio.studio.scene.stage import Hands
 from physagent_studio.studio.site import Site
 from physagent_studio.studio.view import Selection, View, advance
@@ -64,6 +66,8 @@ class Studio:
         self.library = Library(workbench.store)
         self._inbox: queue.Queue[_Heard | _Call | Snapshot | None] = queue.Queue()
         self.hub = Hub(self._heard, lambda _count: None)
+        self.finder = Finder(self.hub.tell)
+        self.photo_desk = PhotoDesk()
         self._site = Site(workbench.snapshot, workbench.store, self.library)
         self._server = open_server(port, self._site.page, self.hub.talk)
         hands = Hands(self._picked, self._dragged, self._placed, self.later)
@@ -84,6 +88,7 @@ class Studio:
         self._unsubscribe()
         self._inbox.put(None)
         self._thread.join(timeout=5)
+        self.finder.stop()
         stop_server(self._server)
 
     # --- from other threads: only enqueue ------------------------------------------------------

@@ -1,7 +1,7 @@
 // Building and updating the page. Text always goes in as text, never as markup.
 
 const SVG = "http://www.w3.org/2000/svg";
-const SVG_TAGS = new Set(["svg", "g", "rect", "line", "path", "text", "circle", "polygon", "polyline", "title"]);
+const SVG_TAGS = new Set(["svg", "g", "rect", "line", "path", "text", "circle", "polygon", "polyline", "title", "image"]);
 const AS_PROPERTY = new Set(["value", "checked", "disabled", "hidden", "selected", "readOnly", "open"]);
 
 export function h(tag, props, ...kids) {

@@ -52,6 +52,7 @@ export function startKeys({ left, right, dialogs, theme }) {
     ["Forces and velocities", "V", () => toggle("forces")],
     ["Handle to move the selection", "M", () => toggle("gizmo")],
     ["Look at the selection", "F", () => send({ do: "look", view: "selection" })],
+    ["Another shape for the selection", "S", () => { const one = head().selection; if (one?.kind === "object") send({ do: "form", name: one.name, kind: null }); }],
     ["Follow the selection", "Shift+F", () => send({ do: "look", view: "follow" })],
     ["The photo's view", "0", () => send({ do: "look", view: "photo" })],
     ["View from the top", "T", () => send({ do: "look", view: "top" })],

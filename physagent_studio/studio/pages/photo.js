@@ -1,26 +1,158 @@
-// Photo: the picture with its objects outlined, and the sentence.
+// Photo: the picture with its objects, and the tools that correct what was read off it.
 
-import { draw, h } from "./dom.js";
+import { button, draw, h } from "./dom.js";
+import { live, marks, outlines, thumbnail } from "./photo_draw.js";
+import { makeTools, TOOLS } from "./photo_tools.js";
+import { startStage } from "./photo_view.js";
 import { on, send } from "./wire.js";
 
+const ICONS = {
+  look: "M3 2l9 6-4 1-2 4z", mask: "M7.300 2h1.400v5.300H14v1.400H8.700V14H7.300V8.700H2V7.300h5.300z", brush: "M13.500 2.500c-3 1.500-5.500 4-6.500 6l1 1c2-1 4.500-3.500 6-6.500zM6.500 9.500C5 9.500 4 10.500 4 12c0 .8-.7 1.300-1.500 1.500C5 14 7.500 13 7.500 10.500z",
+  scissors: "M4.500 3l4 5.200L12.500 3l1 .7-4.200 5.500.8 1.100a2 2 0 1 1-1 .8L8.500 10.300l-.6.8a2 2 0 1 1-1-.8l.7-1.100L3.500 3.700z", horizon: "M2 9h12v1.300H2zM4.500 7.500a3.500 3.500 0 0 1 7 0z", ramp: "M2 13 14 4.500V13z",
+};
+const SHAPES = { sphere: "Ball", ellipsoid: "Ellipsoid", cylinder: "Cylinder", frustum: "Cone or cup", capsule: "Capsule", box: "Box", revolved: "Turned", inflated: "Outline, inflated", mesh: "Mesh" };
+
 export function startPhoto(host) {
-  let data = null, head = null;
-  const show = () => {
-    if (!data) return;
-    const chosen = head ? head.selection.name : "";
-    draw(host,
-      data.prompt ? h("p", { style: "margin-bottom:10px" }, "“", data.prompt, "”") : null,
-      data.image ? h("div", { class: "photo" },
-        h("img", { src: data.image, alt: "The photo", width: data.size[0], height: data.size[1], style: "height:auto" }),
-        h("svg", { viewBox: `0 0 ${data.size[0]} ${data.size[1]}`, preserveAspectRatio: "none" },
-          data.objects.map((one) => one.outline.map((points) => h("polygon", { class: one.name === chosen ? "on" : "", points: points.map((p) => p.join(",")).join(" "), onclick: () => send({ do: "select", kind: "object", name: one.name }) }, h("title", {}, one.name)))),
-          [...data.objects, ...data.supports].map((one) => one.clicks.map(([x, y, inside]) => h("circle", { cx: x, cy: y, r: data.size[0] / 160, fill: inside ? "#2f6fed" : "#d9482b", stroke: "#fff", "stroke-width": data.size[0] / 640, "pointer-events": "none" }))))) : h("p", { class: "muted" }, "This program has no photo."),
-      data.image ? h("div", { class: "row wrap", style: "margin-top:8px;gap:4px" }, data.objects.map((one) => h("button", { class: "b small", type: "button", "aria-pressed": String(one.name === chosen), onclick: () => send({ do: "select", kind: "object", name: one.name }) }, one.name.replaceAll("_", " ")))) : null);
+  let data = null;
+  const top = h("div", { class: "photo-top" });
+  const middle = h("div", {});
+  const bottom = h("div", { class: "stack" });
+  host.append(top, middle, bottom);
+  const stage = startStage(middle, { onTool: (...all) => tools.on(...all) });
+  let drawing = false;
+  const later = () => {
+    if (drawing) return;
+    drawing = true;
+    requestAnimationFrame(() => { drawing = false; show(); });
   };
-  on("photo", (next) => { data = next; show(); });
+  const tools = makeTools({ stage, data: () => (data?.image ? data : null), changed: later });
+  const { state } = tools;
+  stage.scaled(later);
+
+  function show() {
+    if (!data) return;
+    stage.stage.hidden = !data.image;
+    if (!data.image) {
+      draw(top, sentence());
+      return draw(bottom, h("p", { class: "muted" }, "This program has no photo."));
+    }
+    const chosen = tools.target(), unit = stage.unit();
+    stage.show(data.image, data.size);
+    stage.stage.setAttribute("aria-label", `Photo. ${TOOLS.find(([key]) => key === state.tool)[2]}`);
+    draw(stage.layers.outlines, outlines(data, chosen, state));
+    draw(stage.layers.marks, marks(data, chosen, state, unit));
+    draw(stage.layers.live, live(data, state, unit));
+    draw(top, sentence(), data.readOnly ? null : toolbar());
+    draw(bottom, masks(), things(chosen), about(chosen));
+  }
+
+  const sentence = () => (data.prompt ? h("p", {}, "“", data.prompt, "”") : null);
+
+  function toolbar() {
+    const tool = TOOLS.find(([key]) => key === state.tool);
+    const needs = ["mask", "brush", "scissors"].includes(state.tool) && !tools.target();
+    const effects = state.tool === "brush" ? [["add", "Add"], ["erase", "Erase"]] : [["add", "Add"], ["erase", "Cut away"], ["only", "Exactly this"]];
+    return [
+      h("div", { class: "photo-tools", role: "toolbar", "aria-label": "Photo tools" },
+        TOOLS.map(([key, text]) => h("button", { class: "b", type: "button", "aria-pressed": String(key === state.tool), onclick: () => tools.pick(key) },
+          h("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" }, h("path", { d: ICONS[key], fill: "currentColor" })), text))),
+      ["brush", "scissors"].includes(state.tool) ? h("div", { class: "row", style: "gap:8px" },
+        h("div", { class: "row", style: "gap:3px", role: "group", "aria-label": "What it does" }, effects.map(([key, text]) => button(text, () => { state.effect = key; show(); }, { class: "b small", "aria-pressed": String(state.effect === key) }))),
+        state.tool === "brush" ? h("input", { type: "range", min: 1, max: 60, value: String(state.radius), "aria-label": "Brush radius in pixels", class: "grow", oninput: (e) => { state.radius = Number(e.target.value); later(); } }) : null) : null,
+      h("p", { class: "photo-hint", "aria-live": "polite" }, needs ? "Select an object below first, or add a new one." : hint(tool)),
+    ];
+  }
+
+  function hint([key,, text]) {
+    if (key === "ramp" && state.ramp?.length) return ["Now the ground below its upper end.", "Now its upper end."][state.ramp.length - 1];
+    if (key === "horizon") return `${text} Now ${data.horizonBy || "not known"}.`;
+    return text;
+  }
+
+  function masks() {
+    const one = state.pending;
+    if (!one || (!one.past.length && !one.masks.length)) return null;
+    const word = one.name.replaceAll("_", " ");
+    return h("div", { key: "masks", role: "group", "aria-label": `Masks of ${word}` },
+      h("div", { class: "photo-masks" },
+        one.problem ? h("div", { class: "none" }, one.problem) : one.masks.map((mask, i) =>
+          h("button", { key: `m${i}`, type: "button", "aria-pressed": String(i === one.chosen), "aria-label": `Mask ${i + 1} of ${word}, score ${mask.score.toFixed(2)}`, disabled: Boolean(one.sent),
+            onclick: () => tools.take(i), onpointerenter: () => { one.preview = i; later(); }, onpointerleave: () => { one.preview = undefined; later(); } },
+            thumbnail(data, mask), h("span", { class: "n" }, i + 1), h("span", { class: "s" }, mask.score.toFixed(2)))),
+        !one.problem && !one.masks.length ? h("div", { class: "none" }, one.waiting ? "Looking…" : "Nothing stands out there; try a box, or paint it.") : null),
+      h("div", { class: "row", style: "margin-top:6px" },
+        h("span", { class: "muted grow", style: "font-size:12px" }, one.sent ? "The scene follows…" : one.waiting ? "Looking…" : `Press 1–${Math.max(one.masks.length, 1)} or Enter to use one.`),
+        one.sent ? null : button("Back", tools.back, { class: "b small quiet", disabled: !one.past.length }), one.sent ? null : button("Drop", tools.drop, { class: "b small quiet" })));
+  }
+
+  function things(chosen) {
+    return h("div", { key: "things" }, h("div", { class: "head" }, "Things"), h("div", { class: "row wrap photo-things", style: "gap:4px" },
+      data.objects.map((one) => h("button", { class: "b small", type: "button", "aria-pressed": String(one.name === chosen), onclick: () => choose("object", one.name) },
+        h("span", { class: "photo-swatch", style: `background:rgb(${one.colour.join(" ")})` }), one.name.replaceAll("_", " "))),
+      data.supports.filter((one) => one.grounding.points.length || one.grounding.marks.length || one.ramp).map((one) => h("button", { class: "b small", type: "button", "aria-pressed": String(one.name === chosen), onclick: () => choose("support", one.name) }, one.name.replaceAll("_", " "))),
+      state.fresh ? h("span", { class: "chip accent" }, state.fresh) : null,
+      data.readOnly ? null : h("form", { class: "row", style: "gap:3px", onsubmit: (e) => { e.preventDefault(); add(e.target.elements[0]); } },
+        h("input", { type: "text", placeholder: "New thing", "aria-label": "Name of a new thing", maxlength: 60, style: "width:92px" }), button("Mark it", null, { class: "b small", type: "submit" }))));
+  }
+
+  function choose(kind, name) {
+    state.fresh = "";
+    if (state.pending && state.pending.name !== name) tools.drop();
+    send({ do: "select", kind, name });
+  }
+
+  function add(input) {
+    const name = input.value.trim().toLowerCase().replace(/[^a-z0-9]+/g, "_").replace(/^_+|_+$/g, "").slice(0, 60);
+    if (!name) return input.focus();
+    input.value = "";
+    tools.drop();
+    if ([...data.objects, ...data.supports].some((one) => one.name === name)) return choose("object", name);
+    state.fresh = name;
+    tools.pick("mask");
+  }
+
+  function about(chosen) {
+    const one = data.objects.find((item) => item.name === chosen);
+    if (!one || data.readOnly) return null;
+    const own = data.scale.reference === one.name ? data.scale : null;
+    const shapes = one.shapes.includes(one.shape) ? one.shapes : [one.shape, ...one.shapes];
+    return h("div", { key: `about-${one.name}`, class: "form" },
+      h("label", { class: "label", title: "Everything else is measured against it" }, "Size"),
+      h("div", { class: "num-with-unit" }, h("input", { type: "text", inputmode: "decimal", "aria-label": `Size of ${one.name} in metres`, placeholder: own ? "" : "largest side", value: own?.metres ? String(Number(own.metres.toPrecision(3))) : "", onchange: (e) => size(one, e.target) }), h("span", { class: "unit" }, own ? `m, ${own.source === "person" ? "set by you" : own.source}` : "m")),
+      h("label", { class: "label" }, "Shape (S: next)"),
+      h("div", { class: "row" }, h("select", { "aria-label": `Shape of ${one.name}`, value: one.shape, onchange: (e) => send({ do: "form", name: one.name, kind: e.target.value }) }, shapes.map((kind) => h("option", { value: kind }, SHAPES[kind] || kind))),
+        button("Next", () => send({ do: "form", name: one.name, kind: null }), { class: "b small", title: "Another shape (S)" })));
+  }
+
+  function size(one, input) {
+    const metres = Number(input.value.trim().replace(",", "."));
+    const good = Number.isFinite(metres) && metres > 0;
+    input.classList.toggle("wrong", !good);
+    if (good) send({ do: "size", name: one.name, metres });
+  }
+
+  // Keys of the tools come before the page's own while something is being made.
+  document.addEventListener("keydown", (event) => {
+    const field = event.target.closest?.("input, textarea, select");
+    if (!data?.image || host.hidden || field) return;
+    if (event.target.tagName === "BUTTON" && event.key === "Enter" && !event.target.closest(".photo-masks")) return;
+    if (tools.key(event) === false) return;
+    event.preventDefault();
+    event.stopPropagation();
+  }, true);
+
+  on("photo", (next) => { data = next; tools.settle(); show(); });
+  on("masks", tools.found);
+  on("edge", tools.edge);
+  on("say", (notice) => { if (notice.level === "error") tools.refused(); });
+  on("notices", (all) => { if (all.some((one) => one.level === "error")) tools.refused(); });
   on("playhead", (next) => {
-    const changed = !head || head.selection.name !== next.selection.name;
-    head = next;
-    if (changed) show();
+    const name = next.selection.name;
+    if (startPhoto.last !== name) {
+      startPhoto.last = name;
+      if (state.pending && !state.fresh && state.pending.name !== name && !state.pending.sent) tools.drop();
+      show();
+    }
   });
+  window.addEventListener("resize", later);
 }

@@ -1,4 +1,4 @@
-"""Photo: the picture with its objects outlined, and the sentence."""
+"""Photo: the picture with its objects outlined, what was clicked, horizon and the sentence."""
 
 from __future__ import annotations
 
@@ -8,43 +8,78 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.program.scene import SceneObject, Support
+from physagent_studio.reconstruction.names import support_kind
+from physagent_studio.rendering.backdrop import PALETTE
 from physagent_studio.workbench import Snapshot
+from physagent_studio.workbench.photo_edits import forms_of
+
+LEAST_AREA = 6
+"""Rings of an outline that enclose fewer pixels are left out."""
 
 
 def state_of(snapshot: Snapshot) -> dict[str, Any]:
-    """Address and size of the picture, outlines and clicks in its pixels."""
+    """Address and size of the picture, outlines and groundings in its pixels."""
     case, scene = snapshot.case, snapshot.scene
     image = None if case is None else case.image
     if image is None:
         return {"image": None, "prompt": snapshot.program.event.prompt}
     assert case is not None
+    state = snapshot.program.scene
+    camera = state.camera
+    masks = {} if scene is None else scene.masks
     return {
         "image": f"/photo/{case.image_hash}.jpg",
         "size": [image.shape[1], image.shape[0]],
         "prompt": snapshot.program.event.prompt or case.prompt,
+        "readOnly": snapshot.read_only,
+        "horizon": None if camera is None else round(camera.horizon, 2),
+        "horizonBy": _horizon_by(snapshot),
+        "scale": state.scale.model_dump(mode="json"),
         "objects": [
             {
-                "name": item.name,
-                "outline": outline_of(scene.masks[item.name])
-                if scene is not None and item.name in scene.masks
-                else [],
-                "clicks": [[click.x, click.y, click.label] for click in item.grounding.points],
+                **_grounded(item),
+                "colour": PALETTE[index % len(PALETTE)],
+                "path": path_of(masks[item.name]) if item.name in masks else "",
+                "shape": item.form or (item.shape.kind if item.shape is not None else ""),
+                "shapes": forms_of(item.name, snapshot.program.event.prompt),
             }
-            for item in snapshot.program.scene.objects
+            for index, item in enumerate(state.objects)
         ],
         "supports": [
-            {
-                "name": item.name,
-                "clicks": [[click.x, click.y, click.label] for click in item.grounding.points],
-            }
-            for item in snapshot.program.scene.supports
+            {**_grounded(item), "ramp": support_kind(item.name) == "ramp"}
+            for item in state.supports
         ],
     }
 
 
-def outline_of(mask: NDArray[np.bool_]) -> list[list[list[int]]]:
-    """Polygons around a mask (H, W), in pixels, thinned to about a pixel's accuracy."""
-    found, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    large = [one for one in found if cv2.contourArea(one) >= 12]
-    thinned = [cv2.approxPolyDP(one, 1.0, closed=True) for one in large]
-    return [[[int(x), int(y)] for x, y in one.reshape(-1, 2)] for one in thinned if len(one) >= 3]
+def _grounded(item: SceneObject | Support) -> dict[str, Any]:
+    return {"name": item.name, "grounding": item.grounding.model_dump(mode="json")}
+
+
+def _horizon_by(snapshot: Snapshot) -> str:
+    """Who says where the horizon is, in words."""
+    camera = snapshot.program.scene.camera
+    if camera is None:
+        return ""
+    if camera.source == "person":
+        return "set by you"
+    if camera.confirmed:
+        return "given"
+    return f"estimated, ± {camera.horizon_sigma or 0:.0f} px"
+
+
+def path_of(mask: NDArray[np.bool_], accuracy: float = 0.7) -> str:
+    """The outline of a mask (H, W), holes included, as an SVG path to be filled even-odd, pixels.
+
+    A pixel (i, j) covers [i, i + 1), so a ring runs through pixel centres at i + .5.
+    """
+    found, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    parts = []
+    for ring in found:
+        if cv2.contourArea(ring) < LEAST_AREA:
+            continue
+        thin = cv2.approxPolyDP(ring, accuracy, closed=True).reshape(-1, 2)
+        if len(thin) >= 3:
+            parts.append("M" + "L".join(f"{x + 0.5:g} {y + 0.5:g}" for x, y in thin) + "Z")
+    return "".join(parts)

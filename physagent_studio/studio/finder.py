@@ -1,0 +1,73 @@
+"""What takes a moment and changes nothing: found beside the worker, the newest question wins.
+
+A question that was overtaken by another of the same browser on the same channel is dropped, so
+that fast clicks never queue up.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from physagent_studio.errors import StudioError
+
+log = logging.getLogger(__name__)
+
+Tell = Callable[[int, str, dict[str, Any]], None]
+"""Browser, channel, what was found; called on the finder's thread."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Question:
+    ticket: int
+    find: Callable[[], dict[str, Any]]
+
+
+class Finder:
+    """One thread that answers browsers; every answer carries the ticket of its question."""
+
+    def __init__(self, tell: Tell) -> None:
+        self._tell = tell
+        self._news = threading.Condition()
+        self._asked: dict[tuple[int, str], _Question] = {}
+        self._open = True
+        self._thread = threading.Thread(target=self._work, name="finder", daemon=True)
+        self._thread.start()
+
+    def ask(self, browser: int, channel: str, ticket: int, find: Callable[[], Any]) -> None:
+        """Has `find` called soon, unless something newer is asked before."""
+        with self._news:
+            self._asked.pop((browser, channel), None)
+            self._asked[browser, channel] = _Question(ticket, find)
+            self._news.notify()
+
+    def stop(self) -> None:
+        """Ends the thread once the question at hand is answered."""
+        with self._news:
+            self._open = False
+            self._news.notify()
+        self._thread.join(timeout=10)
+
+    def _work(self) -> None:
+        while True:
+            with self._news:
+                self._news.wait_for(lambda: self._asked or not self._open)
+                if not self._open:
+                    return
+                browser, channel = next(iter(self._asked))
+                question = self._asked.pop((browser, channel))
+            self._tell(browser, channel, {"ticket": question.ticket, **_found(question)})
+
+
+def _found(question: _Question) -> dict[str, Any]:
+    """The one boundary where a failed search becomes a sentence."""
+    try:
+        return question.find()
+    except StudioError as error:
+        return {"problem": str(error)}
+    except Exception as error:
+        log.exception("nothing found")
+        return {"problem": f"Something went wrong on our side: {error!r}."}

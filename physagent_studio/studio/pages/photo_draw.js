@@ -1,0 +1,97 @@
+// What lies over the photo: outlines, clicks, strokes, the horizon, a ramp, what is being made.
+
+import { h } from "./dom.js";
+
+const rgb = (colour) => `rgb(${colour.join(" ")})`;
+const list = (points) => points.map((p) => p.join(",")).join(" ");
+
+export function outlines(data, chosen, state) {
+  const made = state.pending;
+  return data.objects.filter((one) => one.path && !(made && made.name === one.name && made.masks.length)).map((one) => {
+    const on = one.name === chosen;
+    return h("g", { key: one.name, class: made && !on ? "ph-dim" : "" },
+      h("path", { class: "ph-case", d: one.path }),
+      h("path", { class: on ? "ph-line on" : "ph-line", "data-name": one.name, d: one.path, stroke: rgb(one.colour), fill: rgb(one.colour), "fill-opacity": on ? ".3" : ".12" }, h("title", {}, one.name.replaceAll("_", " "))));
+  });
+}
+
+export function marks(data, chosen, state, unit) {
+  const made = state.pending;
+  const shown = made ? made.grounding : [...data.objects, ...data.supports].find((one) => one.name === chosen)?.grounding;
+  const others = [...data.objects, ...data.supports].filter((one) => one.name !== (made?.name || chosen));
+  // Clicks inside other things count as outside of this one; they are shown once.
+  const taken = new Set(others.flatMap((one) => one.grounding.points.filter((p) => p.label).map((p) => `${p.x} ${p.y}`)));
+  const mask = made && made.masks[made.preview ?? made.chosen];
+  return [
+    mask ? h("path", { class: "ph-new", d: mask.path }) : null,
+    others.map((one) => one.grounding.points.filter((p) => p.label).map((p) => dot(p, unit * 0.6))),
+    shown ? [
+      shown.box ? h("rect", { class: "ph-box", x: shown.box[0], y: shown.box[1], width: shown.box[2] - shown.box[0], height: shown.box[3] - shown.box[1] }) : null,
+      made ? shown.strokes.map(stroke) : null,
+      shown.points.filter((p) => p.label || !taken.has(`${p.x} ${p.y}`)).map((p) => dot(p, unit)),
+    ] : null,
+  ];
+}
+
+function dot(click, unit) {
+  const r = 5 * unit, s = 2.6 * unit;
+  return h("g", {},
+    h("circle", { class: `ph-dot ${click.label ? "in" : "out"}`, cx: click.x, cy: click.y, r }),
+    h("line", { class: "ph-sign", x1: click.x - s, x2: click.x + s, y1: click.y, y2: click.y }),
+    click.label ? h("line", { class: "ph-sign", x1: click.x, x2: click.x, y1: click.y - s, y2: click.y + s }) : null);
+}
+
+function stroke(one) {
+  if (one.tool === "scissors") return h("polygon", { class: `ph-cut ${one.effect}`, points: list(one.points) });
+  const points = one.points.length > 1 ? one.points : [one.points[0], [one.points[0][0] + 0.01, one.points[0][1]]];
+  return h("polyline", { class: `ph-stroke ${one.effect}`, points: list(points), "stroke-width": 2 * one.radius });
+}
+
+export function live(data, state, unit) {
+  const { drag, cut, ramp, pointer } = state;
+  const out = [];
+  if (drag?.kind === "box") {
+    const [a, b] = [drag.from, drag.to];
+    out.push(h("rect", { class: "ph-box", x: Math.min(a[0], b[0]), y: Math.min(a[1], b[1]), width: Math.abs(a[0] - b[0]), height: Math.abs(a[1] - b[1]) }));
+  }
+  if (drag?.kind === "stroke") out.push(stroke({ tool: "brush", effect: drag.effect, radius: state.radius, points: drag.points }));
+  if (state.tool === "brush" && pointer) out.push(h("circle", { class: `ph-ring ${state.effect === "erase" ? "erase" : ""}`, cx: pointer[0], cy: pointer[1], r: state.radius }));
+  if (cut) {
+    const points = [...cut.ways.flat(), ...(cut.live || [])];
+    out.push(h("polyline", { class: `ph-cut ${state.effect}`, points: list(points.length ? points : cut.anchors) }));
+    out.push(cut.anchors.map(([x, y]) => h("circle", { class: "ph-dot in", cx: x, cy: y, r: 3.5 * unit })));
+  }
+  if (ramp?.length) {
+    const points = ramp.length < 3 && pointer ? [...ramp, pointer] : ramp;
+    out.push(h("polygon", { class: "ph-ramp", points: list(points) }));
+    out.push(ramp.map(([x, y]) => h("circle", { class: "ph-dot in", cx: x, cy: y, r: 4.5 * unit })));
+  }
+  if (state.tool === "horizon") out.push(horizon(data, state, unit));
+  return out;
+}
+
+function horizon(data, state, unit) {
+  const row = state.row ?? data.horizon;
+  if (row === null || row === undefined) return null;
+  const [width, height] = data.size;
+  const at = Math.max(7 * unit, Math.min(height - 7 * unit, row));
+  const away = row < 0 ? `${Math.round(-row)} px above the photo` : row > height ? `${Math.round(row - height)} px below the photo` : `row ${Math.round(row)}`;
+  const text = 12 * unit;
+  return h("g", {},
+    h("line", { class: "ph-horizon", x1: 0, x2: width, y1: at, y2: at, "stroke-dasharray": at === row ? null : "6 4" }),
+    h("circle", { class: "ph-horizon-grip", cx: width / 2, cy: at, r: 6 * unit }),
+    h("text", { class: "ph-name", x: width / 2, y: at > height / 2 ? at - 10 * unit : at + 20 * unit, style: `font-size:${text}px;stroke-width:${2.5 * unit}px` }, `Horizon: ${away}`));
+}
+
+// A mask on its piece of the photo.
+export function thumbnail(data, mask) {
+  const numbers = mask.path.match(/-?[\d.]+/g)?.map(Number) || [0, 0, data.size[0], data.size[1]];
+  const xs = numbers.filter((_, i) => i % 2 === 0), ys = numbers.filter((_, i) => i % 2 === 1);
+  const low = [Math.min(...xs), Math.min(...ys)], high = [Math.max(...xs), Math.max(...ys)];
+  const side = Math.max(high[0] - low[0], high[1] - low[1], 8) * 1.25;
+  const [x, y] = [(low[0] + high[0] - side) / 2, (low[1] + high[1] - side) / 2];
+  return h("svg", { viewBox: `${x} ${y} ${side} ${side}`, "aria-hidden": "true" },
+    h("image", { href: data.image, x: 0, y: 0, width: data.size[0], height: data.size[1] }),
+    h("path", { d: `M${x} ${y}h${side}v${side}h${-side}Z${mask.path}`, "fill-rule": "evenodd", fill: "#0c0e12", "fill-opacity": ".72" }),
+    h("path", { d: mask.path, fill: "none", stroke: "#ffd84d", "stroke-width": 2, style: "vector-effect:non-scaling-stroke" }));
+}

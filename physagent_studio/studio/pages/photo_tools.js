@@ -1,0 +1,266 @@
+// The photo's tools: what a hand does with the pointer becomes a grounding, a line or a ramp.
+
+import { send, value } from "./wire.js";
+
+export const TOOLS = [
+  ["look", "Look", "Click an outline to select; drag to move, wheel to zoom."],
+  ["mask", "Mask", "Click inside; right-click or Alt-click outside; drag a box."],
+  ["brush", "Brush", "Paint what belongs to it; right button or Alt erases."],
+  ["scissors", "Scissors", "Click along the edge; double-click or Enter closes. Shift: straight."],
+  ["horizon", "Horizon", "Drag the line to where level ground would end."],
+  ["ramp", "Ramp", "Click the ramp's toe, then the ground below its upper end, then that end."],
+];
+const EMPTY = { points: [], box: null, candidate: 0, marks: [], strokes: [], settled: false };
+
+let tickets = 0;
+
+export function makeTools({ stage, data, changed }) {
+  const state = { tool: "look", radius: 10, effect: "add", pending: null, cut: null, ramp: null, row: null, pointer: null, drag: null };
+
+  const selected = () => value("playhead")?.selection || { kind: "none", name: "" };
+  const named = (name) => data()?.objects.find((one) => one.name === name) || data()?.supports.find((one) => one.name === name);
+  const target = () => (state.fresh ? state.fresh : ["object", "support"].includes(selected().kind) ? selected().name : data()?.objects.length === 1 ? data().objects[0].name : "");
+
+  function pick(tool) {
+    state.tool = tool;
+    [state.cut, state.ramp, state.drag, state.row] = [null, tool === "ramp" ? [] : null, null, null];
+    stage.stage.dataset.tool = tool;
+    changed();
+  }
+
+  // --- the grounding that is being made ------------------------------------------------------
+
+  function pending() {
+    const name = target();
+    if (!name) return null;
+    if (!state.pending || state.pending.name !== name) {
+      const known = named(name)?.grounding || EMPTY;
+      state.pending = { name, grounding: structuredClone(known), past: [], masks: [], chosen: known.candidate, ticket: 0, problem: "" };
+    }
+    return state.pending;
+  }
+
+  function alter(change) {
+    const one = pending();
+    if (!one || one.sent) return;
+    one.past.push(structuredClone(one.grounding));
+    change(one.grounding);
+    ask(one);
+  }
+
+  function ask(one) {
+    one.ticket = ++tickets;
+    one.waiting = true;
+    one.problem = "";
+    send({ do: "masks", name: one.name, grounding: one.grounding, ticket: one.ticket });
+    changed();
+  }
+
+  function found(answer) {
+    const one = state.pending;
+    if (!one || answer.ticket !== one.ticket) return;
+    one.waiting = false;
+    one.problem = answer.problem || "";
+    one.masks = answer.masks || [];
+    one.chosen = Math.min(one.chosen, Math.max(0, one.masks.length - 1));
+    changed();
+  }
+
+  function take(index) {
+    const one = state.pending;
+    if (!one || one.sent || (one.masks.length && index >= one.masks.length)) return;
+    one.chosen = index;
+    one.sent = send({ do: "mask", name: one.name, grounding: { ...one.grounding, candidate: index } });
+    changed();
+  }
+
+  function back() {
+    const one = state.pending;
+    if (state.cut) {
+      state.cut.anchors.pop();
+      state.cut.ways.pop();
+      if (!state.cut.anchors.length) state.cut = null;
+      return changed();
+    }
+    if (state.ramp?.length) {
+      state.ramp.pop();
+      return changed();
+    }
+    if (!one || one.past.length < 2) return drop();
+    one.grounding = one.past.pop();
+    ask(one);
+  }
+
+  function drop() {
+    [state.pending, state.cut, state.drag, state.fresh] = [null, null, null, ""];
+    if (state.ramp) state.ramp = [];
+    changed();
+  }
+
+  const busy = () => Boolean(state.cut || state.ramp?.length || (state.pending && !state.pending.sent));
+
+  // What has arrived from the server makes what was sent the truth.
+  function settle() {
+    if (state.pending?.sent) [state.pending, state.fresh] = [null, ""];
+    if (state.row !== null && !state.drag) state.row = null;
+  }
+
+  function refused() {
+    if (state.pending) state.pending.sent = false;
+    state.row = null;
+    changed();
+  }
+
+  // --- scissors ------------------------------------------------------------------------------
+
+  function way(end, straight) {
+    const cut = state.cut;
+    if (straight) {
+      cut.live = [cut.anchors.at(-1), end];
+      return changed();
+    }
+    cut.ticket = ++tickets;
+    send({ do: "edge", start: cut.anchors.at(-1), end, ticket: cut.ticket });
+  }
+
+  function edge(answer) {
+    const cut = state.cut;
+    if (!cut || answer.ticket !== cut.ticket || !answer.points) return;
+    cut.live = answer.points;
+    if (cut.fixing) {
+      const closing = cut.fixing === "close";
+      cut.ways.push(cut.live);
+      if (!closing) cut.anchors.push(cut.live.at(-1));
+      [cut.fixing, cut.live] = ["", null];
+      if (closing) finish();
+    }
+    changed();
+  }
+
+  function anchor(point, straight) {
+    if (!state.cut) state.cut = { anchors: [point], ways: [], live: null, fixing: "", ticket: 0 };
+    else if (!state.cut.fixing) {
+      const first = state.cut.anchors[0];
+      const near = Math.hypot(first[0] - point[0], first[1] - point[1]) < 9 * stage.unit();
+      if (near && state.cut.anchors.length > 1) return close(straight);
+      if (straight) {
+        state.cut.ways.push([state.cut.anchors.at(-1), point]);
+        state.cut.anchors.push(point);
+        state.cut.live = null;
+      } else {
+        state.cut.fixing = "anchor";
+        way(point, false);
+      }
+    }
+    changed();
+  }
+
+  function close(straight) {
+    const cut = state.cut;
+    if (!cut || cut.fixing || cut.anchors.length < 2) return;
+    if (straight || cut.anchors.length < 3) {
+      if (cut.anchors.length < 3 && cut.ways.flat().length < 3) return;
+      cut.ways.push([cut.anchors.at(-1), cut.anchors[0]]);
+      return finish();
+    }
+    cut.fixing = "close";
+    way(cut.anchors[0], false);
+  }
+
+  function finish() {
+    let points = state.cut.ways.flat();
+    const every = Math.ceil(points.length / 590);
+    points = points.filter((_, i) => i % every === 0);
+    state.cut = null;
+    if (points.length > 2) alter((g) => g.strokes.push({ tool: "scissors", effect: state.effect, radius: 1, points }));
+    changed();
+  }
+
+  // --- the pointer ---------------------------------------------------------------------------
+
+  function brush(phase, point, event) {
+    const erase = event.button === 2 || event.altKey || state.effect === "erase";
+    if (phase === "down" && pending()) state.drag = { kind: "stroke", effect: erase ? "erase" : "add", points: [point] };
+    else if (phase === "move" && state.drag) {
+      const last = state.drag.points.at(-1);
+      if (Math.hypot(last[0] - point[0], last[1] - point[1]) > Math.max(0.8, state.radius * 0.25) && state.drag.points.length < 590) state.drag.points.push(point);
+    } else if (phase === "up" && state.drag) {
+      const { points, effect } = state.drag;
+      state.drag = null;
+      alter((g) => g.strokes.push({ tool: "brush", effect, radius: state.radius, points: points.map(([x, y]) => [round(x), round(y)]) }));
+    }
+  }
+
+  function mask(phase, point, event) {
+    if (phase === "down") {
+      if (!target()) {
+        const under = event.target.closest?.("[data-name]");
+        if (under) return send({ do: "select", kind: "object", name: under.dataset.name });
+        state.lost = true;
+      } else state.drag = { kind: "box", from: point, to: point, out: event.button === 2 || event.altKey };
+    } else if (phase === "move" && state.drag) state.drag.to = point;
+    else if (phase === "up" && state.drag) {
+      const { from, to, out } = state.drag;
+      state.drag = null;
+      const far = Math.max(Math.abs(from[0] - to[0]), Math.abs(from[1] - to[1]));
+      if (!out && far > 6 * stage.unit() && far > 3) alter((g) => { g.box = [Math.min(from[0], to[0]), Math.min(from[1], to[1]), Math.max(from[0], to[0]), Math.max(from[1], to[1])].map(round); });
+      else alter((g) => g.points.push({ x: round(from[0]), y: round(from[1]), label: out ? 0 : 1 }));
+    }
+  }
+
+  function horizon(phase, point) {
+    if (phase === "down") state.drag = { kind: "horizon", off: (state.row ?? data().horizon ?? point[1]) - point[1] };
+    // Far from the line a click takes it along.
+    if (phase === "down" && Math.abs(state.drag.off) > 60 * stage.unit()) state.drag.off = 0;
+    if ((phase === "down" || phase === "move") && state.drag) state.row = round(point[1] + state.drag.off);
+    if (phase === "up" && state.drag) {
+      state.drag = null;
+      send({ do: "horizon", row: state.row });
+    }
+  }
+
+  function ramp(phase, point) {
+    if (phase !== "up" || !state.ramp) return;
+    state.ramp.push(point.map(round));
+    if (state.ramp.length === 3) {
+      const [toe, foot, top] = state.ramp;
+      const one = data().supports.find((item) => item.ramp && item.name === selected().name);
+      send({ do: "ramp", name: one ? one.name : null, toe, foot, top });
+      state.ramp = [];
+    }
+  }
+
+  function on(phase, raw, event) {
+    const point = stage.inside(raw);
+    state.pointer = phase === "leave" ? null : point;
+    state.lost = false;
+    if (phase === "pick" || data()?.readOnly) {
+      const under = document.elementFromPoint(event.clientX, event.clientY)?.closest?.("[data-name]");
+      if (phase === "pick") send(under ? { do: "select", kind: "object", name: under.dataset.name } : { do: "select", kind: "none" });
+    } else if (state.tool === "mask") mask(phase, point, event);
+    else if (state.tool === "brush") brush(phase, point, event);
+    else if (state.tool === "horizon") horizon(phase, raw);
+    else if (state.tool === "ramp") ramp(phase, point);
+    else if (state.tool === "scissors") {
+      if (phase === "up" && event.button === 0 && event.detail < 2 && target()) anchor(point, event.shiftKey);
+      else if (phase === "double") close(event.shiftKey);
+      else if (phase === "move" && state.cut && !state.cut.fixing) way(point, event.shiftKey);
+    }
+    changed();
+  }
+
+  function key(event) {
+    if (event.key === "Escape") return (busy() ? drop() : state.tool !== "look" ? pick("look") : false);
+    if (!busy()) return false;
+    const undo = (event.ctrlKey || event.metaKey) && !event.shiftKey && event.key.toLowerCase() === "z";
+    if (undo) return back();
+    if (event.ctrlKey || event.metaKey || event.altKey) return false;
+    if (event.key === "Enter") return state.cut ? close(event.shiftKey) : take(state.pending?.chosen ?? 0);
+    if (state.pending && /^[1-4]$/.test(event.key)) return take(Number(event.key) - 1);
+    return false;
+  }
+
+  return { state, pick, target, take, drop, back, busy, found, edge, settle, refused, on, key, alter, pending };
+}
+
+const round = (number) => Math.round(number * 10) / 10;

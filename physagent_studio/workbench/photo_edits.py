@@ -1,0 +1,251 @@
+"""What a person's hand in the photo changes: groups of typed edits, each one step of undo.
+
+A correction opens everything that was read off the picture with it, so that reconstruction finds
+it anew and the scene follows. What the person has pinned, or has brought along, stays.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable, Iterator
+
+from pydantic import JsonValue
+
+from physagent_studio.agent.rules.footing import with_depth, with_room
+from physagent_studio.agent.rules.look import material_of
+from physagent_studio.errors import InputError
+from physagent_studio.program import AddItem, Edit, Grounding, PhysicalProgram, SetField
+from physagent_studio.program.base import Pixel
+from physagent_studio.program.scene import FormKind, Mark, SceneObject, SceneState, Support
+from physagent_studio.reconstruction.names import support_kind, usual_size
+from physagent_studio.reconstruction.segmentation import settled
+from physagent_studio.records import Case
+
+FORMS: tuple[FormKind, ...] = (
+    "sphere", "ellipsoid", "cylinder", "frustum", "capsule", "box", "revolved", "inflated",
+)  # fmt: skip
+SMALLEST, LARGEST = 1e-3, 1e3
+"""Sizes that may be typed, m."""
+
+
+def mask_edits(
+    program: PhysicalProgram, case: Case, pinned: Collection[str], name: str, grounding: Grounding
+) -> tuple[Edit, ...]:
+    """A person's mask: clicks, box, strokes and the chosen candidate of an object or support.
+
+    A name that is not there yet becomes an object. Raises InputError for clicks outside the
+    picture, and for a grounding that shows nothing.
+    """
+    scene = program.scene
+    check_grounding(case, name, grounding)
+    if scene.support(name) is not None:
+        path = f"scene.supports.{name}"
+        opened = [SetField(path=f"{path}.shape", value=None)]
+        opened += _opened_objects(_carried(scene, name), pinned, ("position",))
+    else:
+        path = f"scene.objects.{name}"
+        said = [(o.name, o.grounding) for o in scene.objects if o.name != name]
+        grounding = settled(name, [*said, (name, grounding)])
+        item = scene.object(name)
+        if item is None:
+            return (AddItem(path="scene.objects", item=_new_object(case, name, grounding)),)
+        opened = _opened_objects((item,), pinned, ("shape", "position"))
+        opened += _opened_objects(_carried(scene, name), pinned, ("position",))
+    value = grounding.model_dump(mode="json")
+    return (SetField(path=f"{path}.grounding", value=value), *opened)
+
+
+def check_grounding(case: Case, name: str, grounding: Grounding) -> None:
+    """Raises InputError where a grounding shows nothing, or clicks lie outside the picture."""
+    if case.image is None:
+        raise InputError("this program has no photo to click in")
+    if not grounding.shows_something:
+        raise InputError(f"nothing is marked as inside {name}; click, box or paint it")
+    height, width = case.image.shape[:2]
+    for click in grounding.points:
+        if not (0 <= click.x < width and 0 <= click.y < height):
+            raise InputError(
+                f"the click ({click.x:g}, {click.y:g}) on '{name}' lies outside the picture"
+                f" of {width} × {height} pixels"
+            )
+
+
+def _new_object(case: Case, name: str, grounding: Grounding) -> JsonValue:
+    item = SceneObject(name=name, grounding=grounding, material=material_of(name, case.prompt))
+    return item.model_dump(mode="json")
+
+
+def horizon_edits(
+    program: PhysicalProgram, case: Case, pinned: Collection[str], row: float
+) -> tuple[Edit, ...]:
+    """The horizon at a row of the picture's middle column; the whole scene follows."""
+    if case.image is None:
+        raise InputError("this program has no photo to draw a horizon in")
+    height = case.image.shape[0]
+    if not math.isfinite(row) or abs(row - height / 2) > 10 * height:
+        raise InputError(f"the horizon at row {row:g} is too far from the picture")
+    given = (
+        SetField(path="scene.horizon", value=round(row, 2)),
+        SetField(path="scene.horizon_source", value="person"),
+    )
+    return (*given, *_opened_scene(program.scene, pinned, horizon=False))
+
+
+def size_edits(
+    program: PhysicalProgram, case: Case, pinned: Collection[str], name: str, metres: float
+) -> tuple[Edit, ...]:
+    """The larger visible extent of an object, m; every other size and distance follows."""
+    if program.scene.object(name) is None:
+        raise InputError(f"there is no object '{name}' to give a size")
+    if not SMALLEST <= metres <= LARGEST:
+        raise InputError(f"{metres:g} m is no size of a thing ({SMALLEST:g} … {LARGEST:g})")
+    scale: dict[str, JsonValue] = {"reference": name, "metres": metres, "source": "person"}
+    stays = program.scene.horizon_source == "person" or program.scene.horizon == case.horizon
+    return (
+        SetField(path="scene.scale", value=scale),
+        *_opened_scene(program.scene, pinned, horizon=not stays),
+    )
+
+
+def ramp_edits(
+    program: PhysicalProgram,
+    case: Case,
+    pinned: Collection[str],
+    name: str,
+    marks: tuple[Pixel, Pixel, Pixel],
+) -> tuple[Edit, ...]:
+    """A ramp by its toe, the foot below its top, and its top, pixels; name "" makes a new one."""
+    if case.image is None:
+        raise InputError("this program has no photo to place a ramp in")
+    scene = program.scene
+    toe, foot, top = marks
+    if math.dist(toe, foot) < 4 or foot[1] - top[1] < 2:
+        raise InputError(
+            "a ramp takes three clicks: its toe on the ground, the place on the ground below its "
+            "upper end, and that upper end above it"
+        )
+    said = zip(("toe", "foot", "top"), marks, strict=True)
+    listed: list[JsonValue] = [
+        Mark(role=role, x=x, y=y).model_dump(mode="json") for role, (x, y) in said
+    ]
+    objects = [o for o in scene.objects if o.support != "air"]
+    opened = _opened_objects(objects, pinned, ("support", "shape", "position"))
+    support = scene.support(name)
+    if support is None:
+        fresh: dict[str, JsonValue] = {
+            "name": _free_name(scene, "ramp"),
+            "grounding": {"marks": listed},
+        }
+        return (AddItem(path="scene.supports", item=fresh), *opened)
+    if support_kind(name) != "ramp":
+        raise InputError(
+            f"'{name}' is no ramp by its name; select a ramp, or nothing for a new one"
+        )
+    path = f"scene.supports.{name}"
+    grounding: dict[str, JsonValue] = {"points": [], "marks": listed}
+    return (
+        SetField(path=f"{path}.grounding", value=grounding),
+        SetField(path=f"{path}.shape", value=None),
+        *opened,
+    )
+
+
+def form_edits(
+    program: PhysicalProgram, pinned: Collection[str], name: str, kind: FormKind | None
+) -> tuple[Edit, ...]:
+    """Another kind of shape for an object: the one that is asked for, or the next of its kinds."""
+    item = program.scene.object(name)
+    if item is None:
+        raise InputError("select an object first, then switch its shape")
+    if not item.grounding.shows_something:
+        raise InputError(f"{name} is not marked in the photo, so no other shape can be fitted")
+    if kind is None:
+        kinds = forms_of(name, program.event.prompt)
+        now = item.form or (item.shape.kind if item.shape is not None else None)
+        kind = kinds[(kinds.index(now) + 1) % len(kinds) if now in kinds else 0]
+    path = f"scene.objects.{name}"
+    return (
+        SetField(path=f"{path}.form", value=kind),
+        SetField(path=f"{path}.shape", value=None),
+        *_opened_objects((item,), pinned, ("position",)),
+        *_opened_objects(_carried(program.scene, name), pinned, ("position",)),
+    )
+
+
+def forms_of(name: str, prompt: str) -> tuple[FormKind, ...]:
+    """All kinds of shape, those first that are usual for a thing of that name."""
+    usual = usual_size(name, prompt).shapes
+    return tuple(sorted(FORMS, key=lambda kind: (kind not in usual, FORMS.index(kind))))
+
+
+def stated(state: SceneState) -> SceneState:
+    """A freshly completed state with room on its ramps and depth in its bodies, as a first has."""
+    return with_room(with_depth(state))
+
+
+# --- what follows a correction -----------------------------------------------------------------
+
+
+def _free_name(scene: SceneState, stem: str) -> str:
+    taken = {item.name for item in (*scene.objects, *scene.supports, *scene.landmarks)}
+    names = (stem, *(f"{stem}_{number}" for number in range(2, 400)))
+    return next(name for name in names if name not in taken)
+
+
+def _carried(scene: SceneState, name: str) -> list[SceneObject]:
+    """The objects that stand on one of that name, or on such an object."""
+    found, names = [], [name]
+    for below in names:
+        for item in scene.objects:
+            if item.support == below and item.name not in names:
+                names.append(item.name)
+                found.append(item)
+    return found
+
+
+def _opened_scene(
+    scene: SceneState, pinned: Collection[str], *, horizon: bool
+) -> Iterator[SetField]:
+    """Everything that hangs on the camera."""
+    paths = ["scene.camera", *(["scene.horizon"] if horizon else [])]
+    yield from _opened(paths, pinned)
+    yield from _opened_objects(scene.objects, pinned, ("shape", "position"))
+    estimated = (one for one in scene.supports if _is_read_off(one))
+    yield from _opened([f"scene.supports.{one.name}.shape" for one in estimated], pinned)
+    clicked = (one for one in scene.landmarks if one.pixels)
+    yield from _opened([f"scene.landmarks.{one.name}.points" for one in clicked], pinned)
+
+
+def _is_read_off(support: Support) -> bool:
+    return support.source in ("estimated", "assumed")
+
+
+def _opened_objects(
+    items: Iterable[SceneObject], pinned: Collection[str], fields: tuple[str, ...]
+) -> list[SetField]:
+    """Fields of objects that the picture shows.
+
+    A shape is found together with its place, so one whose place is pinned stays; so does a mesh
+    from elsewhere.
+    """
+    paths = []
+    for item in items:
+        if not item.grounding.shows_something or item.source == "person":
+            continue
+        path = f"scene.objects.{item.name}"
+        meshed = item.shape is not None and item.shape.kind == "mesh"
+        held = any(_overlap(f"{path}.position", fact) for fact in pinned)
+        kept = {"shape"} if meshed or held else set()
+        paths += [f"{path}.{field}" for field in fields if field not in kept]
+    return list(_opened(paths, pinned))
+
+
+def _opened(paths: Iterable[str], pinned: Collection[str]) -> Iterator[SetField]:
+    for path in paths:
+        if not any(_overlap(path, fact) for fact in pinned):
+            yield SetField(path=path, value=None)
+
+
+def _overlap(path: str, fact: str) -> bool:
+    """Whether one path is the other, or lies in it."""
+    return f"{path}.".startswith(f"{fact}.") or f"{fact}.".startswith(f"{path}.")

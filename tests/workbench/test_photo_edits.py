@@ -1,0 +1,162 @@
+"""Corrections in the photo: one group of edits each, the scene follows, one undo brings all back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from physagent_studio.assets import assets_dir
+from physagent_studio.errors import InputError
+from physagent_studio.program.scene import Click, Grounding, Stroke
+from physagent_studio.session import Store
+from physagent_studio.workbench import Snapshot, Workbench, commands, photo_edits
+
+
+@pytest.fixture(scope="module")
+def workbench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Workbench]:
+    """The demo, reconstructed; every test undoes what it does."""
+    made = Workbench(Store(tmp_path_factory.mktemp("photo")), evidence=False)
+    made.post(commands.OpenCase(assets_dir() / "demo"))
+    assert made.wait(120)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def before(workbench: Workbench) -> Iterator[Snapshot]:
+    first = workbench.snapshot()
+    yield first
+    while workbench.snapshot().has_draft:
+        workbench.post(commands.Undo())
+        assert workbench.wait(60)
+    assert workbench.snapshot().program == first.program
+
+
+def carry_out(workbench: Workbench, edits) -> Snapshot:
+    """Edits applied; no notice came of them."""
+    told = len(workbench.snapshot().notices)
+    workbench.post(commands.ApplyEdits(tuple(edits), "test"))
+    assert workbench.wait(120)
+    after = workbench.snapshot()
+    assert [one.text for one in after.notices[told:]] == []
+    assert after.has_draft
+    assert after.program.scene.is_closed
+    return after
+
+
+def test_the_scene_follows_the_horizon(workbench: Workbench, before: Snapshot) -> None:
+    scene = before.program.scene
+    assert before.case is not None
+    assert scene.camera is not None
+    row = scene.camera.horizon - 40
+    edits = photo_edits.horizon_edits(before.program, before.case, (), row)
+    after = carry_out(workbench, edits).program.scene
+    assert after.camera is not None
+    assert after.camera.horizon == pytest.approx(row, abs=0.5)
+    assert after.camera.confirmed
+    assert after.horizon_source == "person"
+    moved = zip(scene.objects, after.objects, strict=True)
+    assert all(old.position != new.position for old, new in moved)
+
+
+def test_a_size_scales_everything(workbench: Workbench, before: Snapshot) -> None:
+    scene, case = before.program.scene, before.case
+    assert case is not None
+    name = scene.objects[0].name
+    small = carry_out(workbench, photo_edits.size_edits(before.program, case, (), name, 0.1))
+    large = carry_out(workbench, photo_edits.size_edits(small.program, case, (), name, 1.0))
+    one, other = small.program.scene.camera, large.program.scene.camera
+    assert one is not None
+    assert other is not None
+    assert other.position[2] / one.position[2] == pytest.approx(10, rel=0.05)
+    assert large.program.scene.scale.source == "person"
+
+
+def test_what_is_pinned_stays(workbench: Workbench, before: Snapshot) -> None:
+    scene, case = before.program.scene, before.case
+    assert case is not None
+    item = scene.objects[0]
+    pinned = (f"scene.objects.{item.name}.position",)
+    edits = photo_edits.horizon_edits(before.program, case, pinned, 10.0)
+    assert pinned[0] not in {edit.path for edit in edits}
+    after = carry_out(workbench, edits).program.scene.object(item.name)
+    assert after is not None
+    assert after.position == item.position
+
+
+def test_a_mask_survives_a_rerun(workbench: Workbench, before: Snapshot) -> None:
+    scene, case = before.program.scene, before.case
+    assert case is not None
+    assert before.scene is not None
+    item = scene.objects[0]
+    rows, columns = np.nonzero(before.scene.masks[item.name])
+    x, y = float(np.median(columns)), float(np.median(rows))
+    brush = Stroke(effect="erase", points=((x, y),), radius=4)
+    mine = item.grounding.model_copy(update={"strokes": (brush,)})
+    edits = photo_edits.mask_edits(before.program, case, (), item.name, mine)
+    after = carry_out(workbench, edits)
+    assert after.scene is not None
+    mask = after.scene.masks[item.name]
+    assert not mask[int(y), int(x)]
+
+    again = photo_edits.horizon_edits(after.program, case, (), 30.0)
+    later = carry_out(workbench, again)
+    assert later.scene is not None
+    assert np.array_equal(later.scene.masks[item.name], mask)
+
+
+def test_another_form(workbench: Workbench, before: Snapshot) -> None:
+    item = before.program.scene.objects[0]
+    assert item.shape is not None
+    edits = photo_edits.form_edits(before.program, (), item.name, None)
+    after = carry_out(workbench, edits).program.scene.object(item.name)
+    assert after is not None
+    assert after.shape is not None
+    assert after.shape.kind == after.form != item.shape.kind
+
+
+def test_a_ramp_by_three_clicks(workbench: Workbench, before: Snapshot) -> None:
+    case = before.case
+    assert case is not None
+    assert case.image is not None
+    height, width = case.image.shape[:2]
+    toe, foot = (0.3 * width, 0.9 * height), (0.6 * width, 0.9 * height)
+    top = (0.6 * width, 0.7 * height)
+    edits = photo_edits.ramp_edits(before.program, case, (), "", (toe, foot, top))
+    after = carry_out(workbench, edits).program.scene.support("ramp")
+    assert after is not None
+    assert after.shape is not None
+    assert after.shape.kind == "ramp"
+    camera = workbench.snapshot().program.scene.camera
+    assert camera is not None
+    seen = camera.project(np.array([after.shape.toe]))[0][0]
+    assert seen == pytest.approx(toe, abs=0.15 * width)
+
+
+def test_nonsense_is_refused_in_a_sentence(before: Snapshot) -> None:
+    program, case = before.program, before.case
+    assert case is not None
+    name = program.scene.objects[0].name
+    far = Grounding(points=(Click(x=9e4, y=1),))
+    with pytest.raises(InputError, match="lies outside the picture"):
+        photo_edits.mask_edits(program, case, (), name, far)
+    with pytest.raises(InputError, match="nothing is marked as inside"):
+        photo_edits.mask_edits(program, case, (), name, Grounding())
+    with pytest.raises(InputError, match="too far from the picture"):
+        photo_edits.horizon_edits(program, case, (), 9e4)
+    with pytest.raises(InputError, match="no size of a thing"):
+        photo_edits.size_edits(program, case, (), name, 1e4)
+    with pytest.raises(InputError, match="three clicks"):
+        photo_edits.ramp_edits(program, case, (), "", ((5, 5), (6, 5), (6, 9)))
+
+
+def test_a_new_thing_is_added(workbench: Workbench, before: Snapshot, tmp_path: Path) -> None:
+    case = before.case
+    assert case is not None
+    points = before.program.scene.objects[0].grounding.points
+    beside = Click(x=points[0].x + 1, y=points[0].y + 1)
+    edits = photo_edits.mask_edits(before.program, case, (), "thing", Grounding(points=(beside,)))
+    assert carry_out(workbench, edits).program.scene.object("thing") is not None

@@ -81,8 +81,11 @@ def _composite(statement: Any, program: PhysicalProgram) -> str:
 
     def words(name: str) -> str:
         other = by_id.get(name)
-        if other is None or other.kind in COMPOSITES:
+        if other is None:
             return f"“{name}”"
+        if other.kind in COMPOSITES:
+            # A composite cannot hold itself: validation sees to it.
+            return f"({_composite(other, program)})"
         return claim(other, program)
 
     if statement.kind == "before":

@@ -23,6 +23,9 @@ def bodies_for(reading: Reading, layout: Layout) -> dict[str, Body]:
         names = frame.patient
         if frame.sense == "wind" and not names:
             names = tuple(item.name for item in layout.state.objects)
+        if frame.sense == "collapse" and len(names) > 1:
+            # A stack that collapses comes apart; the things in it stay whole.
+            continue
         for name in names:
             body = _body(frame, name, layout)
             if body is not None:

@@ -157,7 +157,7 @@ def _by_sense(task: Task) -> Script:
 _GROUND = tuple(
     words_of(
         "move slide drift roll curve circle push pull kick throw hit cross pass reach enter "
-        "approach accelerate dislodge knock slip"
+        "approach accelerate dislodge knock slip strike"
     )
 )
 

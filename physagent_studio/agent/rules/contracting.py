@@ -6,11 +6,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from physagent_studio.agent.rules.intents import prevented
 from physagent_studio.agent.rules.layout import Layout
 from physagent_studio.agent.rules.reading import EventFrame, Place, Reading
 from physagent_studio.agent.rules.senses import SENSES
 from physagent_studio.agent.rules.specs import Context, Spec, place_name
 from physagent_studio.program.contract import Contract
+
+BEGINNING = 12
+"""Steps at the beginning in which what "does not move until …" is still, and must be so."""
 
 
 def contract_of(reading: Reading, layout: Layout) -> Contract:
@@ -41,17 +45,44 @@ class _Draft:
         if build is None:
             return
         subjects = frame.patient or self._everyone(frame)
-        groups: list[list[Spec]] = []
-        for subject in subjects:
-            context = Context(frame, subject, index, self.reading, self.layout, SENSES)
-            groups.append(list(build(context)))
-        if frame.negated and frame.link != "before":
-            self._none_of(groups, frame.clause)
+        groups = [list(build(self._context(index, frame, subject))) for subject in subjects]
+        if prevented(self.reading, index) and frame.sense not in ("reach", "approach"):
+            self._never(index, frame, groups)
+        elif frame.negated and frame.link != "before":
+            self._none_of(index, groups, frame.clause)
         elif frame.any_one and len(groups) > 1:
             self._any_group(groups, frame.clause)
         else:
             for spec in (one for group in groups for one in group):
                 self._state(spec, frame.clause)
+            self._order(index, frame, groups)
+
+    def _context(self, index: int, frame: EventFrame, subject: str) -> Context:
+        return Context(frame, subject, index, self.reading, self.layout, SENSES)
+
+    def _never(self, index: int, frame: EventFrame, groups: list[list[Spec]]) -> None:
+        """ "Stops before it touches the cup": that does not happen."""
+        for agent in frame.agent:
+            for other in frame.patient:
+                self._state(Spec("stops_before", {"subject": agent, "before": other}), frame.clause)
+        for first in (group[0] for group in groups if group):
+            self._state(first.opposite(), frame.clause)
+
+    def _order(self, index: int, frame: EventFrame, groups: list[list[Spec]]) -> None:
+        """ "X before Y", "Y after X": both are demanded, and which of them comes first."""
+        main = self.reading.frames[index - 1] if index else None
+        build = SENSES.get(main.sense) if main is not None else None
+        told = any(one.kind == "before" for group in groups for one in group)
+        if main is None or build is None or main.negated or told or not main.patient:
+            return
+        if frame.link not in ("before", "after"):
+            return
+        earlier = list(build(self._context(index - 1, main, main.patient[0])))
+        mine = next((s for s in _events(groups[0] if groups else []) if s not in earlier), None)
+        other = next((s for s in _events(earlier) if s != mine), None)
+        if mine is not None and other is not None:
+            pair = (other, mine) if frame.link == "before" else (mine, other)
+            self._state(Spec("before", {}, pair), frame.clause)
 
     def _everyone(self, frame: EventFrame) -> tuple[str, ...]:
         """A wind that names nobody blows on whatever the prompt speaks of."""
@@ -60,10 +91,14 @@ class _Draft:
         named = {n: None for f in self.reading.frames for n in f.patient}
         return tuple(named) or tuple(item.name for item in self.layout.state.objects)
 
-    def _none_of(self, groups: list[list[Spec]], clause: str) -> None:
+    def _none_of(self, index: int, groups: list[list[Spec]], clause: str) -> None:
+        following = self.reading.frames[index + 1 : index + 2]
+        # "Does not move until …" speaks of the beginning.
+        first = bool(following) and following[0].link in ("until", "before")
         for one in (part for group in groups for part in group):
             if one.kind == "moves" and not {"direction", "toward"} & set(one.fields):
                 still = {"subject": one.fields["subject"], "distance": 0.05, "tilt": 15.0}
+                still |= {"to_step": BEGINNING} if first else {}
                 self._state(Spec("stays", still), clause)
             else:
                 self._state(one.opposite(), clause)
@@ -102,6 +137,18 @@ class _Draft:
             name = f"{label[:57]}_{number}"
         self.statements.append({"id": name, "clause": clause, **data})
         return name
+
+
+def _events(specs: Sequence[Spec]) -> list[Spec]:
+    """Of the demands of a clause those that happen at some moment, the most telling first."""
+    found = [s for s in specs if s.kind in _MOMENTS and not s.fields.get("negated")]
+    return sorted(found, key=lambda s: _MOMENTS.index(s.kind))
+
+
+_MOMENTS = (
+    "topples", "flips", "passes_over", "leaves", "contacts", "falls", "reverses", "airborne",
+    "moves", "rotates",
+)  # fmt: skip
 
 
 def _label(spec: Spec) -> str:

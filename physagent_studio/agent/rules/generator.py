@@ -74,7 +74,7 @@ def open_scene(case: Case, reading: Reading, stock: Inventory) -> SceneState:
     needed = tuple(
         Landmark(name=place.name, kind=place.landmark_kind, on=stock.ground)
         for place in landmarks_needed(reading)
-        if place.kind == "landmark" and place.name not in given
+        if place.kind == "landmark" and place.name not in given and not place.ends
     )
     return SceneState(
         horizon=case.horizon,

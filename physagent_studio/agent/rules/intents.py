@@ -10,8 +10,8 @@ from physagent_studio.agent.rules.reading.vocabulary import words_of
 ACTIVE = words_of(
     "move slide drift roll fly curve circle push pull kick throw hit knock knock_over tip_over "
     "topple lose_balance flip spin turn turn_around reverse slip float jump rise bounce cross "
-    "pass reach enter approach accelerate dislodge descend fall stop land leave lose_support "
-    "wind sway bend crush settle slow collapse spread break deform"
+    "strike pass reach enter approach accelerate dislodge descend fall stop land leave "
+    "lose_support wind sway bend crush settle slow collapse spread break deform"
 )
 """Senses after which something is no longer as it was."""
 
@@ -74,8 +74,8 @@ def intents_of(reading: Reading) -> dict[str, Intent]:
     def intent(name: str) -> Intent:
         return found.setdefault(name, Intent(name))
 
-    for frame in reading.frames:
-        if frame.negated or frame.link == "before":
+    for index, frame in enumerate(reading.frames):
+        if frame.negated or prevented(reading, index):
             continue
         if frame.agent:
             _struck(frame, intent)
@@ -83,6 +83,16 @@ def intents_of(reading: Reading) -> dict[str, Intent]:
         for name in frame.patient:
             intent(name).frames.append(frame)
     return {name: one for name, one in found.items() if one.frames or one.hits}
+
+
+STOPPING = words_of("stop settle stay rest slow")
+
+
+def prevented(reading: Reading, index: int) -> bool:
+    """ "Stops before it hits the wall": what is told last does not come about."""
+    frame = reading.frames[index]
+    main = reading.frames[index - 1] if index else None
+    return frame.link == "before" and main is not None and main.sense in STOPPING
 
 
 def _struck(frame: EventFrame, intent) -> None:  # noqa: ANN001 - a local function

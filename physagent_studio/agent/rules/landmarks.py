@@ -17,6 +17,9 @@ def derived_landmarks(layout: Layout, places: Iterable[Place], reading: Reading)
     """A landmark for each place that is a part of a resolved support."""
     found: list[Landmark] = []
     for place in places:
+        if place.ends and all(layout.has(end) for end in place.ends):
+            feet = tuple(_foot(layout, end) for end in place.ends)
+            found.append(Landmark(name=place.name, kind="line", points=feet))
         if place.kind != "support" or not place.part:
             continue
         points = _points(layout, place, _speaker(reading, place))
@@ -24,6 +27,12 @@ def derived_landmarks(layout: Layout, places: Iterable[Place], reading: Reading)
             kind = "line" if len(points) > 1 else "point"
             found.append(Landmark(name=place_name(place), kind=kind, on=place.name, points=points))
     return found
+
+
+def _foot(layout: Layout, name: str) -> tuple[float, float, float]:
+    """The point below the middle of an object, at the height of what it stands on."""
+    x, y, z = layout.position(name)
+    return _point(np.array([x, y, z - layout.height(name) / 2]))
 
 
 def _speaker(reading: Reading, place: Place) -> tuple[str, str | None] | None:

@@ -65,8 +65,8 @@ class Task:
         if self.intent.hits:
             return Place(self.intent.hits[0], "object")
         for relations in (
-            ("in",),
-            ("object", "over"),
+            ("in", "into"),
+            ("object", "over", "between"),
             ("near", "at"),
             ("toward", "against"),
             ("on",),
@@ -97,7 +97,7 @@ class Task:
 _ARRIVING = tuple(
     words_of(
         "move slide drift roll fly curve push pull kick throw hit cross pass reach enter approach "
-        "stop settle land knock knock_over accelerate fall bounce jump crush"
+        "stop settle land knock knock_over accelerate fall bounce jump crush strike"
     )
 )
 

@@ -82,6 +82,9 @@ class Context:
     def ways(self) -> tuple[Direction, ...]:
         """The named directions of which one is meant; empty where none is said."""
         frame = self.frame
+        if frame.direction == "backward" and frame.place("down", "up") is not None:
+            # "Slides backwards down the ramp" says how it faces.
+            return ()
         return ways_of(frame.direction or frame.origin, frame, self.subject, self.layout)
 
 
@@ -97,6 +100,8 @@ def ways_of(
         return ("toward_camera",)
     if way == "sideways":
         return sideways(subject, layout)
+    if way == "outward":
+        return apart(frame, subject, layout)
     return ()
 
 
@@ -109,6 +114,16 @@ def forward(frame: EventFrame, subject: str, layout: Layout) -> Direction:
                 return named_way(way)
     downhill = layout.downhill(subject)
     return named_way(level(downhill)) if downhill is not None else "away"
+
+
+def apart(frame: EventFrame, subject: str, layout: Layout) -> tuple[Direction, ...]:
+    """Away from the others that do the same."""
+    placed = [name for name in frame.patient if layout.has(name)]
+    if len(placed) < 2 or subject not in placed:
+        return ()
+    middle = np.mean([layout.position(name) for name in placed], axis=0)
+    way = level(layout.position(subject) - middle)
+    return (named_way(way),) if float(np.linalg.norm(way)) > 1e-3 else ()
 
 
 def sideways(subject: str, layout: Layout) -> tuple[Direction, Direction]:

@@ -5,11 +5,14 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator
 
+import numpy as np
+
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.factors import may_change
 from physagent_studio.agent.rules.verifier import shortfall
 from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.program.edits import Edit, SetField, apply
+from physagent_studio.reconstruction.colours import colour_of, places_of
 from physagent_studio.records import Finding, Hunk, Proposal
 
 Repair = tuple[str, str, tuple[Edit, ...]]
@@ -105,6 +108,8 @@ def _repairs(finding: Finding, situation: Situation) -> Iterator[tuple[str, str,
     item = program.scene.object(name)
     if item is not None and finding.kind in ("points", "mask", "geometry"):
         base = f"scene.objects.{name}"
+        if finding.kind == "points":
+            yield from _other_clicks(situation, name, base)
         yield from _other_masks(situation, name, base)
         again = (
             SetField(path=f"{base}.shape", value=None),
@@ -125,6 +130,30 @@ def _repairs(finding: Finding, situation: Situation) -> Iterator[tuple[str, str,
         yield "support", f"find {name} again", (SetField(path=path, value=None),)
     if finding.kind == "camera":
         yield from _cameras(situation)
+
+
+def _other_clicks(
+    situation: Situation, name: str, base: str
+) -> Iterator[tuple[str, str, tuple[Edit, ...]]]:
+    """Places in the picture that have the colour of the name and that nothing else has taken."""
+    scene, word = situation.scene, colour_of(name)
+    item = situation.program.scene.object(name)
+    if scene is None or scene.photo is None or word is None or item is None:
+        return
+    if item.grounding.settled:
+        return
+    others = [mask for other, mask in scene.masks.items() if other != name]
+    taken = np.any(others, axis=0) if others else np.zeros(scene.photo.shape[:2], bool)
+    for x, y in places_of(scene.photo, word, taken):
+        edits = (
+            SetField(path=f"{base}.grounding.points", value=[{"x": x, "y": y, "label": 1}]),
+            SetField(path=f"{base}.grounding.box", value=None),
+            SetField(path=f"{base}.grounding.candidate", value=0),
+            SetField(path=f"{base}.shape", value=None),
+            SetField(path=f"{base}.position", value=None),
+            SetField(path=f"{base}.support", value=None),
+        )
+        yield "image points", f"click {name} at ({x:.0f}, {y:.0f}), where it is {word}", edits
 
 
 def _other_masks(

@@ -223,6 +223,8 @@ class Chunker:
 
     def _said_after(self, words: list[str], nouns: list[str], j: int) -> tuple[list[str], int]:
         """ "The pin in the middle", "the ball on the left": a position said behind the noun."""
+        if nouns and self.word(j) in v.COUNTED_FROM:
+            return [self.word(j), *words], j + 1
         if not nouns or self.word(j) not in ("in", "on", "at") or self.word(j + 1) != "the":
             return words, j
         where, after = self.word(j + 2), j + 3
@@ -278,6 +280,7 @@ class Chunker:
         closed = (
             v.PREPOSITIONS | v.CONJUNCTIONS | v.RELATIVES | v.AUXILIARIES | v.NEGATIONS
             | v.DETERMINERS | ADVERBIAL | frozenset(("because_of", "away_from"))
+            | v.COUNTED_FROM.keys()
         )  # fmt: skip
         if word in closed:
             return "end"
@@ -293,6 +296,8 @@ class Chunker:
             return "end"
         if word.endswith("ly") and len(word) > 4:
             return "skip" if started and not has_noun else "end"
+        if word in v.POSTURES and not self._nominal(j + 1):
+            return "end"
         return "noun"
 
     def _adjective_role(self, j: int, word: str, started: bool, has_noun: bool) -> str:

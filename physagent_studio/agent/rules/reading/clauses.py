@@ -93,12 +93,12 @@ def _clause(chunks: Sequence[Chunk], start: int, verb: int, end: int) -> RawClau
         joint = next((c.word for c in head if c.kind == "and"), "")
     subjects, lead = _subject(head)
     complement = start == verb and start > 0 and not chunks[start - 1].strong_stop
-    objects = tuple(c.np for c in tail if c.kind == "np" and c.np is not None)
+    objects, places = _after_verb(tail)
     return RawClause(
         chunks[verb],
         subjects,
         objects,
-        tuple((c.word, c.np) for c in tail if c.kind == "pp" and c.np is not None),
+        places,
         lead,
         tuple(c.word for c in (*head, *tail) if c.kind in ("adv", "gap")),
         joint,
@@ -107,6 +107,25 @@ def _clause(chunks: Sequence[Chunk], start: int, verb: int, end: int) -> RawClau
         start,
         end,
     )
+
+
+def _after_verb(
+    tail: Sequence[Chunk],
+) -> tuple[tuple[NounPhrase, ...], tuple[tuple[str, NounPhrase], ...]]:
+    """Objects and places; in "between the cup and the box" both belong to the preposition."""
+    objects: list[NounPhrase] = []
+    places: list[tuple[str, NounPhrase]] = []
+    for index, chunk in enumerate(tail):
+        if chunk.np is None:
+            continue
+        joined = index > 1 and tail[index - 1].kind == "and" and tail[index - 2].kind == "pp"
+        if chunk.kind == "pp":
+            places.append((chunk.word, chunk.np))
+        elif chunk.kind == "np" and joined:
+            places.append((tail[index - 2].word, chunk.np))
+        elif chunk.kind == "np":
+            objects.append(chunk.np)
+    return tuple(objects), tuple(places)
 
 
 def _subject(

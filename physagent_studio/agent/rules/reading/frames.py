@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 Relation = Literal[
-    "on", "in", "toward", "at", "from", "off", "over", "along", "down", "up", "under", "above",
-    "against", "near", "behind", "before", "after", "around", "between", "until", "object",
+    "on", "in", "into", "toward", "at", "from", "off", "over", "along", "down", "up", "under",
+    "above", "against", "near", "behind", "before", "after", "around", "between", "until", "object",
 ]  # fmt: skip
 Way = Literal[
     "left", "right", "up", "down", "forward", "backward", "sideways", "outward", "inward", "off",
@@ -24,13 +24,14 @@ class Place:
 
     kind: what `name` is; a group is what the clause's object stands on or among. part: a place
     on it (`edge`, `lower_end`, …) or "". landmark_kind: for landmarks that the case does not
-    give, what they would be.
+    give, what they would be. ends: the two objects between which a line is meant.
     """
 
     name: str
     kind: Literal["object", "support", "landmark", "group"]
     part: str = ""
     landmark_kind: LandmarkKind = "point"
+    ends: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -63,7 +63,10 @@ class Details:
         """Direct objects as places ("crosses the goal line", "reaches the table")."""
         found: list[tuple[Relation, Place]] = []
         for phrase in objects:
-            if (place := resolve_place(phrase, stock, talk)) is not None:
+            named = resolve_objects(phrase, stock, talk)
+            if named is not None and len(named.names) > 1 and not is_group(phrase, stock):
+                found.extend(("object", Place(name, "object")) for name in named.names)
+            elif (place := resolve_place(phrase, stock, talk)) is not None:
                 found.append(("object", place))
             elif not _is_measure(phrase):
                 self.unknown[phrase.head] = None
@@ -85,7 +88,19 @@ def details_of(
         _adjectives(phrase, details)
     for preposition, phrase in (*clause.lead, *clause.places):
         _preposition(preposition, phrase, details, stock, talk, clause)
+    _join_between(details)
     return details
+
+
+def _join_between(details: Details) -> None:
+    """ "Between the cup and the box" is one place: the line from the one to the other."""
+    ends = [p for r, p in details.places if r == "between" and p.kind == "object"]
+    if len(ends) != 2:
+        return
+    names = (ends[0].name, ends[1].name)
+    gate = Place("_".join(("between", *names))[:64], "landmark", "", "line", names)
+    kept = tuple(row for row in details.places if row[1] not in ends)
+    details.places = (*kept, ("between", gate))
 
 
 def _adverb(word: str, details: Details, talk: Discourse) -> None:
@@ -102,6 +117,8 @@ def _adverb(word: str, details: Details, talk: Discourse) -> None:
         details.manner |= {v.MANNERS[word]}
     elif word in v.DIRECTIONS:
         way = v.DIRECTIONS[word]
+        if word == "off":
+            details.places = (*details.places, ("off", Place("stack", "group")))
         if details.direction in (None, "off", "down", "up"):
             details.direction = way  # type: ignore[assignment]
     elif word in v.COUNTS:
@@ -198,6 +215,9 @@ def _preposition(
     if phrase.head in ("time", "times") and phrase.number:
         details.count = phrase.number
         return
+    if preposition == "like":
+        # A comparison says nothing that could be measured.
+        return
     if phrase.head in v.FORCE_NOUNS or _is_path(phrase):
         _force_adjectives(phrase, details)
         return
@@ -246,10 +266,33 @@ def _by_or_way(preposition: str, phrase: NounPhrase, details: Details) -> bool:
     return True
 
 
+SIDES: dict[str, Way] = {
+    "left": "left", "lefthand": "left", "right": "right", "righthand": "right", "far": "away",
+    "back": "away", "rear": "away", "near": "toward_camera", "front": "toward_camera",
+}  # fmt: skip
+
+
+def _without_side(phrase: NounPhrase, details: Details) -> NounPhrase:
+    """ "Off the right side of the table" is off the table, to the right."""
+    if phrase.head != "side" or phrase.of is None:
+        return phrase
+    for adjective in phrase.adjectives:
+        if adjective in SIDES:
+            details.direction = SIDES[adjective]
+            break
+    return phrase.of
+
+
 def _place(
     preposition: str, phrase: NounPhrase, details: Details, stock: Inventory, talk: Discourse
 ) -> None:
     relation = v.RELATIONS.get(preposition)
+    phrase = _without_side(phrase, details)
+    pair = resolve_objects(phrase, stock, talk) if preposition == "between" else None
+    if pair is not None and len(pair.names) == 2:
+        first, second = (Place(name, "object") for name in pair.names)
+        details.places = (*details.places, ("between", first), ("between", second))
+        return
     place = resolve_place(phrase, stock, talk)
     if place is None or relation is None:
         if preposition == "away_from" or _is_measure(phrase) or phrase.pronoun:

@@ -131,7 +131,12 @@ def resolve_objects(
         everything = tuple(t.name for t in stock.objects)
         others = any(a in v.OTHERS for a in phrase.adjectives)
         if others or phrase.head in ("one", "other", "rest", "each", "both", "all"):
-            return _choose(phrase, _class_of_last(stock, talk), stock, talk, phrase)
+            kind = _class_of_last(stock, talk)
+            fresh = tuple(t for t in kind if t.name not in talk.known)
+            plain = phrase.head == "one" and phrase.adjectives == ("one",)
+            # "Two of the pins fall, one stays up": one of those not spoken of yet.
+            kind = fresh if plain and not phrase.determiner and fresh and talk.known else kind
+            return _choose(phrase, kind, stock, talk, phrase)
         return Resolved(group or everything) if len(everything) > 1 else None
     if phrase.head in v.OTHERS or (not phrase.nouns and phrase.adjectives):
         return _choose(phrase, _class_of_last(stock, talk), stock, talk, phrase)
@@ -208,6 +213,7 @@ def _head_fits(phrase: NounPhrase, t: Thing) -> bool:
 def _word_fits(phrase: NounPhrase, t: Thing) -> bool:
     place = phrase.head in v.POSITIONS or phrase.head in v.GROUND_WORDS | v.TABLE_WORDS
     compound = len(phrase.head) > 2 and any(word.endswith(phrase.head) for word in t.words)
+    compound = compound or (len(t.head) > 3 and phrase.head.endswith(t.head))
     return (phrase.head in t.words or compound) and not place
 
 
@@ -274,7 +280,8 @@ def filtered(
         elif adjective in v.POSITIONS and len(kept) > 1:
             kept = _placed(kept, word, number or 1)
         elif adjective in v.ORDINALS and len(kept) > 1:
-            kept = _ordinal(kept, v.ORDINALS[adjective], talk)
+            side = next((v.COUNTED_FROM[a] for a in adjectives if a in v.COUNTED_FROM), None)
+            kept = _ordinal(kept, v.ORDINALS[adjective], talk, side)
         elif adjective in v.COLOURS:
             kept = tuple(t for t in kept if not set(t.words) & v.COLOURS - {t.head})
     return kept
@@ -296,8 +303,16 @@ def _placed(kept: tuple[Thing, ...], word: str, number: int) -> tuple[Thing, ...
     return tuple(ordered[:number])
 
 
-def _ordinal(kept: tuple[Thing, ...], which: int, talk: Discourse) -> tuple[Thing, ...]:
-    """ "A third orange" after two others is the one not spoken of; else by order of the case."""
+def _ordinal(
+    kept: tuple[Thing, ...], which: int, talk: Discourse, side: str | None = None
+) -> tuple[Thing, ...]:
+    """ "A third orange" after two others is the one not spoken of; else by order of the case.
+
+    side: counted from there in the picture.
+    """
+    if side is not None:
+        ordered = _placed(kept, side, len(kept))
+        return (ordered[which if which < 0 else min(which, len(kept)) - 1],)
     fresh = tuple(t for t in kept if t.name not in talk.known)
     if len(fresh) < len(kept):
         return fresh[:1] or kept[-1:]

@@ -10,7 +10,7 @@ from physagent_studio.agent.rules.reading import vocabulary as v
 from physagent_studio.agent.rules.reading.chunker import Chunker
 from physagent_studio.agent.rules.reading.clauses import RawClause, split
 from physagent_studio.agent.rules.reading.frames import EventFrame, ReadClause, Reading
-from physagent_studio.agent.rules.reading.modifiers import details_of
+from physagent_studio.agent.rules.reading.modifiers import Details, details_of
 from physagent_studio.agent.rules.reading.names import (
     Inventory,
     Resolved,
@@ -18,6 +18,7 @@ from physagent_studio.agent.rules.reading.names import (
 )
 from physagent_studio.agent.rules.reading.phrases import NounPhrase, join_fixed
 from physagent_studio.agent.rules.reading.roles import Roles
+from physagent_studio.agent.rules.reading.spelling import corrected
 from physagent_studio.agent.rules.reading.tokens import Token, tokenise
 
 MAX_WORDS = 400
@@ -26,7 +27,7 @@ MAX_WORDS = 400
 
 def read(prompt: str, stock: Inventory) -> Reading:
     """The event frames of `prompt`; never raises, whatever the words are."""
-    tokens = join_fixed(tokenise(prompt), stock.phrases())
+    tokens = join_fixed(corrected(tokenise(prompt), stock.nouns), stock.phrases())
     cut, tokens = tokens[MAX_WORDS:], tokens[:MAX_WORDS]
     chunks = Chunker(tokens, stock.nouns).chunks()
     reader = _Reader(chunks, stock, prompt=prompt, tokens=tokens)
@@ -50,6 +51,7 @@ class _Reader(Roles):
     pending_way: str | None = None
     left_so: bool = False
     pending_text: int | None = None
+    acting: str = ""
 
     def take(self, clause: RawClause) -> None:
         """Adds the frames of one clause."""
@@ -154,20 +156,25 @@ class _Reader(Roles):
             sense,
             clause_id,
             cause=cause or details.cause or self.pending_cause,
-            only=any(p.only for p in (*clause.subjects, *clause.objects, *_named(clause))),
+            only=any(p.only for p in (*clause.subjects, *clause.objects, *_named(clause)))
+            or (bool(clause.objects) and "only" in clause.adverbs),
             direction=details.direction or self.pending_way,  # type: ignore[arg-type]
             origin=details.origin,
             places=details.places,
             manner=details.manner | frozenset(_manner(clause)) | self.pending_manner,
-            posture=details.posture or ("upright" if verb_is(clause, "stand") else ""),
+            posture=_posture(clause, sense, details),
             path=details.path,
             count=details.count,
             distance=details.distance,
             negated=self._negated(clause),
             link=self._link(clause),
         )
+        if details.count is not None and sense not in ("flip", "spin", "rotate"):
+            self.unknown[_COUNTED.get(details.count, f"{details.count} times")] = None
         frame = self.completed(frame, clause, kind, subject, objects, details)
-        if clause.relative:
+        goes_on = subject is not None and subject is self.relative and not clause.subjects
+        self.relative = self.relative if goes_on else subject if clause.relative else None
+        if clause.relative or goes_on:
             self.last = before
         elif frame is not None:
             self.last = self._next_subject(frame, subject, before)
@@ -181,6 +188,12 @@ class _Reader(Roles):
         return subject or (Resolved(frame.patient, frame.any_one) if frame.patient else before)
 
     def _cause(self, clause: RawClause) -> str:
+        """What brings it about that is no object; it goes on doing so ("… and tips the cup")."""
+        goes_on = not clause.subjects and clause.joint == "and" and bool(clause.objects)
+        self.acting = self._named_cause(clause) or (self.acting if goes_on else "")
+        return self.acting
+
+    def _named_cause(self, clause: RawClause) -> str:
         for phrase in clause.subjects:
             heads = (phrase.head, phrase.of.head if phrase.of else "")
             if any(h in v.CAUSES for h in heads) and not self.is_object(phrase):
@@ -197,6 +210,8 @@ class _Reader(Roles):
             return "be", "state", clause.objects
         if self.left_so and v.VERBS[verb.verb].kind == "state":
             return "stay", "state", clause.objects
+        if verb.verb in ("leave", "keep") and clause.objects and _left_so(clause):
+            return "stay", "move", clause.objects
         entry = v.VERBS[verb.verb]
         sense, kind = entry.sense, entry.kind
         if kind == "light":
@@ -255,8 +270,22 @@ class _Reader(Roles):
                 self.unknown[chunk.word] = None
 
 
+_COUNTED = {2: "twice", 3: "thrice"}
+
+
+def _left_so(clause: RawClause) -> bool:
+    """ "Leaving the others untouched": how they are left."""
+    return any(a in v.POSTURES or a in ("motionless", "alone") for a in clause.adverbs)
+
+
 def _named(clause: RawClause) -> tuple[NounPhrase, ...]:
     return tuple(phrase for _, phrase in clause.places)
+
+
+def _posture(clause: RawClause, sense: str, details: Details) -> str:
+    """How it ends; what "stays up" is upright."""
+    upright = verb_is(clause, "stand") or (sense == "stay" and "up" in clause.adverbs)
+    return details.posture or ("upright" if upright else "")
 
 
 def verb_is(clause: RawClause, base: str) -> bool:

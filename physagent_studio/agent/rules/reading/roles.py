@@ -34,13 +34,9 @@ class Roles(Subjects):
         if frame.cause == "wind" and kind == "move" and verb.passive:
             frame = replace(frame, sense="wind")
         if kind == "act":
-            return self._acted(frame, verb, subject, direct, details)
-        if kind == "goto" and direct is not None:
-            place = details.object_places(objects, self.stock, self.talk)
-            frame = replace(frame, places=(*place, *frame.places))
-            direct = None
+            return self._acted(frame, verb, subject, direct, details, objects)
         if kind == "move" and direct is not None and not verb.passive:
-            agent = subject.names if subject else ()
+            agent = subject.names if subject and frame.sense != "stay" else ()
             frame = replace(frame, agent=agent)
             subject = direct
         elif kind in ("move", "goto") and objects:
@@ -73,6 +69,7 @@ class Roles(Subjects):
         subject: Resolved | None,
         direct: Resolved | None,
         details: Details,
+        direct_phrases: tuple[NounPhrase, ...],
     ) -> EventFrame | None:
         if frame.sense == "blow" or frame.cause == "wind":
             who = direct or (subject if not frame.cause or verb.passive else None)
@@ -85,6 +82,13 @@ class Roles(Subjects):
             return self._done_by(replace(frame, agent=agent), subject)
         struck = direct or (Resolved(details.struck) if details.struck else None)
         if struck is None:
+            if frame.sense == "hit" and subject is not None and not frame.places:
+                frame = replace(
+                    frame, places=details.object_places(direct_phrases, self.stock, self.talk)
+                )
+            if frame.sense == "hit" and frame.places:
+                # "Hits the goal", "crashes into the wall": it gets to a place.
+                return self._done_by(replace(frame, sense="strike"), subject)
             # "collides", "makes contact": with whom is not said.
             return self._done_by(frame, subject) if frame.sense != "hit" else None
         agent = subject.names if subject and not frame.cause else ()

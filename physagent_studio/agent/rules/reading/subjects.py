@@ -27,6 +27,7 @@ class Subjects:
     frames: list[EventFrame] = field(default_factory=list)
     unknown: dict[str, None] = field(default_factory=dict)
     last: Resolved | None = None
+    relative: Resolved | None = None
 
     def is_object(self, phrase: NounPhrase) -> bool:
         return resolve_objects(phrase, self.stock, Discourse()) is not None
@@ -36,7 +37,9 @@ class Subjects:
         if clause.complement:
             return self._shared_subject(clause)
         if not clause.subjects:
-            return self._antecedent(clause) if clause.relative else self.last
+            if clause.relative:
+                return self._antecedent(clause)
+            return self.relative if self._goes_on(clause) else self.last
         names: dict[str, None] = {}
         any_one = False
         for phrase in clause.subjects:
@@ -58,6 +61,20 @@ class Subjects:
         resolved = Resolved(tuple(names), any_one)
         self.talk.subject = resolved.names
         return resolved
+
+    def _goes_on(self, clause: RawClause) -> bool:
+        """ "…, which topples over and hits the next one": still what the relative is about.
+
+        After a comma the sentence goes back to its own subject.
+        """
+        before = self.chunks[clause.start - 1] if clause.start else None
+        comma = before is not None and before.kind == "stop"
+        return (
+            self.relative is not None
+            and clause.joint == "and"
+            and not comma
+            and (self.chunks[clause.start].kind == "and")
+        )
 
     def _struck(self, clause: RawClause) -> Resolved | None:
         """ "The ball hits the pin and it tips over": what was hit, where such things fall over."""
@@ -111,7 +128,7 @@ class Subjects:
     def _count_by_place(self, found: Resolved, phrase: NounPhrase, clause: RawClause) -> Resolved:
         """ "Two oranges slide off the belt": of three, the two that are nearest to the belt."""
         wanted = phrase.number
-        if wanted is None or any(a in v.POSITIONS for a in phrase.adjectives):
+        if wanted is None or any(a not in v.NUMBERS for a in phrase.adjectives):
             return found
         everything = resolve_objects(
             replace(phrase, number=None, plural=True, adjectives=()), self.stock, Discourse()

@@ -37,18 +37,18 @@ VERBS: dict[str, Verb] = {
     **_verbs(
         "move",
         {
-            "fall": "fall plummet plunge tumble drop",
+            "fall": "fall plummet plunge tumble drop plop nosedive cascade",
             "descend": "descend sink",
             "float": "float drift_down waft",
-            "roll": "roll",
-            "slide": "slide glide slither skid skate",
+            "roll": "roll trundle",
+            "slide": "slide glide slither skid skate skim",
             "slip": "slip",
             "move": "move go travel advance proceed drive run continue come head race speed ride "
-            "creep shift progress",
+            "creep shift progress coast hurtle zip zoom dash barrel career careen scoot rush inch",
             "drift": "drift",
             "fly": "fly soar sail",
             "jump": "jump hop leap",
-            "rise": "rise ascend climb lift",
+            "rise": "rise ascend climb lift levitate hoist pick",
             "topple": "topple tip overturn capsize keel",
             "lean": "lean tilt",
             "flip": "flip somersault overturn_flip tumble_over",
@@ -62,20 +62,21 @@ VERBS: dict[str, Verb] = {
             "tremble quiver",
             "bend": "bend bow flex",
             "collapse": "collapse crumble disintegrate cave implode",
-            "break": "break shatter crack snap fracture burst splinter split smash",
+            "break": "break shatter crack snap fracture burst splinter split smash pop explode",
             "spread": "spread flow scatter spill pour",
             "deform": "deform squash compress squeeze dent crumple buckle flatten squish",
             "slow": "slow decelerate",
             "accelerate": "accelerate",
             "separate": "separate detach disconnect",
             "circle": "circle orbit",
-            "reverse": "reverse",
+            "reverse": "reverse return",
         },
     ),
     **_verbs(
         "act",
         {
-            "push": "push shove nudge press poke prod propel bump_away force",
+            "push": "push shove nudge press poke prod propel bump_away force flick carry bring "
+            "sweep",
             "pull": "pull drag tug tow yank remove withdraw",
             "kick": "kick boot punt",
             "throw": "throw toss hurl fling lob pitch launch shoot",
@@ -160,6 +161,10 @@ COMBINED: dict[tuple[str, str], str] = {
     ("float", "down"): "float", ("spread", "out"): "spread", ("cave", "in"): "collapse",
     ("roll", "back"): "reverse", ("slide", "back"): "reverse", ("move", "back"): "reverse",
     ("knock", "away"): "push", ("hit", "over"): "knock_over",
+    ("come", "back"): "reverse", ("go", "back"): "reverse", ("float", "up"): "rise",
+    ("drift", "up"): "rise", ("fly", "up"): "rise", ("shoot", "up"): "rise", ("go", "up"): "rise",
+    ("keel", "over"): "topple", ("blow", "down"): "knock_over", ("tumble", "down"): "fall",
+    ("end", "up"): "rest",
 }  # fmt: skip
 """A verb with a particle or direction after it, where that makes another sense."""
 

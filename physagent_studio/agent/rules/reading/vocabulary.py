@@ -33,7 +33,7 @@ DIRECTIONS: dict[str, str] = {
     "backwards": "backward", "back": "backward", "up": "up", "upward": "up", "upwards": "up",
     "down": "down", "downward": "down", "downwards": "down", "downhill": "down",
     "uphill": "up", "sideways": "sideways", "sideway": "sideways", "sideward": "sideways",
-    "laterally": "sideways", "outward": "outward", "outwards": "outward",
+    "laterally": "sideways", "apart": "outward", "outward": "outward", "outwards": "outward",
     "vertically": "down", "inward": "inward", "inwards": "inward", "away": "off",
     "off": "off", "aside": "sideways", "lateral": "sideways",
 }  # fmt: skip
@@ -67,8 +67,8 @@ FILLERS = words_of(
     "finally eventually then also just immediately naturally simply simultaneously together "
     "again afterwards afterward thereby instead soon later now initially first meanwhile "
     "suddenly still completely fully entirely almost nearly quite very too so well thus hence "
-    "therefore already only even once there here subsequently next apart under freely "
-    "perfectly cleanly really squarely"
+    "therefore already only even once there here subsequently next under freely "
+    "perfectly cleanly really squarely anywhere successively somewhat promptly soon just"
 )
 COUNTS = {"once": 1, "twice": 2, "thrice": 3}
 
@@ -100,6 +100,8 @@ POSITIONS: dict[str, str] = {
     "farthest": "back", "furthest": "back", "near": "front",
 }  # fmt: skip
 ORDINALS = {"first": 1, "second": 2, "third": 3, "fourth": 4, "fifth": 5, "last": -1}
+COUNTED_FROM = {"counted_top": "top", "counted_bottom": "bottom"}
+"""Fixed expressions after a noun: "the second box from the top"."""
 NUMBERS = {
     "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8,
     "nine": 9, "ten": 10,
@@ -199,7 +201,7 @@ SYNONYMS: tuple[frozenset[str], ...] = tuple(
         "car vehicle automobile truck",
         "stone rock boulder pebble",
         "can tin",
-        "bin trashcan dustbin",
+        "bin trashcan dustbin trash garbage wastebasket",
         "box crate carton package parcel",
         "cube block die box brick",
         "cup mug glass tumbler",

@@ -14,6 +14,7 @@ from physagent_studio.agent.rules.senses.arriving import (
     lose_support,
     miss,
     reach,
+    strike,
 )
 from physagent_studio.agent.rules.senses.motion import (
     bounce,
@@ -60,7 +61,8 @@ SENSES: dict[str, Builder] = {
     "pull": push, "dislodge": push, "kick": kick, "throw": kick, "knock": hit,
     "knock_over": knock_over, "tip_over": knock_over, "crush": crush, "topple": topple,
     "lose_balance": lose_balance, "flip": flip, "spin": spin, "turn": turn,
-    "turn_around": turn_around, "reverse": reverse, "reach": reach, "cross": cross, "pass": cross,
+    "turn_around": turn_around, "reverse": reverse, "reach": reach, "strike": strike,
+    "cross": cross, "pass": cross,
     "enter": enter, "land": land, "approach": approach, "leave": leave, "miss": miss,
     "lose_support": lose_support, "stop": stop, "settle": stop, "stay": stay, "rest": be,
     "hang": be, "be": be, "stack": stack, "wind": wind, "sway": sway, "bend": bend, "lean": lean,

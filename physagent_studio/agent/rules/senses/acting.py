@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
-from physagent_studio.agent.rules.senses.common import along, siblings, struck_before, touch, travel
+from physagent_studio.agent.rules.senses.common import (
+    along,
+    siblings,
+    sideways_fall,
+    struck_before,
+    touch,
+    travel,
+)
 from physagent_studio.agent.rules.senses.motion import move
 from physagent_studio.agent.rules.specs import Context, Spec, any_of, before, spec
 
@@ -35,7 +42,9 @@ def _pushed_away(c: Context) -> list[Spec]:
 
 def kick(c: Context) -> list[Spec]:
     """Gets a speed in a moment."""
-    return [*move(c), spec("speed_between", c.subject, low=0.8)]
+    found = [*move(c), spec("speed_between", c.subject, low=0.8)]
+    high = c.frame.posture == "airborne"
+    return [*found, spec("airborne", c.subject, seconds=0.15)] if high else found
 
 
 def crush(c: Context) -> list[Spec]:
@@ -52,5 +61,5 @@ def knock_over(c: Context) -> list[Spec]:
         return [*touch(c), spec("moves", c.subject, distance=c.length(0.5, 0.02, 0.2))]
     over = spec("topples", c.subject, tilt=45.0)
     struck = touch(c) or struck_before(c)
-    found = [*touch(c), over, *siblings(c)]
+    found = [*touch(c), over, *siblings(c), *sideways_fall(c)]
     return [*found, before(struck[0], over)] if struck else found

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from physagent_studio.agent.rules.reading import EventFrame
+from physagent_studio.agent.rules.reading import EventFrame, Place
 from physagent_studio.agent.rules.senses.common import arrival, is_ground, off, posture
 from physagent_studio.agent.rules.specs import Context, Spec, before, place_name, spec
 
 
 def reach(c: Context) -> list[Spec]:
     """Comes to a place; "before reaching" means that it does not get there."""
-    place = c.frame.place("object", "on", "at", "toward", "in")
+    place = c.frame.place("object", "on", "at", "toward", "in", "into") or _told_before(c)
     if place is None or place.kind == "group":
         return []
     name = place_name(place)
@@ -30,6 +30,18 @@ def reach(c: Context) -> list[Spec]:
     return [got] if got is not None else []
 
 
+def _told_before(c: Context) -> Place | None:
+    """ "… toward the wall but stops before it gets there": the place that was told."""
+    frames = [f for f in c.earlier if f.places]
+    return frames[-1].place("toward", "at", "object", "on", "in", "into") if frames else None
+
+
+def strike(c: Context) -> list[Spec]:
+    """Touches a support, or gets to a landmark."""
+    got = arrival(c, c.frame)
+    return [got] if got is not None else []
+
+
 def _ordered(c: Context, main: EventFrame) -> list[Spec]:
     """The event before comes first."""
     got = arrival(c, c.frame)
@@ -41,7 +53,7 @@ def _ordered(c: Context, main: EventFrame) -> list[Spec]:
 
 def cross(c: Context) -> list[Spec]:
     """Passes a line, an edge or a thing."""
-    place = c.frame.place("object", "over", "along", "on", "in")
+    place = c.frame.place("object", "over", "along", "on", "in", "into", "between")
     if place is None or place.kind == "group":
         return []
     if is_ground(c, place):
@@ -53,12 +65,13 @@ def cross(c: Context) -> list[Spec]:
             spec("passes_over", c.subject, landmark=place.name, by=True),
             spec("contacts", c.subject, other=place.name, negated=True),
         ]
-    return [spec("passes_over", c.subject, landmark=place_name(place))]
+    apart = [spec("contacts", c.subject, other=end, negated=True) for end in place.ends]
+    return [spec("passes_over", c.subject, landmark=place_name(place)), *apart]
 
 
 def enter(c: Context) -> list[Spec]:
     """Ends inside."""
-    place = c.frame.place("object", "in", "on", "toward")
+    place = c.frame.place("object", "in", "into", "on", "toward")
     if place is None or place.kind == "group":
         return []
     if place.kind == "landmark":
@@ -68,7 +81,7 @@ def enter(c: Context) -> list[Spec]:
 
 def land(c: Context) -> list[Spec]:
     """Comes down onto or into something, in a posture where one is said."""
-    place = c.frame.place("on", "in", "object", "toward", "at")
+    place = c.frame.place("on", "in", "into", "object", "toward", "at")
     found: list[Spec] = []
     if place is None or place.kind == "group":
         found.append(spec("contacts", c.subject, other=c.layout.ground()))
@@ -108,10 +121,8 @@ def leave(c: Context) -> list[Spec]:
 
 def miss(c: Context) -> list[Spec]:
     """Never touches it."""
-    place = c.frame.place("object")
-    if place is None or place.kind in ("landmark", "group"):
-        return []
-    return [spec("contacts", c.subject, other=place.name, negated=True)]
+    missed = [p for r, p in c.frame.places if r == "object" and p.kind not in ("landmark", "group")]
+    return [spec("contacts", c.subject, other=p.name, negated=True) for p in missed]
 
 
 def lose_support(c: Context) -> list[Spec]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from physagent_studio.agent.rules.reading import EventFrame, Place
 from physagent_studio.agent.rules.specs import START, Context, Spec, any_of, place_name, spec
+from physagent_studio.program.scene import Ramp
 
 FLAT_TILT = 20.0
 OVER_TILT = 160.0
@@ -49,20 +50,49 @@ def along(c: Context) -> list[Spec]:
         name = place_name(place)
         if relation in ("off", "from"):
             found += off(c, place)
-        elif relation in ("on", "in", "against") and place.name != c.subject:
+        elif relation in ("on", "in", "into", "against") and place.name != c.subject:
             found += _onto(c, relation, place)
+        elif relation == "between" and place.kind == "landmark":
+            found.append(spec("passes_over", c.subject, landmark=name))
+        elif relation in ("over", "along") and place.kind == "support" and not place.part:
+            found += _along_support(c, relation, place)
         elif relation == "near" and _begins_near(c, place):
             found.append(spec("contacts", c.subject, other=place.name, to_step=START))
         elif relation == "toward" and is_ground(c, place):
             found += _onto(c, "on", place)
         elif relation == "over" and place.kind != "group":
             found.append(spec("passes_over", c.subject, landmark=name))
+        elif relation == "up" and _is_ramp(c, place):
+            found += _uphill(c, place)
         elif relation in ("down", "object") and is_slope(c, place):
             found += [
                 spec("contacts", c.subject, other=place.name, to_step=START + 10),
                 spec("falls", c.subject, drop=c.length(0.3, 0.02, 0.1)),
             ]
     return found
+
+
+def _along_support(c: Context, relation: str, place: Place) -> list[Spec]:
+    """ "Across the floor": where it is not yet, it gets to; "over the ramp" is beyond it."""
+    if is_ground(c, place) or relation == "along":
+        here = c.layout.carrier(c.subject) == place.name
+        return [] if here else [spec("contacts", c.subject, other=place.name)]
+    return [spec("passes_over", c.subject, landmark=place.name)]
+
+
+def _is_ramp(c: Context, place: Place) -> bool:
+    support = c.layout.state.support(place.name)
+    return support is not None and isinstance(support.shape, Ramp) and not place.part
+
+
+def _uphill(c: Context, place: Place) -> list[Spec]:
+    """Up a slope: on it, and higher than before."""
+    climb = c.length(0.3, 0.02, 0.1)
+    return [
+        spec("contacts", c.subject, other=place.name),
+        spec("moves", c.subject, distance=climb, direction="up"),
+        spec("airborne", c.subject, seconds=0.25, negated=True),
+    ]
 
 
 def is_slope(c: Context, place: Place) -> bool:
@@ -75,7 +105,10 @@ def off(c: Context, place: Place) -> list[Spec]:
     """It comes off what it stands on."""
     if place.kind == "group":
         below = c.layout.carrier(c.subject)
-        return [spec("leaves", c.subject, other=below)] if below is not None else []
+        if below is None:
+            below = landed_on(c)
+        grounded = below is None or below == c.layout.ground()
+        return [] if grounded else [spec("leaves", c.subject, other=below)]
     if is_ground(c, place):
         return [spec("contacts", c.subject, other=place.name, to_step=START)]
     if place.kind == "landmark" or place.name == c.subject:
@@ -88,12 +121,29 @@ def off(c: Context, place: Place) -> list[Spec]:
     return [spec("rests_on", c.subject, other=place.name, negated=True)]
 
 
+def landed_on(c: Context) -> str | None:
+    """What an earlier clause has it come down on, the ground apart."""
+    for frame in reversed(c.earlier):
+        place = frame.place("on")
+        if place is not None and place.kind in ("object", "support") and not is_ground(c, place):
+            return place.name
+    return None
+
+
+def was_raised(c: Context) -> bool:
+    """Whether an earlier clause brought it off the ground, so that it can come down on it."""
+    return any(f.sense in ("throw", "kick", "fly", "jump", "rise", "bounce") for f in c.earlier)
+
+
 def _onto(c: Context, relation: str, place: Place) -> list[Spec]:
     name = place_name(place)
     if place.kind == "landmark":
-        return [spec("lands_in", c.subject, landmark=name)] if relation == "in" else []
+        inside = relation in ("in", "into")
+        return [spec("lands_in", c.subject, landmark=name)] if inside else []
     if place.kind == "group":
         return _in_stack(c) if relation == "in" else []
+    if c.layout.carrier(c.subject) == place.name and relation == "on" and was_raised(c):
+        return [spec("reaches", c.subject, other=place.name)]
     if c.layout.carrier(c.subject) == place.name and relation == "on":
         # Where it already is ("a ball on the grass rolls"): how it begins.
         return [spec("contacts", c.subject, other=place.name, to_step=START)]
@@ -136,6 +186,16 @@ def touch(c: Context) -> list[Spec]:
     if not agents:
         return []
     return [any_of(*(spec("contacts", a, other=c.subject) for a in agents))]
+
+
+def sideways_fall(c: Context) -> list[Spec]:
+    """ "Topples to the left": its middle goes there."""
+    frame = c.frame
+    if (frame.direction or frame.origin) in ("forward", "backward", "up", "down", "off"):
+        return []
+    far = c.length(0.25, 0.02, 0.2)
+    moved = [spec("moves", c.subject, distance=far, direction=w) for w in c.ways()]
+    return [any_of(*moved)] if moved else []
 
 
 def siblings(c: Context) -> list[Spec]:
@@ -202,19 +262,23 @@ def quality(c: Context) -> list[Spec]:
     return found
 
 
+_OVER = ("topple", "fall", "knock_over", "tip_over", "flip", "collapse", "lose_balance")
+
+
 def keeps_standing(c: Context) -> list[Spec]:
-    """What bends or sways does not fall over."""
-    return [] if is_ball(c) else [spec("topples", c.subject, tilt=60.0, negated=True)]
+    """What bends or sways does not fall over, unless that is told next."""
+    falls = any(f.sense in _OVER and not f.negated for f in c.later)
+    return [] if is_ball(c) or falls else [spec("topples", c.subject, tilt=60.0, negated=True)]
 
 
 def arrival(c: Context, frame: EventFrame) -> Spec | None:
     """The statement that the subject gets to the place of a frame; None where it names none."""
-    place = frame.place("object", "on", "at", "toward", "in")
+    place = frame.place("object", "on", "at", "toward", "in", "into", "against")
     if place is None or place.kind == "group":
         return None
     if place.kind == "support" and place.part == "lower_end":
         return spec("contacts", c.subject, other=c.layout.ground())
     name = place_name(place)
-    if place.kind == "landmark" and place.landmark_kind == "line":
+    if place.kind == "landmark":
         return spec("passes_over", c.subject, landmark=name)
     return spec("contacts", c.subject, other=name)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from physagent_studio.agent.rules.layout import level, named_way
-from physagent_studio.agent.rules.senses.common import along, bent_path, manner, travel
+from physagent_studio.agent.rules.senses.common import along, bent_path, landed_on, manner, travel
 from physagent_studio.agent.rules.senses.turning import topple
 from physagent_studio.agent.rules.specs import (
     Context,
@@ -141,7 +141,9 @@ def float_down(c: Context) -> list[Spec]:
 
 def rise(c: Context) -> list[Spec]:
     """Goes up."""
-    return [spec("moves", c.subject, distance=c.length(0.3, 0.02, 0.2), direction="up")]
+    found = [spec("moves", c.subject, distance=c.length(0.3, 0.02, 0.2), direction="up")]
+    lifted = c.frame.place("off", "from") is not None
+    return [*found, spec("airborne", c.subject, seconds=0.12)] if lifted else found
 
 
 def jump(c: Context) -> list[Spec]:
@@ -150,9 +152,14 @@ def jump(c: Context) -> list[Spec]:
 
 
 def bounce(c: Context) -> list[Spec]:
-    """Touches something and is free again."""
+    """Touches something and is free again; "bounces back" from what it hit."""
+    struck = [f.patient[0] for f in c.earlier if f.sense == "hit" and c.subject in f.agent]
+    if c.frame.direction == "backward" and struck:
+        hit = spec("contacts", c.subject, other=struck[-1])
+        return [hit, spec("reverses", c.subject, angle=90.0)]
     off = c.frame.place("off", "on", "against", "from", "object")
-    other = off.name if off is not None and off.kind != "landmark" else c.layout.ground()
+    named = off.name if off is not None and off.kind not in ("landmark", "group") else None
+    other = named or landed_on(c) or c.layout.ground()
     if c.layout.is_raised(c.subject) or other == c.layout.ground():
         return [spec("contacts", c.subject, other=other), spec("airborne", c.subject, seconds=0.1)]
     return [spec("contacts", c.subject, other=other), spec("leaves", c.subject, other=other)]

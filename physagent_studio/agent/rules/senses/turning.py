@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from physagent_studio.agent.rules.senses.common import along, arrival, struck_before
+from physagent_studio.agent.rules.senses.common import (
+    along,
+    arrival,
+    sideways_fall,
+    struck_before,
+)
 from physagent_studio.agent.rules.specs import Context, Spec, any_of, before, spec
 
 SIDE_TILT = 60.0
@@ -17,6 +22,7 @@ def topple(c: Context) -> list[Spec]:
     found = [over]
     if c.frame.posture == "side":
         found.append(spec("topples", c.subject, tilt=135.0, negated=True))
+    found += sideways_fall(c)
     struck = struck_before(c)
     if struck:
         found.append(before(struck[0], over))
@@ -66,8 +72,12 @@ def turn_around(c: Context) -> list[Spec]:
 
 
 def reverse(c: Context) -> list[Spec]:
-    """Goes back where it came from, or another way."""
+    """Goes back where it came from, or another way; first the way that is said."""
     back = spec("reverses", c.subject, angle=90.0)
+    ways = [w for w in c.ways() if c.frame.direction in ("left", "right", "away")]
+    if ways:
+        far = c.length(0.5, 0.02, 0.2)
+        return [before(spec("moves", c.subject, distance=far, direction=ways[0]), back)]
     following = c.reading.frames[c.index + 1 : c.index + 2]
     if following and following[0].link == "after" and following[0].sense == "reach":
         reached = arrival(c, following[0])

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from physagent_studio.agent.rules.senses.common import along, keeps_standing, quality
+from physagent_studio.agent.rules.senses.common import (
+    along,
+    keeps_standing,
+    quality,
+    sideways_fall,
+)
 from physagent_studio.agent.rules.specs import Context, Spec, any_of, spec
 
 
@@ -34,7 +39,11 @@ def lean(c: Context) -> list[Spec]:
 
 
 def collapse(c: Context) -> list[Spec]:
-    """Comes down and loses its shape."""
+    """Comes down and loses its shape; of several things, those come down that stand on others."""
+    if len(c.frame.patient) > 1:
+        if c.layout.has(c.subject) and not c.layout.is_raised(c.subject):
+            return []
+        return [spec("falls", c.subject, drop=c.length(0.3, 0.02, 0.1)), *sideways_fall(c)]
     gone = any_of(
         spec("deforms", c.subject, strain=0.1),
         spec("breaks", c.subject),

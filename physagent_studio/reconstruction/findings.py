@@ -10,13 +10,17 @@ from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Ramp, SceneObject, SceneState, Support
 from physagent_studio.reconstruction import consistency
 from physagent_studio.reconstruction.camera import Horizon
+from physagent_studio.reconstruction.colours import colour_of, pixels_like, said_of
 from physagent_studio.reconstruction.contact import vertical_gap
 from physagent_studio.reconstruction.masks import BoolArray, border_share, iou
 from physagent_studio.reconstruction.ramps import height_at
 from physagent_studio.reconstruction.silhouette import in_world, look
+from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Finding, Mesh
 
 LEAST_IOU = 0.8
+LEAST_NAMED = 0.12
+"""Least share of a thing's pixels that may be called by the colour word in its name."""
 LARGEST_GAP = 2e-3
 LARGEST_SIGMA = 0.15
 """Spread of the horizon that is still fine, as a share of the picture's height."""
@@ -28,6 +32,7 @@ def measure(
     meshes: Mapping[str, Mesh],
     support_meshes: Mapping[str, Mesh],
     estimate: Horizon | None,
+    image: Image | None = None,
 ) -> tuple[Finding, ...]:
     """All checks of a completed state; meshes in the body frame, those of supports in the world.
 
@@ -36,6 +41,8 @@ def measure(
     assert state.camera is not None
     out = [_camera(state.camera)]
     out += [_points(item, masks.get(item.name)) for item in state.objects]
+    if image is not None:
+        out += _called(state, image, masks)
     out += _silhouettes(state, state.camera, masks, meshes)
     out += [
         finding
@@ -69,6 +76,22 @@ def _points(item: SceneObject, mask: BoolArray | None) -> Finding:
     area = 0 if mask is None else int(np.count_nonzero(mask))
     text = f"{item.name} covers {area} pixels"
     return Finding("mask", item.name, float(area), 12.0, "px", area >= 12, "points", text)
+
+
+def _called(state: SceneState, image: Image, masks: Mapping[str, BoolArray]) -> list[Finding]:
+    """Whether what was clicked has the colour that its name says."""
+    out: list[Finding] = []
+    for item in state.objects:
+        mask, word = masks.get(item.name), colour_of(item.name)
+        if mask is None or word is None or not mask.any():
+            continue
+        share = float(pixels_like(image, word)[mask].mean())
+        fine = share >= LEAST_NAMED
+        text = f"{item.name}: {share:.0%} of what was clicked may be called {word}"
+        if not fine:
+            text += f", most of it is {said_of(image, mask)}"
+        out.append(Finding("colour", item.name, share, LEAST_NAMED, "", fine, "points", text))
+    return out
 
 
 def _silhouettes(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from physagent_studio.agent.loop import Bench, Crew, advance
@@ -129,6 +130,27 @@ def test_a_wrong_support_is_found_anew(name: str, wrong: str, right: str) -> Non
     assert item is not None
     assert item.support == right
     untouched(state.rounds[0].program, last, name)
+
+
+@pytest.mark.parametrize(("x", "y"), [(91.0, 133.0), (30.0, 225.0)], ids=["a box", "the floor"])
+def test_a_wrong_click_goes_to_what_is_called_so(x: float, y: float) -> None:
+    points = "scene.objects.yellow_ball.grounding.points"
+    state, _ = repaired(
+        "shapes_1",
+        SetField(path=points, value=[{"x": x, "y": y}]),
+        *open_object("yellow_ball"),
+    )
+    assert state.rounds[0].proposal is not None
+    assert state.rounds[0].proposal.factor == "image points"
+    last = state.rounds[-1].program
+    ball = last.scene.object("yellow_ball")
+    assert ball is not None
+    click = ball.grounding.points[0]
+    assert np.hypot(click.x - 299, click.y - 119) < 16, "the ball's true place in the picture"
+    before = state.rounds[0].program
+    assert last.scene.object("grey_box").grounding == before.scene.object("grey_box").grounding  # type: ignore[union-attr]
+    assert last.event == before.event
+    assert last.contract == before.contract
 
 
 @pytest.mark.parametrize(("scene", "row"), [("shapes_1", 200.0), ("shapes_3", -150.0)])

@@ -121,7 +121,7 @@ def _hidden(
         leeway = 0.5 * float(np.ptp(world, axis=0).max())
         shown = mask & np.isfinite(seen.depth)
         behind = shown & (before.depth < seen.depth - leeway)
-        share = np.count_nonzero(behind) / max(np.count_nonzero(mask), 1)
+        share = float(behind.sum() / mask.sum())
         out.append(_of_share(item.name, share, _most(before.owner[behind], tuple(fixed))))
     return out
 
@@ -135,4 +135,4 @@ def _of_share(name: str, share: float, by: str) -> Finding:
     text = f"{name} is in front of what is behind it"
     if by:
         text = f"{share:.0%} of {name} would be hidden by {by}, and the picture shows it"
-    return Finding("hidden", name, float(share), LARGEST_HIDDEN, "", fine, "support", text)
+    return Finding("hidden", name, share, LARGEST_HIDDEN, "", fine, "support", text)

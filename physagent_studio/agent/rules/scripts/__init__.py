@@ -1,0 +1,25 @@
+"""Event programs from mechanics: one small script per way of setting a thing going.
+
+Each script gets a `Task` (the object, what is said of it, the scene) and returns actions. The
+numbers come from the reconstructed geometry; what the engine does beyond the formulas is left
+to the rounds that follow.
+"""
+
+from physagent_studio.agent.rules.scripts.edges import off_edge
+from physagent_studio.agent.rules.scripts.flight import float_down, in_wind, leap, through_air
+from physagent_studio.agent.rules.scripts.ground import along_ground
+from physagent_studio.agent.rules.scripts.task import Task
+from physagent_studio.agent.rules.scripts.turns import spin_about, tip, turn_back
+
+__all__ = [
+    "Task",
+    "along_ground",
+    "float_down",
+    "in_wind",
+    "leap",
+    "off_edge",
+    "spin_about",
+    "through_air",
+    "tip",
+    "turn_back",
+]

@@ -1,0 +1,78 @@
+"""Through the air: throws, leaps, slow sinking, and wind."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from physagent_studio.agent.rules import actions as act
+from physagent_studio.agent.rules import mechanics as mech
+from physagent_studio.agent.rules.layout import WAYS
+from physagent_studio.agent.rules.scripts.task import Task
+from physagent_studio.agent.rules.specs import place_name
+from physagent_studio.program.actions import Action, Direction
+
+
+def through_air(task: Task) -> list[Action]:
+    """Thrown or kicked so that it is at its target after a comfortable flight."""
+    target = task.target()
+    if target is None:
+        speed = 4.0 if not task.intent.manner("gentle", "slow") else 2.0
+        force = act.toward_or_along(speed, way=task.way() or "away", elevation=35.0)
+        return [act.push(task.name, force, duration=act.KICK_STEPS, label="kick")]
+    layout = task.layout
+    distance = task.distance_to(target)
+    rise = float(layout.position(place_name(target))[2] - layout.position(task.name)[2])
+    seconds = float(np.clip(0.35 + 0.06 * distance, 0.4, task.seconds(0.35)))
+    speed, elevation = mech.launch(distance, rise, seconds)
+    if elevation < 10.0:
+        speed, elevation = mech.launch(distance, rise, seconds * 1.4)
+    force = act.toward_or_along(speed, toward=place_name(target), elevation=elevation)
+    return [act.push(task.name, force, duration=act.KICK_STEPS, label="kick")]
+
+
+def leap(task: Task) -> list[Action]:
+    """Jumps up, and forward where that is said."""
+    speed = math.sqrt(2 * mech.G * max(task.layout.size(task.name), 0.1))
+    way = task.way()
+    elevation = 65.0 if way not in (None, "up") else 0.0
+    named = way if way not in (None, "up") else "up"
+    force = act.toward_or_along(speed, way=named, elevation=elevation)
+    return [act.push(task.name, force, duration=act.KICK_STEPS, label="jump")]
+
+
+def float_down(task: Task) -> list[Action]:
+    """An upward force carries nearly all of the weight."""
+    below = task.layout.carrier(task.name)
+    ramp = task.layout.ramp_below(task.name)
+    drop = task.layout.gap(task.name, ramp.name if ramp else task.layout.ground())
+    drop = drop if math.isfinite(drop) and below is None else 0.3
+    sink = float(np.clip(2 * max(drop, 0.05) / task.seconds(0.8) ** 2, 0.02, 0.12))
+    force = act.toward_or_along(mech.G - sink, way="up", quantity="acceleration")
+    return [act.push(task.name, force, start=0, duration=task.clip.steps, label="lift")]
+
+
+def in_wind(task: Task) -> list[Action]:
+    """Air that moves: a steady wind in gusts, or one strong gust."""
+    way = task.way()
+    named = way if way in ("left", "right", "away", "toward_camera") else _open_side(task)
+    strong = task.intent.manner("hard", "fast")
+    gentle = task.intent.manner("gentle", "slow")
+    speed = 14.0 if strong else 4.0 if gentle else 7.0
+    rhythm = task.intent.manner("rhythmic", "continuous") or task.intent.has("sway")
+    return [
+        act.blow(
+            task.name, "wind", speed, named, frequency=1.0 if rhythm else 0.6,
+            duration=task.clip.steps,
+        )
+    ]  # fmt: skip
+
+
+def _open_side(task: Task) -> Direction:
+    """Where the wind blows if nobody says: onto the broad side of a sheet, else to the right."""
+    item = task.layout.state.object(task.name)
+    if item is None or item.body.kind != "cloth":
+        return "right"
+    wide = task.layout.extent(task.name, WAYS["right"])
+    return "away" if wide >= task.layout.extent(task.name, WAYS["away"]) else "right"

@@ -1,0 +1,144 @@
+"""Along level ground: pushes that get a thing to where it shall be, straight or curved."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from physagent_studio.agent.rules import actions as act
+from physagent_studio.agent.rules import mechanics as mech
+from physagent_studio.agent.rules.layout import level, unit
+from physagent_studio.agent.rules.reading import Place
+from physagent_studio.agent.rules.scripts.task import FASTEST, UP, Task
+from physagent_studio.agent.rules.specs import place_name
+from physagent_studio.program.actions import Action, Directed, Direction
+
+
+def along_ground(task: Task) -> list[Action]:
+    """Rolls or slides to where it shall get, fast enough for what it shall do there."""
+    target = task.target()
+    speed = _ground_speed(task, target)
+    if any(
+        f.sense in ("curve", "circle") or f.path in ("curve", "circle") for f in task.intent.frames
+    ):
+        return _curved(task, target, speed)
+    force = _aimed(task, target, speed)
+    duration = act.PUSH_STEPS
+    start: list[Action] = [act.push(task.name, force, start=task.delay, duration=duration)]
+    return [*start, *_brake(task, target, speed, duration)]
+
+
+def _aimed(task: Task, target: Place | None, speed: float, azimuth: float = 0.0) -> Directed:
+    way = task.way()
+    if target is not None and (way is None or task.intent.hits or target.kind == "landmark"):
+        return act.toward_or_along(speed, toward=place_name(target), azimuth=azimuth)
+    return act.toward_or_along(speed, way=way or _open_way(task), azimuth=azimuth)
+
+
+def _open_way(task: Task) -> Direction:
+    """Away from the camera on a field, else to the side that has more of the picture."""
+    if task.layout.is_ball(task.name) or task.intent.has("kick", "throw", "roll"):
+        return "away"
+    return "right" if task.layout.position(task.name)[0] <= 0 else "left"
+
+
+def _ground_speed(task: Task, target: Place | None) -> float:
+    size = task.layout.size(task.name)
+    item = task.layout.state.object(task.name)
+    if item is not None and item.body.kind == "granular":
+        # A heap is pushed over; faster, and all of its grains fly off together.
+        return math.sqrt(mech.G * size)
+    friction = task.ground_friction()
+    rolls = task.layout.is_ball(task.name)
+    slowing = 0.0 if rolls else mech.G * friction
+    distance = task.distance_to(target) if target is not None else max(4 * size, 0.5)
+    if task.intent.hits:
+        distance = max(distance - size, 0.1)
+    arrive = mech.speed_to_arrive(distance, task.seconds(0.45), slowing)
+    if task.intent.has("stop", "settle") and not rolls:
+        return _stopping_speed(task, distance, friction)
+    speed = min(max(arrive, math.sqrt(2 * slowing * distance) * 1.15, 0.3), FASTEST)
+    if task.intent.manner("slow", "gentle"):
+        speed = max(min(speed, 0.8), 0.2)
+    return max(
+        speed, *(_knocking_speed(task, hit, slowing, distance) for hit in task.intent.hits), 0
+    )
+
+
+def _knocking_speed(task: Task, other: str, slowing: float, distance: float) -> float:
+    """Speed at the start that still knocks the other one over on arrival."""
+    layout = task.layout
+    if layout.is_ball(other):
+        return 0.0
+    at = min(layout.extent(task.name, UP) + 0.0, 0.6 * layout.height(other)) or 0.05
+    width = layout.extent(other, unit(level(layout.position(other) - layout.position(task.name))))
+    knock = mech.speed_to_knock(
+        layout.mass(other), layout.height(other), width, layout.mass(task.name),
+        layout.restitution(task.name, other), max(at, 0.2 * layout.height(other)),
+    )  # fmt: skip
+    return min(math.sqrt((1.3 * knock) ** 2 + 2 * slowing * distance), FASTEST)
+
+
+def _stopping_speed(task: Task, distance: float, friction: float) -> float:
+    """Slides to a stop at the place; through a collision on the way, where there is one."""
+    slowing = 2 * mech.G * friction
+    if not task.intent.hits:
+        return max(math.sqrt(slowing * distance), 0.15)
+    other = task.intent.hits[0]
+    near = task.intent.place("near", "at", "on", "in", senses=("stop", "settle"))
+    rest = task.distance_to(near) - distance if near is not None else 0.2
+    after = math.sqrt(slowing * max(abs(rest), 0.05))
+    before = mech.speed_before_hit(
+        after, task.layout.mass(task.name), task.layout.mass(other),
+        task.layout.restitution(task.name, other),
+    )  # fmt: skip
+    return min(math.sqrt(min(before, 8.0) ** 2 + slowing * distance), 10.0)
+
+
+def _brake(task: Task, target: Place | None, speed: float, start: int) -> list[Action]:
+    """A ball rolls on for ever: rolling resistance that stops it where it shall."""
+    if not task.intent.has("stop", "settle", "slow") or not task.layout.is_ball(task.name):
+        return []
+    distance = task.distance_to(target) if target is not None else 1.0
+    slowing = max(speed * speed / max(distance, 0.05), 0.2)
+    first = start + int(
+        min(0.5 * distance / max(speed, 0.1), task.seconds(0.4)) / task.clip.step_seconds
+    )
+    force = Directed(magnitude=round(slowing, 4), along="against_velocity", quantity="acceleration")
+    duration = max(task.clip.steps - first - 1, 1)
+    return [act.push(task.name, force, start=first, duration=duration, label="brake")]
+
+
+def _curved(task: Task, target: Place | None, speed: float) -> list[Action]:
+    """Starts beside the straight line and is drawn back to it by a force across the path."""
+    distance = (
+        task.distance_to(target)
+        if target is not None
+        else max(5 * task.layout.size(task.name), 1.0)
+    )
+    circles = any(f.sense == "circle" or f.path == "circle" for f in task.intent.frames)
+    turn = 200.0 if circles else 24.0
+    side = next(
+        (f.direction for f in task.intent.frames if f.direction in ("left", "right")), "left"
+    )
+    sign = 1.0 if side == "left" else -1.0
+    rolling = 1.4 if task.layout.is_ball(task.name) else 1.0
+    force = task.layout.mass(task.name) * mech.arc_acceleration(speed, distance, turn) * rolling
+    steps = int(distance / max(speed, 0.1) / task.clip.step_seconds)
+    duration = int(np.clip(steps - act.PUSH_STEPS, 10, task.clip.steps - 2 * act.PUSH_STEPS))
+    aim = target if target is not None and target.kind != "support" else None
+    way = None if aim is not None else ("away" if task.layout.is_ball(task.name) else task.way())
+    start = act.push(
+        task.name,
+        act.toward_or_along(
+            speed, toward=place_name(aim) if aim else None, way=way or (None if aim else "away"),
+            azimuth=-sign * turn / 2 if aim else 0.0,
+        ),
+    )  # fmt: skip
+    return [
+        start,
+        act.bend(
+            task.name, force, 90.0 * sign, start=act.FIRST_STEP + act.PUSH_STEPS, duration=duration
+        ),
+    ]

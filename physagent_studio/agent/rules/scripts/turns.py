@@ -1,0 +1,52 @@
+"""Falling over and turning."""
+
+from __future__ import annotations
+
+import math
+
+from physagent_studio.agent.rules import actions as act
+from physagent_studio.agent.rules import mechanics as mech
+from physagent_studio.agent.rules.layout import WAYS, level, named_way, unit
+from physagent_studio.agent.rules.scripts.task import UP, Task
+from physagent_studio.program.actions import Action
+
+
+def tip(task: Task) -> list[Action]:
+    """A push at the top that brings its centre over its lower edge."""
+    layout = task.layout
+    way = WAYS[task.way() or ("right" if task.rank % 2 == 0 else "left")]
+    if abs(way[2]) > 0.5:
+        way = WAYS["right"]
+    height = layout.height(task.name)
+    width = layout.extent(task.name, way)
+    speed = 1.2 * mech.speed_to_topple(height, width) / 2
+    force = act.toward_or_along(max(speed, 0.3), way=named_way(way))
+    point = act.top_point(layout, task.name)
+    return [act.push(task.name, force, start=task.delay, duration=15, point=point, label="tip")]
+
+
+def spin_about(task: Task) -> list[Action]:
+    """Turns about the vertical, or where it lies, about its own middle."""
+    turns = next((f.count for f in task.intent.frames if f.count), 1) or 1
+    rate = mech.spin_for_flip(360.0 * turns + 30.0, task.seconds(0.5))
+    steps = int(task.seconds(0.5) / task.clip.step_seconds)
+    sign = -1.0 if task.way() == "right" else 1.0
+    return [act.spin(task.name, UP * sign, rate, duration=steps)]
+
+
+def turn_back(task: Task, trigger: Action | None = None) -> list[Action]:
+    """Turns half round, then goes back or another way; after it reached the ground, if it fell."""
+    layout = task.layout
+    ramp = layout.ramp_below(task.name)
+    steps = 45
+    when = act.on_contact(task.name, layout.ground(), 5) if ramp is not None else None
+    start = act.FIRST_STEP if when is not None else int(0.4 * task.clip.steps)
+    turned = act.spin(
+        task.name, UP, math.radians(170.0) / (steps * task.clip.step_seconds), start=start,
+        duration=steps, when=when, label="turn",
+    )  # fmt: skip
+    heading = layout.downhill(task.name)
+    way = -unit(level(heading)) if heading is not None else -WAYS[task.way() or "away"]
+    away = act.toward_or_along(max(0.4, 3 * layout.size(task.name)), vector=way, azimuth=50.0)
+    back = act.push(task.name, away, duration=30, when=act.after(turned, 0), label="back")
+    return [turned, back]

@@ -50,6 +50,8 @@ class Room:
         )
 
     def _put(self, scene: Scene) -> str:
+        # A session stores them as JSON.
+        assert all(type(finding.ok) is bool for finding in scene.findings)
         self.scenes[scene.hash] = scene
         return scene.hash
 

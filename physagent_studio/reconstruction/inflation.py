@@ -19,7 +19,7 @@ from scipy.sparse.linalg import spsolve
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Inflated
 from physagent_studio.reconstruction.footing import across_the_feet, levelled
-from physagent_studio.reconstruction.geometry import on_upright_through
+from physagent_studio.reconstruction.geometry import depth_of, on_upright_through
 from physagent_studio.reconstruction.masks import BoolArray, bounds
 from physagent_studio.reconstruction.meshes import volume_and_centre
 from physagent_studio.records.scene import Mesh
@@ -63,6 +63,23 @@ def inflated_mesh(mask: BoolArray, camera: Camera, shape: Inflated) -> Mesh:
     vertices = levelled((vertices - (low + high) / 2) * scale, faces.astype(np.int32))
     _, centre = volume_and_centre(vertices, faces.astype(np.int32))
     return Mesh(vertices - centre, faces.astype(np.int32))
+
+
+def sheet_on_plane(
+    mask: BoolArray, camera: Camera, point: FloatArray
+) -> tuple[FloatArray, NDArray[np.int64]]:
+    """World vertices (V, 3), m, and faces of the round body over a mask, around the upright plane
+
+    through `point` that faces the camera.
+    """
+    sheet = _sheet(mask)
+    ahead = np.asarray(point, float) - np.asarray(camera.position)
+    ahead[2] = 0.0
+    ahead /= max(float(np.hypot(*ahead[:2])), 1e-9)
+    flat = on_upright_through(camera, sheet.pixels, point, ahead)
+    pixel = depth_of(camera, point) / camera.focal
+    push = (sheet.swell * pixel)[:, None] * ahead[None]
+    return _closed(np.vstack([flat - push, flat + push]), sheet, sheet.swell)
 
 
 def upright_extent(mask: BoolArray, camera: Camera, depth: float) -> tuple[float, float, float]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -15,6 +16,11 @@ _ALOFT = re.compile(
     r"\b(hang\w*|hung|hover\w*|float\w*|suspend\w*|dangl\w*|levitat\w*"
     r"|mid-?air|in the air|airborne)\b"
 )
+
+_ORDER = {"top": 0, "upper": 0, "topmost": 0, "uppermost": 0, "first": 1, "second": 2, "third": 3}
+_ORDER |= {"middle": 10, "centre": 10, "center": 10, "fourth": 4, "fifth": 5, "sixth": 6}
+_ORDER |= {"lower": 20, "bottom": 21, "lowest": 21, "bottommost": 21}
+"""Words that say where in a stack a thing is, from above."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +66,43 @@ def read(masks: Mapping[str, BoolArray], prompt: str) -> dict[str, Stance]:
         on = _directly_below(name, mask, masks)
         over = None if on else _across_gap(name, box, masks)
         found[name] = Stance(name, box, foot, on, over, is_aloft(name, masks, prompt))
-    return found
+    return {**found, **_named_stacks(found)}
+
+
+def _named_stacks(found: Mapping[str, Stance]) -> dict[str, Stance]:
+    """Stances of things whose names say their order in a stack: top, second, …, bottom.
+
+    Only where the picture shows them above one another; masks that run into each other then no
+    longer decide what lies on what.
+    """
+    stacks: dict[str, list[tuple[int, Stance]]] = {}
+    for name, stance in found.items():
+        words = words_of(name)
+        rank = next((_ORDER[word] for word in words if word in _ORDER), None)
+        if rank is not None:
+            kind = " ".join(word for word in words if word not in _ORDER)
+            stacks.setdefault(kind, []).append((rank, stance))
+    out: dict[str, Stance] = {}
+    for members in stacks.values():
+        order = [stance for _, stance in sorted(members, key=lambda pair: pair[0])]
+        if len({rank for rank, _ in members}) < len(members):
+            continue
+        if all(_is_above(upper, lower) for upper, lower in pairwise(order)):
+            for upper, lower in pairwise(order):
+                out[upper.name] = replace(upper, on=lower.name, over=None)
+            below = order[-1]
+            if below.on in {stance.name for stance in order}:
+                out[below.name] = replace(below, on=None)
+    return out
+
+
+def _is_above(upper: Stance, lower: Stance) -> bool:
+    """Whether two silhouettes could be a thing lying on another: side by side they are not."""
+    shared = min(upper.box[2], lower.box[2]) - max(upper.box[0], lower.box[0])
+    overlap = shared > 0.5 * min(upper.width, lower.width)
+    gap = lower.box[1] - upper.box[3]
+    higher = upper.box[1] + upper.box[3] < lower.box[1] + lower.box[3]
+    return overlap and higher and gap < 0.1 * max(upper.height, lower.height)
 
 
 def foot_of(mask: BoolArray) -> tuple[float, float]:

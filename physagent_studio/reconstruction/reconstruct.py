@@ -16,7 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.errors import Cancelled, InputError
-from physagent_studio.program.scene import Grounding, Landmark, SceneState, Support
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import (
+    Grounding,
+    Landmark,
+    SceneObject,
+    SceneState,
+    Slab,
+    Support,
+)
 from physagent_studio.reconstruction import (
     clicked_supports,
     findings,
@@ -28,6 +36,7 @@ from physagent_studio.reconstruction.bare import scene_without_photo
 from physagent_studio.reconstruction.lines import segments
 from physagent_studio.reconstruction.meshes import support_mesh
 from physagent_studio.reconstruction.names import support_kind
+from physagent_studio.reconstruction.parts import with_parts
 from physagent_studio.reconstruction.placement import Placed, place_all
 from physagent_studio.reconstruction.plate import fill, hole_of
 from physagent_studio.reconstruction.segmentation import (
@@ -36,6 +45,7 @@ from physagent_studio.reconstruction.segmentation import (
     apart,
     choose,
 )
+from physagent_studio.reconstruction.steady import reaching
 from physagent_studio.reconstruction.strokes import corrected
 from physagent_studio.reconstruction.survey import Survey, survey
 from physagent_studio.reconstruction.texture import textured
@@ -131,11 +141,12 @@ def _look(
         frozenset(bodies or ()),
         lambda share: run.at("objects", 0.55 + 0.2 * share),
     )
+    solid = _carrying(state, solid, placed)
     marks, open_marks = landmarks.resolve(state.landmarks, read.camera, solid, read.shown)
     done = _completed(state, read, solid, placed, marks, (*open_supports, *open_marks))
     run.at("textures", 0.78)
     meshes = {
-        item.name: textured(image, masks[item.name], read.camera, item, placed.meshes[item.name])
+        item.name: _skinned(image, masks[item.name], read.camera, item, placed.meshes[item.name])
         for item in placed.objects
         if item.name in placed.meshes
     }
@@ -143,7 +154,7 @@ def _look(
     plate = _plate(image, masks, previous)
     run.at("checks", 0.97)
     fixed = _support_meshes(done)
-    checks = findings.measure(done, masks, meshes, fixed, read.estimate)
+    checks = findings.measure(done, masks, meshes, fixed, read.estimate, image)
     return Scene(
         state=done,
         photo=image,
@@ -155,6 +166,28 @@ def _look(
         findings=checks,
         hash="",
     )
+
+
+def _skinned(image: Image, mask: BoolArray, camera: Camera, item: SceneObject, mesh: Mesh) -> Mesh:
+    """The body with its stems and handles, the photo on it."""
+    return textured(image, mask, camera, item, with_parts(camera, mask, item, mesh))
+
+
+def _carrying(state: SceneState, solid: tuple[Support, ...], placed: Placed) -> tuple[Support, ...]:
+    """Slabs that were read off the picture reach under what is seen to stand on them."""
+    given = {item.name for item in state.supports if item.shape is not None}
+    out = []
+    for support in solid:
+        shape = support.shape
+        if isinstance(shape, Slab) and support.name not in given:
+            standing = [
+                (item, placed.meshes[item.name])
+                for item in placed.objects
+                if item.support == support.name and item.name in placed.meshes
+            ]
+            shape = reaching(shape, standing)
+        out.append(support.model_copy(update={"shape": shape}))
+    return tuple(out)
 
 
 def _completed(

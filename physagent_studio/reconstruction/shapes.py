@@ -46,11 +46,24 @@ _CIRCLE = np.stack([np.cos(_TURN), np.sin(_TURN)], 1)
 
 
 @dataclass(frozen=True, slots=True)
+class Lying:
+    """A box that carries another: x, y of its middle, width and depth of its top, m, its yaw."""
+
+    x: float
+    y: float
+    width: float
+    depth: float
+    yaw: float
+
+
+@dataclass(frozen=True, slots=True)
 class Base:
     """Where an object stands: x, y of its foot and the height z of what it stands on, m.
 
     hold: how strongly y is held (0: free along the plane, as seen; 1: y is known). free_z: the
-    height is found from the picture instead (an object in the air).
+    height is found from the picture instead (an object in the air). below: the box that it
+    stands on, if it does: what is stacked lies much the same way. longest: usual length of the
+    thing's longer side, m, and the spread of its logarithm, where that is known.
     """
 
     x: float
@@ -58,6 +71,8 @@ class Base:
     z: float
     hold: float = 0.0
     free_z: bool = False
+    below: Lying | None = None
+    longest: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,14 +249,19 @@ def _fit(camera: Camera, target: _Target, base: Base, kind: str) -> Fit | None:
         if depth.min() < 0.02 * base.y:
             return 2.0
         value = 1 - target.iou(pixels) + (0.004 + 1.0 * base.hold) * p[1] ** 2 * move_y
+        if base.longest is not None:
+            value += _unusual(q, kind, base.longest)
         if kind == "box":
             # What the outline leaves open: a depth like the width, and a straight view.
-            value += 0.006 * (q[5] - q[3]) ** 2 + 0.003 * abs(math.sin(2 * q[6]))
+            value += _unlikely(q, base.below)
         return value
 
     best: tuple[float, FloatArray] | None = None
-    for start in _starts(kind, width, height):
-        first = np.array([0.0, 0.3 * move_y * (1 - base.hold), 0.0, *start])
+    starts = [[0.0, 0.3 * (1 - base.hold), *start] for start in _starts(kind, width, height)]
+    if kind == "box" and base.below is not None:
+        starts += _stacked(base, base.below, width, height)
+    for x, y, *start in starts:
+        first = np.array([x, y * move_y, 0.0, *start])
         steps = [0.1 if k < 3 else 0.18 for k in range(len(first))]
         simplex = np.vstack([first, first + np.diag(steps)])
         options = {"initial_simplex": simplex, "maxfev": 260, "xatol": 2e-3, "fatol": 2e-4}
@@ -251,6 +271,36 @@ def _fit(camera: Camera, target: _Target, base: Base, kind: str) -> Fit | None:
     assert best is not None
     q = placed(best[1])
     return _named(kind, q, target.iou(camera.project(_outline(kind, q, eye))[0]))
+
+
+def _unusual(q: FloatArray, kind: str, longest: tuple[float, float]) -> float:
+    """What a size loses that is far from the usual one: more than two spreads.
+
+    What other things hide would else let a body grow without end.
+    """
+    sizes = q[3:6] if kind in ("box", "frustum") else q[3:5]
+    usual, spread = longest
+    off = abs(float(sizes.max()) - math.log(usual)) / (spread + 0.25)
+    return 0.02 * max(off - 2.0, 0.0) ** 2
+
+
+def _unlikely(q: FloatArray, below: Lying | None) -> float:
+    """What a box loses for numbers that its outline leaves open and that are not usual.
+
+    A depth like the width and a straight view; in a stack, the size and the turn of what is below.
+    """
+    if below is None:
+        return 0.006 * (q[5] - q[3]) ** 2 + 0.003 * abs(math.sin(2 * q[6]))
+    size = (q[3] - math.log(below.width)) ** 2 + (q[5] - math.log(below.depth)) ** 2
+    return 0.02 * size + 0.02 * math.sin(q[6] - below.yaw) ** 2
+
+
+def _stacked(base: Base, below: Lying, width: float, height: float) -> list[list[float]]:
+    """Starts for a box that lies on another as that one lies: x, y, log sizes, yaw."""
+    x, y = (below.x - base.x) / width, (below.y - base.y) / width
+    wide, deep = math.log(below.width), math.log(below.depth)
+    low, flat = math.log(0.5 * height), math.log(0.25 * height)
+    return [[x, y, wide, h, deep, below.yaw] for h in (low, flat)]
 
 
 def _named(kind: str, q: FloatArray, iou: float) -> Fit:

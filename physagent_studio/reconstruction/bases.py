@@ -1,0 +1,117 @@
+"""Where each object stands before it has a shape: foot, height, and how sure its depth is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import Box, Ramp, SceneObject, Support, SupportShape
+from physagent_studio.reconstruction.forms import highest
+from physagent_studio.reconstruction.geometry import on_plane, on_upright
+from physagent_studio.reconstruction.layout import Stance
+from physagent_studio.reconstruction.ramps import height_at
+from physagent_studio.reconstruction.shapes import Base, Lying
+from physagent_studio.reconstruction.survey import Survey
+from physagent_studio.records.scene import Mesh
+
+HOLD_ON_OBJECT = 0.6
+"""How strongly something on an object is taken to stand right above that object's middle."""
+
+
+def base_of(
+    stance: Stance,
+    read: Survey,
+    supports: tuple[Support, ...],
+    done: Mapping[str, tuple[SceneObject, Mesh]],
+) -> Base:
+    """The base of an object on what is under it; `done` are objects in place with meshes."""
+    on = read.on[stance.name]
+    if on == "air":
+        return _in_the_air(stance, read, supports, done)
+    if on in done:
+        below, mesh = done[on]
+        assert below.position is not None
+        assert below.shape is not None
+        z = below.position[2] + highest(mesh, below.rotation)
+        x = float(on_upright(read.camera, [stance.foot], below.position[1])[0, 0])
+        # Round things balance only right above each other; flat ones may be shifted.
+        round_both = is_round(read, stance.name) and below.shape.kind != "box"
+        hold = 1.0 if round_both else HOLD_ON_OBJECT
+        return Base(x, below.position[1], z, hold, below=_lying(below))
+    shape = shape_of(on, supports)
+    if isinstance(shape, Ramp):
+        return _on_the_ramp(stance, read.camera, shape)
+    top = read.tops.get(on, 0.0)
+    spot = on_plane(read.camera, [stance.foot], top)[0]
+    if not np.isfinite(spot).all():
+        return _in_the_air(stance, read, supports, done)
+    return Base(float(spot[0]), float(spot[1]), top)
+
+
+def _lying(below: SceneObject) -> Lying | None:
+    """How a box lies that something stands on; None for other shapes and tilted ones."""
+    if not isinstance(below.shape, Box) or below.position is None:
+        return None
+    w, x, y, z = below.rotation
+    if max(abs(x), abs(y)) > 1e-3:
+        return None
+    width, depth, _ = below.shape.size
+    return Lying(below.position[0], below.position[1], width, depth, 2 * math.atan2(z, w))
+
+
+def _on_the_ramp(stance: Stance, camera: Camera, ramp: Ramp) -> Base:
+    """Where the foot's ray meets the ramp's surface, kept away from its sides."""
+    x, y = float(on_upright(camera, [stance.foot], ramp.toe[1])[0, 0]), ramp.toe[1]
+    height = height_at(ramp, x, y) or 0.0
+    inner = 0.3 * ramp.width
+    for _ in range(6):
+        spot = on_plane(camera, [stance.foot], height)[0]
+        if not np.isfinite(spot).all():
+            break
+        y = float(np.clip(spot[1], ramp.toe[1] - inner, ramp.toe[1] + inner))
+        x = float(on_upright(camera, [stance.foot], y)[0, 0])
+        height = height_at(ramp, x, y) or height
+    return Base(x, y, height, 0.5)
+
+
+def _in_the_air(
+    stance: Stance,
+    read: Survey,
+    supports: tuple[Support, ...],
+    done: Mapping[str, tuple[SceneObject, Mesh]],
+) -> Base:
+    """On the plumb line above what is beneath it, else as far as its usual size says."""
+    beneath = read.under.get(stance.name)
+    if beneath is not None and beneath in done:
+        position = done[beneath][0].position
+        assert position is not None
+        y = position[1]
+    elif isinstance(ramp := shape_of(beneath, supports), Ramp):
+        y = ramp.toe[1]
+    else:
+        depth = read.usual[stance.name].metres * read.camera.focal / max(stance.extent, 1)
+        ray = read.camera.rays(np.array([stance.foot]))[0]
+        y = read.camera.position[1] + depth * float(ray[1])
+    spot = on_upright(read.camera, [stance.foot], y)[0]
+    return Base(float(spot[0]), y, float(spot[2]), 1.0, free_z=True)
+
+
+def shape_of(name: str | None, supports: tuple[Support, ...]) -> SupportShape | None:
+    """The shape of the support of that name."""
+    return next((support.shape for support in supports if support.name == name), None)
+
+
+def is_round(read: Survey, name: str) -> bool:
+    """Whether a name says round: such a thing ends where another is seen to stand on it."""
+    return bool({"sphere", "ellipsoid"} & set(read.usual[name].shapes))
+
+
+def is_in_round_stack(read: Survey, name: str) -> bool:
+    """Whether a round thing carries another or is carried by one: it shows that it balances."""
+    beside = [other for other, on in read.on.items() if on == name]
+    if read.on[name] in read.on:
+        beside.append(read.on[name])
+    return is_round(read, name) and any(is_round(read, other) for other in beside)

@@ -151,8 +151,9 @@ def running(
     *,
     event: str | None = None,
     scene: bool = False,
+    tour: bool = False,
 ) -> Iterator[Desk]:
-    """A studio over a workspace, and a page on it.
+    """A studio over a workspace, and a page on it; `tour`: as for whoever comes first.
 
     Drawing in software takes most of the machine, so only tests that look at the scene get one.
     """
@@ -164,6 +165,8 @@ def running(
     assert workbench.wait(60)
     studio = serve(workbench, port=0)
     page = browser.new_page(viewport={"width": 1280, "height": 800})
+    if not tour:
+        page.add_init_script("localStorage.setItem('studio.toured', 'true')")
     if not scene:
         page.route("**/viewer/**", lambda route: route.fulfill(body=""))
     desk = Desk(studio, page)

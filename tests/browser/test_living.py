@@ -21,6 +21,7 @@ pytestmark = pytest.mark.browser
 
 def _other_page(desk: Desk, browser: Browser):
     page = browser.new_page(viewport={"width": 1000, "height": 700})
+    page.add_init_script("localStorage.setItem('studio.toured', 'true')")
     page.route("**/viewer/**", lambda route: route.fulfill(body=""))
     page.goto(desk.studio.address)
     expect(page.locator(".tl [data-action]").first).to_be_visible()

@@ -39,9 +39,10 @@ export function makeChecklist(show, focus) {
     const broken = always.filter((c) => !c.ok);
     // While there is something to decide, what holds is folded away, so that the proposal is near.
     const holds = contract.filter((c) => c.ok);
+    const counted = contract.filter((c) => !c.part);
     const fold = Boolean(data.proposal) && !unfolded && holds.length > 0;
     return h("div", {},
-      h("div", { class: "head" }, "Checklist", h("span", { class: "push num" }, `${holds.length} of ${contract.length}`)),
+      h("div", { class: "head" }, "Checklist", h("span", { class: "push num" }, `${counted.filter((c) => c.ok).length} of ${counted.length}`)),
       h("div", { role: "list", "aria-label": "Checklist" }, (fold ? contract.filter((c) => !c.ok) : contract).map(check)),
       data.proposal && holds.length ? h("p", { style: "padding:4px" }, h("button", { class: "link", type: "button", onclick: () => { unfolded = !unfolded; show(); } }, fold ? `${say(holds.length, "demand")} ${holds.length === 1 ? "holds" : "hold"}: show` : "Show only what fails")) : null,
       broken.map(check),
@@ -53,9 +54,10 @@ export function makeChecklist(show, focus) {
     const jump = c.frame === null ? null : h("button", { class: "link num", type: "button", title: "Show this moment", onclick: () => scrub(c.frame) }, `frame ${c.frame}`);
     const first = c.clause && (!at || all[at - 1].clause !== c.clause);
     return [first ? h("div", { class: "clause", key: `clause-${c.id}` }, `“${c.clause}”`) : null,
-      h("div", { class: "check", role: "listitem", key: c.id },
+      h("div", { class: c.part ? "check part" : "check", role: "listitem", key: c.id, title: c.part ? "Serves another demand and is not counted by itself" : "" },
         h("span", { class: `dot ${c.ok ? "ok" : "bad"}`, title: c.ok ? "holds" : "does not hold" }, c.ok ? "✓" : "✕"),
         c.always ? h("span", { title: c.found }, c.text) : h("button", { class: "plain", type: "button", title: c.found || "Change what is demanded", onclick: () => send({ do: "select", kind: "statement", name: c.id }) }, c.text),
+        c.also?.length ? h("span", { class: "fig" }, "also for ", c.also.map((one) => `“${one}”`).join(", ")) : null,
         h("span", { class: "fig num" },
           c.measured ? h("span", {}, c.measured) : null, jump,
           c.predicted && c.predicted.ok !== c.ok ? h("span", { class: c.predicted.ok ? "chip ok" : "chip bad", title: c.predicted.measured }, `with the repair: ${c.predicted.ok ? "holds" : "fails"}`) : null))];

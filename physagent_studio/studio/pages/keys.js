@@ -1,9 +1,13 @@
 // Keyboard: one table of commands feeds the hotkeys, the palette and the help sheet.
 
 import { draw, h } from "./dom.js";
-import { on, scrub, scrubBy, send, value } from "./wire.js";
+import { on, presenting, scrub, scrubBy, send, value } from "./wire.js";
 
-export function startKeys({ left, right, dialogs, theme }) {
+// What may be done while presenting, by its key.
+const LOOKS = new Set(["Space", "ArrowLeft", "ArrowRight", "Shift+ArrowLeft", "Shift+ArrowRight", "Home", "End", "[", "]", "L", "N", "P", "PageDown", "PageUp", "G", "C", "V", "F", "Shift+F", "0", "T", "D", "Shift+P", "Ctrl+K", "?"]);
+const looks = (key) => LOOKS.has(key) || /^(Shift\+)?[1-9]$/.test(key);
+
+export function startKeys({ left, right, dialogs, theme, presenter, tour }) {
   const overlay = h("div", {});
   document.body.append(overlay);
   let sheet = "";
@@ -20,12 +24,6 @@ export function startKeys({ left, right, dialogs, theme }) {
   const loop = (part) => {
     const { loop: repeat, loopStart, loopEnd, frame } = head();
     send({ do: "loop", on: part ? true : !repeat, start: part === "start" ? frame : loopStart ?? null, end: part === "end" ? frame : loopEnd ?? null });
-  };
-  const round = (by) => {
-    const all = value("rounds")?.rounds || [];
-    const at = all.findIndex((one) => one.shown);
-    const next = all[Math.max(0, Math.min(all.length - 1, at + by))];
-    if (next) send({ do: "round", id: next.head ? null : next.id });
   };
 
   const commands = [
@@ -45,8 +43,10 @@ export function startKeys({ left, right, dialogs, theme }) {
     ["Accept the proposal", "A", () => press("accept")],
     ["Edit the proposal", "E", () => press("edit")],
     ["Reject the proposal", "X", () => press("reject")],
-    ["Next round", "N", () => round(1)],
-    ["Previous round", "P", () => round(-1)],
+    ["Next round", "N", () => presenter.step(1)],
+    ["Previous round", "P", () => presenter.step(-1)],
+    ["Next round, as presenters' clickers say it", "PageDown", () => presenter.step(1)],
+    ["Previous round, as presenters' clickers say it", "PageUp", () => presenter.step(-1)],
     ["Ghosts of other rounds", "G", () => toggle("ghosts")],
     ["Contacts", "C", () => toggle("contacts")],
     ["Forces and velocities", "V", () => toggle("forces")],
@@ -63,7 +63,7 @@ export function startKeys({ left, right, dialogs, theme }) {
     ["Open a case or a session", "O", () => dialogs.open()],
     ["New session from a photo", "Shift+O", () => dialogs.fresh()],
     ["Light or dark", "D", () => theme.set(theme.get() === "dark" ? "light" : "dark")],
-    ["Presenter mode", "Shift+P", present],
+    ["Presenter mode, on or off", "Shift+P", presenter.toggle],
     ["All commands", "Ctrl+K", () => open("palette")],
     ["Keys", "?", () => open("help")],
     ["Show the rounds", "", () => left.show("rounds")],
@@ -72,16 +72,11 @@ export function startKeys({ left, right, dialogs, theme }) {
     ["Show the program", "", () => right.show("program")],
     ["Show the photo", "", () => right.show("photo")],
     ["Save the clip as a video", "", () => send({ do: "video" })],
+    ["Take the tour", "", tour.start],
     ...Array.from({ length: 9 }, (_, i) => [`View ${i + 1}`, String(i + 1), () => send({ do: "bookmark", slot: i + 1 })]),
     ...Array.from({ length: 9 }, (_, i) => [`Keep as view ${i + 1}`, `Shift+${i + 1}`, () => send({ do: "bookmark", slot: i + 1, keep: true })]),
   ];
   const byKey = new Map(commands.filter(([, key]) => key).map((one) => [one[1], one]));
-
-  function present() {
-    const root = document.documentElement;
-    if (root.dataset.presenter) delete root.dataset.presenter;
-    else root.dataset.presenter = "on";
-  }
 
   function name(event) {
     const digit = /^Digit([1-9])$/.exec(event.code || "");
@@ -92,6 +87,8 @@ export function startKeys({ left, right, dialogs, theme }) {
 
   const typing = (node) => node && (node.isContentEditable || node.tagName === "TEXTAREA" || node.tagName === "SELECT" || (node.tagName === "INPUT" && node.type !== "checkbox"));
 
+  const presented = (key) => (key === "Escape" ? ["", "", presenter.off] : looks(key) ? byKey.get(key) : null);
+
   function pressed(event) {
     const key = name(event);
     if (sheet) return;
@@ -99,7 +96,7 @@ export function startKeys({ left, right, dialogs, theme }) {
     const inField = typing(event.target);
     if (inField && !["Ctrl+K", "Ctrl+."].includes(key)) return;
     if (event.target && event.target.tagName === "BUTTON" && (key === "Space" || key === "Enter")) return;
-    const command = byKey.get(key);
+    const command = presenting() ? presented(key) : byKey.get(key);
     if (!command || event.defaultPrevented) return;
     event.preventDefault();
     event.stopPropagation();
@@ -125,7 +122,8 @@ export function startKeys({ left, right, dialogs, theme }) {
 
   function palette(text, at) {
     const words = text.toLowerCase().split(/\s+/).filter(Boolean);
-    const found = commands.filter(([label]) => words.every((word) => label.toLowerCase().includes(word)));
+    const offered = presenting() ? commands.filter(([, key]) => looks(key)) : commands;
+    const found = offered.filter(([label]) => words.every((word) => label.toLowerCase().includes(word)));
     const chosen = Math.max(0, Math.min(found.length - 1, at));
     const go = (one) => { close(); one[2](); };
     draw(overlay, h("div", { class: "shade", onpointerdown: (e) => { if (e.target === e.currentTarget) close(); } },

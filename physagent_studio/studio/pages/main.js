@@ -8,10 +8,12 @@ import { startNotices } from "./notices.js";
 import { startPhoto } from "./photo.js";
 import { startPlots } from "./plots.js";
 import { startProgram } from "./program.js";
+import { startPresenter } from "./presenter.js";
 import { startRounds } from "./rounds.js";
 import { startRun } from "./run.js";
 import { startScene } from "./scene.js";
 import { startTimeline } from "./timeline.js";
+import { startTour } from "./tour.js";
 import { connect, viewerToken } from "./wire.js";
 
 const keep = (name, data) => localStorage.setItem(`studio.${name}`, JSON.stringify(data));
@@ -107,7 +109,9 @@ function start() {
   startPhoto(right.bodies.photo);
   startScene(right.bodies.scene, document.getElementById("viewbar"), document.getElementById("banner"));
   startTimeline(document.getElementById("timeline"));
-  startKeys({ left, right, dialogs, theme });
+  const presenter = startPresenter(left);
+  const tour = startTour(() => !document.querySelector(".shade"));
+  startKeys({ left, right, dialogs, theme, presenter, tour });
   connect();
 }
 

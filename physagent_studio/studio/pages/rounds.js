@@ -42,11 +42,11 @@ export function startRounds(host) {
   }
 
   function row(r) {
-    const words = r.stage === "reconstruction" ? "the scene does not match yet" : r.checks ? `${r.realised} of ${r.checks} checks` : "in progress";
+    const words = r.stage === "reconstruction" ? "scene does not match" : r.checks ? `${r.realised} of ${r.checks}` : "in progress";
     return h("div", { class: "row", role: "listitem", key: r.id, style: `padding-left:${r.depth * 14}px;gap:2px` },
       h("button", { class: `r grow${r.shown ? " on" : ""}${r.onPath ? "" : " off"}`, type: "button", title: r.factor ? `Proposed to change: ${r.factor}` : "", onclick: () => send({ do: "round", id: r.head ? null : r.id }) },
         h("span", { class: `dot ${r.verdict}` }, MARK[r.verdict]),
-        h("span", { class: "grow" }, h("b", {}, `Round ${r.number}`), h("span", { class: "muted" }, ` · ${words}`), r.overruled ? h("span", { class: "muted" }, " · overruled") : null),
+        h("span", { class: "grow" }, h("b", {}, `Round ${r.number}`), h("span", { class: "muted", title: r.checks ? "demands that hold" : "" }, ` · ${words}`), r.overruled ? h("span", { class: "muted" }, " · overruled") : null),
         r.decided ? h("span", { class: "chip", title: `by ${r.by}` }, r.decided) : null,
         r.best && data.rounds.length > 1 ? h("span", { class: "chip ok" }, "best") : null),
       r.shown || data.rounds.length < 2 ? null

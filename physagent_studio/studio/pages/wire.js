@@ -20,7 +20,27 @@ function emit(channel, data) {
   for (const listener of listeners.get(channel) || []) listener(data);
 }
 
+// While it presents, a page only looks; the server refuses the rest as well.
+const LOOKING = new Set(["play", "scrub", "speed", "loop", "select", "show", "look", "bookmark", "viewer", "compare", "round", "dismiss", "present"]);
+let presents = false;
+export const presenting = () => presents;
+
+export function present(wanted) {
+  presents = wanted;
+  send({ do: "present", on: wanted });
+}
+
+function refuse(intent) {
+  const text = "Presenting: nothing is changed here. Escape ends it.";
+  const refused = answers.get(intent.ticket);
+  answers.delete(intent.ticket);
+  if (intent.do !== "try") emit("say", { level: "info", text });
+  if (refused) refused(text);
+  return false;
+}
+
 export function send(intent) {
+  if (presents && !LOOKING.has(intent.do)) return refuse(intent);
   if (socket && socket.readyState === WebSocket.OPEN) {
     socket.send(JSON.stringify(intent, (_key, one) => (typeof one === "number" && !Number.isFinite(one) ? String(one) : one)));
     return true;
@@ -86,6 +106,7 @@ export function connect() {
   socket.onopen = () => {
     pause = 300;
     send({ do: "viewer", token: viewerToken });
+    if (presents) send({ do: "present", on: true });
     emit("line", true);
   };
   socket.onmessage = (event) => {

@@ -8,7 +8,7 @@ from physagent_studio.contract import describe
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.diff import diff_text
 from physagent_studio.records import Check, LoopState, Proposal, Round
-from physagent_studio.studio.panels.words import edit_row, number, plain
+from physagent_studio.studio.panels.words import edit_row, figure, number, plain
 from physagent_studio.studio.pictures import strip_of
 from physagent_studio.workbench import Snapshot
 
@@ -101,6 +101,7 @@ def _row(
     best: Round | None,
 ) -> dict[str, Any]:
     assessment = item.assessment
+    demands = demands_of(() if assessment is None else assessment.checks)
     return {
         "id": item.id,
         "number": item.number,
@@ -108,8 +109,8 @@ def _row(
         "verdict": verdict_of(item),
         "overruled": item.override is not None,
         "stage": "" if assessment is None else assessment.stage,
-        "realised": 0 if assessment is None else assessment.realised,
-        "checks": 0 if assessment is None else len(assessment.checks),
+        "realised": sum(check.ok for check in demands),
+        "checks": len(demands),
         "score": None if assessment is None else number(assessment.score),
         "author": item.author,
         "factor": item.proposal.factor if item.proposal else "",
@@ -183,10 +184,29 @@ def _checks(
     if shown is not None and shown.preview is not None and not draft:
         predicted = {check.id: check for check in shown.preview.checks}
     stated = {one.id: describe(one, program) for one in program.contract.statements}
-    return [
-        check_row(check, program, clauses, predicted.get(check.id), stated.get(check.id, ""))
-        for check in checks
-    ]
+    rows = []
+    for check, others in merged(checks):
+        row = check_row(check, program, clauses, predicted.get(check.id), stated.get(check.id, ""))
+        also = (clauses.get(one.clause or "", "") for one in others)
+        row["also"] = [text for text in dict.fromkeys(also) if text and text != row["clause"]]
+        rows.append(row)
+    return rows
+
+
+def merged(checks: tuple[Check, ...]) -> list[tuple[Check, tuple[Check, ...]]]:
+    """Checks in order; one that two clauses ask for alike stands once, with the others behind."""
+    groups: dict[tuple[object, ...], list[Check]] = {}
+    for check in checks:
+        alone = check.always_on or not check.demanded
+        key = (check.id,) if alone else (check.kind, check.text, check.ok)
+        groups.setdefault(key, []).append(check)
+    return [(first, tuple(others)) for first, *others in groups.values()]
+
+
+def demands_of(checks: tuple[Check, ...]) -> list[Check]:
+    """What the sentence demands, each once; what only serves another demand is not counted."""
+    wanted = (check for check, _ in merged(checks) if not check.always_on)
+    return [check for check in wanted if check.demanded]
 
 
 def check_row(
@@ -203,21 +223,15 @@ def check_row(
         "ok": check.ok,
         "text": check.text if check.always_on else (stated or headline),
         "clause": clauses.get(check.clause or "", ""),
-        "measured": _figure(check),
+        "measured": figure(check, stated),
         "found": found,
+        "part": not check.demanded,
         "frame": None if check.step is None else check.step // program.clip.steps_per_frame,
         "always": check.always_on,
     }
     if predicted is not None:
-        row["predicted"] = {"ok": predicted.ok, "measured": _figure(predicted)}
+        row["predicted"] = {"ok": predicted.ok, "measured": figure(predicted)}
     return row
-
-
-def _figure(check: Check) -> str:
-    """The measured value with its unit; "" where there is none, or only a plain yes or no."""
-    if check.measured is None or (check.measured == 0 and not check.threshold):
-        return ""
-    return f"{number(check.measured)} {check.unit}".replace(" °", "°").strip()
 
 
 def _proposal(loop: LoopState, snapshot: Snapshot) -> dict[str, Any] | None:
@@ -259,8 +273,13 @@ def _hunks(proposal: Proposal, program: PhysicalProgram) -> list[dict[str, Any]]
 
 
 def _comparison(other: Round, snapshot: Snapshot) -> dict[str, Any]:
-    theirs = {check.id: check for check in other.assessment.checks} if other.assessment else {}
-    mine = {check.id: check for check in snapshot.checks}
+    theirs = _once(other.assessment.checks if other.assessment else ())
+    mine = _once(snapshot.checks)
+    stated = {
+        one.id: describe(one, program)
+        for program in (other.program, snapshot.program)
+        for one in program.contract.statements
+    }
     rows = []
     for key in dict.fromkeys((*mine, *theirs)):
         a, b = mine.get(key), theirs.get(key)
@@ -268,10 +287,9 @@ def _comparison(other: Round, snapshot: Snapshot) -> dict[str, Any]:
         assert one is not None
         rows.append(
             {
-                "text": one.text,
-                "unit": one.unit,
-                "here": None if a is None else {"ok": a.ok, "measured": number(a.measured)},
-                "there": None if b is None else {"ok": b.ok, "measured": number(b.measured)},
+                "text": stated.get(key, one.text.partition(": ")[0]),
+                "here": None if a is None else {"ok": a.ok, "measured": figure(a)},
+                "there": None if b is None else {"ok": b.ok, "measured": figure(b)},
             }
         )
     return {
@@ -280,3 +298,8 @@ def _comparison(other: Round, snapshot: Snapshot) -> dict[str, Any]:
         "rows": rows,
         "diff": diff_text(other.program, snapshot.program).splitlines()[:400],
     }
+
+
+def _once(checks: tuple[Check, ...]) -> dict[str, Check]:
+    """By id: all demands, and of the checks on the physics those that are broken."""
+    return {one.id: one for one, _ in merged(checks) if not (one.always_on and one.ok)}

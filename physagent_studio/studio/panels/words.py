@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import Any
 
 from physagent_studio.errors import EditError
 from physagent_studio.program import AddItem, Edit, PhysicalProgram, RemoveItem, SetField, value_at
+from physagent_studio.records import Check
 
 UNITS = {
     "velocity": "m/s",
@@ -65,6 +67,43 @@ def number(value: float | None) -> str:
         return f"{value:.2e}"
     text = f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
     return text.replace("-", "−")
+
+
+BOUND = re.compile(r" (≤|≥|<|>) ")
+AS_WORDS = {"≤": "at most", "≥": "at least", "<": "less than", ">": "more than"}
+
+
+def figure(check: Check, stated: str = "") -> str:
+    """What was measured, as one says it; "" where there is only a yes or no.
+
+    stated: the statement in words; a bound that it names already is not repeated.
+    """
+    if check.measured is None or (check.measured == 0 and not check.threshold):
+        return ""
+    value = _with_unit(abs(check.measured), check.unit)
+    if not check.threshold:
+        return _against_nothing(check, value)
+    sign = "−" if check.measured < 0 else ""
+    bound = BOUND.search(check.text)
+    if check.ok or bound is None or "(" in stated:
+        return f"{sign}{value}"
+    return f"{sign}{value} ({AS_WORDS[bound[1]]} {_with_unit(check.threshold, check.unit)})"
+
+
+def _against_nothing(check: Check, value: str) -> str:
+    """A figure that is held against zero: how far off, or how much to spare."""
+    assert check.measured is not None
+    if check.unit == "s":
+        return f"{value} {'earlier' if check.measured > 0 else 'too late'}"
+    if check.unit != "m":
+        return value if check.measured > 0 else f"−{value}"
+    if check.ok:
+        return f"{value} {'away' if check.measured < 0 or check.kind == 'leaves' else 'to spare'}"
+    return f"misses by {value}"
+
+
+def _with_unit(value: float, unit: str) -> str:
+    return f"{number(value)} {unit}".replace(" °", "°").strip()
 
 
 def short(value: Any) -> str:

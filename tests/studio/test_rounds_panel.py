@@ -1,0 +1,82 @@
+"""The checklist in words: figures as one says them, one line where two clauses ask the same."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from physagent_studio.program import Clause, PhysicalProgram, SceneObject, SceneState
+from physagent_studio.program.contract import Contacts, Contract
+from physagent_studio.program.scene import Sphere
+from physagent_studio.records import Check
+from physagent_studio.studio.panels.rounds import _checks, demands_of, merged
+from physagent_studio.studio.panels.words import figure
+
+
+def _check(**more: Any) -> Check:
+    base: dict[str, Any] = {
+        "id": "s1", "text": "ball touches cube: no", "ok": False, "measured": None,
+        "threshold": 0.0, "unit": "m", "margin": -0.5, "kind": "contacts",
+    }  # fmt: skip
+    return Check(**(base | more))
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({"measured": -0.12}, "misses by 0.12 m"),
+        ({"measured": -0.12, "ok": True}, "0.12 m away"),
+        ({"measured": 0.141, "ok": True, "kind": "stops_before"}, "0.141 m to spare"),
+        ({"measured": 0.05, "ok": True, "kind": "leaves"}, "0.05 m away"),
+        ({"measured": 0.0}, ""),
+        ({"measured": None}, ""),
+        ({"measured": 0.33, "ok": True, "unit": "s", "kind": "before"}, "0.33 s earlier"),
+        ({"measured": -0.2, "unit": "s", "kind": "before"}, "0.2 s too late"),
+        (
+            {"measured": 0.063, "threshold": 0.05, "unit": "m/s",
+             "text": "ball ends at a speed of 0.063 m/s ≤ 0.05 m/s: no"},
+            "0.063 m/s (at most 0.05 m/s)",
+        ),
+        ({"measured": 580.0, "threshold": 90.0, "unit": "°", "ok": True}, "580°"),
+        ({"measured": -0.4, "threshold": 0.03}, "−0.4 m"),
+    ],
+)  # fmt: skip
+def test_figures_in_words(more: dict[str, Any], words: str) -> None:
+    assert figure(_check(**more)) == words
+
+
+def test_a_bound_that_the_statement_names_is_not_repeated() -> None:
+    check = _check(measured=0.01, threshold=0.05, text="ball moves 0.01 m ≥ 0.05 m: no")
+    assert figure(check, "ball moves (by at least 0.05 m)") == "0.01 m"
+
+
+def test_what_two_clauses_ask_alike_stands_once() -> None:
+    names = ("ball", "block", "cube")
+    objects = tuple(SceneObject(name=name, shape=Sphere(radius=0.1)) for name in names)
+    program = PhysicalProgram(
+        scene=SceneState(objects=objects),
+        contract=Contract(
+            clauses=(Clause(id="c1", text="passes it"), Clause(id="c2", text="hits only that")),
+            statements=(
+                Contacts(id="s1", clause="c1", subject="ball", other="block", negated=True),
+                Contacts(id="s2", clause="c2", subject="ball", other="block", negated=True),
+                Contacts(id="s3", clause="c2", subject="ball", other="cube"),
+            ),
+        ),
+    )
+    same = {"text": "ball does not touch block: no", "measured": 0.0}
+    checks = (
+        _check(id="s1", clause="c1", **same),
+        _check(id="s2", clause="c2", **same),
+        _check(id="s3", clause="c2", text="ball touches cube: yes", ok=True),
+        _check(id="part", text="ball touches cube: yes", ok=True, demanded=False),
+        _check(id="energy", text="energy: yes", ok=True, always_on=True),
+    )
+    rows = _checks(checks, program, None, draft=False)
+    assert [row["id"] for row in rows] == ["s1", "s3", "part", "energy"]
+    assert rows[0]["clause"] == "passes it"
+    assert rows[0]["also"] == ["hits only that"]
+    assert rows[1]["also"] == []
+    assert [check.id for check in demands_of(checks)] == ["s1", "s3"]
+    assert [first.id for first, _ in merged(checks)] == ["s1", "s3", "part", "energy"]

@@ -168,15 +168,20 @@ def render(
     typer.echo(f"wrote {render_session(session, round_id, out, workspace)}")
 
 
-@app.command(epilog="Example: physagent export SESSION --out prior/")
+@app.command(epilog="Example: physagent export SESSION --out prior/  (or replay.html, or x.viser)")
 @guarded
 def export(
     session: Annotated[str, typer.Argument(help="A session id or a unique beginning of one.")],
-    out: Annotated[Path, typer.Option(help="A folder that is new or empty.")],
+    out: Annotated[
+        Path, typer.Option(help="A folder that is new or empty, a .html or a .viser file.")
+    ],
     round_id: Annotated[str | None, typer.Option("--round", help="Else the best round.")] = None,
     workspace: Workspace = None,
 ) -> None:
-    """Write a motion prior: frames, exact flow, masks, depth, program, rollout, lessons."""
+    """Write a motion prior: frames, exact flow, masks, depth, program, rollout, lessons.
+
+    With a .html file: the session as one page that plays anywhere. With .viser: the moving scene.
+    """
     from physagent_studio.cli.sessions import export_session
 
     typer.echo(f"wrote {export_session(session, round_id, out, workspace)}")

@@ -9,7 +9,7 @@ from physagent_studio.errors import InputError
 from physagent_studio.session import SessionInfo, Store
 from physagent_studio.workbench import commands
 from physagent_studio.workbench.desk import Desk
-from physagent_studio.workbench.rendering import export_rollout, render_rollout
+from physagent_studio.workbench.rendering import export_rollout, render_rollout, write_file
 
 
 def list_sessions(workspace: Path | None) -> tuple[SessionInfo, ...]:
@@ -33,14 +33,23 @@ def render_session(
 def export_session(
     session_id: str, round_id: str | None, out: Path, workspace: Path | None
 ) -> Path:
-    """The motion prior of a round, or of the best one."""
+    """A round, or the best one: by the ending of `out` a replay, a recording or a motion prior."""
     session = Store(workspace).open(session_id)
     try:
         with progress_control(False) as control:
             desk = _showing(Desk(session, control), round_id)
+            if out.suffix.lower() in (".html", ".viser"):
+                return _write(desk, out)
             return export_rollout(desk, out)
     finally:
         session.close()
+
+
+def _write(desk: Desk, out: Path) -> Path:
+    from physagent_studio.studio.replay import recording_of, replay_of
+
+    writer = replay_of if out.suffix.lower() == ".html" else recording_of
+    return write_file(desk, commands.Write(out, "", writer))
 
 
 def _showing(desk: Desk, round_id: str | None) -> Desk:

@@ -17,6 +17,7 @@ from physagent_studio.studio.finder import Finder
 from physagent_studio.studio.library import Library, output_path
 from physagent_studio.studio.painter import Painter
 from physagent_studio.studio.photo_desk import PhotoDesk
+from physagent_studio.studio.replay import recording_of, replay_of
 from physagent_studio.studio.scene.stage import poses_at
 from physagent_studio.studio.view import Selection, View
 from physagent_studio.workbench import Snapshot, Workbench, commands
@@ -282,6 +283,18 @@ def _(intent: intents_shelf.Present, studio: Studio, browser: int) -> None:
         studio.presenting.add(browser)
     else:
         studio.presenting.discard(browser)
+
+
+@carry_out.register
+def _(intent: intents_shelf.Export, studio: Studio, browser: int) -> None:
+    shown = studio.snapshot
+    path = output_path(
+        studio.workbench.store, shown.session_id, shown.shown_round, f".{intent.kind}"
+    )
+    if intent.kind == "html":
+        studio.workbench.post(commands.Write(path, "The replay", replay_of))
+    else:
+        studio.workbench.post(commands.Write(path, "The recording", recording_of))
 
 
 carry_out.register(intents_shelf.RenameSession, shelf.rename)

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from physagent_studio.program import Click, Edit, PhysicalProgram
 from physagent_studio.records.judgement import DecisionKind, PolicyName
+
+if TYPE_CHECKING:
+    from physagent_studio.workbench.desk import Desk
+
+Writer = Callable[["Desk"], bytes]
+"""Makes the bytes of a file from the open session."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,6 +173,15 @@ class Render:
 
 
 @dataclass(frozen=True, slots=True)
+class Write:
+    """Writes a file of the session; upper rooms bring the writer, which may be cancelled."""
+
+    path: Path
+    what: str
+    writer: Writer
+
+
+@dataclass(frozen=True, slots=True)
 class DismissNotice:
     """Removes a notice."""
 
@@ -194,5 +211,6 @@ Command = (
     | Redo
     | Rename
     | Render
+    | Write
     | DismissNotice
 )

@@ -7,7 +7,9 @@ from pathlib import Path
 from physagent_studio.agent.memory import lessons_of
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import export_motion_prior, write_lessons, write_video
+from physagent_studio.exchange.files import written
 from physagent_studio.rendering import render_clip
+from physagent_studio.workbench import commands
 from physagent_studio.workbench.desk import Desk
 
 
@@ -25,6 +27,13 @@ def render_rollout(desk: Desk, path: Path) -> Path:
     )
     write_video(path, (frame.rgb for frame in clip), desk.program.clip.playback_fps)
     return path
+
+
+def write_file(desk: Desk, command: commands.Write) -> Path:
+    """Lets a writer of an upper room make a file; it is whole or not there."""
+    with written(command.path) as partial:
+        partial.write_bytes(command.writer(desk))
+    return command.path
 
 
 def export_rollout(desk: Desk, folder: Path) -> Path:

@@ -18,7 +18,7 @@ from physagent_studio.session import Session, Store
 from physagent_studio.workbench import commands
 from physagent_studio.workbench.desk import Desk
 from physagent_studio.workbench.engine import AgentName, Control
-from physagent_studio.workbench.rendering import render_rollout
+from physagent_studio.workbench.rendering import render_rollout, write_file
 from physagent_studio.workbench.snapshot import Attempt, Notice, Snapshot
 
 log = logging.getLogger(__name__)
@@ -179,6 +179,9 @@ class Workbench:
         elif isinstance(command, commands.Render):
             path = render_rollout(self._desk, command.path)
             self._notice("info", f"The video was written to {path}")
+        elif isinstance(command, commands.Write):
+            path = write_file(self._desk, command)
+            self._notice("info", f"{command.what} was written to {path}")
         else:
             self._desk.handle(command)
 

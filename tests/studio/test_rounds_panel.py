@@ -10,7 +10,7 @@ from physagent_studio.program import Clause, PhysicalProgram, SceneObject, Scene
 from physagent_studio.program.contract import Contacts, Contract
 from physagent_studio.program.scene import Sphere
 from physagent_studio.records import Check
-from physagent_studio.studio.panels.rounds import _checks, demands_of, merged
+from physagent_studio.studio.panels.rounds import checklist_of, demands_of, merged
 from physagent_studio.studio.panels.words import figure
 
 
@@ -73,7 +73,7 @@ def test_what_two_clauses_ask_alike_stands_once() -> None:
         _check(id="part", text="ball touches cube: yes", ok=True, demanded=False),
         _check(id="energy", text="energy: yes", ok=True, always_on=True),
     )
-    rows = _checks(checks, program, None, draft=False)
+    rows = checklist_of(checks, program)
     assert [row["id"] for row in rows] == ["s1", "s3", "part", "energy"]
     assert rows[0]["clause"] == "passes it"
     assert rows[0]["also"] == ["hits only that"]

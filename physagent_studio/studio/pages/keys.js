@@ -72,6 +72,8 @@ export function startKeys({ left, right, dialogs, theme, presenter, tour }) {
     ["Show the program", "", () => right.show("program")],
     ["Show the photo", "", () => right.show("photo")],
     ["Save the clip as a video", "", () => send({ do: "video" })],
+    ["Save the session as a replay (one HTML file)", "", () => send({ do: "export", kind: "html" })],
+    ["Save the scene as a recording (.viser)", "", () => send({ do: "export", kind: "viser" })],
     ["Take the tour", "", tour.start],
     ...Array.from({ length: 9 }, (_, i) => [`View ${i + 1}`, String(i + 1), () => send({ do: "bookmark", slot: i + 1 })]),
     ...Array.from({ length: 9 }, (_, i) => [`Keep as view ${i + 1}`, `Shift+${i + 1}`, () => send({ do: "bookmark", slot: i + 1, keep: true })]),

@@ -44,7 +44,9 @@ def state_of(snapshot: Snapshot, compared: Round | None = None) -> dict[str, Any
         "readOnly": snapshot.read_only,
         "draft": snapshot.has_draft,
         "shown": None if shown is None else _details(shown, snapshot),
-        "checks": _checks(snapshot.checks, snapshot.program, shown, snapshot.has_draft),
+        "checks": checklist_of(
+            snapshot.checks, snapshot.program, shown, draft=snapshot.has_draft
+        ),
         "notUnderstood": list(snapshot.program.contract.not_understood),
         "untested": [clause.text for clause in snapshot.program.contract.untested],
         "proposal": _proposal(loop, snapshot),
@@ -176,9 +178,14 @@ def _findings(item: Round, snapshot: Snapshot) -> list[dict[str, Any]]:
     ]
 
 
-def _checks(
-    checks: tuple[Check, ...], program: PhysicalProgram, shown: Round | None, draft: bool
+def checklist_of(
+    checks: tuple[Check, ...],
+    program: PhysicalProgram,
+    shown: Round | None = None,
+    *,
+    draft: bool = False,
 ) -> list[dict[str, Any]]:
+    """The lines of the checklist; with what the proposal of the round on view would make of it."""
     clauses = {clause.id: clause.text for clause in program.contract.clauses}
     predicted: dict[str, Check] = {}
     if shown is not None and shown.preview is not None and not draft:

@@ -133,16 +133,23 @@ class Cameras:
         camera = self._program.scene.camera
         if self._image is None or camera is None or eye.view != "photo" or not self._with_photo:
             return
-        distance = far_of(self._program, camera)
-        width, rows = camera.size
-        shift = (np.array([width, rows]) / 2 - camera.principal) / camera.focal
-        centre = camera.matrix @ np.array([shift[0], shift[1], 1.0]) * distance + camera.position
-        handle = eye.client.scene.add_image(
-            "/backdrop", self._image, width / camera.focal * distance,
-            rows / camera.focal * distance, jpeg_quality=92, cast_shadow=False,
-            receive_shadow=False, wxyz=camera.rotation, position=centre,
-        )  # fmt: skip
+        handle = add_backdrop(eye.client.scene, self._program, camera, self._image)
         self._eyes[number] = replace(eye, backdrop=handle)
+
+
+def add_backdrop(
+    scene: viser.SceneApi, program: PhysicalProgram, camera: Camera, image: Image
+) -> viser.ImageHandle:
+    """The picture far behind everything, exactly where its camera saw it."""
+    distance = far_of(program, camera)
+    width, rows = camera.size
+    shift = (np.array([width, rows]) / 2 - camera.principal) / camera.focal
+    centre = camera.matrix @ np.array([shift[0], shift[1], 1.0]) * distance + camera.position
+    return scene.add_image(
+        "/backdrop", image, width / camera.focal * distance,
+        rows / camera.focal * distance, jpeg_quality=92, cast_shadow=False,
+        receive_shadow=False, wxyz=camera.rotation, position=centre,
+    )  # fmt: skip
 
 
 def far_of(program: PhysicalProgram, camera: Camera) -> float:

@@ -188,6 +188,31 @@ def _propose(state: LoopState, crew: Crew, bench: Bench) -> LoopState:
     return _to(replace_round(state, proposed), "decide")
 
 
+def offer(state: LoopState, proposal: Proposal, bench: Bench, decision: Decision) -> LoopState:
+    """Puts a proposal before whoever decides, in place of the planner's own.
+
+    An open proposal is turned down with `decision`.
+    """
+    current = _head(state)
+    trial = _trial(bench.get_scene(_key(current.scene)), bench)
+    preview = preview_of(current.program, proposal, trial, bench)
+    rejected = current.rejected
+    if current.proposal is not None:
+        decision = decision.model_copy(update={"before": current.program.hash})
+        rejected = (*rejected, (current.proposal, decision))
+    used = proposal.simulations + (1 if preview.rollout else 0)
+    offered = current.model_copy(
+        update={
+            "proposal": proposal,
+            "preview": preview,
+            "decision": None,
+            "rejected": rejected,
+            "simulations": current.simulations + used,
+        }
+    )
+    return _to(replace_round(state, offered), "decide")
+
+
 def _trial(scene: Scene, bench: Bench) -> Callable[[PhysicalProgram], Trial]:
     def try_out(program: PhysicalProgram) -> Trial:
         if program.scene != scene.state:

@@ -211,6 +211,16 @@ def _(intent: intents.Try, studio: Studio, browser: int) -> None:
 
 
 @carry_out.register
+def _(intent: intents.Wish, studio: Studio, browser: int) -> None:
+    clip, step = studio.snapshot.program.clip, studio.view.step
+    if intent.frame is not None:
+        step = min(intent.frame, clip.frames - 1) * clip.steps_per_frame
+    if step == 0:
+        raise InputError("at the beginning a thing is where you put it: move it there")
+    studio.workbench.post(commands.Wish(intent.name, intent.position, step))
+
+
+@carry_out.register
 def _(intent: intents.WriteText, studio: Studio, browser: int) -> None:
     make = commands.ApplyText if intent.apply else commands.ValidateText
     studio.workbench.post(make(intent.text))

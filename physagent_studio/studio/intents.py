@@ -200,6 +200,15 @@ class Try(Frozen):
     edits: Edits | None
 
 
+class Wish(Frozen):
+    """A thing should be at a place now (or at `frame`); the agent proposes what brings it there."""
+
+    do: Literal["wish"] = "wish"
+    name: Name
+    position: Vector
+    frame: Frame | None = None
+
+
 class WriteText(Frozen):
     """The program as text: only looked at, or applied."""
 
@@ -272,7 +281,7 @@ class Video(Frozen):
 Intent = Annotated[
     Play | Scrub | Speed | Loop | Select | Show | Look | Bookmark | Viewer | Compare
     | StepOn | Cancel | DecideOn | Overrule | Policy | Budget | PinFact | ShowRound | Fork
-    | Change | Try | WriteText | DropDraft | Undo
+    | Change | Try | Wish | WriteText | DropDraft | Undo
     | OpenKnown | OpenBare | NewCase | RenameTo | Dismiss | Video | ShelfIntent
     | PhotoIntent,
     Field(discriminator="do"),

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from pydantic import JsonValue
 
 from physagent_studio.errors import InputError, StudioError
-from physagent_studio.program import SetField
+from physagent_studio.program import Edit
 from physagent_studio.studio import intents
 from physagent_studio.studio.actions import Offer, carry_out
 from physagent_studio.studio.archive import Archive
@@ -70,7 +70,7 @@ class Studio:
         self.photo_desk = PhotoDesk()
         self._site = Site(workbench.snapshot, workbench.store, self.library)
         self._server = open_server(port, self._site.page, self.hub.talk)
-        hands = Hands(self._picked, self._dragged, self._placed, self.later)
+        hands = Hands(self._picked, self._edited, self._wished, self.later)
         self.painter = Painter(self._server, self.hub, Archive(workbench.store), hands)
         self._server.on_client_connect(self._came)
         self._server.on_client_disconnect(self._went)
@@ -99,21 +99,22 @@ class Studio:
     def _picked(self, kind: str, name: str) -> None:
         self._inbox.put(_Call(lambda: self.select(kind, name)))
 
-    def _dragged(self, path: str, vector: NDArray[np.float64]) -> None:
-        value: list[JsonValue] = [float(f"{part:.4g}") for part in vector]
-        change = intents.Change(edits=(SetField(path=path, value=value),), reason="arrow dragged")
-        self._guarded(None, lambda: carry_out(change, self, -1))
+    def _edited(self, edits: tuple[Edit, ...], reason: str, ends: bool) -> None:
+        """Something was dragged in the scene; called on the studio's thread."""
+        if not ends:
+            self.workbench.try_out(edits or None)
+        elif edits:
+            change = intents.Change(edits=edits, reason=reason)
+            self._guarded(None, lambda: carry_out(change, self, -1))
+        else:
+            self.workbench.try_out(None)
 
-    def _placed(
-        self, name: str, position: NDArray[np.float64], rotation: NDArray[np.float64]
-    ) -> None:
-        path = f"scene.objects.{name}"
-        edits = (
-            SetField(path=f"{path}.position", value=[float(f"{part:.5g}") for part in position]),
-            SetField(path=f"{path}.rotation", value=[float(f"{part:.6g}") for part in rotation]),
-        )
-        change = intents.Change(edits=edits, reason="moved in the scene")
-        self._guarded(None, lambda: carry_out(change, self, -1))
+    def _wished(self, name: str, position: NDArray[np.float64], ends: bool) -> None:
+        """A thing was dragged to where it should be now; called on the studio's thread."""
+        if ends:
+            x, y, z = (float(f"{part:.4g}") for part in position)
+            wish = intents.Wish(name=name, position=(x, y, z))
+            self._guarded(None, lambda: carry_out(wish, self, -1))
 
     def later(self, act: Callable[[], None]) -> None:
         self._inbox.put(_Call(act))

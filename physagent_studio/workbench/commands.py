@@ -80,6 +80,15 @@ class ApplyEdits:
 
 
 @dataclass(frozen=True, slots=True)
+class Wish:
+    """The object should be at `position`, world, m, on the step: becomes a proposal."""
+
+    name: str
+    position: tuple[float, float, float]
+    step: int
+
+
+@dataclass(frozen=True, slots=True)
 class ApplyText:
     """Replaces the program by a YAML text; on a problem nothing changes."""
 
@@ -197,6 +206,7 @@ Command = (
     | Run
     | Decide
     | ApplyEdits
+    | Wish
     | ApplyText
     | ValidateText
     | DiscardDraft

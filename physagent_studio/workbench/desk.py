@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import singledispatchmethod
 from typing import Any
 
 from physagent_studio.agent import loop
+from physagent_studio.agent.rules import wishing
+from physagent_studio.agent.rules.wishing import proposal_for
 from physagent_studio.contract import measure
 from physagent_studio.errors import InputError, Problem, ProgramError
 from physagent_studio.program import Edit, PhysicalProgram, apply, value_at
@@ -241,6 +243,31 @@ class Desk:
         self._require_head("edit")
         draft = apply(self.program, command.edits)
         self._draft(draft, command.reason or "edit")
+
+    @handle.register
+    def _(self, command: commands.Wish) -> None:
+        self._require_head("say where something should be")
+        item = self.state.current
+        if item is None or item.rollout is None or item.scene is None:
+            raise InputError("nothing has run yet; run it first, then say where things should be")
+        if self.state.draft is not None:
+            raise InputError("run or drop your edits first, then say where things should be")
+        rollout, scene = self.session.rollout(item.rollout), self.session.scene(item.scene)
+        if command.name not in rollout.objects:
+            raise InputError(f"there is no object '{command.name}' in this run")
+        self.control.progress(f"searching for what brings {command.name} there", None)
+        proposal = proposal_for(
+            item.program,
+            rollout,
+            wishing.Wish(command.name, command.position, command.step),
+            lambda program: self.engine.again(program, scene, rollout),
+            self.state.pinned,
+        )
+        words = f"shown where {command.name} should be at step {command.step}"
+        turned_down = Decision(kind="reject", author="person", at=now(), reason=words)
+        state = loop.offer(self.state, proposal, self.engine.bench(), turned_down)
+        self._save(state, "wish")
+        self.session.record("wish", "person", {"round": item.id, **asdict(command)})
 
     @handle.register
     def _(self, command: commands.ApplyText) -> None:

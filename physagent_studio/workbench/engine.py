@@ -120,12 +120,17 @@ class Engine:
         if previous is not None and previous.state == state:
             return previous
         if key not in self._scenes:
-            scene = self.build(state, previous)
+            scene = self.build(state, previous, self.control.progress)
             # A completed state reconstructs to itself, so it is known by both keys.
             self._scenes[key] = self._scenes[_hash(scene.state)] = scene
         return self._scenes[key]
 
-    def build(self, state: SceneState, previous: Scene | None) -> Scene:
+    def build(
+        self,
+        state: SceneState,
+        previous: Scene | None,
+        progress: Callable[[str, float | None], None] = lambda what, share: None,
+    ) -> Scene:
         """The same without the cache, for what is tried while a hand still moves."""
         return reconstruct(
             self.case,
@@ -133,7 +138,7 @@ class Engine:
             # Masks and plate of any earlier scene of the picture serve as long as they fit.
             previous=previous or next(reversed(self._scenes.values()), None),
             cancelled=self.control.cancelled,
-            progress=self.control.progress,
+            progress=progress,
         )
 
     def simulate(self, program: PhysicalProgram, scene: Scene) -> Rollout:

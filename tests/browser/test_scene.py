@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -123,3 +124,95 @@ def test_scene_shows_selects_and_edits(drawn: Desk) -> None:
     value = getattr(changed, "force", getattr(changed, "velocity", None))
     assert isinstance(value, tuple)
     assert np.isfinite(value).all()
+
+
+def _pull(desk: Desk, start: Callable[[], Any], by: tuple[float, float], done: Callable) -> Any:
+    """Drags as a hand does, slowly, from where `start` is on the page, until it has an effect.
+
+    The viewer looks once a frame where the pointer is, and a frame takes long when drawn in
+    software, so a first try may miss the handle.
+    """
+    mouse, page = desk.page.mouse, desk.page
+    for _ in range(8):
+        x, y = start()
+        mouse.move(x, y)
+        page.wait_for_timeout(200)
+        mouse.down()
+        mouse.move(x + by[0] * 0.7, y + by[1] * 0.7, steps=3)
+        mouse.move(x + by[0], y + by[1], steps=2)
+        page.wait_for_timeout(200)
+        mouse.up()
+        for _ in range(100):
+            if found := done():
+                return found
+            page.wait_for_timeout(25)
+    raise AssertionError(f"no drag by {by} had an effect")
+
+
+def test_handles_move_scale_and_wish(drawn: Desk) -> None:
+    """What is dragged at the start is one edit each; later it is a wish, then a proposal."""
+    page = drawn.page
+    view = _view(drawn)
+    item = drawn.snapshot.program.scene.object("red_ball")
+    assert item is not None
+    assert item.position is not None
+    first, place = drawn.snapshot.program, np.array(item.position)
+    page.evaluate(
+        """import('/wire.js').then(wire => {
+            wire.send({do: 'select', kind: 'object', name: 'red_ball'});
+            wire.send({do: 'show', what: 'gizmo', on: true});
+        })"""
+    )
+    drawn.until(lambda: view.evaluate(POSE, "/selection/gizmo"), "a gizmo")
+    arm = np.array([0.03 * 2.2 * 0.75, 0, 0])  # on the gizmo's arm to the right
+
+    def drafted() -> bool:
+        return drawn.snapshot.has_draft
+
+    def undone() -> None:
+        drawn.button("Undo (Ctrl+Z)").click()
+        drawn.until(lambda: drawn.snapshot.program == first, "one step back")
+
+    _pull(drawn, lambda: _pixel(drawn, view, place + arm), (40, 0), drafted)
+    drawn.idle()
+    moved = drawn.snapshot.program.scene.object("red_ball")
+    assert moved is not None
+    assert moved.position is not None
+    assert moved.position[0] > item.position[0] + 0.005
+    assert moved.position[1:] == pytest.approx(item.position[1:], abs=1e-4)
+    assert drawn.snapshot.attempt is None
+    undone()
+
+    # The corner of the frame makes it larger, and it keeps standing on the floor.
+    grip = "/selection/frame/all"
+    drawn.until(lambda: view.evaluate(POSE, grip), "a corner to pull")
+    corner = place + np.array(view.evaluate(POSE, grip))
+    _pull(drawn, lambda: _pixel(drawn, view, corner), (22, -18), drafted)
+    drawn.idle()
+    larger = drawn.snapshot.program.scene.object("red_ball")
+    assert larger is not None
+    assert larger.position is not None
+    old, new = item.shape.radius, larger.shape.radius  # type: ignore[union-attr]
+    assert new > old * 1.1
+    assert larger.position[2] - item.position[2] == pytest.approx(new - old, abs=1e-3)
+    undone()
+
+    # Later in the clip the same handle says where it should be.
+    old_proposal = drawn.proposal()
+    rollout = drawn.snapshot.rollout
+    assert rollout is not None
+    page.evaluate("import('/wire.js').then(wire => wire.scrub(6))")
+    then = rollout.positions[24, rollout.objects.index("red_ball")]
+    drawn.until(
+        lambda: np.allclose(view.evaluate(POSE, "/selection/gizmo") or 0, then, atol=1e-4),
+        "the gizmo where the ball is",
+    )
+
+    def answered() -> bool:
+        busy, current = drawn.snapshot.busy, drawn.snapshot.state.current
+        return bool(busy or (current and current.proposal and current.proposal != old_proposal))
+
+    _pull(drawn, lambda: _pixel(drawn, view, then + arm), (25, 0), answered)
+    drawn.idle()
+    assert not drawn.snapshot.has_draft
+    expect(page.get_by_role("group", name="Proposal")).to_contain_text("You put red ball")

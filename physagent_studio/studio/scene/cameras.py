@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -14,6 +15,8 @@ from physagent_studio.records import Image, Scene
 from physagent_studio.studio.scene.stage import centre_and_size
 
 FloatArray = NDArray[np.float64]
+ON_ITS_WAY = 10.0
+"""Seconds for which a browser's camera may still be where it was before it was moved."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -28,12 +31,18 @@ class Pose:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Eye:
-    """What is known of one browser's camera. size: of its canvas when the pose was set."""
+    """What is known of one browser's camera. size: of its canvas when the pose was set.
+
+    put_at: when the pose was sent, s. arrived: whether the browser has said that it is there;
+    until then it still tells where it was before.
+    """
 
     client: viser.ClientHandle
     view: str = "photo"
     set_to: Pose | None = None
     size: tuple[int, int] = (0, 0)
+    put_at: float = 0.0
+    arrived: bool = False
     backdrop: viser.ImageHandle | None = None
     marks: dict[int, Pose] = field(default_factory=dict)
 
@@ -75,7 +84,9 @@ class Cameras:
             return
         size = (eye.client.camera.image_width, eye.client.camera.image_height)
         pose = pose_of(self._program, view, size[0] / max(size[1], 1), target)
-        self._eyes[number] = replace(eye, view=view, set_to=pose, size=size)
+        self._eyes[number] = replace(
+            eye, view=view, set_to=pose, size=size, put_at=time.monotonic(), arrived=False
+        )
         _put(eye.client, pose)
         self._backdrop(number)
 
@@ -95,9 +106,16 @@ class Cameras:
             return
         camera = eye.client.camera
         size = (camera.image_width, camera.image_height)
-        if size != eye.size and eye.view == "photo":
+        away = _left(camera, eye.set_to)
+        if eye.view == "photo" and _reshaped(size, eye.size):
             self.look(number, "photo")
-        elif eye.view not in ("free", "follow") and _left(camera, eye.set_to):
+        elif not away and not eye.arrived:
+            # What is exactly what was sent has not been to the browser and back.
+            echo = np.array_equal(camera.position, eye.set_to.eye)
+            self._eyes[number] = replace(eye, arrived=not echo)
+        elif not eye.arrived and time.monotonic() - eye.put_at < ON_ITS_WAY:
+            return
+        elif eye.view not in ("free", "follow") and away:
             self._eyes[number] = replace(eye, view="free", size=size)
             self._backdrop(number)
 
@@ -119,7 +137,7 @@ class Cameras:
         eye = self._eyes.get(number)
         if eye is None or slot not in eye.marks:
             return False
-        self._eyes[number] = replace(eye, view="free", set_to=eye.marks[slot])
+        self._eyes[number] = replace(eye, view="free", set_to=eye.marks[slot], arrived=False)
         _put(eye.client, eye.marks[slot])
         self._backdrop(number)
         return True
@@ -198,6 +216,11 @@ def _put(client: viser.ClientHandle, pose: Pose) -> None:
         client.camera.look_at = pose.target
         client.camera.fov = pose.fov
     client.flush()
+
+
+def _reshaped(size: tuple[int, int], old: tuple[int, int]) -> bool:
+    """Whether a canvas has another form; a viewer that is slow only changes its resolution."""
+    return abs(size[0] * old[1] - size[1] * old[0]) > 0.01 * max(old[0] * old[1], 1)
 
 
 def _left(camera: viser.CameraHandle, pose: Pose) -> bool:

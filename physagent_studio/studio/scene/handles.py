@@ -1,99 +1,227 @@
-"""The selected thing in the scene: a frame around it, and a gizmo to move and turn it."""
+"""The selected thing in the scene: a frame around it, and handles to move, turn and scale it.
+
+At the beginning of the clip the handles say how it starts. Later, physics says where it is, and
+the handle says where it should be: that is a wish, which the agent answers with a proposal.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from physagent_studio.program import Edit, SceneObject, SetField
+from physagent_studio.program.rotations import matrix_of
 from physagent_studio.records import Mesh
+from physagent_studio.studio.scene.scaling import factors_of, pulled, scaling
 
 FloatArray = NDArray[np.float64]
 Later = Callable[[Callable[[], None]], None]
 """Has something done by the studio's thread; may be called from any thread."""
 
-Placed = Callable[[str, FloatArray, FloatArray], None]
-"""Called with an object's name, its new position, m, and rotation, wxyz."""
+Edited = Callable[[tuple[Edit, ...], str, bool], None]
+"""Called with edits, what they are in words, and whether the hand has let go."""
 
-FRAME = (255, 190, 30)
+Wished = Callable[[str, FloatArray, bool], None]
+"""Called with an object's name, where it should be now, m, and whether the hand has let go."""
+
+FRAME, WISH = (255, 190, 30), (245, 158, 11)
 _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
 _EDGES = [(a, b) for a in range(8) for b in range(a + 1, 8) if bin(a ^ b).count("1") == 1]
+GRIPS = {"x": 0, "y": 1, "z": 2, "all": None}
+"""Where the scale handles sit on the frame: the middle of a side, or a corner for all three."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Held:
+    """What may be taken hold of: the object, how it looks, and which handles it has."""
+
+    item: SceneObject
+    mesh: Mesh
+    what: str
+    """"" a frame only, "place" at the start, "wish" later."""
+
+
+@dataclass(eq=False, slots=True)
+class _Gizmo:
+    """A transform control, and for a wish the shade that goes with it."""
+
+    what: str
+    control: viser.TransformControlsHandle
+    shade: viser.MeshHandle | None = None
 
 
 class Handles:
     """Owned by the stage; called by the studio's one thread."""
 
-    def __init__(self, server: viser.ViserServer, placed: Placed, later: Later) -> None:
+    def __init__(
+        self, server: viser.ViserServer, edited: Edited, wished: Wished, later: Later
+    ) -> None:
         self._server = server
-        self._placed = placed
+        self._edited = edited
+        self._wished = wished
         self._later = later
-        self._frame: tuple[str, viser.LineSegmentsHandle] | None = None
-        self._gizmo: tuple[str, viser.TransformControlsHandle] | None = None
-        self._held = False
+        self._thing: Held | None = None
+        self._frame: viser.LineSegmentsHandle | None = None
+        self._gizmo: _Gizmo | None = None
+        self._busy = False
 
     def clear(self) -> None:
-        """Removes both."""
+        """Removes all of them."""
         self._server.scene.remove_by_name("/selection")
-        self._frame, self._gizmo, self._held = None, None, False
+        self._thing, self._frame, self._gizmo, self._busy = None, None, None, False
 
-    def select(self, name: str, mesh: Mesh | None, *, gizmo: bool) -> None:
-        """Frames an object, with a gizmo where it may be moved; no mesh takes both away."""
-        if self._frame is not None and (self._frame[0] != name or mesh is None):
-            self._frame[1].remove()
-            self._frame = None
-        if self._gizmo is not None and (self._gizmo[0] != name or mesh is None or not gizmo):
-            self._gizmo[1].remove()
-            self._gizmo, self._held = None, False
-        if mesh is None:
+    def select(self, thing: Held | None) -> None:
+        """Frames an object, with handles where it may be changed; None takes all away."""
+        old, self._thing = self._thing, thing
+        if thing is None:
+            if old is not None:
+                self.clear()
             return
-        if self._frame is None:
-            handle = self._server.scene.add_line_segments(
-                "/selection/frame", frame_of(mesh), colors=FRAME, thickness=2,
-                thickness_units="screen",
-            )  # fmt: skip
-            self._frame = (name, handle)
-        if self._gizmo is None and gizmo:
-            self._gizmo = (name, self._make_gizmo(name, mesh))
+        if old is not None and old.mesh is thing.mesh and old.what == thing.what:
+            return
+        self.clear()
+        self._thing = thing
+        self._frame = self._server.scene.add_line_segments(
+            "/selection/frame", frame_of(thing.mesh), colors=FRAME, thickness=2,
+            thickness_units="screen",
+        )  # fmt: skip
+        if thing.what:
+            self._gizmo = self._make_gizmo(thing)
+        if thing.what == "place":
+            self._make_grips(thing)
 
-    def _make_gizmo(self, name: str, mesh: Mesh) -> viser.TransformControlsHandle:
-        reach = float(np.linalg.norm(mesh.vertices, axis=1).max())
-        handle = self._server.scene.add_transform_controls(
-            "/selection/gizmo", scale=reach * 2.2, line_width=2.0, depth_test=False, opacity=0.85
-        )
+    def pose(self, position: FloatArray, rotation: FloatArray) -> None:
+        """Brings them to where the object is, unless a hand is on them."""
+        if self._busy or self._frame is None:
+            return
+        self._frame.position, self._frame.wxyz = position, rotation
+        if self._gizmo is not None:
+            self._gizmo.control.position = position
+            self._gizmo.control.wxyz = rotation if self._gizmo.what == "place" else (1, 0, 0, 0)
+            if self._gizmo.shade is not None:
+                self._gizmo.shade.position, self._gizmo.shade.wxyz = position, rotation
+                self._gizmo.shade.visible = False
+
+    # --- moving and turning ------------------------------------------------------------------
+
+    def _make_gizmo(self, thing: Held) -> _Gizmo:
+        reach = float(np.linalg.norm(thing.mesh.vertices, axis=1).max())
+        wish = thing.what == "wish"
+        control = self._server.scene.add_transform_controls(
+            "/selection/gizmo", scale=reach * 2.2, line_width=2.0, depth_test=False,
+            opacity=0.85, disable_rotations=wish,
+        )  # fmt: skip
+        shade = None
+        if wish:
+            shade = self._server.scene.add_mesh_simple(
+                "/selection/wish", thing.mesh.vertices, thing.mesh.faces, color=WISH,
+                opacity=0.5, cast_shadow=False, receive_shadow=False, visible=False,
+            )  # fmt: skip
 
         async def moved(event: viser.TransformControlsEvent) -> None:
             position = np.asarray(event.target.position, float).copy()
             rotation = np.asarray(event.target.wxyz, float).copy()
             ends = event.phase == "end"
-            self._later(lambda: self._move(name, position, rotation, ends=ends))
+            self._later(lambda: self._move(thing, position, rotation, ends))
 
-        handle.on_update(moved)
-        return handle
+        control.on_update(moved)
+        return _Gizmo(thing.what, control, shade)
 
-    def _move(self, name: str, position: FloatArray, rotation: FloatArray, *, ends: bool) -> None:
+    def _move(self, thing: Held, position: FloatArray, rotation: FloatArray, ends: bool) -> None:
+        if self._gizmo is None or self._thing is None or self._thing.mesh is not thing.mesh:
+            return  # It belongs to something that is no longer selected.
+        self._busy = not ends
         finite = np.isfinite(position).all() and np.isfinite(rotation).all()
-        self._held = not ends
         if not finite or np.linalg.norm(rotation) < 1e-6:
             return
-        if self._frame is not None:
-            self._frame[1].position, self._frame[1].wxyz = position, rotation
-        if ends:
-            self._placed(name, position, rotation)
-
-    def pose(self, position: FloatArray, rotation: FloatArray) -> None:
-        """Brings both to where the object is, unless a hand is on the gizmo."""
-        if self._held:
+        if thing.what == "wish":
+            if self._gizmo.shade is not None:
+                self._gizmo.shade.position, self._gizmo.shade.visible = position, True
+            self._server.flush()
+            self._wished(thing.item.name, position, ends)
             return
-        for pair in (self._frame, self._gizmo):
-            if pair is not None:
-                pair[1].position, pair[1].wxyz = position, rotation
+        if self._frame is not None:
+            self._frame.position, self._frame.wxyz = position, rotation
+        self._edited(placing(thing.item, position, rotation), "moved in the scene", ends)
+
+    # --- scaling -----------------------------------------------------------------------------
+
+    def _make_grips(self, thing: Held) -> None:
+        low, high = box_of(thing.mesh)
+        side = float((high - low).max()) * 0.12
+        for key, axis in GRIPS.items():
+            place = (low + high) / 2 if axis is not None else high
+            if axis is not None:
+                place[axis] = high[axis]
+            grip = self._server.scene.add_box(
+                f"/selection/frame/{key}", color=FRAME, dimensions=(side, side, side),
+                position=place, cast_shadow=False, receive_shadow=False,
+            )  # fmt: skip
+            self._bind(grip, thing, axis, place)
+
+    def _bind(
+        self, grip: viser.BoxHandle, thing: Held, axis: int | None, place: FloatArray
+    ) -> None:
+        async def drag(event: viser.SceneNodeDragEvent[viser.BoxHandle]) -> None:
+            eye = np.asarray(event.client.camera.position, float)
+            pointer = np.asarray(event.end_position, float)
+            ends = event.phase == "end"
+            self._later(lambda: self._scale(thing, axis, place, eye, pointer, ends))
+
+        grip.on_drag("left")(drag)
+
+    def _scale(
+        self,
+        thing: Held,
+        axis: int | None,
+        place: FloatArray,
+        eye: FloatArray,
+        pointer: FloatArray,
+        ends: bool,
+    ) -> None:
+        if self._frame is None or self._thing is None or self._thing.mesh is not thing.mesh:
+            return
+        item = thing.item
+        if item.position is None or item.shape is None:
+            return
+        self._busy = not ends
+        centre = np.array(item.position)
+        start = centre + matrix_of(item.rotation) @ place
+        factors = factors_of(item.shape, axis, pulled(start, centre, eye, pointer))
+        x, y, z = (1.0, 1.0, 1.0) if ends else (float(part) for part in factors)
+        self._frame.scale = (x, y, z)
+        self._server.flush()
+        edits = scaling(item, thing.mesh, factors)
+        if edits:
+            self._edited(edits, "scaled in the scene", ends)
+
+
+def placing(item: SceneObject, position: FloatArray, rotation: FloatArray) -> tuple[Edit, ...]:
+    """The edits that put an object somewhere, without those that change nothing."""
+    path = f"scene.objects.{item.name}"
+    edits: list[Edit] = []
+    if item.position is None or np.abs(position - item.position).max() > 1e-6:
+        place = [float(f"{part:.5g}") for part in position]
+        edits.append(SetField(path=f"{path}.position", value=list(place)))
+    if np.abs(rotation - item.rotation).max() > 1e-6:
+        turn = [float(f"{part:.6g}") for part in rotation / np.linalg.norm(rotation)]
+        edits.append(SetField(path=f"{path}.rotation", value=list(turn)))
+    return tuple(edits)
+
+
+def box_of(mesh: Mesh) -> tuple[FloatArray, FloatArray]:
+    """Lowest and highest corner of the frame around a mesh, body frame, m."""
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    margin = 0.04 * float((high - low).max())
+    return low - margin, high + margin
 
 
 def frame_of(mesh: Mesh) -> FloatArray:
     """(12, 2, 3) the edges of the mesh's box in the body frame, a little larger, m."""
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-    margin = 0.04 * float((high - low).max())
-    corners = low - margin + _CORNERS * (high - low + 2 * margin)
+    low, high = box_of(mesh)
+    corners = low + _CORNERS * (high - low)
     return np.array([[corners[a], corners[b]] for a, b in _EDGES])

@@ -6,21 +6,18 @@ the picture. Letting go sends the new vector.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import viser
 from numpy.typing import NDArray
+from pydantic import JsonValue
 
+from physagent_studio.program import SetField
 from physagent_studio.studio.scene.arrows import Arrow, action_arrows, velocity_arrows
-from physagent_studio.studio.scene.handles import Later
+from physagent_studio.studio.scene.handles import Edited, Later
 from physagent_studio.studio.view import View
 from physagent_studio.workbench import Snapshot
 
 FloatArray = NDArray[np.float64]
-Dragged = Callable[[str, FloatArray], None]
-"""Called with the path of a field and its new vector."""
-
 ACTION, VELOCITY, CONTACT = (230, 81, 40), (47, 111, 237), (226, 160, 20)
 REACH = 25.0
 """Longest arrow that a drag may make, m; beyond it the pointer has left the scene."""
@@ -29,10 +26,10 @@ REACH = 25.0
 class Marks:
     """Owned by the stage; called by the studio's one thread."""
 
-    def __init__(self, server: viser.ViserServer, dragged: Dragged, later: Later) -> None:
+    def __init__(self, server: viser.ViserServer, edited: Edited, later: Later) -> None:
         self._server = server
         self._later = later
-        self._dragged = dragged
+        self._edited = edited
         self._arrows: dict[str, list[viser.SceneNodeHandle]] = {}
         self._grips: dict[str, viser.IcosphereHandle] = {}
         self._held: str | None = None
@@ -119,8 +116,8 @@ class Marks:
         moved = Arrow(one.key, one.foot, vector, one.scale, text, one.kind, one.path)
         self._arrows[one.key] = self._arrow(moved, ACTION, size)
         self._server.flush()
-        if ends:
-            self._dragged(one.path, vector / one.scale)
+        value: list[JsonValue] = [float(f"{part:.4g}") for part in vector / one.scale]
+        self._edited((SetField(path=one.path, value=value),), "arrow dragged", ends)
 
     # --- points ------------------------------------------------------------------------------
 

@@ -17,8 +17,8 @@ from physagent_studio.program import PhysicalProgram, SceneObject
 from physagent_studio.records import Mesh, Rollout, Scene
 from physagent_studio.studio.scene.ghosts import EARLIER, NOW, PREVIEW, TRIED, Ghosts
 from physagent_studio.studio.scene.glb import glb_of
-from physagent_studio.studio.scene.handles import Handles, Placed
-from physagent_studio.studio.scene.marks import Dragged, Later, Marks
+from physagent_studio.studio.scene.handles import Edited, Handles, Held, Later, Wished
+from physagent_studio.studio.scene.marks import Marks
 from physagent_studio.studio.scene.outline import edges_of
 from physagent_studio.studio.scene.primitives import mesh_of_object, mesh_of_support
 from physagent_studio.studio.view import View
@@ -40,8 +40,8 @@ class Hands:
     """
 
     picked: Picked
-    dragged: Dragged
-    placed: Placed
+    edited: Edited
+    wished: Wished
     later: Later
 
 
@@ -57,9 +57,9 @@ class Stage:
     def __init__(self, server: viser.ViserServer, hands: Hands) -> None:
         self._server = server
         self._picked = hands.picked
-        self._marks = Marks(server, hands.dragged, hands.later)
+        self._marks = Marks(server, hands.edited, hands.later)
         self._ghosts = Ghosts(server)
-        self._handles = Handles(server, hands.placed, hands.later)
+        self._handles = Handles(server, hands.edited, hands.wished, hands.later)
         self._made_from: tuple[object, ...] = ()
         self._objects: dict[str, viser.GlbHandle] = {}
         self._labels: dict[str, viser.LabelHandle] = {}
@@ -117,12 +117,17 @@ class Stage:
 
     def _frame(self, snapshot: Snapshot, view: View, poses: Poses) -> None:
         name = view.selection.name if view.selection.kind == "object" else ""
-        # Where a thing is at the start can be changed; later, physics says where it is.
-        may_move = "gizmo" in view.shown and view.step == 0 and not snapshot.read_only
         mesh = self._meshes.get(name) if name in poses else None
-        self._handles.select(name, mesh, gizmo=may_move)
-        if mesh is not None:
-            self._handles.pose(*poses[name])
+        item = snapshot.program.scene.object(name)
+        if mesh is None or item is None:
+            self._handles.select(None)
+            return
+        what = ""
+        if "gizmo" in view.shown and not snapshot.read_only:
+            # Where a thing is at the start can be changed; later, physics says where it is.
+            what = "place" if view.step == 0 or snapshot.rollout is None else "wish"
+        self._handles.select(Held(item, mesh, what))
+        self._handles.pose(*poses[name])
 
     # --- making ----------------------------------------------------------------------------------
 

@@ -65,13 +65,18 @@ class PhysicalProgram(Frozen):
     @property
     def hash(self) -> str:
         """SHA-256 of the canonical JSON form."""
-        data = unsigned_zeros(self.model_dump(mode="json"))
-        text = json.dumps(data, sort_keys=True, separators=(",", ":"))
+        data = self.model_dump(mode="json")
+        text = _canonical(data)
+        if "-0.0" in text:
+            text = _canonical(unsigned_zeros(data))
         return hashlib.sha256(text.encode()).hexdigest()
 
     def action(self, action_id: str) -> Action | None:
         """The action of that id, or None."""
         return next((item for item in self.event.actions if item.id == action_id), None)
+
+
+_canonical = json.JSONEncoder(sort_keys=True, separators=(",", ":")).encode
 
 
 def unsigned_zeros(data: Any) -> Any:

@@ -35,6 +35,21 @@ def matrices_of(quaternions: ArrayLike) -> FloatArray:
     return np.stack([np.stack(row, -1) for row in rows], -2)
 
 
+def rotated(quaternions: ArrayLike, vectors: ArrayLike) -> FloatArray:
+    """Vectors (..., 3) turned by unit quaternions (..., 4) wxyz."""
+    turns, vectors = np.asarray(quaternions, float), np.asarray(vectors, float)
+    axis = turns[..., 1:]
+    twice = 2 * _cross(axis, vectors)
+    return vectors + turns[..., :1] * twice + _cross(axis, twice)
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """`np.cross` without its checks."""
+    x, y, z = a[..., 0], a[..., 1], a[..., 2]
+    u, v, w = b[..., 0], b[..., 1], b[..., 2]
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], -1)
+
+
 def quaternion_of(matrix: ArrayLike) -> Quat:
     """Unit quaternion wxyz, w ≥ 0, of a rotation matrix (3, 3) (Shepperd's method)."""
     m = np.asarray(matrix, float)

@@ -9,7 +9,7 @@ from physagent_studio.program import PhysicalProgram
 from physagent_studio.records import Mesh
 from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.simulator import Simulator
-from physagent_studio.simulation.trace import SNAPSHOT
+from physagent_studio.simulation.trace import EXTRA, SNAPSHOT
 
 
 def bare_seconds(
@@ -23,12 +23,12 @@ def bare_seconds(
     rollout = simulator.simulate(program, meshes)
     assert rollout.snapshots is not None
     compiled, world, trace = simulator.prepared(program, meshes)
-    size = rollout.snapshots.shape[1] - len(trace.grip.close)
+    size = trace.engine_size
     count = trace.substeps * rollout.steps_per_frame
     total = 0.0
     for row in rollout.snapshots[:-1]:
         mj.mj_setState(compiled.model, world.data, row[:size], SNAPSHOT)
-        trace.grip.restore(row[size:])
+        trace.grip.restore(row[size + EXTRA :])
         started = time.process_time()
         mj.mj_step(compiled.model, world.data, nstep=count)
         total += time.process_time() - started

@@ -2,43 +2,26 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from physagent_studio.errors import SimulationError
 from physagent_studio.program import SceneObject, SceneState
 from physagent_studio.program.bodies import Breakable, Granular, Liquid
-from physagent_studio.program.rotations import about_up, multiply
-from physagent_studio.program.scene import Floor, MeshedSupport, Ramp, Slab, Wall
+from physagent_studio.program.scene import MeshedSupport
 from physagent_studio.records import Mesh
 from physagent_studio.simulation.clouds import Cloud
+from physagent_studio.simulation.contact_view import ContactView
 from physagent_studio.simulation.flexes import Flex, cloud_of, flex_of, mjcf
+from physagent_studio.simulation.geoms import add_mesh_support, add_piece, add_support
 from physagent_studio.simulation.grains import Swarm, add_grains, add_pieces, swarm_cloud
-from physagent_studio.simulation.mj import Model, Spec, SpecBody, mj
+from physagent_studio.simulation.mj import Data, Model, Spec, mj
 from physagent_studio.simulation.model import REFERENCE_DENSITY, Compiled, Handle
-from physagent_studio.simulation.solids import Hull, Piece, Solid
-from physagent_studio.simulation.surfaces import FloatArray, hull, prism
-
-GEOM_TYPES = {
-    "sphere": mj.mjtGeom.mjGEOM_SPHERE,
-    "ellipsoid": mj.mjtGeom.mjGEOM_ELLIPSOID,
-    "box": mj.mjtGeom.mjGEOM_BOX,
-    "cylinder": mj.mjtGeom.mjGEOM_CYLINDER,
-    "capsule": mj.mjtGeom.mjGEOM_CAPSULE,
-}
-
-TOUCH: dict[str, Any] = {
-    "contype": 0,
-    "conaffinity": 2,
-    "friction": [0.0, 0.005, 0.0001],
-    "solref": [0.01, 1.0],
-}
-"""Rigid geoms meet one another in explicit pairs only, with our rule. Deformables and grains find
-them by themselves, and bring the friction, since MuJoCo takes the larger one there."""
+from physagent_studio.simulation.reach import Reach, reach_of
+from physagent_studio.simulation.solids import Solid
+from physagent_studio.simulation.surfaces import FloatArray
 
 MANY = 150
 """Nodes and grains from which on the conjugate gradient solver is faster."""
@@ -85,9 +68,9 @@ def compile_model(
         assert support.shape is not None
         shape = support.shape
         if isinstance(shape, MeshedSupport):
-            plan.add(_add_mesh(spec, support.name, shape, support_solids[support.name]))
+            plan.add(add_mesh_support(spec, support.name, shape, support_solids[support.name]))
         else:
-            plan.add(_add_support(spec, support.name, shape))
+            plan.add(add_support(spec, support.name, shape))
     pairs = _add_pairs(spec, plan, len(scene.objects))
     _options(spec, plan)
     try:
@@ -149,7 +132,7 @@ def _add_object(spec: Spec, name: str, solid: Solid, fixed: bool) -> list[str]:
     names = []
     for number, piece in enumerate(solid.pieces):
         names.append(f"object/{name}/{number}")
-        _add_piece(spec, body, names[-1], piece)
+        add_piece(spec, body, names[-1], piece)
     if fixed:
         spec.worldbody.add_body(name=f"anchor/{name}", mocap=True)
         _add_holds(spec, name)
@@ -177,64 +160,6 @@ def _six(inertia: FloatArray) -> list[float]:
     """MuJoCo's order of a symmetric matrix: xx, yy, zz, xy, xz, yz."""
     xx, yy, zz = np.diag(inertia)
     return [xx, yy, zz, inertia[0, 1], inertia[0, 2], inertia[1, 2]]
-
-
-def _add_piece(spec: Spec, body: SpecBody, name: str, piece: Piece) -> None:
-    # No geom collides on its own: every contact comes from an explicit pair with our rule.
-    if isinstance(piece, Hull):
-        spec.add_mesh(name=name, uservert=piece.vertices.ravel(), userface=piece.faces.ravel())
-        body.add_geom(name=name, type=mj.mjtGeom.mjGEOM_MESH, meshname=name, **TOUCH)
-        return
-    body.add_geom(name=name, type=GEOM_TYPES[piece.kind], size=piece.size, **TOUCH)
-
-
-def _add_support(spec: Spec, name: str, shape: Floor | Wall | Slab | Ramp) -> list[str]:
-    label = f"support/{name}"
-    body = spec.worldbody.add_body(name=label)
-    plane = {"type": mj.mjtGeom.mjGEOM_PLANE, "size": [0, 0, 1]}
-    match shape:
-        case Floor(height=height):
-            body.pos = [0, 0, height]
-            body.add_geom(name=label, **TOUCH, **plane)
-        case Wall(point=point, yaw=yaw):
-            body.pos = point
-            # Turns the plane's normal from +z to the horizontal direction `yaw`.
-            half = math.sqrt(0.5)
-            tilt = (half, 0.0, half, 0.0)
-            body.quat = multiply(about_up(yaw), tilt)
-            body.add_geom(name=label, **TOUCH, **plane)
-        case Slab(position=position, size=size, yaw=yaw):
-            body.pos, body.quat = position, about_up(yaw)
-            half_size = [edge / 2 for edge in size]
-            kind = mj.mjtGeom.mjGEOM_BOX
-            body.add_geom(name=label, type=kind, size=half_size, **TOUCH)
-        case Ramp(toe=toe, yaw=yaw):
-            body.pos, body.quat = toe, about_up(yaw)
-            vertices, faces = hull(ramp_corners(shape), name)
-            spec.add_mesh(name=label, uservert=vertices.ravel(), userface=faces.ravel())
-            kind = mj.mjtGeom.mjGEOM_MESH
-            body.add_geom(name=label, type=kind, meshname=label, **TOUCH)
-    return [label]
-
-
-def _add_mesh(spec: Spec, name: str, shape: MeshedSupport, solid: Solid) -> list[str]:
-    body = spec.worldbody.add_body(name=f"support/{name}")
-    body.pos, body.quat = shape.position, shape.rotation
-    names = [f"support/{name}/{number}" for number in range(len(solid.pieces))]
-    for label, piece in zip(names, solid.pieces, strict=True):
-        _add_piece(spec, body, label, piece)
-    return names
-
-
-def ramp_corners(ramp: Ramp) -> FloatArray:
-    """Corners (N, 3) of the solid under a ramp and its plateau, in the frame of its toe.
-
-    It reaches below the toe, so that nothing meets a feather edge from inside.
-    """
-    depth = max(ramp.rise, 0.1)
-    back = ramp.run + ramp.plateau
-    outline = [(0.0, 0.0), (ramp.run, ramp.rise), (back, ramp.rise), (back, -depth), (0.0, -depth)]
-    return prism(np.array(sorted(set(outline), key=outline.index)), ramp.width)
 
 
 def _add_pairs(spec: Spec, plan: _Plan, objects: int) -> list[tuple[int, int, str]]:
@@ -274,10 +199,11 @@ def _compiled(
     for index, item in enumerate(scene.objects):
         if item.name in plan.flexes:
             flex_bodies[_flex_id(model, item.name)] = index
+    data, handles = mj.MjData(model), [_handle(model, item, plan) for item in scene.objects]
     return Compiled(
         model,
-        mj.MjData(model),
-        tuple(_handle(model, item, plan) for item in scene.objects),
+        data,
+        tuple(handles),
         solids,
         geom_bodies,
         flex_bodies,
@@ -285,7 +211,19 @@ def _compiled(
         _pair_table(model),
         model.body_mass.copy(),
         model.body_inertia.copy(),
+        ContactView(data),
+        _reach(model, data, handles, geom_bodies),
     )
+
+
+def _reach(
+    model: Model, data: Data, handles: list[Handle | Cloud], geom_bodies: np.ndarray
+) -> Reach | None:
+    rigid = [handle for handle in handles if isinstance(handle, Handle)]
+    if len(rigid) < len(handles):
+        return None
+    places = [(handle.position, handle.velocity) for handle in rigid]
+    return reach_of(model, data, places, geom_bodies)
 
 
 def _flex_id(model: Model, name: str) -> int:

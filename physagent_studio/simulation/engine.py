@@ -14,7 +14,7 @@ from physagent_studio.records import Alarm
 from physagent_studio.simulation.measure import rollout_of
 from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.schedule import Slot
-from physagent_studio.simulation.trace import SNAPSHOT, Trace
+from physagent_studio.simulation.trace import EXTRA, SNAPSHOT, Trace
 from physagent_studio.simulation.world import World
 
 FASTEST = 5e3
@@ -49,20 +49,19 @@ def run(
 
 
 def _snapshot(world: World, trace: Trace, frame: int) -> None:
-    row, close = trace.snapshots[frame], trace.grip.close
-    size = len(row) - len(close)
-    mj.mj_getState(world.compiled.model, world.data, row[:size], SNAPSHOT)
-    row[size:] = close
+    states, rest = trace.columns
+    mj.mj_getState(world.compiled.model, world.data, states[frame], SNAPSHOT)
+    rest[frame, :EXTRA] = (trace.count, trace.acting, *trace.calm.state)
+    rest[frame, EXTRA:] = trace.grip.state
     trace.memories[frame:] = [_memory(world, trace)]
 
 
 def _memory(world: World, trace: Trace) -> str:
     """What a snapshot needs beyond the engine's state, as JSON."""
-    calm = (trace.count, len(world.kicks), len(trace.came_true), trace.schedule.just_ended)
+    calm = (len(world.kicks), len(trace.came_true), trace.schedule.just_ended)
     if not trace.schedule.active and trace.memory[0] == calm:
         return trace.memory[1]
     memory = {
-        "count": trace.count,
         "kicks": [[step, index, kick.tolist()] for step, index, kick in world.kicks],
         "active": {slot.action.id: slot.effect.memory() for slot in trace.schedule.active},
         "true": trace.came_true,
@@ -102,6 +101,7 @@ def _edges(world: World, trace: Trace, step: int) -> None:
     if not schedule.has_edge(step):
         return
     ending, starting = schedule.turn(step)
+    trace.calm.end(step)
     for slot in ending:
         slot.effect.end(world)
     for slot in starting:
@@ -128,37 +128,73 @@ def _touched(world: World, trace: Trace, a: str, b: str) -> int | None:
 
 
 def _advance(world: World, trace: Trace, step: int) -> None:
-    """One control step. Reads contacts as `touches` describes."""
-    model, data = world.compiled.model, world.compiled.data
-    active = trace.schedule.active
-    fine = [slot for slot in active if slot.effect.each_substep]
-    if active or trace.schedule.just_ended:
+    """One control step: as a whole where nothing of ours can act within it, see `calm`."""
+    schedule, data = trace.schedule, world.compiled.data
+    busy = [slot for slot in schedule.active if slot.effect.acts] if schedule.active else []
+    if busy or schedule.just_ended:
         data.xfrc_applied[:] = 0
-        trace.schedule.just_ended = False
-    seconds = world.program.clip.step_seconds
-    for slot in active:
+        schedule.just_ended = False
+    if busy:
+        _work(world, trace, step, busy)
+        trace.calm.end(step + 1)
+        return
+    first = step * trace.substeps
+    if step and not schedule.has_edge(step):
+        trace.log.undisturbed.append(step)
+    if step < trace.calm.until:
+        mj.mj_step(world.compiled.model, data, trace.substeps)
+        trace.log.read(data, first)
+        trace.count, trace.acting = data.ncon, data.nefc
+        if trace.grip.update(data):
+            trace.calm.end(step + 1)
+        elif step + 1 < trace.calm.until:
+            return
+    else:
+        _step_by_step(world, trace, first)
+    trace.calm.look(step + 1, data, trace.grip, trace.log, first)
+
+
+def _work(world: World, trace: Trace, step: int, busy: list[Slot]) -> None:
+    """One control step on which actions are at work."""
+    data, seconds = world.compiled.data, world.step_seconds
+    for slot in busy:
         if not slot.effect.each_substep:
             slot.effect.act(world, (step - _start(slot)) * seconds)
-    base = data.xfrc_applied.copy() if fine else None
-    first, last = step * trace.substeps, (step + 1) * trace.substeps - 1
-    read, before, fresh = trace.log.read, trace.count, True
-    active = -1
-    for tick in range(first, last + 1):
-        if base is not None:
-            data.xfrc_applied[:] = base
-            for slot in fine:
-                since = (step - _start(slot)) * seconds + (tick - first) * world.dt
-                slot.effect.act(world, since)
-        mj.mj_step(model, data)
-        # Rows tell of contacts that begin to act, the contacts of bodies that come close as well.
+    fine = [slot for slot in busy if slot.effect.each_substep]
+    if not fine:
+        _step_by_step(world, trace, step * trace.substeps)
+        return
+    base = data.xfrc_applied.copy()
+
+    def before(tick: int) -> None:
+        data.xfrc_applied[:] = base
+        for slot in fine:
+            slot.effect.act(world, (step - _start(slot)) * seconds + tick * world.dt)
+
+    _step_by_step(world, trace, step * trace.substeps, before)
+
+
+def _step_by_step(
+    world: World, trace: Trace, first: int, before: Callable[[int], None] | None = None
+) -> None:
+    """The engine steps of one control step; `before` runs before each. Reads as `touches` says."""
+    model, data, grip = world.compiled.model, world.compiled.data, trace.grip
+    step, read = mj.mj_step, trace.log.read
+    close, acting, fresh = trace.count, trace.acting, True
+    for tick in range(trace.substeps):
+        if before is not None:
+            before(tick)
+        step(model, data)
         count, rows = data.ncon, data.nefc
-        if rows > active or fresh:
-            read(data, tick)
-            fresh = rows > active
-        if count != before:
-            trace.grip.update(data)
-        before, active = count, rows
-    trace.count = before
+        if count != close:
+            grip.update(data)
+        # Rows tell of contacts that begin to act, the count of bodies that come close as well.
+        grown = rows > acting and grip.awaits
+        if fresh or grown:
+            read(data, first + tick)
+            fresh = grown
+        close, acting = count, rows
+    trace.count, trace.acting = close, acting
 
 
 def _start(slot: Slot) -> int:
@@ -176,12 +212,15 @@ def _sound(world: World, trace: Trace, step: int) -> bool:
     """False, with an alarm, where the state is no longer physics; cuts the trace before it."""
     since = max(step - world.program.clip.steps_per_frame, 0)
     rates = trace.velocities[since : step + 1]
-    if rates.size == 0 or (rates.min() > -FASTEST and rates.max() < FASTEST):
+    # The sum of squares bounds every rate, and is NaN where one of them is.
+    if np.vdot(rates, rates) < FASTEST**2:
         return True
     speeds = np.abs(rates)
     # NaN compares false, so an unsound row is one that is not provably slow.
     rows = (~(speeds < FASTEST)).any(axis=1)
-    row = since + int(np.argmax(rows)) if rows.any() else step
+    if not rows.any():
+        return True
+    row = since + int(np.argmax(rows))
     column = int(
         np.argmax(~(trace.velocities[row] < FASTEST) | ~(trace.velocities[row] > -FASTEST))
     )

@@ -14,45 +14,69 @@ import numpy as np
 from physagent_studio.simulation.clouds import Cloud
 from physagent_studio.simulation.mj import Data
 from physagent_studio.simulation.model import Compiled
-from physagent_studio.simulation.surfaces import FloatArray
+from physagent_studio.simulation.surfaces import FloatArray, IntArray
+from physagent_studio.simulation.touches import ContactLog
 
 SLIDE = 1 / 120
 """s in which friction would stop the slip of a lasting contact."""
+
+NOTHING: frozenset[int] = frozenset()
 
 
 class Grip:
     """Keeps each pair's `solreffriction`: one value while it is apart, one once it is close.
 
-    close: (npair,) 0 or 1, which pairs touch or are closer than they can come in one engine step
-    without an impact; part of a snapshot.
+    Close are pairs that touch or are closer than they can come in one engine step without an
+    impact; engaged those of them that have touched since they came close. awaits: whether some
+    have not, or may not have where deformables or grains are about. state: (npair,) 0 apart, 1
+    close, 2 engaged; part of a snapshot.
     """
 
     def __init__(self, compiled: Compiled, dt: float) -> None:
         self._damping = compiled.model.pair_solreffriction
         self._table = compiled.pair_table
+        self._view = compiled.contacts
         self._impact = -1.0 / dt
         self._slide = max(-1.0 / SLIDE, 0.5 * self._impact)
-        self.close = np.zeros(len(compiled.pair_bodies))
         self._loose = any(isinstance(handle, Cloud) for handle in compiled.handles)
         self._known: dict[bytes, frozenset[int]] = {}
+        self._sets: dict[frozenset[int], frozenset[int]] = {}
         self._damping[:, 0] = -1.0
-        self._hold(frozenset())
+        self.engaged = NOTHING
+        self.awaits = False
+        self.state = np.zeros(len(compiled.pair_bodies))
+        self._hold(NOTHING)
 
-    def update(self, data: Data) -> None:
-        """Takes over which pairs are close in the engine step just done."""
+    def update(self, data: Data) -> bool:
+        """Takes over which pairs are close in the engine step just done; False if the same."""
+        pairs = self._known.get(self._view.pairs[: data.ncon].tobytes())
+        if pairs is None:
+            pairs = self._close(data)
+        if pairs is self._now or pairs == self._now:
+            return False
+        self._hold(pairs)
+        return True
+
+    def note(self, data: Data, log: ContactLog, since: int) -> bool:
+        """Notes which pairs have touched since an engine step; True if all that are close have."""
+        self.update(data)
+        if self._now and self.awaits:
+            touched = self._pairs(log.active_geoms(since)) & self._now
+            self._engage(touched | self.engaged)
+        return not self.awaits
+
+    def _close(self, data: Data) -> frozenset[int]:
+        if not data.ncon:
+            return NOTHING
+        geoms = self._view.geoms()
+        pairs = self._pairs(geoms)
         if self._loose:
-            pairs = self._pairs(data)
-        else:
-            # A rolling body runs through the same few sets of contacts again and again.
-            key = data.contact.geom.tobytes()
-            pairs = self._known.get(key)
-            if pairs is None:
-                pairs = self._known[key] = self._pairs(data)
-        if pairs != self._now:
-            self._hold(pairs)
+            return pairs
+        # A rolling body runs through the same few sets of contacts again and again.
+        pairs = self._known[geoms.tobytes()] = self._sets.setdefault(pairs, pairs)
+        return pairs
 
-    def _pairs(self, data: Data) -> frozenset[int]:
-        geoms = data.contact.geom
+    def _pairs(self, geoms: IntArray) -> frozenset[int]:
         pairs = self._table[geoms[:, 0], geoms[:, 1]]
         if self._loose:
             # Deformables have no geoms (−1), and grains no pairs.
@@ -60,14 +84,21 @@ class Grip:
         return frozenset(pairs.tolist())
 
     def _hold(self, pairs: frozenset[int]) -> None:
-        rows = sorted(pairs)
         self._now = pairs
-        self.close[:] = 0
         self._damping[:, 1] = self._impact
-        if rows:
-            self.close[rows] = 1
-            self._damping[rows, 1] = self._slide
+        if pairs:
+            self._damping[sorted(pairs), 1] = self._slide
+        self._engage(pairs.intersection(self.engaged))
 
-    def restore(self, close: FloatArray) -> None:
-        """Sets the pairs that are close."""
-        self._hold(frozenset(np.flatnonzero(close).tolist()))
+    def _engage(self, pairs: frozenset[int]) -> None:
+        self.engaged = pairs
+        self.awaits = self._loose or len(pairs) < len(self._now)
+        self.state[:] = 0
+        if self._now:
+            self.state[sorted(self._now)] = 1
+            self.state[sorted(pairs)] = 2
+
+    def restore(self, state: FloatArray) -> None:
+        """Takes up where `state` was."""
+        self.engaged = frozenset(np.flatnonzero(state == 2).tolist())
+        self._hold(frozenset(np.flatnonzero(state).tolist()))

@@ -8,11 +8,12 @@ import numpy as np
 
 from physagent_studio import __version__
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.program.rotations import matrices_of
+from physagent_studio.program.rotations import matrices_of, rotated
 from physagent_studio.records import ActionSpan, Alarm, Rollout
 from physagent_studio.simulation.clouds import quaternions_of
 from physagent_studio.simulation.mj import mj
-from physagent_studio.simulation.parts import CloudPart, Part, RigidPart
+from physagent_studio.simulation.momentum import balanced
+from physagent_studio.simulation.parts import CloudPart, RigidPart
 from physagent_studio.simulation.skin import skinned
 from physagent_studio.simulation.surfaces import FloatArray
 from physagent_studio.simulation.trace import Trace
@@ -34,13 +35,14 @@ def _own(world: World, trace: Trace, setting: str) -> Rollout:
     """The rollout as far as this run has filled it."""
     program = world.program
     scene, rows = program.scene, trace.rows
-    tracks = [_track(part, trace.positions[:rows], trace.velocities[:rows]) for part in world.parts]
-    contacts = trace.log.contacts((rows - 1) * trace.substeps - 1)
-    contacts = contacts[contacts["step"] < max(rows - 1, 0)]
-    velocities = _column(tracks, rows, "velocity") + _held_back(
-        world, _known(trace, contacts), rows
-    )
-    kinetic, potential = _energies(world, tracks, velocities)
+    track = _track(world, trace.positions[:rows], trace.velocities[:rows])
+    centres = track.velocity + np.cross(track.angular, track.offset) if track.lopsided else None
+    engine = track.velocity if centres is None else centres
+    table, acts = trace.log.contacts((rows - 1) * trace.substeps - 1)
+    inside = table["step"] < max(rows - 1, 0)
+    contacts = balanced(world, trace, table[inside], acts[inside], engine)
+    missing = _held_back(world, _known(trace, contacts), rows)
+    kinetic, potential = _energies(world, track, engine + missing)
     penetration = np.zeros(rows)
     np.maximum.at(penetration, contacts["step"] + 1, contacts["depth"])
     return Rollout(
@@ -50,10 +52,10 @@ def _own(world: World, trace: Trace, setting: str) -> Rollout:
         step_seconds=program.clip.step_seconds,
         steps_per_frame=program.clip.steps_per_frame,
         frames=program.clip.frames,
-        positions=_column(tracks, rows, "position"),
-        rotations=_column(tracks, rows, "rotation"),
-        velocities=velocities,
-        angular=_column(tracks, rows, "angular"),
+        positions=track.position,
+        rotations=track.rotation,
+        velocities=track.velocity + missing,
+        angular=track.angular,
         contacts=contacts,
         kinetic=kinetic,
         potential=potential,
@@ -72,9 +74,10 @@ def _own(world: World, trace: Trace, setting: str) -> Rollout:
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
 class _Track:
-    """One object's rows. offset: of the centre of mass from the origin, world, (T, 3).
+    """The rows of N objects. offset: of the centres of mass from the origins, world, (T, N, 3).
 
-    inner: kinetic energy beyond that of the centre, J, (T,). rotation: (T, 4).
+    inner: kinetic energy beyond that of the centre, J, (T, N). rotation: (T, N, 4). lopsided:
+    whether some offset is not zero.
     """
 
     position: FloatArray
@@ -83,12 +86,38 @@ class _Track:
     angular: FloatArray
     offset: FloatArray
     inner: FloatArray
+    lopsided: bool = False
 
 
-def _track(part: Part, qpos: FloatArray, qvel: FloatArray) -> _Track:
-    if isinstance(part, RigidPart):
-        return _rigid_track(part, qpos, qvel)
-    assert isinstance(part, CloudPart)
+def _track(world: World, qpos: FloatArray, qvel: FloatArray) -> _Track:
+    parts, rows = world.parts, len(qpos)
+    rigid = [index for index, part in enumerate(parts) if isinstance(part, RigidPart)]
+    whole = _rigid_tracks([part for part in parts if isinstance(part, RigidPart)], qpos, qvel)
+    if len(rigid) == len(parts):
+        return whole
+    shape = (rows, len(parts))
+    track = _Track(
+        np.empty((*shape, 3)),
+        np.empty((*shape, 4)),
+        np.empty((*shape, 3)),
+        np.empty((*shape, 3)),
+        np.zeros((*shape, 3)),
+        np.empty(shape),
+        whole.lopsided,
+    )
+    clouds = {
+        i: _cloud_track(p, qpos, qvel) for i, p in enumerate(parts) if isinstance(p, CloudPart)
+    }
+    for name in ("position", "rotation", "velocity", "angular", "offset", "inner"):
+        column = getattr(track, name)
+        column[:, rigid] = getattr(whole, name)
+        for index, own in clouds.items():
+            column[:, index] = getattr(own, name)
+    return track
+
+
+def _cloud_track(part: CloudPart, qpos: FloatArray, qvel: FloatArray) -> _Track:
+    """The rows of one object of many nodes, without the axis of objects."""
     cloud = part.cloud
     places, speeds = cloud.places(qpos), cloud.speeds(qvel)
     position, turn = cloud.pose(places)
@@ -99,28 +128,28 @@ def _track(part: Part, qpos: FloatArray, qvel: FloatArray) -> _Track:
     return _Track(position, rotation, velocity, angular, np.zeros_like(position), inner)
 
 
-def _rigid_track(part: RigidPart, qpos: FloatArray, qvel: FloatArray) -> _Track:
-    handle, model = part.handle, part.model
-    at, to = handle.position, handle.velocity
-    rotation = qpos[:, at + 3 : at + 7].copy()
-    matrices = matrices_of(rotation)
-    turning = qvel[:, to + 3 : to + 6]
-    principal = turning @ matrices_of(model.body_iquat[handle.body])
+def _rigid_tracks(parts: list[RigidPart], qpos: FloatArray, qvel: FloatArray) -> _Track:
+    if not parts:
+        empty = np.zeros((len(qpos), 0, 3))
+        return _Track(empty, np.zeros((len(qpos), 0, 4)), empty, empty, empty, empty[..., 0])
+    model = parts[0].model
+    at = np.array([part.handle.position for part in parts])[:, None]
+    to = np.array([part.handle.velocity for part in parts])[:, None]
+    bodies = [part.handle.body for part in parts]
+    rotation = qpos[:, at + np.arange(3, 7)]
+    turning = qvel[:, to + np.arange(3, 6)]
+    principal = np.einsum("tni,nij->tnj", turning, matrices_of(model.body_iquat[bodies]))
+    centres = model.body_ipos[bodies]
+    lopsided = bool(centres.any())
     return _Track(
-        qpos[:, at : at + 3].copy(),
+        qpos[:, at + np.arange(3)],
         rotation,
-        qvel[:, to : to + 3].copy(),
-        np.einsum("tij,tj->ti", matrices, turning),
-        np.einsum("tij,j->ti", matrices, model.body_ipos[handle.body]),
-        0.5 * np.square(principal) @ model.body_inertia[handle.body],
+        qvel[:, to + np.arange(3)],
+        rotated(rotation, turning),
+        rotated(rotation, centres) if lopsided else np.zeros((*rotation.shape[:2], 3)),
+        0.5 * np.einsum("tni,ni->tn", np.square(principal), model.body_inertia[bodies]),
+        lopsided,
     )
-
-
-def _column(tracks: list[_Track], rows: int, name: str) -> FloatArray:
-    """(T, N, 3 or 4): one field of all objects."""
-    if not tracks:
-        return np.zeros((rows, 0, 4 if name == "rotation" else 3))
-    return np.stack([getattr(track, name) for track in tracks], axis=1)
 
 
 def action_keys(program: PhysicalProgram) -> tuple[tuple[str, str], ...]:
@@ -153,16 +182,12 @@ def _held_back(world: World, contacts: np.ndarray, rows: int) -> FloatArray:
     return missing
 
 
-def _energies(
-    world: World, tracks: list[_Track], velocities: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Kinetic and potential energy (T, N), J."""
-    kinetic, potential = np.zeros(velocities.shape[:2]), np.zeros(velocities.shape[:2])
+def _energies(world: World, track: _Track, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Kinetic and potential energy (T, N), J. velocities: of the centres of mass."""
+    masses = np.array([part.mass for part in world.parts])
     gravity = np.array(world.program.scene.gravity)
-    for index, (track, part) in enumerate(zip(tracks, world.parts, strict=True)):
-        moving = velocities[:, index] + np.cross(track.angular, track.offset)
-        kinetic[:, index] = 0.5 * part.mass * np.square(moving).sum(1) + track.inner
-        potential[:, index] = -part.mass * (track.position + track.offset) @ gravity
+    kinetic = 0.5 * masses * np.einsum("tni,tni->tn", velocities, velocities) + track.inner
+    potential = -masses * ((track.position + track.offset) @ gravity)
     return kinetic, potential
 
 
@@ -179,6 +204,8 @@ def _spans(trace: Trace) -> tuple[ActionSpan, ...]:
 
 def with_vertices(world: World, trace: Trace, rollout: Rollout) -> Rollout:
     """Adds the deformed vertices of everything that is not rigid, per frame."""
+    if not any(isinstance(part, CloudPart) for part in world.parts):
+        return rollout
     before = dict(trace.head.vertices) if trace.head is not None else {}
     frames = np.unique(rollout.frame_steps())
     first = trace.first // rollout.steps_per_frame if trace.head is not None else 0
@@ -198,25 +225,26 @@ def with_alarms(world: World, rollout: Rollout) -> Rollout:
     """Adds one alarm per pair whose deepest overlap is a fair share of the smaller body."""
     program, contacts = world.program, rollout.contacts
     things = (*program.scene.objects, *program.scene.supports)
-    solids = world.compiled.solids
+    extents = np.full(len(things), np.inf)
+    for index, (item, solid) in enumerate(
+        zip(program.scene.objects, world.compiled.solids, strict=True)
+    ):
+        extents[index] = solid.extent.min()
+        if item.body.kind not in ("rigid", "breakable"):
+            extents[index] = np.nan
+    limit = DEEP * np.minimum(extents[contacts["a"]], extents[contacts["b"]])
+    deep = contacts[contacts["depth"] > limit]
     alarms: list[Alarm] = []
-    pairs, index = np.unique(contacts[["a", "b"]], return_inverse=True)
-    for number, (a, b) in enumerate(pairs.tolist()):
-        rows = contacts[index == number]
+    for a, b in sorted({(row["a"].item(), row["b"].item()) for row in deep}):
+        rows = deep[(deep["a"] == a) & (deep["b"] == b)]
         deepest = rows[int(np.argmax(rows["depth"]))]
-        smallest = min(float(solids[i].extent.min()) for i in (a, b) if i < len(solids))
-        loose = any(i < len(solids) and not _is_firm(program, i) for i in (a, b))
-        if deepest["depth"] > DEEP * smallest and not loose:
-            text = (
-                f"{things[a].name} sinks {1000 * float(deepest['depth']):.1f} mm "
-                f"into {things[b].name}"
-            )
-            alarms.append(Alarm(int(deepest["step"]), "penetration", text))
+        text = (
+            f"{things[a].name} sinks {1000 * float(deepest['depth']):.1f} mm into {things[b].name}"
+        )
+        alarms.append(Alarm(int(deepest["step"]), "penetration", text))
+    if not alarms:
+        return rollout
     return dataclasses.replace(rollout, warnings=(*rollout.warnings, *alarms))
-
-
-def _is_firm(program: PhysicalProgram, index: int) -> bool:
-    return program.scene.objects[index].body.kind in ("rigid", "breakable")
 
 
 def _join(previous: Rollout, tail: Rollout, contacts: np.ndarray, step: int) -> Rollout:

@@ -20,7 +20,9 @@ from physagent_studio.simulation.contact_law import (
     reference,
     touch_of,
 )
+from physagent_studio.simulation.contact_view import ContactView
 from physagent_studio.simulation.mj import Data, Model, mj
+from physagent_studio.simulation.reach import Reach
 from physagent_studio.simulation.solids import Solid
 from physagent_studio.simulation.surfaces import FloatArray
 
@@ -54,7 +56,8 @@ class Compiled:
 
     handles, solids: per object. geom_bodies: (ngeom,) index among objects-then-supports of
     each geom, flex_bodies: (nflex,) of each flex. pair_bodies: (npair, 2) the same for each
-    explicit contact pair. pair_table: (ngeom, ngeom) pair of two geoms, or −1.
+    explicit contact pair. pair_table: (ngeom, ngeom) pair of two geoms, or −1. contacts: the
+    engine's contact list. reach: bounds of distances, None where not everything is rigid.
     """
 
     model: Model
@@ -67,6 +70,8 @@ class Compiled:
     pair_table: np.ndarray
     base_mass: FloatArray
     base_inertia: FloatArray
+    contacts: ContactView
+    reach: Reach | None
 
 
 def configure(compiled: Compiled, program: PhysicalProgram, dt: float) -> None:

@@ -12,7 +12,7 @@ from physagent_studio.program import Action, After, OnContact, PhysicalProgram
 from physagent_studio.records import Rollout
 from physagent_studio.simulation.measure import action_keys
 from physagent_studio.simulation.mj import mj
-from physagent_studio.simulation.trace import SNAPSHOT, Trace
+from physagent_studio.simulation.trace import EXTRA, SNAPSHOT, Trace
 from physagent_studio.simulation.world import World
 
 
@@ -59,16 +59,17 @@ def restore(world: World, trace: Trace, previous: Rollout, frame: int) -> int:
     """Puts the engine and the schedule where `previous` was at a frame; returns its step."""
     assert previous.snapshots is not None
     step = frame * previous.steps_per_frame
-    size = trace.snapshots.shape[1] - len(trace.grip.close)
+    size = trace.engine_size
     row = previous.snapshots[frame]
     mj.mj_setState(world.compiled.model, world.data, row[:size], SNAPSHOT)
-    trace.grip.restore(row[size:])
+    trace.count, trace.acting = int(row[size]), int(row[size + 1])
+    trace.calm.restore(row[size + 2 : size + EXTRA])
+    trace.grip.restore(row[size + EXTRA :])
     trace.fracture.follow(world.data)
     trace.releases.extend(item for item in previous.releases if item.step < step)
     trace.snapshots[: frame + 1] = previous.snapshots[: frame + 1]
     trace.memories.extend(previous.memories[:frame])
     memory: dict[str, Any] = json.loads(previous.memories[frame])
-    trace.count = memory["count"]
     trace.came_true.update(memory["true"])
     trace.head, trace.first = previous, step
     world.kicks.extend((s, i, np.array(kick)) for s, i, kick in memory["kicks"])

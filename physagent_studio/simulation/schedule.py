@@ -9,7 +9,8 @@ from typing import Any
 from physagent_studio.program import Action, After, OnContact, duration_of
 from physagent_studio.program.actions import When
 from physagent_studio.records import ActionSpan
-from physagent_studio.simulation.effects import Effect, effect_of
+from physagent_studio.simulation.effect import Effect
+from physagent_studio.simulation.effects import effect_of
 
 
 @dataclass(eq=False, slots=True)
@@ -39,6 +40,7 @@ class Schedule:
         self._edges: set[int] = set()
         self.active: list[Slot] = []
         self.just_ended = False
+        self._waiting = {slot.action.id for slot in self.slots if slot.action.when is not None}
         for slot in self.slots:
             if slot.action.when is None:
                 self._open(slot, slot.action.start_step)
@@ -46,7 +48,7 @@ class Schedule:
     @property
     def is_conditional(self) -> bool:
         """Whether some action still waits for its condition."""
-        return any(slot.start is None and not slot.expired for slot in self.slots)
+        return bool(self._waiting)
 
     @property
     def awaits_contact(self) -> bool:
@@ -60,6 +62,7 @@ class Schedule:
         slot.start = start
         slot.end = min(start + duration_of(slot.action), self._steps)
         self._edges |= {slot.start, slot.end}
+        self._waiting.discard(slot.action.id)
 
     @property
     def awaited(self) -> list[tuple[str, When]]:
@@ -92,6 +95,7 @@ class Schedule:
                 start = None if cause is None else cause + when.delay
             if when.timeout is not None and max(start or 0, step) > when.timeout:
                 slot.expired = True
+                self._waiting.discard(slot.action.id)
             elif start is not None:
                 self._open(slot, max(start, step))
 

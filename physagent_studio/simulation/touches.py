@@ -1,15 +1,14 @@
 """Contacts during a run: read from the engine sparingly, aggregated per control step and pair.
 
-The engine's contact list is read at the first engine step of every control step, and in between
-only where contacts have just been added and on the step after. An impact passes within one engine
-step and adds a contact, so none is missed, while what rests costs one reading per control step. A
-reading stands for all engine steps up to the next one, or to the end of its control step.
+The engine's contact list is read once every control step, and in between only where bodies have
+come close that have not touched yet: where a contact begins to act and on the step after. An
+impact passes within one engine step and adds a contact, so none is missed, while what rests,
+slides or rolls costs one reading per control step. A reading stands for all engine steps up to
+the next one, or to the end of its control step. Where an object touches one thing alone and no
+action is at work, the impulse follows from what became of its momentum, see `momentum`.
 """
 
 from __future__ import annotations
-
-from bisect import bisect_left
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +16,8 @@ from numpy.typing import NDArray
 from physagent_studio.records import CONTACT_DTYPE
 from physagent_studio.simulation.mj import Data, mj
 from physagent_studio.simulation.model import Compiled
-from physagent_studio.simulation.surfaces import FloatArray
-
-IntArray = NDArray[np.int64]
+from physagent_studio.simulation.readings import Readings
+from physagent_studio.simulation.surfaces import FloatArray, IntArray
 
 MANY = 100
 """Contacts from which on a reading leaves out those within one object."""
@@ -28,12 +26,13 @@ MANY = 100
 class ContactLog:
     """Collects readings; `contacts()` turns them into the rollout's table.
 
-    substeps: engine steps per control step. dt: engine step, s.
+    substeps: engine steps per control step. dt: engine step, s. undisturbed: control steps on
+    which no action was at work, began or ended.
     """
 
     def __init__(self, compiled: Compiled, substeps: int, dt: float) -> None:
         model = compiled.model
-        self._geom_bodies = compiled.geom_bodies
+        self._geom_bodies = compiled.geom_bodies.astype(np.int64)
         self._flex_bodies = compiled.flex_bodies
         self._geom_owner = model.geom_bodyid
         self._count = model.nbody
@@ -41,181 +40,135 @@ class ContactLog:
         self._dt = dt
         self._pyramid = model.opt.cone == mj.mjtCone.mjCONE_PYRAMIDAL
         self._flexible = len(compiled.flex_bodies) > 0
-        self._ticks: list[int] = []
-        self._counts: list[int] = []
-        self._parts: list[tuple[Any, ...]] = []
-        self._rows: list[FloatArray] = []
+        self._view = compiled.contacts
+        self._readings = Readings(compiled.contacts)
+        self.undisturbed: list[int] = []
 
     def read(self, data: Data, tick: int) -> None:
-        """Keeps the contacts of engine step `tick`; the arrays are views, hence the copies."""
-        self._ticks.append(tick)
-        count = data.ncon
-        if count > MANY:
-            count = self._read_many(data)
-        elif count:
-            contact = data.contact
-            self._parts.append(
-                (
-                    contact.geom.copy(),
-                    # Beyond the overlap that the pair started with, see `settle`.
-                    contact.dist - contact.includemargin,
-                    contact.pos.copy(),
-                    contact.frame.copy(),
-                    contact.efc_address.copy(),
-                    contact.dim.copy() if self._pyramid else None,
-                    contact.flex.copy() if self._flexible else None,
-                )
-            )
-            self._rows.append(data.efc_force.copy())
-        self._counts.append(count)
+        """Keeps the contacts of the engine step just done, as those of engine step `tick`."""
+        if data.ncon > MANY:
+            # A heap touches itself thousands of times: only what it does to others is kept.
+            flex = np.asarray(data.contact.flex) if self._flexible else None
+            bodies = self._bodies(self._view.geoms(), flex)
+            self._readings.add_some(data, tick, bodies[:, 0] != bodies[:, 1])
+        else:
+            self._readings.add(data, tick)
 
-    def _read_many(self, data: Data) -> int:
-        """A heap touches itself thousands of times: only what it does to others is kept."""
-        contact = data.contact
-        bodies = self._bodies(contact.geom, contact.flex)
-        keep = bodies[:, 0] != bodies[:, 1]
-        if keep.any():
-            self._parts.append(
-                (
-                    contact.geom[keep],
-                    (contact.dist - contact.includemargin)[keep],
-                    contact.pos[keep],
-                    contact.frame[keep],
-                    contact.efc_address[keep],
-                    contact.dim[keep] if self._pyramid else None,
-                    contact.flex[keep] if self._flexible else None,
-                )
-            )
-            self._rows.append(data.efc_force.copy())
-        return int(keep.sum())
-
-    def _bodies(self, geom: IntArray, flex: IntArray | None) -> IntArray:
+    def _bodies(self, geom: IntArray, flex: IntArray | None) -> NDArray[np.int64]:
         """(n, 2) index among objects-then-supports. flex: (n, 2) where there are any flexes."""
-        bodies = self._geom_bodies[geom].astype(np.int64)
+        bodies = self._geom_bodies[geom]
         if self._flexible and flex is not None:
             bodies = np.where(geom >= 0, bodies, self._flex_bodies[flex])
         return bodies
 
+    def _bodies_from(self, row: int) -> NDArray[np.int64]:
+        """The bodies of all contacts from a row on."""
+        flex = self._readings.integers("flex", row, 2) if self._flexible else None
+        return self._bodies(self._readings.integers("geom", row, 2), flex)
+
+    def active_geoms(self, since: int) -> IntArray:
+        """(n, 2) geoms of the contacts that act in the readings from engine step `since` on."""
+        row = self._readings.since(since)[1]
+        geoms = self._readings.integers("geom", row, 2)
+        return geoms[self._readings.integers("efc_address", row) >= 0]
+
     def touching(self, since: int) -> set[tuple[int, int]]:
         """Pairs (a < b) that touch in the readings from engine step `since` on."""
-        found: set[tuple[int, int]] = set()
-        for part in self._recent(since):
-            geom, address = part[0], part[4]
-            bodies = np.sort(self._bodies(geom, part[-1])[address >= 0], axis=1)
-            found.update((int(a), int(b)) for a, b in bodies if a != b)
-        return found
-
-    def _recent(self, since: int) -> list[tuple[Any, ...]]:
-        """The readings with contacts from engine step `since` on."""
-        first = bisect_left(self._ticks, since)
-        count = sum(1 for n in self._counts[first:] if n)
-        return self._parts[len(self._parts) - count :]
+        row = self._readings.since(since)[1]
+        bodies = np.sort(self._bodies_from(row), axis=1)
+        active = self._readings.integers("efc_address", row) >= 0
+        return {(a, b) for a, b in bodies[active].tolist() if a != b}
 
     def blows(self, since: int) -> FloatArray:
-        """(nbody,) N·s of normal impulse on MuJoCo's bodies since engine step `since`.
+        """(nbody,) N·s of normal impulse on MuJoCo's bodies in the control step of `since`.
 
         From other objects alone: what the parts of one object do to each other is left out.
         """
-        parts = self._recent(since)
+        first, row = self._readings.since(since)
         total = np.zeros(self._count)
-        if not parts:
+        bodies, geom = self._bodies_from(row), self._readings.integers("geom", row, 2)
+        active = self._readings.integers("efc_address", row) >= 0
+        active &= bodies[:, 0] != bodies[:, 1]
+        if not active.any():
             return total
-        first = bisect_left(self._ticks, since)
-        ticks = self._ticks[first:]
-        ends = [*ticks[1:], ticks[0] // self._substeps * self._substeps + self._substeps]
-        lasting = [
-            (end - tick) * self._dt
-            for tick, end, count in zip(ticks, ends, self._counts[first:], strict=True)
-            if count
-        ]
-        rows = self._rows[len(self._rows) - len(parts) :]
-        for part, forces, seconds in zip(parts, rows, lasting, strict=True):
-            geom, address = part[0], part[4]
-            bodies = self._bodies(geom, part[-1])
-            active = (address >= 0) & (bodies[:, 0] != bodies[:, 1])
-            impulse = forces[address[active]] * seconds
-            for side in (0, 1):
-                solid = geom[active, side] >= 0
-                owner = self._geom_owner[geom[active, side][solid]]
-                np.add.at(total, owner, impulse[solid])
+        last = (since // self._substeps + 1) * self._substeps - 1
+        impulse = self._normal_forces(first, row) * self._seconds(first, last)
+        for side in (0, 1):
+            solid = active & (geom[:, side] >= 0)
+            np.add.at(total, self._geom_owner[geom[solid, side]], impulse[solid])
         return total
 
-    def contacts(self, last_tick: int) -> NDArray[np.void]:
-        """`CONTACT_DTYPE` rows, sorted by step, then a, then b."""
-        if not self._parts:
-            return np.zeros(0, CONTACT_DTYPE)
-        columns = zip(*self._parts, strict=True)
-        geom, distance, point, frame, address, dims, flex = (
-            None if column[0] is None else np.concatenate(column) for column in columns
-        )
-        assert geom is not None
-        assert distance is not None
-        assert point is not None
-        assert frame is not None
-        assert address is not None
-        normal = frame[:, :3]
-        force = self._normal_forces(address, dims)
-        reading = np.repeat(np.arange(len(self._ticks)), self._counts)
-        bodies = self._bodies(geom, flex)
-        active = (address >= 0) & (bodies[:, 0] != bodies[:, 1])
-        swap = bodies[:, 0] > bodies[:, 1]
-        normal = np.where(swap[:, None], -normal, normal)
-        bodies.sort(axis=1)
-        weight = self._weights(last_tick)[reading] * self._dt
-        ticks = np.array(self._ticks, np.int64)[reading]
+    def contacts(self, last_tick: int) -> tuple[NDArray[np.void], NDArray[np.bool_]]:
+        """`CONTACT_DTYPE` rows of what is close, by step, a and b; and which of them act."""
+        if self._readings.empty:
+            return np.zeros(0, CONTACT_DTYPE), np.zeros(0, bool)
+        numbers = self._readings.numbers
+        ticks = np.repeat(np.array(self._readings.ticks, np.int64), self._readings.counts)
+        impulse = self._normal_forces(0, 0) * self._seconds(0, last_tick)
+        # Beyond the overlap that the pair started with, see `settle`.
+        depth = numbers("includemargin") - numbers("dist")
         return _aggregate(
-            (ticks // self._substeps)[active],
-            bodies[active],
-            point[active],
-            normal[active],
-            (force * weight)[active],
-            np.maximum(-distance, 0)[active],
+            ticks // self._substeps,
+            self._bodies_from(0),
+            numbers("pos", 0, 3),
+            numbers("frame", 0, 3),
+            impulse,
+            depth,
+            self._readings.integers("efc_address") >= 0,
         )
 
-    def _normal_forces(self, address: IntArray, dims: IntArray | None) -> FloatArray:
-        """Normal force of each contact, N, 0 where it is not active."""
+    def _normal_forces(self, first: int, row: int) -> FloatArray:
+        """Normal force of each contact from a reading and its row on, N, 0 if not active."""
+        address = self._readings.integers("efc_address", row).astype(np.int64)
+        counts = np.array(self._readings.counts[first:], np.int64)
+        counts = counts[counts > 0]
+        starts = self._readings.starts[len(self._readings.starts) - len(counts) :]
+        at, active = address + np.repeat(np.array(starts, np.int64), counts), address >= 0
+        rows = self._readings.forces
         force = np.zeros(len(address))
-        starts = np.concatenate([[0], np.cumsum([len(rows) for rows in self._rows])[:-1]])
-        counts = [count for count in self._counts if count]
-        rows = np.concatenate(self._rows)
-        active = address >= 0
-        at = address + np.repeat(starts, counts)
         force[active] = rows[at[active]]
-        if dims is not None:
+        if self._pyramid:
             # A pyramid's edges share the normal: their sum is the normal force.
-            for edge in range(1, 2 * (int(dims.max()) - 1)):
+            dims = self._readings.integers("dim", row)
+            for edge in range(1, 2 * (int(dims.max(initial=1)) - 1)):
                 more = active & (edge < 2 * (dims - 1))
                 force[more] += rows[at[more] + edge]
         return force
 
-    def _weights(self, last_tick: int) -> IntArray:
-        """For how many engine steps each reading stands."""
-        ticks = np.array([*self._ticks, last_tick + 1], np.int64)
+    def _seconds(self, first: int, last_tick: int) -> FloatArray:
+        """For how long each contact from a reading on stands, s."""
+        ticks = np.array([*self._readings.ticks[first:], last_tick + 1], np.int64)
         ends = (ticks[:-1] // self._substeps + 1) * self._substeps
-        return np.minimum(ticks[1:], ends) - ticks[:-1]
+        lasting = (np.minimum(ticks[1:], ends) - ticks[:-1]).astype(np.float64)
+        return np.repeat(lasting, self._readings.counts[first:]) * self._dt
 
 
 def _aggregate(
-    step: IntArray,
-    bodies: IntArray,
+    step: NDArray[np.int64],
+    bodies: NDArray[np.int64],
     point: FloatArray,
     normal: FloatArray,
     impulse: FloatArray,
     depth: FloatArray,
-) -> NDArray[np.void]:
+    acts: NDArray[np.bool_],
+) -> tuple[NDArray[np.void], NDArray[np.bool_]]:
     """One row per control step and pair: impulses added, the deepest point kept."""
-    # The deepest contact comes first within its group.
-    order = np.lexsort((-depth, bodies[:, 1], bodies[:, 0], step))
-    step, bodies, impulse = step[order], bodies[order], impulse[order]
-    key = np.column_stack([step, bodies])
-    first = np.ones(len(key), bool)
-    first[1:] = (key[1:] != key[:-1]).any(axis=1)
-    starts = np.flatnonzero(first)
+    low, high = bodies.min(axis=1), bodies.max(axis=1)
+    key = (step << 32) | (low << 16) | high
+    # Readings come in the order of time, so that little is left to sort.
+    order = np.argsort(key, kind="stable")
+    order = order[(low != high)[order]]
+    starts = np.flatnonzero(np.diff(key[order], prepend=-1))
     table = np.zeros(len(starts), CONTACT_DTYPE)
-    table["step"] = step[starts]
-    table["a"], table["b"] = bodies[starts].T
-    table["point"] = point[order][starts]
-    table["normal"] = normal[order][starts]
-    table["impulse"] = np.add.reduceat(impulse, starts)
-    table["depth"] = depth[order][starts]
-    return table
+    if not len(starts):
+        return table, np.zeros(0, bool)
+    deepest = np.maximum.reduceat(depth[order], starts)
+    sizes = np.diff(starts, append=len(order))
+    hits = np.flatnonzero(depth[order] == np.repeat(deepest, sizes))
+    first = order[hits[np.searchsorted(hits, starts)]]
+    table["step"], table["a"], table["b"] = step[first], low[first], high[first]
+    turned = np.where(bodies[first, 0] > bodies[first, 1], -1.0, 1.0)
+    table["point"], table["normal"] = point[first], normal[first] * turned[:, None]
+    table["depth"] = np.maximum(deepest, 0)
+    table["impulse"] = np.add.reduceat(impulse[order], starts)
+    return table, np.logical_or.reduceat(acts[order], starts)

@@ -9,6 +9,7 @@ import numpy as np
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.records import Alarm, Rollout
 from physagent_studio.records.rollout import Release
+from physagent_studio.simulation.calm import Calm
 from physagent_studio.simulation.fracture import Fracture
 from physagent_studio.simulation.grip import Grip
 from physagent_studio.simulation.mj import mj
@@ -19,16 +20,20 @@ from physagent_studio.simulation.touches import ContactLog
 
 SNAPSHOT = mj.mjtState.mjSTATE_INTEGRATION.value
 
+EXTRA = 5
+"""Numbers in a snapshot between the engine's state and the grip: count, acting, state of calm."""
+
 
 @dataclass(eq=False, slots=True)
 class Trace:
     """What the loop writes: raw states per control step and snapshots per frame.
 
-    positions: (S+1, nq). velocities: (S+1, nv). snapshots: (frames, engine state and grip).
-    memories: per frame; memory: the last one and what it depended on. rows: how many rows are
-    valid. count: contacts of the last engine step. first_touch: control step by pair. came_true:
-    control step by id of the waiting action. releases: joints that let go. head: the earlier run
-    that stands for the rows up to `first`, which are not filled here.
+    positions: (S+1, nq). velocities: (S+1, nv). snapshots: (frames, engine state, extra, grip).
+    engine_size: numbers in the engine's state; columns: the snapshots cut there. memories: per
+    frame; memory: the last one and what it depended on. rows: how many rows are valid. count,
+    acting: contacts and constraint rows of the last engine step. first_touch: control step by
+    pair. came_true: control step by id of the waiting action. releases: joints that let go. head:
+    the earlier run that stands for the rows up to `first`, which are not filled here.
     """
 
     positions: FloatArray
@@ -37,31 +42,42 @@ class Trace:
     log: ContactLog
     schedule: Schedule
     grip: Grip
+    calm: Calm
     fracture: Fracture
     substeps: int
+    engine_size: int
     rows: int = 0
     count: int = 0
+    acting: int = 0
     memories: list[str] = field(default_factory=list)
-    memory: tuple[tuple[int, int, int, bool] | None, str] = (None, "")
+    memory: tuple[tuple[int, int, bool] | None, str] = (None, "")
     alarms: list[Alarm] = field(default_factory=list)
     releases: list[Release] = field(default_factory=list)
     first_touch: dict[tuple[int, int], int] = field(default_factory=dict)
     came_true: dict[str, int] = field(default_factory=dict)
     head: Rollout | None = None
     first: int = 0
+    columns: tuple[FloatArray, FloatArray] = field(init=False)
+
+    def __post_init__(self) -> None:
+        size = self.engine_size
+        self.columns = self.snapshots[:, :size], self.snapshots[:, size:]
 
 
 def new_trace(program: PhysicalProgram, compiled: Compiled, substeps: int) -> Trace:
     """An empty trace of a whole clip."""
     model, clip = compiled.model, program.clip
     dt = clip.step_seconds / substeps
+    size = mj.mj_stateSize(model, SNAPSHOT)
     return Trace(
         np.zeros((clip.steps + 1, model.nq)),
         np.zeros((clip.steps + 1, model.nv)),
-        np.empty((clip.frames, mj.mj_stateSize(model, SNAPSHOT) + model.npair)),
+        np.empty((clip.frames, size + EXTRA + model.npair)),
         ContactLog(compiled, substeps, dt),
         Schedule(program.event.actions, clip.steps),
         Grip(compiled, dt),
+        Calm(compiled, np.array(program.scene.gravity), clip.step_seconds),
         Fracture(program, compiled),
         substeps,
+        size,
     )

@@ -1,0 +1,92 @@
+"""Geoms of a spec: the convex pieces of objects and supports, and what supports are made of."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from physagent_studio.program.rotations import about_up, multiply
+from physagent_studio.program.scene import Floor, MeshedSupport, Ramp, Slab, Wall
+from physagent_studio.simulation.mj import Spec, SpecBody, mj
+from physagent_studio.simulation.solids import Hull, Piece, Solid
+from physagent_studio.simulation.surfaces import FloatArray, hull, prism
+
+GEOM_TYPES = {
+    "sphere": mj.mjtGeom.mjGEOM_SPHERE,
+    "ellipsoid": mj.mjtGeom.mjGEOM_ELLIPSOID,
+    "box": mj.mjtGeom.mjGEOM_BOX,
+    "cylinder": mj.mjtGeom.mjGEOM_CYLINDER,
+    "capsule": mj.mjtGeom.mjGEOM_CAPSULE,
+}
+
+TOUCH: dict[str, Any] = {
+    "contype": 0,
+    "conaffinity": 2,
+    "friction": [0.0, 0.005, 0.0001],
+    "solref": [0.01, 1.0],
+}
+"""Rigid geoms meet one another in explicit pairs only, with our rule. Deformables and grains find
+them by themselves, and bring the friction, since MuJoCo takes the larger one there."""
+
+
+def add_piece(spec: Spec, body: SpecBody, name: str, piece: Piece) -> None:
+    """One convex piece of a body."""
+    # No geom collides on its own: every contact comes from an explicit pair with our rule.
+    if isinstance(piece, Hull):
+        spec.add_mesh(name=name, uservert=piece.vertices.ravel(), userface=piece.faces.ravel())
+        body.add_geom(name=name, type=mj.mjtGeom.mjGEOM_MESH, meshname=name, **TOUCH)
+        return
+    body.add_geom(name=name, type=GEOM_TYPES[piece.kind], size=piece.size, **TOUCH)
+
+
+def add_support(spec: Spec, name: str, shape: Floor | Wall | Slab | Ramp) -> list[str]:
+    """A support that does not move; returns the names of its geoms."""
+    label = f"support/{name}"
+    body = spec.worldbody.add_body(name=label)
+    plane = {"type": mj.mjtGeom.mjGEOM_PLANE, "size": [0, 0, 1]}
+    match shape:
+        case Floor(height=height):
+            body.pos = [0, 0, height]
+            body.add_geom(name=label, **TOUCH, **plane)
+        case Wall(point=point, yaw=yaw):
+            body.pos = point
+            # Turns the plane's normal from +z to the horizontal direction `yaw`.
+            half = math.sqrt(0.5)
+            tilt = (half, 0.0, half, 0.0)
+            body.quat = multiply(about_up(yaw), tilt)
+            body.add_geom(name=label, **TOUCH, **plane)
+        case Slab(position=position, size=size, yaw=yaw):
+            body.pos, body.quat = position, about_up(yaw)
+            half_size = [edge / 2 for edge in size]
+            kind = mj.mjtGeom.mjGEOM_BOX
+            body.add_geom(name=label, type=kind, size=half_size, **TOUCH)
+        case Ramp(toe=toe, yaw=yaw):
+            body.pos, body.quat = toe, about_up(yaw)
+            vertices, faces = hull(ramp_corners(shape), name)
+            spec.add_mesh(name=label, uservert=vertices.ravel(), userface=faces.ravel())
+            kind = mj.mjtGeom.mjGEOM_MESH
+            body.add_geom(name=label, type=kind, meshname=label, **TOUCH)
+    return [label]
+
+
+def add_mesh_support(spec: Spec, name: str, shape: MeshedSupport, solid: Solid) -> list[str]:
+    """A support whose shape is a mesh; returns the names of its geoms."""
+    body = spec.worldbody.add_body(name=f"support/{name}")
+    body.pos, body.quat = shape.position, shape.rotation
+    names = [f"support/{name}/{number}" for number in range(len(solid.pieces))]
+    for label, piece in zip(names, solid.pieces, strict=True):
+        add_piece(spec, body, label, piece)
+    return names
+
+
+def ramp_corners(ramp: Ramp) -> FloatArray:
+    """Corners (N, 3) of the solid under a ramp and its plateau, in the frame of its toe.
+
+    It reaches below the toe, so that nothing meets a feather edge from inside.
+    """
+    depth = max(ramp.rise, 0.1)
+    back = ramp.run + ramp.plateau
+    outline = [(0.0, 0.0), (ramp.run, ramp.rise), (back, ramp.rise), (back, -depth), (0.0, -depth)]
+    return prism(np.array(sorted(set(outline), key=outline.index)), ramp.width)

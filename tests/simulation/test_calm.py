@@ -1,0 +1,96 @@
+"""Control steps run at a stretch, and the view of the engine's contacts that they rest on."""
+
+import math
+
+import numpy as np
+import pytest
+
+from physagent_studio.benchmark.physics_scenes import ground, program, thing
+from physagent_studio.benchmark.physics_speed import stones
+from physagent_studio.program.actions import SetVelocity
+from physagent_studio.program.scene import Box, Floor, Ramp, Slab, Sphere, Wall
+from physagent_studio.simulation import Simulator
+from physagent_studio.simulation.calm import Calm
+from physagent_studio.simulation.engine import run
+from physagent_studio.simulation.mj import mj
+
+
+def in_detail(clip, meshes, monkeypatch):
+    """The same run with every engine step taken one by one."""
+    with monkeypatch.context() as patch:
+        patch.setattr(Calm, "_steps", lambda *_: 0)
+        return Simulator().simulate(clip, meshes)
+
+
+def rolling_about():
+    """Balls that roll towards a wall, one another and down a ramp, and boxes at rest."""
+    return program(
+        [
+            thing("ball", Sphere(radius=0.1), (-0.6, 0, 0.1), restitution=0.6),
+            thing("other", Sphere(radius=0.08), (0.4, 0.02, 0.08), restitution=0.6),
+            thing("box", Box(size=(0.2, 0.2, 0.2)), (0.1, 0.8, 0.1)),
+            thing("lid", Box(size=(0.2, 0.2, 0.05)), (0.1, 0.8, 0.225)),
+            thing("runner", Sphere(radius=0.05), (2.4, -1, 0.42)),
+        ],
+        [
+            ground("floor", Floor(), restitution=0.5),
+            ground("wall", Wall(point=(1.2, 0, 0), yaw=math.pi), restitution=0.5),
+            ground("shelf", Slab(position=(0, 2, 0.5), size=(1, 1, 0.05))),
+            ground("ramp", Ramp(toe=(1.5, -1, 0), yaw=0, run=1, rise=0.4, width=0.6)),
+        ],
+        [SetVelocity(id="roll", name="ball", velocity=(1.2, 0, 0), start_step=30)],
+    )
+
+
+@pytest.mark.parametrize("scene", [(rolling_about(), {}), stones(3)], ids=["rolling", "stones"])
+def test_a_run_at_a_stretch_has_the_bits_of_one_step_by_step(scene, monkeypatch):
+    clip, meshes = scene
+    quick, slow = Simulator().simulate(clip, meshes), in_detail(clip, meshes, monkeypatch)
+    assert np.array_equal(quick.positions, slow.positions)
+    assert np.array_equal(quick.velocities, slow.velocities)
+    # What touches when is the same, too, but for bodies that hop within a hair of each other.
+    pairs = [{tuple(row) for row in r.contacts[["a", "b"]].tolist()} for r in (quick, slow)]
+    assert pairs[0] == pairs[1]
+    for a, b in pairs[0]:
+        first = [
+            r.contacts["step"][(r.contacts["a"] == a) & (r.contacts["b"] == b)].min()
+            for r in (quick, slow)
+        ]
+        assert first[0] == first[1]
+
+
+def test_what_rests_and_flies_is_run_at_a_stretch(monkeypatch):
+    calls = []
+    real = mj.mj_step
+    monkeypatch.setattr(mj, "mj_step", lambda *args: calls.append(args) or real(*args))
+    ball = thing("ball", Sphere(radius=0.1), (0, 0, 3), restitution=0.5)
+    box = thing("box", Box(size=(0.2, 0.2, 0.2)), (1, 0, 0.1))
+    Simulator().simulate(program([ball, box], [ground(restitution=0.5)], seconds=3.2))
+    # 320 control steps of 10 engine steps each.
+    assert len(calls) < 1200
+
+
+def test_the_view_of_contacts_is_that_of_the_bindings():
+    clip, meshes = stones(3)
+    compiled, world, trace = Simulator().prepared(clip, meshes)
+    run(world, trace, 0, None, None)
+    data, view = compiled.data, compiled.contacts
+    for _ in range(50):
+        mj.mj_step(compiled.model, data, 20)
+        count, contact = data.ncon, data.contact
+        assert count > 0
+        assert np.array_equal(view.geoms(), contact.geom)
+        for name, width in (("dist", 1), ("pos", 3), ("frame", 9), ("includemargin", 1)):
+            at = view.at[name]
+            seen = view.numbers[:count, at : at + width].reshape(np.shape(getattr(contact, name)))
+            assert np.array_equal(seen, getattr(contact, name)), name
+        assert np.array_equal(view.integers[:count, view.at["efc_address"]], contact.efc_address)
+        assert np.array_equal(view.integers[:count, view.at["dim"]], contact.dim)
+
+
+def test_an_object_that_rolls_is_told_the_impulse_of_its_weight():
+    ball = thing("ball", Sphere(radius=0.1), (0, 0, 0.1))
+    go = SetVelocity(id="go", name="ball", velocity=(1, 0, 0))
+    rollout = Simulator().simulate(program([ball], [ground()], [go], seconds=1.0))
+    weight = rollout.masses[0] * 9.81 * 0.01
+    assert rollout.contacts["impulse"][20:] == pytest.approx(weight, rel=1e-3)

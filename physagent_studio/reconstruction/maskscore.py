@@ -78,7 +78,7 @@ class Scorer:
         family = np.array([draft.family for draft in drafts])
         out = np.zeros(len(drafts))
         for k, draft in enumerate(drafts):
-            own = self._alone(draft)
+            own = self.alone(draft)
             agreement = float(likeness[k][family != family[k]].max(initial=0.0))
             within = shared[k] / np.maximum(area, 1)
             around = shared[k] / max(area[k], 1)
@@ -93,7 +93,7 @@ class Scorer:
             out[k] = sum(weight * values[name] for name, weight in WEIGHTS.items())
         return np.clip(out, 0.0, 1.0)
 
-    def _alone(self, draft: Draft) -> dict[str, float]:
+    def alone(self, draft: Draft) -> dict[str, float]:
         """Features that do not depend on the other drafts."""
         if id(draft) not in self.known:
             local = _local(self.lab, self.palette, draft.mask)

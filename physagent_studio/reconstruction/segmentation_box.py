@@ -13,7 +13,11 @@ from physagent_studio.reconstruction.masks import BoolArray, grow, without_pinho
 from physagent_studio.reconstruction.maskscore import Draft, Scorer
 from physagent_studio.reconstruction.segmentation_clicks import clean
 from physagent_studio.reconstruction.segmentation_ranking import distinct, ranked
+from physagent_studio.reconstruction.segmentation_reach import reaching
 from physagent_studio.reconstruction.segmentation_task import Task, snapped
+
+LED = 4
+"""How many of the best drafts are led to the sides of the box that they miss."""
 
 
 def box_drafts(
@@ -54,6 +58,10 @@ def box_drafts(
         band = max(2, round(0.06 * float(np.sqrt(np.count_nonzero(draft.mask)))))
         mask = _tidy(snapped(small, draft.mask, band, 0.6)) & within
         drafts.append(Draft(mask, f"{draft.method}-settled", draft.family))
+    for draft in [d for d, _ in distinct(ranked(scorer, _solid(drafts), task), LED, 0.8)]:
+        led = reaching(small, lab, draft.mask, box, task)
+        if led is not None:
+            drafts.append(Draft(_tidy(led) & within, f"{draft.method}-led", draft.family))
     return _solid(drafts)
 
 

@@ -12,17 +12,50 @@ from physagent_studio.reconstruction.maskscore import Draft, Scorer
 from physagent_studio.reconstruction.segmentation_task import Task
 
 CANDIDATES = 4
+DENIED = 0.5
+"""What a draft loses that covers all clicks outside."""
+ALMOST = 0.95
+"""IoU from which two masks need not both be offered."""
 
 
 def ranked(scorer: Scorer, drafts: Sequence[Draft], task: Task) -> list[tuple[Draft, float]]:
     """Drafts with their scores, best first."""
-    graded = scorer.scores(drafts)
-    if task.aspect is not None:
-        graded = graded - _odd_proportions(drafts, task.aspect)
     if task.box is not None:
-        graded = 0.5 * graded + 0.5 * np.array([fills(draft.mask, task.box) for draft in drafts])
+        graded = _in_box(scorer, drafts, task, task.box)
+    else:
+        graded = scorer.scores(drafts)
+        if task.aspect is not None:
+            graded = graded - _odd_proportions(drafts, task.aspect)
     order = np.argsort(-graded, kind="stable")
     return [(drafts[int(k)], float(graded[k])) for k in order]
+
+
+def _in_box(
+    scorer: Scorer,
+    drafts: Sequence[Draft],
+    task: Task,
+    box: tuple[float, float, float, float],
+) -> NDArray[np.float64]:
+    """Estimated IoU of drafts in a box, from what each shows by itself.
+
+    Four weights, regressed on the reference outlines of 14 photographs and rounded; with each
+    photograph left out in turn, drafts of .85 in the mean and .935 in the median are chosen.
+    """
+    out = np.zeros(len(drafts))
+    area = max((box[2] - box[0]) * (box[3] - box[1]), 1.0)
+    for k, draft in enumerate(drafts):
+        own = scorer.alone(draft)
+        value = 0.2 + 0.2 * fills(draft.mask, box) + 0.3 * own["weakest"]
+        value += 0.5 * min(np.count_nonzero(draft.mask) / area, 1.0) - 0.35 * own["colour overlap"]
+        out[k] = value * own["covered"] - DENIED * _denied(draft.mask, task)
+    return np.clip(out, 0.0, 1.0)
+
+
+def _denied(mask: BoolArray, task: Task) -> float:
+    """Share of a person's clicks outside that a mask covers all the same."""
+    if not task.outside:
+        return 0.0
+    return float(np.mean([mask[int(y), int(x)] for x, y in task.outside]))
 
 
 def _odd_proportions(drafts: Sequence[Draft], aspect: tuple[float, float]) -> NDArray[np.float64]:
@@ -48,7 +81,19 @@ def agreed(ranked: Sequence[tuple[Draft, float]]) -> list[tuple[Draft, float]]:
             continue
         share = sum(v * d.mask.astype(np.float32) for d, v in like) / weight
         out.append((Draft(np.asarray(share > 0.5), leader.method, leader.family), value))
-    return out
+    return _filled_up(out, ranked)
+
+
+def _filled_up(
+    chosen: list[tuple[Draft, float]], ranked: Sequence[tuple[Draft, float]]
+) -> list[tuple[Draft, float]]:
+    """Where few drafts differ much, those that differ a little, so that there is a choice."""
+    for draft, value in ranked:
+        if len(chosen) == CANDIDATES:
+            break
+        if all(iou(draft.mask, other.mask) < ALMOST for other, _ in chosen):
+            chosen.append((draft, min(value, chosen[-1][1])))
+    return chosen
 
 
 def distinct(

@@ -104,3 +104,37 @@ def test_a_settled_mask_does_not_hear_of_later_clicks():
     assert dict(apart(later))["a"] == said
     open_still = [before[0], later[1]]
     assert dict(apart(open_still))["a"] != said
+
+
+def test_a_mask_is_led_to_all_sides_of_its_box():
+    """A pole in another colour than the body that it stands on, as a scooter or a stool has."""
+    rng = np.random.default_rng(2)
+    image = rng.normal(150, 5, (*SHAPE, 3))
+    truth = square(60, 140, 100, 140)
+    truth[30:100, 98:104] = True
+    image[truth] = (60, 70, 80)
+    image[60:66, 98:104] = (200, 60, 60)
+    image = np.clip(cv2.GaussianBlur(image, (0, 0), 0.7), 0, 255).astype(np.uint8)
+    grounding = Grounding(points=(Click(x=100, y=120),), box=(57, 27, 143, 143))
+    offers = EmbeddedSegmenter().segment(image, [("thing", grounding)])
+    mask = choose(offers, [("thing", grounding)], SHAPE)["thing"]
+    assert mask[36:96, 101].mean() > 0.9
+    assert (mask & truth).sum() / (mask | truth).sum() > 0.85
+
+
+def test_a_click_outside_counts_in_a_box(picture):
+    """Two squares in one box; the click outside says which one is not meant."""
+    points = (Click(x=60, y=80), Click(x=140, y=80, label=0))
+    grounding = Grounding(points=points, box=(24, 44, 176, 116))
+    offers = EmbeddedSegmenter().segment(picture, [("red", grounding)])
+    mask = choose(offers, [("red", grounding)], SHAPE)["red"]
+    assert mask[60:100, 40:80].mean() > 0.9
+    assert mask[78:83, 138:143].mean() == 0
+
+
+def test_there_is_a_choice_of_masks(picture):
+    grounding = Grounding(points=(Click(x=60, y=80),))
+    offers = EmbeddedSegmenter().segment(picture, [("red", grounding)])["red"]
+    assert 2 <= len(offers) <= 4
+    scores = [offer.score for offer in offers]
+    assert scores == sorted(scores, reverse=True)

@@ -1,4 +1,4 @@
-"""Corrections in the photo: one group of edits each, the scene follows, one undo brings all back."""
+"""Corrections in the photo: one group of edits each, the scene follows, undo brings all back."""
 
 from __future__ import annotations
 

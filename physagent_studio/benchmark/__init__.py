@@ -28,11 +28,13 @@ def run_bench(
     annotations: Path | None = None,
     references: Path | None = None,
     only: Sequence[str] = (),
+    full: bool = False,
 ) -> list[Row]:
     """Runs a bench by name.
 
     cases: folder of case folders. out: a Markdown file to write. annotations, references:
-    folders of clicks and of contracts per case. only: `case` or `case/event`.
+    folders of clicks and of contracts per case. only: `case` or `case/event`. full: every
+    sample of the bench of physics, not a dose.
     """
     if name not in BENCHES:
         raise InputError(f"there is no bench '{name}'; benches: {', '.join(BENCHES)}")
@@ -42,5 +44,9 @@ def run_bench(
     elif annotations or references or only:
         listed = " and ".join(_ON_EVENTS)
         raise InputError(f"--annotations, --references and --only are for the benches {listed}")
+    if full and name != "physics":
+        raise InputError("--full is for the bench physics")
+    if full:
+        options["full"] = True
     module = importlib.import_module(BENCHES[name])
     return module.bench(cases=cases, out=out, **options)

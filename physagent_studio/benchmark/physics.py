@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from physagent_studio.benchmark import physics_bodies, physics_speed
+from physagent_studio.benchmark import physics_bodies, physics_programs, physics_speed
 from physagent_studio.benchmark.physics_scenes import EARTH, STILL, ground, program, thing
 from physagent_studio.benchmark.rows import Row, at_most
 from physagent_studio.program.actions import ApplyAngledForce, FixObject, SetVelocity
@@ -224,6 +224,29 @@ FIGURES: dict[str, Callable[[], list[Row]]] = {
 """Every figure by name; each function measures it afresh."""
 
 
-def bench(*, cases: Path | None = None, out: Path | None = None) -> list[Row]:
-    """Runs all figures."""
-    return [row for figure in FIGURES.values() for row in figure()]
+def bench(*, cases: Path | None = None, out: Path | None = None, full: bool = False) -> list[Row]:
+    """Runs all figures. out: a Markdown file for them. full: all malformed programs."""
+    rows = [row for figure in FIGURES.values() for row in figure()]
+    rows += physics_programs.malformed(physics_programs.COUNT if full else physics_programs.DOSE)
+    if out is not None:
+        out.write_text(_page(rows))
+    return rows
+
+
+def _page(rows: list[Row]) -> str:
+    lines = [
+        "# Physics in figures",
+        "",
+        "Made by `physagent bench physics --full --out docs/physics.md`: the engine against closed",
+        "forms, the bounds it is held to, and what it costs. Ratios of time are of CPU time,",
+        "interleaved; on a machine that is busy with other work they come out higher.",
+        "",
+        "| | figure | measured | bound |",
+        "|---|---|---|---|",
+    ]
+    for row in rows:
+        value = f"{row.value:.3g}" if isinstance(row.value, float) else str(row.value)
+        unit = f" {row.unit}" if row.unit else ""
+        limit = f"{row.bound}{unit}" if row.bound else "–"
+        lines.append(f"| {'✓' if row.ok else '✗'} | {row.name} | {value}{unit} | {limit} |")
+    return "\n".join(lines) + "\n"

@@ -6,10 +6,11 @@ from physagent_studio.benchmark.rows import Row, at_least, at_most
 from physagent_studio.program.fuzz import fuzz_programs
 
 COUNT = 100_000
+DOSE = 3_000
 SEED = 1
 
 
-def malformed(count: int = COUNT) -> list[Row]:
+def malformed(count: int = DOSE) -> list[Row]:
     """Mutated programs: each is read or refused with path and line, none slowly."""
     report = fuzz_programs(count, SEED)
     return [

@@ -223,6 +223,9 @@ def bench(
     only: Annotated[
         list[str] | None, typer.Option(help="A case or case/event; again for more.")
     ] = None,
+    full: Annotated[
+        bool, typer.Option("--full", help="physics: all 100,000 malformed programs, not a dose.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Measure: prints a table, exits 0 only when every bound holds."""
@@ -235,6 +238,7 @@ def bench(
         annotations=annotations,
         references=references,
         only=tuple(only or ()),
+        full=full,
     )
     output.print_rows(name, rows, as_json)
     if not all(row.ok for row in rows):

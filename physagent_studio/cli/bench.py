@@ -16,6 +16,7 @@ def measured(
     annotations: Path | None,
     references: Path | None,
     only: tuple[str, ...],
+    full: bool = False,
 ) -> list[Row]:
     """The rows of the bench of that name."""
     if name == "list":
@@ -23,7 +24,13 @@ def measured(
     if name == "studio":
         return _studio()
     return run_bench(
-        name, cases=cases, out=out, annotations=annotations, references=references, only=only
+        name,
+        cases=cases,
+        out=out,
+        annotations=annotations,
+        references=references,
+        only=only,
+        full=full,
     )
 
 

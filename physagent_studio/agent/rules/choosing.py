@@ -51,6 +51,9 @@ def raised_places(reading: Reading, layout: Layout) -> dict[str, FloatArray]:
 def tasks_of(reading: Reading, layout: Layout, clip: Clip) -> list[Task]:
     """One task per object that has to be set going, rows of like ones with their ranks."""
     intents = intents_of(reading)
+    for frame in (f for f in reading.frames if f.sense == "withdrawn"):
+        for intent in (i for i in intents.values() if i.has("lose_support", "fall")):
+            intent.frames.insert(0, frame)
     wind = [f for f in reading.frames if f.sense == "wind" and not f.patient]
     if wind:
         for item in layout.state.objects:
@@ -75,8 +78,17 @@ def _script_for(task: Task) -> Script:
     intent, layout = task.intent, task.layout
     if intent.has("wind"):
         return scripts.in_wind
+    if intent.has("withdrawn"):
+        return scripts.let_go
     if intent.has("float"):
         return scripts.float_down
+    if task.ramp_ahead() is not None:
+        return scripts.up_ramp
+    if layout.carrier(task.name) is None:
+        if intent.has("miss"):
+            return scripts.past_what_is_below
+        if scripts.landed_on(task) is not None:
+            return scripts.off_what_it_fell_on
     flying = intent.has("kick", "throw", "fly") and not intent.has("roll", "slide")
     inside = task.target()
     if flying or (inside is not None and _is_opening(inside.name, layout) and intent.has("land")):
@@ -132,13 +144,16 @@ def _leaves_support(task: Task) -> bool:
 def _by_sense(task: Task) -> Script:
     intent = task.intent
     table: tuple[tuple[tuple[str, ...], Script], ...] = (
-        (("jump", "bounce"), scripts.leap),
+        (("jump",), scripts.leap),
+        (("bounce",), scripts.along_ground if intent.hits else scripts.leap),
         (_GROUND, scripts.along_ground),
         (("flip",), scripts.tip),
         (("knock_over", "tip_over", "topple", "lose_balance"), scripts.tip),
         (("spin",), scripts.spin_about),
         (("turn_around", "reverse"), scripts.turn_back),
         (("turn",), scripts.spin_about),
+        (("sway",), scripts.rock if _is_stiff(task) else _nothing),
+        (("stop", "settle"), scripts.along_ground if _on_level(task) else _nothing),
         (("crush", "collapse", "break", "spread", "sway", "bend", "deform"), _nothing),
         (("fall", "land", "descend", "lose_support", "settle", "stop"), _nothing),
     )
@@ -167,6 +182,18 @@ def _unless_toppling(task: Task, senses: tuple[str, ...], script: Script) -> Scr
     own = task.intent.has("topple", "knock_over", "tip_over") and not task.intent.hits
     plain = not task.intent.has("roll", "slide", "move", "curve", "cross", "reach", "drift")
     return scripts.tip if senses is _GROUND and own and plain else script
+
+
+def _is_stiff(task: Task) -> bool:
+    item = task.layout.state.object(task.name)
+    return item is not None and item.body.kind == "rigid" and not task.layout.is_ball(task.name)
+
+
+def _on_level(task: Task) -> bool:
+    """Whether it stands on something level and is not said to fall."""
+    layout = task.layout
+    stands = layout.carrier(task.name) is not None and layout.downhill(task.name) is None
+    return stands and not task.intent.has("fall", "land", "descend", "lose_support")
 
 
 def _nothing(task: Task) -> list[Action]:

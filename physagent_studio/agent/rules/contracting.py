@@ -85,7 +85,12 @@ class _Draft:
             self._state(Spec("before", {}, pair), frame.clause)
 
     def _everyone(self, frame: EventFrame) -> tuple[str, ...]:
-        """A wind that names nobody blows on whatever the prompt speaks of."""
+        """A wind that names nobody blows on whatever the prompt speaks of; what loses its
+        support is what is said to fall."""
+        if frame.sense == "withdrawn":
+            told = ("lose_support", "fall", "land", "topple")
+            falling = [f for f in self.reading.frames if f.sense in told]
+            return tuple(dict.fromkeys(n for f in falling for n in f.patient))
         if frame.sense != "wind":
             return ()
         named = {n: None for f in self.reading.frames for n in f.patient}

@@ -34,7 +34,7 @@ ORDER: dict[str, tuple[str, ...]] = {
     "wrong_speed": ("magnitude", "duration", "friction"),
     "path_too_straight": ("magnitude", "duration", "direction"),
     "path_too_bent": ("magnitude", "direction"),
-    "not_reversed": ("magnitude", "direction", "duration"),
+    "not_reversed": ("magnitude", "direction", "restitution", "density", "duration"),
     "too_fast": ("magnitude", "friction", "duration"),
     "not_deformed": ("material", "density", "magnitude"),
     "not_broken": ("material", "density", "magnitude"),

@@ -8,7 +8,15 @@ import numpy as np
 
 from physagent_studio.agent.rules.layout import Layout
 from physagent_studio.agent.rules.look import is_sheet
-from physagent_studio.program.scene import Inflated, Ramp, SceneObject, SceneState, Support
+from physagent_studio.program.scene import (
+    Inflated,
+    Landmark,
+    Ramp,
+    SceneObject,
+    SceneState,
+    Slab,
+    Support,
+)
 
 
 def with_room(state: SceneState) -> SceneState:
@@ -48,13 +56,70 @@ def _wide_enough(support: Support, layout: Layout) -> Support:
     across = np.array([-math.sin(shape.yaw), math.cos(shape.yaw), 0.0])
     carried = [o.name for o in layout.state.objects if layout.carrier(o.name) == support.name]
     reach = [_reach(layout, name, across, np.array(shape.toe)) for name in carried]
-    width = max([shape.width, *(2.2 * one for one in reach)])
+    width = max([shape.width, *reach])
     if width <= shape.width * 1.001:
         return support
     return support.model_copy(update={"shape": shape.model_copy(update={"width": width})})
 
 
 def _reach(layout: Layout, name: str, across: np.ndarray, toe: np.ndarray) -> float:
-    """How far an object reaches to the side from the middle line of the ramp, m."""
+    """Width of a ramp on which an object has half of its own size to spare on either side, m.
+
+    What runs down a slope turns a little on its way; without that room it falls off the side.
+    """
     offset = abs(float((layout.position(name) - toe) @ across))
-    return offset + max(layout.extent(name, across), layout.extent(name, -across))
+    aside = offset + max(layout.extent(name, across), layout.extent(name, -across))
+    return 2 * aside + layout.size(name)
+
+
+def with_hold(state: SceneState) -> SceneState:
+    """The state with what rests near an edge standing on its support by a little.
+
+    Reconstruction is uncertain by some centimetres, and an object whose middle comes out beyond
+    the edge would fall by itself. It is moved inwards, level, by what is missing.
+    """
+    layout = Layout(state)
+    objects = tuple(_held_in(item, layout) for item in state.objects)
+    return state.model_copy(update={"objects": objects}) if objects != state.objects else state
+
+
+INSIDE = 0.05
+"""How far inside the edge the middle of a thing is at least, as a part of its size."""
+
+
+def _held_in(item: SceneObject, layout: Layout) -> SceneObject:
+    if item.source in ("given", "person") or item.position is None or item.shape is None:
+        return item
+    carrier = layout.carrier(item.name)
+    shape = getattr(layout.state.support(carrier or ""), "shape", None)
+    if not isinstance(shape, Slab):
+        return item
+    spot = np.array(item.position, float)
+    for _ in range(2):
+        for out, middle in _edges(shape, layout.state.landmark(f"{carrier}_edge")):
+            beyond = float((spot - middle) @ out) + INSIDE * layout.size(item.name)
+            if 0 < beyond < layout.size(item.name):
+                spot = spot - out * beyond
+    if np.allclose(spot, item.position, atol=1e-6):
+        return item
+    x, y, z = (round(float(part), 6) for part in spot)
+    return item.model_copy(update={"position": (x, y, z)})
+
+
+def _edges(slab: Slab, mark: Landmark | None) -> list[tuple[np.ndarray, np.ndarray]]:
+    """(outward unit vector, a point) of each edge of a slab, and of the edge that was marked."""
+    ahead = np.array([math.cos(slab.yaw), math.sin(slab.yaw), 0.0])
+    aside = np.array([-ahead[1], ahead[0], 0.0])
+    centre = np.array(slab.position, float)
+    found = [
+        (out, centre + out * half)
+        for axis, half in ((ahead, slab.size[0] / 2), (aside, slab.size[1] / 2))
+        for out in (axis, -axis)
+    ]
+    if mark is not None and mark.points is not None and len(mark.points) > 1:
+        start, end = (np.array(point, float) for point in (mark.points[0], mark.points[-1]))
+        along = end - start
+        out = np.array([along[1], -along[0], 0.0]) / max(float(np.hypot(along[0], along[1])), 1e-9)
+        out = out if float(out @ (start - centre)) > 0 else -out
+        found.append((out, start))
+    return found

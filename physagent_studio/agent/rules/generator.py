@@ -7,13 +7,14 @@ from collections.abc import Callable
 from physagent_studio.agent.rules.bodies import bodies_for
 from physagent_studio.agent.rules.choosing import schedule, tasks_of
 from physagent_studio.agent.rules.contracting import contract_of, landmarks_needed
-from physagent_studio.agent.rules.footing import with_depth, with_room
+from physagent_studio.agent.rules.footing import with_depth, with_hold, with_room
 from physagent_studio.agent.rules.landmarks import assume_open, derived_landmarks
 from physagent_studio.agent.rules.layout import Layout
 from physagent_studio.agent.rules.look import density_of, material_of
 from physagent_studio.agent.rules.ramps import friction_for
 from physagent_studio.agent.rules.reading import Inventory, Reading, inventory, read
 from physagent_studio.agent.rules.reading.vocabulary import GROUND_WORDS
+from physagent_studio.agent.rules.withdrawing import without_withdrawn
 from physagent_studio.program.contract import Contract
 from physagent_studio.program.program import Clip, EventProgram, PhysicalProgram
 from physagent_studio.program.scene import Landmark, SceneObject, SceneState, Support
@@ -31,8 +32,8 @@ class RuleGenerator:
 
     def program(self, case: Case, reading: Reading, state: SceneState) -> PhysicalProgram:
         """The program over a completed scene state."""
-        state = with_room(with_depth(state))
-        state = _with_landmarks(state, reading)
+        state = with_room(with_depth(without_withdrawn(state, reading)))
+        state = with_hold(_with_landmarks(state, reading))
         clip = Clip()
         state = _with_materials(state, reading, clip)
         layout = Layout(state)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from physagent_studio.agent.roles import Situation
+from physagent_studio.agent.rules.costs import cost_of
 from physagent_studio.agent.rules.factors import Bias, bias_of, may_change, relevant_knobs
 from physagent_studio.agent.rules.knobs import Knob
 from physagent_studio.agent.rules.overruled import as_the_person_says
@@ -26,19 +27,24 @@ BETTER = 0.02
 """Least improvement of the margins, relative, that is worth a proposal."""
 
 
+FEWEST = 6
+"""Runs that a search may always make, however dear they are."""
+DEAR = 5.0
+"""Units from which on a run is dear."""
+
+
 class RulePlanner:
     """Searches by simulation; deterministic: the same situation gives the same proposal."""
 
-    def __init__(self, limit: int = 80) -> None:
+    def __init__(self, limit: int = 60) -> None:
+        """limit: most runs of one proposal, where a run costs one unit (`costs`)."""
         self.limit = min(limit, 200)
 
     def propose(self, situation: Situation) -> Proposal:
         """Edits of just the failed factor; without hunks and with a question where it is stuck."""
         if situation.assessment.stage == "reconstruction":
             return repair_scene(situation)
-        # What the first proposals did not find is rarely worth as long a search again.
-        spent = 10 * len(situation.memory.entries)
-        search = Search(situation, max(self.limit - spent, min(self.limit, 25)))
+        search = self._search(situation)
         if situation.assessment.passed:
             return as_the_person_says(situation, search)
         best = self._searched(situation, search)
@@ -46,6 +52,13 @@ class RulePlanner:
         if best is None or not _worth(best.score, start.score):
             return _stuck(situation, search)
         return _proposal(situation, start, best, search)
+
+    def _search(self, situation: Situation) -> Search:
+        """A budget of units: what the first proposals did not find is worth less and less."""
+        cost = cost_of(situation.program)
+        units = self.limit / (1 + 0.5 * len(situation.memory.entries))
+        least = min(self.limit, FEWEST)
+        return Search(situation, max(int(units / cost), least), dear=cost > DEAR)
 
     def _searched(self, situation: Situation, search: Search) -> Candidate | None:
         """Factor after factor, then several together, then other actions, verified facts last."""

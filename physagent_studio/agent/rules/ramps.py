@@ -57,16 +57,26 @@ STOP_AT = 0.7
 
 def _stopping_friction(task: Task) -> float:
     """Friction that uses up the start and the height on the way: ½v² + g h = μ g (d + s cos)."""
-    flat, slope = ways_ahead(task)
-    angle, way = slope_of(task), STOP_AT * slope
-    energy = starting_speed(task) ** 2 / 2 + mech.G * math.sin(angle) * way
-    return energy / (mech.G * (flat + math.cos(angle) * way))
+    return _stopping(task)[1]
 
 
 def starting_speed(task: Task) -> float:
     """Speed with which a thing that shall stop sets out: it is there in half of the clip."""
+    return _stopping(task)[0]
+
+
+def _stopping(task: Task) -> tuple[float, float]:
+    """(speed, friction) of a slide that ends on the slope; the height before the top edge is
+    not there yet to get it over the flat part, so the speed has to."""
     flat, slope = ways_ahead(task)
-    return float(np.clip(2 * (flat + STOP_AT * slope) / task.seconds(0.5), 0.1, 1.5))
+    angle, way = slope_of(task), STOP_AT * slope
+    speed = least = float(np.clip(2 * (flat + way) / task.seconds(0.5), 0.1, 1.5))
+    friction = 0.0
+    for _ in range(8):
+        energy = speed**2 / 2 + mech.G * math.sin(angle) * way
+        friction = energy / (mech.G * (flat + math.cos(angle) * way))
+        speed = min(max(least, 1.2 * mech.speed_to_stop(flat, friction)), 2.0)
+    return speed, friction
 
 
 def down_ramp(task: Task) -> list[Action]:

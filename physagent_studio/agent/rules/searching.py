@@ -21,6 +21,10 @@ from physagent_studio.records import Check
 
 LIMIT = 200
 """Most candidate runs of one proposal."""
+STURDY = 0.05
+"""Margin, in the statement's own measure, from which on a little noise no longer matters."""
+SETTLE_RUNS = 3
+"""Runs that a search spends on making sturdy, or smaller, what already holds."""
 
 
 @dataclass(frozen=True, order=True)
@@ -37,6 +41,16 @@ class Score:
 
 
 WORST = Score(10_000, 1e9)
+
+
+def weakness_of(checks: Iterable[Check]) -> float:
+    """How much what holds falls short of sturdy margins; 0 where all of it is sturdy.
+
+    A margin of exactly nothing is that of a count, or of what is not judged: no search moves it.
+    """
+    held = [c.margin for c in checks if c.demanded and c.ok and not c.always_on]
+    short = (STURDY - margin for margin in held if 0 < margin < STURDY)
+    return round(sum(short) / STURDY, 4)
 
 
 def score_of(checks: Iterable[Check]) -> Score:
@@ -56,6 +70,11 @@ class Candidate:
     turned: tuple[tuple[Knob, float], ...] = ()
 
     @property
+    def weakness(self) -> float:
+        """How far its margins are from sturdy ones; 0 where all are."""
+        return weakness_of(self.checks)
+
+    @property
     def change(self) -> float:
         """Size of the change, in strides."""
         return float(sum(knob.distance(value) for knob, value in self.turned)) + 3.0 * (
@@ -65,11 +84,15 @@ class Candidate:
 
 @dataclass
 class Search:
-    """Runs candidates of one proposal and remembers them; at most `limit` runs."""
+    """Runs candidates of one proposal and remembers them; at most `limit` runs.
+
+    dear: a run costs so much that none is spent on niceties.
+    """
 
     situation: Situation
     limit: int = LIMIT
     runs: int = 0
+    dear: bool = False
     best: Candidate | None = None
     _known: dict[str, Candidate | None] = field(default_factory=dict)
     _rejected: frozenset[str] | None = None
@@ -149,7 +172,7 @@ def all_checks(program: PhysicalProgram, trial: Trial) -> tuple[Check, ...]:
 
 def _better(one: Candidate, other: Candidate) -> bool:
     if one.score.holds and other.score.holds:
-        return one.change < other.change
+        return (one.weakness, one.change) < (other.weakness, other.change)
     return one.score < other.score
 
 
@@ -164,17 +187,20 @@ def along_one(
     signs: directions that may be tried (+1, −1). Returns the best candidate, or None.
     """
     line = _Line(search, knob, first, search.runs + runs)
-    for reach in (1.0, 3.0):
-        for sign in signs:
-            line.try_at(sign * reach)
+    for sign in signs:
+        line.try_at(sign)
+        if line.holds:
+            return line.settled()
+    if not line.improves:
+        # Farther out, on the side that is less bad; on both where nothing tells them apart.
+        for sign in line.likelier(signs):
+            line.try_at(3.0 * sign)
             if line.holds:
-                return line.smallest()
-        if line.improves:
-            break
+                return line.settled()
     if not line.improves:
         return line.best
     line.follow()
-    return line.smallest() if line.holds else line.best
+    return line.settled() if line.holds else line.best
 
 
 @dataclass
@@ -187,6 +213,7 @@ class _Line:
     until: int
     best: Candidate | None = None
     at: float = 0.0
+    seen: dict[float, Candidate] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.base = self.search.start().score
@@ -209,9 +236,18 @@ class _Line:
         if self.spent:
             return None
         found = self.search.turn(((self.knob, self.knob.shifted(steps)),), self.first)
-        if found is not None and (self.best is None or found.score < self.best.score):
+        if found is not None:
+            self.seen[steps] = found
+        if found is not None and (self.best is None or _better(found, self.best)):
             self.best, self.at = found, steps
         return found
+
+    def likelier(self, signs: Sequence[float]) -> Sequence[float]:
+        """The signs on which the first try did least harm."""
+        tried = {sign: self.seen[sign].score for sign in signs if sign in self.seen}
+        if len(tried) < 2 or len(set(tried.values())) < 2:
+            return signs
+        return (min(tried, key=lambda sign: tried[sign]),)
 
     def follow(self) -> None:
         """Outwards while it gets better, then halving around the best."""
@@ -234,21 +270,43 @@ class _Line:
             if self.at == here:
                 width /= 2
 
-    def smallest(self) -> Candidate:
-        """The change that still suffices, by bisection."""
-        assert self.best is not None
-        best, low, high = self.best, 0.0, self.at
-        for _ in range(3):
-            middle = (low + high) / 2
-            if self.search.exhausted:
+    def settled(self) -> Candidate:
+        """What holds, made sturdy, or smaller where it is sturdy already, in a few more runs."""
+        self.until = self.search.runs + (1 if self.search.dear else SETTLE_RUNS)
+        while not self.spent:
+            target = self._sturdier() if self._weak else self._smaller()
+            if target is None or target in self.seen:
                 break
-            found = self.search.turn(((self.knob, self.knob.shifted(middle)),), self.first)
-            if found is not None and found.score.holds:
-                best, high = found, middle
-            else:
-                low = middle
-        # A little inside, so that what holds does not hold by a hair.
-        return best
+            if self.try_at(target) is None:
+                break
+        assert self.best is not None
+        return self.best
+
+    @property
+    def _weak(self) -> bool:
+        return self.best is not None and self.best.weakness > 0
+
+    def _smaller(self) -> float | None:
+        """Half way back to where it does not hold; None where the change is small."""
+        if abs(self.at) <= 1.0:
+            return None
+        failing = [s for s in self._beside(inner=True) if not self.seen[s].score.holds]
+        edge = max(failing, key=abs, default=0.0)
+        return (edge + self.at) / 2 if abs(self.at - edge) > 0.5 else None
+
+    def _sturdier(self) -> float:
+        """The middle of where it holds; farther out where no end of that is known."""
+        inner = [s for s in self._beside(inner=True) if not self.seen[s].score.holds]
+        outer = [s for s in self._beside(inner=False) if not self.seen[s].score.holds]
+        low = max(inner, key=abs, default=0.0)
+        if outer:
+            return (low + min(outer, key=abs)) / 2
+        return self.at + max(0.6 * abs(self.at - low), 0.3) * (1.0 if self.at > 0 else -1.0)
+
+    def _beside(self, *, inner: bool) -> list[float]:
+        """Places on the same side of the line, nearer to the start or farther away."""
+        same = [s for s in self.seen if s * self.at > 0]
+        return [s for s in same if (abs(s) < abs(self.at)) == inner and s != self.at]
 
 
 def _secant(x0: float, y0: float, x1: float, y1: float) -> float:

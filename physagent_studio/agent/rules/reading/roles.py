@@ -10,6 +10,7 @@ from physagent_studio.agent.rules.reading.frames import EventFrame
 from physagent_studio.agent.rules.reading.modifiers import Details
 from physagent_studio.agent.rules.reading.names import Resolved, resolve_objects
 from physagent_studio.agent.rules.reading.phrases import Chunk, NounPhrase
+from physagent_studio.agent.rules.reading.places import resolve_place
 from physagent_studio.agent.rules.reading.subjects import Subjects
 
 
@@ -33,6 +34,8 @@ class Roles(Subjects):
             return self._received(frame, clause, subject, direct)
         if frame.cause == "wind" and kind == "move" and verb.passive:
             frame = replace(frame, sense="wind")
+        if (gone := self._withdrawn(frame, clause, subject, objects)) is not None:
+            return gone
         if kind == "act":
             return self._acted(frame, verb, subject, direct, details, objects)
         if kind == "move" and direct is not None and not verb.passive:
@@ -43,6 +46,33 @@ class Roles(Subjects):
             place = details.object_places(objects, self.stock, self.talk)
             frame = replace(frame, places=(*place, *frame.places))
         return self._done_by(frame, subject)
+
+    def _withdrawn(
+        self,
+        frame: EventFrame,
+        clause: RawClause,
+        subject: Resolved | None,
+        objects: tuple[NounPhrase, ...],
+    ) -> EventFrame | None:
+        """ "The table is pulled away": a support that is taken from under the things on it.
+
+        "The support plate beneath the ramp" is not in the picture; then what it carries goes.
+        """
+        assert clause.verb is not None
+        if subject is not None or clause.verb.verb not in v.WITHDRAWING or frame.negated:
+            return None
+        about = clause.subjects if clause.verb.passive else objects
+        for phrase in about:
+            if phrase.head in v.PROPS:
+                below = [np for prep, np in (*clause.lead, *clause.places) if prep in v.UNDER]
+                about = (*below, *((phrase.of,) if phrase.of is not None else ()), phrase)
+        for phrase in about:
+            place = resolve_place(phrase, self.stock, self.talk)
+            if place is not None and place.kind == "support":
+                for word in (n for p in clause.subjects if p.head in v.PROPS for n in p.nouns):
+                    self.unknown.pop(word, None)
+                return replace(frame, sense="withdrawn", places=(("object", place),))
+        return None
 
     def _direct(self, objects: tuple[NounPhrase, ...], subject: Resolved | None) -> Resolved | None:
         names: dict[str, None] = {}

@@ -186,6 +186,12 @@ MASS_HEADS = words_of(
 )
 """Heads that stand for what follows their "of"."""
 
+WITHDRAWING = words_of("pull remove take withdraw yank drag tug kick knock push slide drop vanish")
+"""Verbs after which a support is no longer where it was."""
+PROPS = words_of("support plate prop base stand holder board block pillar post leg bracket")
+"""What may carry a thing that the case does name."""
+UNDER = words_of("beneath under underneath below")
+
 IGNORED_NOUNS = words_of(
     "position place motion way air mass direction distance path force time speed balance "
     "support frame stop rest center centre end case fashion manner movement scene image "

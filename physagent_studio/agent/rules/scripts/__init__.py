@@ -8,6 +8,14 @@ to the rounds that follow.
 from physagent_studio.agent.rules.scripts.edges import off_edge
 from physagent_studio.agent.rules.scripts.flight import float_down, in_wind, leap, through_air
 from physagent_studio.agent.rules.scripts.ground import along_ground
+from physagent_studio.agent.rules.scripts.landing import (
+    landed_on,
+    let_go,
+    off_what_it_fell_on,
+    past_what_is_below,
+    rock,
+    up_ramp,
+)
 from physagent_studio.agent.rules.scripts.task import Task
 from physagent_studio.agent.rules.scripts.turns import spin_about, tip, turn_back
 
@@ -16,10 +24,16 @@ __all__ = [
     "along_ground",
     "float_down",
     "in_wind",
+    "landed_on",
     "leap",
+    "let_go",
     "off_edge",
+    "off_what_it_fell_on",
+    "past_what_is_below",
+    "rock",
     "spin_about",
     "through_air",
     "tip",
     "turn_back",
+    "up_ramp",
 ]

@@ -8,7 +8,8 @@ import numpy as np
 
 from physagent_studio.agent.rules import actions as act
 from physagent_studio.agent.rules import mechanics as mech
-from physagent_studio.agent.rules.layout import level, unit
+from physagent_studio.agent.rules.layout import WAYS, level, unit
+from physagent_studio.agent.rules.paths import arc_length, clearance, free_turn
 from physagent_studio.agent.rules.reading import Place
 from physagent_studio.agent.rules.scripts.task import FASTEST, UP, Task
 from physagent_studio.agent.rules.specs import place_name
@@ -23,17 +24,57 @@ def along_ground(task: Task) -> list[Action]:
         f.sense in ("curve", "circle") or f.path in ("curve", "circle") for f in task.intent.frames
     ):
         return _curved(task, target, speed)
+    if (round_it := _way_round(task, target)) is not None:
+        return _curved(task, target, speed, *round_it)
     force = _aimed(task, target, speed)
     duration = act.PUSH_STEPS
     start: list[Action] = [act.push(task.name, force, start=task.delay, duration=duration)]
     return [*start, *_brake(task, target, speed, duration)]
 
 
+def spared(task: Task, target: Place | None) -> list[str]:
+    """Things on the ground that it is not meant to touch on its way."""
+    meant = {task.name, *task.intent.hits, target.name if target is not None else ""}
+    base = task.layout.carrier(task.name)
+    return [
+        item.name
+        for item in task.layout.state.objects
+        if item.name not in meant and task.layout.carrier(item.name) == base
+    ]
+
+
+def _way_round(task: Task, target: Place | None) -> tuple[float, float] | None:
+    """Side and turn of an arc round what stands in the way; None where the way is free."""
+    if target is None or target.kind == "support" or task.passes() is not None:
+        return None
+    goal = task.layout.position(place_name(target))
+    others = spared(task, target)
+    if clearance(task.layout, task.name, goal, 0.0, others) > 0:
+        return None
+    found = []
+    for sign in (1.0, -1.0):
+        turn = free_turn(task.layout, task.name, goal, sign, others)
+        found.append((clearance(task.layout, task.name, goal, sign * turn, others), sign, turn))
+    gap, sign, turn = max(found, key=lambda row: (row[0] > 0, -row[2], row[0]))
+    return (sign, turn) if gap > 0 else None
+
+
 def _aimed(task: Task, target: Place | None, speed: float, azimuth: float = 0.0) -> Directed:
     way = task.way()
+    if (other := task.passes()) is not None and target is not None:
+        return act.toward_or_along(speed, toward=other, azimuth=_beside(task, other))
     if target is not None and (way is None or task.intent.hits or target.kind == "landmark"):
         return act.toward_or_along(speed, toward=place_name(target), azimuth=azimuth)
     return act.toward_or_along(speed, way=way or _open_way(task), azimuth=azimuth)
+
+
+def _beside(task: Task, other: str) -> float:
+    """Angle off the straight line with which it goes by a thing without touching, degrees."""
+    across = WAYS["right"]
+    room = 1.4 * (task.layout.extent(task.name, across) + task.layout.extent(other, across))
+    distance = task.distance_to(Place(other, "object"))
+    side = -1.0 if task.way() == "right" else 1.0
+    return round(side * math.degrees(math.asin(min(room / max(distance, 1e-3), 0.9))), 1)
 
 
 def _open_way(task: Task) -> Direction:
@@ -55,6 +96,8 @@ def _ground_speed(task: Task, target: Place | None) -> float:
     distance = task.distance_to(target) if target is not None else max(4 * size, 0.5)
     if task.intent.hits:
         distance = max(distance - size, 0.1)
+    if task.passes() is not None:
+        distance *= 1.6
     arrive = mech.speed_to_arrive(distance, task.seconds(0.45), slowing)
     if task.intent.has("stop", "settle") and not rolls:
         return _stopping_speed(task, distance, friction)
@@ -110,19 +153,34 @@ def _brake(task: Task, target: Place | None, speed: float, start: int) -> list[A
     return [act.push(task.name, force, start=first, duration=duration, label="brake")]
 
 
-def _curved(task: Task, target: Place | None, speed: float) -> list[Action]:
-    """Starts beside the straight line and is drawn back to it by a force across the path."""
+def _turn_to(task: Task, target: Place | None, sign: float) -> float:
+    """The flattest arc that leaves alone what stands beside the way."""
+    if target is None or target.kind == "support":
+        return 24.0
+    goal = task.layout.position(place_name(target))
+    return free_turn(task.layout, task.name, goal, sign, spared(task, target))
+
+
+def _curved(
+    task: Task, target: Place | None, speed: float, side: float = 0.0, turn: float = 0.0
+) -> list[Action]:
+    """Starts beside the straight line and is drawn back to it by a force across the path.
+
+    side, turn: which way it bends and by how many degrees, where that is settled.
+    """
     distance = (
         task.distance_to(target)
         if target is not None
         else max(5 * task.layout.size(task.name), 1.0)
     )
     circles = any(f.sense == "circle" or f.path == "circle" for f in task.intent.frames)
-    turn = 200.0 if circles else 24.0
-    side = next(
+    said = next(
         (f.direction for f in task.intent.frames if f.direction in ("left", "right")), "left"
     )
-    sign = 1.0 if side == "left" else -1.0
+    sign = side or (1.0 if said == "left" else -1.0)
+    if not turn:
+        turn = 200.0 if circles else _turn_to(task, target, sign)
+    distance = arc_length(distance, turn) if turn < 180 else distance
     rolling = 1.4 if task.layout.is_ball(task.name) else 1.0
     force = task.layout.mass(task.name) * mech.arc_acceleration(speed, distance, turn) * rolling
     steps = int(distance / max(speed, 0.1) / task.clip.step_seconds)

@@ -14,6 +14,7 @@ from physagent_studio.agent.rules.reading.vocabulary import words_of
 from physagent_studio.agent.rules.specs import place_name, ways_of
 from physagent_studio.program.actions import Direction
 from physagent_studio.program.program import Clip
+from physagent_studio.program.scene import Ramp
 
 UP = WAYS["up"]
 FASTEST = 8.0
@@ -75,6 +76,24 @@ class Task:
         if place.name == self.layout.carrier(self.name) and not place.part:
             return False
         return self.layout.is_known(place_name(place))
+
+    def passes(self) -> str | None:
+        """The object that it shall go by, and not bump into."""
+        for frame in self.intent.frames:
+            place = frame.place("over") or (
+                frame.place("object") if frame.sense in ("pass", "miss") else None
+            )
+            going = frame.sense not in ("jump", "fly", "throw", "fall")
+            if place is not None and place.kind == "object" and not place.part and going:
+                return place.name if place.name not in self.intent.hits else None
+        return None
+
+    def ramp_ahead(self) -> Ramp | None:
+        """The ramp that it shall go up."""
+        place = self.intent.place("up")
+        support = self.layout.state.support(place.name) if place is not None else None
+        shape = support.shape if support is not None else None
+        return shape if isinstance(shape, Ramp) else None
 
     def distance_to(self, place: Place) -> float:
         """Horizontal way from its centre to the middle of a place."""

@@ -34,10 +34,24 @@ def spin_about(task: Task) -> list[Action]:
     return [act.spin(task.name, UP * sign, rate, duration=steps)]
 
 
+def there_and_back(task: Task) -> list[Action]:
+    """Goes one way, and half through the clip is pushed the other way."""
+    way = task.way()
+    named = way if way in ("left", "right", "away", "toward_camera") else "away"
+    speed = max(0.6, 2 * task.layout.size(task.name))
+    slowing = 0.0 if task.layout.is_ball(task.name) else mech.G * task.ground_friction()
+    turn = int(min(0.4, 0.8 * speed / max(slowing, 1e-3)) * task.clip.steps)
+    there = act.push(task.name, act.toward_or_along(speed, way=named), start=task.delay)
+    back = act.toward_or_along(2.5 * speed, vector=-WAYS[named])
+    return [there, act.push(task.name, back, start=max(turn, 20), duration=15, label="back")]
+
+
 def turn_back(task: Task, trigger: Action | None = None) -> list[Action]:
     """Turns half round, then goes back or another way; after it reached the ground, if it fell."""
     layout = task.layout
     ramp = layout.ramp_below(task.name)
+    if ramp is None and not task.intent.has("turn_around"):
+        return there_and_back(task)
     steps = 45
     when = act.on_contact(task.name, layout.ground(), 5) if ramp is not None else None
     start = act.FIRST_STEP if when is not None else int(0.4 * task.clip.steps)

@@ -15,6 +15,7 @@ from physagent_studio.agent.rules.senses.arriving import (
     miss,
     reach,
     strike,
+    withdrawn,
 )
 from physagent_studio.agent.rules.senses.motion import (
     bounce,
@@ -62,8 +63,8 @@ SENSES: dict[str, Builder] = {
     "knock_over": knock_over, "tip_over": knock_over, "crush": crush, "topple": topple,
     "lose_balance": lose_balance, "flip": flip, "spin": spin, "turn": turn,
     "turn_around": turn_around, "reverse": reverse, "reach": reach, "strike": strike,
-    "cross": cross, "pass": cross,
-    "enter": enter, "land": land, "approach": approach, "leave": leave, "miss": miss,
+    "withdrawn": withdrawn, "cross": cross, "pass": cross, "enter": enter,
+    "land": land, "approach": approach, "leave": leave, "miss": miss,
     "lose_support": lose_support, "stop": stop, "settle": stop, "stay": stay, "rest": be,
     "hang": be, "be": be, "stack": stack, "wind": wind, "sway": sway, "bend": bend, "lean": lean,
     "collapse": collapse, "break": break_apart, "spread": spread, "deform": deform,

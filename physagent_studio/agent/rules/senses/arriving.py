@@ -125,6 +125,11 @@ def miss(c: Context) -> list[Spec]:
     return [spec("contacts", c.subject, other=p.name, negated=True) for p in missed]
 
 
+def withdrawn(c: Context) -> list[Spec]:
+    """What stood on it has nothing below it any more."""
+    return [spec("airborne", c.subject, seconds=0.1)]
+
+
 def lose_support(c: Context) -> list[Spec]:
     """Nothing carries it for a while."""
     return [spec("airborne", c.subject, seconds=0.1)]

@@ -61,7 +61,10 @@ def along(c: Context) -> list[Spec]:
         elif relation == "toward" and is_ground(c, place):
             found += _onto(c, "on", place)
         elif relation == "over" and place.kind != "group":
-            found.append(spec("passes_over", c.subject, landmark=name))
+            # What rolls or slides "past the box" goes by it; what flies "over" it does not.
+            level = c.frame.sense not in ("jump", "fly", "throw", "kick", "fall", "bounce")
+            by = True if place.kind == "object" and level else None
+            found.append(spec("passes_over", c.subject, landmark=name, by=by))
         elif relation == "up" and _is_ramp(c, place):
             found += _uphill(c, place)
         elif relation in ("down", "object") and is_slope(c, place):

@@ -26,10 +26,18 @@ def roll(c: Context) -> list[Spec]:
     found = move(c)
     if c.layout.is_ball(c.subject):
         found.append(spec("rotates", c.subject, angle=90.0))
-        found.append(spec("airborne", c.subject, seconds=0.3, negated=True))
+        if not _comes_down(c):
+            found.append(spec("airborne", c.subject, seconds=0.3, negated=True))
     elif c.layout.ramp_below(c.subject) is not None:
         found += _down_the_slope(c)
     return found
+
+
+def _comes_down(c: Context) -> bool:
+    """Whether it falls before, after or by rolling: then it does fly for a while."""
+    told = {f.sense for f in (*c.earlier, *c.later)}
+    off = c.frame.place("off", "from") is not None or c.frame.direction == "off"
+    return off or bool(told & {"fall", "land", "bounce", "jump", "throw", "fly", "rise", "kick"})
 
 
 def _down_the_slope(c: Context) -> list[Spec]:

@@ -1,0 +1,36 @@
+"""What a candidate run costs, in units that do not depend on the machine.
+
+One unit is a clip of a few rigid bodies; grains, cloth and soft bodies have many times their
+degrees of freedom. Search budgets are counted in these units, so that a search takes about as
+long whatever the scene is made of, and does the same on a fast machine and on a slow one.
+"""
+
+from __future__ import annotations
+
+from physagent_studio.program.bodies import Breakable, Cloth, Granular, Liquid, Plastic, Rope, Soft
+from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.program.scene import SceneObject
+
+UNIT = 24 * 320
+"""Degrees of freedom times control steps of one unit."""
+
+
+def cost_of(program: PhysicalProgram) -> float:
+    """Units of one run of the program, at least 1."""
+    freedoms = sum(_freedoms(item) for item in program.scene.objects)
+    return max(freedoms * program.clip.steps / UNIT, 1.0)
+
+
+def _freedoms(item: SceneObject) -> int:
+    match item.body:
+        case Granular(grains=grains) | Liquid(grains=grains):
+            return 6 * grains
+        case Cloth(cells=cells):
+            return 3 * (cells + 1) ** 2
+        case Soft() | Plastic():
+            return 600
+        case Rope():
+            return 120
+        case Breakable(cuts=cuts):
+            return 6 * cuts[0] * cuts[1] * cuts[2]
+    return 6

@@ -152,13 +152,17 @@ def running(
     event: str | None = None,
     scene: bool = False,
     tour: bool = False,
+    nothing: bool = False,
 ) -> Iterator[Desk]:
-    """A studio over a workspace, and a page on it; `tour`: as for whoever comes first.
+    """A studio over a workspace, and a page on it; `tour`: as for whoever comes first;
+    `nothing`: with no session open.
 
     Drawing in software takes most of the machine, so only tests that look at the scene get one.
     """
     workbench = Workbench(Store(root), evidence=False)
-    if not session:
+    if nothing:
+        pass
+    elif not session:
         workbench.post(commands.OpenCase(assets_dir() / "demo", event))
     else:
         workbench.post(commands.OpenSession(session))

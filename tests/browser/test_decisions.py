@@ -164,7 +164,86 @@ def test_twenty_quick_clicks_are_one_decision(waiting: Desk) -> None:
     assert len(children) == 1
 
 
-def test_keyboard_only_from_opening_to_acceptance(waiting: Desk) -> None:
+@pytest.fixture
+def compared(tmp_path: Path, browser: Browser, decided_once: Path) -> Iterator[Desk]:
+    """The waiting session with the 3D scene drawn."""
+    root = tmp_path / "workspace"
+    shutil.copytree(decided_once, root)
+    yield from running(root, browser, Store(root).list()[0].id, scene=True)
+
+
+def test_comparing_shows_values_diff_curves_and_a_ghost(compared: Desk) -> None:
+    page = compared.page
+    proposal = compared.proposal()
+    compared.button("Accept").click()
+    compared.until(lambda: len(compared.snapshot.state.rounds) == 2, "a second round")
+    compared.idle()
+    page.get_by_role("button", name="Compare with round 1").click()
+    diff = page.get_by_role("group", name="What changed from round 1")
+    expect(diff.locator(".del").first).to_be_visible()
+    expect(diff.locator(".add").first).to_be_visible()
+    field = proposal.edits[0].path.rpartition(".")[2]
+    assert any(word in str(diff.text_content()) for word in (field, "angle", "magnitude"))
+    expect(page.get_by_text("round 1", exact=True)).to_be_visible()
+
+    def ghosts() -> list[str]:
+        found = "() => Object.keys(window.__viserMutable?.nodeRefFromName || {})"
+        views = [one for one in page.frames if "/viewer/" in one.url]
+        names = views[0].evaluate(found) if views else []
+        return [one for one in names if "ghost" in one and "earlier" in one]
+
+    compared.until(ghosts, "the ghost of round 1")
+    compared.button("Curves").click()
+    curves = page.locator("#page-plots svg").first
+    count = len(compared.snapshot.program.scene.objects)
+    expect(curves.locator("path[stroke-dasharray]")).to_have_count(count)
+    expect(curves.locator("path:not([stroke-dasharray])")).to_have_count(count)
+    expect(page.get_by_text("Dashed: the round compared with.")).to_be_visible()
+    page.get_by_role("tab", name="Rounds").click()
+    compared.button("Close").click()
+    expect(diff).to_have_count(0)
+
+
+@pytest.fixture
+def empty(tmp_path: Path, browser: Browser) -> Iterator[Desk]:
+    """A studio with nothing opened yet."""
+    yield from running(tmp_path / "workspace", browser, nothing=True)
+
+
+def _tab_to(desk: Desk, words: str) -> None:
+    """Presses Tab until what has the focus says these words."""
+    for _ in range(60):
+        desk.page.keyboard.press("Tab")
+        said = desk.page.evaluate("document.activeElement.textContent")
+        if words in said:
+            return
+    raise AssertionError(f"Tab never comes to '{words}'")
+
+
+def test_keyboard_only_from_the_opening_page_to_acceptance(
+    empty: Desk, decided_once: Path
+) -> None:
+    store = Store(decided_once)
+    session = store.open(store.list()[0].id)
+    event = session.case.event.replace("_", " ")
+    session.close()
+    page = empty.page
+    page.keyboard.press("o")
+    expect(page.get_by_role("dialog", name="Open")).to_be_visible()
+    _tab_to(empty, event)
+    page.keyboard.press("Enter")
+    empty.until(lambda: empty.snapshot.program.scene.objects, "the scene")
+    empty.idle()
+    page.keyboard.press("r")
+    empty.proposal()
+    page.keyboard.press("a")
+    empty.until(lambda: len(empty.snapshot.state.rounds) == 2, "a second round")
+    first = empty.snapshot.state.rounds[0]
+    assert first.decision is not None
+    assert first.decision.kind == "accept"
+
+
+def test_the_keys_of_looking_and_of_the_palette(waiting: Desk) -> None:
     page = waiting.page
     waiting.proposal()
     page.keyboard.press("End")

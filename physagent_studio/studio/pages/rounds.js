@@ -8,7 +8,7 @@ import { on, scrub, send } from "./wire.js";
 
 const MARK = { ok: "✓", failed: "✕", open: "…" };
 
-export function startRounds(host) {
+export function startRounds(host, showPlots) {
   let data = null;
   let overruling = false;
   let words = "";
@@ -90,11 +90,11 @@ export function startRounds(host) {
   function comparison(c) {
     const side = (one) => (one ? h("span", { class: "num", style: `color:var(--${one.ok ? "ok" : "bad"})` }, `${one.ok ? "✓" : "✕"} ${one.measured}`) : "–");
     return h("div", {},
-      h("div", { class: "head" }, `Compared with round ${c.number}`, h("button", { class: "link push", type: "button", onclick: () => send({ do: "compare", round: null }) }, "Close")),
+      h("div", { class: "head" }, `Compared with round ${c.number}`, h("button", { class: "link push", type: "button", onclick: showPlots }, "Curves"), h("button", { class: "link", type: "button", onclick: () => send({ do: "compare", round: null }) }, "Close")),
       h("div", { style: "display:grid;grid-template-columns:1fr auto auto;gap:3px 12px;font-size:12px" },
         h("span", {}), h("span", { class: "faint" }, `round ${c.number}`), h("span", { class: "faint" }, "on view"),
         c.rows.map((one) => [h("span", {}, one.text), side(one.there), side(one.here)])),
-      c.diff.length ? h("div", { class: "diff", style: "margin-top:8px" }, c.diff.map((line) => h("div", { class: line.startsWith("+") ? "add" : line.startsWith("-") ? "del" : line.startsWith("@") ? "at" : "" }, line || " "))) : h("p", { class: "muted" }, "Both rounds ran the same program."));
+      c.diff.length ? h("div", { class: "diff", role: "group", tabindex: "0", "aria-label": `What changed from round ${c.number}`, style: "margin-top:8px" }, c.diff.map((one) => h("div", { class: one.kind }, `${{ add: "+ ", del: "− " }[one.kind] || ""}${one.text}`))) : h("p", { class: "muted" }, "Both rounds ran the same program."));
   }
 
   function memory() {

@@ -6,7 +6,7 @@ from typing import Any
 
 from physagent_studio.contract import describe
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.program.diff import diff_text
+from physagent_studio.program.diff import diff
 from physagent_studio.records import Check, LoopState, Proposal, Round
 from physagent_studio.studio.panels.words import edit_row, figure, number, plain
 from physagent_studio.studio.pictures import strip_of
@@ -44,9 +44,7 @@ def state_of(snapshot: Snapshot, compared: Round | None = None) -> dict[str, Any
         "readOnly": snapshot.read_only,
         "draft": snapshot.has_draft,
         "shown": None if shown is None else _details(shown, snapshot),
-        "checks": checklist_of(
-            snapshot.checks, snapshot.program, shown, draft=snapshot.has_draft
-        ),
+        "checks": checklist_of(snapshot.checks, snapshot.program, shown, draft=snapshot.has_draft),
         "notUnderstood": list(snapshot.program.contract.not_understood),
         "untested": [clause.text for clause in snapshot.program.contract.untested],
         "proposal": _proposal(loop, snapshot),
@@ -303,8 +301,25 @@ def _comparison(other: Round, snapshot: Snapshot) -> dict[str, Any]:
         "id": other.id,
         "number": other.number,
         "rows": rows,
-        "diff": diff_text(other.program, snapshot.program).splitlines()[:400],
+        "diff": _lines(other.program, snapshot.program)[:400],
     }
+
+
+def _lines(before: PhysicalProgram, after: PhysicalProgram) -> list[dict[str, str]]:
+    """What leads from one program to the other, a heading for each thing and a line each way."""
+    found = []
+    for hunk in diff(before, after):
+        found.append({"kind": "at", "text": hunk.summary})
+        for edit in hunk.edits:
+            row = edit_row(edit, before)
+            if edit.op == "set":
+                ends = (("del", row["before"]), ("add", f"{row['after']} {row['unit']}".strip()))
+                found += [{"kind": kind, "text": f"{row['what']}: {text}"} for kind, text in ends]
+            elif edit.op == "add":
+                found.append({"kind": "add", "text": row["after"]})
+            elif edit.op == "remove":
+                found.append({"kind": "del", "text": row["what"]})
+    return found
 
 
 def _once(checks: tuple[Check, ...]) -> dict[str, Check]:

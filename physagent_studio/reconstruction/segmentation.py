@@ -80,7 +80,7 @@ class EmbeddedSegmenter:
             drafts = click_drafts(view.small, view.lab, task, scorer)
         else:
             drafts = box_drafts(view.small, view.lab, task, task.box, scorer)
-        best = agreed(ranked(scorer, drafts, task))
+        best = agreed(ranked(scorer, drafts, task), view.lab)
         return tuple(full_size(image, item, view) for item in best)
 
 

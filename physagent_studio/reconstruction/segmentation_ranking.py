@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from physagent_studio.reconstruction.masks import BoolArray, bounds, iou
 from physagent_studio.reconstruction.maskscore import Draft, Scorer
 from physagent_studio.reconstruction.segmentation_task import Task
+from physagent_studio.reconstruction.segmentation_variants import variants
 
 CANDIDATES = 4
 DENIED = 0.5
@@ -69,8 +70,13 @@ def _odd_proportions(drafts: Sequence[Draft], aspect: tuple[float, float]) -> ND
     return out
 
 
-def agreed(ranked: Sequence[tuple[Draft, float]]) -> list[tuple[Draft, float]]:
-    """The ranking with each leading draft replaced by the vote of those that are like it."""
+def agreed(
+    ranked: Sequence[tuple[Draft, float]], lab: NDArray[np.float32]
+) -> list[tuple[Draft, float]]:
+    """The best drafts that differ, each replaced by the vote of those that are like it.
+
+    Up to four: where methods agree, other readings of the first are offered (lab (H, W, 3)).
+    """
     leaders = distinct(ranked, CANDIDATES, 0.8)
     out: list[tuple[Draft, float]] = []
     for leader, value in leaders:
@@ -81,17 +87,24 @@ def agreed(ranked: Sequence[tuple[Draft, float]]) -> list[tuple[Draft, float]]:
             continue
         share = sum(v * d.mask.astype(np.float32) for d, v in like) / weight
         out.append((Draft(np.asarray(share > 0.5), leader.method, leader.family), value))
-    return _filled_up(out, ranked)
+    return _filled_up(out, ranked, lab)
 
 
 def _filled_up(
-    chosen: list[tuple[Draft, float]], ranked: Sequence[tuple[Draft, float]]
+    chosen: list[tuple[Draft, float]],
+    ranked: Sequence[tuple[Draft, float]],
+    lab: NDArray[np.float32],
 ) -> list[tuple[Draft, float]]:
-    """Where few drafts differ much, those that differ a little, so that there is a choice."""
-    for draft, value in ranked:
+    """Where few drafts differ much, those that differ a little, then variants of the first."""
+    more = list(ranked)
+    if chosen and len(chosen) < CANDIDATES:
+        first, value = chosen[0]
+        more += [(draft, 0.5 * value) for draft in variants(lab, first)]
+    for draft, value in more:
         if len(chosen) == CANDIDATES:
             break
-        if all(iou(draft.mask, other.mask) < ALMOST for other, _ in chosen):
+        differs = all(iou(draft.mask, other.mask) < ALMOST for other, _ in chosen)
+        if differs and np.count_nonzero(draft.mask) > 12:
             chosen.append((draft, min(value, chosen[-1][1])))
     return chosen
 

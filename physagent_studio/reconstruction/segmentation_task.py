@@ -20,6 +20,7 @@ from physagent_studio.reconstruction.masks import (
 )
 from physagent_studio.reconstruction.maskscore import Draft
 from physagent_studio.reconstruction.names import usual_size
+from physagent_studio.reconstruction.segmentation_variants import VARIANT
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 
@@ -97,6 +98,8 @@ def full_size(image: Image, item: tuple[Draft, float], view: View) -> Candidate:
     x0, y0, x1, y1 = view.part
     rough = np.zeros(image.shape[:2], bool)
     rough[y0:y1, x0:x1] = resized(draft.mask, (x1 - x0, y1 - y0))
+    if draft.family == VARIANT:
+        return Candidate(rough, value, draft.method)
     mask = snapped(image, rough, max(2, round(1.6 / view.factor)))
     return Candidate(mask, value, draft.method)
 

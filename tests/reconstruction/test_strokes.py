@@ -135,6 +135,21 @@ def test_a_click_outside_counts_in_a_box(picture):
 def test_there_is_a_choice_of_masks(picture):
     grounding = Grounding(points=(Click(x=60, y=80),))
     offers = EmbeddedSegmenter().segment(picture, [("red", grounding)])["red"]
-    assert 2 <= len(offers) <= 4
+    assert len(offers) == 4
     scores = [offer.score for offer in offers]
     assert scores == sorted(scores, reverse=True)
+
+
+def test_the_shadow_is_offered_apart():
+    image = np.full((*SHAPE, 3), (170, 160, 140), np.uint8)
+    image[110:125, 40:150] = (110, 103, 90)
+    image[50:110, 60:120] = (200, 60, 50)
+    image = cv2.GaussianBlur(image, (0, 0), 0.8).astype(np.uint8)
+    offers = EmbeddedSegmenter().segment(image, [("box", Grounding(points=(Click(x=90, y=80),)))])
+    shade = np.zeros(SHAPE, bool)
+    shade[112:123, 62:118] = True
+    own = square(60, 120)
+    first, *others = offers["box"]
+    assert (first.mask & own).sum() / (first.mask | own).sum() > 0.9
+    assert first.mask[shade].mean() < 0.1
+    assert any(one.mask[shade].mean() > 0.9 and one.mask[own].mean() > 0.9 for one in others)

@@ -126,7 +126,8 @@ def _look(
     found = segments(image)
     stances = layout.read(masks, case.prompt)
     covered = np.any(list(masks.values()), axis=0) if masks else np.zeros(image.shape[:2], bool)
-    read = survey(case, image, state, stances, regions, found, covered)
+    offers = {name: [offer.mask for offer in candidates.get(name, ())] for name in regions}
+    read = survey(case, image, state, stances, regions, found, covered, offers)
     run.at("supports", 0.5)
     solid, open_supports = supports.resolve(state, read, stances, regions, found)
     run.at("objects", 0.55)

@@ -99,6 +99,8 @@ def _slab(
     found: Segments,
     clicks: Sequence[tuple[float, float]],
 ) -> Slab | None:
+    if support.name in read.blocks:
+        return read.blocks[support.name].slab(read.camera.position[2])
     top, thickness = _board(support, read)
     standing = [stances[name] for name in stances if read.on[name] == support.name]
     feet = [stance.foot for stance in standing]

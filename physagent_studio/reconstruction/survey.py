@@ -6,7 +6,7 @@ which level planes there are and how high the camera is above them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -16,6 +16,7 @@ from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Scale, SceneState, Support
 from physagent_studio.reconstruction import camera as camera_cues
 from physagent_studio.reconstruction import clicked_supports
+from physagent_studio.reconstruction.blocks import Block, blocks_of
 from physagent_studio.reconstruction.ellipses import level_circles
 from physagent_studio.reconstruction.frames import find_frame
 from physagent_studio.reconstruction.geometry import depth_of, on_plane
@@ -47,6 +48,7 @@ class Survey:
     on: what each object stands on: a support, an object, "floor" or "air". under: for objects
     in the air, the object or ramp that they hang above. root: the level plane of each stack.
     estimate: the horizon that the picture gives by itself, where one was stated unconfirmed.
+    blocks: supports that are seen whole, in camera heights.
     """
 
     camera: Camera
@@ -59,6 +61,7 @@ class Survey:
     profiles: Mapping[str, Profile] = field(default_factory=dict)
     shown: Shown = field(default_factory=Shown)
     estimate: camera_cues.Horizon | None = None
+    blocks: Mapping[str, Block] = field(default_factory=dict)
 
 
 def survey(
@@ -69,10 +72,12 @@ def survey(
     regions: Mapping[str, BoolArray],
     found: Segments,
     covered: BoolArray,
+    offers: Mapping[str, Sequence[BoolArray]],
 ) -> Survey:
     """Read the picture.
 
     regions: masks of the supports that were clicked. covered: pixels of all objects.
+    offers: all masks of each such support, the likeliest first.
     """
     usual = {name: _usual(name, case.prompt, state.scale) for name in stances}
     profiles = _profiles(state, found, (image.shape[1], image.shape[0]))
@@ -101,7 +106,9 @@ def survey(
         for name in stances
     }
     measured = _measured(unit, stances, on, under, root, usual, profiles)
-    rises = clicked_supports.rises_of(state, unit)
+    blocks = blocks_of(image, state, unit, offers, covered)
+    rises = {name: block.size[2] for name, block in blocks.items()}
+    rises |= clicked_supports.rises_of(state, unit)
     measured = clicked_supports.on_one_floor(measured, rises)
     slabs = {name: top for name, top in _usual_tops(state).items() if name not in rises}
     known = state.camera.position[2] if state.camera is not None else None
@@ -117,7 +124,9 @@ def survey(
     if camera.source == "given" and not camera.confirmed:
         bare = state.model_copy(update={"camera": None, "horizon": None})
         estimate = _horizon(image, bare, stances, on, root, usual, found, shown)
-    return Survey(camera, scale, heights.tops, on, under, root, usual, profiles, shown, estimate)
+    return Survey(
+        camera, scale, heights.tops, on, under, root, usual, profiles, shown, estimate, blocks
+    )
 
 
 def _horizon_source(state: SceneState) -> Source:

@@ -1,0 +1,49 @@
+"""Supports that are seen whole: the box that shows as the region, and none where none does."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.reconstruction import read_photo
+from physagent_studio.reconstruction.blocks import best_block
+
+TABLE = Path(__file__).parent.parent / "data" / "synthetic" / "table"
+TRUTH = json.loads((TABLE / "truth.json").read_text())
+CAMERA = Camera.model_validate(TRUTH["camera"])
+IDS = np.asarray(cv2.imread(str(TABLE / "ids.png"), cv2.IMREAD_UNCHANGED))
+IMAGE, _ = read_photo(TABLE / "input.jpg")
+REGION, COVERED = IDS == 3, (IDS == 1) | (IDS == 2)
+
+
+def test_a_block_is_found_from_its_outline() -> None:
+    block = best_block(CAMERA, IMAGE, [REGION], COVERED)
+    assert block is not None
+    slab, true = block.slab(CAMERA.position[2]), TRUTH["supports"][2]["shape"]
+    distance = float(np.hypot(*true["position"][:2]))
+    assert np.subtract(slab.position, true["position"]) == pytest.approx(0, abs=0.03 * distance)
+    assert slab.size == pytest.approx(true["size"], rel=0.05)
+    assert slab.yaw == pytest.approx(true["yaw"], abs=np.radians(2))
+    assert block == best_block(CAMERA, IMAGE, [REGION], COVERED), "the same bits again"
+
+
+def test_the_best_of_several_masks_decides() -> None:
+    spilled = REGION.copy()
+    spilled[150:200, 20:120] = True
+    assert best_block(CAMERA, IMAGE, [spilled], COVERED) is None
+    assert best_block(CAMERA, IMAGE, [spilled, REGION], COVERED) is not None
+
+
+def test_what_is_no_box_or_is_cut_off_is_none() -> None:
+    nothing = np.zeros_like(REGION)
+    circle = nothing.astype(np.uint8)
+    cv2.circle(circle, (200, 150), 50, 1, -1)
+    cut = REGION.copy()
+    cut[:, :170] = False
+    for region in (circle.astype(bool), nothing, np.roll(cut, -170, axis=1)):
+        assert best_block(CAMERA, IMAGE, [region], nothing) is None

@@ -220,9 +220,7 @@ def _tab_to(desk: Desk, words: str) -> None:
     raise AssertionError(f"Tab never comes to '{words}'")
 
 
-def test_keyboard_only_from_the_opening_page_to_acceptance(
-    empty: Desk, decided_once: Path
-) -> None:
+def test_keyboard_only_from_the_opening_page_to_acceptance(empty: Desk, decided_once: Path) -> None:
     store = Store(decided_once)
     session = store.open(store.list()[0].id)
     event = session.case.event.replace("_", " ")

@@ -21,8 +21,10 @@ from collections.abc import Awaitable, Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
 import viser
 import websockets.asyncio.server as listener
+from numpy.typing import NDArray
 from viser import _messages
 from viser.infra import WebsockMessageHandler
 from websockets import Headers
@@ -131,6 +133,27 @@ def token_of(server: viser.ViserServer, client: viser.ClientHandle) -> str:
         return ""
     match = VIEWER_PATH.fullmatch(_path_of(connection.request))
     return match.group(1) if match else ""
+
+
+def put(
+    handle: viser.SceneNodeHandle,
+    position: NDArray[np.float64] | None,
+    rotation: NDArray[np.float64] | None,
+) -> None:
+    """Sets position, m, or rotation, wxyz, of a node that is known to have moved.
+
+    viser compares every new pose with the old one, which costs more than sending it; who moves
+    many nodes on every frame has compared them all at once.
+    """
+    inner = handle._impl
+    if position is not None:
+        x, y, z = position.tolist()
+        inner.position[:] = position
+        inner.api._queue_scene_message(_messages.SetPositionMessage(inner.name, (x, y, z)))
+    if rotation is not None:
+        w, x, y, z = rotation.tolist()
+        inner.wxyz[:] = rotation
+        inner.api._queue_scene_message(_messages.SetOrientationMessage(inner.name, (w, x, y, z)))
 
 
 def stop_server(server: viser.ViserServer) -> None:

@@ -37,7 +37,8 @@ from physagent_studio.studio.view import Selection, View, advance
 from physagent_studio.workbench import Snapshot, Workbench
 
 log = logging.getLogger(__name__)
-TICK = 1 / 30
+TICK = 1 / 31
+"""Seconds between two frames of playback: thirty a second, and one to spare."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -145,16 +146,20 @@ class Studio:
     # --- the studio's thread -------------------------------------------------------------------
 
     def _work(self) -> None:
-        moment, rest = time.monotonic(), 0.0
+        moment, rest, due = time.monotonic(), 0.0, 0.0
         self.painter.paint(self.snapshot, self.view)
         while True:
-            batch = self._take(TICK if self.view.playing else None)
+            batch = self._take(max(due - time.monotonic(), 0.0) if self.view.playing else None)
             if None in batch:
                 return
             now = time.monotonic()
-            if self.view.playing:
+            if self.view.playing and now >= due:
+                # Drawing takes its time too: the next frame is due a tick after this one was.
+                due = max(due + TICK, now)
                 rest = self._tick(now - moment + rest)
-            moment = now
+                moment = now
+            elif not self.view.playing:
+                moment, due = now, now + TICK
             self._handle([item for item in batch if item is not None])
 
     def _take(self, patience: float | None) -> list[_Heard | _Call | Snapshot | None]:

@@ -7,6 +7,7 @@ import json
 import socket
 from collections.abc import Iterator
 
+import numpy as np
 import pytest
 import viser
 from viser import _messages
@@ -145,3 +146,18 @@ def test_the_listener_is_given_back() -> None:
     before = listener.serve
     stop_server(open_server(0, _pages, _echo))
     assert listener.serve is before
+
+
+def test_a_pose_that_is_put_is_the_node_s_own(server: viser.ViserServer) -> None:
+    """`put` goes round viser's setter, so it must leave the node as the setter would."""
+    scene = server.scene
+    one, other = scene.add_frame("/one"), scene.add_frame("/other")
+    place, turn = np.array([1.0, 2.0, 3.0]), np.array([0.0, 1.0, 0.0, 0.0])
+    guard.put(one, place, turn)
+    other.position, other.wxyz = place, turn
+    assert np.array_equal(one.position, other.position)
+    assert np.array_equal(one.wxyz, other.wxyz)
+    buffer = server._websock_server.get_message_buffer().message_from_id.values()
+    sent = {(type(m).__name__, getattr(m, "name", "")) for m in buffer}
+    for kind in ("SetPositionMessage", "SetOrientationMessage"):
+        assert {(kind, "/one"), (kind, "/other")} <= sent

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.program import PhysicalProgram, SceneObject
 from physagent_studio.records import Mesh, Rollout, Scene
+from physagent_studio.studio.guard import put
 from physagent_studio.studio.scene.ghosts import EARLIER, NOW, PREVIEW, TRIED, Ghosts
 from physagent_studio.studio.scene.glb import glb_of
 from physagent_studio.studio.scene.handles import Edited, Handles, Held, Later, Wished
@@ -48,6 +49,9 @@ class Hands:
 MOST_NAMES = 24
 """More objects than these go without names in the scene, which would only cover each other."""
 
+STILL = 1e-6
+"""A pose that differs by less, m or a part of a quaternion, is the same to the eye."""
+
 GREY_SUPPORT = (120, 130, 145)
 
 
@@ -66,6 +70,8 @@ class Stage:
         self._above: dict[str, NDArray[np.float64]] = {}
         self._meshes: dict[str, Mesh] = {}
         self._furniture: dict[str, list[viser.SceneNodeHandle]] = {}
+        self._sent: tuple[list[str], NDArray[np.float64], NDArray[np.float64]] | None = None
+        self._extent: tuple[object, NDArray[np.float64], float] | None = None
         server.scene.world_axes.visible = False
 
     def draw(self, snapshot: Snapshot, view: View, earlier: Rollout | None) -> None:
@@ -104,16 +110,34 @@ class Stage:
         """Moves everything to the step on view; cheap, called on every frame of playback."""
         with self._server.atomic():
             poses = poses_at(snapshot, view.step)
-            with_names = "labels" in view.shown
-            for name, handle in self._objects.items():
-                if name in poses:
-                    handle.position, handle.wxyz = poses[name]
-                    if with_names and name in self._labels:
-                        self._labels[name].position = poses[name][0] + self._above[name]
+            self._move(poses, "labels" in view.shown)
             self._ghosts.pose(view.step, snapshot.rollout)
             self._frame(snapshot, view, poses)
             self._marks.draw(snapshot, view, self._size(snapshot.program))
         self._server.flush()
+
+    def _move(self, poses: Poses, with_names: bool) -> None:
+        """Sends the poses that have changed; all are compared at once."""
+        names = [name for name in self._objects if name in poses]
+        if not names:
+            return
+        places = np.array([poses[name][0] for name in names])
+        turns = np.array([poses[name][1] for name in names])
+        if self._sent is None or self._sent[0] != names:
+            moved = turned = np.ones(len(names), bool)
+        else:
+            moved = np.abs(places - self._sent[1]).max(axis=1) > STILL
+            turned = np.abs(turns - self._sent[2]).max(axis=1) > STILL
+            places = np.where(moved[:, None], places, self._sent[1])
+            turns = np.where(turned[:, None], turns, self._sent[2])
+        self._sent = (names, places, turns)
+        for at in np.flatnonzero(moved | turned):
+            handle = self._objects[names[at]]
+            put(handle, places[at] if moved[at] else None, turns[at] if turned[at] else None)
+        if with_names:
+            for at, name in enumerate(names):
+                if name in self._labels:
+                    self._labels[name].position = places[at] + self._above[name]
 
     def _frame(self, snapshot: Snapshot, view: View, poses: Poses) -> None:
         name = view.selection.name if view.selection.kind == "object" else ""
@@ -161,7 +185,7 @@ class Stage:
         for name in ("/objects", "/supports", "/camera", "/gravity", "/axes"):
             self._server.scene.remove_by_name(name)
         self._objects, self._labels, self._meshes, self._furniture = {}, {}, {}, {}
-        self._above = {}
+        self._above, self._sent = {}, None
         for part in (self._marks, self._ghosts, self._handles):
             part.clear()
 
@@ -254,11 +278,17 @@ class Stage:
 
     # --- measures ----------------------------------------------------------------------------
 
+    def _measured(self, program: PhysicalProgram) -> tuple[NDArray[np.float64], float]:
+        objects = program.scene.objects
+        if self._extent is None or self._extent[0] is not objects:
+            self._extent = (objects, *centre_and_size(program))
+        return self._extent[1:]
+
     def _centre(self, program: PhysicalProgram) -> NDArray[np.float64]:
-        return centre_and_size(program)[0]
+        return self._measured(program)[0]
 
     def _size(self, program: PhysicalProgram) -> float:
-        return centre_and_size(program)[1]
+        return self._measured(program)[1]
 
 
 def poses_at(snapshot: Snapshot, step: int) -> Poses:

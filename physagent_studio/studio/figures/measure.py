@@ -1,0 +1,169 @@
+"""Measures a studio: from an intent to the wire, and in a real browser where there is one."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from websockets.sync.connection import Connection
+
+from physagent_studio.assets import assets_dir
+from physagent_studio.program import SetField
+from physagent_studio.session import Store
+from physagent_studio.studio.figures.browser import in_a_browser
+from physagent_studio.studio.figures.figure import Figure, memory, p95
+from physagent_studio.studio.figures.scenes import drifting, lengthen
+from physagent_studio.studio.figures.wire import Wire, open_page, open_viewer, settle, until
+from physagent_studio.studio.studio import Studio, serve
+from physagent_studio.workbench import Workbench, commands
+
+OBJECTS = 50
+
+
+def measure_studio(
+    *, scrubs: int = 1000, drops: int = 40, rounds: int = 50, many: int = 200, browser: bool = True
+) -> list[Figure]:
+    """All figures. The rows of a real browser are left out where none is installed."""
+    return [
+        *_motion(scrubs),
+        *_demo(drops, browser),
+        _rounds(rounds),
+        _opening(many),
+    ]
+
+
+@contextmanager
+def _running(command: commands.Command | None = None) -> Iterator[Studio]:
+    with tempfile.TemporaryDirectory() as folder:
+        workbench = Workbench(Store(Path(folder)), evidence=False)
+        if command is not None:
+            workbench.post(command)
+            workbench.wait(120)
+        studio = serve(workbench, port=0)
+        try:
+            yield studio
+        finally:
+            studio.stop()
+            workbench.close()
+
+
+# --- playing and scrubbing ---------------------------------------------------------------------
+
+
+def _motion(scrubs: int) -> list[Figure]:
+    with _running(commands.OpenProgram(drifting(OBJECTS), "bench")) as studio:
+        opened = time.perf_counter()
+        with open_page(studio) as page, open_viewer(studio) as viewer:
+            until(page, "timeline")
+            usable = time.perf_counter() - opened
+            Wire(page)  # a page that is not read would be closed
+            wire = Wire(viewer)
+            settle(studio)
+            delays = [_scrub(page, wire, frame % 81) for frame in range(1, 101)]
+            before = memory()
+            for frame in range(scrubs):
+                page.send(json.dumps({"do": "scrub", "frame": frame % 81}))
+            settle(studio)
+            grown = memory() - before
+            rate, share = _play(page, wire)
+    return [
+        Figure(f"scrub to pose on the wire, {OBJECTS} objects, p95", p95(delays), "ms", 10),
+        Figure("page's values after opening", usable * 1000, "ms", 3000),
+        Figure(f"playback frames a second, {OBJECTS} objects", rate, "1/s", 30, above=True),
+        Figure(f"share of a core while playing, {OBJECTS} objects", share * 100, "%", 25),
+        Figure(f"memory grown over {scrubs} scrubs", max(grown, 0.0), "MB", 5),
+    ]
+
+
+def _scrub(page: Connection, wire: Wire, frame: int) -> float:
+    delay = wire.after(lambda: page.send(json.dumps({"do": "scrub", "frame": frame})))
+    time.sleep(0.03)  # a hand moves on; the next one is measured by itself
+    return delay
+
+
+def _play(page: Connection, wire: Wire, seconds: float = 4.0) -> tuple[float, float]:
+    """Frames a second on the wire, and the share of one core, while playing."""
+    page.send(json.dumps({"do": "play", "on": True}))
+    time.sleep(0.3)
+    count, used, started = wire.count, time.process_time(), time.perf_counter()
+    time.sleep(seconds)
+    passed = time.perf_counter() - started
+    share = (time.process_time() - used) / passed
+    rate = (wire.count - count) / passed
+    page.send(json.dumps({"do": "play", "on": False}))
+    return rate, share
+
+
+# --- editing the demo --------------------------------------------------------------------------
+
+
+def _demo(drops: int, browser: bool) -> list[Figure]:
+    with _running(commands.OpenCase(assets_dir() / "demo", "knocks_block_over")) as studio:
+        studio.workbench.post(commands.Step())
+        studio.workbench.wait(120)
+        action = studio.workbench.snapshot().program.event.actions[0].id
+        with open_page(studio) as page, open_viewer(studio) as viewer:
+            until(page, "timeline")
+            Wire(page)
+            wire = Wire(viewer)
+            settle(studio)
+            dropped = [_drop(page, wire, action, 8 + 4 * (n % 20)) for n in range(drops)]
+        return [
+            Figure("bar dropped to new trajectory on the wire, demo, p95", p95(dropped), "ms", 400),
+            *(in_a_browser(studio, action) if browser else ()),
+        ]
+
+
+def _drop(page: Connection, wire: Wire, action: str, step: int) -> float:
+    edit = {"op": "set", "path": f"event.actions.{action}.start_step", "value": step}
+    text = json.dumps({"do": "edit", "edits": [edit], "reason": "timeline", "ticket": 1})
+    delay = wire.after_naming(lambda: page.send(text), b"/trails/now/")
+    time.sleep(0.05)
+    return delay
+
+
+# --- many rounds -------------------------------------------------------------------------------
+
+
+def _rounds(rounds: int) -> Figure:
+    """Hand-made rounds one after the other; what they leave in memory besides themselves."""
+    with _running(commands.OpenProgram(drifting(8), "bench")) as studio:
+        workbench = studio.workbench
+        with open_page(studio) as page, open_viewer(studio) as viewer:
+            Wire(page)
+            Wire(viewer)
+            before = 0.0
+            for number in range(rounds + 10):
+                if number == 10:  # what is kept once is there by then
+                    settle(studio)
+                    before = memory()
+                path = "event.actions.go_ball_0.start_step"
+                workbench.post(commands.ApplyEdits((SetField(path=path, value=number + 1),)))
+                workbench.post(commands.Step())
+                workbench.wait(60)
+            settle(studio)
+            grown = memory() - before
+    return Figure(f"memory grown over {rounds} rounds", max(grown, 0.0), "MB", 25)
+
+
+def _opening(rounds: int) -> Figure:
+    with _running(commands.OpenProgram(drifting(3), "bench")) as studio:
+        workbench = studio.workbench
+        workbench.post(commands.Step())
+        workbench.wait(60)
+        session_id = workbench.snapshot().session_id
+        assert session_id is not None
+        workbench.post(commands.OpenProgram(drifting(1), "another"))
+        workbench.wait(60)
+        lengthen(workbench.store, session_id, rounds)
+        with open_page(studio) as page:
+            until(page, "rounds")
+            started = time.perf_counter()
+            workbench.post(commands.OpenSession(session_id))
+            until(page, "rounds", lambda value: len(value["rounds"]) == rounds)
+            seconds = time.perf_counter() - started
+    return Figure(f"{rounds} rounds open after", seconds * 1000, "ms", 2000)

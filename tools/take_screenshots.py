@@ -1,8 +1,8 @@
 """Takes the pictures of the documentation from a running studio.
 
-Every picture is of a real session on a case that ships with the project: it is opened, stepped and
-edited the way a person would, in a real Chromium. `python tools/take_screenshots.py NAME …` takes
-only some of them.
+Every picture is of a real session on a photograph that ships with the project: it is opened,
+stepped and edited the way a person would, in a real Chromium. `python tools/take_screenshots.py
+NAME …` takes only some of them. Needs the test extra and Pillow, which makes the files small.
 """
 
 from __future__ import annotations
@@ -17,11 +17,13 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
+from PIL import Image  # noqa: E402
 from playwright.sync_api import Browser, Page, sync_playwright  # noqa: E402
 
 from physagent_studio.assets import assets_dir  # noqa: E402
 from physagent_studio.session import Store  # noqa: E402
 from physagent_studio.studio import Studio, serve  # noqa: E402
+from physagent_studio.studio.replay import replay_of  # noqa: E402
 from physagent_studio.workbench import Workbench, commands  # noqa: E402
 from tests.run_all import find_browser  # noqa: E402
 
@@ -30,8 +32,10 @@ FLAGS = [
     "--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
     "--ignore-gpu-blocklist",
 ]  # fmt: skip
-PATIENCE = 60_000
+PATIENCE = 120_000
 """Milliseconds for the scene to fade in, drawn in software."""
+LARGEST = 300 * 1024
+"""Bytes of a picture."""
 
 FADED_IN = """() => {
   const view = document.getElementById("viewer").contentWindow;
@@ -52,10 +56,47 @@ class Shot:
     size: tuple[int, int] = (1280, 800)
     dark: bool = False
     to_the_end: bool = False
+    tour: bool = False
 
 
 def nothing(page: Page) -> None:
     """The studio as it stands after a step."""
+
+
+def compared(page: Page) -> None:
+    """The last round beside the first, in the middle of the event."""
+    page.get_by_role("button", name="Compare with round 1").click()
+    page.get_by_text("Compared with round 1").scroll_into_view_if_needed()
+    for _ in range(4):
+        page.keyboard.press("Shift+ArrowRight")
+
+
+def falling(page: Page) -> None:
+    """Late in the event, with the sampled frames."""
+    for _ in range(3):
+        page.keyboard.press("Shift+ArrowRight")
+
+
+def presenting(page: Page) -> None:
+    """Presenter mode, some way into the event."""
+    page.keyboard.press("Shift+P")
+    for _ in range(2):
+        page.keyboard.press("Shift+ArrowRight")
+
+
+def touring(page: Page) -> None:
+    """The third step of the tour."""
+    page.keyboard.press("Enter")
+    page.keyboard.press("Enter")
+
+
+def sessions(page: Page) -> None:
+    """The list, with a copy of the session and the question before it goes."""
+    page.get_by_role("button", name="Open…").click()
+    page.get_by_role("button", name="Duplicate").first.click()
+    delete = page.get_by_role("button", name="(2)”").last
+    delete.click()
+    page.get_by_role("button", name="Keep").scroll_into_view_if_needed()
 
 
 def at_impact(page: Page) -> None:
@@ -75,6 +116,7 @@ def editing(page: Page) -> None:
 def in_the_inspector(page: Page) -> None:
     """An action selected in the timeline."""
     page.locator(".tl [data-action] .body").first.click()
+    page.get_by_role("tab", name="Inspector").click()
 
 
 def wrong_text(page: Page) -> None:
@@ -112,16 +154,20 @@ def new_session(page: Page) -> None:
 
 SHOTS = (
     Shot("studio", "demo", "only_the_cube", nothing),
+    Shot("studio-ramp", "ramp", "hits_can", compared, to_the_end=True),
+    Shot("studio-table", "table", "falls_off", falling, size=(1920, 1080), to_the_end=True),
     Shot("studio-impact", "demo", "knocks_block_over", at_impact, to_the_end=True),
     Shot("studio-edit", "demo", "only_the_cube", editing),
-    Shot(
-        "studio-inspector", "demo", "only_the_cube", in_the_inspector, size=(1920, 1080), dark=True
-    ),
+    Shot("studio-inspector", "demo", "only_the_cube", in_the_inspector, dark=True),
     Shot("studio-program", "demo", "only_the_cube", wrong_text),
     Shot("studio-scene", "demo", "only_the_cube", from_the_side, dark=True),
     Shot("studio-new", "demo", "only_the_cube", new_session),
-    Shot("studio-small", "demo", "only_the_cube", nothing, size=(1000, 700)),
+    Shot("studio-small", "demo", "only_the_cube", nothing, size=(1000, 700), dark=True),
+    Shot("studio-tour", "demo", "only_the_cube", touring, tour=True),
+    Shot("studio-sessions", "ramp", "hits_can", sessions),
+    Shot("studio-presenter", "ramp", "hits_can", presenting, to_the_end=True),
 )
+REPLAY = Shot("studio-replay", "ramp", "hits_can", nothing, to_the_end=True)
 
 
 @contextmanager
@@ -143,21 +189,54 @@ def studio_on(shot: Shot) -> Iterator[Studio]:
 
 def take(browser: Browser, shot: Shot) -> Path:
     """Takes one picture and returns where it lies."""
-    width, height = shot.size
-    page = browser.new_page(
-        viewport={"width": width, "height": height},
-        color_scheme="dark" if shot.dark else "light",
-    )
+    page = _page(browser, shot)
     with studio_on(shot) as studio:
         page.goto(studio.address)
         page.locator(".tl [data-action]").first.wait_for()
         page.wait_for_function(FADED_IN, timeout=PATIENCE)
         page.wait_for_timeout(2000)
         shot.act(page)
-        page.wait_for_timeout(1500)
-        path = FOLDER / f"{shot.name}.png"
-        page.screenshot(path=path)
+        page.wait_for_timeout(2500)
+        path = _keep(page, shot.name)
     page.close()
+    return path
+
+
+def take_replay(browser: Browser) -> Path:
+    """The page that a session leaves as, opened from the disk."""
+    page = _page(browser, REPLAY)
+    with tempfile.TemporaryDirectory() as folder, studio_on(REPLAY) as studio:
+        file = Path(folder) / "replay.html"
+        studio.workbench.post(commands.Write(file, "The replay", replay_of))
+        if not studio.workbench.wait(300):
+            raise SystemExit("the replay took more than five minutes")
+        page.goto(file.as_uri())
+        page.wait_for_function("() => document.querySelector('video').readyState >= 2")
+        page.get_by_role("button", name="frame ").nth(1).click()
+        page.wait_for_timeout(1500)
+        path = _keep(page, REPLAY.name)
+    page.close()
+    return path
+
+
+def _page(browser: Browser, shot: Shot) -> Page:
+    width, height = shot.size
+    scheme = "dark" if shot.dark else "light"
+    page = browser.new_page(viewport={"width": width, "height": height}, color_scheme=scheme)
+    if not shot.tour:
+        page.add_init_script("localStorage.setItem('studio.toured', 'true')")
+    return page
+
+
+def _keep(page: Page, name: str) -> Path:
+    """Saves the page as a PNG of as many colours as its size allows."""
+    path = FOLDER / f"{name}.png"
+    page.screenshot(path=path)
+    whole = Image.open(path).convert("RGB")
+    for colours in (256, 160, 96, 64, 40):
+        whole.quantize(colours, dither=Image.Dither.NONE).save(path, optimize=True)
+        if path.stat().st_size <= LARGEST:
+            break
     return path
 
 
@@ -169,6 +248,8 @@ def main(names: list[str]) -> None:
         for shot in SHOTS:
             if not names or shot.name in names:
                 print(take(browser, shot).relative_to(ROOT), flush=True)
+        if not names or REPLAY.name in names:
+            print(take_replay(browser).relative_to(ROOT), flush=True)
         browser.close()
 
 

@@ -318,7 +318,7 @@ def _refuse_constant(name: str) -> NoReturn:
 def _sentence(error: ValidationError) -> str:
     first = error.errors(include_url=False)[0]
     if first["type"] == "union_tag_invalid" and len(first["loc"]) < 2:
-        return f"nothing here does '{str(first['ctx']['tag'])[:80]}'"
+        return f"nothing here does '{str(first.get('ctx', {}).get('tag', ''))[:80]}'"
     where = ".".join(str(part) for part in first["loc"][1:])
     text = first["msg"].removeprefix("Value error, ")
     return f"{where}: {text[0].lower()}{text[1:]}" if where else text

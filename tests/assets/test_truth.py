@@ -15,7 +15,8 @@ from physagent_studio.program.scene import SceneObject, Support
 
 ROOT = Path(__file__).resolve().parents[2]
 SYNTHETIC = ROOT / "tests" / "data" / "synthetic"
-FOLDERS = [ROOT / "assets" / "demo", *sorted(p for p in SYNTHETIC.iterdir() if p.is_dir())]
+SHIPPED = [ROOT / "assets" / name for name in ("demo", "ramp")]
+FOLDERS = [*SHIPPED, *sorted(p for p in SYNTHETIC.iterdir() if p.is_dir())]
 
 
 def first_root(a, b, c):
@@ -77,7 +78,7 @@ def truth_in(folder):
 
 
 def test_there_are_enough_scenes():
-    assert len(FOLDERS) >= 7
+    assert len(FOLDERS) >= 8
     kinds = {e["shape"]["kind"] for f in FOLDERS for e in truth_in(f)["objects"]}
     assert kinds == {"sphere", "box", "cylinder", "ellipsoid"}
 

@@ -13,6 +13,8 @@ from physagent_studio.agent.rules.senses import SENSES
 from physagent_studio.agent.rules.specs import Context, Spec, place_name
 from physagent_studio.program.contract import Contract
 
+_WHERE = ("on", "in", "at", "from", "along", "over", "down", "object")
+"""Relations to what a thing stands on that only say where the event happens."""
 BEGINNING = 12
 """Steps at the beginning in which what "does not move until …" is still, and must be so."""
 
@@ -26,7 +28,9 @@ def contract_of(reading: Reading, layout: Layout) -> Contract:
         {
             "clauses": [{"id": c.id, "text": c.text[:4000] or c.id} for c in reading.clauses[:64]],
             "statements": draft.statements[:256],
-            "not_understood": [word[:200] for word in reading.not_understood[:64]],
+            "not_understood": [
+                word[:200] for word in (*reading.not_understood, *draft.untold_places())[:64]
+            ],
         }
     )
 
@@ -56,6 +60,35 @@ class _Draft:
             for spec in (one for group in groups for one in group):
                 self._state(spec, frame.clause)
             self._order(index, frame, groups)
+
+    def untold_places(self) -> list[str]:
+        """Places of the prompt that no statement speaks of, as in "rolls under the table".
+
+        Where a thing is to begin with, and the ground it moves on, need no statement.
+        """
+        named = {
+            name
+            for row in self.statements
+            for value in row.values()
+            for name in (value if isinstance(value, list) else (value,))
+            if isinstance(name, str)
+        }
+        found: dict[str, None] = {}
+        for frame in self.reading.frames:
+            for relation, place in frame.places:
+                told = {place.name, place_name(place)} & named
+                if not told and not self._is_given(frame, relation, place):
+                    found[f"the {place.name.replace('_', ' ')}, as a place"] = None
+        return list(found)
+
+    def _is_given(self, frame: EventFrame, relation: str, place: Place) -> bool:
+        if place.kind == "group" or frame.sense in ("be", "hang"):
+            return True
+        carriers = {self.layout.ground()}
+        for name in (*frame.patient, *frame.agent):
+            if self.layout.has(name):
+                carriers |= {self.layout.carrier(name), self.layout.base(name)}
+        return relation in _WHERE and place.name in carriers
 
     def _context(self, index: int, frame: EventFrame, subject: str) -> Context:
         return Context(frame, subject, index, self.reading, self.layout, SENSES)

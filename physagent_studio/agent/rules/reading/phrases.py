@@ -155,6 +155,28 @@ FIXED: tuple[tuple[tuple[str, ...], str], ...] = tuple(
         ("both of them", "both"),
         ("all of them", "all"),
         ("either of them", "them"),
+        ("all of the", "all the"),
+        ("both of the", "both the"),
+        ("each of the", "each"),
+        ("any of the", "the"),
+        ("everything else", "others"),
+        ("everyone else", "others"),
+        ("anything else", "others"),
+        ("all else", "others"),
+        ("the rest of the", "the other"),
+        ("all the rest", "others"),
+        ("the rest", "others"),
+        # A quantity of nothing denies the clause that it stands in.
+        ("none of the", "not all the"),
+        ("none of them", "not them"),
+        ("neither of the", "not both the"),
+        ("neither of them", "not them"),
+        ("nothing else", "not others"),
+        ("nothing", "not everything"),
+        ("with no", "without"),
+        ("neither", "not both"),
+        ("nor", "and not"),
+        ("no", "not every"),
         ("one after the other", "successively"),
         ("one after another", "successively"),
         ("one by one", "successively"),
@@ -184,7 +206,8 @@ ALWAYS = v.words_of("while when because although though whereas whilst")
 
 
 def join_fixed(tokens: Sequence[Token], names: Iterable[tuple[str, ...]]) -> tuple[Token, ...]:
-    """Replaces fixed expressions and the case's own names of several words by one token each."""
+    """Replaces fixed expressions by plainer ones, and the case's own names of several words by one
+    token each; all tokens of a replacement have the span of what was written."""
     own = [(words, "_".join(words)) for words in names if len(words) > 1]
     table = sorted([*own, *FIXED], key=lambda row: -len(row[0]))
     joined: list[Token] = []
@@ -193,7 +216,7 @@ def join_fixed(tokens: Sequence[Token], names: Iterable[tuple[str, ...]]) -> tup
         for words, one in table:
             part = tokens[index : index + len(words)]
             if len(part) == len(words) and _same(part, words, one):
-                joined.append(Token(one, part[0].start, part[-1].end))
+                joined += [Token(word, part[0].start, part[-1].end) for word in one.split()]
                 index += len(words)
                 break
         else:

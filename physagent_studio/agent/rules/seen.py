@@ -14,6 +14,8 @@ SMALLEST_PIXELS = 5.0
 LEAST_SHIFT = 0.012
 """Least way in the picture that is noticed, as a part of the picture's diagonal."""
 LEAST_TURN = 8.0
+STILL = frozenset(("stays", "upright", "rests_on"))
+MOVING = frozenset(("moves", "falls", "topples", "leaves", "rotates", "flips", "sways", "breaks"))
 TIMED = frozenset(
     ("contacts", "falls", "moves", "passes_over", "flips", "rotates", "path_bends", "reverses")
 )
@@ -27,16 +29,26 @@ def seen_checks(
     names = tuple(name for name in rollout.objects if name in acting)
     if program.scene.camera is None or not names or rollout.blown_up is not None:
         return ()
-    return (_something_happens(program, rollout, names), _in_time(program, rollout, checks))
+    in_time = _in_time(program, rollout, checks)
+    if _nothing_shall_happen(program):
+        return (in_time,)
+    return (_something_happens(program, rollout, names), in_time)
+
+
+def _nothing_shall_happen(program: PhysicalProgram) -> bool:
+    """Whether all that is demanded is that things stay as they are."""
+    statements = program.contract.statements
+    return bool(statements) and all(
+        s.kind in STILL or (s.negated and s.kind in MOVING) for s in statements
+    )
 
 
 def acting_objects(program: PhysicalProgram) -> frozenset[str]:
     """Objects that the contract or the schedule says something happens to."""
-    still = ("stays", "upright", "rests_on")
     named = {
         str(getattr(s, "subject", ""))
         for s in program.contract.statements
-        if s.kind not in still and not s.negated
+        if s.kind not in STILL and not s.negated
     }
     return frozenset(named | {action.name for action in program.event.actions})
 

@@ -114,3 +114,13 @@ def test_an_estimated_camera_is_reported_and_not_failed() -> None:
     assert verdict.passed
     assert verdict.untested
     assert not RuleVerifier().judge(scene_evidence(bad, confirmed=True), ROLLS).passed
+
+
+def test_what_shall_stay_need_not_be_seen_to_move() -> None:
+    verdict = judged("stack", first("stack", "The boxes stay where they are."))
+    assert verdict.passed, [m.text for m in verdict.diagnosis]
+
+
+def test_a_miss_has_to_be_seen() -> None:
+    program = first("lane", "The bowling ball rolls forward and misses the pins.")
+    assert not judged("lane", still(program)).passed

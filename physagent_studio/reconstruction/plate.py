@@ -1,32 +1,73 @@
 """The background plate: the photo with the objects filled in from their surroundings.
 
-An exemplar-based fill (PatchMatch: Barnes et al. 2009; voting as in Wexler et al. 2007) at
-reduced size keeps texture and lines; its result is blended into the full picture together with
-grain copied from beside the hole.
+An exemplar-based fill at reduced size finds for each missing pixel one to copy; what is copied,
+at full size, is put together from its steps so that no seam shows. Lines that run behind the
+objects are kept by the first guess.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse.linalg import splu
 
+from physagent_studio.reconstruction.exemplar import STRAY, Copied, improve, put_together
+from physagent_studio.reconstruction.harmonic import membrane, nearest_along, reduced
 from physagent_studio.reconstruction.masks import BoolArray, bounds, grow
+from physagent_studio.reconstruction.shade import shaded
 from physagent_studio.records.case import Image
 
+FloatArray = NDArray[np.float64]
 FloatImage = NDArray[np.float32]
-PATCH = 7
-ROUNDS = (14, 8, 4)
+ROUNDS = (8, 4)
 """Rounds of search and vote, from the coarsest size to the finest."""
+COARSEST = 120
+"""Longer side of the smallest picture, on which the first guess is made."""
+CLOSE = 0.3
+"""How far from a thing its shade is filled in with it, as a share of its size."""
+SLIT = 5
+"""Widest slit between a thing and its shade, pixels."""
 SEED = 7
-LEVEL_LINES = 1500.0
-"""How dear it is to copy from another height: walls, floors and tables run across pictures."""
+NO_LINES: FloatArray = np.zeros((0, 2, 2))
 
 
-def fill(photo: Image, hole: BoolArray, side: int = 256) -> Image:
-    """The photo (H, W, 3) with the hole (H, W) filled; the rest is untouched."""
+def background(photo: Image, masks: Sequence[BoolArray], lines: FloatArray = NO_LINES) -> Image:
+    """The photo (H, W, 3) without the masked things and the shade close around their feet.
+
+    lines: (N, 2, 2) pixels, edges that go on behind them.
+    """
+    hole = hole_of(masks, photo.shape[:2])
+    if not hole.any() or hole.all():
+        return fill(photo, hole, lines)
+    shade = shaded(photo, masks, hole)
+    # The darkest shade is a line right at the foot: none of it shall be left between the two.
+    shade |= grow(shade, SLIT) & grow(hole, SLIT)
+    filled = fill(photo, hole | shade, lines)
+    share = _close(shade, masks, hole)[..., None]
+    mixed = photo + share * (filled.astype(np.float32) - photo)
+    return np.where(share > 0, np.round(mixed), photo).astype(np.uint8)
+
+
+def _close(shade: BoolArray, masks: Sequence[BoolArray], hole: BoolArray) -> FloatImage:
+    """(H, W) how much of the fill is seen: all of it in the hole, less of it away from there.
+
+    What lies farther off is lifted when the picture is drawn, by the light that casts it.
+    """
+    sides = [max(np.ptp(np.nonzero(mask), axis=1)) for mask in masks if mask.any()]
+    reach = CLOSE * float(np.median(sides))
+    away = cv2.distanceTransform((~hole).astype(np.uint8), cv2.DIST_L2, 5)
+    soft = cv2.GaussianBlur((shade | hole).astype(np.float32), (0, 0), 2.0)
+    fading = np.clip(2 * (1 - away / max(reach, 1.0)), 0, 1)
+    return np.where(hole, 1.0, fading * soft).astype(np.float32)
+
+
+def fill(photo: Image, hole: BoolArray, lines: FloatArray = NO_LINES, side: int = 256) -> Image:
+    """The photo (H, W, 3) with the hole (H, W) filled; the rest is untouched.
+
+    lines: (N, 2, 2) pixels, edges that go on behind the hole.
+    """
     if not hole.any():
         return photo.copy()
     if hole.all():
@@ -34,24 +75,31 @@ def fill(photo: Image, hole: BoolArray, side: int = 256) -> Image:
     crop = _surroundings(hole)
     part, missing = photo[crop], hole[crop]
     factor = min(1.0, side / max(missing.shape))
-    coarse = _patched(part, missing, factor)
-    out = photo.copy()
-    full = cv2.resize(coarse, (part.shape[1], part.shape[0]), interpolation=cv2.INTER_CUBIC)
-    full = full.astype(np.float32)
+    origin = np.array([crop[1].start, crop[0].start])
+    full = _patched(part, missing, factor, lines - origin)
     full = _seamless(part.astype(np.float32), full, missing)
-    if factor < 0.8:
-        full = full + _grain(part, missing)
+    out = photo.copy()
     filled = np.where(missing[..., None], full, part)
     out[crop] = np.clip(np.round(filled), 0, 255).astype(np.uint8)
     return out
 
 
-def hole_of(masks: list[BoolArray], shape: tuple[int, int]) -> BoolArray:
-    """All objects together, widened over their soft outline."""
+def hole_of(masks: Sequence[BoolArray], shape: tuple[int, int]) -> BoolArray:
+    """All objects together, widened over their soft outline and what they keep dark below."""
     union = np.zeros(shape, bool)
     for mask in masks:
         union |= mask
+        if mask.any():
+            union |= _contact(mask)
     return grow(union, max(3, round(0.008 * max(shape))))
+
+
+def _contact(mask: BoolArray) -> BoolArray:
+    """The dark line below a thing that stands: the light does not get in there."""
+    x0, y0, x1, y1 = bounds(mask)
+    low = mask.copy()
+    low[: y1 - max(1, round(0.15 * (y1 - y0)))] = False
+    return grow(low, max(1, round(0.03 * min(x1 - x0, y1 - y0))))
 
 
 def _surroundings(hole: BoolArray) -> tuple[slice, slice]:
@@ -62,236 +110,61 @@ def _surroundings(hole: BoolArray) -> tuple[slice, slice]:
     return rows, slice(max(0, x0 - margin), min(hole.shape[1], x1 + margin))
 
 
-def membrane(image: FloatImage, hole: BoolArray, side: int = 72) -> FloatImage:
-    """A smooth fill from the rim: Laplace's equation solved coarsely, then relaxed."""
-    factor = min(1.0, side / max(hole.shape))
-    if factor < 1:
-        size = (max(4, round(hole.shape[1] * factor)), max(4, round(hole.shape[0] * factor)))
-        small = membrane(*_level(image, hole, size), side)
-        guess = cv2.resize(small, hole.shape[::-1], interpolation=cv2.INTER_LINEAR)
-        out = np.where(hole[..., None], guess, image).astype(np.float32)
-        for _ in range(10):
-            out[hole] = cv2.blur(out, (3, 3))[hole]
-        return out
-    return _harmonic(image, hole)
-
-
-def _harmonic(image: FloatImage, hole: BoolArray) -> FloatImage:
-    """Every missing pixel the mean of its neighbours, exactly."""
-    count = int(np.count_nonzero(hole))
-    index = np.full(np.add(hole.shape, 2), -2)
-    index[1:-1, 1:-1] = -1
-    index[1:-1, 1:-1][hole] = np.arange(count)
-    padded = np.pad(image, ((1, 1), (1, 1), (0, 0)))
-    rows, columns = np.nonzero(index >= 0)
-    own = index[rows, columns]
-    degree, known = np.zeros(count), np.zeros((count, image.shape[2]))
-    entries: list[tuple[NDArray, NDArray]] = []
-    for dy, dx in ((0, 1), (0, -1), (1, 0), (-1, 0)):
-        near = index[rows + dy, columns + dx]
-        degree[own] += near > -2
-        rim = near == -1
-        known[own[rim]] += padded[rows[rim] + dy, columns[rim] + dx]
-        entries.append((own[near >= 0], near[near >= 0]))
-    r = np.concatenate([own, *(entry[0] for entry in entries)])
-    c = np.concatenate([own, *(entry[1] for entry in entries)])
-    v = np.concatenate([degree + 1e-9, -np.ones(len(r) - count)])
-    solve = splu(sparse.csc_matrix((v, (r, c)), (count, count)))
-    out = image.copy()
-    out[hole] = solve.solve(known).astype(np.float32)
-    return out
-
-
-def _patched(part: Image, missing: BoolArray, factor: float) -> FloatImage:
-    """The crop at reduced size with its hole filled patch by patch, coarse to fine."""
+def _patched(part: Image, missing: BoolArray, factor: float, lines: FloatArray) -> FloatImage:
+    """The crop at full size with its hole filled patch by patch, coarse to fine."""
     rng = np.random.default_rng(SEED)
     size = (max(8, round(part.shape[1] * factor)), max(8, round(part.shape[0] * factor)))
-    levels = [_level(part.astype(np.float32), missing, size)]
-    while min(levels[-1][1].shape) > 36 and levels[-1][1].any():
+    levels = [reduced(part.astype(np.float32), missing, size)]
+    while max(levels[-1][1].shape) > 1.5 * COARSEST and levels[-1][1].any():
         image, hole = levels[-1]
         half = (max(8, hole.shape[1] // 2), max(8, hole.shape[0] // 2))
-        levels.append(_level(image, hole, half))
-    current = membrane(*levels[-1])
-    field: NDArray[np.int64] | None = None
+        levels.append(reduced(image, hole, half))
+    image, hole = levels[-1]
+    ratio = np.array(hole.shape[::-1]) / np.array(missing.shape[::-1])
+    current = nearest_along(image, hole, lines * ratio)
+    found: Copied | None = None
     for step, (image, hole) in enumerate(reversed(levels)):
         rows, columns = hole.shape
         if current.shape[:2] != hole.shape:
             current = cv2.resize(current, (columns, rows), interpolation=cv2.INTER_CUBIC)
         current = np.where(hole[..., None], current, image).astype(np.float32)
         rounds = ROUNDS[min(step, len(ROUNDS) - 1)]
-        current, field = _improve(current, hole, field, rng, rounds)
-    return current
+        found = improve(current, hole, found.offsets if found else None, rng, rounds)
+        current = found.picture if found else current
+    large = (part.shape[1], part.shape[0])
+    if found is None:
+        return cv2.resize(current, large, interpolation=cv2.INTER_CUBIC).astype(np.float32)
+    image, hole = levels[0]
+    joined = put_together(image, hole, found.offsets)
+    full = cv2.resize(joined, large, interpolation=cv2.INTER_CUBIC).astype(np.float32)
+    return full + _detail(part, missing, image, found.offsets) if factor < 0.8 else full
 
 
-def _level(
-    image: FloatImage, hole: BoolArray, size: tuple[int, int]
-) -> tuple[FloatImage, BoolArray]:
-    """Image and hole at another size; background colours alone, none of the objects'."""
-    weight = (~hole).astype(np.float32)
-    colour = cv2.resize(image * weight[..., None], size, interpolation=cv2.INTER_AREA)
-    some = cv2.resize(weight, size, interpolation=cv2.INTER_AREA)
-    return (colour / np.maximum(some, 1e-3)[..., None]).astype(np.float32), np.asarray(some < 0.99)
-
-
-class _Field:
-    """Where each patch over the hole is copied from: targets (N, 2) and sources (N, 2)."""
-
-    def __init__(self, hole: BoolArray, rng: np.random.Generator) -> None:
-        reach = PATCH // 2
-        rows, columns = hole.shape
-        touched = cv2.dilate(hole.astype(np.uint8), np.ones((PATCH, PATCH), np.uint8)) > 0
-        inner = np.zeros_like(hole)
-        inner[reach : rows - reach, reach : columns - reach] = True
-        self.whole = ~touched & inner
-        self.targets = np.argwhere(touched & inner)
-        self.pool = np.argwhere(self.whole)
-        self.shape = (rows, columns)
-        self.low = np.array([reach, reach])
-        self.high = np.array([rows - reach - 1, columns - reach - 1])
-        self.index = np.full((rows, columns), -1)
-        self.index[tuple(self.targets.T)] = np.arange(len(self.targets))
-        self.rng = rng
-        step = np.arange(-reach, reach + 1)
-        self.offsets = np.stack(np.meshgrid(step, step, indexing="ij"), -1).reshape(-1, 2)
-        depth = cv2.distanceTransform(hole.astype(np.uint8), cv2.DIST_L2, 5)
-        # What is deep inside the hole is a guess, so it counts for less.
-        self.trust = (1.25**-depth).astype(np.float32)
-        around = self.trust[
-            self.targets[:, 0, None] + self.offsets[:, 0],
-            self.targets[:, 1, None] + self.offsets[:, 1],
-        ]
-        self.weight = around / np.maximum(around.sum(1, keepdims=True), 1e-9)
-
-    def random(self, count: int) -> NDArray[np.int64]:
-        return self.pool[self.rng.integers(len(self.pool), size=count)]
-
-    def allowed(self, sources: NDArray[np.int64]) -> BoolArray:
-        return self.whole[sources[:, 0], sources[:, 1]]
-
-    def start(self, previous: NDArray[np.int64] | None) -> NDArray[np.int64]:
-        if previous is None:
-            return self.random(len(self.targets))
-        rows, columns = self.shape
-        grid = cv2.resize(
-            previous.astype(np.float32), (columns, rows), interpolation=cv2.INTER_NEAREST
-        )
-        ratio = np.array(self.shape) / np.array(previous.shape[:2])
-        moved = np.round(grid[tuple(self.targets.T)] * ratio).astype(np.int64)
-        sources = np.clip(self.targets + moved, self.low, self.high)
-        bad = ~self.allowed(sources)
-        sources[bad] = self.random(int(bad.sum()))
-        return sources
-
-
-def _improve(
-    current: FloatImage,
-    hole: BoolArray,
-    previous: NDArray[np.int64] | None,
-    rng: np.random.Generator,
-    rounds: int,
-) -> tuple[FloatImage, NDArray[np.int64] | None]:
-    """A few rounds of search and vote at one size; also the offsets (H, W, 2) found."""
-    field = _Field(hole, rng)
-    if len(field.pool) < 60 or not len(field.targets):
-        return current, None
-    sources = field.start(previous)
-    for _ in range(rounds):
-        sources, distance = _search(current, field, sources)
-        current = _vote(current, hole, field, sources, distance)
-    offsets = np.zeros((*field.shape, 2), np.int64)
-    offsets[tuple(field.targets.T)] = sources - field.targets
-    return current, offsets
-
-
-def _patches(image: FloatImage, field: _Field, at: NDArray[np.int64]) -> FloatImage:
-    rows = at[:, 0, None] + field.offsets[:, 0]
-    columns = at[:, 1, None] + field.offsets[:, 1]
-    return image[rows, columns]
-
-
-def _search(
-    image: FloatImage, field: _Field, sources: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], FloatImage]:
-    """Propagation from the four neighbours, then random search at shrinking reach."""
-    wanted = _patches(image, field, field.targets)
-
-    level = LEVEL_LINES / field.shape[0] ** 2
-
-    def distance(candidates: NDArray[np.int64]) -> FloatImage:
-        colour = ((_patches(image, field, candidates) - wanted) ** 2).sum(2)
-        shift = candidates[:, 0] - field.targets[:, 0]
-        return (colour * field.weight).sum(1) + level * shift.astype(np.float32) ** 2
-
-    best = distance(sources)
-
-    def offer(candidates: NDArray[np.int64]) -> None:
-        candidates = np.clip(candidates, field.low, field.high)
-        changed = field.allowed(candidates) & (candidates != sources).any(1)
-        trial = np.where(changed[:, None], candidates, sources)
-        value = np.where(changed, distance(trial), np.inf)
-        better = value < best
-        sources[better] = trial[better]
-        best[better] = value[better]
-
-    for step in ((0, 1), (0, -1), (1, 0), (-1, 0)):
-        beside = np.clip(field.targets + step, 0, np.array(field.shape) - 1)
-        neighbour = field.index[tuple(beside.T)]
-        candidates = sources.copy()
-        known = neighbour >= 0
-        candidates[known] = sources[neighbour[known]] - step
-        offer(candidates)
-    reach = max(field.shape)
-    while reach >= 1:
-        offer(sources + field.rng.integers(-reach, reach + 1, sources.shape))
-        reach //= 3
-    return sources, best
-
-
-def _vote(
-    image: FloatImage,
-    hole: BoolArray,
-    field: _Field,
-    sources: NDArray[np.int64],
-    distance: FloatImage,
+def _detail(
+    part: Image, missing: BoolArray, image: FloatImage, offsets: NDArray[np.int64]
 ) -> FloatImage:
-    """Every missing pixel becomes the weighted mean of what its patches say."""
-    weight = np.exp(-distance / (0.6 * np.percentile(distance, 60) + 1e-6)) + 1e-6
-    weight = weight * field.trust[tuple(field.targets.T)]
-    rows, columns = field.shape
-    total = np.zeros((rows * columns, 3))
-    share = np.zeros(rows * columns)
-    for offset in field.offsets:
-        at = (field.targets[:, 0] + offset[0]) * columns + field.targets[:, 1] + offset[1]
-        colour = image[sources[:, 0] + offset[0], sources[:, 1] + offset[1]]
-        share += np.bincount(at, weight, rows * columns)
-        for channel in range(3):
-            total[:, channel] += np.bincount(at, weight * colour[:, channel], rows * columns)
-    mean = (total / np.maximum(share, 1e-9)[:, None]).reshape(rows, columns, 3)
-    known = hole & (share > 0).reshape(rows, columns)
-    return np.where(known[..., None], mean, image).astype(np.float32)
+    """What the full picture has at the places copied from and the reduced one lacks."""
+    ratio = np.array(missing.shape) / np.array(offsets.shape[:2])
+    large = (part.shape[1], part.shape[0])
+    wide = cv2.resize(offsets.astype(np.float32), large, interpolation=cv2.INTER_NEAREST)
+    moved = np.round(wide * ratio).astype(np.int64)
+    rows, columns = np.indices(missing.shape)
+    y = np.clip(rows + moved[..., 0], 0, missing.shape[0] - 1)
+    x = np.clip(columns + moved[..., 1], 0, missing.shape[1] - 1)
+    usable = missing & ~grow(missing, 1)[y, x]
+    soft = cv2.resize(image, large, interpolation=cv2.INTER_CUBIC)
+    fine = part.astype(np.float32) - soft
+    return np.where(usable[..., None], fine[y, x], 0).astype(np.float32)
 
 
 def _seamless(part: FloatImage, filled: FloatImage, hole: BoolArray) -> FloatImage:
-    """The fill shifted smoothly in colour, so that it meets the photo at the rim."""
+    """The fill shifted smoothly in colour, so that it meets the photo at the rim.
+
+    Only where the two nearly agree: elsewhere something else begins there.
+    """
     rim = grow(hole, 3) & ~hole
-    error = np.where(rim[..., None], part - filled, 0).astype(np.float32)
+    error = part - filled
+    near = rim & (np.abs(error).max(-1) < STRAY)
+    error = np.where(near[..., None], error, 0).astype(np.float32)
     spread = membrane(cv2.GaussianBlur(error, (0, 0), 1.0).astype(np.float32), hole)
-    return filled + np.clip(spread, -25, 25)
-
-
-def _grain(part: Image, hole: BoolArray) -> FloatImage:
-    """Fine noise like that beside the hole, copied with an offset that avoids the hole."""
-    values = part.astype(np.float32)
-    fine = values - cv2.GaussianBlur(values, (0, 0), 1.2)
-    x0, _, x1, _ = bounds(hole)
-    out = np.zeros_like(fine)
-    best = (1.0, 0)
-    for shift in (x1 - x0 + 4, -(x1 - x0 + 4), (x1 - x0) // 2 + 9, -(x1 - x0) // 2 - 9):
-        moved = np.roll(hole, -shift, axis=1)
-        overlap = float((moved & hole).sum()) / max(int(hole.sum()), 1)
-        if overlap < best[0]:
-            best = (overlap, shift)
-    rolled = np.roll(fine, -best[1], axis=1)
-    usable = hole & ~np.roll(grow(hole, 2), -best[1], axis=1)
-    out[usable] = np.clip(rolled[usable], -12, 12) * 0.7
-    return out
+    return filled + spread

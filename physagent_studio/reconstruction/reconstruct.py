@@ -33,12 +33,13 @@ from physagent_studio.reconstruction import (
     supports,
 )
 from physagent_studio.reconstruction.bare import scene_without_photo
-from physagent_studio.reconstruction.lines import segments
+from physagent_studio.reconstruction.crossing import edges_of, lines_through
+from physagent_studio.reconstruction.lines import Segments, segments
 from physagent_studio.reconstruction.meshes import support_mesh
 from physagent_studio.reconstruction.names import support_kind
 from physagent_studio.reconstruction.parts import with_parts
 from physagent_studio.reconstruction.placement import Placed, place_all
-from physagent_studio.reconstruction.plate import fill, hole_of
+from physagent_studio.reconstruction.plate import background, hole_of
 from physagent_studio.reconstruction.segmentation import (
     EmbeddedSegmenter,
     Segmenter,
@@ -53,7 +54,7 @@ from physagent_studio.records.case import Case, Image
 from physagent_studio.records.scene import Candidate, Mesh, Scene
 
 BoolArray = NDArray[np.bool_]
-VERSION = "2"
+VERSION = "3"
 """Changes whenever the same input gives another scene."""
 
 
@@ -152,7 +153,7 @@ def _look(
         if item.name in placed.meshes
     }
     run.at("background", 0.82)
-    plate = _plate(image, masks, previous)
+    plate = _plate(image, masks, previous, found, read.camera, solid)
     run.at("checks", 0.97)
     fixed = _support_meshes(done)
     checks = findings.measure(done, masks, meshes, fixed, read.estimate, image)
@@ -319,12 +320,22 @@ def _regions(
     return out
 
 
-def _plate(image: Image, masks: Mapping[str, BoolArray], previous: Scene | None) -> Image:
+def _plate(
+    image: Image,
+    masks: Mapping[str, BoolArray],
+    previous: Scene | None,
+    found: Segments,
+    camera: Camera,
+    solid: tuple[Support, ...],
+) -> Image:
+    """The background; that of an earlier scene if the objects are the same."""
     if previous is not None and previous.plate is not None and previous.photo is not None:
         same = previous.masks.keys() == masks.keys() and np.array_equal(previous.photo, image)
         if same and all(np.array_equal(previous.masks[name], masks[name]) for name in masks):
             return previous.plate
-    return fill(image, hole_of(list(masks.values()), image.shape[:2]))
+    hole = hole_of(list(masks.values()), image.shape[:2])
+    lines = [lines_through(image, hole, found), edges_of(image, hole, camera, solid)]
+    return background(image, list(masks.values()), np.concatenate(lines))
 
 
 def _support_meshes(state: SceneState) -> dict[str, Mesh]:

@@ -1,0 +1,84 @@
+"""Shade that things keep around their foot: dark ground beside them that fills should not copy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.reconstruction.masks import BoolArray, bounds, grow
+from physagent_studio.records.case import Image
+
+FloatImage = NDArray[np.float32]
+SIDE = 208
+"""Longer side of the picture in which shade is looked for."""
+DARKER = 9.0
+"""How much darker than lit ground shade is at least, in L* of 0 … 100."""
+FAINT = 2.5
+"""The same at its faint rim."""
+RIM = 0.12
+"""Width of that rim, as a share of the thing's size."""
+TINT = 9.0
+"""How far its colour may differ from that of the ground for its lightness, in a*, b*."""
+ABOVE = 0.3
+"""Shade begins this share of a thing's height above its foot, at most."""
+
+
+def shaded(photo: Image, masks: Sequence[BoolArray], hole: BoolArray) -> BoolArray:
+    """(H, W) ground around the feet of the masked things that looks as if they shaded it."""
+    factor = min(1.0, SIDE / max(hole.shape))
+    size = (max(8, round(hole.shape[1] * factor)), max(8, round(hole.shape[0] * factor)))
+    small = cv2.resize(photo, size, interpolation=cv2.INTER_AREA).astype(np.float32) / 255
+    lab = np.asarray(cv2.cvtColor(cv2.GaussianBlur(small, (0, 0), 1.0), cv2.COLOR_RGB2LAB), "f4")
+    inside = cv2.resize(hole.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
+    out = np.zeros(inside.shape, bool)
+    for mask in masks:
+        own = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_AREA) > 0
+        if own.any():
+            out |= _around(lab, own, inside)
+    wide = cv2.resize(out.astype(np.float32), hole.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    return np.asarray(cv2.GaussianBlur(wide, (0, 0), 0.7 / factor) > 0.4)
+
+
+def _around(lab: FloatImage, own: BoolArray, inside: BoolArray) -> BoolArray:
+    """Shade of one thing: dark, of the ground's colour, and joined to the thing at its foot."""
+    x0, y0, x1, y1 = bounds(own)
+    side = max(x1 - x0, y1 - y0)
+    low = np.zeros_like(own)
+    low[max(0, y1 - round(ABOVE * (y1 - y0))) :] = True
+    near = low & grow(own, round(0.8 * side)) & ~inside
+    far = low & grow(own, round(1.2 * side)) & ~grow(own, round(0.25 * side)) & ~inside
+    if np.count_nonzero(far) < 30 or not near.any():
+        return np.zeros_like(own)
+    lit = _lit(lab, far | near)
+    darker = lit[..., 0] - lab[..., 0]
+    # In shade a colour keeps its hue and pales with its lightness.
+    share = (lab[..., :1] / np.maximum(lit[..., :1], 1)).clip(0, 1)
+    tint = np.abs(lab[..., 1:] - lit[..., 1:] * share).max(-1) < TINT
+    dark = near & (darker > DARKER) & tint
+    joined = dark | grow(own, 2) | inside
+    _, labels = cv2.connectedComponents(joined.astype(np.uint8))
+    mine = np.isin(labels, np.unique(labels[own])) & dark
+    # Shade fades out: its faint rim belongs to it.
+    faint = np.asarray(cv2.blur(darker, (3, 3))) > FAINT
+    return grow(mine, 1) & near | grow(mine, max(2, round(RIM * side))) & near & faint & tint
+
+
+def _lit(lab: FloatImage, ground: BoolArray) -> FloatImage:
+    """(H, W, 3) the ground without shade: a smooth surface through its lighter half."""
+    rows, columns = np.nonzero(ground)
+    scale = float(max(ground.shape))
+    terms = np.stack([np.ones(len(rows)), columns / scale, rows / scale], 1)
+    values = lab[rows, columns].astype(float)
+    weight = np.ones(len(rows))
+    fit = np.zeros((3, 3))
+    for _ in range(8):
+        root = np.sqrt(weight)[:, None]
+        fit = np.linalg.lstsq(terms * root, values * root, rcond=None)[0]
+        rest = values[:, 0] - terms @ fit[:, 0]
+        spread = max(1.5 * float(np.median(np.abs(rest))), 2.0)
+        weight = 1 / (1 + (rest / np.where(rest < 0, spread, 2 * spread)) ** 2)
+    y, x = np.indices(ground.shape) / scale
+    return (np.stack([np.ones_like(x), x, y], -1) @ fit).astype(np.float32)

@@ -1,0 +1,117 @@
+"""The background without the objects: no seams, lines go on, no shade stays behind."""
+
+import cv2
+import numpy as np
+import pytest
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import Floor, Grounding, Mark, Slab, Support
+from physagent_studio.reconstruction.crossing import edges_of, lines_through
+from physagent_studio.reconstruction.harmonic import from_steps
+from physagent_studio.reconstruction.lines import segments
+from physagent_studio.reconstruction.plate import background, fill, hole_of
+from physagent_studio.reconstruction.shade import shaded
+
+SHAPE = (240, 320)
+
+
+def _noise(amount: float, seed: int = 1) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    return rng.normal(0, amount, (*SHAPE, 3))
+
+
+def _rgb(values: np.ndarray) -> np.ndarray:
+    return np.clip(np.round(values), 0, 255).astype(np.uint8)
+
+
+def _lit_wall() -> np.ndarray:
+    """A wall that gets darker to the right and downwards."""
+    y, x = np.indices(SHAPE)
+    return np.repeat((200 - 0.25 * x - 0.15 * y)[..., None], 3, 2) * (1.0, 0.98, 0.94)
+
+
+def _ball(at: tuple[int, int] = (160, 110), radius: int = 34) -> np.ndarray:
+    return cv2.circle(np.zeros(SHAPE, np.uint8), at, radius, 1, -1).astype(bool)
+
+
+def test_a_wall_in_changing_light_is_filled_without_a_seam():
+    truth = _lit_wall() + _noise(1.5)
+    mask = _ball()
+    photo = _rgb(np.where(mask[..., None], (30, 60, 200), truth))
+    plate = fill(photo, hole_of([mask], SHAPE)).astype(float)
+    off = cv2.GaussianBlur(plate - _lit_wall(), (0, 0), 3).mean(-1)
+    assert np.abs(off[mask]).max() < 5
+
+
+def test_an_edge_that_runs_behind_an_object_goes_on():
+    y, x = np.indices(SHAPE)
+    upper = y < 60 + 0.35 * x
+    truth = np.where(upper[..., None], (205.0, 200, 190), (120.0, 84, 52)) + _noise(2)
+    mask = _ball((150, 112))
+    photo = _rgb(np.where(mask[..., None], (20, 160, 60), truth))
+    hole = hole_of([mask], SHAPE)
+    lines = lines_through(photo, hole, segments(photo))
+    assert len(lines) == 1
+    row = np.interp([110, 190], *sorted_by_x(lines[0]))
+    assert row == pytest.approx([60 + 0.35 * 110, 60 + 0.35 * 190], abs=3)
+    plate = fill(photo, hole, lines).astype(float).mean(-1)
+    wrong = (plate > 140) != upper
+    assert wrong[mask].mean() < 0.03
+
+
+def sorted_by_x(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    order = np.argsort(line[:, 0])
+    return line[order, 0], line[order, 1]
+
+
+def test_edges_of_a_table_are_taken_where_a_person_marked_it_or_where_they_are_seen():
+    camera = Camera.from_horizon((SHAPE[1], SHAPE[0]), -40, 1.4, focal=300.0)
+    slab = Slab(position=(0.0, 2.0, 0.68), size=(1.0, 0.6, 0.04))
+    seen = Support(name="table", shape=slab)
+    marks = tuple(Mark(role="top", x=1.0, y=1.0) for _ in range(3))
+    marked = seen.model_copy(update={"grounding": Grounding(marks=marks)})
+    blank = np.full((*SHAPE, 3), 150, np.uint8)
+    pixels = camera.project(np.array([[0.0, 1.7, 0.7], [-0.5, 1.7, 0.7]]))[0]
+    hole = _ball((round(pixels[0, 0]), round(pixels[0, 1])), 14)
+    floor = Support(name="floor", shape=Floor())
+    assert len(edges_of(blank, hole, camera, (floor, seen))) == 0
+    (edge,) = edges_of(blank, hole, camera, (floor, marked))
+    assert edge[:, 1] == pytest.approx([pixels[1, 1]] * 2)
+    drawn = blank.copy()
+    drawn[round(pixels[1, 1]) :] = 60
+    assert len(edges_of(drawn, hole, camera, (seen,))) == 1
+
+
+def test_the_shade_around_a_foot_goes_with_the_object():
+    y, x = np.indices(SHAPE)
+    dark = 0.5 * np.exp(-(((x - 176) / 22) ** 2) - ((y - 146) / 9) ** 2)
+    lit = _lit_wall()
+    mask = _ball()
+    truth = lit * (1 - dark[..., None]) + _noise(1.5)
+    photo = _rgb(np.where(mask[..., None], (200, 60, 30), truth))
+    shade = shaded(photo, [mask], hole_of([mask], SHAPE))
+    assert shade[150, 190]
+    assert not shade[:100].any()
+    plate = background(photo, [mask]).astype(float)
+    left = (plate / lit).mean(-1)
+    assert left[140:150, 165:185].min() > 0.9
+    assert np.array_equal(plate[:60], photo[:60])
+
+
+def test_a_picture_comes_back_from_its_steps():
+    picture = np.random.default_rng(2).uniform(0, 255, (20, 30, 3)).astype(np.float32)
+    hole = np.zeros((20, 30), bool)
+    hole[4:15, 6:30] = True
+    right = np.roll(picture, -1, 1) - picture
+    down = np.roll(picture, -1, 0) - picture
+    start = np.where(hole[..., None], 0, picture).astype(np.float32)
+    assert from_steps(start, hole, (right, down)) == pytest.approx(picture, abs=0.01)
+
+
+def test_the_same_picture_gives_the_same_plate():
+    photo = _rgb(_lit_wall() + _noise(4))
+    masks = [_ball(), _ball((60, 180), 20)]
+    assert np.array_equal(background(photo, masks), background(photo, masks))
+    everything = np.ones(SHAPE, bool)
+    assert (background(photo, [everything]) == 128).all()
+    assert np.array_equal(background(photo, []), photo)

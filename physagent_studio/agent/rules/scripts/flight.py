@@ -33,13 +33,39 @@ def through_air(task: Task) -> list[Action]:
 
 
 def leap(task: Task) -> list[Action]:
-    """Jumps up, and forward where that is said."""
+    """Jumps up, and forward where that is said; over a thing, as high and as far as that takes."""
+    hurdle = task.intent.place("over", senses=("jump", "bounce"))
+    if hurdle is not None and hurdle.kind == "object" and task.layout.has(hurdle.name):
+        return [_over(task, hurdle.name)]
     speed = math.sqrt(2 * mech.G * max(task.layout.size(task.name), 0.1))
     way = task.way()
     elevation = 65.0 if way not in (None, "up") else 0.0
     named = way if way not in (None, "up") else "up"
     force = act.toward_or_along(speed, way=named, elevation=elevation)
     return [act.push(task.name, force, duration=act.KICK_STEPS, label="jump")]
+
+
+def _over(task: Task, hurdle: str) -> Action:
+    """A leap that is highest above a thing and comes down as far behind it as it began before."""
+    layout = task.layout
+    away = layout.position(hurdle) - layout.position(task.name)
+    distance = float(np.hypot(away[0], away[1]))
+    way = np.array([away[0], away[1], 0.0]) / max(distance, 1e-6)
+    lowest = layout.position(task.name)[2] - layout.height(task.name) / 2
+    top = layout.position(hurdle)[2] + layout.height(hurdle) / 2
+    half = layout.extent(hurdle, way) + layout.extent(task.name, way)
+    clearance = max(float(top - lowest), 0.0) + 0.5 * layout.height(task.name)
+    # Half the thing's width beside the summit it must still be clear of it.
+    share = min(half / max(distance, 1e-6), 0.8)
+    summit = clearance / (1 - share * share)
+    upward = math.sqrt(2 * mech.G * summit)
+    forward = distance * mech.G / upward
+    force = act.toward_or_along(
+        math.hypot(upward, forward),
+        toward=hurdle,
+        elevation=math.degrees(math.atan2(upward, forward)),
+    )
+    return act.push(task.name, force, duration=act.KICK_STEPS, label="jump")
 
 
 def float_down(task: Task) -> list[Action]:

@@ -1,0 +1,29 @@
+"""Leaps over a thing: the first program is high and far enough, whatever stands in the way."""
+
+from __future__ import annotations
+
+import pytest
+
+from physagent_studio.agent.rules import RuleGenerator
+from physagent_studio.contract import measure
+from physagent_studio.simulation import simulate
+from tests.agent.rules.scenes import STAGES
+
+
+@pytest.mark.parametrize(
+    ("stage", "prompt", "hurdle"),
+    [
+        ("shelf", "The green ball jumps over the domino.", "domino"),
+        ("court", "The basketball leaps over the crate.", "crate"),
+        ("desk", "The red cube hops over the blue cup.", "blue_cup"),
+    ],
+)
+def test_it_clears_what_it_leaps_over(stage: str, prompt: str, hurdle: str) -> None:
+    program = RuleGenerator().first(STAGES[stage].case(prompt), STAGES[stage].reconstruct)
+    rollout = simulate(program, {})
+    checks = measure(program, rollout)
+    assert all(check.ok for check in checks), [c.text for c in checks if not c.ok]
+    leaper = program.event.actions[0].name
+    touching = {rollout.bodies.index(leaper), rollout.bodies.index(hurdle)}
+    early = [row for row in rollout.contacts if row["step"] < 40]
+    assert all({int(row["a"]), int(row["b"])} != touching for row in early)

@@ -11,9 +11,14 @@ import numpy as np
 from physagent_studio.benchmark import physics_bodies, physics_programs, physics_speed
 from physagent_studio.benchmark.physics_scenes import EARTH, STILL, ground, program, thing
 from physagent_studio.benchmark.rows import Row, at_most
-from physagent_studio.program.actions import ApplyAngledForce, FixObject, SetVelocity
+from physagent_studio.program.actions import (
+    ApplyAngledForce,
+    FixObject,
+    SetAngularVelocity,
+    SetVelocity,
+)
 from physagent_studio.program.rotations import about_axis, angle_between
-from physagent_studio.program.scene import Box, Ramp, Slab, Sphere
+from physagent_studio.program.scene import Box, Cylinder, Ramp, Slab, Sphere
 from physagent_studio.simulation import simulate
 
 G = 9.81
@@ -63,6 +68,30 @@ def rolling() -> list[Row]:
         exact = 0.5 * 5 / 7 * G * math.sin(angle) * 1.0**2
         worst = max(worst, abs(path / exact - 1))
     return [at_most("rolling without slip, 5–40°", 100 * worst, 0.1, "%")]
+
+
+def rolling_resistance() -> list[Row]:
+    """A ball and a cylinder let roll stop after v² (1 + k) / 2 c g, k = I / m r²."""
+    worst = 0.0
+    upright = about_axis((1, 0, 0), math.pi / 2)
+    shapes = (
+        (Sphere(radius=0.1), 0.4, (1.0, 0.0, 0.0, 0.0)),
+        (Cylinder(radius=0.1, height=0.3), 0.5, upright),
+    )
+    for shape, inertia, turn in shapes:
+        for resistance, speed in ((0.01, 0.4), (0.03, 0.8), (0.1, 1.0)):
+            roller = thing(
+                "roller", shape, (0, 0, 0.1), rotation=turn, friction=0.8, rolling=resistance / 2
+            )
+            actions = [
+                SetVelocity(id="go", name="roller", velocity=(speed, 0, 0)),
+                SetAngularVelocity(id="spin", name="roller", angular_velocity=(0, speed / 0.1, 0)),
+            ]
+            floor = ground(friction=0.8, rolling=resistance / 2)
+            path = simulate(program([roller], [floor], actions, seconds=6.5)).positions[-1, 0, 0]
+            exact = speed**2 * (1 + inertia) / (2 * resistance * G)
+            worst = max(worst, abs(path / exact - 1))
+    return [at_most("rolling resistance .01–.1, stopping distance", 100 * worst, 2.0, "%")]
 
 
 def restitution() -> list[Row]:
@@ -203,6 +232,7 @@ FIGURES: dict[str, Callable[[], list[Row]]] = {
     "projectile": projectile,
     "sliding": sliding_stop,
     "rolling": rolling,
+    "rolling_resistance": rolling_resistance,
     "restitution": restitution,
     "topple": topple,
     "stack": stack,

@@ -34,6 +34,7 @@ def thing(
     density: float = 500.0,
     friction: float = 0.4,
     restitution: float = 0.0,
+    rolling: float = 0.0,
 ) -> SceneObject:
     """An object of stated material numbers."""
     return SceneObject(
@@ -44,6 +45,7 @@ def thing(
         density=density,
         friction=friction,
         restitution=restitution,
+        rolling=rolling,
     )
 
 
@@ -53,9 +55,16 @@ def ground(
     *,
     friction: float = 0.4,
     restitution: float = 0.0,
+    rolling: float = 0.0,
 ) -> Support:
     """A support of stated material numbers; a floor at z = 0 by default."""
-    return Support(name=name, shape=shape or Floor(), friction=friction, restitution=restitution)
+    return Support(
+        name=name,
+        shape=shape or Floor(),
+        friction=friction,
+        restitution=restitution,
+        rolling=rolling,
+    )
 
 
 def program(

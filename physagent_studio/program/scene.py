@@ -32,6 +32,7 @@ Radians = Annotated[float, Field(ge=-7, le=7)]
 Density = Annotated[float, Field(ge=0.1, le=30000)]
 Friction = Annotated[float, Field(ge=0, le=5)]
 Restitution = Annotated[float, Field(ge=0, le=1)]
+Rolling = Annotated[float, Field(ge=0, le=1)]
 
 
 # --- shapes of objects; every shape is centred on its own centre of mass ---------------------
@@ -230,7 +231,8 @@ class Grounding(Frozen):
     """How a name is tied to the picture: clicks, a box, the chosen mask, marks on a support.
 
     strokes: a person's corrections of the chosen mask. settled: a person has chosen the mask, so
-    that clicks on other things no longer change it.
+    that clicks on other things no longer change it. proposed: nobody clicked, the points were
+    found by the thing's words.
     """
 
     points: tuple[Click, ...] = Field(default=(), max_length=500)
@@ -239,6 +241,7 @@ class Grounding(Frozen):
     marks: tuple[Mark, ...] = Field(default=(), max_length=16)
     strokes: tuple[Stroke, ...] = Field(default=(), max_length=64)
     settled: bool = False
+    proposed: bool = False
 
     def marked(self, role: str) -> tuple[Pixel, ...]:
         """Pixels of the marks of that role, in their order."""
@@ -265,7 +268,8 @@ class SceneObject(Frozen):
     position: centre of mass in the world, m. rotation: pose R_world_body; reconstruction sets
     it together with an open shape. support: what it stands on in the picture (support or
     object), "air" for nothing, None for open. material: a row of `program.materials`; density
-    (kg/m³), friction and restitution override that row. body: how it holds together.
+    (kg/m³), friction, restitution and rolling (resistance of round things, the force that it
+    takes to keep one rolling over its weight) override that row. body: how it holds together.
     form: the kind of shape that an open `shape` becomes; None leaves the choice open too.
     """
 
@@ -280,6 +284,7 @@ class SceneObject(Frozen):
     density: Density | None = None
     friction: Friction | None = None
     restitution: Restitution | None = None
+    rolling: Rolling | None = None
     body: Body = Rigid()
     source: Source = "estimated"
 
@@ -293,6 +298,7 @@ class Support(Frozen):
     material: Name = "wood"
     friction: Friction | None = None
     restitution: Restitution | None = None
+    rolling: Rolling | None = None
     source: Source = "estimated"
 
 

@@ -22,10 +22,11 @@ LIVELIEST = 0.97
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """What a surface brings to a contact: Coulomb friction and restitution."""
+    """What a surface brings to a contact: Coulomb friction, restitution, rolling resistance."""
 
     friction: float
     restitution: float
+    rolling: float = 0.0
 
 
 def touch_of(item: SceneObject | Support) -> Touch:
@@ -33,7 +34,8 @@ def touch_of(item: SceneObject | Support) -> Touch:
     row = MATERIALS.get(item.material, MATERIALS["plastic"])
     friction = row.friction if item.friction is None else item.friction
     restitution = row.restitution if item.restitution is None else item.restitution
-    return Touch(friction, restitution)
+    rolling = row.rolling if item.rolling is None else item.rolling
+    return Touch(friction, restitution, rolling)
 
 
 def density_of(item: SceneObject) -> float:
@@ -44,10 +46,14 @@ def density_of(item: SceneObject) -> float:
 
 
 def combine(first: Touch, second: Touch) -> Touch:
-    """Geometric means: a slippery or a dead surface governs, equal ones keep their value."""
+    """Geometric means: a slippery or a dead surface governs, equal ones keep their value.
+
+    What rolling costs either of them adds up.
+    """
     return Touch(
         math.sqrt(first.friction * second.friction),
         math.sqrt(first.restitution * second.restitution),
+        first.rolling + second.rolling,
     )
 
 

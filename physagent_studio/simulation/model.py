@@ -99,13 +99,25 @@ def configure(compiled: Compiled, program: PhysicalProgram, dt: float) -> None:
     data.qpos[:] = qpos
 
 
+ROUND = ("sphere", "ellipsoid", "cylinder", "capsule")
+
+
+def _rolling_radius(solid: Solid) -> float:
+    """m; 0 for what does not roll by itself: the corners of a mesh cost it speed enough."""
+    return float(np.median(solid.extent)) / 2 if solid.kind in ROUND else 0.0
+
+
 def _configure_pairs(compiled: Compiled, scene: SceneState, dt: float) -> None:
     model = compiled.model
     touches = [touch_of(item) for item in (*scene.objects, *scene.supports)]
+    radii = [_rolling_radius(solid) for solid in compiled.solids] + [0.0] * len(scene.supports)
     model.pair_solimp[:] = IMPEDANCE
     model.pair_margin[:] = 0
     model.pair_gap[:] = MEETING * dt
     for index, (a, b) in enumerate(compiled.pair_bodies.tolist()):
         touch = combine(touches[a], touches[b])
-        model.pair_friction[index] = (touch.friction, touch.friction, 0.005, 1e-4, 1e-4)
+        # The torque of rolling resistance is its force times the radius that rolls.
+        lever = touch.rolling * min((r for r in (radii[a], radii[b]) if r > 0), default=0.0)
+        model.pair_dim[index] = 6 if lever > 0 else 3
+        model.pair_friction[index] = (touch.friction, touch.friction, lever, lever, lever)
         model.pair_solref[index] = reference(touch.restitution, dt)

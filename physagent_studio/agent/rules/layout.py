@@ -172,6 +172,15 @@ class Layout:
             return 0.4
         return item.friction if item.friction is not None else MATERIALS[item.material].friction
 
+    def rolling(self, name: str, other: str) -> float:
+        """Coefficient of rolling resistance between two bodies: what both lose."""
+        total = 0.0
+        for one in (name, other):
+            item = self.state.object(one) or self.state.support(one)
+            own = None if item is None else item.rolling
+            total += own if own is not None else MATERIALS[_material(item)].rolling
+        return total
+
     def restitution(self, name: str, other: str) -> float:
         """Restitution between two bodies."""
         values = []

@@ -19,6 +19,11 @@ def speed_to_stop(distance: float, friction: float, slope: float = 0.0) -> float
     return math.sqrt(2 * max(slowing, 0.0) * max(distance, 0.0))
 
 
+def rolling_slowing(resistance: float) -> float:
+    """Deceleration of a ball that rolls: 5/7 c g, since its spin has to be slowed as well."""
+    return 5 / 7 * resistance * G
+
+
 def speed_to_arrive(distance: float, seconds: float, slowing: float = 0.0) -> float:
     """Starting speed that covers `distance` in `seconds` against a constant deceleration."""
     return distance / seconds + slowing * seconds / 2

@@ -18,10 +18,12 @@ from physagent_studio.program import (
 )
 from physagent_studio.records.judgement import Stage
 
-_OBJECT_LOOKS = ("material", "density", "friction", "restitution", "body", "position", "rotation")
+_OBJECT_LOOKS = (
+    *("material", "density", "friction", "restitution", "rolling", "body", "position", "rotation"),
+)
 _OBJECT_SCENE = ("grounding", "shape", "position", "rotation", "support")
 _SUPPORT_SCENE = ("grounding", "shape")
-_SUPPORT_LOOKS = ("material", "friction", "restitution", "shape")
+_SUPPORT_LOOKS = ("material", "friction", "restitution", "rolling", "shape")
 _KEPT = frozenset({"given", "person"})
 
 

@@ -56,7 +56,7 @@ def material_reference() -> str:
     """The materials table."""
     rows = [
         f"{name}: density {row.density:g} kg/m³, friction {row.friction:g}, "
-        f"restitution {row.restitution:g}"
+        f"restitution {row.restitution:g}, rolling {row.rolling:g}"
         for name, row in MATERIALS.items()
     ]
     return "\n".join(rows)

@@ -38,6 +38,7 @@ LABELS = {
     "density": "Density",
     "friction": "Friction",
     "restitution": "Bounciness",
+    "rolling": "Rolling resistance",
     "support": "Stands on",
     "material": "Material",
     "shape": "Shape",
@@ -208,7 +209,7 @@ def _add_help(fields: list[dict[str, Any]], item: BaseModel, snapshot: Snapshot)
     row = getattr(item, "material", None)
     for field in fields:
         key = field["path"].rpartition(".")[2]
-        if row in MATERIALS and key in ("density", "friction", "restitution"):
+        if row in MATERIALS and key in ("density", "friction", "restitution", "rolling"):
             field["empty"] = f"{number(getattr(material(row), key))} (from {row})"
         field["pinned"] = field["path"] in snapshot.state.pinned
 

@@ -92,7 +92,7 @@ def _ground_speed(task: Task, target: Place | None) -> float:
         return math.sqrt(mech.G * size)
     friction = task.ground_friction()
     rolls = task.layout.is_ball(task.name)
-    slowing = 0.0 if rolls else mech.G * friction
+    slowing = mech.rolling_slowing(task.ground_rolling()) if rolls else mech.G * friction
     distance = task.distance_to(target) if target is not None else max(4 * size, 0.5)
     if task.intent.hits:
         distance = max(distance - size, 0.1)
@@ -140,7 +140,7 @@ def _stopping_speed(task: Task, distance: float, friction: float) -> float:
 
 
 def _brake(task: Task, target: Place | None, speed: float, start: int) -> list[Action]:
-    """A ball rolls on for ever: rolling resistance that stops it where it shall."""
+    """A ball rolls far: a brake that stops it where it shall."""
     if not task.intent.has("stop", "settle", "slow") or not task.layout.is_ball(task.name):
         return []
     distance = task.distance_to(target) if target is not None else 1.0

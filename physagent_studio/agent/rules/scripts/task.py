@@ -105,6 +105,11 @@ class Task:
         carrier = self.layout.carrier(self.name) or self.layout.ground()
         return self.layout.friction(self.name, carrier)
 
+    def ground_rolling(self) -> float:
+        """Coefficient of rolling resistance on what carries it."""
+        carrier = self.layout.carrier(self.name) or self.layout.ground()
+        return self.layout.rolling(self.name, carrier)
+
 
 _ARRIVING = tuple(
     words_of(

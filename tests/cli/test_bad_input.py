@@ -107,6 +107,14 @@ def test_an_unwritable_workspace(tmp_path: Path) -> None:
     one_sentence(result, "blocked", "cannot be written")
 
 
+def test_broken_lessons(tmp_path: Path) -> None:
+    folder, lessons = case_folder(tmp_path / "case"), tmp_path / "lessons.yaml"
+    wanted = ("run", str(folder), "--event", "falls", "--lessons", str(lessons))
+    one_sentence(physagent(*wanted, home=tmp_path), "lessons.yaml", "cannot be read")
+    lessons.write_text("lessons:\n- {mismatch: misses}\n")
+    one_sentence(physagent(*wanted, home=tmp_path), "lessons.yaml, line 2", "factor")
+
+
 def test_a_busy_port(tmp_path: Path) -> None:
     folder = case_folder(tmp_path / "case")
     with socket.socket() as taken:

@@ -33,7 +33,7 @@ Agent = Annotated[
 Objects = Annotated[
     list[str] | None,
     typer.Option(
-        "--object", help='Where a thing is in the photo: "name@x,y"; again for more clicks.'
+        "--object", help='Where a thing is in the photo: "name@x,y"; "name" alone is looked for.'
     ),
 ]
 

@@ -11,6 +11,7 @@ from typing import ParamSpec, TypeVar
 import typer
 
 from physagent_studio.errors import Cancelled, ProgramError, StudioError
+from physagent_studio.workbench.naming import Unclear
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -32,6 +33,9 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
             for problem in error.problems:
                 _say(str(problem))
             raise typer.Exit(BAD_INPUT) from None
+        except Unclear as error:
+            _say(str(error))
+            raise typer.Exit(WAITING) from None
         except StudioError as error:
             _say(str(error))
             raise typer.Exit(BAD_INPUT) from None

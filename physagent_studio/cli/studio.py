@@ -55,7 +55,7 @@ def _opening(
     path = Path(target)
     if path.suffix.lower() in PROGRAMS and path.name not in ("case.yaml", "case.yml"):
         return commands.OpenProgram(read_program(path), path.stem)
-    case = case_of(target, event, prompt, objects)
+    case = case_of(target, event, prompt, objects, ask=False)
     if path.is_dir() or path.suffix.lower() in PROGRAMS:
         return commands.OpenCase(path, event)
     return commands.OpenImage(path, case.prompt, tuple(parse_objects(objects).items()))

@@ -6,11 +6,12 @@ import math
 from pathlib import Path
 
 from physagent_studio.errors import InputError
-from physagent_studio.exchange import case_from_image, load_case
+from physagent_studio.exchange import load_case
 from physagent_studio.program import Click
 from physagent_studio.records import Case
 from physagent_studio.session import Store
 from physagent_studio.workbench.engine import AgentName
+from physagent_studio.workbench.naming import case_in_words, with_proposals
 
 IMAGES = (".png", ".jpg", ".jpeg", ".webp", ".bmp", ".tif", ".tiff")
 PROGRAMS = (".yaml", ".yml")
@@ -29,22 +30,32 @@ def is_session(target: str, store: Store) -> bool:
     return not path.exists() and not path.suffix and "/" not in target
 
 
-def case_of(target: str, event: str | None, prompt: str, objects: tuple[str, ...]) -> Case:
-    """The case in a folder, or around an image."""
+def case_of(
+    target: str, event: str | None, prompt: str, objects: tuple[str, ...], *, ask: bool = True
+) -> Case:
+    """The case in a folder, or around an image; unclicked things are found by their words.
+
+    ask: raise `Unclear` where it is not clear where one is; otherwise the likeliest place counts.
+    """
     path = Path(target)
     if not path.exists():
         raise InputError(f"{target} does not exist (a case folder or an image is needed)")
     if path.is_dir() or path.name in ("case.yaml", "case.yml"):
-        return load_case(path, event)
+        return with_proposals(load_case(path, event), ask=ask)
     if path.suffix.lower() in PROGRAMS:
         raise InputError(f"{target} is a program; use `physagent simulate` or `physagent studio`")
-    return case_from_image(path, prompt, parse_objects(objects))
+    if not prompt.strip():
+        raise InputError('an image needs the event in words: --prompt "the ball falls"')
+    return case_in_words(path, prompt, parse_objects(objects), ask=ask)
 
 
 def parse_objects(words: tuple[str, ...]) -> dict[str, tuple[Click, ...]]:
-    """`name@x,y` (inside) and `name@x,y,0` (outside) to clicks per name."""
+    """`name@x,y` (inside) and `name@x,y,0` (outside) to clicks per name; `name` alone has none."""
     clicks: dict[str, tuple[Click, ...]] = {}
     for word in words:
+        if "@" not in word and word.strip():
+            clicks.setdefault("_".join(word.split()), ())
+            continue
         name, _, place = word.rpartition("@")
         numbers = place.split(",")
         try:
@@ -60,4 +71,6 @@ def parse_objects(words: tuple[str, ...]) -> dict[str, tuple[Click, ...]]:
 
 
 def _bad_object(word: str) -> InputError:
-    return InputError(f'--object "{word}" is not of the form "name@x,y" with x and y in pixels')
+    return InputError(
+        f'--object "{word}" is not of the form "name@x,y" with x and y in pixels, or a name alone'
+    )

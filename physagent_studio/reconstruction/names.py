@@ -202,6 +202,11 @@ def _singular(word: str) -> str:
     return word
 
 
+def is_listed(name: str) -> bool:
+    """Whether exactly these words are a known kind of thing, as "bowling pin" is."""
+    return " ".join(words_of(name)) in _TABLE
+
+
 def usual_size(name: str, context: str = "") -> Usual:
     """What is usual for a thing of that name; `context` (a prompt) may make it more special.
 

@@ -56,6 +56,7 @@ from physagent_studio.records.scene import Candidate, Mesh, Scene
 BoolArray = NDArray[np.bool_]
 VERSION = "3"
 """Changes whenever the same input gives another scene."""
+UNASKED = "by its words, nobody clicked it"
 
 
 class _Run:
@@ -201,7 +202,8 @@ def _completed(
     still_open: tuple[str, ...],
 ) -> SceneState:
     """The given state with everything that was found put in."""
-    flags = tuple(dict.fromkeys((*state.flags, *still_open)))
+    said = (flag for flag in state.flags if not flag.endswith(UNASKED))
+    flags = tuple(dict.fromkeys((*said, *_proposals(state), *still_open)))
     return state.model_copy(
         update={
             "camera": read.camera,
@@ -216,7 +218,17 @@ def _completed(
     )
 
 
-_UNSEEN = ("material", "density", "friction", "restitution", "body")
+def _proposals(state: SceneState) -> list[str]:
+    """Sentences about things that were found by their words."""
+    return [
+        f"{item.name} was found at ({click.x:.0f}, {click.y:.0f}) {UNASKED}"
+        for item in state.objects
+        if item.grounding.proposed
+        for click in item.grounding.points[:1]
+    ]
+
+
+_UNSEEN = ("material", "density", "friction", "restitution", "rolling", "body")
 """Fields of objects and supports that no picture shows: changing them changes no geometry."""
 
 

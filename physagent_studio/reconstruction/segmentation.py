@@ -122,7 +122,7 @@ def settled(name: str, groundings: Sequence[tuple[str, Grounding]]) -> Grounding
         said = {(click.x, click.y) for click in points}
         others = dict(apart(groundings))[name].points
         points += tuple(c for c in others if not c.label and (c.x, c.y) not in said)
-    return own.model_copy(update={"points": points[:500], "settled": True})
+    return own.model_copy(update={"points": points[:500], "settled": True, "proposed": False})
 
 
 def compete(

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from physagent_studio.errors import Cancelled, InputError, ProgramError, StudioError
-from physagent_studio.exchange import case_from_image, load_case
+from physagent_studio.exchange import load_case
 from physagent_studio.program import Edit
 from physagent_studio.program.document import dump_program
 from physagent_studio.records import Case, LoopState
@@ -18,6 +18,7 @@ from physagent_studio.session import Session, Store
 from physagent_studio.workbench import commands
 from physagent_studio.workbench.desk import Desk
 from physagent_studio.workbench.engine import AgentName, Control
+from physagent_studio.workbench.naming import case_in_words, with_proposals
 from physagent_studio.workbench.rendering import render_rollout, write_file
 from physagent_studio.workbench.snapshot import Attempt, Notice, Snapshot
 
@@ -163,9 +164,9 @@ class Workbench:
 
     def _dispatch(self, command: commands.Command) -> None:
         if isinstance(command, commands.OpenCase):
-            self._open_case(load_case(command.folder, command.event))
+            self._open_case(with_proposals(load_case(command.folder, command.event), ask=False))
         elif isinstance(command, commands.OpenImage):
-            case = case_from_image(command.path, command.prompt, dict(command.objects))
+            case = case_in_words(command.path, command.prompt, dict(command.objects), ask=False)
             self._open_case(case)
         elif isinstance(command, commands.OpenProgram):
             self._open_program(command)

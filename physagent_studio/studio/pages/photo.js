@@ -88,7 +88,7 @@ export function startPhoto(host) {
   function things(chosen) {
     return h("div", { key: "things" }, h("div", { class: "head" }, "Things"), h("div", { class: "row wrap photo-things", style: "gap:4px" },
       data.objects.map((one) => h("button", { class: "b small", type: "button", "aria-pressed": String(one.name === chosen), onclick: () => choose("object", one.name) },
-        h("span", { class: "photo-swatch", style: `background:rgb(${one.colour.join(" ")})` }), one.name.replaceAll("_", " "))),
+        h("span", { class: "photo-swatch", style: `background:rgb(${one.colour.join(" ")})` }), one.name.replaceAll("_", " "), one.grounding.proposed ? h("span", { class: "faint", title: "Found by its words; mark it to be sure" }, "found by words") : null)),
       data.supports.filter((one) => one.grounding.points.length || one.grounding.marks.length || one.ramp).map((one) => h("button", { class: "b small", type: "button", "aria-pressed": String(one.name === chosen), onclick: () => choose("support", one.name) }, one.name.replaceAll("_", " "))),
       state.fresh ? h("span", { class: "chip accent" }, state.fresh) : null,
       data.readOnly ? null : h("form", { class: "row", style: "gap:3px", onsubmit: (e) => { e.preventDefault(); add(e.target.elements[0]); } },

@@ -4,7 +4,7 @@ import { h } from "./dom.js";
 
 export function startStage(host, { onTool }) {
   const picture = h("image", { x: 0, y: 0 });
-  const layers = Object.fromEntries(["outlines", "marks", "live"].map((name) => [name, h("g", {})]));
+  const layers = Object.fromEntries(["outlines", "marks", "live"].map((name) => [name, h("g", { class: `ph-${name}` })]));
   const svg = h("svg", { preserveAspectRatio: "xMidYMid meet" }, picture, layers.outlines, layers.marks, layers.live);
   const corner = h("div", { class: "photo-corner" });
   const stage = h("div", { class: "photo-stage", tabindex: "0", role: "application", "data-tool": "look" }, svg, corner);

@@ -1,0 +1,299 @@
+"""Things found without a click: what stands out is held against what the words ask for.
+
+Blobs come from the colours that are asked for and from what differs from the picture's rim; each
+is graded for each thing, and the best assignment is proposed. A proposal is clear only where it
+fits well and nothing else fits about as well; otherwise a person has to say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from physagent_studio.reconstruction.colour_words import MATERIALS, USUAL, likeness
+from physagent_studio.reconstruction.masks import (
+    BoolArray,
+    FloatArray,
+    border_share,
+    bounds,
+    grow,
+    iou,
+    without_pinholes,
+)
+from physagent_studio.reconstruction.names import usual_size
+from physagent_studio.reconstruction.sought import Sought
+from physagent_studio.records.case import Image
+
+SIDE = 200
+"""Longest side in pixels of the picture on which blobs are found."""
+MOST = 40
+"""How many blobs are graded."""
+GOOD, MARGIN = 0.6, 0.15
+"""Grade of a clear proposal, and how far it must lie before the next that is still free."""
+SHOWN = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """Where a thing may be: a pixel well inside it, its box (x0, y0, x1, y1), grade 0 … 1."""
+
+    x: float
+    y: float
+    box: tuple[float, float, float, float]
+    grade: float
+
+
+@dataclass(frozen=True, slots=True)
+class Proposed:
+    """Where a thing may be, best first; clear: whether the first can be used unasked."""
+
+    name: str
+    spots: tuple[Spot, ...]
+    clear: bool
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Blob:
+    mask: BoolArray
+    box: tuple[int, int, int, int]
+    area: float
+    contrast: float
+    round: float
+
+
+def propose(image: Image, wanted: Sequence[Sought]) -> tuple[Proposed, ...]:
+    """Where each wanted thing may be; no two get the same first place.
+
+    Repeats to the bit.
+
+    Spots are in pixels of `image`.
+    """
+    if not wanted:
+        return ()
+    factor = min(1.0, SIDE / max(image.shape[:2]))
+    small = cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
+    small = np.ascontiguousarray(small).astype(np.uint8)
+    lab = cv2.cvtColor(cv2.GaussianBlur(small, (0, 0), 1.0), cv2.COLOR_RGB2LAB).astype(np.float32)
+    maps = {item.name: likeness(small, _colours(item)) for item in wanted if _colours(item)}
+    blobs = _blobs(lab, maps)
+    if not blobs:
+        return tuple(Proposed(item.name, (), False) for item in wanted)
+    grades = np.array([[_grade(item, blob, maps, lab.shape) for blob in blobs] for item in wanted])
+    _by_size(grades, wanted, blobs)
+    chosen = _assigned(grades)
+    _by_base(grades, wanted, blobs, chosen)
+    chosen = _assigned(grades)
+    made = [
+        _proposed(item, row, blobs, chosen, index, factor)
+        for index, (item, row) in enumerate(zip(wanted, grades, strict=True))
+    ]
+    return tuple(_all_or_none(made, wanted))
+
+
+def _colours(item: Sought) -> tuple[str, ...]:
+    """Colour words for a thing: said, or suggested by its name or what it is made of."""
+    if item.colours:
+        return item.colours
+    for word in item.name.split("_"):
+        if word in MATERIALS:
+            return MATERIALS[word]
+    return USUAL.get(item.head, ())
+
+
+# --- blobs -------------------------------------------------------------------------------------
+
+
+def _blobs(lab: NDArray[np.float32], maps: Mapping[str, FloatArray]) -> list[_Blob]:
+    """Connected parts of one colour, or that stand out; overlapping ones once, best first."""
+    masks: list[BoolArray] = []
+    for found in maps.values():
+        for level in (0.35, 0.7):
+            masks += _parts(np.asarray(found > level))
+    salient = _salience(lab)
+    for level in (0.25, 0.4, 0.55, 0.7):
+        masks += _parts(np.asarray(salient > level))
+    made = sorted((_blob(lab, mask) for mask in masks), key=lambda blob: -blob.contrast)
+    kept: list[_Blob] = []
+    for blob in made:
+        if all(iou(blob.mask, other.mask) < 0.6 for other in kept):
+            kept.append(blob)
+        if len(kept) == MOST:
+            break
+    return kept
+
+
+def _parts(mask: BoolArray) -> list[BoolArray]:
+    """Connected parts of a sensible size that are no frame around the picture."""
+    kernel = np.ones((3, 3), np.uint8)
+    opened = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, kernel)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(opened)
+    out: list[BoolArray] = []
+    for label in range(1, count):
+        share = stats[label, cv2.CC_STAT_AREA] / mask.size
+        if not 0.0006 < share < 0.3:
+            continue
+        part = without_pinholes(labels == label, 0.5)
+        if border_share(part) < 0.3:
+            out.append(part)
+    return out
+
+
+def _salience(lab: NDArray[np.float32]) -> FloatArray:
+    """(H, W) 0 … 1: distance in colour from what the picture's rim and its rows show."""
+    rows, columns = lab.shape[:2]
+    rim = max(3, min(rows, columns) // 12)
+    frame = np.ones((rows, columns), bool)
+    frame[rim:-rim, rim:-rim] = False
+    cv2.setRNGSeed(20)
+    stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 20, 0.5)
+    samples = lab[frame][:: max(1, int(frame.sum()) // 4000)]
+    start = np.zeros((len(samples), 1), np.int32)
+    _, labels, centres = cv2.kmeans(samples, 6, start, stop, 2, cv2.KMEANS_PP_CENTERS)
+    share = np.bincount(labels.ravel(), minlength=6) / len(labels)
+    far = np.full((rows, columns), np.inf, np.float32)
+    for centre, weight in zip(centres, share, strict=True):
+        if weight > 0.04:
+            far = np.minimum(far, np.linalg.norm((lab - centre) * (0.7, 1.3, 1.3), axis=2))
+    far = cv2.GaussianBlur(far.astype(np.float32), (0, 0), 1.5)
+    return np.asarray(far / max(float(np.percentile(far, 99.5)), 12.0), np.float32)
+
+
+def _blob(lab: NDArray[np.float32], mask: BoolArray) -> _Blob:
+    x0, y0, x1, y1 = bounds(mask)
+    area = int(np.count_nonzero(mask))
+    ring = grow(mask, max(2, round(0.15 * float(np.sqrt(area))))) & ~grow(mask, 1)
+    step = np.linalg.norm(lab[mask].mean(0) - lab[ring].mean(0)) if ring.any() else 0.0
+    width, height = x1 - x0, y1 - y0
+    full = area / max(np.pi / 4 * width * height, 1.0)
+    evenness = min(width, height) / max(width, height)
+    roundness = max(0.0, 1 - 2.5 * abs(full - 1)) * evenness
+    return _Blob(
+        mask, (x0, y0, x1, y1), area / mask.size, float(np.tanh(step / 35)), float(roundness)
+    )
+
+
+# --- grades ------------------------------------------------------------------------------------
+
+
+def _grade(
+    item: Sought, blob: _Blob, maps: Mapping[str, FloatArray], shape: tuple[int, ...]
+) -> float:
+    """How well a blob fits a thing, 0 … 1."""
+    parts = [(0.3, blob.contrast), (0.12, _size_fit(blob.area))]
+    found = maps.get(item.name)
+    if found is not None:
+        said = 0.45 if item.colours else 0.25
+        ring = grow(blob.mask, 4) & ~grow(blob.mask, 1)
+        inside = float(found[blob.mask].mean())
+        beyond = float(found[ring].mean()) if ring.any() else 0.0
+        parts.append((said, inside * (1 - 0.6 * beyond)))
+    if usual_size(item.head).shapes[:1] == ("sphere",):
+        parts.append((0.25, blob.round))
+    if item.side:
+        parts.append((0.3, _side_fit(item.side, blob, shape)))
+    return sum(weight * value for weight, value in parts) / sum(weight for weight, _ in parts)
+
+
+def _size_fit(area: float) -> float:
+    """Things that a sentence speaks of take about a hundredth of the picture, more or less."""
+    return float(np.exp(-0.5 * (np.log(area / 0.015) / 1.4) ** 2))
+
+
+def _side_fit(side: str, blob: _Blob, shape: tuple[int, ...]) -> float:
+    x = (blob.box[0] + blob.box[2]) / 2 / shape[1]
+    y = (blob.box[1] + blob.box[3]) / 2 / shape[0]
+    middle = 1 - 2 * abs(x - 0.5)
+    return {"left": 1 - x, "right": x, "top": 1 - y, "bottom": y, "middle": middle}[side]
+
+
+def _by_size(grades: NDArray, wanted: Sequence[Sought], blobs: Sequence[_Blob]) -> None:
+    """Large and small things of a kind: by area among the blobs that fit about as well."""
+    for row, item in zip(grades, wanted, strict=True):
+        if not item.size:
+            continue
+        near = np.flatnonzero(row > row.max() - 0.15)
+        order = sorted(near, key=lambda k: blobs[int(k)].area * item.size)
+        for rank, k in enumerate(order):
+            row[k] += 0.1 * rank / max(len(order) - 1, 1)
+
+
+def _by_base(
+    grades: NDArray, wanted: Sequence[Sought], blobs: Sequence[_Blob], chosen: Mapping[int, int]
+) -> None:
+    """Things that rest on another: those blobs gain that stand on where it was found."""
+    for index, item in enumerate(wanted):
+        base = next(
+            (k for k, other in enumerate(wanted) if item.on and other.head == item.on), None
+        )
+        if base is None or base == index or base not in chosen:
+            continue
+        x0, y0, x1, _ = blobs[chosen[base]].box
+        for k, blob in enumerate(blobs):
+            middle = (blob.box[0] + blob.box[2]) / 2
+            above = abs(blob.box[3] - y0) < 0.4 * (blob.box[3] - blob.box[1]) + 4
+            grades[index, k] += 0.2 if above and x0 <= middle <= x1 else -0.1
+
+
+def _assigned(grades: NDArray) -> dict[int, int]:
+    """The blob of each thing such that all fit best together."""
+    things, blobs = linear_sum_assignment(-grades)
+    return {int(a): int(b) for a, b in zip(things, blobs, strict=True)}
+
+
+def _proposed(
+    item: Sought,
+    row: NDArray,
+    blobs: Sequence[_Blob],
+    chosen: Mapping[int, int],
+    index: int,
+    factor: float,
+) -> Proposed:
+    if index not in chosen:
+        return Proposed(item.name, (), False)
+    first = chosen[index]
+    taken = set(chosen.values()) - {first}
+    order = [int(k) for k in np.argsort(-row, kind="stable") if int(k) != first]
+    free = [k for k in order if k not in taken and not _same_place(blobs[k], blobs[first])]
+    rest = float(row[free[0]]) if free else 0.0
+    clear = bool(_is_told(item) and row[first] > GOOD and row[first] - rest > MARGIN)
+    spots = tuple(_spot(blobs[k], float(row[k]), factor) for k in (first, *free[: SHOWN - 1]))
+    return Proposed(item.name, spots, clear)
+
+
+def _all_or_none(made: Sequence[Proposed], wanted: Sequence[Sought]) -> list[Proposed]:
+    """Things that are called alike are clear together: else they may be mixed up."""
+    kinds = [(item.head, item.colours) for item in wanted]
+    unclear = {kind for one, kind in zip(made, kinds, strict=True) if not one.clear}
+    return [
+        replace(one, clear=one.clear and kind not in unclear)
+        for one, kind in zip(made, kinds, strict=True)
+    ]
+
+
+def _is_told(item: Sought) -> bool:
+    """Whether the words say enough to know the thing by: a colour, or a kind that has one."""
+    return bool(item.colours) or item.head in USUAL
+
+
+def _same_place(one: _Blob, other: _Blob) -> bool:
+    """Whether two blobs are readings of the same thing: one holds most of the other."""
+    shared = int(np.count_nonzero(one.mask & other.mask))
+    smaller = min(np.count_nonzero(one.mask), np.count_nonzero(other.mask))
+    return bool(shared > 0.6 * smaller)
+
+
+def _spot(blob: _Blob, grade: float, factor: float) -> Spot:
+    depth = cv2.distanceTransform(np.pad(blob.mask, 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
+    row, column = divmod(int(depth.argmax()), depth.shape[1])
+    x0, y0, x1, y1 = (round(value / factor, 1) for value in blob.box)
+    return Spot(
+        round((column + 0.5) / factor, 1),
+        round((row + 0.5) / factor, 1),
+        (x0, y0, x1, y1),
+        round(float(np.clip(grade, 0, 1)), 3),
+    )

@@ -1,0 +1,88 @@
+"""Things that nobody clicked: found by the words of the sentence, used where they are clear."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from physagent_studio.errors import InputError
+from physagent_studio.exchange import case_from_image
+from physagent_studio.program import Click, Grounding
+from physagent_studio.reconstruction.proposals import Proposed, propose
+from physagent_studio.reconstruction.sought import sought_by, things_in
+from physagent_studio.records import Case
+
+
+class Unclear(InputError):
+    """Where a thing is in the photo is not clear from its words alone; a person has to say."""
+
+
+def case_in_words(
+    path: Path, prompt: str, clicks: Mapping[str, Sequence[Click]], *, ask: bool = True
+) -> Case:
+    """A case from a photo and a sentence; names without clicks are looked for in the photo.
+
+    Without any name, the things that the sentence speaks of are looked for. Raises Unclear with
+    the places that come into question (unless `ask` is False), InputError where the sentence
+    names nothing.
+    """
+    names = list(clicks) or [item.name for item in things_in(prompt)]
+    if not names:
+        raise InputError(
+            "the sentence names nothing that could be found in the photo; say where a thing is:"
+            " --object name@x,y"
+        )
+    if all(clicks.get(name) for name in names):
+        return case_from_image(path, prompt, clicks)
+    # Any click does until the real one is known; the photo is read and checked by then.
+    stand_in = (Click(x=0, y=0),)
+    case = case_from_image(path, prompt, {name: clicks.get(name) or stand_in for name in names})
+    open_ones = tuple(
+        (name, grounding if clicks.get(given) else Grounding())
+        for given, (name, grounding) in zip(names, case.objects, strict=True)
+    )
+    return with_proposals(replace(case, objects=open_ones), ask=ask)
+
+
+def with_proposals(case: Case, *, ask: bool = True) -> Case:
+    """The case with its unclicked objects found by their words, marked as proposals.
+
+    ask: raise Unclear where a place is not clear; otherwise the likeliest is taken. Raises
+    InputError for a thing for which nothing stands out.
+    """
+    names = [name for name, grounding in case.objects if not grounding.shows_something]
+    if not names or case.image is None:
+        return case
+    found = {
+        one.name: one
+        for one in propose(case.image, [sought_by(name, case.prompt) for name in names])
+    }
+    unclear = [one for one in found.values() if not (one.spots if not ask else one.clear)]
+    if unclear:
+        kind = Unclear if all(one.spots for one in unclear) else InputError
+        raise kind(_question(unclear, [one for one in found.values() if one.clear]))
+    objects = tuple(
+        (name, _grounded(found[name]) if name in found else grounding)
+        for name, grounding in case.objects
+    )
+    return replace(case, objects=objects)
+
+
+def _grounded(one: Proposed) -> Grounding:
+    spot = one.spots[0]
+    return Grounding(points=(Click(x=spot.x, y=spot.y),), proposed=True)
+
+
+def _question(unclear: Sequence[Proposed], clear: Sequence[Proposed]) -> str:
+    """One sentence: what is not clear, and where each thing may be, likeliest first."""
+    parts = []
+    for one in unclear:
+        places = ", ".join(f"{one.name}@{spot.x:.0f},{spot.y:.0f}" for spot in one.spots)
+        parts.append(f"{one.name} ({places or 'nothing stands out for it'})")
+    known = ", ".join(f"{one.name}@{one.spots[0].x:.0f},{one.spots[0].y:.0f}" for one in clear)
+    also = f"; clear: {known}" if known else ""
+    return (
+        f"where it is in the photo is not clear from words alone: {'; '.join(parts)}{also};"
+        " say it with --object name@x,y, or click it in the studio"
+    )

@@ -1,0 +1,254 @@
+"""Tools of the photo: a mark becomes one edit, the scene follows, Ctrl+Z takes it back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+from physagent_studio.program.scene import Grounding, SceneState
+from tests.browser.conftest import Desk
+
+pytestmark = pytest.mark.browser
+
+
+class Photo:
+    """The photo tab with an object selected; positions are pixels of the photo."""
+
+    def __init__(self, desk: Desk) -> None:
+        self.desk = desk
+        desk.tab("Photo")
+        self.name = desk.snapshot.program.scene.objects[0].name
+        desk.button(self.name.replace("_", " ")).click()
+        desk.until(lambda: desk.studio.view.selection.name == self.name, "the selection")
+        self.before = desk.snapshot.program
+        self.svg = desk.page.locator(".photo-stage > svg")
+        expect(self.svg).to_be_visible()
+
+    @property
+    def scene(self) -> SceneState:
+        return self.desk.snapshot.program.scene
+
+    @property
+    def grounding(self) -> Grounding:
+        item = self.scene.object(self.name)
+        assert item is not None
+        return item.grounding
+
+    def mask(self) -> np.ndarray:
+        scene = self.desk.snapshot.scene
+        assert scene is not None
+        return scene.masks[self.name]
+
+    def middle(self) -> tuple[float, float]:
+        rows, columns = np.nonzero(self.mask())
+        return float(np.median(columns)), float(np.median(rows))
+
+    def at(self, x: float, y: float) -> tuple[float, float]:
+        """Where a pixel of the photo is on the page."""
+        spot = self.svg.evaluate(
+            """(svg, [x, y]) => {
+              const on = new DOMPoint(x, y).matrixTransform(svg.getScreenCTM());
+              return [on.x, on.y];
+            }""",
+            [x, y],
+        )
+        return spot[0], spot[1]
+
+    def tool(self, name: str) -> None:
+        button = self.desk.button(name)
+        button.click()
+        expect(button).to_have_attribute("aria-pressed", "true")
+
+    def drag(self, *points: tuple[float, float]) -> None:
+        mouse = self.desk.page.mouse
+        mouse.move(*self.at(*points[0]))
+        mouse.down()
+        for point in points[1:]:
+            mouse.move(*self.at(*point), steps=4)
+        mouse.up()
+
+    def thumbnails(self) -> int:
+        """The masks on offer, once the last question is answered."""
+        masks = self.desk.page.locator(".photo-masks button")
+        expect(masks.first).to_be_visible()
+        expect(self.desk.page.get_by_text("to use one.")).to_be_visible()
+        return masks.count()
+
+    def changed(self, holds: Callable[[SceneState], object], what: str) -> None:
+        """Until an edit has arrived and the scene has followed."""
+        self.desk.until(lambda: self.desk.snapshot.has_draft and holds(self.scene), what)
+        self.desk.idle()
+        assert self.scene.is_closed
+
+    def undone(self) -> None:
+        """One Ctrl+Z brings everything back."""
+        self.desk.page.keyboard.press("Control+z")
+        self.desk.until(lambda: self.desk.snapshot.program == self.before, "undone")
+
+
+@pytest.fixture
+def photo(fresh: Desk) -> Photo:
+    return Photo(fresh)
+
+
+def test_click_or_box_choose_one_of_four_and_undo(photo: Photo) -> None:
+    page = photo.desk.page
+    photo.tool("Mask")
+    x, y = photo.middle()
+    page.mouse.click(*photo.at(x + 3, y))
+    assert 2 <= photo.thumbnails() <= 4
+    assert photo.desk.snapshot.program == photo.before
+    page.mouse.click(*photo.at(5, 5), button="right")
+    rows, columns = np.nonzero(photo.mask())
+    low = (float(columns.min()) - 5, float(rows.min()) - 5)
+    photo.drag(low, (float(columns.max()) + 5, float(rows.max()) + 5))
+    photo.thumbnails()
+    expect(page.get_by_role("button", name="Mask 2 of")).to_be_visible()
+    page.keyboard.press("2")
+    photo.changed(lambda scene: photo.grounding.settled, "the chosen mask")
+    made = photo.grounding
+    assert made.candidate == 1
+    assert made.box == pytest.approx((*low, columns.max() + 5, rows.max() + 5), abs=2)
+    assert [click.label for click in made.points[-2:]].count(0) >= 1
+    assert photo.desk.snapshot.scene is not None
+    photo.undone()
+
+
+def test_ctrl_z_takes_back_a_mark_before_it_is_an_edit(photo: Photo) -> None:
+    page = photo.desk.page
+    photo.tool("Mask")
+    x, y = photo.middle()
+    dots = page.locator(".ph-dot.in")
+    count = dots.count()
+    page.mouse.click(*photo.at(x + 3, y))
+    expect(dots).to_have_count(count + 1)
+    photo.thumbnails()
+    page.keyboard.press("Control+z")
+    expect(dots).to_have_count(count)
+    assert photo.desk.snapshot.program == photo.before
+    assert not photo.desk.snapshot.can_redo
+
+
+def test_brush_and_scissors(photo: Photo) -> None:
+    page = photo.desk.page
+    photo.tool("Brush")
+    x, y = photo.middle()
+    photo.desk.button("Erase").click()
+    photo.drag((x - 2, y), (x + 2, y))
+    photo.thumbnails()
+    page.keyboard.press("Enter")
+    photo.changed(lambda scene: photo.grounding.strokes, "the stroke")
+    assert photo.grounding.strokes[0].effect == "erase"
+    assert not photo.mask()[int(y), int(x)]
+
+    photo.tool("Scissors")
+    photo.desk.button("Exactly this").click()
+    page.keyboard.down("Shift")
+    for corner in ((x - 20, y - 20), (x + 20, y - 20), (x + 20, y + 20), (x - 20, y + 20)):
+        page.mouse.click(*photo.at(*corner))
+    page.keyboard.press("Enter")
+    page.keyboard.up("Shift")
+    photo.thumbnails()
+    page.keyboard.press("1")
+    photo.changed(lambda scene: len(photo.grounding.strokes) == 2, "the cut")
+    assert photo.grounding.strokes[1].tool == "scissors"
+    area = int(np.count_nonzero(photo.mask()))
+    assert area == pytest.approx(1600, rel=0.15)
+
+    page.keyboard.press("Control+z")
+    photo.desk.until(lambda: len(photo.grounding.strokes) == 1, "the cut undone")
+    photo.undone()
+
+
+def test_scissors_follow_edges(photo: Photo) -> None:
+    page = photo.desk.page
+    photo.tool("Scissors")
+    rows, columns = np.nonzero(photo.mask())
+    left, right = float(columns.min()), float(columns.max())
+    top, low = float(rows.min()), float(rows.max())
+    middle = ((left + right) / 2, (top + low) / 2)
+    around = [(left, middle[1]), (middle[0], top), (right, middle[1]), (middle[0], low)]
+    for number, spot in enumerate(around, start=1):
+        page.mouse.click(*photo.at(*spot))
+        expect(page.locator(".ph-live .ph-dot")).to_have_count(number)
+    page.keyboard.press("Enter")
+    photo.thumbnails()
+    page.keyboard.press("1")
+    photo.changed(lambda scene: photo.grounding.strokes, "the cut")
+    points = np.array(photo.grounding.strokes[0].points)
+    # Straight lines between the four clicks would need no more than four points.
+    assert len(points) > 8
+    photo.undone()
+
+
+def test_the_horizon_is_dragged(photo: Photo) -> None:
+    photo.tool("Horizon")
+    expect(photo.desk.page.get_by_text("Horizon: row")).to_be_visible()
+    camera = photo.scene.camera
+    assert camera is not None
+    width = camera.size[0]
+    row = camera.horizon
+    photo.drag((width / 2, row), (width / 2, row + 30))
+    photo.changed(lambda scene: scene.horizon_source == "person", "the horizon")
+    assert photo.scene.camera is not None
+    assert photo.scene.camera.horizon == pytest.approx(row + 30, abs=3)
+    was, now = photo.before.scene.objects, photo.scene.objects
+    assert all(a.position != b.position for a, b in zip(was, now, strict=True))
+    photo.undone()
+
+
+def test_a_ramp_with_three_clicks(photo: Photo) -> None:
+    page = photo.desk.page
+    photo.tool("Ramp")
+    camera = photo.scene.camera
+    assert camera is not None
+    width, height = camera.size
+    page.mouse.click(*photo.at(0.3 * width, 0.93 * height))
+    expect(page.get_by_text("Now the ground below its upper end.")).to_be_visible()
+    page.mouse.click(*photo.at(0.6 * width, 0.93 * height))
+    page.mouse.click(*photo.at(0.6 * width, 0.75 * height))
+    photo.changed(lambda scene: scene.support("ramp"), "a ramp")
+    ramp = photo.scene.support("ramp")
+    assert ramp is not None
+    assert ramp.shape is not None
+    assert ramp.shape.kind == "ramp"
+    photo.undone()
+
+
+def test_a_size_and_another_shape(photo: Photo) -> None:
+    page = photo.desk.page
+    field = page.get_by_label(f"Size of {photo.name} in metres")
+    field.fill("2")
+    field.press("Enter")
+    photo.changed(lambda scene: scene.scale.metres == 2, "the size")
+    assert photo.scene.scale.source == "person"
+    page.locator(".photo-stage").focus()
+    photo.undone()
+
+    shape = photo.scene.objects[0].shape
+    assert shape is not None
+    page.keyboard.press("s")
+    photo.changed(lambda scene: scene.objects[0].form, "another shape")
+    now = photo.scene.objects[0].shape
+    assert now is not None
+    assert now.kind != shape.kind
+    photo.undone()
+
+
+def test_the_wheel_zooms_and_large_fills_the_middle(photo: Photo) -> None:
+    page = photo.desk.page
+    before = photo.svg.get_attribute("viewBox")
+    page.mouse.move(*photo.at(100, 100))
+    page.mouse.wheel(0, -300)
+    expect(photo.svg).not_to_have_attribute("viewBox", before or "")
+    x, y = photo.at(100, 100)
+    assert (x, y) == pytest.approx(photo.at(100, 100), abs=1)
+    narrow = photo.svg.bounding_box()
+    photo.desk.button("Large photo").click()
+    wide = photo.svg.bounding_box()
+    assert narrow is not None
+    assert wide is not None
+    assert wide["width"] > 1.5 * narrow["width"]

@@ -21,6 +21,7 @@ from physagent_studio.program.scene import MeshedSupport, Shape
 from physagent_studio.records import Alarm, Mesh, Rollout
 from physagent_studio.simulation.build import compile_model
 from physagent_studio.simulation.clouds import Cloud
+from physagent_studio.simulation.collision import outlines
 from physagent_studio.simulation.contact_law import density_of, touch_of
 from physagent_studio.simulation.convex import split
 from physagent_studio.simulation.engine import run
@@ -80,6 +81,14 @@ class Simulator:
     ) -> Rollout:
         """Runs the tail of an edited program; see `resimulate`."""
         return self._run(program, meshes, previous, from_step, cancelled, progress)
+
+    def outlines(
+        self, program: PhysicalProgram, meshes: Mapping[str, Mesh]
+    ) -> dict[str, tuple[Mesh, ...]]:
+        """What the engine collides, by name; see `collision.outlines`."""
+        _require_resolved(program)
+        with self._lock:
+            return outlines(program, self._compiled(program, meshes)[1])
 
     def prepared(
         self, program: PhysicalProgram, meshes: Mapping[str, Mesh]

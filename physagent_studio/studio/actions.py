@@ -93,6 +93,8 @@ def _(intent: intents.Select, studio: Studio, browser: int) -> None:
 @carry_out.register
 def _(intent: intents.Show, studio: Studio, browser: int) -> None:
     studio.set_view(studio.view.with_shown(intent.what, intent.on))
+    if intent.what == "collisions":
+        studio.workbench.post(commands.ShowCollisions(intent.on))
 
 
 @carry_out.register

@@ -28,7 +28,7 @@ Vector = tuple[Coordinate, Coordinate, Coordinate]
 
 ViewOption = Literal[
     "photo", "supports", "frustum", "gravity", "axes", "labels", "trails", "ghosts", "contacts",
-    "forces", "centres", "gizmo",
+    "forces", "centres", "collisions", "gizmo",
 ]  # fmt: skip
 
 

@@ -168,6 +168,13 @@ class Redo:
 
 
 @dataclass(frozen=True, slots=True)
+class ShowCollisions:
+    """Whether snapshots hold what the engine collides."""
+
+    on: bool
+
+
+@dataclass(frozen=True, slots=True)
 class Rename:
     """Gives the session another title."""
 
@@ -219,6 +226,7 @@ Command = (
     | Unpin
     | Undo
     | Redo
+    | ShowCollisions
     | Rename
     | Render
     | Write

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from functools import singledispatchmethod
 from typing import Any
@@ -11,11 +12,20 @@ from physagent_studio.agent import loop
 from physagent_studio.agent.rules import wishing
 from physagent_studio.agent.rules.wishing import proposal_for
 from physagent_studio.contract import measure
-from physagent_studio.errors import InputError, Problem, ProgramError
+from physagent_studio.errors import InputError, Problem, ProgramError, SimulationError
 from physagent_studio.program import Edit, PhysicalProgram, apply, value_at
 from physagent_studio.program.diff import diff
 from physagent_studio.program.document import load_program
-from physagent_studio.records import Check, Decision, LoopState, Override, Rollout, Round, Scene
+from physagent_studio.records import (
+    Check,
+    Decision,
+    LoopState,
+    Mesh,
+    Override,
+    Rollout,
+    Round,
+    Scene,
+)
 from physagent_studio.session import Session
 from physagent_studio.session.session import now
 from physagent_studio.workbench import commands, photo_edits
@@ -53,6 +63,7 @@ class Desk:
         self.problems: tuple[Problem, ...] = ()
         self.text: str | None = None
         self._live: tuple[str, Scene | None, Rollout | None, tuple[Check, ...]] | None = None
+        self._outlines: tuple[Scene, Mapping[str, tuple[Mesh, ...]]] | None = None
         self._tried: tuple[str, Scene, Rollout, tuple[Check, ...]] | None = None
 
     # --- what is on view ---------------------------------------------------------------------
@@ -87,6 +98,16 @@ class Desk:
         if self.shown not in (None, self.state.head) or item is None or item.preview is None:
             return None
         return self.session.rollout(item.preview.rollout) if item.preview.rollout else None
+
+    def outlines(self, scene: Scene) -> Mapping[str, tuple[Mesh, ...]] | None:
+        """What the engine collides in a scene; None where something is still open."""
+        if self._outlines is None or self._outlines[0] is not scene:
+            try:
+                program = self.program.model_copy(update={"scene": scene.state})
+                self._outlines = (scene, self.engine.outlines(program, scene))
+            except SimulationError:
+                return None
+        return self._outlines[1]
 
     def _run_draft(
         self, draft: PhysicalProgram

@@ -24,7 +24,7 @@ from physagent_studio.contract import measure
 from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.reconstruction import reconstruct
-from physagent_studio.records import Case, Image, Rollout, Scene
+from physagent_studio.records import Case, Image, Mesh, Rollout, Scene
 from physagent_studio.rendering import Compositor, frame_of
 from physagent_studio.session import Session
 from physagent_studio.simulation import Simulator
@@ -156,6 +156,10 @@ class Engine:
         return self._simulator.resimulate(
             program, scene.meshes, before, program.clip.steps, cancelled=self.control.cancelled
         )
+
+    def outlines(self, program: PhysicalProgram, scene: Scene) -> dict[str, tuple[Mesh, ...]]:
+        """What the physics engine collides, by name."""
+        return self._simulator.outlines(program, scene.meshes)
 
     def view(self, scene: Scene) -> Image | None:
         """The reconstruction seen by its own camera, to be held against the photo."""

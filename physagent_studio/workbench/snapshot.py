@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
 from physagent_studio.errors import Problem
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.records import Case, Check, LoopState, Rollout, Scene
+from physagent_studio.records import Case, Check, LoopState, Mesh, Rollout, Scene
 from physagent_studio.workbench.meter import Spending
 
 
@@ -42,6 +43,8 @@ class Snapshot:
     shown. shown_round: id of the round on view; read_only: it is not the head. busy: what is
     happening now, in words, None at rest. progress: 0 … 1 of it, None where unknown.
     revision: grows with every change. attempt: while something is dragged, what would come of it.
+    collisions: outlines of what the engine collides by name, of objects in the body frame, of
+    supports in the world; None where nobody asked for them.
     """
 
     revision: int
@@ -66,3 +69,4 @@ class Snapshot:
     can_redo: bool = False
     spending: Spending = field(default_factory=Spending)
     attempt: Attempt | None = None
+    collisions: Mapping[str, tuple[Mesh, ...]] | None = None

@@ -44,6 +44,7 @@ class Workbench:
         self._snapshot = Snapshot(revision=0)
         self._numbers = itertools.count(1)
         self._desk: Desk | None = None
+        self._with_collisions = False
         self._wanted: list[tuple[Edit, ...] | None] = []
         self._trying: tuple[Edit, ...] | None = None
         self._overtaken = threading.Event()
@@ -175,6 +176,8 @@ class Workbench:
         elif isinstance(command, commands.DismissNotice):
             kept = tuple(item for item in self._snapshot.notices if item.id != command.id)
             self._publish(replace(self._snapshot, notices=kept))
+        elif isinstance(command, commands.ShowCollisions):
+            self._with_collisions = command.on
         elif self._desk is None:
             raise InputError("no session is open")
         elif isinstance(command, commands.Render):
@@ -249,6 +252,7 @@ class Workbench:
                 has_draft=desk.state.draft is not None,
                 yaml_text=dump_program(program) if desk.text is None else desk.text,
                 yaml_problems=desk.problems,
+                collisions=desk.outlines(scene) if self._with_collisions and scene else None,
                 notices=self._snapshot.notices,
                 can_undo=desk.session.can_undo,
                 can_redo=desk.session.can_redo,

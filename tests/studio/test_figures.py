@@ -9,7 +9,7 @@ from physagent_studio.studio.figures.figure import memory, p95
 
 
 def test_every_promise_has_a_row() -> None:
-    rows = measure_studio(scrubs=5, drops=2, rounds=1, many=4, browser=False)
+    rows = measure_studio(scrubs=5, drops=2, rounds=1, many=4, browser=False, watched=0.5)
     names = [row.name for row in rows]
     assert len(set(names)) == len(names)
     for words in ("scrub to pose", "opening", "frames a second", "share of a core", "scrubs",

@@ -25,11 +25,17 @@ OBJECTS = 50
 
 
 def measure_studio(
-    *, scrubs: int = 1000, drops: int = 40, rounds: int = 50, many: int = 200, browser: bool = True
+    *,
+    scrubs: int = 1000,
+    drops: int = 40,
+    rounds: int = 50,
+    many: int = 200,
+    browser: bool = True,
+    watched: float = 4.0,
 ) -> list[Figure]:
     """All figures. The rows of a real browser are left out where none is installed."""
     return [
-        *_motion(scrubs),
+        *_motion(scrubs, watched),
         *_demo(drops, browser),
         _rounds(rounds),
         _opening(many),
@@ -54,7 +60,7 @@ def _running(command: commands.Command | None = None) -> Iterator[Studio]:
 # --- playing and scrubbing ---------------------------------------------------------------------
 
 
-def _motion(scrubs: int) -> list[Figure]:
+def _motion(scrubs: int, watched: float) -> list[Figure]:
     with _running(commands.OpenProgram(drifting(OBJECTS), "bench")) as studio:
         opened = time.perf_counter()
         with open_page(studio) as page, open_viewer(studio) as viewer:
@@ -69,7 +75,7 @@ def _motion(scrubs: int) -> list[Figure]:
                 page.send(json.dumps({"do": "scrub", "frame": frame % 81}))
             settle(studio)
             grown = memory() - before
-            rate, share = _play(page, wire)
+            rate, share = _play(page, wire, watched)
     return [
         Figure(f"scrub to pose on the wire, {OBJECTS} objects, p95", p95(delays), "ms", 10),
         Figure("page's values after opening", usable * 1000, "ms", 3000),
@@ -85,7 +91,7 @@ def _scrub(page: Connection, wire: Wire, frame: int) -> float:
     return delay
 
 
-def _play(page: Connection, wire: Wire, seconds: float = 4.0) -> tuple[float, float]:
+def _play(page: Connection, wire: Wire, seconds: float) -> tuple[float, float]:
     """Frames a second on the wire, and the share of one core, while playing."""
     page.send(json.dumps({"do": "play", "on": True}))
     time.sleep(0.3)

@@ -17,6 +17,7 @@ SWITCHES = (
     ("forces", "Forces and velocities"),
     ("contacts", "Contacts"),
     ("centres", "Centres of mass"),
+    ("collisions", "What collides"),
     ("frustum", "Camera"),
     ("gravity", "Gravity"),
     ("axes", "Axes"),

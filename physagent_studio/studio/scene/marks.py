@@ -30,7 +30,7 @@ class Marks:
         self._server = server
         self._later = later
         self._edited = edited
-        self._arrows: dict[str, list[viser.SceneNodeHandle]] = {}
+        self._arrows: dict[str, tuple[viser.ArrowsHandle, viser.LabelHandle]] = {}
         self._grips: dict[str, viser.IcosphereHandle] = {}
         self._held: str | None = None
 
@@ -57,13 +57,18 @@ class Marks:
         for one in arrows:
             if self._held == one.key:
                 continue
-            color = ACTION if one.kind == "action" else VELOCITY
-            self._arrows[one.key] = self._arrow(one, color, size)
+            self._arrows[one.key] = self._arrow(one, size)
 
-    def _arrow(
-        self, one: Arrow, color: tuple[int, int, int], size: float
-    ) -> list[viser.SceneNodeHandle]:
+    def _arrow(self, one: Arrow, size: float) -> tuple[viser.ArrowsHandle, viser.LabelHandle]:
+        """The arrow as it should be; one that is there already is only moved."""
         length = float(np.linalg.norm(one.vector))
+        color = ACTION if one.kind == "action" else VELOCITY
+        if one.key in self._arrows:
+            arrow, label = self._arrows[one.key]
+            arrow.points = np.array([[one.foot, one.tip]], np.float32)
+            arrow.head_length = min(size * 0.06, max(length * 0.4, 1e-4))
+            label.text, label.position = one.text, one.tip
+            return arrow, label
         arrow = self._server.scene.add_arrows(
             f"/marks/{one.key}", np.array([[one.foot, one.tip]]), colors=color,
             shaft_radius=size * 0.008, head_radius=size * 0.022,
@@ -73,7 +78,7 @@ class Marks:
             f"/marks/{one.key}/value", one.text, position=one.tip, font_screen_scale=0.65,
             anchor="bottom-center",
         )  # fmt: skip
-        return [arrow, label]
+        return arrow, label
 
     # --- dragging ----------------------------------------------------------------------------
 
@@ -114,7 +119,7 @@ class Marks:
             self._grips[one.key].position = tip
         text = f"{np.linalg.norm(vector) / one.scale:.3g}"
         moved = Arrow(one.key, one.foot, vector, one.scale, text, one.kind, one.path)
-        self._arrows[one.key] = self._arrow(moved, ACTION, size)
+        self._arrows[one.key] = self._arrow(moved, size)
         self._server.flush()
         value: list[JsonValue] = [float(f"{part:.4g}") for part in vector / one.scale]
         self._edited((SetField(path=one.path, value=value),), "arrow dragged", ends)
@@ -134,7 +139,8 @@ class Marks:
             self._server.scene.remove_by_name("/marks/contacts")
             return
         largest = max(float(now["impulse"].max()), 1e-9)
-        ends = now["point"] + now["normal"] * (now["impulse"] / largest)[:, None] * size * 0.25
+        # Contacts name objects first: what is drawn is the push that the object gets.
+        ends = now["point"] - now["normal"] * (now["impulse"] / largest)[:, None] * size * 0.25
         segments = np.stack([now["point"], ends], axis=1)
         self._server.scene.add_line_segments(
             "/marks/contacts/impulses", segments, colors=CONTACT, thickness=2.5,

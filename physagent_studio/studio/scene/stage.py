@@ -14,8 +14,12 @@ import viser
 from numpy.typing import NDArray
 
 from physagent_studio.program import PhysicalProgram, SceneObject
+from physagent_studio.program.actions import FixObject
+from physagent_studio.program.rotations import matrices_of
 from physagent_studio.records import Mesh, Rollout, Scene
 from physagent_studio.studio.guard import put
+from physagent_studio.studio.scene.collisions import Collisions
+from physagent_studio.studio.scene.deforming import Deforming
 from physagent_studio.studio.scene.ghosts import EARLIER, NOW, PREVIEW, TRIED, Ghosts
 from physagent_studio.studio.scene.glb import glb_of
 from physagent_studio.studio.scene.handles import Edited, Handles, Held, Later, Wished
@@ -52,6 +56,8 @@ MOST_NAMES = 24
 STILL = 1e-6
 """A pose that differs by less, m or a part of a quaternion, is the same to the eye."""
 
+CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], bool)
+
 GREY_SUPPORT = (120, 130, 145)
 
 
@@ -63,11 +69,13 @@ class Stage:
         self._picked = hands.picked
         self._marks = Marks(server, hands.edited, hands.later)
         self._ghosts = Ghosts(server)
+        self._collisions = Collisions(server)
+        self._deforming = Deforming(server, hands.picked)
         self._handles = Handles(server, hands.edited, hands.wished, hands.later)
         self._made_from: tuple[object, ...] = ()
         self._objects: dict[str, viser.GlbHandle] = {}
         self._labels: dict[str, viser.LabelHandle] = {}
-        self._above: dict[str, NDArray[np.float64]] = {}
+        self._boxes: dict[str, NDArray[np.float64]] = {}
         self._meshes: dict[str, Mesh] = {}
         self._furniture: dict[str, list[viser.SceneNodeHandle]] = {}
         self._sent: tuple[list[str], NDArray[np.float64], NDArray[np.float64]] | None = None
@@ -92,6 +100,13 @@ class Stage:
             self._ghosts.set_trail("preview", preview if trails else None, PREVIEW)
             self._ghosts.set_trail("earlier", earlier if trails else None, EARLIER)
             self._set_attempt(snapshot)
+            self._collisions.show(
+                snapshot.collisions if "collisions" in view.shown else None,
+                frozenset(self._objects),
+            )
+            self._deforming.show(snapshot.rollout, self._meshes)
+            for name, handle in self._objects.items():
+                handle.visible = name not in self._deforming.names
         self.pose(snapshot, view)
 
     def attempt(self, snapshot: Snapshot, view: View) -> None:
@@ -111,7 +126,10 @@ class Stage:
         with self._server.atomic():
             poses = poses_at(snapshot, view.step)
             self._move(poses, "labels" in view.shown)
+            self._mark_held(snapshot, view.step)
             self._ghosts.pose(view.step, snapshot.rollout)
+            self._deforming.pose(view.step)
+            self._collisions.pose(poses)
             self._frame(snapshot, view, poses)
             self._marks.draw(snapshot, view, self._size(snapshot.program))
         self._server.flush()
@@ -134,10 +152,21 @@ class Stage:
         for at in np.flatnonzero(moved | turned):
             handle = self._objects[names[at]]
             put(handle, places[at] if moved[at] else None, turns[at] if turned[at] else None)
-        if with_names:
+        if with_names and self._labels:
+            up = matrices_of(turns)[:, 2]
             for at, name in enumerate(names):
                 if name in self._labels:
-                    self._labels[name].position = places[at] + self._above[name]
+                    # Just over the box around it, however it has turned.
+                    top = float((self._boxes[name] @ up[at]).max())
+                    self._labels[name].position = places[at] + np.array([0, 0, top * 1.12])
+
+    def _mark_held(self, snapshot: Snapshot, step: int) -> None:
+        """Says beside its name that an action holds a thing still."""
+        held = held_at(snapshot, step)
+        for name, label in self._labels.items():
+            text = f"{name} · held" if name in held else name
+            if label.text != text:
+                label.text = text
 
     def _frame(self, snapshot: Snapshot, view: View, poses: Poses) -> None:
         name = view.selection.name if view.selection.kind == "object" else ""
@@ -185,8 +214,10 @@ class Stage:
         for name in ("/objects", "/supports", "/camera", "/gravity", "/axes"):
             self._server.scene.remove_by_name(name)
         self._objects, self._labels, self._meshes, self._furniture = {}, {}, {}, {}
-        self._above, self._sent = {}, None
-        for part in (self._marks, self._ghosts, self._handles):
+        self._boxes, self._sent = {}, None
+        for part in (
+            self._marks, self._ghosts, self._handles, self._collisions, self._deforming,
+        ):  # fmt: skip
             part.clear()
 
     def _add_object(self, item: SceneObject, mesh: Mesh, program: PhysicalProgram) -> None:
@@ -196,8 +227,8 @@ class Stage:
         self._objects[name], self._meshes[name] = handle, mesh
         if len(program.scene.objects) > MOST_NAMES:
             return
-        reach = float(np.linalg.norm(mesh.vertices, axis=1).max())
-        self._above[name] = np.array([0, 0, reach * 1.15])
+        low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+        self._boxes[name] = np.where(CORNERS, high, low)
         self._labels[name] = self._server.scene.add_label(
             f"/objects/label {name}", name, font_screen_scale=0.75, anchor="bottom-center"
         )
@@ -289,6 +320,20 @@ class Stage:
 
     def _size(self, program: PhysicalProgram) -> float:
         return self._measured(program)[1]
+
+
+def held_at(snapshot: Snapshot, step: int) -> frozenset[str]:
+    """The objects that an action keeps where they are on a step."""
+    rollout = snapshot.rollout
+    holding = {a.id: a.name for a in snapshot.program.event.actions if isinstance(a, FixObject)}
+    if rollout is None or not holding:
+        return frozenset()
+    return frozenset(
+        holding[span.id]
+        for span in rollout.spans
+        if span.id in holding and span.start is not None
+        and span.start <= step < (span.end if span.end is not None else rollout.steps + 1)
+    )  # fmt: skip
 
 
 def poses_at(snapshot: Snapshot, step: int) -> Poses:

@@ -1,0 +1,138 @@
+"""The stage over a real viser server: what it draws is what the snapshot says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import viser
+
+from physagent_studio.program.document import load_program
+from physagent_studio.records import Mesh
+from physagent_studio.session import Store
+from physagent_studio.studio.guard import open_server, stop_server
+from physagent_studio.studio.scene.deforming import colours_of
+from physagent_studio.studio.scene.stage import Hands, Stage, held_at
+from physagent_studio.studio.view import View
+from physagent_studio.workbench import Snapshot, Workbench, commands
+
+PROGRAM = """
+scene:
+  objects:
+    - {name: ball, shape: {kind: sphere, radius: 0.1}, position: [0, 1.5, 0.1], support: floor}
+    - name: cloth
+      shape: {kind: box, size: [0.4, 0.4, 0.01]}
+      position: [0, 1.5, 0.4]
+      support: air
+      body: {kind: cloth}
+  supports:
+    - {name: floor, shape: {kind: floor}}
+event:
+  prompt: The cloth falls over the ball.
+  actions: [{operator: FixObject, id: hold, name: ball, start_step: 0, duration: 20}]
+clip: {frames: 11}
+"""
+
+
+@pytest.fixture(scope="module")
+def snapshot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Snapshot]:
+    workbench = Workbench(Store(tmp_path_factory.mktemp("stage")), evidence=False)
+    workbench.post(commands.OpenProgram(load_program(PROGRAM)))
+    workbench.post(commands.ShowCollisions(on=True))
+    assert workbench.wait(60)
+    yield workbench.snapshot()
+    workbench.close()
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[viser.ViserServer]:
+    async def silent(_connection: object) -> None: ...
+
+    running = open_server(0, lambda _path: None, silent)
+    yield running
+    stop_server(running)
+
+
+@pytest.fixture
+def stage(server: viser.ViserServer) -> Stage:
+    server.scene.reset()
+    hands = Hands(lambda *_: None, lambda *_: None, lambda *_: None, lambda act: act())
+    return Stage(server, hands)
+
+
+def _node(server: viser.ViserServer, name: str) -> Any:
+    return server.scene._handle_from_node_name[name]
+
+
+def _nodes(server: viser.ViserServer) -> set[str]:
+    return set(server.scene._handle_from_node_name)
+
+
+def test_cloth_is_drawn_as_it_moves(
+    stage: Stage, server: viser.ViserServer, snapshot: Snapshot
+) -> None:
+    rollout = snapshot.rollout
+    assert rollout is not None
+    stage.draw(snapshot, View(), None)
+    handle = _node(server, "/deforming/cloth/0")
+    path = dict(rollout.vertices)["cloth"]
+    for frame in (0, 5, 10):
+        stage.pose(snapshot, View(step=frame * 4))
+        assert np.allclose(handle.vertices, path[frame], atol=1e-5)
+    assert not _node(server, "/objects/cloth").visible
+    assert _node(server, "/objects/ball").visible
+
+
+def test_what_collides_is_shown_when_asked_for(
+    stage: Stage, server: viser.ViserServer, snapshot: Snapshot
+) -> None:
+    stage.draw(snapshot, View(), None)
+    assert "/collisions/ball" not in _nodes(server)
+    stage.draw(snapshot, View().with_shown("collisions", True), None)
+    assert "/collisions/ball" in _nodes(server)
+    assert "/collisions/cloth" not in _nodes(server)
+    stage.draw(snapshot, View(), None)
+    assert "/collisions/ball" not in _nodes(server)
+
+
+def test_what_is_held_says_so(stage: Stage, server: viser.ViserServer, snapshot: Snapshot) -> None:
+    assert held_at(snapshot, 10) == {"ball"}
+    assert held_at(snapshot, 25) == frozenset()
+    stage.draw(snapshot, View(step=8), None)
+    label = _node(server, "/objects/label ball")
+    assert label.text == "ball · held"
+    stage.pose(snapshot, View(step=32))
+    assert label.text == "ball"
+
+
+def test_nothing_stays_of_what_is_gone(
+    stage: Stage, server: viser.ViserServer, snapshot: Snapshot
+) -> None:
+    shown = View().with_shown("collisions", True).with_shown("forces", True)
+    stage.draw(snapshot, replace(shown, step=8), None)
+    bare = replace(
+        snapshot,
+        rollout=None,
+        collisions=None,
+        scene=None,
+        program=load_program("event: {prompt: Nothing.}"),
+    )
+    stage.draw(bare, View(), None)
+    left = {name for name in _nodes(server) if name.startswith(("/objects/", "/deforming/c"))}
+    assert left == set()
+    assert not any(name.startswith(("/collisions/", "/ghosts/")) for name in _nodes(server))
+
+
+def test_a_picture_comes_down_to_its_main_colours() -> None:
+    texture = np.zeros((2, 2, 3), np.uint8)
+    texture[0] = (200, 20, 20)
+    texture[1] = (20, 20, 200)
+    uv = np.array([[0.0, 0], [1, 0], [1, 0.9], [0, 1.1], [1, 1.5], [1, 1.9]])
+    mesh = Mesh(np.zeros((6, 3)), np.array([[0, 1, 2], [3, 4, 5]], np.int32), uv, texture)
+    colours, owner = colours_of(mesh)
+    assert {colours[owner[0]], colours[owner[1]]} == {(200, 20, 20), (20, 20, 200)}
+    plain = Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]], np.int32), color=(1, 2, 3))
+    assert colours_of(plain)[0] == [(1, 2, 3)]

@@ -64,7 +64,10 @@ def start_overlap(facts: Facts, name: str) -> float:
 
 
 def energy(facts: Facts) -> Check:
-    """How much energy appears beyond the work of the actions, over a fiftieth of all of it."""
+    """How much energy appears beyond the work of the actions, over a fiftieth of all of it.
+
+    Not judged where something is elastic, see `Rollout`.
+    """
     if _stores_energy(facts):
         text = "energy rises only where an action does work: {answer}, not judged: elastic bodies"
         return physics_check("energy", text + " keep energy that is not recorded", 0.0)
@@ -212,9 +215,18 @@ def _has_cause(facts: Facts, name: str, start: int) -> bool:
 
 
 def _paid_by_height(facts: Facts, name: str, start: int) -> bool:
-    """Whether its height pays for its motion: it slides, rolls or tips over."""
+    """Whether its height pays for its motion: it slides, rolls or tips over.
+
+    Until an action or another body gives it more.
+    """
     index = facts.rollout.objects.index(name)
-    rows = slice(start, min(facts.last, start + round(0.5 / facts.dt)) + 1)
+    ahead = Window(start, min(facts.last, start + round(0.5 / facts.dt)))
+    given = facts.acted_on(name)[ahead.rows].copy()
+    for other in facts.rollout.objects:
+        if other != name:
+            given |= facts.touching(name, other, ahead)
+    count = int(given.argmax()) if given.any() else len(given)
+    rows = slice(start, start + max(count, 1))
     energy = (facts.rollout.kinetic + facts.rollout.potential)[rows, index]
     kinetic = facts.rollout.kinetic[rows, index]
     return float(energy.max() - energy[0]) <= 0.2 * float(kinetic.max()) + 1e-9

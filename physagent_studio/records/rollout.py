@@ -63,8 +63,11 @@ class Rollout:
     refer to these. positions: (S+1, N, 3) world, m, of the centres of mass. rotations:
     (S+1, N, 4) R_world_body, wxyz. velocities: (S+1, N, 3) world, m/s. angular: (S+1, N, 3)
     world, rad/s. contacts: structured, `CONTACT_DTYPE`, sorted by step; resting contacts appear
-    on every step. kinetic, potential: (S+1, N) J. masses: (N,) kg. penetration: (S+1,) m,
-    deepest, beyond what a pair overlapped by initially (an alarm on step 0 names that).
+    on every step. kinetic, potential: (S+1, N) J, of motion and of gravity; what a soft,
+    plastic, cloth or rope body stores by its shape is in neither, since MuJoCo's energy counts
+    springs of joints, tendons and edges and gives 0 for the elasticity of a flex. masses: (N,)
+    kg. penetration: (S+1,) m, deepest, beyond what a pair overlapped by initially (an alarm on
+    step 0 names that).
     vertices: deformed visual vertices per frame for soft objects, (frames, V, 3).
     releases: joints of breakable objects that let go, sorted by step.
 

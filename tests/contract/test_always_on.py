@@ -121,6 +121,22 @@ def test_sliding_down_is_paid_by_height(stage, time):
     assert stage.always("cause").ok
 
 
+@pytest.mark.parametrize("later", ["action", "body", "nothing"])
+def test_what_an_action_adds_later_is_not_asked_of_the_height(stage, time, later):
+    slid = 0.5 * 2 * np.maximum(0, time - 0.3) ** 2
+    raised = 3 * np.maximum(0, time - 0.55) ** 2
+    stage.path("cube", x=1 + slid, z=1 - 0.3 * slid + raised).touch("cube", "table")
+    if later == "action":
+        stage.actions = [
+            {"id": "p", "name": "cube", "operator": "ApplyForce", "force": [0, 0, 9],
+             "start_step": 54, "duration": 20}
+        ]  # fmt: skip
+        stage.spans = [ActionSpan("p", 54, 74, 2.0)]
+    elif later == "body":
+        stage.touch("ball", "cube", list(range(54, 90)))
+    assert stage.always("cause").ok == (later != "nothing")
+
+
 def test_sinking_through_the_floor_fails_even_without_a_contact(stage, time):
     stage.path("ball", z=0.1 - 0.5 * time)
     check = stage.always("sink")

@@ -9,7 +9,7 @@ of a wrong object, the programs of the picture's other events and twenty random 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 
@@ -233,15 +233,91 @@ def transplanted(name: str, other: str) -> PhysicalProgram:
 
 
 DEFORMABLE = ("sand_house", "santa_suit", "tree")
-"""Grains, cloth and soft bodies take seconds to run, and any push makes them give way."""
+"""Grains, cloth and soft bodies take seconds to run."""
+
+
+def _way_of(action: Action) -> str | None:
+    vector = getattr(action, "force", None) or getattr(action, "velocity", None)
+    return vector.direction if isinstance(vector, Directed) else None
+
+
+def _targets(program: PhysicalProgram) -> set[str]:
+    return {action.name for action in program.event.actions}
+
+
+def _ways(program: PhysicalProgram) -> set[str | None]:
+    return {_way_of(action) for action in program.event.actions}
+
+
+MAY_HAPPEN: dict[str, tuple[str, Callable[[PhysicalProgram], bool]]] = {
+    "persimmons__two_fall_one_stays": (
+        "the prompt asks for a push of the upper two, and a ball on a ball needs no more",
+        lambda program: _targets(program) == {"top_persimmon", "middle_persimmon"},
+    ),
+    "pumpkin_stool__falls_on_stool": (
+        "the pumpkin hangs in the air: whatever lets go of it lets it fall on the stool",
+        lambda program: "pumpkin" in _targets(program),
+    ),
+    "sand_house__pushed_and_collapses": (
+        "the prompt asks for a push from the left, and that is all it asks for",
+        lambda program: "right" in _ways(program),
+    ),
+    "tree__gust": (
+        "the prompt asks for a gust from the side, and a push from the side is one",
+        lambda program: bool({"left", "right"} & _ways(program)),
+    ),
+}
+"""Events that a random program may bring about rightly: why, and which programs do."""
+
+
+def standing(name: str) -> PhysicalProgram:
+    """The first program with every support that the picture shows."""
+    program = first_program(name)
+    stored = load_program(STATES[name].read_text(encoding="utf-8")).scene
+    if len(stored.supports) <= len(program.scene.supports):
+        return program
+    below = {item.name: item.support for item in stored.objects}
+    objects = tuple(
+        item.model_copy(update={"support": below[item.name]}) for item in program.scene.objects
+    )
+    update = {"supports": stored.supports, "objects": objects}
+    return program.model_copy(update={"scene": program.scene.model_copy(update=update)})
+
+
+def held_until_pushed(program: PhysicalProgram) -> PhysicalProgram:
+    """Everything stays as it stood until an action is on it; what hangs, hangs."""
+    actions = program.event.actions
+    holds = []
+    for item in program.scene.objects:
+        mine = [a.start_step for a in actions if a.name == item.name]
+        steps = min(mine, default=program.clip.steps)
+        if steps > 0:
+            holds.append(FixObject(id=f"hold_{item.name}"[:64], name=item.name, duration=steps))
+    return acting(program, (*actions, *holds))
+
+
+def accepted(name: str, seeds: range) -> list[int]:
+    """Seeds of random programs after which the reference holds, and rightly so in no way."""
+    program = standing(name)
+    by_itself = holds(name, acting(program, ()))
+    _, rightly = MAY_HAPPEN.get(name, ("", lambda program: False))
+    found = []
+    for seed in seeds:
+        tried = random_program(program, seed)
+        if rightly(tried):
+            continue
+        if holds(name, held_until_pushed(tried) if by_itself else tried):
+            found.append(seed)
+    return found
+
+
+@pytest.mark.parametrize("name", sorted(n for n in STATES if not n.startswith(DEFORMABLE)))
+def test_random_programs_are_rejected(name: str) -> None:
+    seed = sum(map(ord, name)) % 20
+    assert not accepted(name, range(seed, seed + 2))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(n for n in STATES if not n.startswith(DEFORMABLE)))
-def test_random_programs_are_rejected(name: str) -> None:
-    program = first_program(name)
-    if holds(name, acting(program, ())):
-        pytest.skip("on this scene gravity alone makes the event")
-    kept = [seed for seed in range(20) if holds(name, random_program(program, seed))]
-    # With one object and four ways, a push may by chance be the right one.
-    assert len(kept) <= 2, kept
+@stored
+def test_twenty_random_programs_are_rejected(name: str) -> None:
+    assert not accepted(name, range(20))

@@ -82,6 +82,8 @@ def _script_for(task: Task) -> Script:
         return scripts.let_go
     if intent.has("float"):
         return scripts.float_down
+    if intent.frames and intent.frames[0].sense == "rise":
+        return scripts.lift
     if task.ramp_ahead() is not None:
         return scripts.up_ramp
     if layout.carrier(task.name) is None:

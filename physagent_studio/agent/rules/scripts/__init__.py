@@ -6,7 +6,7 @@ to the rounds that follow.
 """
 
 from physagent_studio.agent.rules.scripts.edges import off_edge
-from physagent_studio.agent.rules.scripts.flight import float_down, in_wind, leap, through_air
+from physagent_studio.agent.rules.scripts.flight import float_down, in_wind, leap, lift, through_air
 from physagent_studio.agent.rules.scripts.ground import along_ground
 from physagent_studio.agent.rules.scripts.landing import (
     landed_on,
@@ -27,6 +27,7 @@ __all__ = [
     "landed_on",
     "leap",
     "let_go",
+    "lift",
     "off_edge",
     "off_what_it_fell_on",
     "past_what_is_below",

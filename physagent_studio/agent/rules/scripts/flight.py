@@ -68,6 +68,30 @@ def _over(task: Task, hurdle: str) -> Action:
     return act.push(task.name, force, duration=act.KICK_STEPS, label="jump")
 
 
+def lift(task: Task) -> list[Action]:
+    """Carried up without haste; then let go where it comes down again, else held there."""
+    height = max(1.2 * task.layout.size(task.name), 0.12)
+    seconds = task.seconds(0.25)
+    # Half of the time it gains speed, half of the time it loses it.
+    gain = 4 * height / (seconds * seconds)
+    half = round(seconds / 2 / task.clip.step_seconds)
+    up, slow, hold = (
+        act.toward_or_along(mech.G + share, way="up", quantity="acceleration")
+        for share in (gain, -gain, 0.0)
+    )
+    first = act.FIRST_STEP
+    actions: list[Action] = [
+        act.push(task.name, up, start=first, duration=half, label="lift"),
+        act.push(task.name, slow, start=first + half, duration=half, label="slow"),
+    ]
+    if not task.intent.has("fall", "land"):
+        rest = task.clip.steps - first - 2 * half
+        actions.append(
+            act.push(task.name, hold, start=first + 2 * half, duration=rest, label="hold")
+        )
+    return actions
+
+
 def float_down(task: Task) -> list[Action]:
     """An upward force carries nearly all of the weight."""
     below = task.layout.carrier(task.name)

@@ -3,7 +3,14 @@
 from __future__ import annotations
 
 from physagent_studio.agent.rules.layout import level, named_way
-from physagent_studio.agent.rules.senses.common import along, bent_path, landed_on, manner, travel
+from physagent_studio.agent.rules.senses.common import (
+    along,
+    bent_path,
+    landed_on,
+    manner,
+    travel,
+    was_raised,
+)
 from physagent_studio.agent.rules.senses.turning import topple
 from physagent_studio.agent.rules.specs import (
     Context,
@@ -14,11 +21,12 @@ from physagent_studio.agent.rules.specs import (
     spec,
     ways_of,
 )
+from physagent_studio.program.actions import Direction
 
 
 def move(c: Context) -> list[Spec]:
     """Moves, slides, drifts, flies."""
-    return [*travel(c), *along(c), *manner(c), *bent_path(c)]
+    return [*travel(c), *along(c), *manner(c), *bent_path(c), *_while_descending(c)]
 
 
 def roll(c: Context) -> list[Spec]:
@@ -46,11 +54,34 @@ def _down_the_slope(c: Context) -> list[Spec]:
     assert downhill is not None
     far = c.length(1.0, 0.05, 0.2)
     way = named_way(level(downhill))
+    along_it = spec("moves", c.subject, distance=far, direction=way)
+    below = spec("contacts", c.subject, other=c.layout.ground())
     return [
         spec("upright", c.subject, tilt=50.0),
-        spec("moves", c.subject, distance=far, direction=way),
-        spec("airborne", c.subject, seconds=0.25, negated=True),
+        along_it,
+        spec("airborne", c.subject, seconds=0.12, negated=True),
+        *_not_off_the_side(c, way, below),
     ]
+
+
+def _not_off_the_side(c: Context, way: Direction, below: Spec) -> list[Spec]:
+    """It does not come off the side of the slope before it is at the bottom."""
+    aside = ("left", "right") if way in ("away", "toward_camera") else ("away", "toward_camera")
+    far = c.length(1.6, 0.08, 0.3)
+    off = any_of(*(spec("moves", c.subject, distance=far, direction=w) for w in aside))
+    return [Spec("all_of", {}, (before(off, below).opposite(),))]
+
+
+def _while_descending(c: Context) -> list[Spec]:
+    """ "Drifts sideways while descending the ramp": on the slope, not after it."""
+    near = (*c.reading.frames[c.index + 1 : c.index + 2],)
+    told = any(f.sense in ("descend", "roll", "slide") and f.link == "while" for f in near)
+    ways = [w for w in c.ways() if w not in ("up", "down")]
+    if not told or not ways or c.layout.ramp_below(c.subject) is None:
+        return []
+    far = c.length(0.3, 0.02, 0.1)
+    drift = any_of(*(spec("moves", c.subject, distance=far, direction=w) for w in ways))
+    return [before(drift, spec("contacts", c.subject, other=c.layout.ground()))]
 
 
 def curve(c: Context) -> list[Spec]:
@@ -75,9 +106,12 @@ def fall(c: Context) -> list[Spec]:
     """Comes down; a thing that stands on the ground can only fall over."""
     stands = c.layout.has(c.subject) and not c.layout.is_raised(c.subject)
     off = c.frame.place("off", "from")
-    if stands and off is None and not c.layout.is_ball(c.subject):
+    raised = was_raised(c)
+    if stands and off is None and not raised and not c.layout.is_ball(c.subject):
         return topple(c)
-    found = [spec("falls", c.subject, drop=c.length(0.4, 0.03, 0.1))]
+    # What was lifted comes down by less than what stood high to begin with.
+    least = 0.015 if raised and stands else 0.03
+    found = [spec("falls", c.subject, drop=c.length(0.4, least, 0.1))]
     if "straight" in c.frame.manner or (c.frame.direction == "down" and c.frame.manner):
         found += _vertical(c)
     ways = [w for w in c.ways() if w not in ("down", "up")]

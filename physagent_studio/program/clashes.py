@@ -16,7 +16,7 @@ from physagent_studio.program.actions import (
     SetVelocity,
     duration_of,
 )
-from physagent_studio.program.edits import RemoveItem, SetField
+from physagent_studio.program.edits import Edit, RemoveItem, SetField
 from physagent_studio.program.findings import PreflightFinding
 from physagent_studio.program.mechanics import vector_of
 
@@ -44,7 +44,10 @@ def clashes(first: Action, second: Action) -> Iterator[PreflightFinding]:
             return
     if isinstance(first, FixObject):
         message = f"it overlaps {first.id}, which fixes the same object"
-        yield PreflightFinding(code="overlapping", path=path_of_action(second), message=message)
+        edits = _as_one(first, second, (one[0], two[0]), (one[1], two[1]))
+        yield PreflightFinding(
+            code="overlapping", path=path_of_action(second), message=message, edits=edits
+        )
     elif _same_quantity(first, second):
         message = f"{first.id} and {second.id} set the same quantity on step {max(one[0], two[0])}"
         edits = (RemoveItem(path=path_of_action(first)),)
@@ -57,6 +60,16 @@ def clashes(first: Action, second: Action) -> Iterator[PreflightFinding]:
         yield PreflightFinding(
             code="contradiction", path=path_of_action(second), message=message, edits=edits
         )
+
+
+def _as_one(
+    first: Action, second: Action, starts: tuple[int, int], ends: tuple[int, int]
+) -> tuple[Edit, ...]:
+    """One hold over both windows: the earlier one, made as long as it takes."""
+    kept, dropped = (first, second) if starts[0] <= starts[1] else (second, first)
+    duration = max(ends) - min(starts) + 1
+    longer = SetField(path=f"{path_of_action(kept)}.duration", value=duration)
+    return (longer, RemoveItem(path=path_of_action(dropped)))
 
 
 def _fixed(fixed: FixObject, other: Action, span: tuple[int, int]) -> PreflightFinding:

@@ -8,17 +8,21 @@ from collections.abc import Iterator
 import numpy as np
 from pydantic import JsonValue
 
+from physagent_studio.errors import ProgramError
 from physagent_studio.program.actions import FixObject
-from physagent_studio.program.edits import SetField
+from physagent_studio.program.edits import Edit, RemoveItem, SetField, apply
 from physagent_studio.program.findings import PreflightFinding
 from physagent_studio.program.mechanics import expected_speed, gravity_of, row_of, standing
 from physagent_studio.program.overlaps import overlap, way_out
 from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.program.scaling import scaled
 from physagent_studio.program.scene import SceneObject, Slab
 from physagent_studio.program.shapes import Placed, gap, lowest, outline_of
 
 SAFETY = 3.0
 """Engine steps that a fast body takes at least to cross another and its own extent."""
+FASTEST = 150.0
+"""m/s above which nothing in an everyday picture moves."""
 TOUCHING = 0.02
 """Gaps and overlaps up to this part of a body's smallest extent count as touching."""
 
@@ -160,9 +164,11 @@ def _tunnelling(program: PhysicalProgram) -> Iterator[PreflightFinding]:
             continue
         speed = expected_speed(program, item)
         path = f"scene.objects.{item.name}"
-        if speed > 150:
+        if speed > FASTEST:
             message = f"the actions may drive it to {speed:.0f} m/s"
-            yield PreflightFinding(code="implausible_speed", path=path, message=message)
+            yield PreflightFinding(
+                code="implausible_speed", path=path, message=message, edits=_slower(program, item)
+            )
         finest = (sizes[item.name] + min(others)) / (SAFETY * max(speed, 1e-9))
         needed = math.ceil(clip.step_seconds / finest - 1e-9)
         if needed > clip.substeps:
@@ -174,11 +180,36 @@ def _tunnelling(program: PhysicalProgram) -> Iterator[PreflightFinding]:
             yield PreflightFinding(code="tunnelling", path=path, message=message, edits=edits)
 
 
+def _slower(program: PhysicalProgram, item: SceneObject) -> tuple[Edit, ...]:
+    """Its actions, all weaker by the same factor; what it falls stays as it is."""
+    edits: list[Edit] = []
+    factor = 1.0
+    for _ in range(6):
+        slower = apply(program, edits) if edits else program
+        changed = slower.scene.object(item.name)
+        assert changed is not None
+        speed = expected_speed(slower, changed)
+        if speed <= FASTEST:
+            return tuple(edits)
+        factor *= 0.9 * FASTEST / speed
+        mine = (a for a in program.event.actions if a.name == item.name and not a.muted)
+        edits = [edit for action in mine for edit in scaled(action, factor)]
+        if not edits:
+            break
+    return ()
+
+
 def _landmarks(program: PhysicalProgram) -> Iterator[PreflightFinding]:
     for landmark in program.scene.landmarks:
         if not landmark.points and not landmark.pixels:
             message = "it has neither pixels nor points, so nothing can be measured at it"
             path = f"scene.landmarks.{landmark.name}"
-            yield PreflightFinding(code="unplaced", path=path, message=message)
+            edits: tuple[Edit, ...] = (RemoveItem(path=path),)
+            try:
+                apply(program, edits)
+            except ProgramError:
+                # Something speaks of it: only a person can say where it is.
+                edits = ()
+            yield PreflightFinding(code="unplaced", path=path, message=message, edits=edits)
         elif landmark.points and not np.isfinite(np.array(landmark.points)).all():
             continue

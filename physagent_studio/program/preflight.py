@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
-from pydantic import JsonValue
 
 from physagent_studio.program.actions import (
     Action,
@@ -35,6 +34,7 @@ from physagent_studio.program.mechanics import (
 )
 from physagent_studio.program.placement import scene_findings
 from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.program.scaling import scaled
 from physagent_studio.program.scene import SceneObject
 from physagent_studio.program.shapes import gap, outline_of
 
@@ -202,7 +202,7 @@ def _friction(program: PhysicalProgram, action: Action) -> Iterator[PreflightFin
         code="below_friction",
         path=path_of_action(action),
         message=message,
-        edits=_stronger(action, 1.5 * needed / push[0]),
+        edits=scaled(action, 1.5 * needed / push[0]),
     )
 
 
@@ -241,17 +241,6 @@ def _push(action: ApplyForce | ApplyAngledForce, item: SceneObject) -> tuple[flo
             return None
         factor = mass if action.force.quantity == "acceleration" else 1.0
     return factor * float(np.hypot(vector[0], vector[1])), factor * vector[2]
-
-
-def _stronger(action: ApplyForce | ApplyAngledForce, factor: float) -> tuple[SetField, ...]:
-    if isinstance(action, ApplyAngledForce):
-        value = float(f"{action.magnitude * factor:.3g}")
-        return (SetField(path=f"{path_of_action(action)}.magnitude", value=value),)
-    if isinstance(action.force, Directed):
-        value = float(f"{action.force.magnitude * factor:.3g}")
-        return (SetField(path=f"{path_of_action(action)}.force.magnitude", value=value),)
-    scaled: list[JsonValue] = [float(f"{part * factor:.3g}") for part in action.force]
-    return (SetField(path=f"{path_of_action(action)}.force", value=scaled),)
 
 
 # --- the contract -----------------------------------------------------------------------------

@@ -1,0 +1,26 @@
+"""What is lifted goes up without haste, and what is then dropped comes down, in one round."""
+
+from __future__ import annotations
+
+import pytest
+
+from physagent_studio.agent.rules import RuleGenerator
+from physagent_studio.contract import measure
+from physagent_studio.simulation import simulate
+from tests.agent.rules.scenes import STAGES
+
+
+@pytest.mark.parametrize(
+    ("stage", "prompt", "kinds"),
+    [
+        ("desk", "The red cube is lifted up and then drops.", ["moves", "falls"]),
+        ("yard", "The trash can rises into the air and falls back down.", ["moves", "falls"]),
+        ("wind", "The paper cup is lifted.", ["moves"]),
+        ("lane", "The middle pin is picked up, then dropped.", ["moves", "falls"]),
+    ],
+)
+def test_up_and_down(stage: str, prompt: str, kinds: list[str]) -> None:
+    program = RuleGenerator().first(STAGES[stage].case(prompt), STAGES[stage].reconstruct)
+    assert [s.kind for s in program.contract.statements] == kinds
+    checks = measure(program, simulate(program, {}))
+    assert all(check.ok for check in checks), [c.text for c in checks if not c.ok]

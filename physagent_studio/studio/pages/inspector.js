@@ -1,7 +1,7 @@
 // Inspector: a form for what is selected, as the server describes it.
 
 import { button, draw, h, iconButton } from "./dom.js";
-import { edit, on, send, setField } from "./wire.js";
+import { attempt, dropAttempt, edit, on, send, setField, value } from "./wire.js";
 
 export function startInspector(host) {
   let data = null;
@@ -14,11 +14,13 @@ export function startInspector(host) {
         ["action", "statement", "object", "support"].includes(data.kind) && !data.readOnly ? button("Delete", () => edit([{ op: "remove", path: data.path }], "removed"), { class: "b quiet small bad" }) : null),
       data.help ? h("p", { class: "faint", style: "margin:2px 0 10px" }, data.help) : null,
       data.facts && data.facts.length ? h("div", { class: "facts strip num", style: "margin-bottom:12px" }, data.facts.map((one) => [h("span", { class: "muted" }, one.what), h("span", {}, one.is, " ", h("span", { class: "faint" }, one.unit))])) : null,
+      data.kind === "object" && !data.readOnly && later() ? button("It should be elsewhere now…", () => send({ do: "show", what: "gizmo", on: true }), { class: "b small", style: "margin-bottom:10px", title: "Drag the handle in the scene to where it should be at this frame; a repair that brings it there is searched" }) : null,
       h("div", { class: "form", key: data.path }, data.fields.map((one) => field(one))),
       data.actions && data.actions.length ? [h("div", { class: "head" }, "Actions"), h("div", { class: "row wrap" }, data.actions.map((id) => button(id, () => send({ do: "select", kind: "action", name: id }), { class: "b small" })))] : null,
     ];
   }
 
+  const later = () => { const head = value("playhead"); return Boolean(head && head.ready && head.step > 0); };
   const put = (one, next) => setField(one.path, next, () => show());
 
   function field(one) {
@@ -44,7 +46,61 @@ export function startInspector(host) {
       : null;
     if (!chosen) return [label, pick];
     const inner = { ...one, ...chosen, label: one.label };
+    if (chosen.title === "Directed") return [label, pick, h("div", { class: "sub form" }, directed(one, chosen))];
     return [label, pick, chosen.kind === "group" ? h("div", { class: "sub form" }, chosen.fields.map(field)) : h("div", { class: "sub" }, control(inner))];
+  }
+
+  const AIMS = { toward: "towards", direction: "a direction", along: "the way it moves" };
+  const WAYS = { direction: ["left", "right", "up", "down", "away", "toward_camera"], along: ["velocity", "against_velocity"] };
+
+  // A vector by meaning: how strong, where to, and how far aside and up from there. Exactly one
+  // aim may be set, so changing it writes the vector as a whole.
+  function directed(one, chosen) {
+    const v = one.value, off = data.readOnly;
+    const part = (name) => chosen.fields.find((each) => each.path.endsWith(`.${name}`));
+    const kind = v.toward !== null && v.toward !== undefined ? "toward" : v.along ? "along" : "direction";
+    const ways = kind === "toward" ? data.names.places.filter((name) => name !== data.target) : WAYS[kind];
+    const aim = (next, way) => put(one, { ...v, toward: null, direction: null, along: null, [next]: way });
+    const units = { value: one.unit, acceleration: "m/s²", target_speed: "m/s" };
+    const strength = part("magnitude");
+    return [
+      field({ ...strength, label: "Strength", unit: units[v.quantity] || one.unit }),
+      part("quantity") ? field({ ...part("quantity"), label: "Counted as" }) : null,
+      h("span", { class: "label" }, "Aims"),
+      h("div", { class: "row", style: "gap:4px" },
+        h("select", { value: kind, disabled: off, "aria-label": `${one.label}: aims`, onchange: (e) => aim(e.target.value, e.target.value === "toward" ? data.names.places.find((name) => name !== data.target) : WAYS[e.target.value][0]) }, Object.entries(AIMS).map(([key, text]) => h("option", { value: key }, text))),
+        Array.isArray(v[kind]) ? null : h("select", { value: String(v[kind]), disabled: off, "aria-label": `${one.label}: at what`, onchange: (e) => aim(kind, e.target.value) }, ways.map((way) => h("option", { value: way }, way.replaceAll("_", " "))))),
+      Array.isArray(v[kind]) ? field({ ...part(kind), kind: "vector", count: 3, unit: "m", label: "Point" }) : null,
+      field({ ...part("elevation"), label: "Upwards", unit: "°" }),
+      field({ ...part("azimuth"), label: "Aside", unit: "°" }),
+      h("div", { class: "wide" }, aside(part("azimuth"), off)),
+    ];
+  }
+
+  // The same as a dial: straight up is straight at the aim, the left half is to its left.
+  function aside(one, off) {
+    const angle = ((one.value || 0) * Math.PI) / 180;
+    const read = (event) => {
+      const box = event.currentTarget.getBoundingClientRect();
+      return Math.atan2(box.left + box.width / 2 - event.clientX, box.top + box.height / 2 - event.clientY);
+    };
+    const show = (event) => {
+      const to = read(event), needle = event.currentTarget.querySelector("line");
+      needle.setAttribute("x2", 32 - 24 * Math.sin(to));
+      needle.setAttribute("y2", 32 - 24 * Math.cos(to));
+      const degrees = Math.round((to * 1800) / Math.PI) / 10;
+      attempt([{ op: "set", path: one.path, value: degrees }]);
+      return degrees;
+    };
+    return h("div", { class: "row" },
+      h("svg", { width: 64, height: 64, viewBox: "0 0 64 64", style: "cursor:grab;touch-action:none;flex:none", role: "img", "aria-label": "Aside: dial seen from above",
+        onpointerdown: off ? null : (e) => { e.currentTarget.setPointerCapture(e.pointerId); e.currentTarget.onpointermove = show; },
+        onpointerup: off ? null : (e) => { e.currentTarget.onpointermove = null; const to = show(e); dropAttempt(); put(one, to); } },
+        h("circle", { cx: 32, cy: 32, r: 29, fill: "var(--raised)", stroke: "var(--line-2)" }),
+        h("path", { d: "M32 3v6", stroke: "var(--faint)" }),
+        h("line", { x1: 32, y1: 32, x2: 32 - 24 * Math.sin(angle), y2: 32 - 24 * Math.cos(angle), stroke: "var(--accent)", "stroke-width": 3, "stroke-linecap": "round" }),
+        h("circle", { cx: 32, cy: 32, r: 3, fill: "var(--text)" })),
+      h("span", { class: "faint", style: "font-size:12px" }, "seen from above: up is straight at the aim, left is to its left"));
   }
 
   function which(one) {
@@ -143,6 +199,9 @@ export function startInspector(host) {
       const needle = event.currentTarget.querySelector("line");
       needle.setAttribute("x2", 32 + 24 * Math.cos(to));
       needle.setAttribute("y2", 32 - 24 * Math.sin(to));
+      const vector = [Number((flat * Math.cos(to)).toPrecision(5)), Number((flat * Math.sin(to)).toPrecision(5)), parts[2]];
+      if (!last) attempt([{ op: "set", path: one.path, value: vector }]);
+      else dropAttempt();
       if (last) put(one, [Number((flat * Math.cos(to)).toPrecision(5)), Number((flat * Math.sin(to)).toPrecision(5)), parts[2]]);
     };
     return h("div", { class: "row" },

@@ -43,14 +43,39 @@ export function startTimeline(host) {
         SPEEDS.map((one) => h("option", { value: String(one) }, one < 1 ? `1/${1 / one}×` : `${one}×`))),
       h("span", { class: "num clip", title: "Simulated time, and time in the video", "data-frame": head.frame }, `Frame ${head.frame} of ${head.frames - 1}`, h("span", { class: "muted" }, ` · ${head.seconds.toFixed(2)} s`, h("span", { class: "hide-narrow" }, ` · video ${head.video.toFixed(2)} s`))),
       h("span", { class: "grow" }),
+      zoom > 1 ? button("1:1", () => zoomBy(1 / zoom), { class: "b small quiet", "aria-label": "Whole clip", title: "Show the whole clip (Ctrl and wheel, + and − zoom)" }) : null,
+      button("+", () => zoomBy(1.5), { class: "b small quiet hide-medium", "aria-label": "Zoom in", style: "flex:none", title: "Zoom in (Ctrl and wheel, + and −)" }),
       button("+ Action", (e) => openMenu(e, addItems()), { class: "b small", disabled: !data || data.readOnly || !data.lanes.length, "aria-label": "Add an action" }));
   }
 
   // --- drawing --------------------------------------------------------------------------------
 
+  // Actions of one lane that would cover each other get rows of their own.
+  let tops = [], rows = new Map();
+
+  function stack() {
+    tops = [TOP];
+    rows = new Map();
+    for (const lane of data.lanes) {
+      const ends = [];
+      for (const one of [...lane.actions].sort((a, b) => a.start - b.start)) {
+        let row = ends.findIndex((end) => end <= one.start);
+        if (row < 0) row = ends.length;
+        // A short one needs room for its mark.
+        ends[row] = one.start + Math.max(one.duration, Math.ceil(data.steps / 40));
+        rows.set(one.id, row);
+      }
+      tops.push(tops[tops.length - 1] + LANE * Math.max(1, ends.length));
+    }
+  }
+
+  const tall = (at) => tops[at + 1] - tops[at];
+  const rowOf = (id) => LANE * (rows.get(id) || 0);
+
   function lanes() {
     if (!data) return;
-    const height = TOP + Math.max(1, data.lanes.length) * LANE + 6;
+    if (!drag || !drag.one) stack();
+    const height = Math.max(tops[tops.length - 1], TOP + LANE) + 6;
     svg.setAttribute("height", height);
     svg.style.width = `${gutter() + width() + 18}px`;
     const every = [1, 2, 5, 10, 20, 50, 100, 200].find((one) => (one * data.stepsPerFrame / data.steps) * width() >= 44) || 500;
@@ -62,23 +87,35 @@ export function startTimeline(host) {
     const selected = head ? head.selection : { kind: "none", name: "" };
     draw(svg,
       h("rect", { x: 0, y: 0, width: "100%", height, fill: "transparent", onpointerdown: startScrub }),
-      data.lanes.map((lane, at) => h("rect", { class: `lane ${at % 2 ? "" : "alt"} ${selected.kind === "object" && selected.name === lane.name ? "on" : ""}`, x: 0, y: TOP + at * LANE, width: "100%", height: LANE, onpointerdown: startScrub })),
+      data.lanes.map((lane, at) => h("rect", { class: `lane ${at % 2 ? "" : "alt"} ${selected.kind === "object" && selected.name === lane.name ? "on" : ""}`, x: 0, y: tops[at], width: "100%", height: tall(at), onpointerdown: startScrub, oncontextmenu: (e) => { e.preventDefault(); if (!data.readOnly) openMenu(e, addItems(lane.name, snap(step(e.clientX), e))); } })),
       h("g", { key: "grid" }, marks),
       head && head.loopEnd !== null && head.loopEnd !== undefined ? h("rect", { class: "range", key: "range", x: x((head.loopStart || 0) * data.stepsPerFrame), y: 0, width: Math.max(0, x(head.loopEnd * data.stepsPerFrame) - x((head.loopStart || 0) * data.stepsPerFrame)), height }) : null,
       h("g", { key: "marks" }, data.marks.map((one) => h("path", { class: `mark ${one.ok ? "ok" : "bad"}`, d: `M${x(one.step)} ${TOP - 1}l-4 -7h8z`, style: "cursor:pointer", onclick: () => send({ do: "scrub", frame: frames(one.step) }) }, h("title", {}, `${one.ok ? "Holds" : "Fails"}: ${one.text}`)))),
       h("g", { key: "alarms" }, data.alarms.map((one) => h("path", { class: "alarm", d: `M${x(one.step)} ${TOP + 1}l-4 8h8z` }, h("title", {}, one.text)))),
+      h("g", { key: "links" }, data.lanes.flatMap((lane, at) => lane.actions.map((one) => linkOf(one, at)))),
       data.lanes.map((lane, at) => laneOf(lane, at, selected)),
       h("g", { class: "playhead", key: "head" }));
     playhead();
   }
 
+  // From where its cause happened to where a conditional action started.
+  function linkOf(one, at) {
+    if (!one.when || one.when.step === null || one.when.step === undefined || one.fired === null) return null;
+    const from = data.lanes.findIndex((lane) => lane.name === one.when.lane);
+    const x0 = x(one.when.step), y0 = tops[from < 0 ? at : from] + LANE / 2, x1 = x(one.fired), y1 = tops[at] + rowOf(one.id) + LANE / 2;
+    const bend = Math.max(10, (x1 - x0) / 2);
+    return h("g", { "data-link": one.id },
+      h("path", { class: "link-line", d: `M${x0} ${y0}C${x0 + bend} ${y0} ${x1 - bend} ${y1} ${x1} ${y1}` }),
+      h("circle", { class: "link-end", cx: x0, cy: y0, r: 3.5 }, h("title", {}, `${one.label} starts ${one.when.text}`)));
+  }
+
   function laneOf(lane, at, selected) {
-    const y = TOP + at * LANE;
+    const y = tops[at];
     return h("g", { "data-lane": lane.name, key: `lane ${lane.name}` },
-      h("g", { key: "contacts" }, lane.contacts.map((one) => h("circle", { class: "contact", cx: x(one.step), cy: y + LANE - 3, r: 2 }, h("title", {}, `Touches ${one.with} at frame ${frames(one.step)}`)))),
-      lane.actions.map((one) => actionOf(one, y, selected)),
-      h("rect", { x: 0, y, width: gutter() - 4, height: LANE, fill: "var(--panel)" }),
-      h("text", { class: "name", x: 10, y: y + 17, onclick: () => send({ do: "select", kind: "object", name: lane.name }) }, fit(lane.name), h("title", {}, lane.name)));
+      h("g", { key: "contacts" }, lane.contacts.map((one) => h("circle", { class: "contact", cx: x(one.step), cy: y + tall(at) - 3, r: 2 }, h("title", {}, `Touches ${one.with} at frame ${frames(one.step)}`)))),
+      lane.actions.map((one) => actionOf(one, y + rowOf(one.id), selected)),
+      h("rect", { x: box.scrollLeft, y, width: gutter() - 4, height: tall(at), fill: "var(--panel)" }),
+      h("text", { class: "name", x: box.scrollLeft + 10, y: y + 17, onclick: () => send({ do: "select", kind: "object", name: lane.name }) }, fit(lane.name), h("title", {}, lane.name)));
   }
 
   const fit = (name) => { const most = Math.floor((gutter() - 14) / 6.6); return name.length > most ? `${name.slice(0, most - 1)}…` : name; };
@@ -93,7 +130,7 @@ export function startTimeline(host) {
       : h("rect", { class: "body", x: left, y: y + 3, width: Math.max(7, right - left), height: LANE - 7, rx: 4, fill: color });
     const text = one.instant
       ? h("text", { x: left + 12, y: y + 17, style: "fill:var(--text)" }, one.label)
-      : h("text", right - left > 46 ? { x: left + 7, y: y + 16 } : { x: right + 5, y: y + 16, style: "fill:var(--text)" }, one.label);
+      : h("text", right - left > 6.6 * one.label.length + 12 ? { x: left + 7, y: y + 16 } : { x: right + 5, y: y + 16, style: "fill:var(--text)" }, one.label);
     return h("g", { key: one.id, class: `act ${on ? "on" : ""} ${one.muted ? "muted" : ""} ${one.never ? "never" : ""}`, "data-action": one.id, "data-start": mine.start, "data-duration": mine.duration,
       tabindex: 0, role: "button", "aria-label": title, onpointerdown: (e) => startDrag(e, one, "move"), onkeydown: (e) => keys(e, one),
       oncontextmenu: (e) => { e.preventDefault(); openMenu(e, actionItems(one)); } },
@@ -142,7 +179,7 @@ export function startTimeline(host) {
     closeMenu();
     send({ do: "select", kind: "action", name: one.id });
     event.currentTarget.closest(".act").focus({ preventScroll: true });
-    if (data.readOnly || (one.when && what !== "end")) return;
+    if (data.readOnly || (one.when && (what === "start" || one.never))) return;
     svg.setPointerCapture(event.pointerId);
     drag = { what, id: one.id, start: one.start, duration: one.duration, from: step(event.clientX), one, moved: false };
   }
@@ -152,7 +189,9 @@ export function startTimeline(host) {
     if (drag.what === "head") return moveScrub(event);
     const by = step(event.clientX) - drag.from, one = drag.one;
     if (by) drag.moved = true;
-    if (drag.what === "move") drag.start = Math.max(0, Math.min(data.steps - (one.instant ? 1 : one.duration), snap(one.start + by, event)));
+    // What waits for something can start no earlier than that.
+    const first = one.when ? one.start - one.when.delay : 0;
+    if (drag.what === "move") drag.start = Math.max(first, Math.min(data.steps - (one.instant ? 1 : one.duration), snap(one.start + by, event)));
     if (drag.what === "end") drag.duration = Math.max(1, Math.min(data.steps - one.start, snap(one.start + one.duration + by, event) - one.start));
     if (drag.what === "start") {
       drag.start = Math.max(0, Math.min(one.start + one.duration - 1, snap(one.start + by, event)));
@@ -192,7 +231,8 @@ export function startTimeline(host) {
   function editsOf(one, start, duration) {
     const edits = [];
     const path = `event.actions.${one.id}`;
-    if (start !== one.start && !one.when) edits.push({ op: "set", path: `${path}.start_step`, value: start });
+    if (start !== one.start && one.when) edits.push({ op: "set", path: `${path}.when.delay`, value: Math.max(0, one.when.delay + start - one.start) });
+    else if (start !== one.start) edits.push({ op: "set", path: `${path}.start_step`, value: start });
     if (duration !== one.duration && !one.instant) edits.push({ op: "set", path: `${path}.duration`, value: duration });
     return edits.length ? edits : null;
   }
@@ -223,7 +263,7 @@ export function startTimeline(host) {
     const unit = event.shiftKey ? data.stepsPerFrame * 5 : data.stepsPerFrame;
     const move = { ArrowLeft: -unit, ArrowRight: unit }[event.key];
     if (move && event.ctrlKey && !one.instant) retime(one, one.start, Math.max(1, Math.min(data.steps - one.start, one.duration + move)));
-    else if (move) retime(one, Math.max(0, Math.min(data.steps - (one.instant ? 1 : one.duration), one.start + move)), one.duration);
+    else if (move) retime(one, Math.max(one.when ? one.start - one.when.delay : 0, Math.min(data.steps - (one.instant ? 1 : one.duration), one.start + move)), one.duration);
     else if (event.key === "Delete" || event.key === "Backspace") remove(one);
     else if (event.key === "Enter") send({ do: "select", kind: "action", name: one.id });
     else return;
@@ -236,6 +276,7 @@ export function startTimeline(host) {
   const remove = (one) => edit([{ op: "remove", path: `event.actions.${one.id}` }], "removed in the timeline");
 
   function actionItems(one) {
+    if (data.readOnly) return [["Select", () => send({ do: "select", kind: "action", name: one.id })]];
     return [
       ["Duplicate", () => duplicate(one)],
       [one.muted ? "Unmute" : "Mute", () => setField(`event.actions.${one.id}.muted`, !one.muted)],
@@ -257,9 +298,10 @@ export function startTimeline(host) {
     return `${root}_${count}`;
   }
 
-  function addItems() {
-    const chosen = head && head.selection.kind === "object" ? head.selection.name : data.lanes[0].name;
-    const at = head ? Math.min(head.step, data.steps - 40 > 0 ? data.steps - 40 : 0) : 0;
+  function addItems(lane, where) {
+    const known = head && head.selection.kind === "object" && data.lanes.some((one) => one.name === head.selection.name);
+    const chosen = lane || (known ? head.selection.name : data.lanes[0].name);
+    const at = Math.min(where ?? (head ? head.step : 0), Math.max(0, data.steps - 40));
     const directed = (magnitude) => ({ magnitude, direction: "right" });
     const make = (stem, item) => () => edit([{ op: "add", path: "event.actions", item: { id: fresh(stem), name: chosen, start_step: at, ...item } }], "added in the timeline");
     return [
@@ -288,13 +330,31 @@ export function startTimeline(host) {
   }
   addEventListener("keydown", (event) => { if (event.key === "Escape") closeMenu(); });
 
+  // Zooming keeps what is under the pointer, or the playhead, where it is.
+  function zoomBy(factor, clientX) {
+    const edge = box.getBoundingClientRect().left;
+    const at = clientX === undefined ? (head ? head.step : 0) : step(clientX);
+    const held = clientX === undefined ? x(at) - box.scrollLeft : clientX - edge;
+    zoom = Math.max(1, Math.min(16, zoom * factor));
+    lanes();
+    box.scrollLeft = x(at) - held;
+    transport();
+  }
   box.onwheel = (event) => {
     if (!event.ctrlKey) return;
     event.preventDefault();
-    zoom = Math.max(1, Math.min(12, zoom * (event.deltaY < 0 ? 1.2 : 1 / 1.2)));
-    lanes();
+    zoomBy(event.deltaY < 0 ? 1.2 : 1 / 1.2, event.clientX);
+  };
+  box.onkeydown = (event) => {
+    const factor = { "+": 1.5, "=": 1.5, "-": 1 / 1.5 }[event.key];
+    if (!factor || event.ctrlKey) return;
+    event.preventDefault();
+    zoomBy(factor);
   };
   new ResizeObserver(() => lanes()).observe(box);
+  // Names stay where they are while what they name goes by.
+  let seen = 0;
+  box.onscroll = () => { if (box.scrollLeft !== seen) { seen = box.scrollLeft; lanes(); } };
 
   on("timeline", (next) => {
     data = next;

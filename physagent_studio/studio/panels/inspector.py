@@ -58,6 +58,8 @@ def state_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
     if kind == "statement":
         title = describe(item, snapshot.program)
     form = base | _form(item, f"{ROOTS[kind]}.{name}", snapshot, title)
+    if kind == "action":
+        form["target"] = item.name
     if kind == "object":
         form["facts"] = _facts(snapshot, name, view.step)
         form["actions"] = [a.id for a in snapshot.program.event.actions if a.name == name]

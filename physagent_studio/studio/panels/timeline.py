@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from physagent_studio.program import Action, PhysicalProgram, duration_of
+from physagent_studio.contract import describe
+from physagent_studio.program import Action, Directed, PhysicalProgram, duration_of
 from physagent_studio.program.actions import (
     After,
     OnContact,
@@ -14,12 +15,14 @@ from physagent_studio.program.actions import (
     SetPosition,
     SetVelocity,
 )
-from physagent_studio.records import Rollout
+from physagent_studio.records import ActionSpan, Rollout
 from physagent_studio.studio.panels.words import OPERATORS, number, plain, unit_of
 from physagent_studio.workbench import Snapshot
 
 INSTANT = (SetVelocity, SetPosition, SetOrientation)
 MARKS_PER_LANE = 80
+DIRECTED_UNITS = {"acceleration": "m/s²", "target_speed": "m/s"}
+"""What a directed vector's magnitude is counted in where it is not the quantity itself."""
 
 
 def state_of(snapshot: Snapshot) -> dict[str, Any]:
@@ -74,7 +77,7 @@ def _bar(action: Action, program: PhysicalProgram, rollout: Rollout | None) -> d
         "instant": isinstance(action, INSTANT),
         "muted": action.muted,
         "item": plain(action),
-        "when": _condition(action),
+        "when": _condition(action, program, rollout, span),
         "fired": None if span is None else span.start,
         "never": action.when is not None
         and rollout is not None
@@ -89,8 +92,11 @@ def label_of(action: Action) -> str:
         value = getattr(action, field, None)
         if value is None:
             continue
-        magnitude = value.magnitude if hasattr(value, "magnitude") else float(np.linalg.norm(value))
-        return f"{words} {number(float(magnitude))} {unit_of(field)}"
+        if not isinstance(value, Directed):
+            return f"{words} {number(float(np.linalg.norm(value)))} {unit_of(field)}"
+        unit = DIRECTED_UNITS.get(value.quantity, unit_of(field))
+        goal = "to " if value.quantity == "target_speed" else ""
+        return f"{words} {goal}{number(float(value.magnitude))} {unit}"
     for field in ("magnitude", "amplitude"):
         value = getattr(action, field, None)
         if value is not None:
@@ -98,13 +104,35 @@ def label_of(action: Action) -> str:
     return words
 
 
-def _condition(action: Action) -> dict[str, Any] | None:
+def _condition(
+    action: Action, program: PhysicalProgram, rollout: Rollout | None, span: ActionSpan | None
+) -> dict[str, Any] | None:
+    """What starts the action in words, its delay, and where on the timeline its cause lies."""
     when = action.when
+    if when is None:
+        return None
+    cause: dict[str, Any] = {"delay": when.delay, "lane": None, "step": None}
+    begun = None if span is None else span.start
     if isinstance(when, OnContact):
-        return {"text": f"when {when.a} touches {when.b}", "action": None}
-    if isinstance(when, After):
-        return {"text": f"after {when.action}", "action": when.action}
-    return None
+        names = [when.a, when.b]
+        cause |= {"text": f"when {when.a} touches {when.b}", "lane": names[0]}
+    elif isinstance(when, After):
+        cause["text"] = f"after {when.action}"
+        other = program.action(when.action)
+        cause["lane"] = None if other is None else other.name
+        ends = [one.end for one in rollout.spans if one.id == when.action] if rollout else []
+        cause["step"] = ends[0] if ends else None
+    else:
+        cause["text"] = f"when {describe(when.statement, program)}"
+        cause["lane"] = when.statement.subject
+    if cause["step"] is None and begun is not None:
+        # It starts one step after what has happened, and then waits.
+        cause["step"] = max(begun - when.delay - 1, 0)
+    lanes = {item.name for item in program.scene.objects}
+    if cause["lane"] not in lanes:
+        other = [n for n in (getattr(when, "a", ""), getattr(when, "b", "")) if n in lanes]
+        cause["lane"] = other[0] if other else None
+    return cause
 
 
 def first_contacts(rollout: Rollout, name: str) -> list[dict[str, Any]]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.program import Action, Directed, duration_of
 from physagent_studio.program.actions import ApplyForce, SetVelocity
+from physagent_studio.program.shapes import outline_of
 from physagent_studio.records import Rollout
 from physagent_studio.simulation.vectors import support_centre, unit_of
 from physagent_studio.studio.panels.words import number
@@ -26,23 +27,38 @@ LINGER = 12
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Arrow:
-    """One arrow: foot and vector, world, m; `scale`: metres for one unit of the quantity.
+    """One arrow: the middle of its thing and a vector, world, m.
 
-    path: the field that dragging its tip sets; None where it only shows something.
+    scale: metres for one unit of the quantity. gap: how far from the middle the arrow begins, so
+    that the thing does not hide it, m. path: the field that dragging its tip sets; None where it
+    only shows something.
     """
 
     key: str
-    foot: FloatArray
+    middle: FloatArray
     vector: FloatArray
     scale: float
     text: str
     kind: str
+    gap: float = 0.0
     path: str | None = None
+
+    @property
+    def foot(self) -> FloatArray:
+        """Where the arrow begins, world, m."""
+        length = float(np.linalg.norm(self.vector))
+        return self.middle + self.vector * (self.gap / length if length > 1e-9 else 0.0)
 
     @property
     def tip(self) -> FloatArray:
         """The arrow's tip, world, m."""
         return self.foot + self.vector
+
+    def vector_to(self, tip: FloatArray) -> FloatArray:
+        """(3,) m, the vector of the arrow whose tip is there."""
+        way = tip - self.middle
+        length = float(np.linalg.norm(way))
+        return way * (max(length - self.gap, 1e-6) / length if length > 1e-9 else 0.0)
 
 
 def action_arrows(snapshot: Snapshot, step: int, selected: str) -> tuple[Arrow, ...]:
@@ -82,10 +98,10 @@ def velocity_arrows(snapshot: Snapshot, step: int) -> tuple[Arrow, ...]:
         velocity = rollout.velocities[row, at]
         speed = float(np.linalg.norm(velocity))
         if speed > 0.02:
-            foot = rollout.positions[row, at]
             text = f"{number(speed)} m/s"
             vector = velocity * VELOCITY_SECONDS
-            found.append(Arrow(name, foot, vector, VELOCITY_SECONDS, text, "velocity"))
+            middle, gap = rollout.positions[row, at], gap_of(name, snapshot)
+            found.append(Arrow(name, middle, vector, VELOCITY_SECONDS, text, "velocity", gap))
     return tuple(found)
 
 
@@ -105,7 +121,16 @@ def _of_action(action: ApplyForce | SetVelocity, snapshot: Snapshot, step: int) 
         return None
     text = f"{action.id}: {number(float(np.linalg.norm(value)))} {unit}"
     path = f"event.actions.{action.id}.{field}"
-    return Arrow(f"action {action.id}", foot, value * scale, scale, text, "action", path)
+    gap = gap_of(action.name, snapshot)
+    return Arrow(f"action {action.id}", foot, value * scale, scale, text, "action", gap, path)
+
+
+def gap_of(name: str, snapshot: Snapshot) -> float:
+    """About how far from its middle a thing's surface is, m."""
+    item = snapshot.program.scene.object(name)
+    if item is None or item.shape is None:
+        return 0.0
+    return float(np.median(outline_of(item.shape).size)) / 2
 
 
 def _state_at(

@@ -6,6 +6,8 @@ the picture. Letting go sends the new vector.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import viser
 from numpy.typing import NDArray
@@ -103,7 +105,7 @@ class Marks:
         async def drag(event: viser.SceneNodeDragEvent[viser.IcosphereHandle]) -> None:
             eye = np.asarray(event.client.camera.position, float)
             pointer = np.asarray(event.end_position, float)
-            tip = tip_of(one.foot, eye, pointer, free=event.modifier == "shift")
+            tip = tip_of(one.middle, eye, pointer, free=event.modifier == "shift")
             ends = event.phase == "end"
             self._later(lambda: self._drag(one, tip, size, ends=ends))
 
@@ -114,11 +116,11 @@ class Marks:
         self._held = None if ends else one.key
         if tip is None or one.path is None:
             return
-        vector = tip - one.foot
+        vector = one.vector_to(tip)
         if one.key in self._grips:
             self._grips[one.key].position = tip
         text = f"{np.linalg.norm(vector) / one.scale:.3g}"
-        moved = Arrow(one.key, one.foot, vector, one.scale, text, one.kind, one.path)
+        moved = replace(one, vector=vector, text=text)
         self._arrows[one.key] = self._arrow(moved, size)
         self._server.flush()
         value: list[JsonValue] = [float(f"{part:.4g}") for part in vector / one.scale]

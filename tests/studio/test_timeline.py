@@ -1,0 +1,87 @@
+"""The timeline's values: labels with their units, and what starts a conditional action."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from physagent_studio.program.document import load_program
+from physagent_studio.session import Store
+from physagent_studio.studio.panels.timeline import state_of
+from physagent_studio.workbench import Snapshot, Workbench, commands
+
+PROGRAM = """
+scene:
+  objects:
+    - {name: ball, shape: {kind: sphere, radius: 0.1}, position: [0, 2, 0.5], support: air}
+    - {name: cube, shape: {kind: box, size: [0.2, 0.2, 0.2]}, position: [1, 2, 0.1], support: floor}
+  supports:
+    - {name: floor, shape: {kind: floor}}
+event:
+  prompt: The ball falls, then the cube goes.
+  actions:
+    - operator: ApplyForce
+      id: shove
+      name: cube
+      force: {magnitude: 2, direction: right, quantity: target_speed}
+      duration: 20
+      when: {kind: on_contact, a: ball, b: floor, delay: 8}
+    - operator: SetVelocity
+      id: hop
+      name: cube
+      velocity: [0, 0, 1]
+      when: {kind: after, action: shove, delay: 10}
+    - operator: ApplyTorque
+      id: never
+      name: ball
+      torque: [0, 0, 0.1]
+      duration: 10
+      when: {kind: on_contact, a: ball, b: cube}
+clip: {frames: 41}
+"""
+
+
+@pytest.fixture(scope="module")
+def shown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Snapshot]:
+    workbench = Workbench(Store(tmp_path_factory.mktemp("timeline")), evidence=False)
+    workbench.post(commands.OpenProgram(load_program(PROGRAM)))
+    assert workbench.wait(60)
+    yield workbench.snapshot()
+    workbench.close()
+
+
+def _bars(snapshot: Snapshot) -> dict[str, Any]:
+    lanes = state_of(snapshot)["lanes"]
+    return {bar["id"]: bar for lane in lanes for bar in lane["actions"]}
+
+
+def test_a_condition_tells_where_its_cause_lies(shown: Snapshot) -> None:
+    bars = _bars(shown)
+    shove, hop = bars["shove"], bars["hop"]
+    assert shown.rollout is not None
+    contacts = shown.rollout.contacts
+    touched = int(contacts["step"][contacts["a"] == shown.rollout.index("ball")].min())
+    assert shove["when"]["lane"] == "ball"
+    assert shove["when"]["step"] == touched
+    assert shove["fired"] == touched + 1 + 8
+    assert shove["start"] == shove["fired"]
+    # One action after another: the link comes from the end of the first.
+    assert hop["when"]["lane"] == "cube"
+    assert hop["when"]["step"] == shove["fired"] + 20
+    assert hop["fired"] == hop["when"]["step"] + 10
+
+
+def test_what_never_started_has_no_place(shown: Snapshot) -> None:
+    never = _bars(shown)["never"]
+    assert never["never"]
+    assert never["fired"] is None
+    assert never["when"]["step"] is None
+
+
+def test_labels_say_what_the_number_is(shown: Snapshot) -> None:
+    bars = _bars(shown)
+    assert bars["shove"]["label"] == "Push to 2 m/s"
+    assert bars["hop"]["label"] == "Set velocity 1 m/s"
+    assert bars["never"]["label"] == "Twist 0.1 N·m"

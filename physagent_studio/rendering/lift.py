@@ -16,6 +16,8 @@ _MOST = 2.0
 """Greatest log brightening; what is darker than that has no texture left to brighten."""
 _LOST = (0.9, 1.4)
 """From this log darkness to that, texture of lit ground takes the place of what is there."""
+_TINGE = 1.0
+"""How differently a shadow darkens red, green and blue, as a share of its darkness."""
 _SHIFTS = tuple(
     (dy, dx) for dx in (0, -64, 64, -112, 112, -176, 176) for dy in (0, -24, 24, -48, 48, 72)
 )
@@ -52,7 +54,14 @@ def _likely(shading: Shading, blocked: NDArray[np.float32]) -> FloatPicture:
     inner = cv2.GaussianBlur(
         cv2.erode(shading.around.astype(np.float32), np.ones((9, 9))), (0, 0), 4
     )
-    return np.asarray(np.clip((wide - 0.04) / 0.12, 0, 1) * inner, np.float32)
+    return np.asarray(np.clip((wide - 0.04) / 0.12, 0, 1) * inner * _neutral(shading), np.float32)
+
+
+def _neutral(shading: Shading) -> FloatPicture:
+    """(h, w) how far the darkness is without a colour of its own, 0 … 1: paint is no shadow."""
+    dark = -cv2.GaussianBlur(shading.darkness, (0, 0), 1.0)
+    uneven = dark.max(-1) - dark.min(-1) - _TINGE * np.maximum(dark.mean(-1), 0)
+    return np.asarray(np.clip(1 - (uneven - 0.15) / 0.2, 0, 1), np.float32)
 
 
 def _evened(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -12,13 +13,25 @@ from numpy.typing import NDArray
 from physagent_studio.records.scene import Scene
 from physagent_studio.rendering.batch import Batch
 from physagent_studio.rendering.frame import Picture
+from physagent_studio.rendering.grid import reduced
 from physagent_studio.rendering.lift import lifted
 from physagent_studio.rendering.raster import FloatArray, Lens
 from physagent_studio.rendering.settled import Settled
 from physagent_studio.rendering.shadow import Ground, Shadows
-from physagent_studio.rendering.sun import CONTACT, DEFAULT, Sun, estimate_sun
+from physagent_studio.rendering.sun import (
+    CONTACT,
+    DEFAULT,
+    OVERHEAD,
+    Shading,
+    Sun,
+    estimate_sun,
+    shades_its_foot,
+    shading_around,
+)
 
 _VISIBLE = 1 / 300
+_RIM = 0.006
+"""Width of an object's soft rim, as a share of the picture's longer side."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -48,13 +61,12 @@ class Scenery:
         """Prepare. world, points: (V, 3) vertices at the initial pose, world and camera frame."""
         sun, settled, photo = DEFAULT, None, scene.photo
         if photo is not None and photo.shape == plate.shape:
-            known = (photo == plate).all(-1)
-            sun, shading = estimate_sun(plate, known, batch, world, ground)
-            if shading is not None:
-                everyone = np.ones(len(batch.first) - 1)
-                blocked = Shadows.of(batch, ground, sun.lamp).blocked(world, everyone)
-                plate = lifted(plate, shading, blocked, ground.step)
             masks = [scene.masks.get(item.name) for item in scene.state.objects]
+            free = _free(masks, photo.shape[:2])
+            seen = shading_around(photo, free, batch, world, ground)
+            sun = estimate_sun(seen, batch, world, ground)
+            if seen is not None:
+                plate = _without_shade(photo, plate, sun, seen, batch, world, ground)
             settled = Settled.of(photo, plate, masks, batch, points, lens)
         lights = tuple((one, Shadows.of(batch, ground, one.lamp)) for one in (sun, CONTACT))
         return cls(plate, settled, sun, lights)
@@ -98,6 +110,43 @@ class Scenery:
             blocked = cast.blocked(world, 1 - standing)
             passing *= 1 - blocked[..., None] * sun.strength.astype(np.float32)
         return lit(picture, passing, step)
+
+
+def _without_shade(
+    photo: Picture,
+    plate: Picture,
+    sun: Sun,
+    seen: Shading,
+    batch: Batch,
+    world: FloatArray,
+    ground: Ground,
+) -> Picture:
+    """The plate without the objects' shadows, or without the shade at their feet if no sun is seen.
+
+    seen: the photo's shading.
+    """
+    if not sun.seen and not shades_its_foot(seen, batch, world, ground):
+        return plate
+    known = (photo == plate).all(-1)
+    shading = shading_around(plate, known, batch, world, ground)
+    if shading is None:
+        return plate
+    lamp = sun.lamp if sun.seen else OVERHEAD
+    blocked = Shadows.of(batch, ground, lamp).blocked(world, np.ones(len(batch.first) - 1))
+    if not sun.seen:
+        # What is filled in has no shade at the foot any more.
+        blocked = blocked * reduced(known.astype(np.float32), ground.step, ground.shape)
+    return lifted(plate, shading, blocked, ground.step)
+
+
+def _free(masks: Sequence[NDArray[np.bool_] | None], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """(H, W) where the photo shows no object, nor the soft rim of one."""
+    covered = np.zeros(shape, np.uint8)
+    for mask in masks:
+        if mask is not None and mask.shape == shape:
+            covered |= mask.astype(np.uint8)
+    side = 2 * max(3, round(_RIM * max(shape))) + 1
+    return cv2.dilate(covered, np.ones((side, side), np.uint8)) == 0
 
 
 def lit(picture: Picture, passing: NDArray[np.float32], step: int) -> Picture:

@@ -27,6 +27,8 @@ _PENUMBRA = 0.12
 _REACH = 6.0
 _AGREES = 0.6
 """Least correlation between the darkness found and the shadow computed."""
+_AT_THE_FOOT = 0.25
+"""The same between darkness and what is close around the objects, where no sun is seen."""
 _AROUND = 3.2
 """How far around an object the ground is looked at, in heights of its top over that ground."""
 _DARKEST = 0.85
@@ -45,6 +47,9 @@ class Sun:
 
 DEFAULT = Sun(Lamp(LIGHT, 0.35, 2.5), np.full(3, 0.34), False)
 """A large soft light from above, where the photo does not tell."""
+
+OVERHEAD = Lamp(np.array([0.0, 0.0, 1.0]), 0.5, 1.0)
+"""Where shade around a foot is looked for if no sun is seen."""
 
 CONTACT = Sun(Lamp(np.array([0.0, 0.0, 1.0]), 0.5, 0.35), np.full(3, 0.42), False)
 """The sky that an object keeps from the ground it touches."""
@@ -66,17 +71,25 @@ class Shading:
     grain: float
 
 
-def estimate_sun(
-    plate: Picture, known: NDArray[np.bool_], batch: Batch, world: FloatArray, ground: Ground
-) -> tuple[Sun, Shading | None]:
-    """The photo's sun and the shading that it was read off; the usual light and None if unclear.
+def shading_around(
+    picture: Picture, known: NDArray[np.bool_], batch: Batch, world: FloatArray, ground: Ground
+) -> Shading | None:
+    """How a picture (H, W, 3) shades the ground around the objects; None where little is in view.
 
-    plate: (H, W, 3). known: (H, W) where it is the photo itself. world: (V, 3) initial pose.
+    known: (H, W) where it is the photo itself. world: (V, 3) vertices at the initial pose.
     """
     around = _around(batch, world, ground)
-    shading = _shading(plate, known, ground, np.asarray(around.any(0)))
+    return _shading(picture, known, ground, np.asarray(around.any(0)))
+
+
+def estimate_sun(shading: Shading | None, batch: Batch, world: FloatArray, ground: Ground) -> Sun:
+    """The photo's sun, or the usual light where it is unclear.
+
+    shading: of the photo where no object is in it. world: (V, 3) initial pose.
+    """
     if shading is None:
-        return DEFAULT, None
+        return DEFAULT
+    around = _around(batch, world, ground)
     everyone = np.ones(len(batch.first) - 1)
     looked_at = shading.usable & _checkered(ground.shape)
     grey, places = -shading.darkness.mean(-1)[looked_at], around[:, looked_at]
@@ -87,12 +100,20 @@ def estimate_sun(
         if agreement > best:
             best, lamp = agreement, candidate
     if lamp is None:
-        return DEFAULT, None
+        return DEFAULT
     blocked = Shadows.of(batch, ground, lamp).blocked(world, everyone)[looked_at]
     strength = _strength(blocked, shading.darkness[looked_at])
     if strength.max() < _FAINTEST:
-        return DEFAULT, None
-    return Sun(lamp, strength, True), shading
+        return DEFAULT
+    return Sun(lamp, strength, True)
+
+
+def shades_its_foot(shading: Shading, batch: Batch, world: FloatArray, ground: Ground) -> bool:
+    """Whether the ground is dark where objects keep light from above away; see `estimate_sun`."""
+    everyone = np.ones(len(batch.first) - 1)
+    blocked = Shadows.of(batch, ground, OVERHEAD).blocked(world, everyone)[shading.usable]
+    places = _around(batch, world, ground)[:, shading.usable]
+    return _agreement(blocked, -shading.darkness.mean(-1)[shading.usable], places) > _AT_THE_FOOT
 
 
 def _checkered(shape: tuple[int, int]) -> NDArray[np.bool_]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -14,7 +16,7 @@ from physagent_studio.rendering.frame import Picture
 from physagent_studio.rendering.grid import enlarged
 from physagent_studio.rendering.shadow import Lamp, Shadows
 from physagent_studio.rendering.stage import Stage
-from physagent_studio.rendering.sun import DEFAULT
+from physagent_studio.rendering.sun import DEFAULT, OVERHEAD
 from tests.rendering.scenes import FLOOR, SIZE, ball, crate, scene_of
 
 
@@ -149,3 +151,39 @@ def test_as_built_shows_what_the_reconstruction_made():
     kept, built = compositor.frame(), compositor.frame(as_built=True)
     assert np.abs(kept.rgb.astype(int) - scene.photo)[beside].max() <= 1
     assert np.abs(built.rgb.astype(int) - scene.photo)[beside].mean() > 20
+
+
+def test_shade_at_the_foot_does_not_stay_behind_when_no_sun_is_seen():
+    """A dim ring that follows no lamp: darkest where the object keeps light from above away."""
+    scene, floor, hole = sunlit(None)
+    batch = Batch.of([scene.meshes[o.name] for o in scene.state.objects])
+    camera = scene.state.camera
+    assert camera is not None
+    assert scene.plate is not None
+    ground = Stage.of(scene.state, {}, camera, lens_of(camera)).ground
+    world = batch.placed(*initial_poses(scene))
+    blocked = Shadows.of(batch, ground, OVERHEAD).blocked(world, np.ones(2))
+    light = 1 - 0.45 * enlarged(blocked, ground.step, floor.shape)
+    photo = np.where(hole[..., None], scene.photo, (floor * light[..., None]).astype(np.uint8))
+    plate = np.where(hole[..., None], floor, photo)
+    scenery = Compositor(replace(scene, photo=photo, plate=plate))._scenery
+    dark = (floor[..., 0] > plate[..., 0].astype(int) + 15) & ~hole
+    assert dark.sum() > 30
+    before = np.abs(plate.astype(int) - floor)[dark].mean()
+    after = np.abs(scenery.plate.astype(int) - floor)[dark].mean()
+    assert after < 0.6 * before
+
+
+def test_paint_on_the_floor_is_not_lifted():
+    """Red paint around an object darkens green and blue alone."""
+    scene, _, hole = sunlit((-1.0, 0.1, 0.7))
+    assert scene.photo is not None
+    assert scene.plate is not None
+    red = np.array([1.0, 0.25, 0.25])
+    area = cv2.ellipse(np.zeros(hole.shape, np.uint8), ((120, 120), (110, 60), 0), 1, -1) > 0
+    painted = area & ~hole
+    photo = np.where(painted[..., None], scene.photo * red, scene.photo).astype(np.uint8)
+    plate = np.where(painted[..., None], scene.plate * red, scene.plate).astype(np.uint8)
+    scenery = Compositor(replace(scene, photo=photo, plate=plate))._scenery
+    saturation = (scenery.plate.astype(int)[..., 0] - scenery.plate[..., 2])[painted]
+    assert np.percentile(saturation, 10) > 60

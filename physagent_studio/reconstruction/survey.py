@@ -23,7 +23,7 @@ from physagent_studio.reconstruction.geometry import depth_of, on_plane
 from physagent_studio.reconstruction.landmarks import OPENINGS, TARGETS, Shown
 from physagent_studio.reconstruction.layout import Stance
 from physagent_studio.reconstruction.lines import Segments
-from physagent_studio.reconstruction.masks import BoolArray, grow
+from physagent_studio.reconstruction.masks import BoolArray
 from physagent_studio.reconstruction.names import (
     Usual,
     support_height,
@@ -33,6 +33,13 @@ from physagent_studio.reconstruction.names import (
 )
 from physagent_studio.reconstruction.ramps import Profile, find_profile
 from physagent_studio.reconstruction.scale import FLOOR, Measured, solve
+from physagent_studio.reconstruction.standing import (
+    ground_pixel,
+    lifted,
+    root_of,
+    standing_on,
+    support_under,
+)
 from physagent_studio.records.case import Case, Image
 
 GOAL, GOAL_HEIGHT, GOAL_SPREAD = "goal", 2.3, 0.15
@@ -81,8 +88,8 @@ def survey(
     """
     usual = {name: _usual(name, case.prompt, state.scale) for name in stances}
     profiles = _profiles(state, found, (image.shape[1], image.shape[0]))
-    on = _standing_on(state, stances, regions, profiles)
-    root = {name: _root(name, on) for name in stances}
+    on = standing_on(state, stances, regions, profiles)
+    root = {name: root_of(name, on) for name in stances}
     shown = _shown(image, state, case.prompt, covered)
     horizon = _horizon(image, state, stances, on, root, usual, found, shown)
     size = (image.shape[1], image.shape[0])
@@ -97,10 +104,10 @@ def survey(
         and (state.horizon == case.horizon or state.horizon_source == "person"),
         horizon_sigma=horizon.sigma,
     )
-    on = _lifted(unit, state, stances, on, root, usual)
-    root = {name: _root(name, on) for name in stances}
+    on = lifted(unit, state, stances, on, root, usual)
+    root = {name: root_of(name, on) for name in stances}
     under = {
-        name: stances[name].over or _support_under(stances[name], profiles)
+        name: stances[name].over or support_under(stances[name], profiles)
         if on[name] == "air"
         else None
         for name in stances
@@ -165,83 +172,6 @@ def _usual_tops(state: SceneState) -> dict[str, float]:
     return tops
 
 
-def _standing_on(
-    state: SceneState,
-    stances: Mapping[str, Stance],
-    regions: Mapping[str, BoolArray],
-    profiles: Mapping[str, Profile],
-) -> dict[str, str]:
-    on: dict[str, str] = {}
-    for name, stance in stances.items():
-        item = state.object(name)
-        if item is not None and item.support is not None:
-            on[name] = item.support
-        elif stance.on is not None:
-            on[name] = stance.on
-        else:
-            on[name] = _support_below(state, stance, regions, profiles) or FLOOR
-    return on
-
-
-def _support_under(stance: Stance, profiles: Mapping[str, Profile]) -> str | None:
-    """The ramp over which something in the air is seen."""
-    spans = {name: p.surface(stance.foot[0]) for name, p in profiles.items()}
-    over = [name for name, row in spans.items() if row is not None and row > stance.box[1]]
-    return over[0] if over else None
-
-
-def _support_below(
-    state: SceneState,
-    stance: Stance,
-    regions: Mapping[str, BoolArray],
-    profiles: Mapping[str, Profile],
-) -> str | None:
-    """The support whose region or profile lies right under the foot."""
-    best: tuple[float, str] | None = None
-    for support in state.supports:
-        if support_kind(support.name) == "floor":
-            continue
-        if support.name in profiles:
-            row = profiles[support.name].surface(stance.foot[0])
-            near = max(6.0, 0.25 * stance.height)
-            share = 1.0 if row is not None and abs(row - stance.foot[1]) < near else 0.0
-        else:
-            share = _share_near(stance, regions.get(support.name))
-        if share > 0.3 and (best is None or share > best[0]):
-            best = (share, support.name)
-    return best[1] if best else None
-
-
-def _share_near(stance: Stance, region: BoolArray | None) -> float:
-    """How surely the foot stands on what a support's region shows, 0 … 1.
-
-    Certain where the strip right under the foot belongs to the region; likely where the region
-    comes close to the foot, for a thing at an edge has the front of the table under it.
-    """
-    if region is None or not region.any():
-        return 0.0
-    x0, _, x1, _ = stance.box
-    bottom, middle = int(stance.foot[1]), int(stance.foot[0])
-    quarter = max(2, (x1 - x0) // 4)
-    rows = slice(bottom + 1, bottom + 2 + max(5, round(0.12 * stance.height)))
-    strip = grow(region, 2)[rows, max(0, middle - quarter) : middle + quarter]
-    under = float(strip.mean()) if strip.size else 0.0
-    ys, xs = np.nonzero(region)
-    distance = float(np.hypot(xs - stance.foot[0], ys - stance.foot[1]).min())
-    near = 0.6 * max(0.0, 1 - distance / (0.9 * stance.extent))
-    return max(under, near)
-
-
-def _root(name: str, on: Mapping[str, str]) -> str:
-    """The support at the bottom of a stack."""
-    seen = {name}
-    below = on[name]
-    while below in on and below not in seen:
-        seen.add(below)
-        below = on[below]
-    return below
-
-
 def _horizon(
     image: Image,
     state: SceneState,
@@ -296,52 +226,6 @@ def _in_air(stance: Stance, on: str) -> bool:
     return on == "air" or (on == FLOOR and stance.aloft)
 
 
-def _lifted(
-    unit: Camera,
-    state: SceneState,
-    stances: Mapping[str, Stance],
-    on: Mapping[str, str],
-    root: Mapping[str, str],
-    usual: Mapping[str, Usual],
-) -> dict[str, str]:
-    """Objects that the picture shows in the air: words say so, or the floor is out of reach."""
-    out = dict(on)
-    given = {item.name for item in state.objects if item.support is not None}
-    for name, stance in stances.items():
-        if name in given or on[name] != FLOOR:
-            continue
-        place = on_plane(unit, [stance.foot], 0.0)[0]
-        if (
-            stance.aloft
-            or not np.isfinite(place).all()
-            or (stance.over is not None and _too_large(unit, stances, out, usual, name))
-        ):
-            out[name] = "air"
-    return out
-
-
-def _too_large(
-    unit: Camera,
-    stances: Mapping[str, Stance],
-    on: Mapping[str, str],
-    usual: Mapping[str, Usual],
-    name: str,
-) -> bool:
-    """Whether an object would be less plausible on the floor than above what it is seen over."""
-    over = stances[name].over
-    if over is None or on.get(over, FLOOR) != FLOOR:
-        return True
-    far = depth_of(unit, on_plane(unit, [stances[name].foot], 0.0)[0])
-    near = depth_of(unit, on_plane(unit, [stances[over].foot], 0.0)[0])
-    reference = np.log(usual[over].metres / (stances[over].extent * near))
-    spread = float(np.hypot(usual[name].spread, usual[over].spread))
-    off = [
-        abs(np.log(usual[name].metres / (stances[name].extent * depth)) - reference) / spread
-        for depth in (far, near)
-    ]
-    return bool(off[0] > 4.0 and off[1] < 0.5 * off[0])
-
-
 def _measured(
     unit: Camera,
     stances: Mapping[str, Stance],
@@ -358,7 +242,7 @@ def _measured(
     above = unit.position[2]
     out: list[Measured] = []
     for name, stance in stances.items():
-        foot = _ground_pixel(name, stances, on, under, profiles)
+        foot = ground_pixel(name, stances, on, under, profiles)
         if foot is None:
             continue
         place = on_plane(unit, [foot], 0.0)[0]
@@ -371,32 +255,6 @@ def _measured(
             seen = replace(seen, spread=seen.spread + 0.1)
         out.append(Measured(name, plane, units, seen))
     return out
-
-
-def _ground_pixel(
-    name: str,
-    stances: Mapping[str, Stance],
-    on: Mapping[str, str],
-    under: Mapping[str, str | None],
-    profiles: Mapping[str, Profile],
-) -> tuple[float, float] | None:
-    """The pixel on the level plane at the object's depth: its own foot, or that of its stack."""
-    for _ in range(len(stances) + 1):
-        below = on[name]
-        if below in stances:
-            name = below
-        elif below == "air":
-            over = under.get(name)
-            if over is not None and over in profiles:
-                return profiles[over].toe
-            if over is None or over not in stances:
-                return None
-            name = over
-        elif below in profiles:
-            return profiles[below].toe
-        else:
-            return stances[name].foot
-    return None
 
 
 def is_ground(support: Support) -> bool:

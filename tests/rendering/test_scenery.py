@@ -159,7 +159,7 @@ def test_shade_at_the_foot_does_not_stay_behind_when_no_sun_is_seen():
     batch = Batch.of([scene.meshes[o.name] for o in scene.state.objects])
     camera = scene.state.camera
     assert camera is not None
-    assert scene.plate is not None
+    assert scene.photo is not None
     ground = Stage.of(scene.state, {}, camera, lens_of(camera)).ground
     world = batch.placed(*initial_poses(scene))
     blocked = Shadows.of(batch, ground, OVERHEAD).blocked(world, np.ones(2))

@@ -39,12 +39,12 @@ def rotated(quaternions: ArrayLike, vectors: ArrayLike) -> FloatArray:
     """Vectors (..., 3) turned by unit quaternions (..., 4) wxyz."""
     turns, vectors = np.asarray(quaternions, float), np.asarray(vectors, float)
     axis = turns[..., 1:]
-    twice = 2 * _cross(axis, vectors)
-    return vectors + turns[..., :1] * twice + _cross(axis, twice)
+    twice = 2 * cross(axis, vectors)
+    return vectors + turns[..., :1] * twice + cross(axis, twice)
 
 
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """`np.cross` without its checks."""
+def cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Cross product of vectors (..., 3): `np.cross` without its checks."""
     x, y, z = a[..., 0], a[..., 1], a[..., 2]
     u, v, w = b[..., 0], b[..., 1], b[..., 2]
     return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], -1)

@@ -8,7 +8,7 @@ import numpy as np
 
 from physagent_studio import __version__
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.program.rotations import matrices_of, rotated
+from physagent_studio.program.rotations import cross, matrices_of, rotated
 from physagent_studio.records import ActionSpan, Alarm, Rollout
 from physagent_studio.simulation.clouds import quaternions_of
 from physagent_studio.simulation.mj import mj
@@ -36,11 +36,11 @@ def _own(world: World, trace: Trace, setting: str) -> Rollout:
     program = world.program
     scene, rows = program.scene, trace.rows
     track = _track(world, trace.positions[:rows], trace.velocities[:rows])
-    centres = track.velocity + np.cross(track.angular, track.offset) if track.lopsided else None
-    engine = track.velocity if centres is None else centres
-    table, acts = trace.log.contacts((rows - 1) * trace.substeps - 1)
-    inside = table["step"] < max(rows - 1, 0)
-    contacts = balanced(world, trace, table[inside], acts[inside], engine)
+    engine = track.velocity
+    if track.lopsided:
+        engine = engine + cross(track.angular, track.offset)
+    touching = trace.log.contacts((rows - 1) * trace.substeps - 1)
+    contacts = balanced(world, trace, touching, engine).table(max(rows - 1, 0))
     missing = _held_back(world, _known(trace, contacts), rows)
     kinetic, potential = _energies(world, track, engine + missing)
     penetration = np.zeros(rows)
@@ -173,10 +173,10 @@ def _known(trace: Trace, contacts: np.ndarray) -> np.ndarray:
 def _held_back(world: World, contacts: np.ndarray, rows: int) -> FloatArray:
     """(T, N, 3) m/s: what `World.half_kick` took off, for as long as the body flies freely."""
     missing = np.zeros((rows, len(world.names), 3))
+    steps, one, other = contacts["step"], contacts["a"], contacts["b"]
     for step, index, kick in world.kicks:
-        mine = (contacts["a"] == index) | (contacts["b"] == index)
-        later = contacts["step"][mine & (contacts["step"] >= step)]
-        until = int(later.min()) + 1 if len(later) else rows
+        touched = np.flatnonzero(((one == index) | (other == index)) & (steps >= step))
+        until = int(steps[touched[0]]) + 1 if len(touched) else rows
         missing[step + 1 : until, index] = kick
         missing[max(until, step + 1) :, index] = 0
     return missing

@@ -10,6 +10,8 @@ action is at work, the impulse follows from what became of its momentum, see `mo
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,8 +21,41 @@ from physagent_studio.simulation.model import Compiled
 from physagent_studio.simulation.readings import Readings
 from physagent_studio.simulation.surfaces import FloatArray, IntArray
 
+IntArray64 = NDArray[np.int64]
+
 MANY = 100
 """Contacts from which on a reading leaves out those within one object."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Touching:
+    """Columns of contacts, one row per control step and pair, sorted; see `CONTACT_DTYPE`.
+
+    acts: (n,) whether the readings saw the contact act, and not only the bodies be close.
+    """
+
+    step: IntArray64
+    a: IntArray64
+    b: IntArray64
+    point: FloatArray
+    normal: FloatArray
+    impulse: FloatArray
+    depth: FloatArray
+    acts: NDArray[np.bool_]
+
+    def table(self, until: int) -> NDArray[np.void]:
+        """`CONTACT_DTYPE` rows of what acts before control step `until`."""
+        keep = np.flatnonzero(self.acts & (self.step < until))
+        table = np.zeros(len(keep), CONTACT_DTYPE)
+        for name in CONTACT_DTYPE.names or ():
+            table[name] = getattr(self, name)[keep]
+        return table
+
+
+_NONE = np.zeros(0, np.int64)
+NOTHING = Touching(
+    _NONE, _NONE, _NONE, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0), _NONE > 0
+)
 
 
 class ContactLog:
@@ -54,14 +89,14 @@ class ContactLog:
         else:
             self._readings.add(data, tick)
 
-    def _bodies(self, geom: IntArray, flex: IntArray | None) -> NDArray[np.int64]:
+    def _bodies(self, geom: IntArray, flex: IntArray | None) -> IntArray64:
         """(n, 2) index among objects-then-supports. flex: (n, 2) where there are any flexes."""
         bodies = self._geom_bodies[geom]
         if self._flexible and flex is not None:
             bodies = np.where(geom >= 0, bodies, self._flex_bodies[flex])
         return bodies
 
-    def _bodies_from(self, row: int) -> NDArray[np.int64]:
+    def _bodies_from(self, row: int) -> IntArray64:
         """The bodies of all contacts from a row on."""
         flex = self._readings.integers("flex", row, 2) if self._flexible else None
         return self._bodies(self._readings.integers("geom", row, 2), flex)
@@ -98,10 +133,10 @@ class ContactLog:
             np.add.at(total, self._geom_owner[geom[solid, side]], impulse[solid])
         return total
 
-    def contacts(self, last_tick: int) -> tuple[NDArray[np.void], NDArray[np.bool_]]:
-        """`CONTACT_DTYPE` rows of what is close, by step, a and b; and which of them act."""
+    def contacts(self, last_tick: int) -> Touching:
+        """What was close until an engine step, aggregated per control step and pair."""
         if self._readings.empty:
-            return np.zeros(0, CONTACT_DTYPE), np.zeros(0, bool)
+            return NOTHING
         numbers = self._readings.numbers
         ticks = np.repeat(np.array(self._readings.ticks, np.int64), self._readings.counts)
         impulse = self._normal_forces(0, 0) * self._seconds(0, last_tick)
@@ -144,31 +179,39 @@ class ContactLog:
 
 
 def _aggregate(
-    step: NDArray[np.int64],
-    bodies: NDArray[np.int64],
+    step: IntArray64,
+    bodies: IntArray64,
     point: FloatArray,
     normal: FloatArray,
     impulse: FloatArray,
     depth: FloatArray,
     acts: NDArray[np.bool_],
-) -> tuple[NDArray[np.void], NDArray[np.bool_]]:
+) -> Touching:
     """One row per control step and pair: impulses added, the deepest point kept."""
-    low, high = bodies.min(axis=1), bodies.max(axis=1)
-    key = (step << 32) | (low << 16) | high
+    one, other = bodies[:, 0], bodies[:, 1]
+    key = (step << 32) | (np.minimum(one, other) << 16) | np.maximum(one, other)
     # Readings come in the order of time, so that little is left to sort.
     order = np.argsort(key, kind="stable")
-    order = order[(low != high)[order]]
-    starts = np.flatnonzero(np.diff(key[order], prepend=-1))
-    table = np.zeros(len(starts), CONTACT_DTYPE)
-    if not len(starts):
-        return table, np.zeros(0, bool)
-    deepest = np.maximum.reduceat(depth[order], starts)
-    sizes = np.diff(starts, append=len(order))
-    hits = np.flatnonzero(depth[order] == np.repeat(deepest, sizes))
+    within = one == other
+    if within.any():
+        order = order[~within[order]]
+    key, depth = key[order], depth[order]
+    if not len(key):
+        return NOTHING
+    starts = np.flatnonzero(np.diff(key, prepend=-1))
+    deepest = np.maximum.reduceat(depth, starts)
+    hits = np.flatnonzero(depth == np.repeat(deepest, np.diff(starts, append=len(key))))
     first = order[hits[np.searchsorted(hits, starts)]]
-    table["step"], table["a"], table["b"] = step[first], low[first], high[first]
-    turned = np.where(bodies[first, 0] > bodies[first, 1], -1.0, 1.0)
-    table["point"], table["normal"] = point[first], normal[first] * turned[:, None]
-    table["depth"] = np.maximum(deepest, 0)
-    table["impulse"] = np.add.reduceat(impulse[order], starts)
-    return table, np.logical_or.reduceat(acts[order], starts)
+    key = key[starts]
+    low, high = (key >> 16) & 0xFFFF, key & 0xFFFF
+    turned = np.where(one[first] > low, -1.0, 1.0)
+    return Touching(
+        key >> 32,
+        low,
+        high,
+        point[first],
+        normal[first] * turned[:, None],
+        np.add.reduceat(impulse[order], starts),
+        np.maximum(deepest, 0),
+        np.logical_or.reduceat(acts[order], starts),
+    )

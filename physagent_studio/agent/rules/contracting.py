@@ -133,7 +133,7 @@ class _Draft:
         following = self.reading.frames[index + 1 : index + 2]
         # "Does not move until …" speaks of the beginning.
         first = bool(following) and following[0].link in ("until", "before")
-        for one in (part for group in groups for part in group):
+        for one in (part for group in groups for part in _denied(group)):
             if one.kind == "moves" and not {"direction", "toward"} & set(one.fields):
                 still = {"subject": one.fields["subject"], "distance": 0.05, "tilt": 15.0}
                 still |= {"to_step": BEGINNING} if first else {}
@@ -175,6 +175,12 @@ class _Draft:
             name = f"{label[:57]}_{number}"
         self.statements.append({"id": name, "clause": clause, **data})
         return name
+
+
+def _denied(group: list[Spec]) -> list[Spec]:
+    """What "does not …" denies: the events, and not how they would go on."""
+    events = [s for s in group if s.kind in _MOMENTS and not s.fields.get("negated")]
+    return [s for s in events if s.kind != "airborne"] or events or group
 
 
 def _events(specs: Sequence[Spec]) -> list[Spec]:

@@ -90,6 +90,9 @@ class Chunker:
         behind = self.word(i - 2) == "the" and self.word(i - 3) in ("in", "on", "at")
         closed = behind or previous in v.OTHERS or previous in v.NUMBERS or previous in v.DIRECTIONS
         adjective = _is_adjective(previous) and previous not in self.nouns and not closed
+        if previous in ("both", "all", "each") and word not in v.FORCE_NOUNS:
+            # "…, both come to rest": the subject is "both".
+            return False
         if previous in v.DETERMINERS or (adjective and not self._after_noun(i - 1)):
             return True
         if previous in v.PREPOSITIONS and previous != "to":
@@ -289,6 +292,8 @@ class Chunker:
         if word in v.PRONOUNS or word in v.SUBORDINATORS or word in v.COUNTS:
             return "noun" if word == "others" and not has_noun else "end"
         if verb_base(word) is not None:
+            if self.word(j - 1) in ("both", "all", "each") and word not in v.FORCE_NOUNS:
+                return "end"
             return self._verbal_role(j, word, started, has_noun)
         if word in v.FILLERS or word in v.MANNERS or word in v.DIRECTIONS:
             if not has_noun and started and self._nominal(j + 1):

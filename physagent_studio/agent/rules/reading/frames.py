@@ -7,7 +7,8 @@ from typing import Literal
 
 Relation = Literal[
     "on", "in", "into", "toward", "at", "from", "off", "over", "along", "down", "up", "under",
-    "above", "against", "near", "behind", "before", "after", "around", "between", "until", "object",
+    "above", "away_from", "against", "near", "behind", "before", "after", "around", "between",
+    "until", "object",
 ]  # fmt: skip
 Way = Literal[
     "left", "right", "up", "down", "forward", "backward", "sideways", "outward", "inward", "off",

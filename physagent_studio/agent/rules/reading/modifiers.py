@@ -68,7 +68,7 @@ class Details:
                 found.extend(("object", Place(name, "object")) for name in named.names)
             elif (place := resolve_place(phrase, stock, talk)) is not None:
                 found.append(("object", place))
-            elif not _is_measure(phrase):
+            elif not is_measure(phrase):
                 self.unknown[phrase.head] = None
         return tuple(found)
 
@@ -193,7 +193,8 @@ def _is_path(phrase: NounPhrase) -> bool:
     )
 
 
-def _is_measure(phrase: NounPhrase) -> bool:
+def is_measure(phrase: NounPhrase) -> bool:
+    """Whether the phrase is a quantity, a force, a cause or a path, and no thing."""
     return (
         phrase.head in v.IGNORED_NOUNS
         or phrase.head in v.FORCE_NOUNS
@@ -275,6 +276,11 @@ SIDES: dict[str, Way] = {
 def _without_side(phrase: NounPhrase, details: Details) -> NounPhrase:
     """ "Off the right side of the table" is off the table, to the right."""
     if phrase.head != "side" or phrase.of is None:
+        if v.PARTS.get(phrase.head) == "edge":
+            # "Off the far edge": which of the edges.
+            for adjective in phrase.adjectives:
+                if adjective in SIDES and details.direction is None:
+                    details.direction = SIDES[adjective]
         return phrase
     for adjective in phrase.adjectives:
         if adjective in SIDES:
@@ -295,7 +301,10 @@ def _place(
         return
     place = resolve_place(phrase, stock, talk)
     if place is None or relation is None:
-        if preposition == "away_from" or _is_measure(phrase) or phrase.pronoun:
+        if preposition == "away_from" and place is not None and place.kind != "group":
+            details.places = (*details.places, ("away_from", place))
+            return
+        if preposition == "away_from" or is_measure(phrase) or phrase.pronoun:
             details.direction = details.direction or ("off" if preposition == "away_from" else None)
             return
         if phrase.head not in ("air", "second", "place"):

@@ -251,6 +251,9 @@ def _quantify(
 ) -> Resolved:
     names = tuple(t.name for t in kept)
     one_of = phrase.head == "one" or number == 1
+    if phrase.head == "one" and phrase.adjectives == ("one",) and not phrase.determiner:
+        # "…, but only one falls": whichever of them.
+        return Resolved(names, any_one=len(names) > 1)
     if len(names) == 1:
         return Resolved(names)
     if one_of and inner is not phrase:

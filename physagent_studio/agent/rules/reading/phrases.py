@@ -188,6 +188,8 @@ FIXED: tuple[tuple[tuple[str, ...], str], ...] = tuple(
         ("on their own", "naturally"),
         ("head on", "squarely"),
         ("as well", "also"),
+        ("starting with", "starting_with"),
+        ("beginning with", "starting_with"),
         ("gets there", "arrives"),
         ("get there", "arrive"),
         ("getting there", "arriving"),

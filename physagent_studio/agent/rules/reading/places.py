@@ -25,6 +25,10 @@ def resolve_place(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Plac
         return Place("stack", "group")
     if phrase.pronoun:
         found = of_pronoun(phrase.head, stock, talk, False)
+        # "… towards the goal but misses it": nothing misses itself.
+        own = found is not None and found.names == talk.subject
+        if (found is None or own) and phrase.head in ("it", "that", "this"):
+            return talk.landmark or talk.support
         return Place(found.names[0], "object") if found else None
     if (own := _landmark(phrase, stock)) is not None:
         if (part := _as_part(own, stock)) is not None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from physagent_studio.agent.rules.reading import vocabulary as v
 from physagent_studio.agent.rules.reading.clauses import RawClause
 from physagent_studio.agent.rules.reading.frames import EventFrame
-from physagent_studio.agent.rules.reading.modifiers import Details
+from physagent_studio.agent.rules.reading.modifiers import Details, is_measure
 from physagent_studio.agent.rules.reading.names import Resolved, resolve_objects
 from physagent_studio.agent.rules.reading.phrases import Chunk, NounPhrase
 from physagent_studio.agent.rules.reading.places import resolve_place
@@ -83,6 +83,8 @@ class Roles(Subjects):
                 names |= dict.fromkeys(found.names)
                 any_one |= found.any_one
                 self.talk.mention(found.names)
+            elif not is_measure(phrase) and resolve_place(phrase, self.stock, self.talk) is None:
+                self.unknown |= dict.fromkeys(phrase.nouns or (phrase.head,))
         return Resolved(tuple(names), any_one) if names else None
 
     def _done_by(self, frame: EventFrame, who: Resolved | None) -> EventFrame | None:
@@ -109,6 +111,10 @@ class Roles(Subjects):
         passive = verb.passive or (direct is None and verb.form == "pp" and not details.struck)
         if passive:
             agent = details.by
+            if subject is not None and direct is not None and verb.passive:
+                # "The right pin is knocked over, then the left one."
+                both = tuple(dict.fromkeys((*subject.names, *direct.names)))
+                subject = Resolved(both, subject.any_one)
             return self._done_by(replace(frame, agent=agent), subject)
         struck = direct or (Resolved(details.struck) if details.struck else None)
         if struck is None:
@@ -119,6 +125,10 @@ class Roles(Subjects):
             if frame.sense == "hit" and frame.places:
                 # "Hits the goal", "crashes into the wall": it gets to a place.
                 return self._done_by(replace(frame, sense="strike"), subject)
+            if frame.sense == "hit" and subject is not None and len(subject.names) == 2:
+                # "The stones collide."
+                first, second = subject.names
+                return replace(frame, agent=(first,), patient=(second,))
             # "collides", "makes contact": with whom is not said.
             return self._done_by(frame, subject) if frame.sense != "hit" else None
         agent = subject.names if subject and not frame.cause else ()

@@ -83,7 +83,9 @@ class Subjects:
             return None
         if clause.verb.verb not in v.VERBS or clause.joint not in ("and", "so", ""):
             return None
-        gives_way = ("topple", "fall", "collapse", "break", "flip", "lean")
+        gives_way = (
+            "topple", "fall", "collapse", "break", "flip", "lean", "sway", "spin", "turn", "rise",
+        )  # fmt: skip
         entry = v.VERBS[clause.verb.verb]
         return Resolved(before.patient) if entry.sense in gives_way else None
 
@@ -128,7 +130,8 @@ class Subjects:
     def _count_by_place(self, found: Resolved, phrase: NounPhrase, clause: RawClause) -> Resolved:
         """ "Two oranges slide off the belt": of three, the two that are nearest to the belt."""
         wanted = phrase.number
-        if wanted is None or any(a not in v.NUMBERS for a in phrase.adjectives):
+        plain = bool(phrase.nouns) and all(a in v.NUMBERS for a in phrase.adjectives)
+        if wanted is None or not plain:
             return found
         everything = resolve_objects(
             replace(phrase, number=None, plural=True, adjectives=()), self.stock, Discourse()

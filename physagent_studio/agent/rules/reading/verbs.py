@@ -87,7 +87,7 @@ VERBS: dict[str, Verb] = {
             "blow": "blow buffet",
             "tip_over": "upset",
             "catch": "catch",
-            "dislodge": "dislodge displace",
+            "dislodge": "dislodge displace disturb",
         },
     ),
     **_verbs(

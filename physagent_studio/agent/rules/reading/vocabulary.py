@@ -68,7 +68,7 @@ FILLERS = words_of(
     "again afterwards afterward thereby instead soon later now initially first meanwhile "
     "suddenly still completely fully entirely almost nearly quite very too so well thus hence "
     "therefore already only even once there here subsequently next under freely "
-    "perfectly cleanly really squarely anywhere successively somewhat promptly soon just"
+    "perfectly cleanly really squarely anywhere successively somewhat promptly soon just out"
 )
 COUNTS = {"once": 1, "twice": 2, "thrice": 3}
 

@@ -61,6 +61,9 @@ def _way_round(task: Task, target: Place | None) -> tuple[float, float] | None:
 
 def _aimed(task: Task, target: Place | None, speed: float, azimuth: float = 0.0) -> Directed:
     way = task.way()
+    behind = task.intent.place("away_from")
+    if behind is not None and task.layout.is_known(place_name(behind)):
+        return act.toward_or_along(speed, toward=place_name(behind), azimuth=180.0)
     if (other := task.passes()) is not None and target is not None:
         return act.toward_or_along(speed, toward=other, azimuth=_beside(task, other))
     if target is not None and (way is None or task.intent.hits or target.kind == "landmark"):

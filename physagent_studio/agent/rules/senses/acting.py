@@ -24,7 +24,9 @@ def hit(c: Context) -> list[Spec]:
 
 def push(c: Context) -> list[Spec]:
     """The subject is moved; by an object where one is named."""
-    touched = touch(c)
+    # "Without disturbing it" leaves it where it is; it may well be touched.
+    spared = c.frame.negated and c.frame.sense == "dislodge"
+    touched = [] if spared else touch(c)
     moved = travel(c) if not c.frame.agent else _pushed_away(c)
     found = [*touched, *moved, *siblings(c), *along(c)]
     if touched and moved:

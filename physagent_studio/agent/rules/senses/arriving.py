@@ -122,7 +122,23 @@ def leave(c: Context) -> list[Spec]:
 def miss(c: Context) -> list[Spec]:
     """Never touches it."""
     missed = [p for r, p in c.frame.places if r == "object" and p.kind not in ("landmark", "group")]
-    return [spec("contacts", c.subject, other=p.name, negated=True) for p in missed]
+    marks = [p for r, p in c.frame.places if r == "object" and p.kind == "landmark"]
+    return [
+        *(spec("contacts", c.subject, other=p.name, negated=True) for p in missed),
+        *(_not_reached(c, p) for p in marks),
+    ]
+
+
+def _not_reached(c: Context, place: Place) -> Spec:
+    """A goal is missed by not ending in it, a line by not crossing it."""
+    inside = place.landmark_kind in ("opening", "area") or _is_opening(c, place)
+    kind = "lands_in" if inside else "passes_over"
+    return spec(kind, c.subject, landmark=place_name(place), negated=True)
+
+
+def _is_opening(c: Context, place: Place) -> bool:
+    mark = c.layout.state.landmark(place.name)
+    return mark is not None and mark.kind in ("opening", "area")
 
 
 def withdrawn(c: Context) -> list[Spec]:

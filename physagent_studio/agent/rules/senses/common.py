@@ -23,6 +23,10 @@ def travel(c: Context) -> list[Spec]:
     toward = c.frame.place("toward", "at", "against")
     if toward is not None and not is_ground(c, toward) and toward.name != c.subject:
         found.append(spec("moves", c.subject, distance=distance, toward=place_name(toward)))
+    gone = c.frame.place("away_from")
+    if gone is not None and gone.name != c.subject:
+        nearer = spec("moves", c.subject, distance=distance, toward=place_name(gone))
+        found += [spec("moves", c.subject, distance=distance), nearer.opposite()]
     return found or [spec("moves", c.subject, distance=distance)]
 
 

@@ -13,6 +13,7 @@ from physagent_studio.agent.rules.senses.common import (
 )
 from physagent_studio.agent.rules.senses.turning import topple
 from physagent_studio.agent.rules.specs import (
+    START,
     Context,
     Spec,
     any_of,
@@ -36,7 +37,7 @@ def roll(c: Context) -> list[Spec]:
         found.append(spec("rotates", c.subject, angle=90.0))
         if not _comes_down(c):
             found.append(spec("airborne", c.subject, seconds=0.3, negated=True))
-    elif c.layout.ramp_below(c.subject) is not None:
+    elif c.layout.ramp_below(c.subject) is not None and not _comes_down(c):
         found += _down_the_slope(c)
     return found
 
@@ -184,8 +185,11 @@ def float_down(c: Context) -> list[Spec]:
 def rise(c: Context) -> list[Spec]:
     """Goes up."""
     found = [spec("moves", c.subject, distance=c.length(0.3, 0.02, 0.2), direction="up")]
-    lifted = c.frame.place("off", "from") is not None
-    return [*found, spec("airborne", c.subject, seconds=0.12)] if lifted else found
+    below = c.frame.place("off", "from")
+    if below is None or below.kind in ("landmark", "group"):
+        return found
+    lifted = spec("contacts", c.subject, other=below.name, to_step=START)
+    return [*found, lifted, spec("airborne", c.subject, seconds=0.12)]
 
 
 def jump(c: Context) -> list[Spec]:

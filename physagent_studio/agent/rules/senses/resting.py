@@ -11,6 +11,9 @@ def stop(c: Context) -> list[Spec]:
     place = c.frame.place("near", "at", "on", "in", "object")
     if place is not None and place.kind == "group":
         place = None
+    leant = c.frame.place("against")
+    if leant is not None and leant.kind in ("object", "support") and leant.name != c.subject:
+        return [spec("stops", c.subject), spec("contacts", c.subject, other=leant.name)]
     ahead = c.frame.place("before")
     if ahead is not None and ahead.kind != "group":
         return [spec("stops", c.subject), spec("stops_before", c.subject, before=place_name(ahead))]

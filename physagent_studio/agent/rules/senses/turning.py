@@ -5,6 +5,7 @@ from __future__ import annotations
 from physagent_studio.agent.rules.senses.common import (
     along,
     arrival,
+    posture,
     sideways_fall,
     struck_before,
 )
@@ -61,7 +62,7 @@ def spin(c: Context) -> list[Spec]:
 
 def turn(c: Context) -> list[Spec]:
     """Turns, without saying how."""
-    return [spec("rotates", c.subject, angle=30.0)]
+    return [spec("rotates", c.subject, angle=30.0), *posture(c)]
 
 
 def turn_around(c: Context) -> list[Spec]:

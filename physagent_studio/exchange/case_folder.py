@@ -15,7 +15,7 @@ from physagent_studio.exchange.case_reader import (
     slug,
 )
 from physagent_studio.program.scene import Click, Grounding
-from physagent_studio.reconstruction import read_photo
+from physagent_studio.reconstruction import read_photo, stated_focal
 from physagent_studio.records.case import Case
 
 _FILES = ("case.yaml", "case.yml")
@@ -55,6 +55,7 @@ def load_case(folder: Path | str, event: str | None = None) -> Case:
         events=events,
         horizon=horizon,
         scale=scale,
+        focal=stated_focal(image, size),
     )
 
 
@@ -93,6 +94,7 @@ def case_from_image(path: Path | str, prompt: str, objects: Mapping[str, Sequenc
         supports=(),
         landmarks=(),
         prompt=prompt.strip(),
+        focal=stated_focal(path, size),
     )
 
 

@@ -72,12 +72,13 @@ def estimate(
     standing: Sequence[Standing],
     limits: Sequence[float] = (),
     discs: Sequence[Disc] = (),
+    focal: float | None = None,
 ) -> Horizon:
     """The horizon and focal length of a picture.
 
     found: its straight edges. standing: things on level planes. limits: rows of further
     points that certainly lie on a level plane, hence below the horizon. discs: circles on level
-    planes.
+    planes. focal: pixels, where it is known.
     """
     rows, columns = image.shape[:2]
     grid = np.arange(-3.0 * rows, 1.1 * rows, 2.0)
@@ -88,13 +89,13 @@ def estimate(
     shared += _eye_level(grid, standing)
     shared += _shore(grid, image, rows)
     usual = usual_focal((columns, rows))
-    factors = np.exp(np.linspace(-0.35, 1.3, 12))
+    factors = np.exp(np.linspace(-0.35, 1.3, 12)) if focal is None else np.array([focal / usual])
     votes = np.stack(
         [
             shared
             + _posture(grid, rows, usual * factor)
             + _roundness(grid, rows, usual * factor, discs)
-            - 0.5 * (math.log(factor) / FOCAL_SPREAD) ** 2
+            - (0.5 * (math.log(factor) / FOCAL_SPREAD) ** 2 if focal is None else 0.0)
             for factor in factors
         ]
     )

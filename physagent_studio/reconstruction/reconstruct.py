@@ -249,7 +249,9 @@ def _sight(state: SceneState) -> dict[str, object]:
 
 def scene_hash(case: Case, state: SceneState) -> str:
     """SHA-256 of everything that a reconstruction depends on."""
-    parts = (VERSION, case.image_hash, case.prompt, state.model_dump_json())
+    parts = [VERSION, case.image_hash, case.prompt, state.model_dump_json()]
+    if case.focal is not None:
+        parts.append(f"{case.focal:.3f}")
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
 

@@ -91,13 +91,13 @@ def survey(
     on = standing_on(state, stances, regions, profiles)
     root = {name: root_of(name, on) for name in stances}
     shown = _shown(image, state, case.prompt, covered)
-    horizon = _horizon(image, state, stances, on, root, usual, found, shown)
+    horizon = _horizon(image, state, stances, on, root, usual, found, shown, case.focal)
     size = (image.shape[1], image.shape[0])
     unit = state.camera or Camera.from_horizon(
         size,
         horizon.row,
         1.0,
-        focal=clicked_supports.focal_of(state, size, horizon.row) or horizon.focal,
+        focal=case.focal or clicked_supports.focal_of(state, size, horizon.row) or horizon.focal,
         source=_horizon_source(state),
         # A horizon that a person gave is known; one that was tried for a repair is not.
         confirmed=state.horizon is not None
@@ -130,7 +130,7 @@ def survey(
     estimate = None
     if camera.source == "given" and not camera.confirmed:
         bare = state.model_copy(update={"camera": None, "horizon": None})
-        estimate = _horizon(image, bare, stances, on, root, usual, found, shown)
+        estimate = _horizon(image, bare, stances, on, root, usual, found, shown, case.focal)
     return Survey(
         camera, scale, heights.tops, on, under, root, usual, profiles, shown, estimate, blocks
     )
@@ -181,9 +181,11 @@ def _horizon(
     usual: Mapping[str, Usual],
     found: Segments,
     shown: Shown,
+    stated: float | None,
 ) -> camera_cues.Horizon:
+    """The horizon as a person gave it or as the picture shows it. stated: focal length, pixels."""
     size = (image.shape[1], image.shape[0])
-    focal = camera_cues.usual_focal(size)
+    focal = stated or camera_cues.usual_focal(size)
     if state.camera is not None:
         return camera_cues.Horizon(state.camera.horizon, 1.0, state.camera.focal)
     if state.horizon is not None:
@@ -210,7 +212,7 @@ def _horizon(
             camera_cues.Standing(frame.foot, frame.height, GOAL_HEIGHT, GOAL_SPREAD, FLOOR)
         )
     circles = [camera_cues.Disc(e.y, e.flatness) for e in shown.circles]
-    return camera_cues.estimate(image, found, standing, toes, circles)
+    return camera_cues.estimate(image, found, standing, toes, circles, stated)
 
 
 def _shown(image: Image, state: SceneState, prompt: str, covered: BoolArray) -> Shown:

@@ -21,7 +21,8 @@ class Case:
     image_hash: SHA-256 of the decoded pixels; "" without a photo.
     objects: (name, grounding) in the case's order. events: (name, prompt) of all its events.
     horizon: row where a person sees it, pixels, in the middle column; None is open.
-    scale: a size that a person typed; its default is open.
+    scale: a size that a person typed; its default is open. focal: the focal length that the
+    picture's file states, pixels; None where it states none.
     """
 
     name: str
@@ -35,3 +36,4 @@ class Case:
     events: tuple[tuple[str, str], ...] = ()
     horizon: float | None = None
     scale: Scale = field(default_factory=Scale)
+    focal: float | None = None

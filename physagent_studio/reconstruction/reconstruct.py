@@ -28,6 +28,7 @@ from physagent_studio.program.scene import (
 from physagent_studio.reconstruction import (
     clicked_supports,
     findings,
+    grounds,
     landmarks,
     layout,
     supports,
@@ -158,6 +159,7 @@ def _look(
     run.at("checks", 0.97)
     fixed = _support_meshes(done)
     checks = findings.measure(done, masks, meshes, fixed, read.estimate, image)
+    checks += tuple(grounds.measure(state, image, masks))
     return Scene(
         state=done,
         photo=image,

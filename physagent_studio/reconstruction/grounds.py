@@ -1,0 +1,103 @@
+"""Whether clicks make sense: on something that stands out, and one name to a thing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.scene import Grounding, SceneObject, SceneState
+from physagent_studio.reconstruction.masks import BoolArray, grow, iou
+from physagent_studio.reconstruction.maskscore import outline_contrast
+from physagent_studio.reconstruction.segmentation import EmbeddedSegmenter
+from physagent_studio.records.case import Image
+from physagent_studio.records.scene import Candidate, Finding
+
+FAINT = 10.0
+"""Median step of colour (Lab, 0 … 255 each) across an outline, from which there is one."""
+NEAR = 1.5
+"""Distance of clicks, in roots of the larger area, from which things are surely two."""
+SAME, SURE = 0.8, 0.76
+"""Least overlap of two masks, and least mean score, for one thing with two names."""
+ROUGH = 110
+"""Longest side of the picture on which things are looked at alone, pixels."""
+SIDE = 480
+
+
+def measure(state: SceneState, image: Image, masks: Mapping[str, BoolArray]) -> list[Finding]:
+    """What is wrong with the clicks on objects; nothing where they make sense.
+
+    masks: (H, W) of the objects, at the size of `image`. What a person has settled is not asked.
+    """
+    factor = min(1.0, SIDE / max(image.shape[:2]))
+    size = (round(image.shape[1] * factor), round(image.shape[0] * factor))
+    small = cv2.resize(image, size, interpolation=cv2.INTER_AREA).astype(np.uint8)
+    lab = cv2.cvtColor(small, cv2.COLOR_RGB2LAB).astype(np.float32)
+    asked = [o for o in state.objects if o.name in masks and not o.grounding.settled]
+    found: list[Finding] = []
+    for item in asked:
+        mask = cv2.resize(masks[item.name].astype(np.uint8), size).astype(bool)
+        found += _on_nothing(item.name, lab, mask)
+    wrong = {one.subject for one in found}
+    alone: dict[str, Candidate | None] = {}
+    for one, other in combinations([o for o in asked if o.name not in wrong], 2):
+        if _near(one, other, masks):
+            for item in (one, other):
+                if item.name not in alone:
+                    alone[item.name] = _alone(image, item)
+            found += _one_thing(one, other, alone)
+    return found
+
+
+def _on_nothing(name: str, lab: NDArray[np.float32], mask: BoolArray) -> list[Finding]:
+    """A click on bare ground: what it gives has no outline."""
+    if np.count_nonzero(mask) < 12:
+        return []
+    step, _ = outline_contrast(lab, mask)
+    if step >= FAINT:
+        return []
+    text = f"nothing stands out where {name} is clicked; click on it, or draw a box around it"
+    return [Finding("stands out", name, step, FAINT, "Lab", False, "points", text)]
+
+
+def _near(one: SceneObject, other: SceneObject, masks: Mapping[str, BoolArray]) -> bool:
+    """Whether two things are clicked so close together that they could be one, and meet."""
+    mine, theirs = masks[one.name], masks[other.name]
+    sizes = sorted((np.count_nonzero(mine), np.count_nonzero(theirs)))
+    if sizes[0] > 0.1 * sizes[1] and not (grow(mine, 3) & theirs).any():
+        return False
+    reach = NEAR * float(np.sqrt(sizes[1]))
+    return any(
+        np.hypot(a.x - b.x, a.y - b.y) < reach
+        for a in one.grounding.points
+        for b in other.grounding.points
+        if a.label and b.label
+    )
+
+
+def _alone(image: Image, item: SceneObject) -> Candidate | None:
+    """The mask of a thing's own clicks, as if it were the only one."""
+    own = Grounding(points=tuple(c for c in item.grounding.points if c.label))
+    offers = EmbeddedSegmenter(side=ROUGH).candidates(image, item.name, own)
+    return offers[0] if offers else None
+
+
+def _one_thing(
+    one: SceneObject, other: SceneObject, alone: Mapping[str, Candidate | None]
+) -> list[Finding]:
+    """Two names for one thing: each, asked alone, gives the same mask and holds both clicks."""
+    first, second = alone[one.name], alone[other.name]
+    if first is None or second is None or (first.score + second.score) / 2 < SURE:
+        return []
+    shared = iou(first.mask, second.mask)
+    if shared < SAME or not (_holds(first.mask, other) and _holds(second.mask, one)):
+        return []
+    text = f"{one.name} and {other.name} are clicked on the same thing; take one name away"
+    return [Finding("one name", one.name, shared, SAME, "", False, "points", text)]
+
+
+def _holds(mask: BoolArray, item: SceneObject) -> bool:
+    return any(mask[int(c.y), int(c.x)] for c in item.grounding.points if c.label)

@@ -1,0 +1,63 @@
+"""Clicks that make no sense are told in a sentence each; clicks that do are left alone."""
+
+import numpy as np
+import pytest
+
+from physagent_studio.benchmark.synthetic import scene
+from physagent_studio.program.scene import Click, Grounding, SceneObject, SceneState
+from physagent_studio.reconstruction import grounds
+from physagent_studio.reconstruction.segmentation import EmbeddedSegmenter, choose
+
+
+def state_of(**clicks: tuple[float, float]) -> SceneState:
+    objects = tuple(
+        SceneObject(name=name, grounding=Grounding(points=(Click(x=x, y=y),)))
+        for name, (x, y) in clicks.items()
+    )
+    return SceneState(objects=objects)
+
+
+def findings(image: np.ndarray, state: SceneState) -> list[str]:
+    said = [(item.name, item.grounding) for item in state.objects]
+    offers = EmbeddedSegmenter().segment(image, said)
+    masks = choose(offers, said, image.shape[:2])
+    return [one.text for one in grounds.measure(state, image, masks)]
+
+
+def middle(mask: np.ndarray) -> tuple[float, float]:
+    rows, columns = np.nonzero(mask)
+    return float(np.median(columns)), float(np.median(rows))
+
+
+def test_a_click_on_bare_ground():
+    drawn = scene(1)
+    covered = np.any(list(drawn.masks.values()), axis=0)
+    x, y = next((x, y) for x, y in ((60, 350), (600, 350), (600, 40)) if not covered[y, x])
+    (text,) = findings(drawn.image, state_of(thing=(x, y)))
+    assert text.startswith("nothing stands out where thing is clicked")
+
+
+def test_two_names_for_one_thing():
+    drawn = scene(0)
+    mask = max(drawn.masks.values(), key=np.count_nonzero)
+    rows, columns = np.nonzero(mask)
+    y = float(np.median(rows))
+    first, second = (float(np.percentile(columns, part)) for part in (30, 70))
+    texts = findings(drawn.image, state_of(cup=(first, y), mug=(second, y)))
+    assert texts == ["cup and mug are clicked on the same thing; take one name away"]
+
+
+@pytest.mark.parametrize("seed", [0, 2])
+def test_good_clicks_are_left_alone(seed):
+    drawn = scene(seed)
+    clicks = {name: middle(mask) for name, mask in drawn.masks.items() if mask.any()}
+    assert grounds.measure(state_of(**clicks), drawn.image, drawn.masks) == []
+
+
+def test_what_a_person_has_settled_is_not_asked():
+    flat = np.full((120, 160, 3), 128, np.uint8)
+    mine = Grounding(points=(Click(x=80, y=60),), settled=True)
+    state = SceneState(objects=(SceneObject(name="fog", grounding=mine),))
+    mask = np.zeros((120, 160), bool)
+    mask[40:80, 60:100] = True
+    assert grounds.measure(state, flat, {"fog": mask}) == []

@@ -6,6 +6,7 @@ import json
 import math
 import resource
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -14,6 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.benchmark.bad_pictures import LARGEST, cost_of, make_all
 from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
 from physagent_studio.benchmark.synthetic import Drawn, scene
 from physagent_studio.exchange import load_case
@@ -51,7 +53,7 @@ class TrueMasks:
 
 def bench(cases: Path | None = None, out: Path | None = None) -> list[Row]:
     """All rows; the photographs are left out where `cases` or the reference outlines are absent."""
-    rows = [*_synthetic(), *_ramps()]
+    rows = [*_synthetic(), *_ramps(), *_bad_pictures()]
     if cases is not None and POLYGONS.is_file():
         rows += _photographs(cases)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -187,6 +189,16 @@ def _ramps() -> list[Row]:
         if found is not None:
             errors.append(abs(math.degrees(math.atan2(found.rise, found.run) - slope)))
     return [at_most("ramp slope from three clicks, median", float(np.median(errors)), 1.0, "°")]
+
+
+def _bad_pictures() -> list[Row]:
+    """Time and memory of what is read or refused although it is made to bite."""
+    with tempfile.TemporaryDirectory() as folder:
+        costs = [cost_of(path) for name, path in make_all(Path(folder)) if name != LARGEST]
+    return [
+        at_most("bad pictures: slowest", max(cost.seconds for cost in costs), 1.0, "s"),
+        at_most("bad pictures: memory", max(cost.peak for cost in costs), 300, "MB"),
+    ]
 
 
 # --- photographs -------------------------------------------------------------------------------

@@ -1,0 +1,111 @@
+"""Pictures that bite, made from nothing, and what reading each costs in a process of its own."""
+
+from __future__ import annotations
+
+import struct
+import subprocess
+import sys
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+SCRIPT = """
+import resource, sys, time
+from physagent_studio.errors import InputError
+from physagent_studio.reconstruction import read_photo
+start = time.perf_counter()
+try:
+    said = "read " + "x".join(map(str, read_photo(sys.argv[1])[0].shape))
+except InputError as error:
+    said = f"refused: {error}"
+seconds = time.perf_counter() - start
+peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+print(seconds, peak / (2**20 if sys.platform == "darwin" else 2**10), said)
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """seconds of reading; peak: memory of the whole process, MB; said: what came of it."""
+
+    seconds: float
+    peak: float
+    said: str
+
+
+def cost_of(path: Path) -> Cost:
+    """What reading a picture costs, measured in a fresh process."""
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT, str(path)], capture_output=True, text=True, check=True
+    )
+    seconds, peak, said = done.stdout.strip().split(" ", 2)
+    return Cost(float(seconds), float(peak), said)
+
+
+def make_all(folder: Path) -> Iterator[tuple[str, Path]]:
+    """(what it is, file) of every bad or unusual picture, written into `folder`."""
+    for name, make in KINDS.items():
+        path = folder / name.replace(" ", "_")
+        make(path)
+        yield name, path
+
+
+def _chunk(kind: bytes, data: bytes) -> bytes:
+    check = struct.pack(">I", zlib.crc32(kind + data))
+    return struct.pack(">I", len(data)) + kind + data + check
+
+
+def _png(path: Path, side: int, rows: int, *extra: bytes, bits: int = 8, color: int = 2) -> None:
+    """A valid PNG header; the pixels are zeros, `rows` of them."""
+    head = struct.pack(">IIBBBBB", side, side, bits, color, 0, 0, 0)
+    channels = {0: 1, 2: 3, 6: 4}[color]
+    packer, data = zlib.compressobj(9), b""
+    row = bytes(1 + side * channels * bits // 8)
+    for _ in range(rows):
+        data += packer.compress(row)
+    data += packer.flush()
+    body = _chunk(b"IHDR", head) + b"".join(extra) + _chunk(b"IDAT", data) + _chunk(b"IEND", b"")
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + body)
+
+
+def _huge_text(path: Path) -> None:
+    text = b"Comment\0\0" + zlib.compress(bytes(200_000_000), 9)
+    _png(path, 64, 64, _chunk(b"zTXt", text))
+
+
+def _huge_profile(path: Path) -> None:
+    profile = b"p\0\0" + zlib.compress(bytes(200_000_000), 9)
+    _png(path, 64, 64, _chunk(b"iCCP", profile))
+
+
+def _animated(path: Path) -> None:
+    _png(path, 64, 64, _chunk(b"acTL", struct.pack(">II", 5000, 0)))
+
+
+def _huge_jpeg(path: Path) -> None:
+    coded = cv2.imencode(".jpg", np.zeros((64, 64, 3), np.uint8))[1].tobytes()
+    at = coded.index(b"\xff\xc0") + 5
+    path.write_bytes(coded[:at] + struct.pack(">HH", 65500, 65500) + coded[at + 4 :])
+
+
+def _zip(path: Path) -> None:
+    path.write_bytes(b"PK\3\4" + zlib.compress(bytes(300_000_000), 9))
+
+
+LARGEST = "largest that is read"
+KINDS: dict[str, Callable[[Path], None]] = {
+    "30000 x 30000 PNG": lambda path: _png(path, 30000, 1000),
+    "65500 x 65500 JPEG": _huge_jpeg,
+    "16 bits, 7000 x 7000": lambda path: _png(path, 7000, 10, bits=16, color=6),
+    "animated": _animated,
+    "text chunk of 200 MB": _huge_text,
+    "colour profile of 200 MB": _huge_profile,
+    "more rows than it says": lambda path: _png(path, 64, 400_000),
+    "archive": _zip,
+    LARGEST: lambda path: _png(path, 7000, 7000),
+}
+"""Bad and unusual pictures by name."""

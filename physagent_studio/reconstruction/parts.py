@@ -39,9 +39,12 @@ def with_parts(camera: Camera, mask: BoolArray, item: SceneObject, mesh: Mesh) -
     body = silhouette(camera, in_world(item, mesh), mesh.faces)
     blobs = _blobs(mask, body)
     vertices, faces = [mesh.vertices], [mesh.faces]
+    low = float(in_world(item, mesh)[:, 2].min())
     turn, place = matrix_of(item.rotation), np.asarray(item.position)
     for blob in blobs:
         world, triangles = sheet_on_plane(blob, camera, place)
+        # What stands on the ground does not reach into it with its parts.
+        world[:, 2] = np.maximum(world[:, 2], low)
         faces.append((triangles + sum(len(own) for own in vertices)).astype(np.int32))
         vertices.append((world - place) @ turn)
     if not blobs:

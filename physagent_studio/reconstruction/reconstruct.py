@@ -55,8 +55,10 @@ from physagent_studio.records.case import Case, Image
 from physagent_studio.records.scene import Candidate, Mesh, Scene
 
 BoolArray = NDArray[np.bool_]
-VERSION = "3"
+VERSION = "4"
 """Changes whenever the same input gives another scene."""
+SAME_ROW = 0.5
+"""Pixels within which a stated horizon is that of the camera."""
 UNASKED = "by its words, nobody clicked it"
 
 
@@ -105,9 +107,27 @@ def reconstruct(
     if case.image is None:
         return scene_without_photo(state, key)
     run = _Run(cancelled, progress)
+    state = _turned(state)
     scene = _look(case, case.image, state, previous, segmenter, bodies, run)
     run.at("done", 1.0)
     return replace(scene, hash=key)
+
+
+def _turned(state: SceneState) -> SceneState:
+    """The state with its camera turned to a horizon that was edited since the camera was found."""
+    camera, row = state.camera, state.horizon
+    if camera is None or row is None or abs(camera.horizon - row) < SAME_ROW:
+        return state
+    turned = Camera.from_horizon(
+        camera.size,
+        row,
+        camera.position[2],
+        focal=camera.focal,
+        source="given",
+        confirmed=state.horizon_source == "person",
+        horizon_sigma=1.0,
+    )
+    return state.model_copy(update={"camera": turned})
 
 
 def _look(

@@ -40,6 +40,11 @@ class Heights:
     scale: Scale
 
 
+def is_stated(scale: Scale) -> bool:
+    """Whether a person or a case gave the size; what was assumed before is found anew."""
+    return scale.metres is not None and scale.source in ("given", "person")
+
+
 def solve(
     measured: Sequence[Measured],
     usual_tops: Mapping[str, float],
@@ -70,7 +75,7 @@ def solve(
 def _above(measured: Sequence[Measured], plane: str, given: Scale) -> tuple[float, float] | None:
     """Camera height above a plane, m, and the weight of the evidence."""
     items = [item for item in measured if item.plane == plane and item.units > 0]
-    if given.metres is not None and given.source != "estimated":
+    if given.metres is not None and is_stated(given):
         for item in items:
             if item.name == given.reference:
                 return given.metres / item.units, 1e6
@@ -111,7 +116,7 @@ def _top(over: tuple[float, float] | None, floor: float, usual: float, floor_kno
 
 
 def _source(measured: Sequence[Measured], given: Scale) -> Scale:
-    if given.metres is not None and given.source != "estimated":
+    if given.metres is not None and is_stated(given):
         return given
     known = [item for item in measured if item.usual.known]
     if not known:

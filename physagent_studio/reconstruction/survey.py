@@ -32,7 +32,7 @@ from physagent_studio.reconstruction.names import (
     words_of,
 )
 from physagent_studio.reconstruction.ramps import Profile, find_profile
-from physagent_studio.reconstruction.scale import FLOOR, Measured, solve
+from physagent_studio.reconstruction.scale import FLOOR, Measured, is_stated, solve
 from physagent_studio.reconstruction.standing import (
     ground_pixel,
     lifted,
@@ -145,7 +145,7 @@ def _horizon_source(state: SceneState) -> Source:
 def _usual(name: str, prompt: str, given: Scale) -> Usual:
     """What is usual for an object, or the size that was stated for it."""
     usual = usual_size(name, prompt)
-    if given.reference == name and given.metres is not None and given.source != "estimated":
+    if given.reference == name and given.metres is not None and is_stated(given):
         return replace(usual, metres=given.metres, spread=0.01, known=True)
     return usual
 

@@ -46,3 +46,15 @@ def test_a_shadow_at_the_foot_and_a_rough_rim_are_no_parts():
     assert with_parts(CAMERA, shadow, ITEM, ball) is ball
     rough = cv2.dilate(body.astype(np.uint8), np.ones((3, 3))).astype(bool)
     assert with_parts(CAMERA, rough, ITEM, ball) is ball
+
+
+def test_a_part_beside_the_foot_does_not_reach_into_the_ground():
+    assert ITEM.shape is not None
+    ball = mesh_of(ITEM.shape)
+    body = _seen(ball)
+    rows, columns = np.nonzero(body)
+    low, right = int(rows.max()), int(columns.max())
+    mask = _with(body, (right - 10, low - 60), (right + 25, low - 10))
+    mesh = with_parts(CAMERA, mask, ITEM, ball)
+    assert len(mesh.vertices) > len(ball.vertices)
+    assert mesh.vertices[:, 2].min() >= ball.vertices[:, 2].min()

@@ -2,7 +2,7 @@
 
 `ramp`: an orange ball at the top of a wooden ramp, and a blue can below, by a grey morning window.
 `table`: a yellow cube near the edge of a low wooden table and a white ball on the carpet, in the
-afternoon. Run as `make_demo_image.py`.
+afternoon. `cans`: a yellow ball and two cans. Run as `make_demo_image.py`.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from typing import Any
 import cv2
 import mitsuba as mi
 import numpy as np
+import yaml
 from photoreal import meshes, textures
 from photoreal.develop import develop
 from photoreal.stage import Item, Lens, Room, identities, panel, radiance, turn
@@ -168,7 +169,52 @@ def table(rng: Rng) -> Photo:
     )
 
 
-PHOTOS: dict[str, tuple[int, Callable[[Rng], Photo]]] = {"ramp": (31, ramp), "table": (32, table)}
+def cans(rng: Rng) -> Photo:
+    """A yellow ball and two cans on a pale board, in the light of a cloudy noon."""
+
+    def can(number: int, name: str, tint: Colour, place: tuple[float, float]) -> Item:
+        tall, wide = 0.120, 0.030
+        shape = {"kind": "cylinder", "radius": wide, "height": tall}
+        item = body(number, name, "floor", "plastic", shape)
+        mesh = meshes.cylinder(wide, tall, 0.002)
+        return Item(
+            mesh, painted(rng, tint, 0.26), (*place, tall / 2), turn(0.3 * number), item,
+            {"specular": 0.6},
+        )  # fmt: skip
+
+    radius = 0.046
+    ball = Item(
+        meshes.sphere(radius),
+        painted(rng, (228, 176, 30), 0.3),
+        (-0.25, 0.62, radius),
+        turn(0.3),
+        body(1, "yellow_ball", "floor", "rubber", {"kind": "sphere", "radius": radius}),
+    )
+    items = [
+        ball,
+        can(2, "red_can", (178, 34, 36), (0.13, 0.70)),
+        can(3, "blue_can", (36, 78, 150), (0.255, 0.655)),
+    ]
+    maple = textures.boards(
+        rng, (1.9, 3.4), 0.0009, board=0.085, light=(226, 200, 162), dark=(176, 136, 94)
+    )
+    events = {
+        "knocks_red_over": "The yellow ball rolls to the right and knocks over the red can.",
+        "only_blue": "The yellow ball rolls to the right, passes the red can without touching it "
+        "and hits the blue can.",
+    }
+    room = Room((-1.8, -2.3, -0.04), (2.3, 1.25, 2.0), (0.25, 0.95), (1.1, 1.25), (12, 12.4, 12.9))
+    lens = lens_at(41, 0.33, 18, 0.68)
+    return Photo(
+        lens, 1.25, items, maple, (188, 204, 198), room, (1.0, 1.0, 0.98), events, exposure=0.40
+    )
+
+
+PHOTOS: dict[str, tuple[int, Callable[[Rng], Photo]]] = {
+    "ramp": (31, ramp),
+    "table": (32, table),
+    "cans": (33, cans),
+}
 
 
 def surroundings(rng: Rng, photo: Photo) -> list[Item]:
@@ -181,6 +227,44 @@ def surroundings(rng: Rng, photo: Photo) -> list[Item]:
         Item(ground, photo.floor, (0, photo.wall - size[1] / 2, -thick / 2)),
         Item(back, plaster, gloss={"specular": 0.2}),
     ]
+
+
+def parts_of(item: Item, lens: Lens) -> dict[str, list[Any]]:
+    """Where a person would click on the parts of a support, as in docs/case-format.md."""
+    assert item.truth is not None
+    shape = item.truth["shape"]
+    half = np.array([shape.get("width", 0.0), *shape.get("size", ())]) / 2
+    if shape["kind"] == "ramp":
+        ends = {"toe": (0.0, 0.0), "top": (shape["run"], shape["rise"]), "foot": (shape["run"], 0)}
+        body = {name: [(x, side * half[0], z) for side in (-1, 1)] for name, (x, z) in ends.items()}
+    else:
+        _, x, y, z = half
+        corners = [(-x, -y, z), (x, -y, z), (x, y, z), (-x, y, z)]
+        body = {"top": corners, "foot": [(-x, -y, -z)]}
+    clicks = {}
+    for name, points in body.items():
+        world = np.array(points, float) @ item.rotation.T + item.position
+        # The near side is the one that is seen; of the toe both corners are.
+        near = sorted(world, key=lambda point: point[1]) if shape["kind"] == "ramp" else world
+        seen = near[:1] if name in ("foot", "top") and shape["kind"] == "ramp" else near
+        clicks[name] = [[round(float(v), 1) for v in row] for row in lens.project(np.array(seen))]
+    return clicks
+
+
+def add_clicks(path: Path, photo: Photo, truth: dict[str, Any]) -> None:
+    """Adds to a case what a person can see besides: parts of supports, the horizon, one size."""
+    case = yaml.safe_load(path.read_text(encoding="utf-8"))
+    for item in photo.items:
+        if item.truth and item.truth["role"] == "support":
+            case["supports"][item.truth["name"]] |= parts_of(item, photo.lens)
+    first = truth["objects"][0]
+    shape = first["shape"]
+    size = 2 * shape["radius"] if "radius" in shape else max(shape["size"])
+    case["horizon"] = round(truth["horizon"])
+    case["scale"] = {"reference": first["name"], "metres": size}
+    case["events"] = case.pop("events")
+    text = yaml.safe_dump(case, sort_keys=False, allow_unicode=True, width=10_000)
+    path.write_text(text, encoding="utf-8")
 
 
 def write(name: str, folder: Path, samples: int) -> None:
@@ -199,6 +283,7 @@ def write(name: str, folder: Path, samples: int) -> None:
     quality = [cv2.IMWRITE_JPEG_QUALITY, 93]
     cv2.imwrite(str(out / "input.jpg"), picture[..., ::-1], quality)
     write_case(out, "input.jpg", truth, ids, photo.events)
+    add_clicks(out / "case.yaml", photo, truth)
 
 
 def main() -> None:

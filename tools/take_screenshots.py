@@ -67,7 +67,7 @@ def compared(page: Page) -> None:
     """The last round beside the first, in the middle of the event."""
     page.get_by_role("button", name="Compare with round 1").click()
     page.get_by_text("Compared with round 1").scroll_into_view_if_needed()
-    for _ in range(4):
+    for _ in range(2):
         page.keyboard.press("Shift+ArrowRight")
 
 
@@ -154,7 +154,7 @@ def new_session(page: Page) -> None:
 
 SHOTS = (
     Shot("studio", "demo", "only_the_cube", nothing),
-    Shot("studio-ramp", "ramp", "hits_can", compared, to_the_end=True),
+    Shot("studio-cans", "cans", "only_blue", compared, to_the_end=True),
     Shot("studio-table", "table", "falls_off", falling, size=(1920, 1080), to_the_end=True),
     Shot("studio-impact", "demo", "knocks_block_over", at_impact, to_the_end=True),
     Shot("studio-edit", "demo", "only_the_cube", editing),
@@ -164,10 +164,10 @@ SHOTS = (
     Shot("studio-new", "demo", "only_the_cube", new_session),
     Shot("studio-small", "demo", "only_the_cube", nothing, size=(1000, 700), dark=True),
     Shot("studio-tour", "demo", "only_the_cube", touring, tour=True),
-    Shot("studio-sessions", "ramp", "hits_can", sessions),
-    Shot("studio-presenter", "ramp", "hits_can", presenting, to_the_end=True),
+    Shot("studio-sessions", "cans", "only_blue", sessions),
+    Shot("studio-presenter", "cans", "only_blue", presenting, to_the_end=True),
 )
-REPLAY = Shot("studio-replay", "ramp", "hits_can", nothing, to_the_end=True)
+REPLAY = Shot("studio-replay", "cans", "only_blue", nothing, to_the_end=True)
 
 
 @contextmanager
@@ -234,7 +234,7 @@ def _keep(page: Page, name: str) -> Path:
     page.screenshot(path=path)
     whole = Image.open(path).convert("RGB")
     for colours in (256, 160, 96, 64, 40):
-        whole.quantize(colours, dither=Image.Dither.NONE).save(path, optimize=True)
+        whole.quantize(colours, dither=Image.Dither.FLOYDSTEINBERG).save(path, optimize=True)
         if path.stat().st_size <= LARGEST:
             break
     return path

@@ -12,6 +12,7 @@ import asyncio
 import contextlib
 import http
 import io
+import logging
 import os
 import re
 import socket
@@ -94,6 +95,10 @@ Talk = Callable[[ServerConnection], Awaitable[None]]
 """Speaks with one browser until it goes."""
 
 _starting = threading.Lock()
+
+# Browsers open connections in advance and drop them; each would be a traceback on the terminal.
+_SILENT = logging.getLogger("physagent_studio.studio.listener")
+_SILENT.setLevel(logging.CRITICAL + 1)
 
 
 def open_server(port: int | None, pages: Pages, talk: Talk) -> viser.ViserServer:
@@ -211,6 +216,7 @@ def _guarded(pages: Pages, talk: Talk) -> Iterator[None]:
             return answer(connection, request, pages, client)
 
         options["max_size"] = MAX_MESSAGE
+        options["logger"] = _SILENT
         return real(route, host, port, process_request=process, **options)
 
     listener.serve = serve  # type: ignore[assignment]

@@ -119,6 +119,15 @@ def test_paths_that_nobody_serves(server: viser.ViserServer) -> None:
         assert _get(server, path).status == 404, path
 
 
+def test_a_connection_that_is_dropped_says_nothing_on_the_terminal(
+    server: viser.ViserServer, caplog: pytest.LogCaptureFixture
+) -> None:
+    with socket.create_connection(("127.0.0.1", server.get_port())) as line:
+        line.sendall(b"GET / HT")
+    assert _get(server, "/").status == 200
+    assert [one for one in caplog.records if "handshake" in one.getMessage()] == []
+
+
 def test_share_and_widget_messages_are_closed(server: viser.ViserServer) -> None:
     open_to = server._websock_server._incoming_handlers
     assert not set(guard.CLOSED_MESSAGES) & set(open_to)

@@ -41,7 +41,7 @@ export function makeChecklist(show, focus) {
     const holds = contract.filter((c) => c.ok);
     const counted = contract.filter((c) => !c.part);
     const fold = Boolean(data.proposal) && !unfolded && holds.length > 0;
-    return h("div", {},
+    return h("div", { class: "section" },
       h("div", { class: "head" }, "Checklist", h("span", { class: "push num" }, `${counted.filter((c) => c.ok).length} of ${counted.length}`)),
       h("div", { role: "list", "aria-label": "Checklist" }, (fold ? contract.filter((c) => !c.ok) : contract).map(check)),
       data.proposal && holds.length ? h("p", { style: "padding:4px" }, h("button", { class: "link", type: "button", onclick: () => { unfolded = !unfolded; show(); } }, fold ? `${say(holds.length, "demand")} ${holds.length === 1 ? "holds" : "hold"}: show` : "Show only what fails")) : null,

@@ -78,7 +78,7 @@ export function startRounds(host, showPlots) {
     const criteria = data.draft ? [] : shown.criteria;
     const clauses = data.draft ? [] : shown.clauses;
     if (!notes.length && !findings.length && !criteria.length && !clauses.length) return null;
-    return h("div", {},
+    return h("div", { class: "section" },
       notes.length || findings.length ? h("div", { class: "head" }, "What went wrong") : null,
       h("ul", { class: "stack" },
         notes.map((one) => h("li", {}, one.text, " ", one.frame === null ? null : h("button", { class: "link num", type: "button", onclick: () => scrub(one.frame) }, `frame ${one.frame}`))),
@@ -88,17 +88,17 @@ export function startRounds(host, showPlots) {
   }
 
   function comparison(c) {
-    const side = (one) => (one ? h("span", { class: "num", style: `color:var(--${one.ok ? "ok" : "bad"})` }, `${one.ok ? "✓" : "✕"} ${one.measured}`) : "–");
-    return h("div", {},
+    const side = (one) => h("span", { class: "num", style: one ? `color:var(--${one.ok ? "ok" : "bad"})` : "" }, one ? `${one.ok ? "✓" : "✕"} ${one.measured}` : "–");
+    return h("div", { class: "section" },
       h("div", { class: "head" }, `Compared with round ${c.number}`, h("button", { class: "link push", type: "button", onclick: showPlots }, "Curves"), h("button", { class: "link", type: "button", onclick: () => send({ do: "compare", round: null }) }, "Close")),
-      h("div", { style: "display:grid;grid-template-columns:1fr auto auto;gap:3px 12px;font-size:12px" },
-        h("span", {}), h("span", { class: "faint" }, `round ${c.number}`), h("span", { class: "faint" }, "on view"),
-        c.rows.map((one) => [h("span", {}, one.text), side(one.there), side(one.here)])),
+      h("div", { class: "sides" },
+        h("span", { class: "faint" }, `round ${c.number}`), h("span", { class: "faint" }, "on view"),
+        c.rows.map((one) => [h("span", { class: "what" }, one.text), side(one.there), side(one.here)])),
       c.diff.length ? h("div", { class: "diff", role: "group", tabindex: "0", "aria-label": `What changed from round ${c.number}`, style: "margin-top:8px" }, c.diff.map((one) => h("div", { class: one.kind }, `${{ add: "+ ", del: "− " }[one.kind] || ""}${one.text}`))) : h("p", { class: "muted" }, "Both rounds ran the same program."));
   }
 
   function memory() {
-    return h("div", {},
+    return h("div", { class: "section" },
       h("div", { class: "head" }, "Kept in mind"),
       h("ul", { class: "stack" },
         data.hints.map((one) => h("li", { class: "muted" }, `Hint: ${one}`)),

@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.benchmark.at_rest import movers, standing
 from physagent_studio.benchmark.bad_pictures import LARGEST, cost_of, make_all
 from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
 from physagent_studio.benchmark.synthetic import Drawn, scene
@@ -100,8 +101,10 @@ def _synthetic() -> list[Row]:
     assert again.plate is not None
     assert scenes[0].plate is not None
     same &= np.array_equal(again.plate, scenes[0].plate)
+    fallen = [name for made in scenes for name in movers(made)]
     return [
         shown("synthetic objects", len(place)),
+        at_most("synthetic: objects that move by themselves", len(fallen), 0),
         at_least("reprojection IoU, median", float(np.median(reprojection)), 0.95),
         at_least("reprojection IoU, 10th percentile", float(np.percentile(reprojection, 10)), 0.88),
         at_most("position over distance, median", float(np.median(place)), 0.01),
@@ -221,6 +224,8 @@ def _photographs(cases: Path) -> list[Row]:
     clicked: list[float] = []
     boxed: list[float] = []
     seconds: list[float] = []
+    fallen: list[str] = []
+    stood = 0
     for folder in sorted(cases.iterdir()):
         if not (folder / "case.yaml").is_file():
             continue
@@ -238,12 +243,16 @@ def _photographs(cases: Path) -> list[Row]:
             landmarks=case.landmarks,
         )
         start = time.perf_counter()
-        reconstruct(case, state)
+        made = reconstruct(case, state)
         seconds.append((time.perf_counter() - start) * 3 / max(len(case.objects), 3))
+        fallen += [f"{folder.name}: {name}" for name in movers(made)]
+        stood += standing(made)
     return [
         shown("objects in photographs", len(clicked)),
         at_least("photographs, clicks: mask IoU, median", float(np.median(clicked)), 0.88),
         at_least("photographs, box: mask IoU, median", float(np.median(boxed)), 0.93),
+        shown("photographs: objects that stand", stood),
+        at_most("photographs, clicks: objects that move by themselves", len(fallen), 0),
         at_most("photographs: time for three objects, median", float(np.median(seconds)), 6, "s"),
     ]
 

@@ -1,0 +1,40 @@
+"""Whether a reconstructed scene stays as the photograph shows it while nothing is done to it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.records.scene import Scene
+from physagent_studio.simulation import simulate
+
+SECONDS = 2.0
+FAR = 0.02
+"""How far a thing may move and still be at rest, m."""
+TURNED = math.radians(5)
+
+
+def movers(scene: Scene) -> tuple[str, ...]:
+    """Names of objects that move or turn by themselves within two seconds.
+
+    What the picture shows in the air is let off: it falls.
+    """
+    program = PhysicalProgram(scene=scene.state)
+    rollout = simulate(program, scene.meshes)
+    last = min(round(SECONDS / program.clip.step_seconds), len(rollout.positions) - 1)
+    moved = np.linalg.norm(rollout.positions[last] - rollout.positions[0], axis=1)
+    same = np.abs((rollout.rotations[last] * rollout.rotations[0]).sum(-1)).clip(0, 1)
+    turned = 2 * np.arccos(same)
+    blown = rollout.blown_up is not None
+    return tuple(
+        item.name
+        for k, item in enumerate(scene.state.objects)
+        if item.support != "air" and (blown or moved[k] > FAR or turned[k] > TURNED)
+    )
+
+
+def standing(scene: Scene) -> int:
+    """How many objects stand on something."""
+    return sum(item.support != "air" for item in scene.state.objects)

@@ -157,9 +157,19 @@ def _agreement(copy: FloatImage, step: FloatImage, axis: int) -> FloatImage:
 
 
 def _patches(image: FloatImage, field: Field, at: NDArray[np.int64]) -> FloatImage:
-    rows = at[:, 0, None] + field.offsets[:, 0]
-    columns = at[:, 1, None] + field.offsets[:, 1]
-    return image[rows, columns]
+    """Colours (N, P, 3) of the patches around places (N, 2)."""
+    columns = field.shape[1]
+    corner = at[:, 0] * columns + at[:, 1]
+    around = field.offsets[:, 0] * columns + field.offsets[:, 1]
+    return image.reshape(-1, 3)[corner[:, None] + around]
+
+
+def _apart(
+    image: FloatImage, field: Field, at: NDArray[np.int64], wanted: FloatImage, chosen: BoolArray
+) -> FloatImage:
+    """How far (K,) the patches at places (K, 2) are from the wanted ones of the chosen targets."""
+    off = _patches(image, field, at) - wanted[chosen]
+    return np.einsum("npc,npc,np->n", off, off, field.weight[chosen], optimize=False)
 
 
 def _search(
@@ -170,21 +180,20 @@ def _search(
 
     level = LEVEL_LINES / field.shape[0] ** 2
 
-    def distance(candidates: NDArray[np.int64]) -> FloatImage:
-        colour = ((_patches(image, field, candidates) - wanted) ** 2).sum(2)
-        shift = candidates[:, 0] - field.targets[:, 0]
-        return (colour * field.weight).sum(1) + level * shift.astype(np.float32) ** 2
+    def distance(candidates: NDArray[np.int64], chosen: BoolArray) -> FloatImage:
+        shift = (candidates[:, 0] - field.targets[chosen, 0]).astype(np.float32)
+        return _apart(image, field, candidates, wanted, chosen) + level * shift**2
 
-    best = distance(sources)
+    best = distance(sources, np.ones(len(sources), bool))
 
     def offer(candidates: NDArray[np.int64]) -> None:
         candidates = np.clip(candidates, field.low, field.high)
         changed = field.allowed(candidates) & (candidates != sources).any(1)
-        trial = np.where(changed[:, None], candidates, sources)
-        value = np.where(changed, distance(trial), np.inf)
-        better = value < best
-        sources[better] = trial[better]
-        best[better] = value[better]
+        value = distance(candidates[changed], changed)
+        won = value < best[changed]
+        better = np.flatnonzero(changed)[won]
+        sources[better] = candidates[better]
+        best[better] = value[won]
 
     for step in _BESIDE:
         offer(_from_beside(field, sources, step))
@@ -210,21 +219,18 @@ def _from_beside(
 def _in_pieces(image: FloatImage, field: Field, sources: NDArray[np.int64]) -> NDArray[np.int64]:
     """Sources in larger pieces: a neighbour's is taken where it is about as good."""
     wanted = _patches(image, field, field.targets)
-
-    def cost(at: NDArray[np.int64]) -> FloatImage:
-        return (((_patches(image, field, at) - wanted) ** 2).sum(2) * field.weight).sum(1)
-
-    best = cost(sources)
-    floor = 0.3 * float(np.median(best)) + 1.0
-    limit = COHERENT * best + floor
+    best = _apart(image, field, sources, wanted, np.ones(len(sources), bool))
+    limit = COHERENT * best + 0.3 * float(np.median(best)) + 1.0
     for _ in range(3):
         for step in _BESIDE:
             candidates = np.clip(_from_beside(field, sources, step), field.low, field.high)
-            take = field.allowed(candidates) & (cost(candidates) < limit)
+            take = field.allowed(candidates) & (candidates != sources).any(1)
             # What already lies in the neighbour's piece on the other side stays there.
             other = _from_beside(field, sources, (-step[0], -step[1]))
             take &= (other != sources).any(1)
-            sources = np.where(take[:, None], candidates, sources)
+            near = _apart(image, field, candidates[take], wanted, take) < limit[take]
+            taken = np.flatnonzero(take)[near]
+            sources[taken] = candidates[taken]
     return sources
 
 

@@ -13,6 +13,7 @@ from physagent_studio.reconstruction import grabcut
 from physagent_studio.reconstruction.masks import (
     BoolArray,
     Pixel,
+    bounds,
     grow,
     iou,
     resized,
@@ -23,6 +24,11 @@ from physagent_studio.reconstruction.names import usual_size
 from physagent_studio.reconstruction.segmentation_variants import VARIANT
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
+
+WIDE = 6.0
+"""Enlargement from which only the surroundings of a mask are worked on."""
+LARGEST = 640
+"""Longest side in pixels of a piece of picture on which an outline is settled."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -97,37 +103,59 @@ def full_size(image: Image, item: tuple[Draft, float], view: View) -> Candidate:
     draft, value = item
     x0, y0, x1, y1 = view.part
     rough = np.zeros(image.shape[:2], bool)
-    rough[y0:y1, x0:x1] = resized(draft.mask, (x1 - x0, y1 - y0))
+    _enlarge(draft.mask, rough[y0:y1, x0:x1])
     if draft.family == VARIANT:
         return Candidate(rough, value, draft.method)
     mask = snapped(image, rough, max(2, round(1.6 / view.factor)))
     return Candidate(mask, value, draft.method)
 
 
+def _enlarge(mask: BoolArray, out: BoolArray) -> None:
+    """Writes a mask at the size of `out` into it; only around the mask where that saves much."""
+    rows, columns = mask.shape
+    x0, y0, x1, y1 = bounds(mask)
+    by = out.shape[1] / columns
+    if by < WIDE or x1 <= x0:
+        out[:] = resized(mask, (out.shape[1], out.shape[0]))
+        return
+    x0, y0, x1, y1 = max(0, x0 - 3), max(0, y0 - 3), min(columns, x1 + 3), min(rows, y1 + 3)
+    left, right = round(x0 * by), round(x1 * by)
+    top, low = (round(y * out.shape[0] / rows) for y in (y0, y1))
+    out[top:low, left:right] = resized(mask[y0:y1, x0:x1], (right - left, low - top))
+
+
 def snapped(image: Image, mask: BoolArray, band: int, least: float = 0.85) -> BoolArray:
     """The outline moved within `band` pixels to where the colours part.
 
-    The mask as it was if less than `least` of it (IoU) would be left.
+    The mask as it was if less than `least` of it (IoU) would be left. Of a large thing the outline
+    is settled on a smaller picture: an edge is no sharper there than the band is wide.
     """
-    outer, inner = grow(mask, band), shrink(mask, band)
-    rows, columns = np.flatnonzero(outer.any(1)), np.flatnonzero(outer.any(0))
-    if not len(rows):
+    x0, y0, x1, y1 = bounds(mask)
+    if x1 <= x0:
         return mask
-    pad = 3 * band + 8
-    crop = (
-        slice(max(0, rows[0] - pad), rows[-1] + pad + 1),
-        slice(max(0, columns[0] - pad), columns[-1] + pad + 1),
-    )
-    trimap = np.full(mask.shape, cv2.GC_BGD, np.uint8)
-    trimap[outer] = cv2.GC_PR_BGD
-    trimap[mask] = cv2.GC_PR_FGD
-    trimap[inner] = cv2.GC_FGD
-    part = grabcut.cut(
-        np.ascontiguousarray(image[crop]), np.ascontiguousarray(trimap[crop]), rounds=1
-    )
-    if part is None:
+    pad = 4 * band + 8
+    crop = (slice(max(0, y0 - pad), y1 + pad), slice(max(0, x0 - pad), x1 + pad))
+    part, own = np.ascontiguousarray(image[crop]), np.ascontiguousarray(mask[crop])
+    factor = min(1.0, LARGEST / max(own.shape))
+    if factor < 1:
+        size = (round(own.shape[1] * factor), round(own.shape[0] * factor))
+        part = cv2.resize(part, size, interpolation=cv2.INTER_AREA).astype(np.uint8)
+        small = cv2.resize(own.astype(np.float32), size, interpolation=cv2.INTER_AREA) > 0.5
+        found = _cut_in_band(part, np.asarray(small), max(2, round(band * factor)))
+        found = None if found is None else resized(found, (own.shape[1], own.shape[0]))
+    else:
+        found = _cut_in_band(part, own, band)
+    # Where the band held no edge, GrabCut frays the outline: keep what changed little.
+    if found is None or iou(found, own) <= least:
         return mask
     out = np.zeros_like(mask)
-    out[crop] = part
-    # Where the band held no edge, GrabCut frays the outline: keep what changed little.
-    return out if iou(out, mask) > least else mask
+    out[crop] = found
+    return out
+
+
+def _cut_in_band(image: Image, mask: BoolArray, band: int) -> BoolArray | None:
+    trimap = np.full(mask.shape, cv2.GC_BGD, np.uint8)
+    trimap[grow(mask, band)] = cv2.GC_PR_BGD
+    trimap[mask] = cv2.GC_PR_FGD
+    trimap[shrink(mask, band)] = cv2.GC_FGD
+    return grabcut.cut(image, trimap, rounds=1)

@@ -153,3 +153,14 @@ def test_the_shadow_is_offered_apart():
     assert (first.mask & own).sum() / (first.mask | own).sum() > 0.9
     assert first.mask[shade].mean() < 0.1
     assert any(one.mask[shade].mean() > 0.9 and one.mask[own].mean() > 0.9 for one in others)
+
+
+def test_a_large_photo_gives_the_same_mask(picture):
+    large = cv2.resize(picture, None, fx=8, fy=8, interpolation=cv2.INTER_CUBIC).astype(np.uint8)
+    masks = []
+    for image, by in ((picture, 1), (large, 8)):
+        said = [("red", Grounding(points=(Click(x=60.0 * by, y=80.0 * by),)))]
+        mask = EmbeddedSegmenter().segment(image, said)["red"][0].mask
+        masks.append(cv2.resize(mask.astype(np.uint8), SHAPE[::-1]).astype(bool))
+    small, shrunk = masks
+    assert (small & shrunk).sum() / (small | shrunk).sum() > 0.95

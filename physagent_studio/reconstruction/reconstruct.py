@@ -149,7 +149,10 @@ def _look(
     found = segments(image)
     stances = layout.read(masks, case.prompt)
     covered = np.any(list(masks.values()), axis=0) if masks else np.zeros(image.shape[:2], bool)
-    offers = {name: [offer.mask for offer in candidates.get(name, ())] for name in regions}
+    offers = {
+        item.name: [offer.mask for offer in candidates.get(item.name, ())]
+        for item in state.supports
+    }
     read = survey(case, image, state, stances, regions, found, covered, offers)
     run.at("supports", 0.5)
     solid, open_supports = supports.resolve(state, read, stances, regions, found)
@@ -309,7 +312,7 @@ def _clicked(state: SceneState) -> list[tuple[str, Grounding]]:
     tasks += [
         (item.name, item.grounding)
         for item in state.supports
-        if item.grounding.points and support_kind(item.name) == "slab"
+        if item.grounding.points and support_kind(item.name) in ("slab", "ramp")
     ]
     return tasks
 
@@ -342,7 +345,7 @@ def _regions(
         marked = clicked_supports.region_of(item, (size[0], size[1]))
         if marked is not None:
             out[item.name] = marked & ~np.any(list(masks.values()), axis=0)
-        if marked is not None or not offers:
+        if marked is not None or not offers or support_kind(item.name) != "slab":
             continue
         chosen = offers[min(item.grounding.candidate, len(offers) - 1)].mask
         region = corrected(image, chosen, item.grounding.strokes).copy()

@@ -79,6 +79,8 @@ def _shape(
     if kind == "ramp":
         if len(clicks) == 3:
             return three_click_ramp(read.camera, clicks)
+        if support.name in read.blocks:
+            return read.blocks[support.name].ramp(read.camera.position[2])
         profile = read.profiles.get(support.name)
         return place_ramp(read.camera, profile) if profile else None
     return _slab(support, read, stances, regions, found, clicks)

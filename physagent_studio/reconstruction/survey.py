@@ -16,7 +16,8 @@ from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Scale, SceneState, Support
 from physagent_studio.reconstruction import camera as camera_cues
 from physagent_studio.reconstruction import clicked_supports
-from physagent_studio.reconstruction.blocks import Block, blocks_of
+from physagent_studio.reconstruction.block import Block
+from physagent_studio.reconstruction.blocks import blocks_of, on_blocks
 from physagent_studio.reconstruction.ellipses import level_circles
 from physagent_studio.reconstruction.frames import find_frame
 from physagent_studio.reconstruction.geometry import depth_of, on_plane
@@ -40,6 +41,7 @@ from physagent_studio.reconstruction.standing import (
     standing_on,
     support_under,
 )
+from physagent_studio.reconstruction.toys import as_toys
 from physagent_studio.records.case import Case, Image
 
 GOAL, GOAL_HEIGHT, GOAL_SPREAD = "goal", 2.3, 0.15
@@ -87,6 +89,7 @@ def survey(
     offers: all masks of each such support, the likeliest first.
     """
     usual = {name: _usual(name, case.prompt, state.scale) for name in stances}
+    usual = as_toys(usual, {name: stance.extent for name, stance in stances.items()})
     profiles = _profiles(state, found, (image.shape[1], image.shape[0]))
     on = standing_on(state, stances, regions, profiles)
     root = {name: root_of(name, on) for name in stances}
@@ -104,6 +107,9 @@ def survey(
         and (state.horizon == case.horizon or state.horizon_source == "person"),
         horizon_sigma=horizon.sigma,
     )
+    blocks = blocks_of(image, state, unit, offers, covered, profiles)
+    on = on_blocks(unit, state, stances, on, blocks)
+    root = {name: root_of(name, on) for name in stances}
     on = lifted(unit, state, stances, on, root, usual)
     root = {name: root_of(name, on) for name in stances}
     under = {
@@ -113,8 +119,7 @@ def survey(
         for name in stances
     }
     measured = _measured(unit, stances, on, under, root, usual, profiles)
-    blocks = blocks_of(image, state, unit, offers, covered)
-    rises = {name: block.size[2] for name, block in blocks.items()}
+    rises = {name: block.size[2] for name, block in blocks.items() if block.kind == "box"}
     rises |= clicked_supports.rises_of(state, unit)
     measured = clicked_supports.on_one_floor(measured, rises)
     slabs = {name: top for name, top in _usual_tops(state).items() if name not in rises}

@@ -22,14 +22,34 @@ REGION, COVERED = IDS == 3, (IDS == 1) | (IDS == 2)
 
 
 def test_a_block_is_found_from_its_outline() -> None:
-    block = best_block(CAMERA, IMAGE, [REGION], COVERED)
-    assert block is not None
+    found = best_block(CAMERA, IMAGE, [REGION], COVERED)
+    assert found is not None
+    block, overlap = found
+    assert overlap > 0.95
     slab, true = block.slab(CAMERA.position[2]), TRUTH["supports"][2]["shape"]
     distance = float(np.hypot(*true["position"][:2]))
     assert np.subtract(slab.position, true["position"]) == pytest.approx(0, abs=0.03 * distance)
     assert slab.size == pytest.approx(true["size"], rel=0.05)
     assert slab.yaw == pytest.approx(true["yaw"], abs=np.radians(2))
-    assert block == best_block(CAMERA, IMAGE, [REGION], COVERED), "the same bits again"
+    assert found == best_block(CAMERA, IMAGE, [REGION], COVERED), "the same bits again"
+
+
+def test_a_wedge_is_found_from_its_outline() -> None:
+    folder = TABLE.parent / "ramp"
+    truth = json.loads((folder / "truth.json").read_text())
+    ids = np.asarray(cv2.imread(str(folder / "ids.png"), cv2.IMREAD_UNCHANGED))
+    image, _ = read_photo(folder / "input.jpg")
+    camera = Camera.model_validate(truth["camera"])
+    found = best_block(camera, image, [ids == 3], (ids == 1) | (ids == 2), "wedge")
+    assert found is not None
+    ramp, true = found[0].ramp(camera.position[2]), truth["supports"][2]["shape"]
+    assert np.subtract(ramp.toe, true["toe"]) == pytest.approx(0, abs=0.01)
+    assert (ramp.run, ramp.rise, ramp.width) == pytest.approx(
+        (true["run"], true["rise"], true["width"]), rel=0.06
+    )
+    slope, true_slope = np.arctan2(ramp.rise, ramp.run), np.arctan2(true["rise"], true["run"])
+    assert np.degrees(slope) == pytest.approx(np.degrees(true_slope), abs=1.0)
+    assert ramp.yaw == pytest.approx(true["yaw"], abs=np.radians(2))
 
 
 def test_the_best_of_several_masks_decides() -> None:

@@ -1,0 +1,78 @@
+"""A box or a wedge on the ground, told in camera heights."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import Ramp, Slab
+
+FloatArray = NDArray[np.float64]
+
+BOX = np.array(list(itertools.product((-0.5, 0.5), (-0.5, 0.5), (0.0, 1.0))))
+BOX_FACES = ((1, 3, 7, 5), (4, 6, 7, 5), (0, 2, 3, 1), (2, 6, 7, 3), (0, 4, 5, 1))
+WEDGE = np.array(
+    [(-0.5, -0.5, 0), (-0.5, 0.5, 0), (0.5, -0.5, 0), (0.5, 0.5, 0), (0.5, -0.5, 1), (0.5, 0.5, 1)]
+)
+WEDGE_FACES = ((0, 1, 5, 4), (2, 3, 5, 4), (0, 2, 4), (1, 3, 5))
+"""Corners of a unit box and of a unit wedge that rises along +x, and the corners of every face but
+the bottom, in turn."""
+Kind = Literal["box", "wedge"]
+SLACK = 3.0
+"""A foot this near to a top still stands on it, pixels."""
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """A box or wedge on the ground, in camera heights.
+
+    x, y: middle of its base. size: (length, width, height). yaw: turn of its length, radians; a
+    wedge rises along it.
+    """
+
+    x: float
+    y: float
+    size: tuple[float, float, float]
+    yaw: float
+    kind: Kind = "box"
+
+    def slab(self, height: float) -> Slab:
+        """A box in metres, for a camera `height` m above the ground."""
+        size = (self.size[0] * height, self.size[1] * height, self.size[2] * height)
+        return Slab(
+            position=(self.x * height, self.y * height, size[2] / 2), size=size, yaw=self.yaw
+        )
+
+    def carries(self, camera: Camera, pixel: tuple[float, float]) -> bool:
+        """Whether a pixel shows its top or slope; only the camera's directions count."""
+        unit = camera.model_copy(update={"position": (0.0, 0.0, 1.0)})
+        box = self.kind == "box"
+        top = (BOX_FACES if box else WEDGE_FACES)[0]
+        corners, depth = unit.project(placed(BOX if box else WEDGE, self)[list(top)])
+        if depth.min() <= 0:
+            return False
+        outline = cv2.convexHull(corners.astype(np.float32))
+        return cv2.pointPolygonTest(outline, (float(pixel[0]), float(pixel[1])), True) >= -SLACK
+
+    def ramp(self, height: float) -> Ramp:
+        """A wedge in metres, for a camera `height` m above the ground."""
+        run, width, rise = (side * height for side in self.size)
+        x = self.x * height - math.cos(self.yaw) * run / 2
+        y = self.y * height - math.sin(self.yaw) * run / 2
+        return Ramp(toe=(x, y, 0.0), yaw=self.yaw, run=run, rise=rise, width=width)
+
+
+def placed(corners: FloatArray, block: Block) -> FloatArray:
+    """(N, 3) corners of a unit body where the block is."""
+    local = corners * block.size
+    cos, sin = math.cos(block.yaw), math.sin(block.yaw)
+    x = block.x + cos * local[:, 0] - sin * local[:, 1]
+    y = block.y + sin * local[:, 0] + cos * local[:, 1]
+    return np.column_stack([x, y, local[:, 2]])

@@ -43,7 +43,9 @@ def measure(state: SceneState, image: Image, masks: Mapping[str, BoolArray]) -> 
         found += _on_nothing(item.name, lab, mask)
     wrong = {one.subject for one in found}
     alone: dict[str, Candidate | None] = {}
-    for one, other in combinations([o for o in asked if o.name not in wrong], 2):
+    # Who draws a box around each has said that they are two.
+    unsure = [o for o in asked if o.name not in wrong and o.grounding.box is None]
+    for one, other in combinations(unsure, 2):
         if _near(one, other, masks):
             for item in (one, other):
                 if item.name not in alone:

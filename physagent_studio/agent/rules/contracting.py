@@ -26,11 +26,12 @@ def contract_of(reading: Reading, layout: Layout) -> Contract:
         draft.add(index, frame)
     return Contract.model_validate(
         {
-            "clauses": [{"id": c.id, "text": c.text[:4000] or c.id} for c in reading.clauses[:64]],
-            "statements": draft.statements[:256],
-            "not_understood": [
-                word[:200] for word in (*reading.not_understood, *draft.untold_places())[:64]
+            "clauses": [
+                *({"id": c.id, "text": c.text[:4000] or c.id} for c in reading.clauses[:48]),
+                *draft.untold_places()[:16],
             ],
+            "statements": draft.statements[:256],
+            "not_understood": [word[:200] for word in reading.not_understood[:64]],
         }
     )
 
@@ -61,11 +62,15 @@ class _Draft:
                 self._state(spec, frame.clause)
             self._order(index, frame, groups)
 
-    def untold_places(self) -> list[str]:
-        """Places of the prompt that no statement speaks of, as in "rolls under the table".
+    def untold_places(self) -> list[dict[str, str]]:
+        """Places of the prompt that no statement speaks of, as in "rolls under the table": a
+        clause of its own for each, which nothing tests.
 
-        Where a thing is to begin with, and the ground it moves on, need no statement.
+        Where a thing is to begin with, and the ground it moves on, need no statement; nor does
+        a place in a clause that is untested anyway.
         """
+        tested = {row["clause"] for row in self.statements}
+        said = {clause.id: clause.text[:3000] for clause in self.reading.clauses}
         named = {
             name
             for row in self.statements
@@ -73,13 +78,14 @@ class _Draft:
             for name in (value if isinstance(value, list) else (value,))
             if isinstance(name, str)
         }
-        found: dict[str, None] = {}
+        found: dict[str, str] = {}
         for frame in self.reading.frames:
             for relation, place in frame.places:
-                told = {place.name, place_name(place)} & named
+                told = {place.name, place_name(place)} & named or frame.clause not in tested
                 if not told and not self._is_given(frame, relation, place):
-                    found[f"the {place.name.replace('_', ' ')}, as a place"] = None
-        return list(found)
+                    text = f"{place.name.replace('_', ' ')}, in “{said[frame.clause]}”"
+                    found.setdefault(text, f"{frame.clause}_place_{len(found) + 1}")
+        return [{"id": name, "text": text} for text, name in found.items()]
 
     def _is_given(self, frame: EventFrame, relation: str, place: Place) -> bool:
         if place.kind == "group" or frame.sense in ("be", "hang"):

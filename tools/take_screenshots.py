@@ -7,6 +7,7 @@ NAME …` takes only some of them. Needs the test extra and Pillow, which makes 
 
 from __future__ import annotations
 
+import shutil
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -47,7 +48,7 @@ FADED_IN = """() => {
 
 @dataclass(frozen=True)
 class Shot:
-    """A picture: its name, what it is of, the window, and what is done before it is taken."""
+    """A picture: its name, its case's folder and event, the window, and what is done first."""
 
     name: str
     case: str
@@ -153,44 +154,67 @@ def new_session(page: Page) -> None:
 
 
 SHOTS = (
-    Shot("studio", "demo", "only_the_cube", nothing),
-    Shot("studio-cans", "cans", "only_blue", compared, to_the_end=True),
-    Shot("studio-table", "table", "falls_off", falling, size=(1920, 1080), to_the_end=True),
-    Shot("studio-impact", "demo", "knocks_block_over", at_impact, to_the_end=True),
-    Shot("studio-edit", "demo", "only_the_cube", editing),
-    Shot("studio-inspector", "demo", "only_the_cube", in_the_inspector, dark=True),
-    Shot("studio-program", "demo", "only_the_cube", wrong_text),
-    Shot("studio-scene", "demo", "only_the_cube", from_the_side, dark=True),
-    Shot("studio-new", "demo", "only_the_cube", new_session),
-    Shot("studio-small", "demo", "only_the_cube", nothing, size=(1000, 700), dark=True),
-    Shot("studio-tour", "demo", "only_the_cube", touring, tour=True),
-    Shot("studio-sessions", "cans", "only_blue", sessions),
-    Shot("studio-presenter", "cans", "only_blue", presenting, to_the_end=True),
+    Shot("studio", "assets/demo", "only_the_cube", nothing),
+    Shot("studio-cans", "assets/cans", "only_blue", compared, to_the_end=True),
+    Shot("studio-table", "tests/data/synthetic/table", "pushed_off", falling, size=(1920, 1080), to_the_end=True),
+    Shot("studio-impact", "assets/demo", "knocks_block_over", at_impact, to_the_end=True),
+    Shot("studio-edit", "assets/demo", "only_the_cube", editing),
+    Shot("studio-inspector", "assets/demo", "only_the_cube", in_the_inspector, dark=True),
+    Shot("studio-program", "assets/demo", "only_the_cube", wrong_text),
+    Shot("studio-scene", "assets/demo", "only_the_cube", from_the_side, dark=True),
+    Shot("studio-new", "assets/demo", "only_the_cube", new_session),
+    Shot("studio-small", "assets/demo", "only_the_cube", nothing, size=(1000, 700), dark=True),
+    Shot("studio-tour", "assets/demo", "only_the_cube", touring, tour=True),
+    Shot("studio-sessions", "assets/cans", "only_blue", sessions),
+    Shot("studio-presenter", "assets/cans", "only_blue", presenting, to_the_end=True),
 )
-REPLAY = Shot("studio-replay", "cans", "only_blue", nothing, to_the_end=True)
+REPLAY = Shot("studio-replay", "assets/cans", "only_blue", nothing, to_the_end=True)
+
+
+class Sessions:
+    """Workspaces by what was done in them; each is made once, and every picture gets a copy."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._made: dict[tuple[str, str, bool], Path] = {}
+
+    def of(self, shot: Shot) -> Path:
+        """A workspace that has the shot's case open, one step or all the way done."""
+        key = (shot.case, shot.event, shot.to_the_end)
+        if key not in self._made:
+            root = self._folder / f"made{len(self._made)}"
+            workbench = Workbench(Store(root), evidence=False)
+            workbench.post(commands.OpenCase(ROOT / shot.case, shot.event))
+            workbench.post(commands.Run() if shot.to_the_end else commands.Step())
+            if not workbench.wait(500):
+                raise SystemExit(f"{shot.name}: the step took more than eight minutes")
+            workbench.close()
+            self._made[key] = root
+        copy = self._folder / shot.name
+        shutil.copytree(self._made[key], copy)
+        return copy
 
 
 @contextmanager
-def studio_on(shot: Shot) -> Iterator[Studio]:
-    """A studio that has the shot's case open, one step or all the way done."""
-    with tempfile.TemporaryDirectory() as folder:
-        workbench = Workbench(Store(Path(folder)), evidence=False)
-        workbench.post(commands.OpenCase(assets_dir() / shot.case, shot.event))
-        workbench.post(commands.Run() if shot.to_the_end else commands.Step())
-        if not workbench.wait(300):
-            raise SystemExit(f"{shot.name}: the step took more than five minutes")
-        studio = serve(workbench, port=0)
-        try:
-            yield studio
-        finally:
-            studio.stop()
-            workbench.close()
+def studio_on(shot: Shot, sessions: Sessions) -> Iterator[Studio]:
+    """A studio on a copy of the shot's session."""
+    store = Store(sessions.of(shot))
+    workbench = Workbench(store, evidence=False)
+    workbench.post(commands.OpenSession(store.list()[0].id))
+    if not workbench.wait(120):
+        raise SystemExit(f"{shot.name}: the session does not open")
+    studio = serve(workbench, port=0)
+    try:
+        yield studio
+    finally:
+        studio.stop()
+        workbench.close()
 
 
-def take(browser: Browser, shot: Shot) -> Path:
+def take(browser: Browser, shot: Shot, sessions: Sessions) -> Path:
     """Takes one picture and returns where it lies."""
     page = _page(browser, shot)
-    with studio_on(shot) as studio:
+    with studio_on(shot, sessions) as studio:
         page.goto(studio.address)
         page.locator(".tl [data-action]").first.wait_for()
         page.wait_for_function(FADED_IN, timeout=PATIENCE)
@@ -202,10 +226,10 @@ def take(browser: Browser, shot: Shot) -> Path:
     return path
 
 
-def take_replay(browser: Browser) -> Path:
+def take_replay(browser: Browser, sessions: Sessions) -> Path:
     """The page that a session leaves as, opened from the disk."""
     page = _page(browser, REPLAY)
-    with tempfile.TemporaryDirectory() as folder, studio_on(REPLAY) as studio:
+    with tempfile.TemporaryDirectory() as folder, studio_on(REPLAY, sessions) as studio:
         file = Path(folder) / "replay.html"
         studio.workbench.post(commands.Write(file, "The replay", replay_of))
         if not studio.workbench.wait(300):
@@ -243,13 +267,14 @@ def _keep(page: Page, name: str) -> Path:
 def main(names: list[str]) -> None:
     """Takes the chosen pictures, or all."""
     FOLDER.mkdir(parents=True, exist_ok=True)
-    with sync_playwright() as playwright:
+    with sync_playwright() as playwright, tempfile.TemporaryDirectory() as folder:
+        made = Sessions(Path(folder))
         browser = playwright.chromium.launch(executable_path=find_browser(), args=FLAGS)
         for shot in SHOTS:
             if not names or shot.name in names:
-                print(take(browser, shot).relative_to(ROOT), flush=True)
+                print(take(browser, shot, made).relative_to(ROOT), flush=True)
         if not names or REPLAY.name in names:
-            print(take_replay(browser).relative_to(ROOT), flush=True)
+            print(take_replay(browser, made).relative_to(ROOT), flush=True)
         browser.close()
 
 

@@ -15,7 +15,7 @@ from physagent_studio.program.scene import SceneObject, Support
 
 ROOT = Path(__file__).resolve().parents[2]
 SYNTHETIC = ROOT / "tests" / "data" / "synthetic"
-SHIPPED = [ROOT / "assets" / name for name in ("demo", "ramp")]
+SHIPPED = [ROOT / "assets" / name for name in ("demo", "cans")]
 FOLDERS = [*SHIPPED, *sorted(p for p in SYNTHETIC.iterdir() if p.is_dir())]
 
 

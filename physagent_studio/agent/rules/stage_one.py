@@ -159,10 +159,15 @@ def _other_clicks(
 def _other_masks(
     situation: Situation, name: str, base: str
 ) -> Iterator[tuple[str, str, tuple[Edit, ...]]]:
-    """The segmenter's other masks, best first, with everything that followed from the mask open."""
+    """The segmenter's other masks, best first, with everything that followed from the mask open.
+
+    A mask that a person has chosen stays.
+    """
     scene = situation.scene
     item = situation.program.scene.object(name)
     assert item is not None
+    if item.grounding.settled:
+        return
     count = len(scene.candidates.get(name, ())) if scene is not None else 0
     tried = _tried_masks(situation, name)
     left = [c for c in range(count) if c not in tried and c != item.grounding.candidate]

@@ -20,6 +20,8 @@ FAINT = 2.5
 """The same at its faint rim."""
 RIM = 0.12
 """Width of that rim, as a share of the thing's size."""
+ENDS = 6
+"""Pixels far out on a side from which darkness reaches that far."""
 TINT = 9.0
 """How far its colour may differ from that of the ground for its lightness, in a*, b*."""
 ABOVE = 0.3
@@ -61,9 +63,17 @@ def _around(lab: FloatImage, own: BoolArray, inside: BoolArray) -> BoolArray:
     joined = dark | grow(own, 2) | inside
     _, labels = cv2.connectedComponents(joined.astype(np.uint8))
     mine = np.isin(labels, np.unique(labels[own])) & dark
+    if _goes_on(mine, near & ~grow(own, round(0.55 * side)), x0, x1):
+        return np.zeros_like(own)
     # Shade fades out: its faint rim belongs to it.
     faint = np.asarray(cv2.blur(darker, (3, 3))) > FAINT
     return grow(mine, 1) & near | grow(mine, max(2, round(RIM * side))) & near & faint & tint
+
+
+def _goes_on(dark: BoolArray, outer: BoolArray, left: int, right: int) -> bool:
+    """Whether what is dark reaches far out on both sides, as a belt or a wall: light has a side."""
+    rim = dark & outer
+    return bool(rim[:, :left].sum() > ENDS and rim[:, right:].sum() > ENDS)
 
 
 def _lit(lab: FloatImage, ground: BoolArray) -> FloatImage:

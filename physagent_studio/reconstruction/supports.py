@@ -25,6 +25,7 @@ from physagent_studio.reconstruction.names import support_kind, words_of
 from physagent_studio.reconstruction.ramps import place_ramp, three_click_ramp
 from physagent_studio.reconstruction.scale import FLOOR
 from physagent_studio.reconstruction.slabs import SOLID, fit_slab
+from physagent_studio.reconstruction.snapping import snapped
 from physagent_studio.reconstruction.survey import Survey, is_ground
 
 BOARD = 0.05
@@ -67,7 +68,8 @@ def _shape(
     regions: Mapping[str, BoolArray],
     found: Segments,
 ) -> SupportShape | None:
-    clicked = clicked_supports.shape_of(support, read.camera, *_board(support, read))
+    exact = snapped(support, found, read.camera.size)
+    clicked = clicked_supports.shape_of(exact, read.camera, *_board(support, read))
     if clicked is not None:
         return clicked
     kind = support_kind(support.name)

@@ -98,6 +98,16 @@ def test_the_shade_around_a_foot_goes_with_the_object():
     assert np.array_equal(plate[:60], photo[:60])
 
 
+def test_a_dark_belt_that_goes_on_behind_a_thing_is_no_shade():
+    truth = _lit_wall()
+    truth[120:170] *= 0.45
+    mask = _ball()
+    photo = _rgb(np.where(mask[..., None], (200, 120, 30), truth + _noise(1.5)))
+    assert not shaded(photo, [mask], hole_of([mask], SHAPE)).any()
+    plate = background(photo, [mask]).astype(float)
+    assert (plate / truth).mean(-1)[125:138, 140:180].max() < 1.3
+
+
 def test_a_picture_comes_back_from_its_steps():
     picture = np.random.default_rng(2).uniform(0, 255, (20, 30, 3)).astype(np.float32)
     hole = np.zeros((20, 30), bool)

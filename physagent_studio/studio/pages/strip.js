@@ -34,12 +34,22 @@ export function makeStrip(host) {
     host.querySelector(`.evidence [data-frame="${frames[index]}"]`)?.focus();
   }
 
+  // A frame that took too long to render is asked for again; by then it is made.
+  function again(event) {
+    const image = event.target, tries = Number(image.dataset.tries || 0) + 1;
+    image.classList.add("late");
+    if (tries > 8) return;
+    image.dataset.tries = String(tries);
+    const plain = image.getAttribute("src").split("?")[0];
+    setTimeout(() => image.setAttribute("src", `${plain}?${tries}`), 800 * tries);
+  }
+
   function show(round) {
     if (!round.strip) return null;
     frames = round.strip.frames;
     const [width, height] = round.strip.size;
     const one = (frame) => h("button", { type: "button", key: `${round.strip.at}${frame}`, "data-frame": frame, title: `Frame ${frame}`, "aria-label": `Frame ${frame}`, "aria-current": String(frame === at), tabindex: frame === at || (at < 0 && frame === 0) ? "0" : "-1", onclick: () => scrub(frame) },
-      h("img", { loading: "lazy", decoding: "async", draggable: "false", alt: "", width: 104, height: Math.round((104 * height) / width), src: `${round.strip.at}${frame}.jpg` }),
+      h("img", { loading: "lazy", decoding: "async", draggable: "false", alt: "", onerror: again, onload: (e) => e.target.classList.remove("late"), width: 104, height: Math.round((104 * height) / width), src: `${round.strip.at}${frame}.jpg` }),
       h("span", { class: "num", "aria-hidden": "true" }, frame));
     return h("div", { class: "evidence", role: "group", "aria-label": "Sampled frames", key: "evidence", onkeydown: step }, frames.map(one));
   }

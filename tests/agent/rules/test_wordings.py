@@ -68,7 +68,7 @@ def test_a_slip_of_the_keyboard_changes_nothing(stage: str, typed: str, meant: s
         ("ice", "The ice is melting.", ("melting",)),
         ("court", "The basketball bounces twice.", ("twice",)),
         ("ice", "The red stone bumps the yellow stone and takes its place.", ("place",)),
-        ("desk", "The red cube moves behind the cup.", ("the blue cup, as a place",)),
+        ("desk", "The red cube moves behind the cup.", ("blue cup",)),
     ],
 )
 def test_what_is_not_read_is_said(stage: str, prompt: str, words: tuple[str, ...]) -> None:

@@ -88,7 +88,7 @@ class _Draft:
         return [{"id": name, "text": text} for text, name in found.items()]
 
     def _is_given(self, frame: EventFrame, relation: str, place: Place) -> bool:
-        if place.kind == "group" or frame.sense in ("be", "hang"):
+        if place.kind == "group" or frame.sense in ("be", "hang", "withdrawn"):
             return True
         carriers = {self.layout.ground()}
         for name in (*frame.patient, *frame.agent):

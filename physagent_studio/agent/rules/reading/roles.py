@@ -69,7 +69,7 @@ class Roles(Subjects):
         for phrase in about:
             place = resolve_place(phrase, self.stock, self.talk)
             if place is not None and place.kind == "support":
-                for word in (n for p in clause.subjects if p.head in v.PROPS for n in p.nouns):
+                for word in (n for p in (*clause.subjects, *objects) for n in (p.head, *p.nouns)):
                     self.unknown.pop(word, None)
                 return replace(frame, sense="withdrawn", places=(("object", place),))
         return None

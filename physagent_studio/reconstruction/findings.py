@@ -40,7 +40,7 @@ def measure(
     """
     assert state.camera is not None
     out = [_camera(state.camera)]
-    out += [_points(item, masks.get(item.name)) for item in state.objects]
+    out += [_points(item, masks.get(item.name)) for item in state.objects if not is_added(item)]
     if image is not None:
         out += _called(state, image, masks)
     out += _silhouettes(state, state.camera, masks, meshes)
@@ -54,6 +54,14 @@ def measure(
     out += [_support(support) for support in state.supports]
     out += consistency.check(state, masks, meshes, support_meshes, estimate)
     return tuple(out)
+
+
+def is_added(item: SceneObject) -> bool:
+    """Whether a person set the thing down in the scene, so that the photo does not show it."""
+    if item.source != "person" or item.shape is None or item.position is None:
+        return False
+    # What was inflated or came as a mesh stood in the photo first.
+    return item.shape.kind not in ("inflated", "mesh") and not item.grounding.shows_something
 
 
 def _camera(camera: Camera) -> Finding:
@@ -100,7 +108,9 @@ def _silhouettes(
     masks: Mapping[str, BoolArray],
     meshes: Mapping[str, Mesh],
 ) -> list[Finding]:
-    placed = [o for o in state.objects if o.name in meshes and o.position is not None]
+    placed = [
+        o for o in state.objects if o.name in meshes and o.position is not None and not is_added(o)
+    ]
     bodies = {o.name: (in_world(o, meshes[o.name]), meshes[o.name].faces) for o in placed}
     seen = look(camera, bodies)
     out: list[Finding] = []

@@ -36,7 +36,7 @@ from physagent_studio.reconstruction import (
 from physagent_studio.reconstruction.bare import scene_without_photo
 from physagent_studio.reconstruction.crossing import edges_of, lines_through
 from physagent_studio.reconstruction.lines import Segments, segments
-from physagent_studio.reconstruction.meshes import support_mesh
+from physagent_studio.reconstruction.meshes import mesh_of, support_mesh
 from physagent_studio.reconstruction.names import support_kind
 from physagent_studio.reconstruction.parts import with_parts
 from physagent_studio.reconstruction.placement import Placed, place_all
@@ -176,6 +176,11 @@ def _look(
         item.name: _skinned(image, masks[item.name], read.camera, item, placed.meshes[item.name])
         for item in placed.objects
         if item.name in placed.meshes
+    }
+    meshes |= {
+        item.name: mesh_of(item.shape)
+        for item in placed.objects
+        if findings.is_added(item) and item.shape is not None and item.name not in meshes
     }
     run.at("background", 0.82)
     plate = _plate(image, masks, previous, found, read.camera, solid)

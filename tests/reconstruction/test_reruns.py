@@ -14,6 +14,7 @@ from physagent_studio.program.scene import (
     SceneObject,
     SceneState,
     Slab,
+    Sphere,
     Support,
 )
 from physagent_studio.reconstruction import photo_hash, reconstruct
@@ -123,3 +124,20 @@ def test_what_no_picture_shows_changes_nothing_that_it_shows(corrected):
     after = reconstruct(case, before.state.model_copy(update={"objects": items}), previous=before)
     assert after.meshes is before.meshes
     assert after.state.objects[1].density == 700.0
+
+
+def test_what_a_person_sets_down_in_the_scene_is_not_sought_in_the_photo(corrected):
+    case, found = corrected
+    ball = SceneObject(
+        name="added", shape=Sphere(radius=0.1), position=(0.0, 2.5, 0.1), source="person"
+    )
+    state = found.state.model_copy(update={"objects": (*found.state.objects, ball)})
+    after = reconstruct(case, state, previous=found)
+    assert after.state.objects[-1] == ball
+    assert "added" in after.meshes
+    assert all(one.ok for one in after.findings if one.subject == "added")
+    # What the photo shows is judged as before, also where the new thing would cover it.
+    kept = {(one.name, one.subject): one.ok for one in found.findings}
+    for one in after.findings:
+        if one.subject != "added":
+            assert one.ok == kept[one.name, one.subject]

@@ -5,28 +5,30 @@ import { edit, on, send } from "./wire.js";
 
 const VIEWS = [["photo", "Photo"], ["front", "Front"], ["side", "Side"], ["top", "Top"]];
 
-// Things to build with, set down near the origin on the ground.
+// Things to build with, of the size `m` of what is there already; [x, y, z] from the free spot on.
 const NEW = [
-  ["Ball", "objects", { shape: { kind: "sphere", radius: 0.1 }, position: [0, 1.5, 0.1], material: "rubber", source: "person" }],
-  ["Box", "objects", { shape: { kind: "box", size: [0.2, 0.2, 0.2] }, position: [0.5, 1.5, 0.1], material: "wood", source: "person" }],
-  ["Cylinder", "objects", { shape: { kind: "cylinder", radius: 0.08, height: 0.3 }, position: [-0.5, 1.5, 0.15], material: "wood", source: "person" }],
-  ["Table", "supports", { shape: { kind: "box", position: [0, 2, 0.2], size: [1, 0.6, 0.4] }, source: "person" }],
-  ["Ramp", "supports", { shape: { kind: "ramp", toe: [-0.4, 1.5, 0], yaw: 3.1416, run: 0.8, rise: 0.3, width: 0.5 }, source: "person" }],
-  ["Wall", "supports", { shape: { kind: "wall", point: [0, 3, 0], yaw: -1.5708 }, source: "person" }],
-  ["Ground", "supports", { shape: { kind: "floor", height: 0 }, source: "person" }],
+  ["Ball", "objects", (m, at) => ({ shape: { kind: "sphere", radius: m(0.5) }, position: at(0, 0, 0.5), material: "rubber" })],
+  ["Box", "objects", (m, at) => ({ shape: { kind: "box", size: [m(1), m(1), m(1)] }, position: at(0, 0, 0.5), material: "wood" })],
+  ["Cylinder", "objects", (m, at) => ({ shape: { kind: "cylinder", radius: m(0.4), height: m(1.5) }, position: at(0, 0, 0.75), material: "wood" })],
+  ["Capsule", "objects", (m, at) => ({ shape: { kind: "capsule", radius: m(0.3), height: m(1.5) }, position: at(0, 0, 0.75), material: "plastic" })],
+  ["Cone", "objects", (m, at) => ({ shape: { kind: "frustum", bottom_radius: m(0.5), top_radius: m(0.1), height: m(1) }, position: at(0, 0, 0.36), material: "plastic" })],
+  ["Cloth", "objects", (m, at) => ({ shape: { kind: "box", size: [m(2), m(2), m(0.04)] }, position: at(0, 0, 2), material: "fabric", support: "air", body: { kind: "cloth" } })],
+  ["Table", "supports", (m, at) => ({ shape: { kind: "box", position: at(0, 2.5, 1), size: [m(5), m(3), m(2)] } })],
+  ["Ramp", "supports", (m, at) => ({ shape: { kind: "ramp", toe: at(-2, 0, 0), yaw: 3.1416, run: m(4), rise: m(1.5), width: m(2.5) } })],
+  ["Wall", "supports", (m, at) => ({ shape: { kind: "wall", point: at(0, 6, 0), yaw: -1.5708 } })],
+  ["Ground", "supports", (m, at) => ({ shape: { kind: "floor", height: at(0, 0, 0)[2] } })],
 ];
 
 export function startScene(host, bar, banner) {
   let data = null;
-  const add = (list, text, item) => {
+  const add = (list, text, make) => {
     const stem = { Ground: "floor" }[text] || text.toLowerCase();
     const known = new Set(data.things.map((one) => one.name));
     let name = stem;
     for (let count = 2; known.has(name); count += 1) name = `${stem}_${count}`;
-    // Side by side rather than into each other.
-    const shift = data.things.filter((one) => one.kind === "object").length * 0.3;
-    const placed = list === "objects" ? { ...item, position: [Math.round((item.position[0] + shift) * 100) / 100, item.position[1], item.position[2]] } : item;
-    if (edit([{ op: "add", path: `scene.${list}`, item: { name, ...placed } }], `added ${name}`)) send({ do: "select", kind: list === "objects" ? "object" : "support", name });
+    const { x, y, ground, size } = data.spot, neat = (value) => Number(value.toPrecision(4));
+    const item = make((part) => neat(part * size), (a, b, c) => [neat(x + a * size), neat(y + b * size), neat(ground + c * size)]);
+    if (edit([{ op: "add", path: `scene.${list}`, item: { name, source: "person", ...item } }], `added ${name}`)) send({ do: "select", kind: list === "objects" ? "object" : "support", name });
   };
   on("scene", (next) => {
     data = next;

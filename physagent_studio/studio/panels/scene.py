@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
+from physagent_studio.program import PhysicalProgram
+from physagent_studio.program.scene import Floor
+from physagent_studio.program.shapes import outline_of
 from physagent_studio.studio.panels.words import number
 from physagent_studio.studio.view import View
 from physagent_studio.workbench import Snapshot
@@ -23,6 +28,23 @@ SWITCHES = (
     ("axes", "Axes"),
     ("gizmo", "Handle to move the selection"),
 )
+
+
+def spot_of(program: PhysicalProgram) -> dict[str, Any]:
+    """Where new things go: beside what is there, on the ground, and of its size, m."""
+    whole = [o for o in program.scene.objects if o.shape is not None and o.position is not None]
+    if not whole:
+        return {"x": 0.0, "y": 1.5, "ground": 0.0, "size": 0.2}
+    sizes = np.array([outline_of(o.shape).size for o in whole if o.shape is not None])
+    places = np.array([o.position for o in whole])
+    size = float(np.median(sizes.max(axis=1)))
+    floors = [s.shape.height for s in program.scene.supports if isinstance(s.shape, Floor)]
+    return {
+        "x": round(float((places + sizes / 2)[:, 0].max()) + size, 4),
+        "y": round(float(places[:, 1].mean()), 4),
+        "ground": min(floors, default=0.0),
+        "size": float(f"{size:.3g}"),
+    }
 
 
 def state_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
@@ -54,6 +76,7 @@ def state_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
         "findings": []
         if scene is None
         else [{"ok": one.ok, "text": one.text, "subject": one.subject} for one in scene.findings],
+        "spot": spot_of(snapshot.program),
         "readOnly": snapshot.read_only or snapshot.session_id is None,
         "flags": list(snapshot.program.scene.flags),
     }

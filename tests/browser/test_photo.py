@@ -98,9 +98,18 @@ def test_click_or_box_choose_one_of_four_and_undo(photo: Photo) -> None:
     page = photo.desk.page
     photo.tool("Mask")
     x, y = photo.middle()
+    dots = page.locator(".ph-dot.in")
+    count = dots.count()
     page.mouse.click(*photo.at(x + 3, y))
-    assert 2 <= photo.thumbnails() <= 4
+    expect(dots).to_have_count(count + 1)
+    assert photo.thumbnails() == 4
+    # Before a mask is taken, Ctrl+Z takes back the mark and nothing else.
+    page.keyboard.press("Control+z")
+    expect(dots).to_have_count(count)
     assert photo.desk.snapshot.program == photo.before
+    assert not photo.desk.snapshot.can_redo
+    page.mouse.click(*photo.at(x + 3, y))
+    photo.thumbnails()
     page.mouse.click(*photo.at(5, 5), button="right")
     rows, columns = np.nonzero(photo.mask())
     low = (float(columns.min()) - 5, float(rows.min()) - 5)
@@ -115,21 +124,6 @@ def test_click_or_box_choose_one_of_four_and_undo(photo: Photo) -> None:
     assert [click.label for click in made.points[-2:]].count(0) >= 1
     assert photo.desk.snapshot.scene is not None
     photo.undone()
-
-
-def test_ctrl_z_takes_back_a_mark_before_it_is_an_edit(photo: Photo) -> None:
-    page = photo.desk.page
-    photo.tool("Mask")
-    x, y = photo.middle()
-    dots = page.locator(".ph-dot.in")
-    count = dots.count()
-    page.mouse.click(*photo.at(x + 3, y))
-    expect(dots).to_have_count(count + 1)
-    photo.thumbnails()
-    page.keyboard.press("Control+z")
-    expect(dots).to_have_count(count)
-    assert photo.desk.snapshot.program == photo.before
-    assert not photo.desk.snapshot.can_redo
 
 
 def test_brush_and_scissors(photo: Photo) -> None:
@@ -162,10 +156,7 @@ def test_brush_and_scissors(photo: Photo) -> None:
     photo.desk.until(lambda: len(photo.grounding.strokes) == 1, "the cut undone")
     photo.undone()
 
-
-def test_scissors_follow_edges(photo: Photo) -> None:
-    page = photo.desk.page
-    photo.tool("Scissors")
+    # Without Shift the line follows edges: more points than were clicked.
     rows, columns = np.nonzero(photo.mask())
     left, right = float(columns.min()), float(columns.max())
     top, low = float(rows.min()), float(rows.max())
@@ -179,12 +170,12 @@ def test_scissors_follow_edges(photo: Photo) -> None:
     page.keyboard.press("1")
     photo.changed(lambda scene: photo.grounding.strokes, "the cut")
     points = np.array(photo.grounding.strokes[0].points)
-    # Straight lines between the four clicks would need no more than four points.
     assert len(points) > 8
     photo.undone()
 
 
-def test_the_horizon_is_dragged(photo: Photo) -> None:
+def test_the_horizon_is_dragged_and_a_ramp_placed_with_three_clicks(photo: Photo) -> None:
+    page = photo.desk.page
     photo.tool("Horizon")
     expect(photo.desk.page.get_by_text("Horizon: row")).to_be_visible()
     camera = photo.scene.camera
@@ -199,12 +190,7 @@ def test_the_horizon_is_dragged(photo: Photo) -> None:
     assert all(a.position != b.position for a, b in zip(was, now, strict=True))
     photo.undone()
 
-
-def test_a_ramp_with_three_clicks(photo: Photo) -> None:
-    page = photo.desk.page
     photo.tool("Ramp")
-    camera = photo.scene.camera
-    assert camera is not None
     width, height = camera.size
     page.mouse.click(*photo.at(0.3 * width, 0.93 * height))
     expect(page.get_by_text("Now the ground below its upper end.")).to_be_visible()
@@ -218,7 +204,7 @@ def test_a_ramp_with_three_clicks(photo: Photo) -> None:
     photo.undone()
 
 
-def test_a_size_and_another_shape(photo: Photo) -> None:
+def test_a_size_another_shape_and_zoom(photo: Photo) -> None:
     page = photo.desk.page
     field = page.get_by_label(f"Size of {photo.name} in metres")
     field.fill("2")
@@ -237,9 +223,7 @@ def test_a_size_and_another_shape(photo: Photo) -> None:
     assert now.kind != shape.kind
     photo.undone()
 
-
-def test_the_wheel_zooms_and_large_fills_the_middle(photo: Photo) -> None:
-    page = photo.desk.page
+    # The wheel zooms; large fills the middle of the page.
     before = photo.svg.get_attribute("viewBox")
     page.mouse.move(*photo.at(100, 100))
     page.mouse.wheel(0, -300)

@@ -46,6 +46,10 @@ FADED_IN = """() => {
 }"""
 
 
+FRAMES_THERE = """() => [...document.querySelectorAll(".evidence img")].slice(0, 3)
+  .every((image) => image.complete && image.naturalWidth > 0)"""
+
+
 @dataclass(frozen=True)
 class Shot:
     """A picture: its name, its case's folder and event, the window, and what is done first."""
@@ -67,7 +71,7 @@ def nothing(page: Page) -> None:
 def compared(page: Page) -> None:
     """The last round beside the first, in the middle of the event."""
     page.get_by_role("button", name="Compare with round 1").click()
-    page.get_by_text("Compared with round 1").scroll_into_view_if_needed()
+    page.get_by_role("group", name="What changed from round 1").scroll_into_view_if_needed()
     for _ in range(2):
         page.keyboard.press("Shift+ArrowRight")
 
@@ -156,7 +160,14 @@ def new_session(page: Page) -> None:
 SHOTS = (
     Shot("studio", "assets/demo", "only_the_cube", nothing),
     Shot("studio-cans", "assets/cans", "only_blue", compared, to_the_end=True),
-    Shot("studio-table", "tests/data/synthetic/table", "pushed_off", falling, size=(1920, 1080), to_the_end=True),
+    Shot(
+        "studio-table",
+        "tests/data/synthetic/table",
+        "pushed_off",
+        falling,
+        size=(1920, 1080),
+        to_the_end=True,
+    ),
     Shot("studio-impact", "assets/demo", "knocks_block_over", at_impact, to_the_end=True),
     Shot("studio-edit", "assets/demo", "only_the_cube", editing),
     Shot("studio-inspector", "assets/demo", "only_the_cube", in_the_inspector, dark=True),
@@ -218,7 +229,8 @@ def take(browser: Browser, shot: Shot, sessions: Sessions) -> Path:
         page.goto(studio.address)
         page.locator(".tl [data-action]").first.wait_for()
         page.wait_for_function(FADED_IN, timeout=PATIENCE)
-        page.wait_for_timeout(2000)
+        page.wait_for_function(FRAMES_THERE, timeout=PATIENCE)
+        page.wait_for_timeout(1000)
         shot.act(page)
         page.wait_for_timeout(2500)
         path = _keep(page, shot.name)
@@ -258,7 +270,9 @@ def _keep(page: Page, name: str) -> Path:
     page.screenshot(path=path)
     whole = Image.open(path).convert("RGB")
     for colours in (256, 160, 96, 64, 40):
-        whole.quantize(colours, dither=Image.Dither.FLOYDSTEINBERG).save(path, optimize=True)
+        palette = whole.quantize(colours, kmeans=3)
+        dithered = whole.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
+        dithered.save(path, optimize=True)
         if path.stat().st_size <= LARGEST:
             break
     return path

@@ -27,6 +27,8 @@ def _check(**more: Any) -> Check:
     [
         ({"measured": -0.12}, "misses by 0.12 m"),
         ({"measured": -0.12, "ok": True}, "0.12 m away"),
+        ({"measured": -1e-4}, "misses by 0.1 mm"),
+        ({"measured": -0.00823, "ok": True}, "8.23 mm away"),
         ({"measured": 0.141, "ok": True, "kind": "stops_before"}, "0.141 m to spare"),
         ({"measured": 0.05, "ok": True, "kind": "leaves"}, "0.05 m away"),
         ({"measured": 0.0}, ""),

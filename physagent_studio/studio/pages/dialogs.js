@@ -57,7 +57,7 @@ export function startDialogs(host) {
     show();
   }
 
-  const ready = () => photo && prompt.trim() && things.some((one) => one.clicks.length) && things.every((one) => !one.clicks.length || /^[A-Za-z0-9_][A-Za-z0-9_-]{0,63}$/.test(tidy(one.name)));
+  const ready = () => photo && prompt.trim() && things.every((one) => !one.clicks.length || /^[A-Za-z0-9_][A-Za-z0-9_-]{0,63}$/.test(tidy(one.name)));
   const tidy = (name) => name.trim().replace(/\s+/g, "_");
 
   function begin() {
@@ -70,7 +70,7 @@ export function startDialogs(host) {
       problem ? h("div", { class: "strip bad", style: "margin-bottom:10px" }, problem) : null,
       !photo ? h("label", { class: "entry", style: "justify-content:center;padding:48px;border-style:dashed" },
         h("span", { class: "muted" }, h("b", {}, "Choose a photo"), " · PNG, JPEG or WebP"), h("input", { type: "file", accept: "image/png,image/jpeg,image/webp", "aria-label": "Photo", style: "position:absolute;opacity:0;width:1px", onchange: (e) => take(e.target.files[0]) })) : [
-        h("p", { class: "muted", style: "margin-bottom:8px" }, "Click on each thing that takes part. Shift+click marks what does not belong to it."),
+        h("p", { class: "muted", style: "margin-bottom:8px" }, "Click on each thing that takes part; Shift+click marks what does not belong to it. Without any click, what the sentence names is looked for."),
         h("div", { class: "photo", style: "cursor:crosshair", "data-photo": true, onclick: click, oncontextmenu: (e) => { e.preventDefault(); click(e); } },
           h("img", { src: photo.url, alt: "Your photo", draggable: "false" }),
           h("svg", { viewBox: `0 0 ${photo.width} ${photo.height}`, preserveAspectRatio: "none", "pointer-events": "none" }, things.flatMap((one, i) => one.clicks.map((c) => h("circle", { cx: c.x, cy: c.y, r: photo.width / 130, fill: c.label ? COLORS[i % 8] : "#fff", stroke: c.label ? "#fff" : COLORS[i % 8], "stroke-width": photo.width / 400 }))))),

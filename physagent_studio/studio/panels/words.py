@@ -103,6 +103,8 @@ def _against_nothing(check: Check, value: str) -> str:
 
 
 def _with_unit(value: float, unit: str) -> str:
+    if unit == "m" and 0 < abs(value) < 0.01:
+        value, unit = value * 1000, "mm"
     return f"{number(value)} {unit}".replace(" °", "°").strip()
 
 

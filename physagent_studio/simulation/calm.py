@@ -4,9 +4,10 @@ Between engine steps two things are ours: friction grips differently once a pair
 (`grip`), and impacts are written down (`touches`). Both wait for bodies that meet. So while no
 two bodies can meet that do not touch already, a control step is left to the engine as a whole.
 For how long that is follows from distances and speeds, as bounds: an object is a sphere about
-its origin, a support a convex solid, and where that is too coarse the engine measures; every point
-moves at most at the present speed and gains at most that of a fall. Within that time a run at a
-stretch gives the same bits as step by step.
+its origin, a support a convex solid, every point moves at most at the present speed and gains at
+most that of a fall. Where that is too coarse the engine measures the gap, and what counts is how
+fast a plane across it is used up. Within that time a run at a stretch gives the same bits as step
+by step.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import numpy as np
 
 from physagent_studio.simulation.grip import Grip
 from physagent_studio.simulation.mj import Data, mj
-from physagent_studio.simulation.model import Compiled
+from physagent_studio.simulation.model import MEETING, Compiled
 from physagent_studio.simulation.reach import Meeting, Reach
 from physagent_studio.simulation.surfaces import FloatArray
 from physagent_studio.simulation.touches import ContactLog
@@ -28,10 +29,7 @@ LONGEST = 25
 MANY = 16
 """Meetings that are near from which on they are not measured one by one."""
 
-SHORTEST = 4
-"""Control steps below which looking at the distances costs more than it saves."""
-
-PATIENCE = 8
+PATIENCE = 3
 """Control steps that pass at most before a scene in which things are near is looked at again."""
 
 
@@ -45,7 +43,10 @@ class Calm:
         self._model = compiled.model
         self.reach: Reach | None = compiled.reach
         self._haste = float(np.linalg.norm(gravity))
+        # What touches stays gentle where it cannot part and meet again with an impact.
+        self._gentle = MEETING - self._haste * step_seconds
         self._step_seconds = step_seconds
+        self._ends = np.zeros(6)
         self.until = 0
         self._wait = 0
         self._patience = 0
@@ -77,43 +78,53 @@ class Calm:
         if grip.note(data, log, since) and self.reach is not None:
             steps = self._steps(self.reach, data, grip.engaged)
         self.until = step + steps
-        self._patience = 0 if steps else min(2 * self._patience + 1, PATIENCE)
+        self._patience = 0 if steps else min(self._patience + 1, PATIENCE)
         self._wait = self._patience
 
     def _steps(self, reach: Reach, data: Data, engaged: frozenset[int]) -> int:
-        speeds, haste = reach.speeds(data.qvel.tolist()), self._haste
+        places, rates, haste = data.qpos.tolist(), data.qvel.tolist(), self._haste
+        if reach.rocks(engaged, rates, self._gentle):
+            return 0
+        speeds = reach.speeds(rates)
         if not engaged.isdisjoint(reach.between):
             # Objects that touch each other may hand on their speed.
             speeds = [1.5 * max(speeds)] * len(speeds)
-        least, best, near = SHORTEST * self._step_seconds, LONGEST * self._step_seconds, 0
-        for meeting, bound in reach.gaps(data.qpos.tolist(), engaged):
+        step, best, near = self._step_seconds, LONGEST * self._step_seconds, 0
+        for meeting, bound in reach.gaps(places, engaged):
             closing = speeds[meeting.one]
             if meeting.other >= 0:
                 closing += speeds[meeting.other]
             if bound > (closing + haste * best) * best:
                 continue
-            seconds = self._seconds(bound, closing)
-            if seconds < least:
+            seconds = time_to_meet(bound, closing, haste)
+            if seconds < 2 * step:
                 near += 1
-                seconds = self._seconds(self._gap(data, meeting, engaged, closing), closing)
-                if seconds < least or near > MANY:
+                seconds = self._measured(data, reach, meeting, engaged, closing)
+                if seconds < step or near > MANY:
                     return 0
             best = min(best, seconds)
-        return int(best / self._step_seconds + 1e-9)
+        return int(best / step + 1e-9)
 
-    def _seconds(self, gap: float, closing: float) -> float:
-        """s until closing · t + haste · t² has used up the gap."""
-        if gap <= 0:
-            return 0.0
-        root = math.sqrt(closing * closing + 4 * self._haste * gap)
-        return 2 * gap / max(closing + root, 1e-9)
-
-    def _gap(self, data: Data, meeting: Meeting, engaged: frozenset[int], closing: float) -> float:
-        """m between two bodies, of what does not touch already; up to what can matter."""
-        seconds = LONGEST * self._step_seconds
-        gap = most = (closing + self._haste * seconds) * seconds
+    def _measured(
+        self, data: Data, reach: Reach, meeting: Meeting, engaged: frozenset[int], closing: float
+    ) -> float:
+        """s until two bodies can meet that are near, of what does not touch already."""
+        seconds = best = LONGEST * self._step_seconds
+        most = (closing + self._haste * seconds) * seconds
         for pair, one, other in meeting.geoms:
-            if pair not in engaged:
-                gap = min(gap, mj.mj_geomDistance(self._model, data, one, other, most, None))
-        # Geoms are where they were before the last engine step.
-        return gap - closing * self._model.opt.timestep if gap < most else most
+            if pair in engaged:
+                continue
+            gap = mj.mj_geomDistance(self._model, data, one, other, most, self._ends)
+            if gap < most:
+                speed = reach.approach(meeting, data, self._ends.tolist())
+                # Geoms are where they were before the last engine step.
+                gap -= speed * self._model.opt.timestep
+                best = min(best, time_to_meet(gap, speed, self._haste))
+        return best
+
+
+def time_to_meet(gap: float, closing: float, haste: float) -> float:
+    """s until closing · t + haste · t² has used up a gap."""
+    if gap <= 0:
+        return 0.0
+    return 2 * gap / max(closing + math.sqrt(closing * closing + 4 * haste * gap), 1e-9)

@@ -143,11 +143,13 @@ def _advance(world: World, trace: Trace, step: int) -> None:
         trace.log.undisturbed.append(step)
     if step < trace.calm.until:
         mj.mj_step(world.compiled.model, data, trace.substeps)
+        apart = trace.grip.update(data)
+        if apart:
+            trace.log.repeat(first)
+            trace.calm.end(step + 1)
         trace.log.read(data, first)
         trace.count, trace.acting = data.ncon, data.nefc
-        if trace.grip.update(data):
-            trace.calm.end(step + 1)
-        elif step + 1 < trace.calm.until:
+        if step + 1 < trace.calm.until:
             return
     else:
         _step_by_step(world, trace, first)
@@ -186,7 +188,7 @@ def _step_by_step(
             before(tick)
         step(model, data)
         count, rows = data.ncon, data.nefc
-        if count != close:
+        if count != close or rows != acting:
             grip.update(data)
         # Rows tell of contacts that begin to act, the count of bodies that come close as well.
         grown = rows > acting and grip.awaits

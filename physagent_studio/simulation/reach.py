@@ -7,6 +7,7 @@ look at them costs less than the first array operation.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -19,6 +20,7 @@ MANY_FACES = 60
 """Faces from which on the hull of a support counts as its bounding box."""
 
 Plane = tuple[float, float, float, float]
+Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,30 +40,48 @@ class Meeting:
 
 @dataclass(frozen=True, slots=True)
 class Reach:
-    """All meetings, and the objects' addresses in `qpos` and `qvel` and their radii.
+    """All meetings, and the objects: addresses in `qpos` and `qvel`, radius and lever.
 
-    radii: m, of a sphere about the body's origin that holds the object. between: the contact
-    pairs of two objects.
+    radius: m, of a sphere about the body's origin that holds the object. lever: m, how far to the
+    side of the origin the object's utmost point in any direction can be: 0 for a sphere. between:
+    the contact pairs of two objects.
     """
 
-    objects: tuple[tuple[int, int, float], ...]
+    objects: tuple[tuple[int, int, float, float], ...]
     meetings: tuple[Meeting, ...]
     between: frozenset[int]
 
     def speeds(self, rates: list[float]) -> list[float]:
         """m/s that no point of each object exceeds. rates: `qvel`."""
         found = []
-        for _, at, radius in self.objects:
+        for _, at, radius, _ in self.objects:
             x, y, z, a, b, c = rates[at : at + 6]
             found.append((x * x + y * y + z * z) ** 0.5 + radius * (a * a + b * b + c * c) ** 0.5)
         return found
+
+    def rocks(self, engaged: frozenset[int], rates: list[float], limit: float) -> bool:
+        """Whether a point of something that touches could come back faster than `limit`, m/s.
+
+        A can may hop and land within a hundredth of a second, a ball cannot. rates: `qvel`.
+        """
+        spins = []
+        for _, at, _, lever in self.objects:
+            a, b, c = rates[at + 3 : at + 6]
+            spins.append(lever * (a * a + b * b + c * c) ** 0.5)
+        if not engaged or 2 * max(spins) <= limit:
+            return False
+        return any(
+            spins[item.one] + (spins[item.other] if item.other >= 0 else 0.0) > limit
+            for item in self.meetings
+            if not item.pairs.isdisjoint(engaged)
+        )
 
     def gaps(self, places: list[float], engaged: frozenset[int]) -> Iterator[tuple[Meeting, float]]:
         """Every meeting that is not engaged, with a distance in m that is at least there.
 
         places: `qpos`. engaged: contact pairs that touch.
         """
-        spheres = [(*places[at : at + 3], radius) for at, _, radius in self.objects]
+        spheres = [(*places[at : at + 3], radius) for at, _, radius, _ in self.objects]
         for meeting in self.meetings:
             if engaged and meeting.pairs <= engaged:
                 continue
@@ -77,6 +97,41 @@ class Reach:
                 gap = (x * x + y * y + z * z) ** 0.5 - size
             yield meeting, gap - radius
 
+    def approach(self, meeting: Meeting, data: Data, ends: list[float]) -> float:
+        """m/s at which a plane between two bodies can be used up from both sides, not negative.
+
+        ends: the nearest points of the two, world, m: the plane stands across them.
+        """
+        places, rates = data.qpos.tolist(), data.qvel.tolist()
+        x, y, z = (b - a for a, b in zip(ends[:3], ends[3:], strict=True))
+        length = math.sqrt(x * x + y * y + z * z)
+        if length < 1e-9:
+            return math.inf
+        across = (x / length, y / length, z / length)
+        at, to, _, lever = self.objects[meeting.one]
+        along, turning = _rates(places, rates, at, to, across)
+        turning *= lever
+        if meeting.other >= 0:
+            at, to, _, lever = self.objects[meeting.other]
+            other, spin = _rates(places, rates, at, to, across)
+            along, turning = along - other, turning + spin * lever
+        # Which of the two ends is whose does not matter: they may come closer, or part.
+        return abs(along) + turning
+
+
+def _rates(
+    places: list[float], rates: list[float], at: int, to: int, across: Vector
+) -> tuple[float, float]:
+    """m/s of a body's origin along a direction, and rad/s at which the body turns about others."""
+    w, x, y, z = places[at + 3 : at + 7]
+    u, v, r, a, b, c = rates[to : to + 6]
+    # The engine keeps the angular velocity in the body frame.
+    i, j, k = 2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)
+    a, b, c = a + w * i + y * k - z * j, b + w * j + z * i - x * k, c + w * k + x * j - y * i
+    p, q, s = across
+    i, j, k = b * s - c * q, c * p - a * s, a * q - b * p
+    return u * p + v * q + r * s, math.sqrt(i * i + j * j + k * k)
+
 
 def reach_of(
     model: Model, data: Data, handles: Sequence[tuple[int, int]], geom_bodies: IntArray
@@ -87,11 +142,13 @@ def reach_of(
     """
     mj.mj_kinematics(model, data)
     count = len(handles)
-    radii = [0.0] * count
+    radii, inside = [0.0] * count, [0.0] * count
     for geom, body in enumerate(geom_bodies.tolist()):
         if body < count:
-            size = float(np.linalg.norm(model.geom_pos[geom]) + model.geom_rbound[geom])
-            radii[body] = max(radii[body], size)
+            offset = float(np.linalg.norm(model.geom_pos[geom]))
+            # About the origin, with room for rounding; of several geoms any one will do.
+            radii[body] = max(radii[body], 1.001 * (offset + float(model.geom_rbound[geom])))
+            inside[body] = max(inside[body], 0.999 * (_inner(model, geom) - offset))
     found: dict[tuple[int, int], list[int]] = {}
     ends = np.stack([model.pair_geom1, model.pair_geom2], 1).tolist()
     for pair, geoms in enumerate(ends):
@@ -106,9 +163,23 @@ def reach_of(
         geoms = tuple((pair, *ends[pair]) for pair in pairs)
         other = other if other < count else -1
         meetings.append(Meeting(one, other, planes, frozenset(pairs), geoms))
-    objects = [(*handle, radius) for handle, radius in zip(handles, radii, strict=True)]
+    objects = [
+        (*handle, radius, math.sqrt(max(radius * radius - inner * inner, 0.0)))
+        for handle, radius, inner in zip(handles, radii, inside, strict=True)
+    ]
     between = frozenset[int]().union(*(item.pairs for item in meetings if item.other >= 0))
     return Reach(tuple(objects), tuple(meetings), between)
+
+
+def _inner(model: Model, geom: int) -> float:
+    """m: radius of a sphere about the geom's middle that lies within it."""
+    kind, size = model.geom_type[geom], model.geom_size[geom]
+    shapes = mj.mjtGeom
+    if kind == shapes.mjGEOM_MESH:
+        return max(float(_faces(model, int(model.geom_dataid[geom]))[1].min()), 0.0)
+    if kind in (shapes.mjGEOM_SPHERE, shapes.mjGEOM_CAPSULE):
+        return float(size[0])
+    return float(size[:2].min() if kind == shapes.mjGEOM_CYLINDER else size.min())
 
 
 def _planes(model: Model, data: Data, geom: int) -> tuple[Plane, ...]:

@@ -45,6 +45,20 @@ class Readings:
         self.ticks.append(tick)
         self.counts.append(count)
 
+    def repeat(self, tick: int) -> None:
+        """Takes down the contacts of the last reading once more, as close but not acting."""
+        count = self.counts[-1] if self.counts else 0
+        if count:
+            end, column = self._room(count), self._view.at["efc_address"]
+            again = slice(self._end - count, self._end)
+            self._numbers[self._end : end] = self._numbers[again]
+            self._integers[self._end : end] = self._integers[again]
+            self._integers[self._end : end, column] = -1
+            self._end = end
+            self.starts.append(self._stop)
+        self.ticks.append(tick)
+        self.counts.append(count)
+
     def add_some(self, data: Data, tick: int, keep: NDArray[np.bool_]) -> None:
         """Takes down the contacts in `keep`, (ncon,)."""
         count = int(keep.sum())

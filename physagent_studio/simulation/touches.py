@@ -89,6 +89,10 @@ class ContactLog:
         else:
             self._readings.add(data, tick)
 
+    def repeat(self, tick: int) -> None:
+        """Keeps what was close before engine step `tick`, which has come apart since."""
+        self._readings.repeat(tick)
+
     def _bodies(self, geom: IntArray, flex: IntArray | None) -> IntArray64:
         """(n, 2) index among objects-then-supports. flex: (n, 2) where there are any flexes."""
         bodies = self._geom_bodies[geom]

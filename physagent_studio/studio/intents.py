@@ -248,14 +248,15 @@ class OpenBare(Frozen):
 
 
 class NewCase(Frozen):
-    """A new session from a photo (base64 of the file), a sentence and clicks."""
+    """A new session from a photo (base64 of the file), a sentence and clicks.
+
+    Without objects, what the sentence names is looked for.
+    """
 
     do: Literal["new"] = "new"
     photo: Annotated[str, Field(max_length=23_000_000)]
     prompt: Annotated[str, Field(min_length=1, max_length=4000)]
-    objects: Annotated[
-        tuple[tuple[Name, tuple[Click, ...]], ...], Field(min_length=1, max_length=100)
-    ]
+    objects: Annotated[tuple[tuple[Name, tuple[Click, ...]], ...], Field(max_length=100)]
 
 
 class RenameTo(Frozen):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
+from physagent_studio.assets import assets_dir
 from physagent_studio.program.scene import Grounding, SceneState
 from tests.browser.conftest import Desk
 
@@ -236,3 +237,20 @@ def test_a_size_another_shape_and_zoom(photo: Photo) -> None:
     assert narrow is not None
     assert wide is not None
     assert wide["width"] > 1.5 * narrow["width"]
+
+
+def test_a_session_from_a_photo_and_a_sentence_alone(fresh: Desk) -> None:
+    """No click at all: what the sentence names is found in the photo, and marked as such."""
+    page, before = fresh.page, fresh.snapshot.session_id
+    page.keyboard.press("Shift+O")
+    page.locator("input[type=file]").set_input_files(assets_dir() / "demo" / "input.png")
+    sentence = "The red ball rolls to the right and hits the green cube."
+    page.get_by_label("Sentence").fill(sentence)
+    page.get_by_role("dialog").get_by_role("button", name="Start", exact=True).click()
+    fresh.until(lambda: fresh.snapshot.session_id not in (None, before), "the new session")
+    fresh.idle()
+    scene = fresh.snapshot.program.scene
+    assert [item.name for item in scene.objects] == ["red_ball", "green_cube"]
+    assert all(item.grounding.proposed for item in scene.objects)
+    fresh.tab("Photo")
+    expect(page.get_by_text("found by words").first).to_be_visible()

@@ -34,6 +34,7 @@ from physagent_studio.reconstruction.shapes import Base
 from physagent_studio.reconstruction.silhouette import in_world
 from physagent_studio.reconstruction.steady import nudged
 from physagent_studio.reconstruction.survey import Survey
+from physagent_studio.reconstruction.tilted import tilt_of
 from physagent_studio.records.scene import Mesh
 
 FloatArray = NDArray[np.float64]
@@ -151,6 +152,8 @@ def _offers(
     usual = read.usual[item.name]
     if usual.known:
         base = replace(base, longest=(usual.metres, usual.spread))
+    tilt = tilt_of(base, shape_of(read.on[item.name], ground.supports), usual.shapes)
+    camera = tilt.camera(read.camera) if tilt is not None else read.camera
     if item.shape is None:
         others = [
             other
@@ -161,9 +164,10 @@ def _offers(
         hidden = np.any(others, axis=0) if others else None
         wanted = item.form or kind
         kinds = (wanted,) if wanted is not None else None
-        return forms(read.camera, mask, base, usual, kinds, hidden)
+        found = forms(camera, mask, base, usual, kinds, hidden)
+        return [tilt.in_world(form) for form in found] if tilt is not None else found
     if isinstance(item.shape, Inflated):
-        mesh = inflated_mesh(mask, read.camera, item.shape)
+        mesh = inflated_mesh(mask, camera, item.shape)
     elif isinstance(item.shape, Meshed):
         mesh = ground.given[item.name]
     else:

@@ -14,7 +14,7 @@ export function startPlots(host) {
     if (!data) return;
     if (!data.plots.length) return draw(host, h("p", { class: "muted" }, "Curves appear here once something has run."));
     draw(host,
-      h("div", { class: "row wrap", style: "gap:4px 10px;margin-bottom:8px" }, data.objects.map((name, at) => h("label", { class: "row", style: "gap:5px" }, h("input", { type: "checkbox", checked: !off.has(name), onchange: () => { if (off.has(name)) off.delete(name); else off.add(name); show(); } }), h("span", { style: `color:${COLORS[at % COLORS.length]}` }, name.replaceAll("_", " "))))),
+      h("div", { class: "row wrap", style: "gap:4px 10px;margin-bottom:8px" }, data.objects.map((name, at) => h("label", { class: "row", style: "gap:5px" }, h("input", { type: "checkbox", checked: !off.has(name), onchange: () => { if (off.has(name)) off.delete(name); else off.add(name); show(); } }), h("span", { class: "swatch", style: `background:${COLORS[at % COLORS.length]}` }), h("span", {}, name.replaceAll("_", " "))))),
       data.plots.map(plot),
       h("p", { class: "faint" }, data.plots.some((one) => one.other) ? `Dashed: ${data.dashed}.` : ""));
     cursor();
@@ -46,7 +46,7 @@ export function startPlots(host) {
   }
 
   on("plots", (next) => { data = next; show(); });
-  on("playhead", (next) => { head = next; if (!host.hidden) cursor(); });
+  on("playhead", (next) => { head = next; cursor(); });
 }
 
 const nice = (value) => (Math.abs(value) >= 100 ? value.toFixed(0) : Number(value.toPrecision(2)).toString());

@@ -12,7 +12,7 @@ from physagent_studio.reconstruction.masks import BoolArray
 from physagent_studio.reconstruction.meshes import volume_and_centre
 
 FloatArray = NDArray[np.float64]
-CUTS = (0.01, 0.02, 0.035, 0.05, 0.075, 0.1)
+CUTS = (0.01, 0.02, 0.035, 0.05, 0.075, 0.1, 0.14, 0.2, 0.28)
 """Heights, as shares of the body's, at which it may be cut level to stand."""
 MARGIN = 0.12
 """Least distance of the centre of mass from the rim of the base, as a share of the base."""

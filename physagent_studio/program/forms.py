@@ -1,0 +1,172 @@
+"""Shapes of objects and of supports: what is written in a program, in metres."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from physagent_studio.program.base import (
+    IDENTITY,
+    Frozen,
+    Length,
+    Metres,
+    Position,
+    Quaternion,
+    Size,
+)
+
+Radians = Annotated[float, Field(ge=-7, le=7)]
+
+
+# --- shapes of objects; every shape is centred on its own centre of mass ---------------------
+
+
+class Sphere(Frozen):
+    """A ball."""
+
+    kind: Literal["sphere"] = "sphere"
+    radius: Length
+
+
+class Ellipsoid(Frozen):
+    """Half-axes along body x, y, z."""
+
+    kind: Literal["ellipsoid"] = "ellipsoid"
+    radii: Size
+
+
+class Box(Frozen):
+    """An axis-aligned box in the body frame; `size` are the full edge lengths."""
+
+    kind: Literal["box"] = "box"
+    size: Size
+
+
+class Cylinder(Frozen):
+    """Axis along body z."""
+
+    kind: Literal["cylinder"] = "cylinder"
+    radius: Length
+    height: Length
+
+
+class Capsule(Frozen):
+    """Axis along body z; `height` includes both caps, so it is at least twice the radius."""
+
+    kind: Literal["capsule"] = "capsule"
+    radius: Length
+    height: Length
+
+
+class Frustum(Frozen):
+    """A cone cut parallel to its base (a cup, a bucket); axis along body z.
+
+    wall: thickness of the side and the bottom of a vessel that is open at the top; None is
+    solid. The body frame stays that of the solid.
+    """
+
+    kind: Literal["frustum"] = "frustum"
+    bottom_radius: Annotated[float, Field(ge=0, le=1e4)]
+    top_radius: Annotated[float, Field(ge=0, le=1e4)]
+    height: Length
+    wall: Length | None = None
+
+
+class Revolved(Frozen):
+    """A surface of revolution about body z: the profile is (z, radius) from bottom to top, m.
+
+    wall: thickness of the side and the bottom of a vessel that is open at the top; None is
+    solid.
+    """
+
+    kind: Literal["revolved"] = "revolved"
+    profile: tuple[tuple[Metres, Annotated[float, Field(ge=0, le=1e4)]], ...] = Field(
+        min_length=2, max_length=256
+    )
+    wall: Length | None = None
+
+
+class Inflated(Frozen):
+    """The object's mask inflated along camera rays; `thickness` scales depth to width.
+
+    `size` is the bounding box (x, y, z) of the result in the body frame, metres.
+    """
+
+    kind: Literal["inflated"] = "inflated"
+    size: Size
+    thickness: Annotated[float, Field(gt=0, le=5)] = 1.0
+
+
+class Meshed(Frozen):
+    """A triangle mesh given by value; `asset` is the content hash of the stored mesh."""
+
+    kind: Literal["mesh"] = "mesh"
+    asset: Annotated[str, Field(pattern=r"^[0-9a-f]{16,64}$")]
+    size: Size
+
+
+Shape = Annotated[
+    Sphere | Ellipsoid | Box | Cylinder | Capsule | Frustum | Revolved | Inflated | Meshed,
+    Field(discriminator="kind"),
+]
+
+
+# --- supports: what does not move ------------------------------------------------------------
+
+
+class Floor(Frozen):
+    """The half-space z ≤ `height`."""
+
+    kind: Literal["floor"] = "floor"
+    height: Metres = 0.0
+
+
+class Wall(Frozen):
+    """The half-space behind a vertical plane: `point` on it, `yaw` of its outward normal."""
+
+    kind: Literal["wall"] = "wall"
+    point: Position
+    yaw: Radians
+
+
+class Slab(Frozen):
+    """A solid box (table, shelf, step): `position` is its centre, `yaw` its turn about +z."""
+
+    kind: Literal["box"] = "box"
+    position: Position
+    size: Size
+    yaw: Radians = 0.0
+
+
+class Ramp(Frozen):
+    """A solid wedge, optionally with a flat plateau behind its top edge.
+
+    toe: middle of the lower edge on the ground. yaw: uphill direction, counter-clockwise from
+    +x seen from above. run: horizontal length of the slope. rise: height. width: across.
+    """
+
+    kind: Literal["ramp"] = "ramp"
+    toe: Position
+    yaw: Radians
+    run: Length
+    rise: Length
+    width: Length
+    plateau: Annotated[float, Field(ge=0, le=1e4)] = 0.0
+
+
+class MeshedSupport(Frozen):
+    """A triangle mesh that does not move; `asset` is the content hash of the stored mesh.
+
+    position, rotation: pose R_world_body of the mesh's own frame. size: its bounding box there,
+    centred on the origin, metres.
+    """
+
+    kind: Literal["mesh"] = "mesh"
+    asset: Annotated[str, Field(pattern=r"^[0-9a-f]{16,64}$")]
+    position: Position
+    rotation: Quaternion = IDENTITY
+    size: Size
+
+
+SupportShape = Annotated[Floor | Wall | Slab | Ramp | MeshedSupport, Field(discriminator="kind")]

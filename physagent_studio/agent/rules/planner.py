@@ -9,16 +9,11 @@ from dataclasses import replace
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.costs import cost_of
 from physagent_studio.agent.rules.factors import Bias, bias_of, may_change, relevant_knobs
+from physagent_studio.agent.rules.knob_search import along_one, cross_entropy
 from physagent_studio.agent.rules.knobs import Knob
 from physagent_studio.agent.rules.overruled import as_the_person_says
 from physagent_studio.agent.rules.repairs import structural
-from physagent_studio.agent.rules.searching import (
-    Candidate,
-    Score,
-    Search,
-    along_one,
-    cross_entropy,
-)
+from physagent_studio.agent.rules.searching import Candidate, Score, Search
 from physagent_studio.agent.rules.stage_one import repair_scene
 from physagent_studio.agent.rules.wording import question_for, rationale_of, summary_of
 from physagent_studio.records import Hunk, Proposal

@@ -10,18 +10,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.program.scene import Grounding, SceneObject, SceneState
-from physagent_studio.reconstruction.masks import BoolArray, grow, iou
-from physagent_studio.reconstruction.maskscore import outline_contrast
-from physagent_studio.reconstruction.segmentation import EmbeddedSegmenter
+from physagent_studio.reconstruction import grabcut
+from physagent_studio.reconstruction.masks import BoolArray, grow, iou, resized
+from physagent_studio.reconstruction.maskscore import Draft, Scorer, outline_contrast, window_share
+from physagent_studio.reconstruction.segmentation_clicks import clean
+from physagent_studio.reconstruction.segmentation_ranking import ranked
+from physagent_studio.reconstruction.segmentation_task import task_of, view_of
 from physagent_studio.records.case import Image
-from physagent_studio.records.scene import Candidate, Finding
+from physagent_studio.records.scene import Finding
 
 FAINT = 10.0
 """Median step of colour (Lab, 0 … 255 each) across an outline, from which there is one."""
 NEAR = 1.5
 """Distance of clicks, in roots of the larger area, from which things are surely two."""
-SAME, SURE = 0.8, 0.76
-"""Least overlap of two masks, and least mean score, for one thing with two names."""
+SAME = 0.75
+"""Least overlap of two masks for one thing with two names."""
 ROUGH = 110
 """Longest side of the picture on which things are looked at alone, pixels."""
 SIDE = 480
@@ -42,7 +45,7 @@ def measure(state: SceneState, image: Image, masks: Mapping[str, BoolArray]) -> 
         mask = cv2.resize(masks[item.name].astype(np.uint8), size).astype(bool)
         found += _on_nothing(item.name, lab, mask)
     wrong = {one.subject for one in found}
-    alone: dict[str, Candidate | None] = {}
+    alone: dict[str, BoolArray | None] = {}
     # Who draws a box around each has said that they are two.
     unsure = [o for o in asked if o.name not in wrong and o.grounding.box is None]
     for one, other in combinations(unsure, 2):
@@ -80,22 +83,30 @@ def _near(one: SceneObject, other: SceneObject, masks: Mapping[str, BoolArray]) 
     )
 
 
-def _alone(image: Image, item: SceneObject) -> Candidate | None:
-    """The mask of a thing's own clicks, as if it were the only one."""
+def _alone(image: Image, item: SceneObject) -> BoolArray | None:
+    """The rough mask of a thing's own clicks, as if it were the only one; by colour alone."""
+    view = view_of(image, (0, 0, image.shape[1], image.shape[0]), ROUGH)
     own = Grounding(points=tuple(c for c in item.grounding.points if c.label))
-    offers = EmbeddedSegmenter(side=ROUGH).candidates(image, item.name, own)
-    return offers[0] if offers else None
+    task = task_of(item.name, own, view)
+    drafts = [
+        Draft(mask, "alone", "colour", window_share(mask, window.box))
+        for window in grabcut.at_scales(view.small, view.lab, task.inside, ())
+        for mask in [clean(window.mask, task)]
+        if np.count_nonzero(mask) > 20
+    ]
+    best = ranked(Scorer(view.lab, task.inside), drafts, task)
+    return resized(best[0][0].mask, (image.shape[1], image.shape[0])) if best else None
 
 
 def _one_thing(
-    one: SceneObject, other: SceneObject, alone: Mapping[str, Candidate | None]
+    one: SceneObject, other: SceneObject, alone: Mapping[str, BoolArray | None]
 ) -> list[Finding]:
     """Two names for one thing: each, asked alone, gives the same mask and holds both clicks."""
     first, second = alone[one.name], alone[other.name]
-    if first is None or second is None or (first.score + second.score) / 2 < SURE:
+    if first is None or second is None:
         return []
-    shared = iou(first.mask, second.mask)
-    if shared < SAME or not (_holds(first.mask, other) and _holds(second.mask, one)):
+    shared = iou(first, second)
+    if shared < SAME or not (_holds(first, other) and _holds(second, one)):
         return []
     text = f"{one.name} and {other.name} are clicked on the same thing; take one name away"
     return [Finding("one name", one.name, shared, SAME, "", False, "points", text)]

@@ -66,7 +66,7 @@ class Studio:
         self._viewers: dict[str, int] = {}
         self.library = Library(workbench.store)
         self._inbox: queue.Queue[_Heard | _Call | Snapshot | None] = queue.Queue()
-        self.hub = Hub(self._heard, lambda _count: None)
+        self.hub = Hub(self._heard, lambda _count: self.later(self._let_go))
         self.finder = Finder(self.hub.tell)
         self.photo_desk = PhotoDesk()
         self._site = Site(workbench.snapshot, workbench.store, self.library)
@@ -116,6 +116,11 @@ class Studio:
             x, y, z = (float(f"{part:.4g}") for part in position)
             wish = intents.Wish(name=name, position=(x, y, z))
             self._guarded(None, lambda: carry_out(wish, self, -1))
+
+    def _let_go(self) -> None:
+        """A tab that is closed in the middle of a drag ends what it tried."""
+        if self.snapshot.attempt is not None:
+            self.workbench.try_out(None)
 
     def later(self, act: Callable[[], None]) -> None:
         self._inbox.put(_Call(act))

@@ -78,7 +78,8 @@ class Marks:
         )  # fmt: skip
         label = self._server.scene.add_label(
             f"/marks/{one.key}/value", one.text, position=one.tip, font_screen_scale=0.65,
-            anchor="bottom-center",
+            # What is pushed moves that way: the two values stand above and below their tips.
+            anchor="bottom-center" if one.kind == "action" else "top-center",
         )  # fmt: skip
         return arrow, label
 

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
+from physagent_studio.program.document import load_program
+from physagent_studio.workbench import commands
 from tests.browser.conftest import Desk
 
 pytestmark = pytest.mark.browser
@@ -185,3 +187,60 @@ def test_playing_moves_the_playhead_and_a_scrub_stops_it(waiting: Desk) -> None:
     waiting.until(lambda: not waiting.studio.view.playing, "a stop")
     page.keyboard.press("Home")
     waiting.until(lambda: waiting.studio.view.step == 0, "the start")
+
+
+CONDITIONAL = """
+scene:
+  objects:
+    - {name: ball, shape: {kind: sphere, radius: 0.1}, position: [0, 2, 0.5], support: air}
+    - {name: cube, shape: {kind: box, size: [0.2, 0.2, 0.2]}, position: [1, 2, 0.1], support: floor}
+  supports:
+    - {name: floor, shape: {kind: floor}}
+event:
+  prompt: The ball falls, then the cube is pushed.
+  actions:
+    - operator: ApplyForce
+      id: shove
+      name: cube
+      force: {magnitude: 2, direction: right, quantity: target_speed}
+      duration: 20
+      when: {kind: on_contact, a: ball, b: floor, delay: 8}
+    - operator: ApplyTorque
+      id: twist
+      name: cube
+      torque: [0, 0, 0.1]
+      start_step: 40
+      duration: 20
+"""
+
+
+def test_a_conditional_start_shows_its_cause_and_moves_by_its_delay(waiting: Desk) -> None:
+    page = waiting.page
+    waiting.workbench.post(commands.OpenProgram(load_program(CONDITIONAL), "conditional"))
+    link = page.locator("[data-link=shove] .link-line")
+    expect(link).to_be_attached()
+    # What overlaps in one lane stands in rows of its own.
+    shove, twist = (page.locator(f"[data-action={name}] .body") for name in ("shove", "twist"))
+    one, other = shove.bounding_box(), twist.bounding_box()
+    assert one is not None
+    assert other is not None
+    assert abs(one["y"] - other["y"]) >= one["height"]
+    box, frame = one, _per_frame(waiting)
+    _drag(waiting, box["x"] + box["width"] / 2, box["y"] + 8, 3 * frame)
+
+    def delay() -> int:
+        action = waiting.snapshot.program.action("shove")
+        assert action is not None
+        assert action.when is not None
+        return action.when.delay
+
+    waiting.until(lambda: delay() > 8, "a longer delay")
+    assert 8 < delay() <= 8 + 16
+    # A right-click on a lane adds something to that object, there.
+    count = len(waiting.snapshot.program.event.actions)
+    lane = page.locator("svg.tl rect.lane").first.bounding_box()
+    assert lane is not None
+    page.mouse.click(lane["x"] + lane["width"] * 0.6, lane["y"] + 8, button="right")
+    page.get_by_role("menuitem", name="Push ball").click()
+    waiting.until(lambda: len(waiting.snapshot.program.event.actions) == count + 1, "an action")
+    assert waiting.snapshot.program.event.actions[-1].start_step > 100

@@ -275,7 +275,9 @@ def _page(rows: list[Row]) -> str:
         "|---|---|---|---|",
     ]
     for row in rows:
-        value = f"{row.value:.3g}" if isinstance(row.value, float) else str(row.value)
+        value = str(row.value)
+        if isinstance(row.value, float):
+            value = f"{row.value:,.0f}" if abs(row.value) >= 1000 else f"{row.value:.3g}"
         unit = f" {row.unit}" if row.unit else ""
         limit = f"{row.bound}{unit}" if row.bound else "–"
         lines.append(f"| {'✓' if row.ok else '✗'} | {row.name} | {value}{unit} | {limit} |")

@@ -33,7 +33,7 @@ FLAGS = [
     "--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
     "--ignore-gpu-blocklist",
 ]  # fmt: skip
-PATIENCE = 120_000
+PATIENCE = 240_000
 """Milliseconds for the scene to fade in, drawn in software."""
 LARGEST = 300 * 1024
 """Bytes of a picture."""
@@ -160,14 +160,7 @@ def new_session(page: Page) -> None:
 SHOTS = (
     Shot("studio", "assets/demo", "only_the_cube", nothing),
     Shot("studio-cans", "assets/cans", "only_blue", compared, to_the_end=True),
-    Shot(
-        "studio-table",
-        "tests/data/synthetic/table",
-        "pushed_off",
-        falling,
-        size=(1920, 1080),
-        to_the_end=True,
-    ),
+    Shot("studio-table", "assets/table", "falls_off", falling, to_the_end=True),
     Shot("studio-impact", "assets/demo", "knocks_block_over", at_impact, to_the_end=True),
     Shot("studio-edit", "assets/demo", "only_the_cube", editing),
     Shot("studio-inspector", "assets/demo", "only_the_cube", in_the_inspector, dark=True),

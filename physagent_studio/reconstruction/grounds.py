@@ -41,19 +41,21 @@ def measure(state: SceneState, image: Image, masks: Mapping[str, BoolArray]) -> 
     lab = cv2.cvtColor(small, cv2.COLOR_RGB2LAB).astype(np.float32)
     asked = [o for o in state.objects if o.name in masks and not o.grounding.settled]
     found: list[Finding] = []
-    for item in asked:
-        mask = cv2.resize(masks[item.name].astype(np.uint8), size).astype(bool)
-        found += _on_nothing(item.name, lab, mask)
-    wrong = {one.subject for one in found}
+    twice: set[str] = set()
     alone: dict[str, BoolArray | None] = {}
-    # Who draws a box around each has said that they are two.
-    unsure = [o for o in asked if o.name not in wrong and o.grounding.box is None]
-    for one, other in combinations(unsure, 2):
-        if _near(one, other, masks):
-            for item in (one, other):
-                if item.name not in alone:
-                    alone[item.name] = _alone(image, item)
-            found += _one_thing(one, other, alone)
+    for one, other in combinations(asked, 2):
+        if not _near(one, other, masks):
+            continue
+        for item in (one, other):
+            if item.name not in alone:
+                alone[item.name] = _alone(image, item)
+        same = _one_thing(one, other, alone)
+        found += same
+        twice |= {one.name, other.name} if same else set()
+    for item in asked:
+        if item.name not in twice:
+            mask = cv2.resize(masks[item.name].astype(np.uint8), size).astype(bool)
+            found += _on_nothing(item.name, lab, mask)
     return found
 
 

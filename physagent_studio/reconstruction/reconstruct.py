@@ -303,6 +303,10 @@ def _candidates(
                     f"the click ({click.x:g}, {click.y:g}) on '{name}' lies outside the picture"
                     f" of {width} × {height} pixels"
                 )
+    for item in state.objects:
+        wanted = item.shape is None or item.position is None
+        if wanted and not item.grounding.shows_something:
+            raise InputError(f"'{item.name}' is not marked in the photo: click it, or draw a box")
     known = _known(previous, tasks)
     asked = tasks if segmenter is not None else [t for t in apart(tasks) if t[0] not in known]
     if len(known) < len(tasks):

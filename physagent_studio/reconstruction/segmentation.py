@@ -12,7 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
-from physagent_studio.program.scene import Click, Grounding
+from physagent_studio.program.scene import Click, Grounding, Stroke
 from physagent_studio.reconstruction.masks import BoolArray
 from physagent_studio.reconstruction.maskscore import Scorer
 from physagent_studio.reconstruction.segmentation_box import box_drafts
@@ -24,12 +24,18 @@ from physagent_studio.reconstruction.segmentation_task import (
     task_of,
     view_of,
 )
-from physagent_studio.reconstruction.strokes import corrected, drawn, seeds_of
+from physagent_studio.reconstruction.strokes import corrected, covered, drawn, seeds_of
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 
 SIDE = 240
 """Longest side in pixels of the picture on which candidates are found."""
+
+
+LEAST, LOST = 12, 0.03
+"""Pixels, and share of what it had before others took theirs, below which a mask is none."""
+SPOT = 0.012
+"""Radius of the spot in its place, as a share of the picture's longer side."""
 
 
 class Segmenter(Protocol):
@@ -166,4 +172,22 @@ def choose(
         picked[name] = corrected(image, mask, grounding.strokes)
         if grounding.strokes:
             owned[name] = drawn(grounding.strokes, shape).inside
-    return compete(picked, owned)
+    masks = compete(picked, owned)
+    for name, grounding in groundings:
+        left, had = np.count_nonzero(masks[name]), np.count_nonzero(picked[name])
+        if left < max(LEAST, LOST * had) and any(click.label for click in grounding.points):
+            masks = _with_spot(masks, name, grounding, shape)
+    return masks
+
+
+def _with_spot(
+    masks: Mapping[str, BoolArray], name: str, grounding: Grounding, shape: tuple[int, int]
+) -> dict[str, BoolArray]:
+    """Masks in which a thing that has lost all its pixels keeps a spot at its click.
+
+    It shows where it was clicked, and that it has no mask of its own is told as a finding.
+    """
+    click = next(c for c in grounding.points if c.label)
+    radius = max(4.0, SPOT * max(shape))
+    spot = covered(Stroke(radius=radius, points=((click.x, click.y),)), shape)
+    return {other: spot if other == name else mask & ~spot for other, mask in masks.items()}

@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 
 from physagent_studio.benchmark.synthetic import scene
+from physagent_studio.errors import InputError
 from physagent_studio.program.scene import Click, Grounding, SceneObject, SceneState
-from physagent_studio.reconstruction import grounds
+from physagent_studio.reconstruction import grounds, reconstruct
 from physagent_studio.reconstruction.segmentation import EmbeddedSegmenter, choose
+from physagent_studio.records.case import Case
+from physagent_studio.records.scene import Candidate
 
 
 def state_of(**clicks: tuple[float, float]) -> SceneState:
@@ -61,3 +64,22 @@ def test_what_a_person_has_settled_is_not_asked():
     mask = np.zeros((120, 160), bool)
     mask[40:80, 60:100] = True
     assert grounds.measure(state, flat, {"fog": mask}) == []
+
+
+def test_a_thing_that_loses_all_its_pixels_keeps_a_spot():
+    """Two names, one thing: the second has no pixel left, and nothing breaks over it."""
+    drawn = scene(0)
+    mask = max(drawn.masks.values(), key=np.count_nonzero)
+    x, y = middle(mask)
+    full = (Candidate(mask, 1.0, ""),)
+    said = [(o.name, o.grounding) for o in state_of(cup=(x, y), mug=(x + 6, y)).objects]
+    chosen = choose({"cup": full, "mug": full}, said, mask.shape)
+    assert all(np.count_nonzero(one) > 50 for one in chosen.values())
+    assert not (chosen["cup"] & chosen["mug"]).any()
+
+
+def test_a_thing_that_nobody_marked_is_named():
+    drawn = scene(0)
+    case = Case("x", drawn.image, "x", (), (), (), "The cup falls.")
+    with pytest.raises(InputError, match="'cup' is not marked in the photo"):
+        reconstruct(case, SceneState(objects=(SceneObject(name="cup"),)))

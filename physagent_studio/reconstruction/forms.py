@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from physagent_studio.program.base import IDENTITY
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import matrix_of
-from physagent_studio.program.scene import Ellipsoid, Inflated, Revolved, Shape, Sphere
+from physagent_studio.program.scene import Capsule, Ellipsoid, Inflated, Revolved, Shape, Sphere
 from physagent_studio.reconstruction.geometry import metres_per_pixel, on_plane, on_upright
 from physagent_studio.reconstruction.inflation import inflated_mesh, natural_depth, upright_extent
 from physagent_studio.reconstruction.masks import BoolArray, bounds, iou
-from physagent_studio.reconstruction.meshes import mesh_of
+from physagent_studio.reconstruction.meshes import capsule_profile, mesh_of
 from physagent_studio.reconstruction.names import Usual
 from physagent_studio.reconstruction.revolve import mirror_symmetry, revolved
 from physagent_studio.reconstruction.shapes import PRIOR, Base, fit_all
@@ -76,17 +76,28 @@ def with_flats(form: Form) -> Form:
 
     Its height and width stay; other bodies stay as they are.
     """
-    if isinstance(form.shape, Sphere):
-        wide, high = form.shape.radius, form.shape.radius
-    elif isinstance(form.shape, Ellipsoid):
-        wide, high = form.shape.radii[0], form.shape.radii[2]
+    if isinstance(form.shape, Capsule):
+        whole = np.array(capsule_profile(form.shape))
+    elif isinstance(form.shape, Sphere | Ellipsoid):
+        radii = (form.shape.radius,) * 3 if isinstance(form.shape, Sphere) else form.shape.radii
+        turn = np.linspace(-math.pi / 2, math.pi / 2, 49)
+        whole = np.column_stack([radii[2] * np.sin(turn), radii[0] * np.cos(turn)])
     else:
         return form
-    level = np.sin(np.linspace(-1, 1, 25) * math.asin(FLAT_FROM))
-    radius = wide * np.sqrt(1 - level**2)
-    profile = zip(level / FLAT_FROM * high, radius, strict=True)
-    shape = Revolved(profile=tuple((float(z), float(r)) for z, r in profile))
+    level = np.sin(np.linspace(-1, 1, 25) * math.asin(FLAT_FROM)) * whole[-1, 0]
+    radius = np.interp(level, whole[:, 0], whole[:, 1])
+    shape = Revolved(
+        profile=tuple((float(z), float(r)) for z, r in zip(level / FLAT_FROM, radius, strict=True))
+    )
     return replace(form, kind="revolved", shape=shape, mesh=mesh_of(shape))
+
+
+def balances_on_a_point(form: Form) -> bool:
+    """Whether a round body stands on its end, where it would fall over without a flat there."""
+    shape = form.shape
+    if isinstance(shape, Capsule):
+        return shape.height > 2.05 * shape.radius
+    return isinstance(shape, Ellipsoid) and shape.radii[2] > 1.15 * min(shape.radii[:2])
 
 
 def _worth_trying(mask: BoolArray, usual: Usual) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.program.camera import Camera
+from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene import (
     Inflated,
     Meshed,
@@ -16,9 +17,16 @@ from physagent_studio.program.scene import (
     SceneObject,
     Support,
 )
+from physagent_studio.reconstruction.apart import moved_apart
 from physagent_studio.reconstruction.bases import base_of, is_in_round_stack, is_round, shape_of
 from physagent_studio.reconstruction.contact import vertical_gap
-from physagent_studio.reconstruction.forms import Form, forms, lowest, with_flats
+from physagent_studio.reconstruction.forms import (
+    Form,
+    balances_on_a_point,
+    forms,
+    lowest,
+    with_flats,
+)
 from physagent_studio.reconstruction.geometry import (
     CLEARANCE,
     metres_per_pixel,
@@ -38,6 +46,8 @@ from physagent_studio.reconstruction.tilted import tilt_of
 from physagent_studio.records.scene import Mesh
 
 FloatArray = NDArray[np.float64]
+LEVEL = 0.999
+"""Least upward part of the body's own axis on level ground."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -72,9 +82,25 @@ def place_all(
     agreed = alike({name: done[name].offers for name in named})
     if any(done[name].chosen != kind for name, kind in agreed.items()):
         done = _placed(order, ground, agreed, tick)
-    placed = tuple(done[item.name].item if item.name in done else item for item in objects)
     meshes = {name: one.form.mesh for name, one in done.items()}
+    free = frozenset(item.name for item in order if item.position is None)
+    put = _apart({name: one.item for name, one in done.items()}, meshes, free)
+    placed = tuple(put.get(item.name, item) for item in objects)
     return Placed(placed, meshes, {name: one.form.kind for name, one in done.items()})
+
+
+def _apart(
+    items: Mapping[str, SceneObject], meshes: Mapping[str, Mesh], free: frozenset[str]
+) -> dict[str, SceneObject]:
+    """The objects with those moved that stood in one another. On slopes nothing is moved."""
+    level = frozenset(n for n in free if matrix_of(items[n].rotation)[2, 2] > LEVEL)
+    out = dict(items)
+    for name, (x, y) in moved_apart(items, meshes, level).items():
+        position = items[name].position
+        assert position is not None
+        place = (position[0] + x, position[1] + y, position[2])
+        out[name] = items[name].model_copy(update={"position": place})
+    return out
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -111,7 +137,7 @@ def _placed(
     for count, item in enumerate(order):
         offers = _offers(item, ground, done, kinds.get(item.name))
         form, read = offers[0], ground.read
-        if item.shape is None and item.form is None and is_in_round_stack(read, item.name):
+        if item.shape is None and item.form is None and _is_seen_to_balance(form, item.name, read):
             form = with_flats(form)
         fresh = item.name in ground.fresh
         put = _settled(item, form, read, ground.supports, done, fresh)
@@ -120,6 +146,11 @@ def _placed(
         done[item.name] = (put, form.mesh)
         tick((count + 1) / len(order))
     return out
+
+
+def _is_seen_to_balance(form: Form, name: str, read: Survey) -> bool:
+    """Whether a round body stands where it could not without flats: on its end, or in a stack."""
+    return is_in_round_stack(read, name) or (read.on[name] != "air" and balances_on_a_point(form))
 
 
 def _from_the_ground(objects: tuple[SceneObject, ...], read: Survey) -> list[SceneObject]:

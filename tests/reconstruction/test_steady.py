@@ -4,8 +4,17 @@ import numpy as np
 import pytest
 
 from physagent_studio.program.rotations import about_up
-from physagent_studio.program.scene import Box, SceneObject, Slab
+from physagent_studio.program.scene import (
+    Box,
+    Capsule,
+    Ellipsoid,
+    SceneObject,
+    Slab,
+    Sphere,
+)
 from physagent_studio.reconstruction import mesh_of
+from physagent_studio.reconstruction.apart import moved_apart
+from physagent_studio.reconstruction.forms import Form, balances_on_a_point, with_flats
 from physagent_studio.reconstruction.layout import read
 from physagent_studio.reconstruction.likeness import alike, kind_name
 from physagent_studio.reconstruction.steady import nudged, reaching
@@ -15,10 +24,15 @@ def _box(name, size, position, yaw=0.0):
     return SceneObject(name=name, shape=Box(size=size), position=position, rotation=about_up(yaw))
 
 
+def _mesh(item):
+    assert item.shape is not None
+    return mesh_of(item.shape)
+
+
 def test_a_box_beyond_the_edge_of_another_is_moved_onto_it():
     below = _box("below", (0.2, 0.3, 0.1), (1.0, 2.0, 0.05), yaw=0.4)
     item = _box("item", (0.2, 0.3, 0.1), (1.3, 2.0, 0.15))
-    x, y, z = nudged(item, below, mesh_of(below.shape))
+    x, y, z = nudged(item, below, _mesh(below))
     axis = np.array([np.cos(0.4), np.sin(0.4)])
     assert 0 < float((np.array([x, y]) - (1.0, 2.0)) @ axis) < 0.1
     assert z == 0.15
@@ -27,14 +41,14 @@ def test_a_box_beyond_the_edge_of_another_is_moved_onto_it():
 def test_what_lies_well_stays_where_it_is():
     below = _box("below", (0.2, 0.3, 0.1), (1.0, 2.0, 0.05))
     item = _box("item", (0.2, 0.3, 0.1), (1.06, 2.05, 0.15))
-    assert nudged(item, below, mesh_of(below.shape)) == item.position
+    assert nudged(item, below, _mesh(below)) == item.position
 
 
 @pytest.mark.parametrize(("x", "reaches"), [(0.2, 0.5), (0.52, 0.536), (0.7, 0.5)])
 def test_a_table_reaches_under_what_stands_at_its_edge_but_not_far(x, reaches):
     slab = Slab(position=(0.0, 1.0, 0.7), size=(1.0, 1.0, 0.1), yaw=0.0)
     item = _box("cube", (0.2, 0.2, 0.2), (x, 1.0, 0.85))
-    out = reaching(slab, [(item, mesh_of(item.shape))])
+    out = reaching(slab, [(item, _mesh(item))])
     assert out.position[0] + out.size[0] / 2 == pytest.approx(reaches)
     assert out.position[0] - out.size[0] / 2 == pytest.approx(-0.5)
 
@@ -79,3 +93,32 @@ def test_like_things_get_the_form_that_suits_them_all():
     }
     assert alike(offers) == {"left_pin": "revolved", "right_pin": "revolved"}
     assert kind_name("left_pin") == kind_name("pin_2") == "pin"
+
+
+@pytest.mark.parametrize(
+    "shape", [Capsule(radius=0.1, height=0.5), Ellipsoid(radii=(0.1, 0.1, 0.2)), Sphere(radius=0.2)]
+)
+def test_flats_keep_height_and_width_and_give_a_base(shape):
+    form = Form(shape.kind, shape, mesh_of(shape), (0, 0, 0), (1, 0, 0, 0), 1.0, 1.0)
+    flat = with_flats(form)
+    before, after = np.ptp(form.mesh.vertices, axis=0), np.ptp(flat.mesh.vertices, axis=0)
+    assert after == pytest.approx(before, rel=0.02)
+    low = flat.mesh.vertices[:, 2].min()
+    base = flat.mesh.vertices[flat.mesh.vertices[:, 2] < low + 1e-6]
+    assert np.ptp(base[:, 0]) > 0.3 * before[0]
+    assert balances_on_a_point(form) == (shape.kind != "sphere")
+
+
+def test_what_stands_in_another_is_moved_out_with_what_it_carries():
+    near = _box("near", (0.3, 0.3, 0.3), (0.0, 2.0, 0.15))
+    far = _box("far", (0.3, 0.3, 0.3), (0.05, 2.2, 0.15))
+    cup = _box("cup", (0.1, 0.1, 0.1), (0.05, 2.2, 0.35)).model_copy(update={"support": "far"})
+    items = {item.name: item for item in (near, far, cup)}
+    meshes = {name: _mesh(item) for name, item in items.items()}
+    shifts = moved_apart(items, meshes, frozenset(items))
+    assert set(shifts) == {"far", "cup"}
+    assert shifts["far"] == shifts["cup"] == pytest.approx((0.0, 0.101), abs=1e-4)
+    assert set(moved_apart(items, meshes, frozenset({"near"}))) == {"near"}
+    assert moved_apart(items, meshes, frozenset()) == {}
+    beside = far.model_copy(update={"position": (0.0, 2.301, 0.15)})
+    assert moved_apart({"near": near, "far": beside}, meshes, frozenset(items)) == {}

@@ -18,7 +18,7 @@ from physagent_studio.studio.library import Library, output_path
 from physagent_studio.studio.painter import Painter
 from physagent_studio.studio.photo_desk import PhotoDesk
 from physagent_studio.studio.replay import recording_of, replay_of
-from physagent_studio.studio.scene.stage import poses_at
+from physagent_studio.studio.scene.places import poses_at
 from physagent_studio.studio.view import Selection, View
 from physagent_studio.workbench import Snapshot, Workbench, commands
 

@@ -20,7 +20,8 @@ from physagent_studio.studio.panels import (
     timeline,
 )
 from physagent_studio.studio.scene.cameras import Cameras
-from physagent_studio.studio.scene.stage import Hands, Stage, poses_at
+from physagent_studio.studio.scene.places import poses_at
+from physagent_studio.studio.scene.stage import Hands, Stage
 from physagent_studio.studio.view import View
 from physagent_studio.workbench import Notice, Snapshot
 

@@ -15,7 +15,8 @@ from physagent_studio.records import Mesh
 from physagent_studio.session import Store
 from physagent_studio.studio.guard import open_server, stop_server
 from physagent_studio.studio.scene.deforming import colours_of
-from physagent_studio.studio.scene.stage import Hands, Stage, held_at
+from physagent_studio.studio.scene.places import held_at
+from physagent_studio.studio.scene.stage import Hands, Stage
 from physagent_studio.studio.view import View
 from physagent_studio.workbench import Snapshot, Workbench, commands
 

@@ -15,7 +15,7 @@ from physagent_studio.contract import describe
 from physagent_studio.program import MATERIALS, PhysicalProgram
 from physagent_studio.program.materials import material
 from physagent_studio.studio.panels.words import OPERATORS, number, plain, unit_of
-from physagent_studio.studio.scene.stage import poses_at
+from physagent_studio.studio.scene.places import poses_at
 from physagent_studio.studio.view import View
 from physagent_studio.workbench import Snapshot
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.program import Camera, PhysicalProgram
 from physagent_studio.records import Image, Scene
-from physagent_studio.studio.scene.stage import centre_and_size
+from physagent_studio.studio.scene.places import centre_and_size
 
 FloatArray = NDArray[np.float64]
 ON_ITS_WAY = 10.0

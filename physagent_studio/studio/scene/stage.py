@@ -14,7 +14,6 @@ import viser
 from numpy.typing import NDArray
 
 from physagent_studio.program import PhysicalProgram, SceneObject
-from physagent_studio.program.actions import FixObject
 from physagent_studio.program.rotations import matrices_of
 from physagent_studio.records import Mesh, Rollout, Scene
 from physagent_studio.studio.guard import put
@@ -25,15 +24,13 @@ from physagent_studio.studio.scene.glb import glb_of
 from physagent_studio.studio.scene.handles import Edited, Handles, Held, Later, Wished
 from physagent_studio.studio.scene.marks import Marks
 from physagent_studio.studio.scene.outline import edges_of
+from physagent_studio.studio.scene.places import Poses, centre_and_size, held_at, poses_at, small
 from physagent_studio.studio.scene.primitives import mesh_of_object, mesh_of_support
 from physagent_studio.studio.view import View
 from physagent_studio.workbench import Snapshot
 
 Picked = Callable[[str, str], None]
 """Called from viser's threads with the kind and the name of what was clicked."""
-
-Poses = dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]
-"""Object name → position, m, and rotation, wxyz."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -320,48 +317,3 @@ class Stage:
 
     def _size(self, program: PhysicalProgram) -> float:
         return self._measured(program)[1]
-
-
-def held_at(snapshot: Snapshot, step: int) -> frozenset[str]:
-    """The objects that an action keeps where they are on a step."""
-    rollout = snapshot.rollout
-    holding = {a.id: a.name for a in snapshot.program.event.actions if isinstance(a, FixObject)}
-    if rollout is None or not holding:
-        return frozenset()
-    return frozenset(
-        holding[span.id]
-        for span in rollout.spans
-        if span.id in holding and span.start is not None
-        and span.start <= step < (span.end if span.end is not None else rollout.steps + 1)
-    )  # fmt: skip
-
-
-def poses_at(snapshot: Snapshot, step: int) -> Poses:
-    """Position and rotation (wxyz) of every object at a step; as placed where nothing ran."""
-    rollout = snapshot.rollout
-    poses = {
-        item.name: (np.array(item.position), np.array(item.rotation))
-        for item in snapshot.program.scene.objects
-        if item.position is not None
-    }
-    if rollout is not None:
-        row = min(step, rollout.steps)
-        for at, name in enumerate(rollout.objects):
-            poses[name] = (rollout.positions[row, at], rollout.rotations[row, at])
-    return poses
-
-
-def centre_and_size(program: PhysicalProgram) -> tuple[NDArray[np.float64], float]:
-    """Middle of the objects, world, m, and a length that suits their spread."""
-    places = [np.array(o.position) for o in program.scene.objects if o.position is not None]
-    if not places:
-        return np.zeros(3), 1.0
-    points = np.array(places)
-    low, high = points.min(axis=0), points.max(axis=0)
-    return (low + high) / 2, max(float(np.linalg.norm(high - low)), 0.3)
-
-
-def small(image: NDArray[np.uint8], longest: int = 640) -> NDArray[np.uint8]:
-    """The picture thinned out to at most `longest` pixels a side."""
-    stride = max(1, -(-max(image.shape[:2]) // longest))
-    return np.ascontiguousarray(image[::stride, ::stride])

@@ -5,6 +5,7 @@ from typing import Any, get_args
 import pytest
 
 from physagent_studio.program import Clip, Contract, PhysicalProgram, apply
+from physagent_studio.program.actions import duration_of
 from physagent_studio.program.contract import Moves, StopsBefore
 from physagent_studio.program.findings import Code
 from physagent_studio.program.preflight import preflight
@@ -134,7 +135,7 @@ def test_two_holds_become_one_over_both_windows():
     )
     finding = next(one for one in preflight(given) if one.code == "overlapping")
     (kept,) = apply(given, finding.edits).event.actions
-    assert (kept.id, kept.start_step, kept.duration) == ("b", 5, 45)
+    assert (kept.id, kept.start_step, duration_of(kept)) == ("b", 5, 45)
 
 
 def test_an_unplaced_landmark_that_a_statement_names_is_left_to_a_person():

@@ -155,6 +155,7 @@ def dropped(when):
 
 def test_a_start_on_contact_times_out():
     start, rollout = dropped(OnContact(a="ball", b="floor", delay=2))
+    assert start is not None
     assert start == int(rollout.contacts["step"][0]) + 3
     assert dropped(OnContact(a="ball", b="floor", delay=2, timeout=start))[0] == start
     late, rollout = dropped(OnContact(a="ball", b="floor", delay=2, timeout=start - 1))

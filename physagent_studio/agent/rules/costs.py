@@ -28,7 +28,7 @@ def _freedoms(item: SceneObject) -> int:
         case Cloth(cells=cells):
             return 3 * (cells + 1) ** 2
         case Soft() | Plastic():
-            return 600
+            return 100
         case Rope():
             return 120
         case Breakable(cuts=cuts):

@@ -190,8 +190,9 @@ def _step_by_step(
         count, rows = data.ncon, data.nefc
         if count != close or rows != acting:
             grip.update(data)
-        # Rows tell of contacts that begin to act, the count of bodies that come close as well.
-        grown = rows > acting and grip.awaits
+        # While a close pair has not touched, any step may be its impact, and neither count nor
+        # rows need tell: a foot that lifts in the same step takes away what the impact adds.
+        grown = grip.awaits and (rows > acting or not grip.loose)
         if fresh or grown:
             read(data, first + tick)
             fresh = grown

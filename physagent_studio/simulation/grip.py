@@ -29,7 +29,8 @@ class Grip:
     Close are pairs that touch or are closer than they can come in one engine step without an
     impact; engaged those of them that have touched since they came close. awaits: whether some
     have not, or may not have where deformables or grains are about. state: (npair,) 0 apart, 1
-    close, 2 engaged; part of a snapshot.
+    close, 2 engaged; part of a snapshot. loose: whether there are deformables or grains, which
+    come close and apart all the time.
     """
 
     def __init__(self, compiled: Compiled, dt: float) -> None:
@@ -38,7 +39,7 @@ class Grip:
         self._view = compiled.contacts
         self._impact = -1.0 / dt
         self._slide = max(-1.0 / SLIDE, 0.5 * self._impact)
-        self._loose = any(isinstance(handle, Cloud) for handle in compiled.handles)
+        self.loose = any(isinstance(handle, Cloud) for handle in compiled.handles)
         self._known: dict[bytes, frozenset[int]] = {}
         self._sets: dict[frozenset[int], frozenset[int]] = {}
         self._damping[:, 0] = -1.0
@@ -70,7 +71,7 @@ class Grip:
             return NOTHING
         geoms = self._view.geoms()
         pairs = self._pairs(geoms)
-        if self._loose:
+        if self.loose:
             return pairs
         # A rolling body runs through the same few sets of contacts again and again.
         pairs = self._known[geoms.tobytes()] = self._sets.setdefault(pairs, pairs)
@@ -78,7 +79,7 @@ class Grip:
 
     def _pairs(self, geoms: IntArray) -> frozenset[int]:
         pairs = self._table[geoms[:, 0], geoms[:, 1]]
-        if self._loose:
+        if self.loose:
             # Deformables have no geoms (−1), and grains no pairs.
             pairs = pairs[(pairs >= 0) & (geoms >= 0).all(axis=1)]
         return frozenset(pairs.tolist())
@@ -92,7 +93,7 @@ class Grip:
 
     def _engage(self, pairs: frozenset[int]) -> None:
         self.engaged = pairs
-        self.awaits = self._loose or len(pairs) < len(self._now)
+        self.awaits = self.loose or len(pairs) < len(self._now)
         self.state[:] = 0
         if self._now:
             self.state[sorted(self._now)] = 1

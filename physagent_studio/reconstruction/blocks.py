@@ -6,9 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 
 from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import SceneState
+from physagent_studio.program.scene import Ramp, SceneState
 from physagent_studio.reconstruction.block import Block, Kind
 from physagent_studio.reconstruction.block_fit import Fit, fitted
+from physagent_studio.reconstruction.clicked_supports import shape_of
 from physagent_studio.reconstruction.layout import Stance
 from physagent_studio.reconstruction.masks import BoolArray, border_share, iou
 from physagent_studio.reconstruction.meshes import support_mesh
@@ -39,7 +40,9 @@ def blocks_of(
     covered: BoolArray,
     profiles: Mapping[str, Profile],
 ) -> dict[str, Block]:
-    """The boxes and wedges of the supports with open shapes and no marks that are seen whole.
+    """The boxes and wedges of the supports with open shapes that are seen whole.
+
+    Where a person has marked the top, this tells that it is no board on legs.
 
     profiles: outlines of ramps by their edges; a wedge has to show decidedly better.
     """
@@ -47,7 +50,7 @@ def blocks_of(
     found: dict[str, Block] = {}
     for support in state.supports:
         kind = _KINDS.get(support_kind(support.name))
-        if support.shape is not None or support.grounding.marks or kind is None:
+        if support.shape is not None or kind is None:
             continue
         masks = offers.get(support.name, ())
         rival = _shown(unit, profiles.get(support.name), masks, covered)
@@ -66,8 +69,10 @@ def on_blocks(
     blocks: Mapping[str, Block],
 ) -> dict[str, str]:
     """What each thing stands on, where a foot that was taken to be on the ground is seen on the
-    top of a block and nobody has said otherwise."""
+    top of a block, or on a ramp that a person has marked, and nobody has said otherwise."""
     out = dict(on)
+    unit = camera.model_copy(update={"position": (0.0, 0.0, 1.0)})
+    blocks = {**_marked_ramps(unit, state), **blocks}
     for name, stance in stances.items():
         item = state.object(name)
         if on[name] != FLOOR or (item is not None and item.support is not None):
@@ -75,6 +80,20 @@ def on_blocks(
         carriers = [b for b, block in blocks.items() if block.carries(camera, stance.foot)]
         out[name] = carriers[0] if carriers else on[name]
     return out
+
+
+def _marked_ramps(unit: Camera, state: SceneState) -> dict[str, Block]:
+    """The slopes of the ramps that a person has marked, in camera heights."""
+    found: dict[str, Block] = {}
+    for support in state.supports:
+        ramp = shape_of(support, unit, 0.0, 0.0)
+        if not isinstance(ramp, Ramp):
+            continue
+        x = ramp.toe[0] + math.cos(ramp.yaw) * ramp.run / 2
+        y = ramp.toe[1] + math.sin(ramp.yaw) * ramp.run / 2
+        size = (ramp.run, ramp.width, ramp.rise)
+        found[support.name] = Block(x, y, size, ramp.yaw, "wedge")
+    return found
 
 
 _KINDS: dict[str, Kind] = {"slab": "box", "ramp": "wedge"}

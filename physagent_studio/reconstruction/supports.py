@@ -91,7 +91,7 @@ def _shape(
 def _board(support: Support, read: Survey) -> tuple[float, float]:
     """Height of a level support's top and thickness of what lies under it, m."""
     top = read.tops.get(support.name, 0.0)
-    solid = bool(set(words_of(support.name)) & SOLID)
+    solid = bool(set(words_of(support.name)) & SOLID) or support.name in read.blocks
     return top, top if solid else min(BOARD, top)
 
 

@@ -81,7 +81,7 @@ export function startRounds(host, showPlots) {
     return h("div", { class: "section" },
       notes.length || findings.length ? h("div", { class: "head" }, "What went wrong") : null,
       h("ul", { class: "stack" },
-        notes.map((one) => h("li", {}, one.text, " ", one.frame === null ? null : h("button", { class: "link num", type: "button", onclick: () => scrub(one.frame) }, `frame ${one.frame}`))),
+        notes.map((one) => h("li", {}, one.text.replace(` at frame ${one.frame}`, " at"), " ", one.frame === null ? null : h("button", { class: "link num", type: "button", onclick: () => scrub(one.frame) }, `frame ${one.frame}`))),
         findings.map((one) => h("li", {}, one.text))),
       clauses.length ? [h("div", { class: "head" }, shown.judge ? `What ${shown.judge} saw` : "Clause by clause"), h("ul", { class: "stack", "aria-label": "Clause by clause" }, clauses.map((one) => h("li", { class: "row top" }, h("span", { class: `dot ${one.ok ? "ok" : "bad"}` }, one.ok ? "✓" : "✕"), h("span", {}, h("b", {}, one.name), one.reason ? h("span", { class: "muted" }, `: ${one.reason}`) : null))))] : null,
       criteria.length ? h("div", { class: "row wrap", style: "margin-top:8px;gap:4px" }, criteria.map((one) => h("span", { class: `chip ${one.ok ? "ok" : "bad"}`, title: one.reason }, `${one.ok ? "✓" : "✕"} ${one.name}`))) : null);

@@ -51,11 +51,12 @@ class Store:
     def create(self, case: Case, state: LoopState, *, title: str | None = None) -> Session:
         """A new session of that case; its id tells case, event and time."""
         parts = "-".join(part for part in (case.name, case.event) if part)
+        called = ": ".join(part for part in (case.name, case.event) if part).replace("_", " ")
         stamp = datetime.now(UTC).strftime("%m%d-%H%M%S")
         name = re.sub(r"[^a-z0-9]+", "-", parts.lower()).strip("-")[:48] or "session"
         folder = self._sessions() / f"{name}-{stamp}-{secrets.token_hex(2)}"
         try:
-            return Session.create(folder, case, title or parts.replace("_", " ") or name, state)
+            return Session.create(folder, case, title or called or name, state)
         except OSError as error:
             raise InputError(
                 f"the workspace {self.root} cannot be written: {error.strerror}; "

@@ -157,7 +157,7 @@ def test_duplicate_rename_delete(tmp_path: Path) -> None:
     session.close()
     titles = {item.id: item.title for item in store.list()}
     assert titles[session.id] == "Another title"
-    assert titles[copy] == "still life-falls"
+    assert titles[copy] == "still life: falls"
     assert store.open(copy).load().budget == 4
     store.delete(session.id)
     assert [item.id for item in store.list()] == [copy]

@@ -86,6 +86,8 @@ def _marked_ramps(unit: Camera, state: SceneState) -> dict[str, Block]:
     """The slopes of the ramps that a person has marked, in camera heights."""
     found: dict[str, Block] = {}
     for support in state.supports:
+        if support_kind(support.name) != "ramp":
+            continue
         ramp = shape_of(support, unit, 0.0, 0.0)
         if not isinstance(ramp, Ramp):
             continue

@@ -9,8 +9,12 @@ import cv2
 import numpy as np
 import pytest
 
+from physagent_studio.agent.rules import RuleGenerator
+from physagent_studio.assets import assets_dir
+from physagent_studio.exchange import load_case
 from physagent_studio.program.camera import Camera
-from physagent_studio.reconstruction import read_photo
+from physagent_studio.program.scene import Slab
+from physagent_studio.reconstruction import read_photo, reconstruct
 from physagent_studio.reconstruction.blocks import best_block
 
 TABLE = Path(__file__).parent.parent / "data" / "synthetic" / "table"
@@ -67,3 +71,15 @@ def test_what_is_no_box_or_is_cut_off_is_none() -> None:
     cut[:, :170] = False
     for region in (circle.astype(bool), nothing, np.roll(cut, -170, axis=1)):
         assert best_block(CAMERA, IMAGE, [region], nothing) is None
+
+
+def test_a_marked_top_that_is_seen_as_a_block_reaches_the_ground() -> None:
+    case = load_case(assets_dir() / "table", "falls_off")
+    state = RuleGenerator().first(case, lambda state: reconstruct(case, state)).scene
+    table, cube = state.support("table"), state.object("yellow_cube")
+    assert table is not None
+    assert isinstance(table.shape, Slab)
+    top = table.shape.position[2] + table.shape.size[2] / 2
+    assert table.shape.size[2] == pytest.approx(top)
+    assert cube is not None
+    assert cube.support == "table"

@@ -19,6 +19,7 @@ from physagent_studio.reconstruction.segmentation_task import task_of, view_of
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Finding
 
+Bounds = tuple[float, float, float, float]
 FAINT = 10.0
 """Median step of colour (Lab, 0 … 255 each) across an outline, from which there is one."""
 NEAR = 1.5
@@ -72,6 +73,8 @@ def _on_nothing(name: str, lab: NDArray[np.float32], mask: BoolArray) -> list[Fi
 
 def _near(one: SceneObject, other: SceneObject, masks: Mapping[str, BoolArray]) -> bool:
     """Whether two things are clicked so close together that they could be one, and meet."""
+    if _boxed_apart(one.grounding.box, other.grounding.box):
+        return False
     mine, theirs = masks[one.name], masks[other.name]
     sizes = sorted((np.count_nonzero(mine), np.count_nonzero(theirs)))
     if sizes[0] > 0.1 * sizes[1] and not (grow(mine, 3) & theirs).any():
@@ -83,6 +86,17 @@ def _near(one: SceneObject, other: SceneObject, masks: Mapping[str, BoolArray]) 
         for b in other.grounding.points
         if a.label and b.label
     )
+
+
+def _boxed_apart(one: Bounds | None, other: Bounds | None) -> bool:
+    """Whether a person has drawn two boxes that are not about the same."""
+    if one is None or other is None:
+        return False
+    width = min(one[2], other[2]) - max(one[0], other[0])
+    height = min(one[3], other[3]) - max(one[1], other[1])
+    shared = max(width, 0.0) * max(height, 0.0)
+    area = sum((box[2] - box[0]) * (box[3] - box[1]) for box in (one, other)) - shared
+    return shared < SAME * area
 
 
 def _alone(image: Image, item: SceneObject) -> BoolArray | None:

@@ -83,3 +83,26 @@ def test_a_thing_that_nobody_marked_is_named():
     case = Case("x", drawn.image, "x", (), (), (), "The cup falls.")
     with pytest.raises(InputError, match="'cup' is not marked in the photo"):
         reconstruct(case, SceneState(objects=(SceneObject(name="cup"),)))
+
+
+def test_two_boxes_are_two_things_even_where_they_look_alike():
+    drawn = scene(0)
+    mask = max(drawn.masks.values(), key=np.count_nonzero)
+    rows, columns = np.nonzero(mask)
+    left, right, top, bottom = columns.min(), columns.max(), rows.min(), rows.max()
+    middle_row = (top + bottom) / 2
+
+    def boxed(name, low, high):
+        y = (low + high) / 2
+        grounding = Grounding(
+            box=(float(left), float(low), float(right), float(high)),
+            points=(Click(x=float(np.median(columns)), y=float(y)),),
+        )
+        return SceneObject(name=name, grounding=grounding)
+
+    upper, lower = boxed("upper", top, middle_row), boxed("lower", middle_row, bottom)
+    state = SceneState(objects=(upper, lower))
+    texts = [
+        one.text for one in grounds.measure(state, drawn.image, {"upper": mask, "lower": mask})
+    ]
+    assert not any("same thing" in text for text in texts)

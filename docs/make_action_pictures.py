@@ -69,8 +69,12 @@ def box(name: str = "box", at: Vector = (-1.2, DISTANCE, 0.15)) -> SceneObject:
 
 def shots() -> list[Shot]:
     """All pictures, in the order of docs/actions.md."""
+    return [*velocities(), *forces(), *disturbances(), *placings(), *starts()]
+
+
+def velocities() -> list[Shot]:
+    """What sets a velocity or a spin."""
     target = ball("other", (0.9, DISTANCE + 0.4, 0.15))
-    high = (-1.2, DISTANCE, 1.0)
     return [
         Shot(
             "set-velocity",
@@ -92,6 +96,13 @@ def shots() -> list[Shot]:
             (SetAngularVelocity(id="a", name="ball", angular_velocity=(0, 25, 0), duration=40),),
             (ball(),),
         ),
+    ]
+
+
+def forces() -> list[Shot]:
+    """What pushes and turns."""
+    high = (-1.2, DISTANCE, 1.0)
+    return [
         Shot(
             "apply-force",
             "force on the centre of mass, 30 steps",
@@ -134,7 +145,12 @@ def shots() -> list[Shot]:
             (thing("ball", Sphere(radius=0.15), (-1.4, DISTANCE - 1, 0.5)),),
             gravity=STILL,
         ),
-        *disturbances(),
+    ]
+
+
+def placings() -> list[Shot]:
+    """What places, turns or holds."""
+    return [
         Shot(
             "set-position",
             "placed at step 40, at rest again",
@@ -178,6 +194,12 @@ def shots() -> list[Shot]:
             seconds=0.6,
             every=6,
         ),
+    ]
+
+
+def starts() -> list[Shot]:
+    """What waits for something to happen."""
+    return [
         Shot(
             "on-contact",
             "starts when the two touch",
@@ -209,17 +231,8 @@ def disturbances() -> list[Shot]:
         density = 3.0 if light else 500.0
         start = (-1.2 if model in ("wind", "gust") else 0.0, DISTANCE, size)
         item = thing("ball", Sphere(radius=size), start, density=density, friction=0.6)
-        duration = 20 if model == "bump" else 100
-        action = ApplyDisturbance.model_validate(
-            {
-                "id": "a",
-                "name": "ball",
-                "model": model,
-                "amplitude": amplitude,
-                "seed": 3,
-                "duration": duration,
-            }
-        )
+        fields = {"id": "a", "name": "ball", "seed": 3, "duration": 20 if model == "bump" else 100}
+        action = ApplyDisturbance.model_validate({**fields, "model": model, "amplitude": amplitude})
         found.append(Shot(f"apply-disturbance-{model}", f"{model}: {text}", (action,), (item,)))
     return found
 

@@ -7,23 +7,18 @@ afternoon. `cans`: a yellow ball and two cans. Run as `make_demo_image.py`.
 
 from __future__ import annotations
 
-import argparse
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import cv2
-import mitsuba as mi
 import numpy as np
 import yaml
 from photoreal import meshes, textures
-from photoreal.develop import develop
-from photoreal.stage import Item, Lens, Room, identities, panel, radiance, turn
+from photoreal.shoot import Film, command, shoot
+from photoreal.stage import Item, Lens, Room, panel, turn
 from photoreal.textures import Surface
-from photoreal.truth import planes, truth_of, write_case
 
 SIZE = (832, 480)
 OUT = Path(__file__).resolve().parent.parent / "assets"
@@ -33,7 +28,7 @@ Colour = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Photo:
-    """A scene ready to be rendered. exposure: the brightness that the 60th percentile gets."""
+    """A scene ready to be rendered."""
 
     lens: Lens
     wall: float
@@ -41,9 +36,8 @@ class Photo:
     floor: Surface
     tint: Colour
     room: Room
-    balance: Colour
+    film: Film
     events: dict[str, str]
-    exposure: float = 0.34
 
 
 def lens_at(fov: float, height: float, pitch: float, focus: float) -> Lens:
@@ -121,7 +115,7 @@ def ramp(rng: Rng) -> Photo:
     room = Room((-1.8, -2.3, -0.04), (2.3, 1.25, 2.0), (0.15, 0.95), (1.1, 1.25), (12, 12.6, 13.4))
     lens = lens_at(40, 0.31, 16, 0.72)
     return Photo(
-        lens, 1.25, [ball, can, wedge], stone, (196, 204, 206), room, (1.0, 1.0, 0.99), events
+        lens, 1.25, [ball, can, wedge], stone, (196, 204, 206), room, Film((1.0, 1.0, 0.99)), events
     )
 
 
@@ -165,7 +159,7 @@ def table(rng: Rng) -> Photo:
     room = Room((-1.7, -2.3, -0.04), (2.3, 1.35, 2.0), (0.40, 1.0), (0.9, 1.2), (15, 12.6, 9.4))
     lens = lens_at(44, 0.40, 18, 0.82)
     return Photo(
-        lens, 1.35, [cube, ball, top], carpet, (214, 202, 184), room, (1.0, 1.0, 1.06), events
+        lens, 1.35, [cube, ball, top], carpet, (214, 202, 184), room, Film((1.0, 1.0, 1.06)), events
     )
 
 
@@ -206,7 +200,7 @@ def cans(rng: Rng) -> Photo:
     room = Room((-1.8, -2.3, -0.04), (2.3, 1.25, 2.0), (0.25, 0.95), (1.1, 1.25), (12, 12.4, 12.9))
     lens = lens_at(41, 0.33, 18, 0.68)
     return Photo(
-        lens, 1.25, items, maple, (188, 204, 198), room, (1.0, 1.0, 0.98), events, exposure=0.40
+        lens, 1.25, items, maple, (188, 204, 198), room, Film((1.0, 1.0, 0.98), 0.40), events
     )
 
 
@@ -273,33 +267,13 @@ def write(name: str, folder: Path, samples: int) -> None:
     rng = np.random.default_rng(seed)
     photo = make(rng)
     items = [*photo.items, *surroundings(rng, photo)]
-    light = radiance(items, photo.room, photo.lens, samples=samples, seed=seed)
-    exposure = photo.exposure / float(np.percentile(light.mean(-1), 60))
-    picture = develop(light, exposure=exposure, balance=photo.balance, seed=seed)
-    ids = identities(items, photo.lens)
-    truth = truth_of(items, photo.lens, ids, planes(photo.wall), seed=seed)
     out = folder / name
-    out.mkdir(parents=True, exist_ok=True)
-    quality = [cv2.IMWRITE_JPEG_QUALITY, 93]
-    cv2.imwrite(str(out / "input.jpg"), picture[..., ::-1], quality)
-    write_case(out, "input.jpg", truth, ids, photo.events)
+    truth = shoot(
+        out, items, photo.lens, photo.room, photo.film, photo.events,
+        wall=photo.wall, samples=samples, seed=seed,
+    )  # fmt: skip
     add_clicks(out / "case.yaml", photo, truth)
 
 
-def main() -> None:
-    """Render the photographs that are asked for, all by default."""
-    parser = argparse.ArgumentParser(description="Render the further examples.")
-    parser.add_argument("names", nargs="*", default=list(PHOTOS), help=", ".join(PHOTOS))
-    parser.add_argument("--out", type=Path, default=OUT)
-    parser.add_argument("--samples", type=int, default=256, help="paths per pixel")
-    parser.add_argument("--variant", default="llvm_ad_rgb", help="or scalar_rgb, slower")
-    args = parser.parse_args()
-    mi.set_variant(args.variant)
-    for name in args.names:
-        start = time.monotonic()
-        write(name, args.out, args.samples)
-        print(f"{name}: {time.monotonic() - start:.0f} s", flush=True)
-
-
 if __name__ == "__main__":
-    main()
+    command("Render the further examples.", PHOTOS, OUT, 256, write)

@@ -7,24 +7,19 @@ has a ramp with a car on it, one a table with a cube on it. Run as `make_demo_im
 
 from __future__ import annotations
 
-import argparse
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import cv2
-import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 from photoreal import meshes, textures
-from photoreal.develop import develop
 from photoreal.meshes import Mesh
-from photoreal.stage import Item, Lens, Room, identities, panel, radiance, turn
+from photoreal.shoot import Film, command, shoot
+from photoreal.stage import Item, Lens, Room, panel, turn
 from photoreal.textures import Surface
-from photoreal.truth import planes, truth_of, write_case
 
 SIZE = (416, 240)
 # Edges are rounded by less than half a pixel, so that the masks are those of the plain shapes.
@@ -40,6 +35,7 @@ COLOURS = {
     "purple": (104, 62, 128),
     "grey": (88, 90, 94),
 }
+FILM = Film((1.05, 1.0, 0.94), quality=92)
 Rng = np.random.Generator
 
 
@@ -273,32 +269,11 @@ def write(name: str, folder: Path, samples: int) -> None:
     items = [*scene.items, *surroundings(rng, scene.wall)]
     low, high = (-1.75, -2.3, -0.031), (2.3, scene.wall, 1.9)
     room = Room(low, high, (float(rng.uniform(-0.1, 0.5)), 0.95), (0.95, 1.2))
-    light = radiance(items, room, scene.lens, samples=samples, seed=seed)
-    exposure = 0.34 / float(np.percentile(light.mean(-1), 60))
-    picture = develop(light, exposure=exposure, balance=(1.05, 1.0, 0.94), seed=seed)
-    ids = identities(items, scene.lens)
-    truth = truth_of(items, scene.lens, ids, planes(scene.wall), seed=seed)
-    out = folder / name
-    out.mkdir(parents=True, exist_ok=True)
-    quality = [cv2.IMWRITE_JPEG_QUALITY, 92]
-    cv2.imwrite(str(out / "input.jpg"), picture[..., ::-1], quality)
-    write_case(out, "input.jpg", truth, ids, scene.events)
-
-
-def main() -> None:
-    """Render the scenes that are asked for, all by default."""
-    parser = argparse.ArgumentParser(description="Render the synthetic scenes.")
-    parser.add_argument("names", nargs="*", default=list(SCENES), help=", ".join(SCENES))
-    parser.add_argument("--out", type=Path, default=OUT)
-    parser.add_argument("--samples", type=int, default=196, help="paths per pixel")
-    parser.add_argument("--variant", default="llvm_ad_rgb", help="or scalar_rgb, slower")
-    args = parser.parse_args()
-    mi.set_variant(args.variant)
-    for name in args.names:
-        start = time.monotonic()
-        write(name, args.out, args.samples)
-        print(f"{name}: {time.monotonic() - start:.0f} s", flush=True)
+    shoot(
+        folder / name, items, scene.lens, room, FILM, scene.events,
+        wall=scene.wall, samples=samples, seed=seed,
+    )  # fmt: skip
 
 
 if __name__ == "__main__":
-    main()
+    command("Render the synthetic scenes.", SCENES, OUT, 196, write)

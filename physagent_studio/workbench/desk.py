@@ -4,34 +4,24 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from functools import singledispatchmethod
 from typing import Any
 
 from physagent_studio.agent import loop
 from physagent_studio.agent.rules import wishing
 from physagent_studio.agent.rules.wishing import proposal_for
-from physagent_studio.contract import measure
-from physagent_studio.errors import InputError, Problem, ProgramError, SimulationError
+from physagent_studio.errors import InputError, Problem, ProgramError
 from physagent_studio.program import Edit, PhysicalProgram, apply, value_at
-from physagent_studio.program.diff import diff
 from physagent_studio.program.document import load_program
-from physagent_studio.records import (
-    Check,
-    Decision,
-    LoopState,
-    Mesh,
-    Override,
-    Rollout,
-    Round,
-    Scene,
-)
+from physagent_studio.records import Decision, LoopState, Mesh, Override, Rollout, Round, Scene
 from physagent_studio.session import Session
 from physagent_studio.session.session import now
-from physagent_studio.workbench import commands, photo_edits
+from physagent_studio.workbench import commands, deciding, photo_edits
 from physagent_studio.workbench.engine import AgentName, Control, Engine, limits_of
 from physagent_studio.workbench.meter import Meter
 from physagent_studio.workbench.snapshot import Attempt
+from physagent_studio.workbench.trial import OnView, Trial
 
 RUNNING = {
     "generate": "reading the photo and the sentence",
@@ -62,9 +52,7 @@ class Desk:
         self.shown: str | None = None
         self.problems: tuple[Problem, ...] = ()
         self.text: str | None = None
-        self._live: tuple[str, Scene | None, Rollout | None, tuple[Check, ...]] | None = None
-        self._outlines: tuple[Scene, Mapping[str, tuple[Mesh, ...]]] | None = None
-        self._tried: tuple[str, Scene, Rollout, tuple[Check, ...]] | None = None
+        self.trial = Trial(session, self.engine)
 
     # --- what is on view ---------------------------------------------------------------------
 
@@ -81,10 +69,10 @@ class Desk:
             return self.state.draft
         return self.round.program if self.round else PhysicalProgram()
 
-    def on_view(self) -> tuple[Scene | None, Rollout | None, tuple[Check, ...]]:
+    def on_view(self) -> OnView:
         """Scene, rollout and checks of what is on view; a draft is run where it was not yet."""
         if self.shown is None and self.state.draft is not None:
-            return self._run_draft(self.state.draft)
+            return self.trial.run(self.state.draft, self.state.current)
         item = self.round
         if item is None:
             return None, None, ()
@@ -101,61 +89,13 @@ class Desk:
 
     def outlines(self, scene: Scene) -> Mapping[str, tuple[Mesh, ...]] | None:
         """What the engine collides in a scene; None where something is still open."""
-        if self._outlines is None or self._outlines[0] is not scene:
-            try:
-                program = self.program.model_copy(update={"scene": scene.state})
-                self._outlines = (scene, self.engine.outlines(program, scene))
-            except SimulationError:
-                return None
-        return self._outlines[1]
-
-    def _run_draft(
-        self, draft: PhysicalProgram
-    ) -> tuple[Scene | None, Rollout | None, tuple[Check, ...]]:
-        if self._live is None or self._live[0] != draft.hash:
-            head = self.state.current
-            before = self._live[1] if self._live else None
-            if before is None and head and head.scene:
-                before = self.session.scene(head.scene)
-            scene = self.engine.reconstruct(draft.scene, before)
-            complete = draft.model_copy(update={"scene": scene.state})
-            if self._tried and self._tried[0] == draft.hash and self._tried[1] is scene:
-                self._live = self._tried
-            else:
-                ran = self._live[2] if self._live else self._ran(head)
-                rollout = self.engine.again(complete, scene, ran)
-                self._live = (draft.hash, scene, rollout, measure(complete, rollout))
-        return self._live[1:]
-
-    def _ran(self, head: Round | None) -> Rollout | None:
-        return self.session.rollout(head.rollout) if head and head.rollout else None
+        return self.trial.outlines(self.program, scene)
 
     def attempt(self, edits: tuple[Edit, ...]) -> Attempt:
         """What edits under the pointer would make: run from their first step, nothing stored."""
         self._require_head("edit")
-        program = apply(self.program, edits)
-        scene, before, _ = self.on_view()
-        if scene is None:
-            return Attempt(program)
-        built = self._built_for(program, scene)
-        complete = program.model_copy(update={"scene": built.state})
-        rollout = self.engine.again(complete, built, before)
-        checks = measure(complete, rollout)
-        self._tried = (program.hash, built, rollout, checks)
-        return Attempt(complete, rollout, checks)
-
-    def _built_for(self, program: PhysicalProgram, scene: Scene) -> Scene:
-        """The scene of an edited program; what only stands elsewhere keeps its meshes."""
-        if program.scene in (scene.state, self.program.scene):
-            return scene
-        old = {item.name: item.shape for item in scene.state.objects}
-        whole = all(
-            one.position is not None and one.shape is not None and old.get(one.name) == one.shape
-            for one in program.scene.objects
-        ) and all(one.shape is not None for one in program.scene.supports)
-        if whole:
-            return replace(scene, state=program.scene)
-        return self.engine.build(program.scene, scene)
+        edited = apply(self.program, edits)
+        return self.trial.attempt(self.program, edited, self.on_view())
 
     # --- the loop ----------------------------------------------------------------------------
 
@@ -224,16 +164,7 @@ class Desk:
         self.shown = None
         state = self.state
         if state.draft is not None and state.current is not None:
-            origin = Decision(
-                kind="override",
-                author="person",
-                at=now(),
-                reason="edited by hand",
-                edits=_edits_between(state.current.program, state.draft),
-                before=state.current.program.hash,
-                after=state.draft.hash,
-            )
-            state = loop.add_round(state, state.draft, "person", origin)
+            state = deciding.with_draft_as_round(state)
         elif state.phase == "done" and state.outcome == "budget":
             state = state.model_copy(
                 update={"phase": "propose", "outcome": "running", "budget": len(state.path()) + 5}
@@ -245,16 +176,7 @@ class Desk:
         item = self.state.current
         if item is None or item.proposal is None or item.proposal.id != command.proposal_id:
             return  # A second click on a proposal that is already decided has no effect.
-        decision = Decision(
-            kind=command.kind,
-            author=command.author,
-            at=now(),
-            reason=command.reason,
-            hunks=command.hunks,
-            edits=_decided_edits(command, item),
-        )
-        before = self.state.model_copy(update={"phase": "decide"})
-        after = loop.decide(before, decision)
+        before, after = self.state, deciding.decided(self.state, item, command)
         self._save(after, command.kind)
         self._log_decision(before, after)
         self.advance()
@@ -321,11 +243,11 @@ class Desk:
 
     def _completed(self, draft: PhysicalProgram) -> PhysicalProgram:
         """The draft after its first run, with what an edit had opened as the photo shows it."""
-        scene, _, _ = self._run_draft(draft)
+        scene, _, _ = self.trial.run(draft, self.state.current)
         if scene is None or self.case.image is None or draft.scene.is_closed:
             return draft
         done = draft.model_copy(update={"scene": photo_edits.stated(scene.state)})
-        self._run_draft(done)
+        self.trial.run(done, self.state.current)
         return done
 
     def _require_head(self, what: str) -> None:
@@ -347,32 +269,16 @@ class Desk:
 
     @handle.register
     def _(self, command: commands.ForkFrom) -> None:
-        item = next((r for r in self.state.rounds if r.id == command.id), None)
-        if item is None:
-            raise InputError(f"there is no round '{command.id}'")
+        after = deciding.forked(self.state, command.id)
         self.shown = None
-        phase = "decide" if item.proposal is not None else "propose"
-        update = {
-            "head": item.id,
-            "draft": None,
-            "phase": "done" if item.passed else phase if item.assessment else "reconstruct",
-            "outcome": "realised" if item.passed else "running",
-        }
-        self._save(self.state.model_copy(update=update), f"fork from {item.id}")
+        self._save(after, f"fork from {command.id}")
 
     @handle.register
     def _(self, command: commands.OverruleVerdict) -> None:
-        item = self.state.current
-        if item is None or item.assessment is None:
-            raise InputError("there is no verdict to overrule yet")
         override = Override(passed=command.passed, author="person", at=now(), words=command.words)
-        state = loop.replace_round(self.state, item.model_copy(update={"override": override}))
-        if command.passed:
-            state = state.model_copy(update={"phase": "done", "outcome": "realised"})
-        elif state.phase == "done":
-            state = state.model_copy(update={"phase": "propose", "outcome": "running"})
+        state = deciding.overruled(self.state, override)
         self._save(state, "overrule verdict")
-        self.session.record("override", "person", {"round": item.id, **override.model_dump()})
+        self.session.record("override", "person", {"round": state.head, **override.model_dump()})
 
     @handle.register
     def _(self, command: commands.SetPolicy) -> None:
@@ -413,27 +319,3 @@ class Desk:
         if not title or len(title) > 200:
             raise InputError("a title has 1 to 200 characters")
         self.session.rename(title)
-
-
-def _edits_between(before: PhysicalProgram, after: PhysicalProgram) -> tuple[Edit, ...]:
-    return tuple(edit for hunk in diff(before, after) for edit in hunk.edits)
-
-
-def _decided_edits(command: commands.Decide, item: Round) -> tuple[Edit, ...]:
-    """The edits that a decision applies: whole, by hunks, or the person's own."""
-    assert item.proposal is not None
-    if command.kind == "accept":
-        return item.proposal.edits
-    if command.kind == "accept_hunks":
-        unknown = set(command.hunks) - {hunk.id for hunk in item.proposal.hunks}
-        if unknown:
-            raise InputError(f"the proposal has no hunk {', '.join(sorted(unknown))}")
-        chosen = [hunk for hunk in item.proposal.hunks if hunk.id in command.hunks]
-        if not chosen:
-            raise InputError("select at least one hunk, or reject the proposal")
-        return tuple(edit for hunk in chosen for edit in hunk.edits)
-    if command.kind in ("override", "edit"):
-        if not command.edits:
-            raise InputError("an override needs at least one edit of yours")
-        return command.edits
-    return ()

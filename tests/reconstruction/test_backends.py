@@ -24,7 +24,7 @@ from physagent_studio.reconstruction.backends.frames import (
     world_from_camera,
 )
 from physagent_studio.reconstruction.backends.jobs import read_result, write_job
-from physagent_studio.reconstruction.backends.mesh_files import read_mesh
+from physagent_studio.reconstruction.backends.mesh_files import mesh_from, read_mesh
 from physagent_studio.reconstruction.backends.sam2 import Sam2Segmenter
 from physagent_studio.reconstruction.backends.sam3d import import_bodies
 from physagent_studio.reconstruction.silhouette import in_world
@@ -216,6 +216,7 @@ def _huge_glb() -> bytes:
         ("a.stl", b"\0" * 80 + struct.pack("<I", 50), "cut off"),
         ("a.obj", b"v 0 0 0\nv 1 0 0\n", "no faces"),
         ("a.obj", b"v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3\n", "not finite"),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\nv 1e9 1 0\nf 1 2 3\n", "farther than"),
         ("a.txt", b"hello", "no mesh file"),
     ],
 )
@@ -223,6 +224,27 @@ def test_bad_meshes_are_refused(tmp_path, name, data, words):
     (tmp_path / name).write_bytes(data)
     with pytest.raises(InputError, match=words):
         read_mesh(tmp_path / name)
+
+
+@pytest.mark.parametrize("kind", ["glb", "obj", "ply", "stl"])
+def test_damaged_bytes_are_a_mesh_or_a_sentence(kind):
+    made = trimesh.creation.icosphere(subdivisions=1).export(file_type=kind)
+    whole = made.encode() if isinstance(made, str) else made
+    assert len(mesh_from(whole, f"ball.{kind}")[1]) == 80
+    random = np.random.default_rng(7)
+    for round_ in range(120):
+        data = bytearray(whole)
+        if round_ % 2:
+            for _ in range(5):
+                data[random.integers(len(data))] = random.integers(256)
+        else:
+            del data[random.integers(1, len(data)) :]
+        try:
+            vertices, faces = mesh_from(bytes(data), f"ball.{kind}")
+        except InputError:
+            continue
+        assert np.isfinite(vertices).all()
+        assert 0 <= faces.min() <= faces.max() < len(vertices)
 
 
 def test_an_unknown_backend_lists_the_known_ones():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import struct
 from pathlib import Path
@@ -18,6 +19,13 @@ KINDS = (".glb", ".obj", ".ply", ".stl")
 MAX_BYTES = 64 * 1024 * 1024
 MAX_ELEMENTS = 2_000_000
 """Vertices or indices that a file may promise."""
+UNREADABLE = (
+    ArithmeticError, AttributeError, EOFError, LookupError, MemoryError, NameError,
+    NotImplementedError, TypeError, ValueError, struct.error,
+)  # fmt: skip
+"""What the parsers behind trimesh raise on bytes that are not what they promise."""
+FARTHEST = 1e6
+"""Units from the origin within which a vertex has to lie."""
 MAX_FACES = 20_000
 """Faces that are kept; finer meshes are simplified by clustering their vertices."""
 
@@ -28,29 +36,54 @@ def read_mesh(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     Raises InputError for what is missing, too large, compressed, empty or not finite.
     """
     if path.suffix.lower() not in KINDS:
-        raise InputError(f"{path.name} is no mesh file; give {', '.join(KINDS)}")
+        raise _unknown(path.name)
     if not path.is_file():
         raise InputError(f"there is no mesh file at {path}")
     if path.stat().st_size > MAX_BYTES:
-        raise InputError(f"{path.name} is larger than {MAX_BYTES // 2**20} MB")
-    data = path.read_bytes()
+        raise _too_large(path.name)
+    return mesh_from(path.read_bytes(), path.name)
+
+
+def mesh_from(data: bytes, name: str) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """The same from the bytes of a file of that name, which says by its end what they are.
+
+    Nothing outside of the bytes is read: a file that refers to others is refused.
+    """
+    if not name.lower().endswith(KINDS):
+        raise _unknown(name)
+    if len(data) > MAX_BYTES:
+        raise _too_large(name)
     if data[:2] in (b"PK", b"\x1f\x8b"):
-        raise InputError(f"{path.name} is a compressed archive, not a mesh")
-    _check_promise(data, path)
-    vertices, faces = _parsed(path)
+        raise InputError(f"{name} is a compressed archive, not a mesh")
+    _check_promise(data, name)
+    vertices, faces = _parsed(data, name)
     if not len(faces):
-        raise InputError(f"{path.name} has no faces")
+        raise InputError(f"{name} has no faces")
+    if vertices.shape[1:] != (3,) or faces.shape[1:] != (3,):
+        raise InputError(f"{name} is not made of triangles in space")
     if not np.isfinite(vertices).all():
-        raise InputError(f"{path.name} has a vertex that is not finite")
+        raise InputError(f"{name} has a vertex that is not finite")
+    if np.abs(vertices).max() > FARTHEST:
+        raise InputError(f"{name} has a vertex farther than {FARTHEST:g} from its origin")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise InputError(f"{name} has a face with a corner that does not exist")
     return _coarse(vertices, faces)
 
 
-def _check_promise(data: bytes, path: Path) -> None:
+def _unknown(name: str) -> InputError:
+    return InputError(f"{name} is no mesh file; give {', '.join(KINDS)}")
+
+
+def _too_large(name: str) -> InputError:
+    return InputError(f"{name} is larger than {MAX_BYTES // 2**20} MB")
+
+
+def _check_promise(data: bytes, name: str) -> None:
     """Refuse a file whose header promises more than it can hold or than we want."""
-    kind = path.suffix.lower()
+    kind = name[-4:].lower()
     promised = 0
     if kind == ".glb":
-        promised = _glb_elements(data, path)
+        promised = _glb_elements(data, name)
     elif kind == ".ply":
         head = data[: data.find(b"end_header") + 1 or 4096][:65536]
         counts = [line.split()[-1] for line in head.splitlines() if line.startswith(b"element")]
@@ -58,15 +91,15 @@ def _check_promise(data: bytes, path: Path) -> None:
     elif kind == ".stl" and len(data) >= 84 and not data.lstrip().startswith(b"solid"):
         (promised,) = struct.unpack("<I", data[80:84])
         if len(data) < 84 + 50 * promised:
-            raise InputError(f"{path.name} is cut off")
+            raise InputError(f"{name} is cut off")
     if promised > MAX_ELEMENTS:
-        raise InputError(f"{path.name} has {promised} elements; at most {MAX_ELEMENTS} are read")
+        raise InputError(f"{name} has {promised} elements; at most {MAX_ELEMENTS} are read")
 
 
-def _glb_elements(data: bytes, path: Path) -> int:
+def _glb_elements(data: bytes, name: str) -> int:
     """Number of elements in a GLB's accessors; nothing outside of the file is referred to."""
     if data[:4] != b"glTF" or len(data) < 20:
-        raise InputError(f"{path.name} is no GLB file")
+        raise InputError(f"{name} is no GLB file")
     length = int.from_bytes(data[12:16], "little")
     try:
         document = json.loads(data[20 : 20 + length])
@@ -76,19 +109,25 @@ def _glb_elements(data: bytes, path: Path) -> int:
         ]
         count = sum(int(item["count"]) for item in accessors)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise InputError(f"{path.name} is a damaged GLB file") from error
+        raise InputError(f"{name} is a damaged GLB file") from error
     if outside:
-        raise InputError(f"{path.name} refers to other files; give one that holds everything")
+        raise InputError(f"{name} refers to other files; give one that holds everything")
     if any("sparse" in item for item in accessors):
-        raise InputError(f"{path.name} uses sparse accessors, which are not read")
+        raise InputError(f"{name} uses sparse accessors, which are not read")
     return count
 
 
-def _parsed(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+def _parsed(data: bytes, name: str) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     try:
-        loaded = trimesh.load(path, force="mesh", process=False, skip_materials=True)
-    except (ValueError, KeyError, IndexError, TypeError, NotImplementedError) as error:
-        raise InputError(f"{path.name} cannot be read as a mesh: {error}") from error
+        loaded = trimesh.load(
+            io.BytesIO(data),
+            file_type=name[-3:].lower(),
+            force="mesh",
+            process=False,
+            skip_materials=True,
+        )
+    except UNREADABLE as error:
+        raise InputError(f"{name} cannot be read as a mesh: {error}") from error
     if not isinstance(loaded, trimesh.Trimesh):
         return np.zeros((0, 3)), np.zeros((0, 3), np.int32)
     return np.asarray(loaded.vertices, float), np.asarray(loaded.faces, np.int32)

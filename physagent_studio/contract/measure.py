@@ -6,14 +6,15 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from physagent_studio.contract import change, motion, touch
+from physagent_studio.contract import change, motion, relations, touch
 from physagent_studio.contract.always import always_on
+from physagent_studio.contract.composites import composed
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.outcome import Outcome, bounded, opposite, unmeasurable
 from physagent_studio.contract.places import lands_in, passes_over
 from physagent_studio.contract.track import Window
 from physagent_studio.contract.words import MEASURED, SIDES, claim, compared, window_text
-from physagent_studio.program.contract import AllOf, AnyOf, Before, CountOf, Statement
+from physagent_studio.program.contract import Before, Composite, Statement
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.records.judgement import Check
 from physagent_studio.records.rollout import Rollout
@@ -45,6 +46,9 @@ MEASURES: dict[str, Measure] = {
     "spreads": change.spreads,
     "breaks": change.breaks,
     "sways": change.sways,
+    "bounces": relations.bounces,
+    "covers": relations.covers,
+    "side_of": relations.side_of,
 }
 OPPOSITE = {"≥": "<", "≤": ">"}
 
@@ -88,7 +92,7 @@ def _measured(
 def _plain(
     statement: Statement, facts: Facts, known: dict[str, Outcome], above: tuple[str, ...]
 ) -> Outcome:
-    if isinstance(statement, AllOf | AnyOf | CountOf | Before):
+    if isinstance(statement, Composite):
         return _composite(statement, facts, known, above)
     window = facts.window(statement.from_step, statement.to_step)
     if window is None:
@@ -124,7 +128,7 @@ def _negated(statement: Statement, outcome: Outcome, facts: Facts) -> Outcome:
 
 
 def _composite(
-    statement: AllOf | AnyOf | CountOf | Before,
+    statement: Composite,
     facts: Facts,
     known: dict[str, Outcome],
     above: tuple[str, ...],
@@ -134,62 +138,7 @@ def _composite(
     if statement.id in above or any(name not in by_id for name in names):
         return unmeasurable("it refers to itself or to an unknown statement")
     parts = [_measured(by_id[name], facts, known, (*above, statement.id)) for name in names]
-    if isinstance(statement, Before):
-        return _before(parts[0], parts[1], statement.within, facts)
-    if isinstance(statement, CountOf):
-        return _count(parts, statement.low, statement.high)
-    if isinstance(statement, AllOf):
-        least = min(parts, key=lambda one: one.margin)
-        steps = [one.step for one in parts if one.step is not None]
-        step = max(steps, default=None) if least.holds else least.step
-        measurable = any(not one.holds and one.measurable for one in parts) or least.measurable
-        return Outcome(least.margin, step=step, note=least.note, measurable=measurable)
-    most = max(parts, key=lambda one: one.margin)
-    steps = [one.step for one in parts if one.holds and one.step is not None]
-    step = min(steps, default=most.step)
-    measurable = most.holds or all(one.measurable for one in parts)
-    return Outcome(most.margin, step=step, note=most.note, measurable=measurable)
-
-
-def _count(parts: list[Outcome], low: int, high: int) -> Outcome:
-    """The margin of the part that would have to turn first for the count to be wrong."""
-    margins = sorted((one.margin for one in parts), reverse=True)
-    enough = 1.0 if low == 0 else margins[low - 1] if low <= len(margins) else -1.0
-    not_more = opposite(margins[high]) if high < len(margins) else 1.0
-    count = sum(one.holds for one in parts)
-    steps = [one.step for one in parts if one.step is not None]
-    measurable = all(one.measurable for one in parts)
-    margin = min(enough, not_more) if measurable else min(enough, not_more, -1e-9)
-    note = f"{count} of {len(parts)}"
-    return Outcome(
-        margin,
-        float(count),
-        float(low if enough <= not_more else high),
-        step=max(steps, default=None),
-        note=note,
-        lasting=True,
-        measurable=measurable,
-    )
-
-
-def _before(first: Outcome, second: Outcome, within: float | None, facts: Facts) -> Outcome:
-    """Seconds from the first to the second, over the clip; a part that fails comes before all."""
-    seconds = max(facts.rollout.steps * facts.dt, facts.dt)
-    failing = [one for one in (first, second) if not one.holds]
-    if failing:
-        margin = bounded(sum(one.margin for one in failing)) - 1.0
-        which = "the first" if not first.holds else "the second"
-        note = f"{which} does not happen"
-        measurable = all(one.measurable for one in failing)
-        return Outcome(margin, note=note, measurable=measurable, step=failing[0].step)
-    if first.step is None or second.step is None:
-        return unmeasurable("when one of them happened is not known")
-    lead = (second.step - first.step) * facts.dt
-    margin = (lead - facts.dt / 2) / seconds
-    if within is not None:
-        margin = min(margin, (within - lead) / max(within, facts.dt))
-    note = f"{abs(lead):.2f} s {'earlier' if lead > 0 else 'later'}" if lead else "at the same time"
-    return Outcome(margin, lead, 0.0, "s", "", step=second.step, note=note)
+    return composed(statement, parts, facts)
 
 
 def _check(statement: Statement, outcome: Outcome, facts: Facts, serves: bool) -> Check:

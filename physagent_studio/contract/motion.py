@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.outcome import (
     Outcome,
+    bounded,
     excess,
     shortfall,
     unmeasurable,
@@ -262,7 +263,10 @@ def _smoothed(values: FloatArray, reach: int) -> FloatArray:
 
 
 def reverses(statement: Reverses, facts: Facts, window: Window) -> Outcome:
-    """Greatest angle between an earlier and a later horizontal heading, both really travelled."""
+    """Greatest angle between an earlier and a later horizontal heading, both really travelled.
+
+    With `times` more than one: how often it so turns against the heading it had taken since.
+    """
     track = facts.track(statement.subject, window)
     stride = max(1, round(0.08 / track.dt))
     marks = np.arange(0, len(track.positions), stride)
@@ -272,8 +276,31 @@ def reverses(statement: Reverses, facts: Facts, window: Window) -> Outcome:
     if len(real) < 2:
         return Outcome(-1.0, 0.0, statement.angle, "°", "≥", window.last)
     unit = legs[real] / length[real, None]
+    if statement.times > 1:
+        return _returns(unit, marks[real + 1], statement, window)
     angles = np.degrees(np.arccos(np.clip(unit @ unit.T, -1, 1)))
     later = np.tril(angles).max(axis=1)
     values = np.zeros(len(track.positions))
     values[marks[real + 1]] = later
     return _peak(track, values, statement.angle, "°")
+
+
+def _returns(
+    headings: FloatArray, rows: NDArray[np.intp], statement: Reverses, window: Window
+) -> Outcome:
+    """How often the heading (K, 2) turns by more than the angle since it last did."""
+    found: list[int] = []
+    widest, since = 0.0, 0
+    for leg in range(1, len(headings)):
+        turns = np.degrees(np.arccos(np.clip(headings[since:leg] @ headings[leg], -1, 1)))
+        widest = max(widest, float(turns.max()))
+        if widest >= statement.angle:
+            found.append(int(rows[leg]))
+            widest, since = 0.0, leg
+    count, times = len(found), statement.times
+    part = min(widest / max(statement.angle, 1.0), 0.99)
+    margin = bounded((count + part - times) / times)
+    step = window.first + (found[times - 1] if count >= times else int(rows[-1]))
+    note = f"{count} of {times}" if count < times else f"{count} in all"
+    margin = max(margin, 0.02) if count >= times else min(margin, -1e-6)
+    return Outcome(margin, count, times, "", "", step, note)

@@ -178,7 +178,7 @@ def lands_in(statement: LandsIn, facts: Facts, window: Window) -> Outcome:
         inset = inside_depth(flat, outline)
     fit = np.minimum(inset, level)
     scale = max(abs(float(inset[0])), track.size)
-    return _at_end(track, fit, scale, "from inside")
+    return at_end(track, fit, scale, "from inside")
 
 
 def _level(track: Track, place: Place, facts: Facts) -> FloatArray:
@@ -195,7 +195,7 @@ def _level(track: Track, place: Place, facts: Facts) -> FloatArray:
     return 2 * track.outline.radius - np.abs(above)
 
 
-def _at_end(track: Track, fit: FloatArray, scale: float, words: str) -> Outcome:
+def at_end(track: Track, fit: FloatArray, scale: float, words: str) -> Outcome:
     """fit ≥ 0 at the end; decided when it became so for good."""
     final = float(fit[-1])
     outside = np.nonzero(fit < 0)[0]
@@ -214,7 +214,7 @@ def _behind(track: Track, place: Place) -> Outcome:
     _, height, _ = _in_plane(place, track.positions)
     beyond = -np.sign(height[0]) * height if height[0] != 0 else np.abs(height)
     scale = max(abs(float(height[0])), track.size)
-    ended = _at_end(track, beyond, scale, "short of it")
+    ended = at_end(track, beyond, scale, "short of it")
     return worst([crossed, ended])
 
 
@@ -263,7 +263,7 @@ def passes_over(statement: PassesOver, facts: Facts, window: Window) -> Outcome:
     inset = inside_depth(flat, outline)
     progress = inset if inset[0] < 0 else -inset
     scale = max(abs(float(inset[0])), track.size)
-    return _reached(track, progress, scale)
+    return reached_once(track, progress, scale)
 
 
 def _beyond(track: Track, place: Place, at_end: bool) -> Outcome:
@@ -271,14 +271,14 @@ def _beyond(track: Track, place: Place, at_end: bool) -> Outcome:
     progress, lateral = line_progress(track.positions, place)
     scale = max(abs(float(progress[0])), track.size)
     if at_end:
-        return _at_end(track, np.minimum(progress, np.maximum(lateral, -scale)), scale, "short")
+        return at_end(track, np.minimum(progress, np.maximum(lateral, -scale)), scale, "short")
     over = np.nonzero(progress >= 0)[0]
     if len(over) and lateral[over[0]] < 0:
         miss = float(lateral[over[0]])
         note = f"crosses {number(-miss, 'm')} beside it"
         step = track.window.first + int(over[0])
         return Outcome(bounded(miss / scale), miss, 0.0, "m", "", step, note)
-    return _reached(track, progress, scale)
+    return reached_once(track, progress, scale)
 
 
 def line_progress(points: FloatArray, place: Place) -> tuple[FloatArray, FloatArray]:
@@ -300,7 +300,7 @@ def line_progress(points: FloatArray, place: Place) -> tuple[FloatArray, FloatAr
     return sign * side, np.minimum(position, length - position)
 
 
-def _reached(track: Track, progress: FloatArray, scale: float) -> Outcome:
+def reached_once(track: Track, progress: FloatArray, scale: float) -> Outcome:
     """progress ≥ 0 at some time, decided when first reached."""
     best = float(progress.max())
     step = track.first(progress >= 0)

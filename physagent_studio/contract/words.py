@@ -8,7 +8,7 @@ from typing import Any
 from physagent_studio.program.contract import Statement
 from physagent_studio.program.program import PhysicalProgram
 
-COMPOSITES = ("all_of", "any_of", "count_of", "before")
+COMPOSITES = ("all_of", "any_of", "count_of", "before", "in_turn", "together")
 """Kinds that speak of other statements."""
 
 SIDES = {
@@ -94,9 +94,14 @@ def _composite(statement: Any, program: PhysicalProgram) -> str:
             text += f" within {number(statement.within, 's')}"
     elif statement.kind == "count_of":
         text = f"{_how_many(statement)} of: {'; '.join(map(words, statement.of))}"
+    elif statement.kind == "in_turn":
+        joint = ", then " if statement.ordered else " and "
+        text = f"{joint.join(map(words, statement.of))}, one after another"
+    elif statement.kind == "together":
+        within = number(statement.within, "s")
+        text = f"{' and '.join(map(words, statement.of))}, all within {within}"
     else:
-        joined = (" and " if statement.kind == "all_of" else " or ").join(map(words, statement.of))
-        text = joined
+        text = (" and " if statement.kind == "all_of" else " or ").join(map(words, statement.of))
     return f"not so: {text}" if statement.negated else text
 
 
@@ -123,6 +128,38 @@ def _moves(s: Any) -> tuple[str, str]:
     return _verb("moves", "move", rest)
 
 
+PLACES = {
+    "behind": "behind",
+    "in_front": "in front of",
+    "left": "to the left of",
+    "right": "to the right of",
+    "above": "above",
+    "under": "under",
+    "beside": "beside",
+}
+
+
+def _side(s: Any) -> tuple[str, str]:
+    if s.at_end:
+        return _verb("is", "end up", f"{PLACES[s.side]} {s.other} at the end")
+    return _verb("gets", "get", f"{PLACES[s.side]} {s.other}")
+
+
+def times(count: int) -> str:
+    """ "once", "twice", "3 times"."""
+    return {1: "once", 2: "twice"}.get(count, f"{count} times")
+
+
+def _returns(s: Any) -> tuple[str, str]:
+    return _verb("turns", "turn", "back" if s.times == 1 else f"back {times(s.times)}")
+
+
+def _covers(s: Any) -> tuple[str, str]:
+    low, high = number(100 * s.low), number(100 * s.high)
+    share = f"at least {low} %" if s.high >= 1.5 else f"{low} to {high} %"
+    return _verb("covers", "cover", f"{share} of the way to {s.other}")
+
+
 def _bends(s: Any) -> tuple[str, str]:
     return _verb("bends its path", "bend its path", "" if s.side == "either" else SIDES[s.side])
 
@@ -146,12 +183,15 @@ _CLAIMS: dict[str, Callable[[Any], tuple[str, str]]] = {
     "upright": lambda s: _verb("stands", "stand", "upright at the end"),
     "speed_between": lambda s: _pair("has the right top speed", "has another top speed"),
     "path_bends": _bends,
-    "reverses": lambda s: _verb("turns", "turn", "back"),
+    "reverses": _returns,
     "descends_slowly": lambda s: _verb("comes", "come", "down slowly"),
     "deforms": lambda s: _verb("changes", "change", "its shape"),
     "spreads": lambda s: _verb("spreads", "spread", "out"),
     "breaks": lambda s: _verb("breaks", "break"),
     "sways": lambda s: _verb("sways", "sway"),
+    "bounces": lambda s: _verb("bounces", "bounce", f"off {s.other} {times(s.times)}"),
+    "covers": _covers,
+    "side_of": _side,
 }
 
 _BOUNDS: dict[str, Callable[[Any], str]] = {
@@ -175,6 +215,7 @@ _BOUNDS: dict[str, Callable[[Any], str]] = {
     "deforms": lambda s: f"by at least {number(100 * s.strain)} % of its size",
     "spreads": lambda s: f"to at least {number(s.factor, '×')} its footprint",
     "sways": lambda s: f"at least {number(s.cycles)} times by ±{number(s.amplitude, '°')}",
+    "bounces": lambda s: f"by at least {number(s.height, 'm')}",
 }
 
 MEASURED: dict[str, str] = {

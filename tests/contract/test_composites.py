@@ -97,6 +97,9 @@ def test_no_statement_holds_together_with_its_opposite(stage, time):
         "lands_in": {"landmark": "circle"},
         "passes_over": {"landmark": "line"},
         "stops_before": {"before": "cube"},
+        "bounces": {"other": "cube"},
+        "covers": {"other": "cube"},
+        "side_of": {"other": "cube", "side": "behind"},
     }
     for _ in range(10):
         walk = np.cumsum(rng.normal(0, 0.02, (len(time), 3)), axis=0)

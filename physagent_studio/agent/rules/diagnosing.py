@@ -8,7 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.agent.rules.layout import Layout, level, unit
-from physagent_studio.program.contract import AllOf, AnyOf, Before, CountOf, Statement
+from physagent_studio.program.contract import (
+    AllOf,
+    AnyOf,
+    Before,
+    CountOf,
+    Covers,
+    InTurn,
+    Statement,
+    Together,
+)
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.records import Check, Finding, Mismatch, Rollout
 
@@ -39,7 +48,12 @@ CODES: dict[str, tuple[str, str]] = {
     "spreads": ("not_spread", "spread"),
     "breaks": ("not_broken", "broken"),
     "sways": ("not_swaying", "swaying"),
+    "bounces": ("too_few_bounces", "too_many_bounces"),
+    "covers": ("falls_short", "overshoots"),
+    "side_of": ("misses", "overshoots"),
     "before": ("wrong_order", "wrong_order"),
+    "in_turn": ("wrong_order", "wrong_order"),
+    "together": ("wrong_order", "wrong_order"),
     "blow_up": ("blow_up", "blow_up"),
     "penetration": ("penetration", "penetration"),
     "energy": ("energy", "energy"),
@@ -66,7 +80,11 @@ def mismatches(
         statement = _concrete(statements.get(check.id), statements, by_id)
         one = _mismatch(check, statement, program, rollout)
         kind = statement.kind if statement is not None else check.kind
-        rank = (float(check.kind == "before"), _RANK.get(kind, 3.0), check.margin)
+        rank = (
+            float(check.kind in ("before", "in_turn", "together")),
+            _RANK.get(kind, 3.0),
+            check.margin,
+        )
         # The same miss may fail several statements: it is told once.
         if one.text not in found or rank < found[one.text][0]:
             found[one.text] = (rank, one)
@@ -95,8 +113,8 @@ def _concrete(
             # The part that is nearest to changing its answer decides a count.
             parts = [checks[i] for i in statement.of if i in checks]
             best = min(parts, key=lambda c: abs(c.margin), default=None)
-        elif isinstance(statement, Before):
-            parts = [checks[i] for i in (statement.first, statement.second) if i in checks]
+        elif isinstance(statement, Before | InTurn | Together):
+            parts = [checks[i] for i in _ordered(statement) if i in checks]
             failing = [c for c in parts if not c.ok]
             best = min(failing, key=lambda c: c.margin, default=None)
         else:
@@ -105,6 +123,13 @@ def _concrete(
             return statement
         statement = statements.get(best.id)
     return statement
+
+
+def _ordered(statement: Before | InTurn | Together) -> tuple[str, ...]:
+    """What stands in an order in time."""
+    if isinstance(statement, Before):
+        return (statement.first, statement.second)
+    return statement.of
 
 
 def _mismatch(
@@ -124,6 +149,8 @@ def _mismatch(
             figures={"margin": round(check.margin, 4)},
             step=check.step,
         )
+    if isinstance(statement, Covers) and not negated and (check.measured or 0.0) > statement.high:
+        code = "overshoots"
     subject = str(getattr(statement, "subject", "") or "")
     other = _other(statement)
     figures = {"margin": round(check.margin, 4)}

@@ -100,9 +100,9 @@ def _of_finding(finding: Finding, number: int, guessed: bool) -> Check:
 _GROUPS: dict[str, frozenset[str]] = {
     "object trajectory": words_of(
         "moves falls lands_in passes_over stays stops stops_before reaches rests_on leaves "
-        "descends_slowly speed_between path_bends reverses visible"
+        "descends_slowly speed_between path_bends reverses visible covers side_of"
     ),
-    "contact timing": words_of("contacts before airborne"),
+    "contact timing": words_of("contacts before airborne bounces in_turn together"),
     "force direction": words_of("cause energy"),
     "material response": words_of(
         "topples upright flips rotates deforms spreads breaks sways penetration sink blow_up"

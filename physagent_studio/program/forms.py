@@ -59,6 +59,17 @@ class Capsule(Frozen):
     height: Length
 
 
+class Torus(Frozen):
+    """A ring about body z (tyre, hoop, doughnut): `radius` to the middle of its round tube.
+
+    tube: radius of the tube. A tube thicker than the ring's radius closes the hole.
+    """
+
+    kind: Literal["torus"] = "torus"
+    radius: Length
+    tube: Length
+
+
 class Frustum(Frozen):
     """A cone cut parallel to its base (a cup, a bucket); axis along body z.
 
@@ -107,7 +118,7 @@ class Meshed(Frozen):
 
 
 Shape = Annotated[
-    Sphere | Ellipsoid | Box | Cylinder | Capsule | Frustum | Revolved | Inflated | Meshed,
+    Sphere | Ellipsoid | Box | Cylinder | Capsule | Torus | Frustum | Revolved | Inflated | Meshed,
     Field(discriminator="kind"),
 ]
 

@@ -41,6 +41,7 @@ from physagent_studio.program.forms import (
     Slab,
     Sphere,
     SupportShape,
+    Torus,
     Wall,
 )
 
@@ -120,7 +121,7 @@ class Grounding(Frozen):
 
 
 FormKind = Literal[
-    "sphere", "ellipsoid", "cylinder", "frustum", "capsule", "box", "revolved", "inflated"
+    "sphere", "ellipsoid", "cylinder", "frustum", "capsule", "torus", "box", "revolved", "inflated"
 ]
 
 
@@ -257,5 +258,6 @@ __all__ = [
     "Stroke",
     "Support",
     "SupportShape",
+    "Torus",
     "Wall",
 ]

@@ -30,6 +30,7 @@ from physagent_studio.program.scene import (
     Slab,
     Sphere,
     SupportShape,
+    Torus,
     Wall,
 )
 
@@ -147,6 +148,11 @@ def outline_of(shape: Shape) -> Outline:
             h = max(shape.height / 2 - shape.radius, 0.0)
             core = np.array([[-h, 0.0], [h, 0.0]])
             return Outline(rings=core, rounding=shape.radius, axis=(0.0, 0.0, 1.0))
+        case Torus():
+            # Exact against planes; its hole is no part of a convex outline.
+            rim = np.array([[0.0, shape.radius]])
+            axis = (0.0, 0.0, 1.0)
+            return Outline(rings=rim, rounding=shape.tube, exact=False, axis=axis)
         case Frustum():
             low = -frustum_centre(shape)
             ends = [[low, shape.bottom_radius], [low + shape.height, shape.top_radius]]
@@ -326,6 +332,8 @@ def volume_of(shape: Shape) -> float:
         case Capsule():
             straight = max(shape.height - 2 * shape.radius, 0.0)
             return math.pi * shape.radius**2 * (straight + 4 / 3 * shape.radius)
+        case Torus():
+            return 2 * math.pi**2 * shape.radius * shape.tube**2
         case Frustum():
             a, b = shape.bottom_radius, shape.top_radius
             return math.pi / 3 * shape.height * (a * a + a * b + b * b)

@@ -27,6 +27,7 @@ from physagent_studio.program.scene import (
     Slab,
     Sphere,
     SupportShape,
+    Torus,
     Wall,
 )
 from physagent_studio.records.scene import Mesh
@@ -36,6 +37,8 @@ IntArray = NDArray[np.int32]
 
 AROUND = 48
 """Vertices around an axis."""
+TUBE = 20
+"""Vertices around the tube of a ring."""
 
 
 def mesh_of(shape: Shape) -> Mesh:
@@ -55,6 +58,8 @@ def mesh_of(shape: Shape) -> Mesh:
         return turned([(-half, shape.radius), (half, shape.radius)])
     if isinstance(shape, Capsule):
         return turned(capsule_profile(shape), smooth=True)
+    if isinstance(shape, Torus):
+        return _torus(shape)
     if isinstance(shape, Frustum):
         low = -frustum_centre(shape)
         ends = [(low, shape.bottom_radius), (low + shape.height, shape.top_radius)]
@@ -98,6 +103,26 @@ def _spheroid(radii: tuple[float, float, float]) -> Mesh:
     turns = np.linspace(-math.pi / 2, math.pi / 2, 33)
     unit = turned([(math.sin(t), max(math.cos(t), 0.0)) for t in turns], smooth=True)
     return Mesh(unit.vertices * np.array(radii), unit.faces)
+
+
+def _torus(shape: Torus) -> Mesh:
+    around = np.arange(AROUND) * 2 * math.pi / AROUND
+    along = np.arange(TUBE) * 2 * math.pi / TUBE
+    reach = shape.radius + min(shape.tube, shape.radius) * np.cos(along)
+    rise = min(shape.tube, shape.radius) * np.sin(along)
+    vertices = np.stack(
+        [
+            np.cos(around)[:, None] * reach,
+            np.sin(around)[:, None] * reach,
+            np.broadcast_to(rise, (AROUND, TUBE)),
+        ],
+        axis=-1,
+    ).reshape(-1, 3)
+    k = np.arange(AROUND * TUBE).reshape(AROUND, TUBE)
+    a, b = k, np.roll(k, -1, axis=0)
+    c, d = np.roll(b, -1, axis=1), np.roll(k, -1, axis=1)
+    quads = [np.stack([a, b, c], -1), np.stack([a, c, d], -1)]
+    return Mesh(vertices, np.concatenate(quads).reshape(-1, 3).astype(np.int32))
 
 
 def turned(profile: list[tuple[float, float]], *, smooth: bool = False) -> Mesh:

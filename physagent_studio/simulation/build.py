@@ -15,7 +15,7 @@ from physagent_studio.records import Mesh
 from physagent_studio.simulation.clouds import Cloud
 from physagent_studio.simulation.contact_view import ContactView
 from physagent_studio.simulation.flexes import Flex, cloud_of, flex_of, mjcf
-from physagent_studio.simulation.geoms import add_mesh_support, add_piece, add_support
+from physagent_studio.simulation.geoms import add_mesh_support, add_piece, add_support, is_flat
 from physagent_studio.simulation.grains import Swarm, add_grains, add_pieces, swarm_cloud
 from physagent_studio.simulation.mj import Data, Model, Spec, mj
 from physagent_studio.simulation.model import REFERENCE_DENSITY, Compiled, Handle
@@ -29,11 +29,15 @@ MANY = 150
 
 @dataclass(eq=False, slots=True)
 class _Plan:
-    """What goes into a spec: geoms of each body, and whether they meet in pairs or can break."""
+    """What goes into a spec: geoms of each body, and whether they meet in pairs or can break.
+
+    rims: geoms that meet flat supports alone, and how wide their body is, m.
+    """
 
     geoms: list[list[str]] = field(default_factory=list)
     paired: list[bool] = field(default_factory=list)
     breaks: list[bool] = field(default_factory=list)
+    rims: dict[str, float] = field(default_factory=dict)
     flexes: dict[str, Flex] = field(default_factory=dict)
     swarms: dict[str, Swarm] = field(default_factory=dict)
 
@@ -71,7 +75,7 @@ def compile_model(
             plan.add(add_mesh_support(spec, support.name, shape, support_solids[support.name]))
         else:
             plan.add(add_support(spec, support.name, shape))
-    pairs = _add_pairs(spec, plan, len(scene.objects))
+    pairs = _add_pairs(spec, plan, scene)
     _options(spec, plan)
     try:
         model = spec.compile()
@@ -93,6 +97,8 @@ def _add_thing(
             names = []
             if item.name not in plan.flexes:
                 names = _add_object(spec, item.name, solid, fixed)
+                rims = names[len(solid.pieces) :]
+                plan.rims |= dict.fromkeys(rims, float(solid.extent.max()))
             plan.add(names)
             return
     plan.swarms[item.name] = swarm
@@ -130,7 +136,7 @@ def _add_object(spec: Spec, name: str, solid: Solid, fixed: bool) -> list[str]:
     body.ipos = solid.mass.centre
     body.fullinertia = _six(solid.mass.inertia * REFERENCE_DENSITY)
     names = []
-    for number, piece in enumerate(solid.pieces):
+    for number, piece in enumerate((*solid.pieces, *solid.rims)):
         names.append(f"object/{name}/{number}")
         add_piece(spec, body, names[-1], piece)
     if fixed:
@@ -162,19 +168,26 @@ def _six(inertia: FloatArray) -> list[float]:
     return [xx, yy, zz, inertia[0, 1], inertia[0, 2], inertia[1, 2]]
 
 
-def _add_pairs(spec: Spec, plan: _Plan, objects: int) -> list[tuple[int, int, str]]:
+def _add_pairs(spec: Spec, plan: _Plan, scene: SceneState) -> list[tuple[int, int, str]]:
     """Every two bodies that can touch, one pair per two geoms; supports do not move.
 
     The pieces of one object have pairs among themselves, which are off while it is whole.
     """
     found = []
+    objects = len(scene.objects)
+    shapes = [*(None for _ in scene.objects), *(item.shape for item in scene.supports)]
     pieces = {index for index in range(objects) if plan.breaks[index]}
     for a in range(objects):
         for b in range(a, len(plan.geoms)):
             if (a == b and a not in pieces) or not (plan.paired[a] and plan.paired[b]):
                 continue
             for number, one in enumerate(plan.geoms[a]):
+                width = plan.rims.get(one)
+                if width is not None and not is_flat(shapes[b], width):
+                    continue
                 for other in plan.geoms[b][number + 1 if a == b else 0 :]:
+                    if other in plan.rims:
+                        continue
                     name = f"{one}|{other}"
                     spec.add_pair(name=name, geomname1=one, geomname2=other, condim=3)
                     found.append((a, b, name))

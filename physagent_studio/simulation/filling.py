@@ -17,6 +17,7 @@ from physagent_studio.program.scene import (
     Revolved,
     Shape,
     Sphere,
+    Torus,
 )
 from physagent_studio.records import Mesh
 from physagent_studio.simulation.surfaces import FloatArray, Surface, hull, revolve
@@ -44,6 +45,10 @@ def skin_points(shape: Shape, mesh: Mesh | None, extent: FloatArray) -> FloatArr
             centre = h / 4 * (low * low + 2 * low * high + 3 * high * high) / max(total, 1e-12)
             share = np.linspace(0, 1, 5)
             return revolve(np.column_stack([share * h - centre, low + share * (high - low)]), 20)[0]
+        case Torus(radius=r, tube=tube):
+            turns = np.linspace(-math.pi / 2, math.pi / 2, 7)
+            rim = np.column_stack([tube * np.sin(turns), r + tube * np.cos(turns)])
+            return _thinned(revolve(rim, 20)[0])
         case Revolved(profile=profile):
             return _thinned(revolve(rising(np.array(profile, float)), 20)[0])
         case _ if mesh is not None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from physagent_studio.program.rotations import about_up, multiply
-from physagent_studio.program.scene import Floor, MeshedSupport, Ramp, Slab, Wall
+from physagent_studio.program.scene import Floor, MeshedSupport, Ramp, Slab, SupportShape, Wall
 from physagent_studio.simulation.mj import Spec, SpecBody, mj
 from physagent_studio.simulation.solids import Hull, Piece, Solid
 from physagent_studio.simulation.surfaces import FloatArray, hull, prism
@@ -31,6 +31,13 @@ TOUCH: dict[str, Any] = {
 them by themselves, and bring the friction, since MuJoCo takes the larger one there."""
 
 
+def is_flat(shape: SupportShape | None, width: float) -> bool:
+    """Whether a thing of that width (m) meets a support as it would meet a half-space."""
+    return isinstance(shape, Floor | Wall | Ramp) or (
+        isinstance(shape, Slab) and min(shape.size[:2]) >= width
+    )
+
+
 def add_piece(spec: Spec, body: SpecBody, name: str, piece: Piece) -> None:
     """One convex piece of a body."""
     # No geom collides on its own: every contact comes from an explicit pair with our rule.
@@ -38,7 +45,8 @@ def add_piece(spec: Spec, body: SpecBody, name: str, piece: Piece) -> None:
         spec.add_mesh(name=name, uservert=piece.vertices.ravel(), userface=piece.faces.ravel())
         body.add_geom(name=name, type=mj.mjtGeom.mjGEOM_MESH, meshname=name, **TOUCH)
         return
-    body.add_geom(name=name, type=GEOM_TYPES[piece.kind], size=piece.size, **TOUCH)
+    kind = GEOM_TYPES[piece.kind]
+    body.add_geom(name=name, type=kind, size=piece.size, pos=piece.place, quat=piece.turn, **TOUCH)
 
 
 def add_support(spec: Spec, name: str, shape: Floor | Wall | Slab | Ramp) -> list[str]:

@@ -99,7 +99,7 @@ def configure(compiled: Compiled, program: PhysicalProgram, dt: float) -> None:
     data.qpos[:] = qpos
 
 
-ROUND = ("sphere", "ellipsoid", "cylinder", "capsule")
+ROUND = ("sphere", "ellipsoid", "cylinder", "capsule", "torus")
 
 
 def _rolling_radius(solid: Solid) -> float:

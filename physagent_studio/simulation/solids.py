@@ -20,8 +20,11 @@ from physagent_studio.program.scene import (
     Revolved,
     Shape,
     Sphere,
+    Torus,
 )
 from physagent_studio.records import Mesh
+from physagent_studio.simulation.primitives import Primitive
+from physagent_studio.simulation.rings import ring
 from physagent_studio.simulation.surfaces import (
     FloatArray,
     MassProperties,
@@ -37,14 +40,6 @@ from physagent_studio.simulation.vessel import rising, solid_slices, vessel
 
 CONVEX_ENOUGH = 0.9
 """Volume over hull volume from which on the hull stands for the body."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Primitive:
-    """kind: sphere, ellipsoid, box, cylinder or capsule; size: MuJoCo's half sizes, m."""
-
-    kind: str
-    size: tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -64,6 +59,7 @@ class Solid:
 
     extent: (3,) m, size of the bounding box. shadows: (3,) m², silhouette areas along the body
     axes. kind: the primitive's name, or "mesh". note: a sentence about a lossy stand-in, or "".
+    rims: pieces that stand for the body's outline where it meets a flat support, and only there.
     """
 
     pieces: tuple[Piece, ...]
@@ -72,6 +68,7 @@ class Solid:
     shadows: FloatArray
     kind: str = "mesh"
     note: str = ""
+    rims: tuple[Primitive, ...] = ()
 
 
 Decompose = Callable[[Surface], tuple[Surface, ...] | None]
@@ -92,6 +89,8 @@ def solid_of(
         return _round(rising(np.array(shape.profile, float)), shape.wall)
     if isinstance(shape, Frustum):
         return _frustum(shape)
+    if isinstance(shape, Torus):
+        return _torus(shape)
     assert isinstance(shape, Inflated | Meshed | MeshedSupport)
     return _meshed(name, shape, mesh, decompose)
 
@@ -166,6 +165,13 @@ def _frustum(shape: Frustum) -> Solid:
     centre = shape.height / 4 * (low * low + 2 * low * high + 3 * high * high) / max(total, 1e-12)
     profile = np.array([[-centre, low], [shape.height - centre, high]])
     return _round(profile, shape.wall)
+
+
+def _torus(shape: Torus) -> Solid:
+    made = ring(shape.radius, shape.tube)
+    mass = MassProperties(made.volume, np.zeros(3), np.diag(made.moments) * made.volume)
+    extent, shadows = np.array(made.extent), np.array(made.shadows)
+    return Solid(made.pieces, mass, extent, shadows, "torus", rims=(made.rim,))
 
 
 def _round(outline: FloatArray, wall: float | None) -> Solid:

@@ -22,7 +22,7 @@ from physagent_studio.reconstruction.segmentation import settled
 from physagent_studio.records import Case
 
 FORMS: tuple[FormKind, ...] = (
-    "sphere", "ellipsoid", "cylinder", "frustum", "capsule", "box", "revolved", "inflated",
+    "sphere", "ellipsoid", "cylinder", "frustum", "capsule", "torus", "box", "revolved", "inflated",
 )  # fmt: skip
 SMALLEST, LARGEST = 1e-3, 1e3
 """Sizes that may be typed, m."""

@@ -41,6 +41,7 @@ shapes = st.one_of(
     kind("box", {"size": sizes}),
     kind("cylinder", {"radius": length, "height": length}),
     kind("capsule", {"radius": length, "height": length}),
+    kind("torus", {"radius": length, "tube": length}),
     kind("frustum", {"bottom_radius": length, "top_radius": length, "height": length}),
     kind("inflated", {"size": sizes}, {"thickness": length}),
     kind("revolved", {"profile": st.lists(st.tuples(small, length).map(list), min_size=2)}),

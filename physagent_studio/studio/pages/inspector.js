@@ -120,6 +120,7 @@ export function startInspector(host) {
     if (chosen.tag === "after") return { kind: "after", action: data.names.actions.find((a) => a !== data.name) };
     if (chosen.tag === "sphere") return { kind: "sphere", radius: 0.1 };
     if (chosen.tag === "box") return { kind: "box", size: [0.2, 0.2, 0.2], ...(one.path.includes("supports") ? { position: [0, 1, 0.1] } : {}) };
+    if (chosen.tag === "torus") return { kind: "torus", radius: 0.15, tube: 0.04 };
     if (chosen.tag === "cylinder" || chosen.tag === "capsule") return { kind: chosen.tag, radius: 0.1, height: 0.3 };
     if (chosen.tag === "ellipsoid") return { kind: "ellipsoid", radii: [0.1, 0.1, 0.15] };
     if (chosen.tag === "frustum") return { kind: "frustum", bottom_radius: 0.1, top_radius: 0.06, height: 0.2 };

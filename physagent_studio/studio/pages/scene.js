@@ -10,6 +10,7 @@ const NEW = [
   ["Ball", "objects", (m, at) => ({ shape: { kind: "sphere", radius: m(0.5) }, position: at(0, 0, 0.5), material: "rubber" })],
   ["Box", "objects", (m, at) => ({ shape: { kind: "box", size: [m(1), m(1), m(1)] }, position: at(0, 0, 0.5), material: "wood" })],
   ["Cylinder", "objects", (m, at) => ({ shape: { kind: "cylinder", radius: m(0.4), height: m(1.5) }, position: at(0, 0, 0.75), material: "wood" })],
+  ["Ring", "objects", (m, at) => ({ shape: { kind: "torus", radius: m(0.8), tube: m(0.25) }, position: at(0, 0, 0.25), material: "rubber" })],
   ["Capsule", "objects", (m, at) => ({ shape: { kind: "capsule", radius: m(0.3), height: m(1.5) }, position: at(0, 0, 0.75), material: "plastic" })],
   ["Cone", "objects", (m, at) => ({ shape: { kind: "frustum", bottom_radius: m(0.5), top_radius: m(0.1), height: m(1) }, position: at(0, 0, 0.36), material: "plastic" })],
   ["Cloth", "objects", (m, at) => ({ shape: { kind: "box", size: [m(2), m(2), m(0.04)] }, position: at(0, 0, 2), material: "fabric", support: "air", body: { kind: "cloth" } })],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import trimesh
-from trimesh.creation import box, capsule, cylinder, icosphere, revolve
+from trimesh.creation import box, capsule, cylinder, icosphere, revolve, torus
 
 from physagent_studio.program import SceneObject, Support, scene
 from physagent_studio.program.rotations import about_up, matrix_of
@@ -56,6 +56,8 @@ def _shape(shape: scene.Shape | None) -> trimesh.Trimesh | None:
         middle = max(shape.height - 2 * shape.radius, 1e-6)
         made = capsule(radius=shape.radius, height=middle)
         return made.apply_translation(-made.bounds.mean(axis=0))
+    if isinstance(shape, scene.Torus):
+        return torus(shape.radius, min(shape.tube, shape.radius), 48, 20)
     if isinstance(shape, scene.Frustum):
         half = shape.height / 2
         return _turned(

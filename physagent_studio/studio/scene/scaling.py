@@ -40,7 +40,7 @@ def factors_of(shape: shapes.Shape, axis: int | None, grown: float) -> FloatArra
     if axis is None or isinstance(shape, shapes.Sphere):
         return factors * grown
     factors[axis] = grown
-    round_ = shapes.Cylinder | shapes.Capsule | shapes.Frustum | shapes.Revolved
+    round_ = shapes.Cylinder | shapes.Capsule | shapes.Frustum | shapes.Revolved | shapes.Torus
     if axis < 2 and isinstance(shape, round_):
         factors[:2] = grown
     return factors
@@ -59,6 +59,8 @@ def scaled(shape: shapes.Shape, factors: FloatArray) -> shapes.Shape | None:
             change = {"size": _each(shape.size, factors)}
         case shapes.Cylinder() | shapes.Capsule():
             change = {"radius": _neat(shape.radius * x), "height": _neat(shape.height * z)}
+        case shapes.Torus():
+            change = {"radius": _neat(shape.radius * x), "tube": _neat(shape.tube * z)}
         case shapes.Frustum():
             change = {
                 "bottom_radius": _neat(shape.bottom_radius * x),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -12,7 +13,8 @@ from physagent_studio.errors import InputError
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import quaternion_of
 from physagent_studio.program.scene import Floor, SceneState, Wall
-from physagent_studio.reconstruction.meshes import mesh_of, support_mesh
+from physagent_studio.reconstruction.meshes import support_mesh
+from physagent_studio.reconstruction.stored import stated_mesh
 from physagent_studio.records.scene import Mesh, Scene
 from physagent_studio.rendering.backdrop import PALETTE
 
@@ -23,8 +25,11 @@ ROOM = 1.7
 """How much wider than the resting things the picture is, so that motion stays in it."""
 
 
-def scene_without_photo(state: SceneState, key: str) -> Scene:
-    """The scene of a state in which nothing is open; an `InputError` names what is."""
+def scene_without_photo(state: SceneState, key: str, assets: Mapping[str, Mesh]) -> Scene:
+    """The scene of a state in which nothing is open; an `InputError` names what is.
+
+    assets: stored meshes by what `Meshed.asset` names.
+    """
     for item in state.objects:
         if item.shape is None or item.position is None:
             field = "shape" if item.shape is None else "position"
@@ -38,9 +43,8 @@ def scene_without_photo(state: SceneState, key: str) -> Scene:
                 f"scene.supports.{support.name}.shape is open and there is no photo to find it in"
             )
     meshes = {
-        item.name: replace(mesh_of(item.shape), color=PALETTE[index % len(PALETTE)])
+        item.name: replace(stated_mesh(item, assets), color=PALETTE[index % len(PALETTE)])
         for index, item in enumerate(state.objects)
-        if item.shape is not None
     }
     bounds = _bounds(state, meshes)
     done = state if state.camera else state.model_copy(update={"camera": _camera(*bounds)})

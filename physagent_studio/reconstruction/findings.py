@@ -60,8 +60,8 @@ def is_added(item: SceneObject) -> bool:
     """Whether a person set the thing down in the scene, so that the photo does not show it."""
     if item.source != "person" or item.shape is None or item.position is None:
         return False
-    # What was inflated or came as a mesh stood in the photo first.
-    return item.shape.kind not in ("inflated", "mesh") and not item.grounding.shows_something
+    # What was inflated stood in the photo first.
+    return item.shape.kind != "inflated" and not item.grounding.shows_something
 
 
 def _camera(camera: Camera) -> Finding:

@@ -36,7 +36,7 @@ from physagent_studio.reconstruction import (
 from physagent_studio.reconstruction.bare import scene_without_photo
 from physagent_studio.reconstruction.crossing import edges_of, lines_through
 from physagent_studio.reconstruction.lines import Segments, segments
-from physagent_studio.reconstruction.meshes import mesh_of, support_mesh
+from physagent_studio.reconstruction.meshes import support_mesh
 from physagent_studio.reconstruction.names import support_kind
 from physagent_studio.reconstruction.parts import with_parts
 from physagent_studio.reconstruction.placement import Placed, place_all
@@ -48,6 +48,7 @@ from physagent_studio.reconstruction.segmentation import (
     choose,
 )
 from physagent_studio.reconstruction.steady import reaching
+from physagent_studio.reconstruction.stored import stated_mesh
 from physagent_studio.reconstruction.strokes import corrected
 from physagent_studio.reconstruction.survey import Survey, survey
 from physagent_studio.reconstruction.texture import textured
@@ -89,12 +90,15 @@ def reconstruct(
     progress: Callable[[str, float], None] | None = None,
     segmenter: Segmenter | None = None,
     bodies: Mapping[str, Mesh] | None = None,
+    assets: Mapping[str, Mesh] | None = None,
 ) -> Scene:
     """The scene that a picture shows, every open field of `state` filled.
 
     previous: an earlier scene of the same picture; what did not change is taken from it.
     bodies: meshes of objects of kind `mesh` that came from elsewhere; they are set down on what
-    they stand on. cancelled: asked between steps. progress: called with the step's name and 0 … 1.
+    they stand on. assets: stored meshes by what `Meshed.asset` names, for objects that a person
+    has set down beside what the photo shows. cancelled: asked between steps. progress: called with
+    the step's name and 0 … 1.
     Without a photo nothing may be open, and the scene is drawn from its shapes.
     Raises InputError where an object was neither clicked nor boxed,
     Cancelled when `cancelled` says so.
@@ -105,10 +109,10 @@ def reconstruct(
     if previous is not None and _same_sight(previous.state, state):
         return replace(previous, state=state, hash=key)
     if case.image is None:
-        return scene_without_photo(state, key)
+        return scene_without_photo(state, key, assets or {})
     run = _Run(cancelled, progress)
     state = _turned(state)
-    scene = _look(case, case.image, state, previous, segmenter, bodies, run)
+    scene = _look(case, case.image, state, previous, segmenter, bodies, assets or {}, run)
     run.at("done", 1.0)
     return replace(scene, hash=key)
 
@@ -137,6 +141,7 @@ def _look(
     previous: Scene | None,
     segmenter: Segmenter | None,
     bodies: Mapping[str, Mesh] | None,
+    assets: Mapping[str, Mesh],
     run: _Run,
 ) -> Scene:
     """Every step of a reconstruction in its order; the scene's hash is the caller's."""
@@ -178,9 +183,9 @@ def _look(
         if item.name in placed.meshes
     }
     meshes |= {
-        item.name: mesh_of(item.shape)
+        item.name: stated_mesh(item, assets)
         for item in placed.objects
-        if findings.is_added(item) and item.shape is not None and item.name not in meshes
+        if findings.is_added(item) and item.name not in meshes
     }
     run.at("background", 0.82)
     plate = _plate(image, masks, previous, found, read.camera, solid)

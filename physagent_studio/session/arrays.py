@@ -120,6 +120,18 @@ def unpack_scene(data: bytes, photo: Image | None) -> Scene:
     )
 
 
+def pack_mesh(mesh: Mesh) -> bytes:
+    """The form of an object, without its texture; equal forms have equal bytes."""
+    return pack({"vertices": mesh.vertices, "faces": mesh.faces}, {"color": mesh.color})
+
+
+def unpack_mesh(data: bytes) -> Mesh:
+    """The mesh of `pack_mesh`."""
+    arrays, meta = unpack(data)
+    red, green, blue = meta["color"]
+    return Mesh(arrays["vertices"], arrays["faces"], color=(red, green, blue))
+
+
 def _mesh_arrays(key: str, mesh: Mesh) -> dict[str, NDArray[Any]]:
     arrays: dict[str, NDArray[Any]] = {
         f"{key}/vertices": mesh.vertices,

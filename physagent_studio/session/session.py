@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from physagent_studio.errors import InputError
-from physagent_studio.records import Case, Image, LoopState, Round, Scene
+from physagent_studio.records import Case, Image, LoopState, Mesh, Round, Scene
 from physagent_studio.records.rollout import Rollout
 from physagent_studio.records.rollout_io import rollout_from_bytes, rollout_to_bytes
 from physagent_studio.session import arrays
@@ -24,6 +24,7 @@ from physagent_studio.session.files import FileStore
 
 SCHEMA = 1
 KEPT_ROLLOUTS = 8
+MESH_SUFFIX = ".mesh.npz"
 _TABLES = """
 CREATE TABLE IF NOT EXISTS meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS rounds (id TEXT PRIMARY KEY, number INTEGER, payload TEXT NOT NULL);
@@ -56,6 +57,7 @@ class Session:
                 f"session {folder.name} has format {version}; this version reads format {SCHEMA}"
             )
         self._scenes: dict[str, Scene] = {}
+        self._meshes: dict[str, Mesh] = {}
         self._known_rounds: dict[str, Round] = {}
         self._rollouts: OrderedDict[str, Rollout] = OrderedDict()
 
@@ -225,6 +227,18 @@ class Session:
             self._scenes[key] = arrays.unpack_scene(self.files.get(key), self._image)
         return self._scenes[key]
 
+    def put_mesh(self, mesh: Mesh) -> str:
+        """Stores the form of an object and returns its asset, as `Meshed.asset` names it."""
+        asset = self.files.put(arrays.pack_mesh(mesh), MESH_SUFFIX).removesuffix(MESH_SUFFIX)
+        self._meshes[asset] = mesh
+        return asset
+
+    def mesh(self, asset: str) -> Mesh | None:
+        """The stored mesh of an asset; None where it came from elsewhere."""
+        if asset not in self._meshes and asset + MESH_SUFFIX in self.files:
+            self._meshes[asset] = arrays.unpack_mesh(self.files.get(asset + MESH_SUFFIX))
+        return self._meshes.get(asset)
+
     def put_frames(self, frames: tuple[Image, ...]) -> str:
         """Stores evidence frames and returns their key."""
         return self.files.put(arrays.pack_frames(frames), ".npz")
@@ -289,6 +303,7 @@ class Session:
         try:
             yield
         except BaseException:
+            # Whatever ends the work, a stop of the process included, ends the transaction too.
             self._db.execute("ROLLBACK")
             raise
         self._db.execute("COMMIT")

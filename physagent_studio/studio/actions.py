@@ -12,9 +12,10 @@ from typing import Any, Protocol
 from physagent_studio.errors import InputError, StudioError
 from physagent_studio.program import MATERIALS, PhysicalProgram, Support, apply
 from physagent_studio.program import scene as shapes
-from physagent_studio.studio import intents, intents_shelf, photo_actions, shelf
+from physagent_studio.studio import intents, intents_shelf, mesh_actions, photo_actions, shelf
 from physagent_studio.studio.finder import Finder
 from physagent_studio.studio.library import Library, output_path
+from physagent_studio.studio.mesh_actions import MeshDesk
 from physagent_studio.studio.painter import Painter
 from physagent_studio.studio.photo_desk import PhotoDesk
 from physagent_studio.studio.replay import recording_of, replay_of
@@ -40,6 +41,7 @@ class Studio(Protocol):
     library: Library
     finder: Finder
     photo_desk: PhotoDesk
+    mesh_desk: MeshDesk
     tokens: dict[int, str]
     presenting: set[int]
 
@@ -314,5 +316,5 @@ carry_out.register(intents_shelf.DuplicateSession, shelf.duplicate)
 carry_out.register(intents_shelf.DeleteSession, shelf.delete)
 carry_out.register(intents_shelf.RestoreSession, shelf.restore)
 
-for asked, act in photo_actions.ACTIONS.items():
+for asked, act in (photo_actions.ACTIONS | mesh_actions.ACTIONS).items():
     carry_out.register(asked, act)

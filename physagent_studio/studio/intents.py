@@ -16,6 +16,7 @@ from physagent_studio.program import Edit, Frozen
 from physagent_studio.program.base import Name, Text
 from physagent_studio.program.scene import Click
 from physagent_studio.records.judgement import DecisionKind, PolicyName
+from physagent_studio.studio.intents_mesh import MeshIntent
 from physagent_studio.studio.intents_photo import PhotoIntent
 from physagent_studio.studio.intents_shelf import Present, ShelfIntent
 
@@ -284,7 +285,7 @@ Intent = Annotated[
     | StepOn | Cancel | DecideOn | Overrule | Policy | Budget | PinFact | ShowRound | Fork
     | Change | Try | Wish | WriteText | DropDraft | Undo
     | OpenKnown | OpenBare | NewCase | RenameTo | Dismiss | Video | ShelfIntent
-    | PhotoIntent,
+    | PhotoIntent | MeshIntent,
     Field(discriminator="do"),
 ]  # fmt: skip
 

@@ -29,6 +29,7 @@ from physagent_studio.studio.finder import Finder
 from physagent_studio.studio.guard import close_client, open_server, stop_server, token_of
 from physagent_studio.studio.hub import Hub
 from physagent_studio.studio.library import Library
+from physagent_studio.studio.mesh_actions import MeshDesk
 from physagent_studio.studio.painter import Painter
 from physagent_studio.studio.photo_desk import PhotoDesk
 from physagent_studio.studio.scene.stage import Hands
@@ -69,6 +70,7 @@ class Studio:
         self.hub = Hub(self._heard, lambda _count: self.later(self._let_go))
         self.finder = Finder(self.hub.tell)
         self.photo_desk = PhotoDesk()
+        self.mesh_desk = MeshDesk()
         self._site = Site(workbench.snapshot, workbench.store, self.library)
         self._server = open_server(port, self._site.page, self.hub.talk)
         hands = Hands(self._picked, self._edited, self._wished, self.later)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from physagent_studio.program import Click, Edit, PhysicalProgram
+from physagent_studio.records import Mesh
 from physagent_studio.records.judgement import DecisionKind, PolicyName
 
 if TYPE_CHECKING:
@@ -77,6 +78,19 @@ class ApplyEdits:
 
     edits: tuple[Edit, ...]
     reason: str = ""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class AddMesh:
+    """A new object with the form `body` (body frame, m), set down with its lowest point on `foot`.
+
+    foot: world, m. support: what it stands on there; None for nothing in particular.
+    """
+
+    name: str
+    body: Mesh
+    foot: tuple[float, float, float]
+    support: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,6 +227,7 @@ Command = (
     | Run
     | Decide
     | ApplyEdits
+    | AddMesh
     | Wish
     | ApplyText
     | ValidateText

@@ -17,7 +17,7 @@ from physagent_studio.program.document import load_program
 from physagent_studio.records import Decision, LoopState, Mesh, Override, Rollout, Round, Scene
 from physagent_studio.session import Session
 from physagent_studio.session.session import now
-from physagent_studio.workbench import commands, deciding, photo_edits
+from physagent_studio.workbench import commands, deciding, mesh_edits, photo_edits
 from physagent_studio.workbench.engine import AgentName, Control, Engine, limits_of
 from physagent_studio.workbench.meter import Meter
 from physagent_studio.workbench.snapshot import Attempt
@@ -186,6 +186,14 @@ class Desk:
         self._require_head("edit")
         draft = apply(self.program, command.edits)
         self._draft(draft, command.reason or "edit")
+
+    @handle.register
+    def _(self, command: commands.AddMesh) -> None:
+        self._require_head("add something")
+        name = mesh_edits.name_for(self.program, command.name)
+        asset = self.session.put_mesh(command.body)
+        edits = mesh_edits.adding(name, command.body, asset, command.foot, command.support)
+        self._draft(apply(self.program, edits), f"added {name}")
 
     @handle.register
     def _(self, command: commands.Wish) -> None:

@@ -23,6 +23,7 @@ from physagent_studio.agent.vlm import (
 from physagent_studio.contract import measure
 from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.program import PhysicalProgram, SceneState
+from physagent_studio.program.scene import Meshed
 from physagent_studio.reconstruction import reconstruct
 from physagent_studio.records import Case, Image, Mesh, Rollout, Scene
 from physagent_studio.rendering import Compositor, frame_of
@@ -137,9 +138,16 @@ class Engine:
             state,
             # Masks and plate of any earlier scene of the picture serve as long as they fit.
             previous=previous or next(reversed(self._scenes.values()), None),
+            assets=self._assets(state),
             cancelled=self.control.cancelled,
             progress=progress,
         )
+
+    def _assets(self, state: SceneState) -> dict[str, Mesh]:
+        """The stored meshes that a state names; those of other origin are the backend's."""
+        named = {item.shape.asset for item in state.objects if isinstance(item.shape, Meshed)}
+        found = {asset: self.session.mesh(asset) for asset in named}
+        return {asset: mesh for asset, mesh in found.items() if mesh is not None}
 
     def simulate(self, program: PhysicalProgram, scene: Scene) -> Rollout:
         """One run of the physics engine."""

@@ -1,6 +1,6 @@
 // Dialogs: open a case or a session, and a new session from a photo.
 
-import { button, draw, h, keepInside, say } from "./dom.js";
+import { button, draw, dropping, h, keepInside, say } from "./dom.js";
 import { makeShelf } from "./shelf.js";
 import { on, send } from "./wire.js";
 
@@ -68,8 +68,8 @@ export function startDialogs(host) {
   function fresh() {
     shell("New session from a photo", [
       problem ? h("div", { class: "strip bad", style: "margin-bottom:10px" }, problem) : null,
-      !photo ? h("label", { class: "entry", style: "justify-content:center;padding:48px;border-style:dashed" },
-        h("span", { class: "muted" }, h("b", {}, "Choose a photo"), " · PNG, JPEG or WebP"), h("input", { type: "file", accept: "image/png,image/jpeg,image/webp", "aria-label": "Photo", style: "position:absolute;opacity:0;width:1px", onchange: (e) => take(e.target.files[0]) })) : [
+      !photo ? h("label", { class: "entry drop", ...dropping(take) },
+        h("span", { class: "muted" }, h("b", {}, "Choose a photo"), " · PNG, JPEG or WebP"), h("input", { type: "file", accept: "image/png,image/jpeg,image/webp", "aria-label": "Photo", onchange: (e) => take(e.target.files[0]) })) : [
         h("p", { class: "muted", style: "margin-bottom:8px" }, "Click on each thing that takes part; Shift+click marks what does not belong to it. Without any click, what the sentence names is looked for."),
         h("div", { class: "photo", style: "cursor:crosshair", "data-photo": true, onclick: click, oncontextmenu: (e) => { e.preventDefault(); click(e); } },
           h("img", { src: photo.url, alt: "Your photo", draggable: "false" }),

@@ -74,7 +74,7 @@ function patch(old, next) {
   const server = old.dataset && old.dataset.server;
   for (const { name } of [...old.attributes]) if (!next.hasAttribute(name)) old.removeAttribute(name);
   for (const { name, value } of next.attributes) if (old.getAttribute(name) !== value) old.setAttribute(name, value);
-  for (const name of ["onclick", "oninput", "onchange", "onkeydown", "onkeyup", "onpointerdown", "onpointermove", "onpointerup", "onpointerleave", "onpointerenter", "onblur", "onfocus", "onscroll", "ondblclick", "oncontextmenu", "onsubmit", "onload"]) {
+  for (const name of ["onclick", "oninput", "onchange", "onkeydown", "onkeyup", "onpointerdown", "onpointermove", "onpointerup", "onpointerleave", "onpointerenter", "onblur", "onfocus", "onscroll", "ondblclick", "oncontextmenu", "onsubmit", "onload", "ondragover", "ondragleave", "ondrop"]) {
     if (old[name] !== next[name]) old[name] = next[name];
   }
   for (const name of ["disabled", "hidden", "checked", "readOnly", "selected"]) if (name in next && old[name] !== next[name]) old[name] = next[name];
@@ -84,6 +84,13 @@ function patch(old, next) {
   }
   if (old.nodeName !== "TEXTAREA" && old.nodeName !== "SELECT") children(old, next);
 }
+
+// A place that a file can be dropped on.
+export const dropping = (take) => ({
+  ondragover: (event) => { event.preventDefault(); event.currentTarget.classList.add("over"); },
+  ondragleave: (event) => event.currentTarget.classList.remove("over"),
+  ondrop: (event) => { event.preventDefault(); event.currentTarget.classList.remove("over"); take(event.dataTransfer.files[0]); },
+});
 
 // Tab goes round inside a dialog.
 export function keepInside(event) {

@@ -4,6 +4,7 @@ import { draw, h } from "./dom.js";
 import { startDialogs } from "./dialogs.js";
 import { startInspector } from "./inspector.js";
 import { startKeys } from "./keys.js";
+import { startMeshFile } from "./mesh_file.js";
 import { startNotices } from "./notices.js";
 import { startPhoto } from "./photo.js";
 import { startPlots } from "./plots.js";
@@ -107,11 +108,12 @@ function start() {
   startInspector(right.bodies.inspector);
   startProgram(right.bodies.program);
   startPhoto(right.bodies.photo);
-  startScene(right.bodies.scene, document.getElementById("viewbar"), document.getElementById("banner"));
+  const meshFile = startMeshFile(document.body.appendChild(h("div", {})));
+  startScene(right.bodies.scene, document.getElementById("viewbar"), document.getElementById("banner"), meshFile);
   startTimeline(document.getElementById("timeline"));
   const presenter = startPresenter(left);
   const tour = startTour(() => !document.querySelector(".shade"));
-  startKeys({ left, right, dialogs, theme, presenter, tour });
+  startKeys({ left, right, dialogs, meshFile, theme, presenter, tour });
   connect();
 }
 

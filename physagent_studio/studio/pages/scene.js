@@ -20,16 +20,16 @@ const NEW = [
   ["Ground", "supports", (m, at) => ({ shape: { kind: "floor", height: at(0, 0, 0)[2] } })],
 ];
 
-export function startScene(host, bar, banner) {
+export function startScene(host, bar, banner, meshFile) {
   let data = null;
   const add = (list, text, make) => {
     const stem = { Ground: "floor" }[text] || text.toLowerCase();
     const known = new Set(data.things.map((one) => one.name));
     let name = stem;
     for (let count = 2; known.has(name); count += 1) name = `${stem}_${count}`;
-    const { x, y, ground, size } = data.spot, neat = (value) => Number(value.toPrecision(4));
+    const { x, y, ground, on: under, size } = list === "objects" ? data.spot : data.groundSpot, neat = (value) => Number(value.toPrecision(4));
     const item = make((part) => neat(part * size), (a, b, c) => [neat(x + a * size), neat(y + b * size), neat(ground + c * size)]);
-    if (edit([{ op: "add", path: `scene.${list}`, item: { name, source: "person", ...item } }], `added ${name}`)) send({ do: "select", kind: list === "objects" ? "object" : "support", name });
+    if (edit([{ op: "add", path: `scene.${list}`, item: { name, source: "person", ...(list === "objects" && under ? { support: under } : {}), ...item } }], `added ${name}`)) send({ do: "select", kind: list === "objects" ? "object" : "support", name });
   };
   on("scene", (next) => {
     data = next;
@@ -38,7 +38,7 @@ export function startScene(host, bar, banner) {
       h("div", { class: "stack", style: "gap:5px" }, data.switches.map((one) => h("label", { class: "row" }, h("input", { type: "checkbox", checked: one.on, onchange: () => send({ do: "show", what: one.what, on: !one.on }) }), one.text))),
       h("div", { class: "head" }, "Things"),
       h("div", { class: "stack", style: "gap:2px" }, data.things.map((one) => h("button", { class: "b quiet row", type: "button", style: "text-align:left;width:100%", onclick: () => send({ do: "select", kind: one.kind, name: one.name }) }, h("span", { class: "grow" }, one.name.replaceAll("_", " ")), h("span", { class: "chip" }, one.material.replaceAll("_", " "))))),
-      data.readOnly ? null : [h("div", { class: "head" }, "Add"), h("div", { class: "row wrap", style: "gap:4px" }, NEW.map(([text, list, item]) => h("button", { class: "b small", type: "button", onclick: () => add(list, text, item) }, text)))],
+      data.readOnly ? null : [h("div", { class: "head" }, "Add"), h("div", { class: "row wrap", style: "gap:4px" }, NEW.map(([text, list, item]) => h("button", { class: "b small", type: "button", onclick: () => add(list, text, item) }, text)), h("button", { class: "b small", type: "button", title: "An object from a GLB, OBJ, PLY or STL file", onclick: meshFile.open }, "Mesh file…"))],
       data.camera ? [h("div", { class: "head" }, "Camera"), h("button", { class: "link", type: "button", onclick: () => send({ do: "select", kind: "camera" }) }, data.camera.text)] : null,
       data.findings.length ? [h("div", { class: "head" }, "How well the scene matches the photo"), data.findings.map((one) => h("div", { class: "check" }, h("span", { class: `dot ${one.ok ? "ok" : "bad"}` }, one.ok ? "✓" : "✕"), h("span", {}, one.text)))] : null,
       data.flags.length ? [h("div", { class: "head" }, "Assumed"), data.flags.map((one) => h("p", { class: "muted" }, one))] : null);

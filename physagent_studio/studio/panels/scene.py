@@ -4,11 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
-from physagent_studio.program import PhysicalProgram
-from physagent_studio.program.scene import Floor
-from physagent_studio.program.shapes import outline_of
+from physagent_studio.studio.panels.spots import Spot, ground_spot, spot_of
 from physagent_studio.studio.panels.words import number
 from physagent_studio.studio.view import View
 from physagent_studio.workbench import Snapshot
@@ -30,21 +26,9 @@ SWITCHES = (
 )
 
 
-def spot_of(program: PhysicalProgram) -> dict[str, Any]:
-    """Where new things go: beside what is there, on the ground, and of its size, m."""
-    whole = [o for o in program.scene.objects if o.shape is not None and o.position is not None]
-    if not whole:
-        return {"x": 0.0, "y": 1.5, "ground": 0.0, "size": 0.2}
-    sizes = np.array([outline_of(o.shape).size for o in whole if o.shape is not None])
-    places = np.array([o.position for o in whole])
-    size = float(np.median(sizes.max(axis=1)))
-    floors = [s.shape.height for s in program.scene.supports if isinstance(s.shape, Floor)]
-    return {
-        "x": round(float((places + sizes / 2)[:, 0].max()) + size, 4),
-        "y": round(float(places[:, 1].mean()), 4),
-        "ground": min(floors, default=0.0),
-        "size": float(f"{size:.3g}"),
-    }
+def _written(spot: Spot) -> dict[str, Any]:
+    x, y, ground = spot.foot
+    return {"x": x, "y": y, "ground": ground, "on": spot.on, "size": spot.size}
 
 
 def state_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
@@ -76,7 +60,8 @@ def state_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
         "findings": []
         if scene is None
         else [{"ok": one.ok, "text": one.text, "subject": one.subject} for one in scene.findings],
-        "spot": spot_of(snapshot.program),
+        "spot": _written(spot_of(snapshot.program, view.selection)),
+        "groundSpot": _written(ground_spot(snapshot.program)),
         "readOnly": snapshot.read_only or snapshot.session_id is None,
         "flags": list(snapshot.program.scene.flags),
     }

@@ -19,7 +19,8 @@ from physagent_studio.reconstruction.masks import BoolArray, bounds, iou
 from physagent_studio.reconstruction.meshes import capsule_profile, mesh_of
 from physagent_studio.reconstruction.names import Usual
 from physagent_studio.reconstruction.revolve import mirror_symmetry, revolved
-from physagent_studio.reconstruction.shapes import PRIOR, Base, fit_all
+from physagent_studio.reconstruction.rings import fit_ring, hole_of
+from physagent_studio.reconstruction.shapes import PRIOR, Base, Fit, fit_all
 from physagent_studio.reconstruction.silhouette import silhouette
 from physagent_studio.records.scene import Mesh
 
@@ -56,19 +57,23 @@ def forms(
 
     kinds: only these, if given. hidden: pixels (H, W) of other objects, which may cover parts.
     """
-    wanted = tuple(kinds) if kinds else _worth_trying(mask, usual)
-    found = [
-        Form(fit.shape.kind, fit.shape, mesh_of(fit.shape), fit.position, fit.rotation, fit.iou, m)
-        for fit in fit_all(
-            camera, mask, base, [k for k in PRIMITIVES if k in wanted], usual.shapes, hidden
-        )
-        for m in [fit.merit]
-    ]
+    wanted = tuple(kinds) if kinds else _worth_trying(mask, usual, hidden)
+    primitives = [kind for kind in PRIMITIVES if kind in wanted]
+    found = [_form_of(fit) for fit in fit_all(camera, mask, base, primitives, usual.shapes, hidden)]
+    if "torus" in wanted:
+        ring = fit_ring(camera, mask, base, usual.shapes, hidden)
+        found += [_form_of(ring)] if ring is not None else []
     if "revolved" in wanted:
         found += _revolved_form(camera, mask, base, usual)
     if "inflated" in wanted or not found:
         found.append(_inflated_form(camera, mask, base, usual))
     return sorted(found, key=lambda form: -form.merit)
+
+
+def _form_of(fit: Fit) -> Form:
+    mesh = mesh_of(fit.shape)
+    kind = fit.shape.kind
+    return Form(kind, fit.shape, mesh, fit.position, fit.rotation, fit.iou, fit.merit)
 
 
 def with_flats(form: Form) -> Form:
@@ -100,13 +105,14 @@ def balances_on_a_point(form: Form) -> bool:
     return isinstance(shape, Ellipsoid) and shape.radii[2] > 1.15 * min(shape.radii[:2])
 
 
-def _worth_trying(mask: BoolArray, usual: Usual) -> tuple[str, ...]:
-    """The kinds that a known name allows; all of them for an unknown one."""
+def _worth_trying(mask: BoolArray, usual: Usual, hidden: BoolArray | None) -> tuple[str, ...]:
+    """The kinds that a known name allows; all of them for an unknown one. A hole shows a ring."""
+    ring = ("torus",) if hole_of(mask, hidden) is not None else ()
     if usual.shapes == ("sphere",):
-        return ("sphere", "ellipsoid", "inflated")
+        return ("sphere", "ellipsoid", *ring, "inflated")
     if usual.shapes:
-        return tuple(dict.fromkeys((*usual.shapes, "inflated")))
-    kinds = [*PRIMITIVES, "inflated"]
+        return tuple(dict.fromkeys((*usual.shapes, *ring, "inflated")))
+    kinds = [*PRIMITIVES, *ring, "inflated"]
     if mirror_symmetry(mask) > 0.9:
         kinds.append("revolved")
     return tuple(kinds)

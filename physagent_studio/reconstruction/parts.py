@@ -28,7 +28,7 @@ LEAST_REACH = 0.03
 FOOT = 0.15
 """Nothing is a part in the lowest share of the silhouette: shadows and reflections are there."""
 _PRIMITIVES = frozenset(
-    ["sphere", "ellipsoid", "box", "cylinder", "capsule", "frustum", "revolved"]
+    ["sphere", "ellipsoid", "box", "cylinder", "capsule", "frustum", "revolved", "torus"]
 )
 
 

@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
@@ -24,8 +23,9 @@ from physagent_studio.program.scene import (
     Sphere,
 )
 from physagent_studio.reconstruction.geometry import metres_per_pixel
-from physagent_studio.reconstruction.masks import BoolArray, bounds
+from physagent_studio.reconstruction.masks import BoolArray
 from physagent_studio.reconstruction.meshes import frustum_centre
+from physagent_studio.reconstruction.target import Target
 
 FloatArray = NDArray[np.float64]
 
@@ -98,7 +98,7 @@ def fit_all(
 
     hidden: pixels (H, W) of other objects, where this one may go on unseen.
     """
-    target = _Target.of(mask, hidden)
+    target = Target.of(mask, hidden)
     fits = [_fit(camera, target, base, kind) for kind in kinds]
     graded = [
         Fit(f.shape, f.position, f.rotation, f.iou, f.iou - COST[k] + PRIOR * (k in suggested))
@@ -106,50 +106,6 @@ def fit_all(
         if f is not None
     ]
     return sorted(graded, key=lambda fit: -fit.merit)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Target:
-    """The mask cut out and shrunk: picture (x, y) → ((x, y) − origin) · factor.
-
-    open: pixels where the object would be seen if it were there.
-    """
-
-    mask: BoolArray
-    open: BoolArray
-    area: int
-    origin: tuple[float, float]
-    factor: float
-    width: float
-    height: float
-
-    @classmethod
-    def of(cls, mask: BoolArray, hidden: BoolArray | None, side: int = 150) -> _Target:
-        x0, y0, x1, y1 = bounds(mask)
-        pad = 0.15 * max(x1 - x0, y1 - y0) + 2
-        factor = side / (max(x1 - x0, y1 - y0) + 2 * pad)
-        size = (int((x1 - x0 + 2 * pad) * factor), int((y1 - y0 + 2 * pad) * factor))
-        move = np.array([[factor, 0, -(x0 - pad) * factor], [0, factor, -(y0 - pad) * factor]])
-        # Pixel centres, not corners, are what warpAffine maps.
-        move[:, 2] += 0.5 * factor - 0.5
-        small = cv2.warpAffine(mask.astype(np.float32), move, size, flags=cv2.INTER_LINEAR)
-        solid = np.asarray(small > 0.5)
-        free = np.ones_like(solid)
-        if hidden is not None:
-            cover = (hidden & ~mask).astype(np.float32)
-            free = np.asarray(cv2.warpAffine(cover, move, size, flags=cv2.INTER_LINEAR) < 0.5)
-        area, origin = int((solid & free).sum()), (x0 - pad, y0 - pad)
-        return cls(solid & free, free, area, origin, factor, float(x1 - x0), float(y1 - y0))
-
-    def iou(self, pixels: FloatArray) -> float:
-        """IoU of the mask with the convex hull of picture points (N, 2)."""
-        local = (pixels - self.origin) * self.factor
-        hull = cv2.convexHull((local * 16 - 8).astype(np.float32)).astype(np.int32)
-        canvas = np.zeros(self.mask.shape, np.uint8)
-        cv2.fillConvexPoly(canvas, hull, 1, shift=4)
-        drawn = canvas.astype(bool) & self.open
-        both = int(np.count_nonzero(drawn & self.mask))
-        return both / max(self.area + int(np.count_nonzero(drawn)) - both, 1)
 
 
 def _sphere_rim(eye: FloatArray, centre: FloatArray, radii: FloatArray) -> FloatArray:
@@ -224,7 +180,7 @@ def _starts(kind: str, width: float, height: float) -> list[list[float]]:
     return [[w - 0.05, h - 0.08, w - 0.6, 0.0], *turned]
 
 
-def _fit(camera: Camera, target: _Target, base: Base, kind: str) -> Fit | None:
+def _fit(camera: Camera, target: Target, base: Base, kind: str) -> Fit | None:
     eye = np.array(camera.position)
     pixel = metres_per_pixel(camera, (base.x, base.y, base.z))
     width, height = target.width * pixel, target.height * pixel

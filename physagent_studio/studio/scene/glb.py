@@ -2,8 +2,10 @@
 
 The texture is a photograph, light and shade included, so it must not be lit again. viser's viewer
 sends every colour through three.js's ACES film curve; the texture is therefore sent through the
-inverse of that curve first and used as pure emission (`KHR_materials_emissive_strength`), which
-leaves the photo's own colours up to its brightest highlights.
+inverse of that curve first and drawn unlit (`KHR_materials_unlit`), which leaves the photo's own
+colours up to its brightest highlights and costs no light. What is brighter than 1 before the curve
+goes into the factor of the texture: glTF would have it in 0 … 1, three.js multiplies by whatever
+it is. These files are for the viewer alone.
 
 Source of the curve: three.js r16x, `tonemapping_pars_fragment.glsl`, `ACESFilmicToneMapping`
 (Stephen Hill's fit), exposure 1.
@@ -58,7 +60,7 @@ def before_film_curve(image: Image) -> tuple[Image, float]:
 
 
 def glb_of(mesh: Mesh, *, quality: int = 92) -> bytes:
-    """Binary glTF of a mesh: emissive where it has a texture, lit where it has a colour."""
+    """Binary glTF of a mesh: unlit where it has a texture, lit where it has a colour."""
     vertices = np.ascontiguousarray(mesh.vertices, np.float32)
     faces = np.ascontiguousarray(mesh.faces, np.uint32)
     chunks = [vertices.tobytes(), _normals(mesh).tobytes(), faces.tobytes()]
@@ -70,7 +72,7 @@ def glb_of(mesh: Mesh, *, quality: int = 92) -> bytes:
         ok, coded = cv2.imencode(".jpg", picture[:, :, ::-1], [cv2.IMWRITE_JPEG_QUALITY, quality])
         assert ok
         chunks += [uv.tobytes(), coded.tobytes()]
-        material = _emissive(strength)
+        material = _unlit(strength)
     else:
         material = _lit(mesh.color)
     return _pack(chunks, vertices, faces, material, textured=picture is not None)
@@ -86,20 +88,14 @@ def _normals(mesh: Mesh) -> NDArray[np.float32]:
     return np.ascontiguousarray(normals / np.maximum(lengths, 1e-20), np.float32)
 
 
-def _emissive(strength: float) -> dict[str, object]:
+def _unlit(strength: float) -> dict[str, object]:
     return {
         "pbrMetallicRoughness": {
-            "baseColorFactor": [0, 0, 0, 1],
-            "metallicFactor": 0,
-            "roughnessFactor": 1,
+            "baseColorFactor": [strength, strength, strength, 1],
+            "baseColorTexture": {"index": 0},
         },
-        "emissiveFactor": [1, 1, 1],
-        "emissiveTexture": {"index": 0},
         "doubleSided": True,
-        "extensions": {
-            "KHR_materials_emissive_strength": {"emissiveStrength": strength},
-            "KHR_materials_specular": {"specularFactor": 0},
-        },
+        "extensions": {"KHR_materials_unlit": {}},
     }
 
 

@@ -78,6 +78,8 @@ class Stage:
         self._sent: tuple[list[str], NDArray[np.float64], NDArray[np.float64]] | None = None
         self._extent: tuple[object, NDArray[np.float64], float] | None = None
         server.scene.world_axes.visible = False
+        # Nothing here throws a shadow; viser would draw three maps of none on every frame.
+        server.scene.configure_default_lights(cast_shadow=False)
 
     def draw(self, snapshot: Snapshot, view: View, earlier: Rollout | None) -> None:
         """Brings the whole stage up to date."""

@@ -2,59 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 import pytest
-from playwright.sync_api import Frame, expect
+from playwright.sync_api import expect
 
 from tests.browser.conftest import Desk
+from tests.browser.in_scene import POSE, pixel_of, pose_of, pull, view_of
 
 pytestmark = pytest.mark.browser
-
-PIXEL = """([x, y, z]) => {
-  const m = window.__viserMutable, root = m.nodeRefFromName[''];
-  const v = m.camera.position.clone().set(x, y, z);
-  root.localToWorld(v); v.project(m.camera);
-  const c = m.canvas.getBoundingClientRect();
-  return [c.x + (v.x + 1) / 2 * c.width, c.y + (1 - v.y) / 2 * c.height];
-}"""
-POSE = """name => {
-  const node = window.__viserMutable?.nodeRefFromName?.[name];
-  return node ? node.position.toArray() : null;
-}"""
-
-
-def _view(desk: Desk) -> Frame:
-    """The viewer's own page, once it draws."""
-
-    def found() -> Frame | None:
-        for frame in desk.page.frames:
-            if "/viewer/" in frame.url and frame.evaluate(
-                "() => Boolean(window.__viserMutable?.camera)"
-            ):
-                return frame
-        return None
-
-    return desk.until(found, "a 3D view")
-
-
-def _pose(view: Frame, name: str) -> list[float] | None:
-    return view.evaluate(POSE, f"/objects/{name}")
-
-
-def _pixel(desk: Desk, view: Frame, point: Any) -> tuple[float, float]:
-    """Where a world point is on the page."""
-    x, y = view.evaluate(PIXEL, [float(part) for part in point])
-    box = desk.page.locator("#viewer").bounding_box()
-    assert box is not None
-    return box["x"] + x, box["y"] + y
 
 
 def test_scene_shows_selects_and_edits(drawn: Desk) -> None:
     page, workbench = drawn.page, drawn.workbench
-    view = _view(drawn)
+    view = view_of(drawn)
     rollout = drawn.snapshot.rollout
     assert rollout is not None
     action = drawn.snapshot.program.event.actions[0]
@@ -62,7 +22,7 @@ def test_scene_shows_selects_and_edits(drawn: Desk) -> None:
     at = rollout.objects.index(name)
 
     def stands_at(step: int) -> bool:
-        pose = _pose(view, name)
+        pose = pose_of(view, name)
         return pose is not None and bool(np.allclose(pose, rollout.positions[step, at], atol=1e-4))
 
     drawn.until(lambda: stands_at(0), "the object at its place")
@@ -80,7 +40,7 @@ def test_scene_shows_selects_and_edits(drawn: Desk) -> None:
     assert box is not None
 
     def matches() -> bool:
-        x, y = _pixel(drawn, view, rollout.positions[0, at])
+        x, y = pixel_of(drawn, view, rollout.positions[0, at])
         scale = min(box["width"] / width, box["height"] / rows)
         want_x = box["x"] + box["width"] / 2 + (seen[0, 0] - width / 2) * scale
         want_y = box["y"] + box["height"] / 2 + (seen[0, 1] - rows / 2) * scale
@@ -90,7 +50,7 @@ def test_scene_shows_selects_and_edits(drawn: Desk) -> None:
 
     # A click selects; the inspector follows.
     def select() -> bool:
-        page.mouse.click(*_pixel(drawn, view, rollout.positions[0, at]))
+        page.mouse.click(*pixel_of(drawn, view, rollout.positions[0, at]))
         page.wait_for_timeout(400)
         return drawn.studio.view.selection.name == name
 
@@ -105,7 +65,7 @@ def test_scene_shows_selects_and_edits(drawn: Desk) -> None:
     tip = np.array(view.evaluate(POSE, grip))
 
     def drag() -> bool:
-        x, y = _pixel(drawn, view, tip)
+        x, y = pixel_of(drawn, view, tip)
         page.mouse.move(x, y)
         page.wait_for_timeout(150)
         page.mouse.down()
@@ -126,33 +86,10 @@ def test_scene_shows_selects_and_edits(drawn: Desk) -> None:
     assert np.isfinite(value).all()
 
 
-def _pull(desk: Desk, start: Callable[[], Any], by: tuple[float, float], done: Callable) -> Any:
-    """Drags as a hand does, slowly, from where `start` is on the page, until it has an effect.
-
-    The viewer looks once a frame where the pointer is, and a frame takes long when drawn in
-    software, so a first try may miss the handle.
-    """
-    mouse, page = desk.page.mouse, desk.page
-    for _ in range(8):
-        x, y = start()
-        mouse.move(x, y)
-        page.wait_for_timeout(200)
-        mouse.down()
-        mouse.move(x + by[0] * 0.7, y + by[1] * 0.7, steps=3)
-        mouse.move(x + by[0], y + by[1], steps=2)
-        page.wait_for_timeout(200)
-        mouse.up()
-        for _ in range(100):
-            if found := done():
-                return found
-            page.wait_for_timeout(25)
-    raise AssertionError(f"no drag by {by} had an effect")
-
-
 def test_handles_move_scale_and_wish(drawn: Desk) -> None:
     """What is dragged at the start is one edit each; later it is a wish, then a proposal."""
     page = drawn.page
-    view = _view(drawn)
+    view = view_of(drawn)
     item = drawn.snapshot.program.scene.object("red_ball")
     assert item is not None
     assert item.position is not None
@@ -173,7 +110,7 @@ def test_handles_move_scale_and_wish(drawn: Desk) -> None:
         drawn.button("Undo (Ctrl+Z)").click()
         drawn.until(lambda: drawn.snapshot.program == first, "one step back")
 
-    _pull(drawn, lambda: _pixel(drawn, view, place + arm), (40, 0), drafted)
+    pull(drawn, lambda: pixel_of(drawn, view, place + arm), (40, 0), drafted)
     drawn.idle()
     moved = drawn.snapshot.program.scene.object("red_ball")
     assert moved is not None
@@ -187,7 +124,7 @@ def test_handles_move_scale_and_wish(drawn: Desk) -> None:
     grip = "/selection/frame/all"
     drawn.until(lambda: view.evaluate(POSE, grip), "a corner to pull")
     corner = place + np.array(view.evaluate(POSE, grip))
-    _pull(drawn, lambda: _pixel(drawn, view, corner), (22, -18), drafted)
+    pull(drawn, lambda: pixel_of(drawn, view, corner), (22, -18), drafted)
     drawn.idle()
     larger = drawn.snapshot.program.scene.object("red_ball")
     assert larger is not None
@@ -212,7 +149,7 @@ def test_handles_move_scale_and_wish(drawn: Desk) -> None:
         busy, current = drawn.snapshot.busy, drawn.snapshot.state.current
         return bool(busy or (current and current.proposal and current.proposal != old_proposal))
 
-    _pull(drawn, lambda: _pixel(drawn, view, then + arm), (25, 0), answered)
+    pull(drawn, lambda: pixel_of(drawn, view, then + arm), (25, 0), answered)
     drawn.idle()
     assert not drawn.snapshot.has_draft
     expect(page.get_by_role("group", name="Proposal")).to_contain_text("You put red ball")

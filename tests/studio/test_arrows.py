@@ -10,7 +10,8 @@ from physagent_studio.studio.scene.marks import tip_of
 
 
 def _arrow(vector: tuple[float, float, float], gap: float) -> Arrow:
-    return Arrow("a", np.array([1.0, 2.0, 3.0]), np.array(vector), 0.25, "", "action", gap)
+    reach = (gap, 2 * gap, 3 * gap)
+    return Arrow("a", np.array([1.0, 2.0, 3.0]), np.array(vector), 0.25, "", "action", reach)
 
 
 def test_it_begins_at_the_surface_and_keeps_its_length() -> None:
@@ -24,7 +25,7 @@ def test_it_begins_at_the_surface_and_keeps_its_length() -> None:
 def test_a_dragged_tip_stays_under_the_hand(tip: tuple[float, float, float]) -> None:
     one = _arrow((0.5, 0, 0), 0.1)
     vector = one.vector_to(np.array(tip))
-    moved = Arrow("a", one.middle, vector, 0.25, "", "action", 0.1)
+    moved = Arrow("a", one.middle, vector, 0.25, "", "action", one.reach)
     assert moved.tip == pytest.approx(tip)
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.program import Action, Directed, duration_of
 from physagent_studio.program.actions import ApplyForce, SetVelocity
+from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.shapes import outline_of
 from physagent_studio.records import Rollout
 from physagent_studio.simulation.vectors import support_centre, unit_of
@@ -29,9 +30,9 @@ LINGER = 12
 class Arrow:
     """One arrow: the middle of its thing and a vector, world, m.
 
-    scale: metres for one unit of the quantity. gap: how far from the middle the arrow begins, so
-    that the thing does not hide it, m. path: the field that dragging its tip sets; None where it
-    only shows something.
+    scale: metres for one unit of the quantity. reach: half the size of the thing along the world's
+    axes, m, beyond which the arrow begins, so that the thing does not hide it. path: the field that
+    dragging its tip sets; None where it only shows something.
     """
 
     key: str
@@ -40,14 +41,15 @@ class Arrow:
     scale: float
     text: str
     kind: str
-    gap: float = 0.0
+    reach: tuple[float, float, float] = (0.0, 0.0, 0.0)
     path: str | None = None
 
     @property
     def foot(self) -> FloatArray:
         """Where the arrow begins, world, m."""
         length = float(np.linalg.norm(self.vector))
-        return self.middle + self.vector * (self.gap / length if length > 1e-9 else 0.0)
+        gap = self._gap(self.vector)
+        return self.middle + self.vector * (gap / length if length > 1e-9 else 0.0)
 
     @property
     def tip(self) -> FloatArray:
@@ -58,7 +60,15 @@ class Arrow:
         """(3,) m, the vector of the arrow whose tip is there."""
         way = tip - self.middle
         length = float(np.linalg.norm(way))
-        return way * (max(length - self.gap, 1e-6) / length if length > 1e-9 else 0.0)
+        gap = self._gap(way)
+        return way * (max(length - gap, 1e-6) / length if length > 1e-9 else 0.0)
+
+    def _gap(self, way: FloatArray) -> float:
+        """How far from the middle the surface is in a direction, that of an ellipsoid, m."""
+        length, reach = float(np.linalg.norm(way)), np.array(self.reach)
+        if length < 1e-9 or reach.min() <= 0:
+            return 0.0
+        return 1.0 / float(np.linalg.norm(way / length / reach))
 
 
 def action_arrows(snapshot: Snapshot, step: int, selected: str) -> tuple[Arrow, ...]:
@@ -100,8 +110,8 @@ def velocity_arrows(snapshot: Snapshot, step: int) -> tuple[Arrow, ...]:
         if speed > 0.02:
             text = f"{number(speed)} m/s"
             vector = velocity * VELOCITY_SECONDS
-            middle, gap = rollout.positions[row, at], gap_of(name, snapshot)
-            found.append(Arrow(name, middle, vector, VELOCITY_SECONDS, text, "velocity", gap))
+            middle, reach = rollout.positions[row, at], reach_of(name, snapshot, row)
+            found.append(Arrow(name, middle, vector, VELOCITY_SECONDS, text, "velocity", reach))
     return tuple(found)
 
 
@@ -121,16 +131,24 @@ def _of_action(action: ApplyForce | SetVelocity, snapshot: Snapshot, step: int) 
         return None
     text = f"{action.id}: {number(float(np.linalg.norm(value)))} {unit}"
     path = f"event.actions.{action.id}.{field}"
-    gap = gap_of(action.name, snapshot)
-    return Arrow(f"action {action.id}", foot, value * scale, scale, text, "action", gap, path)
+    reach = reach_of(action.name, snapshot, step)
+    return Arrow(f"action {action.id}", foot, value * scale, scale, text, "action", reach, path)
 
 
-def gap_of(name: str, snapshot: Snapshot) -> float:
-    """About how far from its middle a thing's surface is, m."""
-    item = snapshot.program.scene.object(name)
+def reach_of(name: str, snapshot: Snapshot, step: int) -> tuple[float, float, float]:
+    """Half the size of a thing along the world's axes as it lies on a step, m."""
+    item, rollout = snapshot.program.scene.object(name), snapshot.rollout
     if item is None or item.shape is None:
-        return 0.0
-    return float(np.median(outline_of(item.shape).size)) / 2
+        return (0.0, 0.0, 0.0)
+    rotation = item.rotation
+    if rollout is not None and name in rollout.objects:
+        at = rollout.objects.index(name)
+        rotation = tuple(rollout.rotations[min(step, rollout.steps), at].tolist())
+    # Exact for a box along the axes, and for round things however they are turned.
+    half = np.array(outline_of(item.shape).size) / 2
+    turned = matrix_of(rotation)
+    x, y, z = np.sqrt(turned**2 @ half**2).tolist()
+    return x, y, z
 
 
 def _state_at(

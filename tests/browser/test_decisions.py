@@ -127,15 +127,49 @@ def test_the_verdict_can_be_overruled(waiting: Desk) -> None:
     expect(waiting.page.get_by_text("good <b>enough</b>")).to_be_visible()
 
 
+def test_a_pass_is_overruled_to_a_failure_in_my_words(waiting: Desk) -> None:
+    page = waiting.page
+    _accept_until_it_happens(waiting)
+    assert waiting.snapshot.state.outcome == "realised"
+    rounds = len(waiting.snapshot.state.rounds)
+    waiting.button("Overrule").click()
+    page.get_by_label("Your reason").fill("it is <i>far</i> too slow")
+    waiting.button("It does not").click()
+    waiting.until(lambda: waiting.snapshot.state.outcome == "running", "the verdict")
+    head = waiting.snapshot.state.current
+    assert head is not None
+    assert head.override is not None
+    assert (head.override.passed, head.override.author) == (False, "person")
+    assert head.override.words == "it is <i>far</i> too slow"
+    assert head.assessment is not None
+    assert head.assessment.passed is True, "the measured verdict stays beside it"
+    said = "Your verdict: it does not (“it is <i>far</i> too slow”). The checks said it happens."
+    expect(page.get_by_text(said)).to_be_visible()
+    expect(page.get_by_text("The event does not happen yet")).to_be_visible()
+    # The planner is asked again, and knows what was said.
+    waiting.button("Next step").click()
+    proposal = waiting.proposal()
+    assert len(waiting.snapshot.state.rounds) == rounds
+    assert "slow" in proposal.rationale or proposal.question
+    waiting.page.reload()
+    expect(page.get_by_text(said)).to_be_visible()
+
+
+def _accept_until_it_happens(desk: Desk) -> None:
+    """Accepts one proposal after another, by hand."""
+    desk.proposal()
+    for _ in range(9):
+        count = len(desk.snapshot.state.rounds)
+        desk.button("Accept").click()
+        desk.until(lambda count=count: len(desk.snapshot.state.rounds) > count, "the next round")
+        desk.idle()
+        if desk.snapshot.state.phase == "done":
+            return
+
+
 def test_by_hand_to_success_then_fork_and_compare(waiting: Desk) -> None:
     page = waiting.page
-    waiting.proposal()
-    for _ in range(9):
-        waiting.button("Accept").click()
-        waiting.until(lambda: len(waiting.snapshot.state.rounds) > 1, "the next round")
-        waiting.idle()
-        if waiting.snapshot.state.phase == "done":
-            break
+    _accept_until_it_happens(waiting)
     assert waiting.snapshot.state.outcome == "realised"
     expect(page.get_by_text("The event happens", exact=True)).to_be_visible()
     done = waiting.snapshot.state

@@ -178,7 +178,7 @@ def lands_in(statement: LandsIn, facts: Facts, window: Window) -> Outcome:
         inset = inside_depth(flat, outline)
     fit = np.minimum(inset, level)
     scale = max(abs(float(inset[0])), track.size)
-    return at_end(track, fit, scale, "from inside")
+    return at_the_end(track, fit, scale, "from inside")
 
 
 def _level(track: Track, place: Place, facts: Facts) -> FloatArray:
@@ -195,7 +195,7 @@ def _level(track: Track, place: Place, facts: Facts) -> FloatArray:
     return 2 * track.outline.radius - np.abs(above)
 
 
-def at_end(track: Track, fit: FloatArray, scale: float, words: str) -> Outcome:
+def at_the_end(track: Track, fit: FloatArray, scale: float, words: str) -> Outcome:
     """fit ≥ 0 at the end; decided when it became so for good."""
     final = float(fit[-1])
     outside = np.nonzero(fit < 0)[0]
@@ -214,7 +214,7 @@ def _behind(track: Track, place: Place) -> Outcome:
     _, height, _ = _in_plane(place, track.positions)
     beyond = -np.sign(height[0]) * height if height[0] != 0 else np.abs(height)
     scale = max(abs(float(height[0])), track.size)
-    ended = at_end(track, beyond, scale, "short of it")
+    ended = at_the_end(track, beyond, scale, "short of it")
     return worst([crossed, ended])
 
 
@@ -271,7 +271,7 @@ def _beyond(track: Track, place: Place, at_end: bool) -> Outcome:
     progress, lateral = line_progress(track.positions, place)
     scale = max(abs(float(progress[0])), track.size)
     if at_end:
-        return at_end(track, np.minimum(progress, np.maximum(lateral, -scale)), scale, "short")
+        return at_the_end(track, np.minimum(progress, np.maximum(lateral, -scale)), scale, "short")
     over = np.nonzero(progress >= 0)[0]
     if len(over) and lateral[over[0]] < 0:
         miss = float(lateral[over[0]])

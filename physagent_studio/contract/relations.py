@@ -12,7 +12,7 @@ from physagent_studio.contract.outcome import Outcome, bounded, unmeasurable
 from physagent_studio.contract.outlines import inside_depth
 from physagent_studio.contract.places import (
     Place,
-    at_end,
+    at_the_end,
     line_progress,
     place_of,
     reached_once,
@@ -111,7 +111,7 @@ def side_of(statement: SideOf, facts: Facts, window: Window) -> Outcome:
         return unmeasurable(f"{place.name} has no sides")
     fit = _fit(statement.side, track, place, facts)
     if statement.at_end:
-        return at_end(track, fit, max(abs(float(fit[0])), track.size), "off")
+        return at_the_end(track, fit, max(abs(float(fit[0])), track.size), "off")
     outcome = reached_once(track, fit, max(abs(float(fit[0])), track.size))
     away = number(max(-float(fit.max()), 0.0), "m")
     return outcome if outcome.holds else replace(outcome, note=f"{away} off")

@@ -50,14 +50,19 @@ def forms(
     mask: BoolArray,
     base: Base,
     usual: Usual,
-    kinds: Sequence[str] | None = None,
+    kind: str | None = None,
     hidden: BoolArray | None = None,
+    *,
+    only: bool = True,
 ) -> list[Form]:
     """All forms that fit the mask at `base`, best first; never empty for a mask of ≥ 12 pixels.
 
-    kinds: only these, if given. hidden: pixels (H, W) of other objects, which may cover parts.
+    kind: the one that is asked for comes first; only: no others are tried then. hidden: pixels
+    (H, W) of other objects, which may cover parts.
     """
-    wanted = tuple(kinds) if kinds else _worth_trying(mask, usual, hidden)
+    wanted = (kind,) if kind is not None else ()
+    if kind is None or not only:
+        wanted = tuple(dict.fromkeys((*wanted, *_worth_trying(mask, usual, hidden))))
     primitives = [kind for kind in PRIMITIVES if kind in wanted]
     found = [_form_of(fit) for fit in fit_all(camera, mask, base, primitives, usual.shapes, hidden)]
     if "torus" in wanted:
@@ -67,7 +72,7 @@ def forms(
         found += _revolved_form(camera, mask, base, usual)
     if "inflated" in wanted or not found:
         found.append(_inflated_form(camera, mask, base, usual))
-    return sorted(found, key=lambda form: -form.merit)
+    return sorted(found, key=lambda form: (form.kind != kind, -form.merit))
 
 
 def _form_of(fit: Fit) -> Form:

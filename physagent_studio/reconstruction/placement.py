@@ -43,7 +43,7 @@ from physagent_studio.reconstruction.silhouette import in_world
 from physagent_studio.reconstruction.steady import nudged
 from physagent_studio.reconstruction.survey import Survey
 from physagent_studio.reconstruction.tilted import tilt_of
-from physagent_studio.records.scene import Mesh
+from physagent_studio.records.scene import Mesh, ShapeOffer
 
 FloatArray = NDArray[np.float64]
 LEVEL = 0.999
@@ -52,11 +52,14 @@ LEVEL = 0.999
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Placed:
-    """Objects in place with their meshes (body frame, untextured)."""
+    """Objects in place with their meshes (body frame, untextured).
+
+    offers: the shapes that were fitted to each mask, best first.
+    """
 
     objects: tuple[SceneObject, ...]
     meshes: Mapping[str, Mesh]
-    forms: Mapping[str, str] = field(default_factory=dict)
+    offers: Mapping[str, tuple[ShapeOffer, ...]] = field(default_factory=dict)
 
 
 def place_all(
@@ -68,25 +71,28 @@ def place_all(
     given: Mapping[str, Mesh],
     fresh: frozenset[str],
     tick: Callable[[float], None],
+    ranked: frozenset[str] = frozenset(),
 ) -> Placed:
     """Every object with its open fields filled.
 
     given: meshes of `Meshed` shapes by name. fresh: those that just came from elsewhere; their
-    places are kept but for their height over what they stand on.
+    places are kept but for their height over what they stand on. ranked: objects whose other
+    shapes are known: where one is asked for, no more are fitted.
     """
-    ground = _Ground(supports, masks, stances, read, given, fresh)
+    ground = _Ground(supports, masks, stances, read, given, fresh, ranked)
     order = [item for item in _from_the_ground(objects, read) if item.name in stances]
     done = _placed(order, ground, {}, tick)
+    offers = {name: one.offers for name, one in done.items()}
     # A name that says nothing ("object 1", "object 2") does not say that things are alike.
     named = [item.name for item in order if item.shape is None and read.usual[item.name].known]
-    agreed = alike({name: done[name].offers for name in named})
+    agreed = alike({name: {one.kind: one.merit for one in offers[name]} for name in named})
     if any(done[name].chosen != kind for name, kind in agreed.items()):
         done = _placed(order, ground, agreed, tick)
     meshes = {name: one.form.mesh for name, one in done.items()}
     free = frozenset(item.name for item in order if item.position is None)
     put = _apart({name: one.item for name, one in done.items()}, meshes, free)
     placed = tuple(put.get(item.name, item) for item in objects)
-    return Placed(placed, meshes, {name: one.form.kind for name, one in done.items()})
+    return Placed(placed, meshes, offers)
 
 
 def _apart(
@@ -113,16 +119,17 @@ class _Ground:
     read: Survey
     given: Mapping[str, Mesh]
     fresh: frozenset[str]
+    ranked: frozenset[str]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _One:
-    """An object in place; its form, the kind chosen and the merit of each kind that was tried."""
+    """An object in place; its form, the kind chosen and the kinds that were tried, best first."""
 
     item: SceneObject
     form: Form
     chosen: str
-    offers: Mapping[str, float]
+    offers: tuple[ShapeOffer, ...]
 
 
 def _placed(
@@ -141,8 +148,8 @@ def _placed(
             form = with_flats(form)
         fresh = item.name in ground.fresh
         put = _settled(item, form, read, ground.supports, done, fresh)
-        merits = {offer.kind: offer.merit for offer in offers}
-        out[item.name] = _One(put, form, offers[0].kind, merits)
+        tried = tuple(ShapeOffer(one.kind, one.merit, one.iou) for one in offers)
+        out[item.name] = _One(put, form, offers[0].kind, tried if item.shape is None else ())
         done[item.name] = (put, form.mesh)
         tick((count + 1) / len(order))
     return out
@@ -194,8 +201,8 @@ def _offers(
         ]
         hidden = np.any(others, axis=0) if others else None
         wanted = item.form or kind
-        kinds = (wanted,) if wanted is not None else None
-        found = forms(camera, mask, base, usual, kinds, hidden)
+        only = wanted is not None and (kind is not None or item.name in ground.ranked)
+        found = forms(camera, mask, base, usual, wanted, hidden, only=only)
         return [tilt.in_world(form) for form in found] if tilt is not None else found
     if isinstance(item.shape, Inflated):
         mesh = inflated_mesh(mask, camera, item.shape)

@@ -7,18 +7,16 @@ of an earlier scene are reused where their inputs did not change.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.errors import Cancelled, InputError
+from physagent_studio.errors import Cancelled
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import (
-    Grounding,
     Landmark,
     SceneObject,
     SceneState,
@@ -26,7 +24,6 @@ from physagent_studio.program.scene import (
     Support,
 )
 from physagent_studio.reconstruction import (
-    clicked_supports,
     findings,
     grounds,
     landmarks,
@@ -35,29 +32,24 @@ from physagent_studio.reconstruction import (
 )
 from physagent_studio.reconstruction.bare import scene_without_photo
 from physagent_studio.reconstruction.crossing import edges_of, lines_through
+from physagent_studio.reconstruction.layout import Stance
 from physagent_studio.reconstruction.lines import Segments, segments
+from physagent_studio.reconstruction.marked import candidates_of, regions_of
 from physagent_studio.reconstruction.meshes import support_mesh
-from physagent_studio.reconstruction.names import support_kind
+from physagent_studio.reconstruction.offers import ranked, ranking
 from physagent_studio.reconstruction.parts import with_parts
 from physagent_studio.reconstruction.placement import Placed, place_all
 from physagent_studio.reconstruction.plate import background, hole_of
-from physagent_studio.reconstruction.segmentation import (
-    EmbeddedSegmenter,
-    Segmenter,
-    apart,
-    choose,
-)
+from physagent_studio.reconstruction.sameness import same_sight, scene_hash
+from physagent_studio.reconstruction.segmentation import Segmenter, choose
 from physagent_studio.reconstruction.steady import reaching
 from physagent_studio.reconstruction.stored import stated_mesh
-from physagent_studio.reconstruction.strokes import corrected
 from physagent_studio.reconstruction.survey import Survey, survey
 from physagent_studio.reconstruction.texture import textured
 from physagent_studio.records.case import Case, Image
 from physagent_studio.records.scene import Candidate, Mesh, Scene
 
 BoolArray = NDArray[np.bool_]
-VERSION = "4"
-"""Changes whenever the same input gives another scene."""
 SAME_ROW = 0.5
 """Pixels within which a stated horizon is that of the camera."""
 UNASKED = "by its words, nobody clicked it"
@@ -106,7 +98,7 @@ def reconstruct(
     key = scene_hash(case, state)
     if previous is not None and previous.hash == key:
         return previous
-    if previous is not None and _same_sight(previous.state, state):
+    if previous is not None and same_sight(previous.state, state):
         return replace(previous, state=state, hash=key)
     if case.image is None:
         return scene_without_photo(state, key, assets or {})
@@ -134,6 +126,18 @@ def _turned(state: SceneState) -> SceneState:
     return state.model_copy(update={"camera": turned})
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class _Sight:
+    """What the picture shows before anything is placed."""
+
+    candidates: Mapping[str, tuple[Candidate, ...]]
+    masks: dict[str, BoolArray]
+    regions: Mapping[str, BoolArray]
+    found: Segments
+    stances: Mapping[str, Stance]
+    read: Survey
+
+
 def _look(
     case: Case,
     image: Image,
@@ -145,11 +149,47 @@ def _look(
     run: _Run,
 ) -> Scene:
     """Every step of a reconstruction in its order; the scene's hash is the caller's."""
+    sight = _seen(case, image, state, previous, segmenter, run)
+    done, placed = _put(state, sight, previous, bodies or {}, run)
+    masks, camera = sight.masks, sight.read.camera
+    run.at("textures", 0.78)
+    meshes = _skins(image, sight, placed, assets)
+    run.at("background", 0.82)
+    plate = _plate(image, masks, previous, sight.found, camera, done.supports)
+    run.at("checks", 0.97)
+    fixed = _support_meshes(done)
+    checks = findings.measure(done, masks, meshes, fixed, sight.read.estimate, image)
+    checks += tuple(grounds.measure(state, image, masks))
+    return Scene(
+        state=done,
+        photo=image,
+        plate=plate,
+        masks=MappingProxyType(masks),
+        meshes=MappingProxyType(meshes),
+        support_meshes=MappingProxyType(fixed),
+        candidates=MappingProxyType(dict(sight.candidates)),
+        findings=checks,
+        hash="",
+        shapes=MappingProxyType(ranking(state, masks, placed.offers, previous)),
+    )
+
+
+def _seen(
+    case: Case,
+    image: Image,
+    state: SceneState,
+    previous: Scene | None,
+    segmenter: Segmenter | None,
+    run: _Run,
+) -> _Sight:
+    """Masks, what stands on what, camera and metres."""
     run.at("masks", 0.0)
-    candidates = _candidates(case, state, previous, segmenter, run)
+    candidates = candidates_of(
+        case, state, previous, segmenter, lambda: run.at("masks", 0.44), run.cancelled
+    )
     groundings = [(item.name, item.grounding) for item in state.objects]
     masks = choose(candidates, groundings, image.shape[:2], image)
-    regions = _regions(state, image, candidates, masks)
+    regions = regions_of(state, image, candidates, masks)
     run.at("camera", 0.45)
     found = segments(image)
     stances = layout.read(masks, case.prompt)
@@ -159,51 +199,52 @@ def _look(
         for item in state.supports
     }
     read = survey(case, image, state, stances, regions, found, covered, offers)
+    return _Sight(candidates, masks, regions, found, stances, read)
+
+
+def _put(
+    state: SceneState,
+    sight: _Sight,
+    previous: Scene | None,
+    bodies: Mapping[str, Mesh],
+    run: _Run,
+) -> tuple[SceneState, Placed]:
+    """Supports, objects and landmarks in their places: the completed state."""
+    read, stances = sight.read, sight.stances
     run.at("supports", 0.5)
-    solid, open_supports = supports.resolve(state, read, stances, regions, found)
+    solid, open_supports = supports.resolve(state, read, stances, sight.regions, sight.found)
     run.at("objects", 0.55)
-    given = {**(previous.meshes if previous is not None else {}), **(bodies or {})}
+    given = {**(previous.meshes if previous is not None else {}), **bodies}
     placed = place_all(
         state.objects,
         solid,
-        masks,
+        sight.masks,
         stances,
         read,
         given,
-        frozenset(bodies or ()),
+        frozenset(bodies),
         lambda share: run.at("objects", 0.55 + 0.2 * share),
+        frozenset(ranked(state, sight.masks, previous)),
     )
     solid = _carrying(state, solid, placed)
     marks, open_marks = landmarks.resolve(state.landmarks, read.camera, solid, read.shown)
-    done = _completed(state, read, solid, placed, marks, (*open_supports, *open_marks))
-    run.at("textures", 0.78)
+    still_open = (*open_supports, *open_marks)
+    return _completed(state, read, solid, placed, marks, still_open), placed
+
+
+def _skins(
+    image: Image, sight: _Sight, placed: Placed, assets: Mapping[str, Mesh]
+) -> dict[str, Mesh]:
+    """The bodies with the photo on them, and those that a person has set down beside it."""
+    camera = sight.read.camera
     meshes = {
-        item.name: _skinned(image, masks[item.name], read.camera, item, placed.meshes[item.name])
+        item.name: _skinned(image, sight.masks[item.name], camera, item, placed.meshes[item.name])
         for item in placed.objects
         if item.name in placed.meshes
     }
-    meshes |= {
-        item.name: stated_mesh(item, assets)
-        for item in placed.objects
-        if findings.is_added(item) and item.name not in meshes
-    }
-    run.at("background", 0.82)
-    plate = _plate(image, masks, previous, found, read.camera, solid)
-    run.at("checks", 0.97)
-    fixed = _support_meshes(done)
-    checks = findings.measure(done, masks, meshes, fixed, read.estimate, image)
-    checks += tuple(grounds.measure(state, image, masks))
-    return Scene(
-        state=done,
-        photo=image,
-        plate=plate,
-        masks=MappingProxyType(masks),
-        meshes=MappingProxyType(meshes),
-        support_meshes=MappingProxyType(fixed),
-        candidates=MappingProxyType(candidates),
-        findings=checks,
-        hash="",
-    )
+    added = [item for item in placed.objects if findings.is_added(item)]
+    meshes |= {item.name: stated_mesh(item, assets) for item in added if item.name not in meshes}
+    return meshes
 
 
 def _skinned(image: Image, mask: BoolArray, camera: Camera, item: SceneObject, mesh: Mesh) -> Mesh:
@@ -261,116 +302,6 @@ def _proposals(state: SceneState) -> list[str]:
         if item.grounding.proposed
         for click in item.grounding.points[:1]
     ]
-
-
-_UNSEEN = ("material", "density", "friction", "restitution", "rolling", "body")
-"""Fields of objects and supports that no picture shows: changing them changes no geometry."""
-
-
-def _same_sight(before: SceneState, after: SceneState) -> bool:
-    """Whether a completed state differs only in what a picture does not show, or in landmarks
-    that have their points already."""
-    placed = all(mark.points is not None or not mark.pixels for mark in after.landmarks)
-    return placed and after.is_resolved and _sight(before) == _sight(after)
-
-
-def _sight(state: SceneState) -> dict[str, object]:
-    data = state.model_dump(exclude={"landmarks", "flags"})
-    for item in (*data["objects"], *data["supports"]):
-        for field in _UNSEEN:
-            item.pop(field, None)
-    return data
-
-
-def scene_hash(case: Case, state: SceneState) -> str:
-    """SHA-256 of everything that a reconstruction depends on."""
-    parts = [VERSION, case.image_hash, case.prompt, state.model_dump_json()]
-    if case.focal is not None:
-        parts.append(f"{case.focal:.3f}")
-    return hashlib.sha256("\n".join(parts).encode()).hexdigest()
-
-
-def _candidates(
-    case: Case,
-    state: SceneState,
-    previous: Scene | None,
-    segmenter: Segmenter | None,
-    run: _Run,
-) -> dict[str, tuple[Candidate, ...]]:
-    """Candidates of objects and of clicked supports; reused where no click changed."""
-    assert case.image is not None
-    tasks = _clicked(state)
-    for name, grounding in tasks:
-        height, width = case.image.shape[:2]
-        for click in grounding.points:
-            if not (0 <= click.x < width and 0 <= click.y < height):
-                raise InputError(
-                    f"the click ({click.x:g}, {click.y:g}) on '{name}' lies outside the picture"
-                    f" of {width} × {height} pixels"
-                )
-    for item in state.objects:
-        wanted = item.shape is None or item.position is None
-        if wanted and not item.grounding.shows_something:
-            raise InputError(f"'{item.name}' is not marked in the photo: click it, or draw a box")
-    known = _known(previous, tasks)
-    asked = tasks if segmenter is not None else [t for t in apart(tasks) if t[0] not in known]
-    if len(known) < len(tasks):
-        fresh = (segmenter or EmbeddedSegmenter()).segment(case.image, asked, run.cancelled)
-        known = {name: fresh.get(name, known.get(name, ())) for name, _ in tasks}
-    run.at("masks", 0.44)
-    return known
-
-
-def _clicked(state: SceneState) -> list[tuple[str, Grounding]]:
-    tasks = [(item.name, item.grounding) for item in state.objects]
-    tasks += [
-        (item.name, item.grounding)
-        for item in state.supports
-        if item.grounding.points and support_kind(item.name) in ("slab", "ramp")
-    ]
-    return tasks
-
-
-def _known(
-    previous: Scene | None, tasks: list[tuple[str, Grounding]]
-) -> dict[str, tuple[Candidate, ...]]:
-    """Candidates of an earlier scene, of the things for whose masks nothing has changed."""
-    if previous is None:
-        return {}
-    before = dict(apart(_clicked(previous.state)))
-    return {
-        name: previous.candidates[name]
-        for name, said in apart(tasks)
-        if before.get(name) == said and name in previous.candidates
-    }
-
-
-def _regions(
-    state: SceneState,
-    image: Image,
-    candidates: Mapping[str, tuple[Candidate, ...]],
-    masks: Mapping[str, BoolArray],
-) -> dict[str, BoolArray]:
-    """Masks of the clicked supports, without the objects in front of them."""
-    out: dict[str, BoolArray] = {}
-    size = next((mask.shape for mask in masks.values()), (0, 0))
-    for item in state.supports:
-        offers = candidates.get(item.name, ())
-        marked = clicked_supports.region_of(item, (size[0], size[1]))
-        if marked is not None:
-            out[item.name] = marked & ~np.any(list(masks.values()), axis=0)
-        if marked is not None or not offers or support_kind(item.name) != "slab":
-            continue
-        chosen = offers[min(item.grounding.candidate, len(offers) - 1)].mask
-        region = corrected(image, chosen, item.grounding.strokes).copy()
-        for offer in offers[1:] if item.grounding.candidate == 0 else ():
-            # Part of a table is often taken for all of it: what is about as likely joins in.
-            if offer.score > 0.75 * offers[0].score:
-                region |= offer.mask
-        for mask in masks.values():
-            region &= ~mask
-        out[item.name] = region
-    return out
 
 
 def _plate(

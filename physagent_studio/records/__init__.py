@@ -20,7 +20,7 @@ from physagent_studio.records.judgement import (
     Round,
 )
 from physagent_studio.records.rollout import CONTACT_DTYPE, ActionSpan, Alarm, Release, Rollout
-from physagent_studio.records.scene import Candidate, Finding, Mesh, Scene
+from physagent_studio.records.scene import Candidate, Finding, Mesh, Scene, ShapeOffer
 
 __all__ = [
     "CONTACT_DTYPE",
@@ -51,5 +51,6 @@ __all__ = [
     "Round",
     "Scene",
     "SceneEvidence",
+    "ShapeOffer",
     "Alarm",
 ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Literal
 
@@ -43,6 +43,18 @@ class Candidate:
 
 
 @dataclass(frozen=True, slots=True)
+class ShapeOffer:
+    """One kind of shape that an object's mask may be: how its silhouette covers the mask (IoU),
+
+    and its merit, which counts the kind's freedom against it and the object's name for it.
+    """
+
+    kind: str
+    merit: float
+    iou: float
+
+
+@dataclass(frozen=True, slots=True)
 class Finding:
     """One check of stage 1: what was measured in the reconstruction and whether that is fine."""
 
@@ -64,6 +76,7 @@ class Scene:
     candidates: alternatives per object, best first. plate: the photo with the objects filled
     in; None without a photo. support_meshes: for display, world frame.
     findings: the checks that stage 1 judges. hash: of everything that went in.
+    shapes: the kinds of shape that each object's mask may be, best first.
     """
 
     state: SceneState
@@ -75,3 +88,6 @@ class Scene:
     candidates: MappingProxyType[str, tuple[Candidate, ...]]
     findings: tuple[Finding, ...]
     hash: str
+    shapes: MappingProxyType[str, tuple[ShapeOffer, ...]] = field(
+        default_factory=lambda: MappingProxyType({})
+    )

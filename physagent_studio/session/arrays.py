@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.program import Grounding, Landmark, SceneState, Support
 from physagent_studio.program.scene import Scale
-from physagent_studio.records import Candidate, Case, Finding, Image, Mesh, Scene
+from physagent_studio.records import Candidate, Case, Finding, Image, Mesh, Scene, ShapeOffer
 
 
 def png(image: Image) -> bytes:
@@ -86,6 +86,10 @@ def pack_scene(scene: Scene) -> bytes:
         "meshes": list(scene.meshes),
         "support_meshes": list(scene.support_meshes),
         "candidates": candidates,
+        "shapes": {
+            name: [dataclasses.asdict(one) for one in offers]
+            for name, offers in scene.shapes.items()
+        },
         "findings": [dataclasses.asdict(item) for item in scene.findings],
     }
     return pack(arrays, meta)
@@ -117,6 +121,12 @@ def unpack_scene(data: bytes, photo: Image | None) -> Scene:
         candidates=MappingProxyType(candidates),
         findings=tuple(Finding(**item) for item in meta["findings"]),
         hash=meta["hash"],
+        shapes=MappingProxyType(
+            {
+                name: tuple(ShapeOffer(**one) for one in offers)
+                for name, offers in meta.get("shapes", {}).items()
+            }
+        ),
     )
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from physagent_studio.errors import InputError
 from physagent_studio.program import Edit, apply
-from physagent_studio.records import Case, Image
+from physagent_studio.records import Case, Image, ShapeOffer
 from physagent_studio.studio import intents_photo
 from physagent_studio.workbench import Snapshot, commands, photo_edits
 
@@ -87,9 +87,14 @@ def switch_form(intent: intents_photo.SwitchForm, studio: Studio, browser: int) 
     name, kind = intent.name, intent.kind
     _post(
         studio,
-        lambda s: photo_edits.form_edits(s.program, s.state.pinned, name, kind),
+        lambda s: photo_edits.form_edits(s.program, s.state.pinned, name, kind, _offers(s, name)),
         f"shape of {name}",
     )
+
+
+def _offers(snapshot: Snapshot, name: str) -> tuple[ShapeOffer, ...]:
+    """The shapes that were fitted to an object's mask, best first."""
+    return () if snapshot.scene is None else snapshot.scene.shapes.get(name, ())
 
 
 def _post(studio: Studio, edits_of: Callable[[Snapshot], tuple[Edit, ...]], reason: str) -> None:

@@ -7,7 +7,7 @@ it anew and the scene follows. What the person has pinned, or has brought along,
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 
 from pydantic import JsonValue
 
@@ -19,7 +19,7 @@ from physagent_studio.program.base import Pixel
 from physagent_studio.program.scene import FormKind, Mark, SceneObject, SceneState, Support
 from physagent_studio.reconstruction.names import support_kind, usual_size
 from physagent_studio.reconstruction.segmentation import settled
-from physagent_studio.records import Case
+from physagent_studio.records import Case, ShapeOffer
 
 FORMS: tuple[FormKind, ...] = (
     "sphere", "ellipsoid", "cylinder", "frustum", "capsule", "torus", "box", "revolved", "inflated",
@@ -151,16 +151,23 @@ def ramp_edits(
 
 
 def form_edits(
-    program: PhysicalProgram, pinned: Collection[str], name: str, kind: FormKind | None
+    program: PhysicalProgram,
+    pinned: Collection[str],
+    name: str,
+    kind: FormKind | None,
+    offers: Sequence[ShapeOffer] = (),
 ) -> tuple[Edit, ...]:
-    """Another kind of shape for an object: the one that is asked for, or the next of its kinds."""
+    """Another kind of shape for an object: the one that is asked for, or the next of its kinds.
+
+    offers: the kinds that were fitted to its mask, best first: they come before all others.
+    """
     item = program.scene.object(name)
     if item is None:
         raise InputError("select an object first, then switch its shape")
     if not item.grounding.shows_something:
         raise InputError(f"{name} is not marked in the photo, so no other shape can be fitted")
     if kind is None:
-        kinds = forms_of(name, program.event.prompt)
+        kinds = forms_of(name, program.event.prompt, offers)
         now = item.form or (item.shape.kind if item.shape is not None else None)
         kind = kinds[(kinds.index(now) + 1) % len(kinds) if now in kinds else 0]
     path = f"scene.objects.{name}"
@@ -172,10 +179,16 @@ def form_edits(
     )
 
 
-def forms_of(name: str, prompt: str) -> tuple[FormKind, ...]:
-    """All kinds of shape, those first that are usual for a thing of that name."""
+def forms_of(name: str, prompt: str, offers: Sequence[ShapeOffer] = ()) -> tuple[FormKind, ...]:
+    """All kinds of shape: those that were fitted to its mask, best first, then those that are
+    usual for a thing of that name, then the others."""
     usual = usual_size(name, prompt).shapes
-    return tuple(sorted(FORMS, key=lambda kind: (kind not in usual, FORMS.index(kind))))
+    ranks = {offer.kind: rank for rank, offer in enumerate(offers)}
+
+    def order(kind: FormKind) -> tuple[int, bool, int]:
+        return ranks.get(kind, len(ranks)), kind not in usual, FORMS.index(kind)
+
+    return tuple(sorted(FORMS, key=order))
 
 
 def stated(state: SceneState) -> SceneState:

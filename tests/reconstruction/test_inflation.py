@@ -51,7 +51,7 @@ def test_what_stands_on_feet_stands_wherever_it_is_seen(off):
     usual = replace(usual_size("kick scooter"), depth=0.1)
     foot = foot_of(mask)
     spot = on_plane(camera, [foot], 0.0)[0]
-    form = forms(camera, mask, Base(float(spot[0]), float(spot[1]), 0.0), usual, ["inflated"])[0]
+    form = forms(camera, mask, Base(float(spot[0]), float(spot[1]), 0.0), usual, "inflated")[0]
     low = form.mesh.vertices[:, 2].min()
     base = form.mesh.vertices[form.mesh.vertices[:, 2] < low + 1e-3]
     assert stands(form.mesh.vertices, np.zeros(3))

@@ -14,7 +14,16 @@ import pytest
 from physagent_studio.agent.loop import add_round
 from physagent_studio.errors import InputError
 from physagent_studio.program import Click, Grounding, PhysicalProgram, SceneState
-from physagent_studio.records import Candidate, Case, Decision, Finding, LoopState, Mesh, Scene
+from physagent_studio.records import (
+    Candidate,
+    Case,
+    Decision,
+    Finding,
+    LoopState,
+    Mesh,
+    Scene,
+    ShapeOffer,
+)
 from physagent_studio.session import Store
 
 
@@ -103,6 +112,7 @@ def test_scenes_survive_the_round_trip(tmp_path: Path) -> None:
         candidates=MappingProxyType({"ball": (Candidate(mask, 0.5, "grabcut"),)}),
         findings=(Finding("iou", "ball", 0.9, 0.8, "", True, "mask", "fine"),),
         hash="cafe",
+        shapes=MappingProxyType({"ball": (ShapeOffer("sphere", 0.99, 0.98),)}),
     )
     store = Store(tmp_path)
     session = store.create(case, LoopState())
@@ -112,6 +122,7 @@ def test_scenes_survive_the_round_trip(tmp_path: Path) -> None:
     assert np.array_equal(back.masks["ball"], mask)
     assert np.array_equal(back.candidates["ball"][0].mask, mask)
     assert back.findings == scene.findings
+    assert back.shapes == scene.shapes
     texture = back.meshes["ball"].texture
     assert texture is not None
     assert mesh.texture is not None

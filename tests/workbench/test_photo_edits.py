@@ -118,6 +118,28 @@ def test_another_form(workbench: Workbench, before: Snapshot) -> None:
     assert after.shape.kind == after.form != item.shape.kind
 
 
+def test_shapes_are_walked_in_their_order_and_none_is_forgotten(
+    workbench: Workbench, before: Snapshot
+) -> None:
+    item = before.program.scene.objects[0]
+    assert before.scene is not None
+    offers = before.scene.shapes[item.name]
+    assert len(offers) > 1
+    assert [one.merit for one in offers] == sorted((one.merit for one in offers), reverse=True)
+    order = photo_edits.forms_of(item.name, before.program.event.prompt, offers)
+    assert list(order[: len(offers)]) == [one.kind for one in offers]
+    assert sorted(order) == sorted(photo_edits.FORMS)
+    assert item.shape is not None
+    after_it = order[(order.index(item.shape.kind) + 1) % len(order)]
+    edits = photo_edits.form_edits(before.program, (), item.name, None, offers)
+    after = carry_out(workbench, edits)
+    made = after.program.scene.object(item.name)
+    assert made is not None
+    assert made.form == after_it
+    assert after.scene is not None
+    assert {one.kind for one in after.scene.shapes[item.name]} >= {one.kind for one in offers}
+
+
 def test_a_ramp_by_three_clicks(workbench: Workbench, before: Snapshot) -> None:
     case = before.case
     assert case is not None

@@ -120,7 +120,7 @@ export function startPhoto(host) {
       h("label", { class: "label", title: "Everything else is measured against it" }, "Size"),
       h("div", { class: "num-with-unit" }, h("input", { type: "text", inputmode: "decimal", "aria-label": `Size of ${one.name} in metres`, placeholder: own ? "" : "largest side", value: own?.metres ? String(Number(own.metres.toPrecision(3))) : "", onchange: (e) => size(one, e.target) }), h("span", { class: "unit" }, own ? `m, ${own.source === "person" ? "set by you" : own.source}` : "m")),
       h("label", { class: "label" }, "Shape (S: next)"),
-      h("div", { class: "row" }, h("select", { "aria-label": `Shape of ${one.name}`, value: one.shape, onchange: (e) => send({ do: "form", name: one.name, kind: e.target.value }) }, shapes.map((kind) => h("option", { value: kind }, SHAPES[kind] || kind))),
+      h("div", { class: "row" }, h("select", { "aria-label": `Shape of ${one.name}`, value: one.shape, onchange: (e) => send({ do: "form", name: one.name, kind: e.target.value }) }, shapes.map((kind) => h("option", { value: kind }, (SHAPES[kind] || kind) + (one.covers[kind] ? `, ${one.covers[kind]} %` : "")))),
         button("Next", () => send({ do: "form", name: one.name, kind: null }), { class: "b small", title: "Another shape (S)" })));
   }
 

@@ -42,7 +42,7 @@ def state_of(snapshot: Snapshot) -> dict[str, Any]:
                 "colour": PALETTE[index % len(PALETTE)],
                 "path": path_of(masks[item.name]) if item.name in masks else "",
                 "shape": item.form or (item.shape.kind if item.shape is not None else ""),
-                "shapes": forms_of(item.name, snapshot.program.event.prompt),
+                **_shapes(item.name, snapshot),
             }
             for index, item in enumerate(state.objects)
         ],
@@ -50,6 +50,16 @@ def state_of(snapshot: Snapshot) -> dict[str, Any]:
             {**_grounded(item), "ramp": support_kind(item.name) == "ramp"}
             for item in state.supports
         ],
+    }
+
+
+def _shapes(name: str, snapshot: Snapshot) -> dict[str, Any]:
+    """The kinds of shape to switch to, the best first, and how each covers the mask, percent."""
+    scene = snapshot.scene
+    offers = () if scene is None else scene.shapes.get(name, ())
+    return {
+        "shapes": forms_of(name, snapshot.program.event.prompt, offers),
+        "covers": {offer.kind: round(100 * offer.iou) for offer in offers},
     }
 
 

@@ -41,9 +41,13 @@ class Painter:
         self._facts_at = 0.0
 
     def paint(self, snapshot: Snapshot, view: View) -> None:
-        """Everything; what has not changed costs nothing on the wire."""
+        """Everything; what has not changed costs nothing on the wire.
+
+        The scene first: a hand that has let go waits for the new path, not for a table.
+        """
         compared = earlier_round(snapshot, view.compare) if view.compare else None
         earlier = self._archive.rollout(snapshot, earlier_round(snapshot, view.compare))
+        self._stage.draw(snapshot, view, earlier)
         self._hub.publish("run", run.state_of(snapshot, self._archive.outputs(snapshot)))
         self._hub.publish("rounds", rounds.state_of(snapshot, compared))
         self._hub.publish("notices", [_notice(one) for one in snapshot.notices])
@@ -59,7 +63,6 @@ class Painter:
         if self._changed("program", (*text, snapshot.read_only, snapshot.has_draft)):
             self._hub.publish("program", program.state_of(snapshot))
         self._hub.publish("scene", scene.state_of(snapshot, view))
-        self._stage.draw(snapshot, view, earlier)
         self._hub.publish("attempt", attempt_of(snapshot))
         with_photo = "photo" in view.shown
         self.cameras.set_scene(snapshot.program, snapshot.scene, with_photo)

@@ -22,6 +22,7 @@ from physagent_studio.studio.scene.deforming import Deforming
 from physagent_studio.studio.scene.ghosts import EARLIER, NOW, PREVIEW, TRIED, Ghosts
 from physagent_studio.studio.scene.glb import glb_of
 from physagent_studio.studio.scene.handles import Edited, Handles, Held, Later, Wished
+from physagent_studio.studio.scene.lights import light
 from physagent_studio.studio.scene.marks import Marks
 from physagent_studio.studio.scene.outline import edges_of
 from physagent_studio.studio.scene.places import Poses, centre_and_size, held_at, poses_at, small
@@ -78,8 +79,7 @@ class Stage:
         self._sent: tuple[list[str], NDArray[np.float64], NDArray[np.float64]] | None = None
         self._extent: tuple[object, NDArray[np.float64], float] | None = None
         server.scene.world_axes.visible = False
-        # Nothing here throws a shadow; viser would draw three maps of none on every frame.
-        server.scene.configure_default_lights(cast_shadow=False)
+        light(server.scene)
 
     def draw(self, snapshot: Snapshot, view: View, earlier: Rollout | None) -> None:
         """Brings the whole stage up to date."""

@@ -25,6 +25,8 @@ from physagent_studio.reconstruction.masks import (
 
 FloatArray = NDArray[np.float64]
 _SQUARE = np.ones((3, 3), np.uint8)
+REGION = "region"
+"""Family of drafts that have no say in how much others are parts or wholes."""
 ALIKE = 0.85
 """IoU from which two drafts say the same."""
 
@@ -77,18 +79,23 @@ class Scorer:
         likeness = shared / np.maximum(area[:, None] + area[None] - shared, 1)
         family = np.array([draft.family for draft in drafts])
         out = np.zeros(len(drafts))
+        # A region of one colour is often a part, and none the more a whole for being steady.
+        voters = family != REGION
+        count = max(int(voters.sum()), 1)
         for k, draft in enumerate(drafts):
             own = self.alone(draft)
-            agreement = float(likeness[k][family != family[k]].max(initial=0.0))
+            agreement = float(likeness[k][voters & (family != family[k])].max(initial=0.0))
             within = shared[k] / np.maximum(area, 1)
             around = shared[k] / max(area[k], 1)
-            holds = float(np.mean((within > 0.95) & (area < 0.7 * area[k])))
+            holds = float(((within > 0.95) & (area < 0.7 * area[k]))[voters].sum()) / count
+            held = float(((around > 0.95) & (area > 1.4 * area[k]))[voters].sum()) / count
+            like = float((likeness[k] > ALIKE)[voters].sum() - voters[k]) / count
             values = own | {
-                "consensus": float((likeness[k] > ALIKE).sum() - 1) / len(drafts),
+                "consensus": like,
                 "agreement": agreement,
                 "covered agreement": own["covered"] * agreement,
                 "holds others": holds * own["weakest"],
-                "held by others": float(np.mean((around > 0.95) & (area > 1.4 * area[k]))),
+                "held by others": held,
             }
             out[k] = sum(weight * values[name] for name, weight in WEIGHTS.items())
         return np.clip(out, 0.0, 1.0)

@@ -16,8 +16,9 @@ from physagent_studio.reconstruction.masks import (
     smooth,
     without_pinholes,
 )
-from physagent_studio.reconstruction.maskscore import Draft, Scorer, window_share
+from physagent_studio.reconstruction.maskscore import REGION, Draft, Scorer, window_share
 from physagent_studio.reconstruction.segmentation_ranking import distinct, ranked
+from physagent_studio.reconstruction.segmentation_region import LARGEST, regions
 from physagent_studio.reconstruction.segmentation_task import Task, snapped
 
 
@@ -33,7 +34,15 @@ def click_drafts(
             continue
         share = window_share(mask, window.box)
         drafts.append(Draft(mask, f"grabcut-{k}", "colour", share))
-    contours = _contours(lab, task, drafts, scorer)
+    found = [(f"region-{k}", mask, REGION) for k, mask in enumerate(regions(lab, task.inside))]
+    if task.named is not None:
+        found.append(("colour-word", holding(task.named, task.inside), "name"))
+    for method, mask, family in found:
+        part = clean(mask, task)
+        if 12 < np.count_nonzero(part) < LARGEST * mask.size:
+            drafts.append(Draft(part, method, family))
+    whole = [draft for draft in drafts if draft.family != REGION]
+    contours = _contours(lab, task, whole, scorer)
     return drafts + contours + _recoloured(small, task, contours, scorer)
 
 

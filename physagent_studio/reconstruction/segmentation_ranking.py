@@ -15,6 +15,8 @@ from physagent_studio.reconstruction.segmentation_variants import variants
 CANDIDATES = 4
 DENIED = 0.5
 """What a draft loses that covers all clicks outside."""
+OTHER_COLOUR, MIXED = 0.3, 0.5
+"""What a draft loses that has none of the named colour, and how much less of it costs nothing."""
 ALMOST = 0.95
 """IoU from which two masks need not both be offered."""
 
@@ -27,6 +29,8 @@ def ranked(scorer: Scorer, drafts: Sequence[Draft], task: Task) -> list[tuple[Dr
         graded = scorer.scores(drafts)
         if task.aspect is not None:
             graded = graded - _odd_proportions(drafts, task.aspect)
+        if task.named is not None:
+            graded = graded - _odd_colours(drafts, task.named)
     order = np.argsort(-graded, kind="stable")
     return [(drafts[int(k)], float(graded[k])) for k in order]
 
@@ -68,6 +72,15 @@ def _odd_proportions(drafts: Sequence[Draft], aspect: tuple[float, float]) -> ND
         off = np.log(max(y1 - y0, 1) / max(x1 - x0, 1) / usual) / (spread + 0.1)
         out[k] = 0.04 * min(float(off) ** 2, 4.0)
     return out
+
+
+def _odd_colours(drafts: Sequence[Draft], named: BoolArray) -> NDArray[np.float64]:
+    """What drafts lose of which much less may be called by the colour in the name than of others.
+
+    A name's colour need not be everywhere: a red car has black tyres.
+    """
+    shares = np.array([float(named[draft.mask].mean()) for draft in drafts])
+    return OTHER_COLOUR * np.clip(shares.max(initial=0.0) - shares - MIXED, 0, 1)
 
 
 def agreed(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.program.scene import Grounding
 from physagent_studio.reconstruction import grabcut
+from physagent_studio.reconstruction.colours import colour_of, pixels_like
 from physagent_studio.reconstruction.masks import (
     BoolArray,
     Pixel,
@@ -33,12 +34,17 @@ LARGEST = 640
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Task:
-    """One thing to segment, in pixels of the small picture."""
+    """One thing to segment, in pixels of the small picture.
+
+    aspect: usual height over width of things of that name, and its spread. named: (H, W) what may
+    be called by the colour in the name; None without one.
+    """
 
     inside: tuple[Pixel, ...]
     outside: tuple[Pixel, ...]
     box: tuple[float, float, float, float] | None
     aspect: tuple[float, float] | None = None
+    named: BoolArray | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -95,7 +101,9 @@ def task_of(name: str, grounding: Grounding, view: View) -> Task:
     if grounding.box is not None:
         (x0, y0), (x1, y1) = (view.inward(*grounding.box[k : k + 2]) for k in (0, 2))
         box = (min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1))
-    return Task(tuple(inside), tuple(outside), box, usual_size(name).aspect)
+    word = colour_of(name)
+    named = None if word is None else pixels_like(view.small, word)
+    return Task(tuple(inside), tuple(outside), box, usual_size(name).aspect, named)
 
 
 def full_size(image: Image, item: tuple[Draft, float], view: View) -> Candidate:
@@ -106,8 +114,17 @@ def full_size(image: Image, item: tuple[Draft, float], view: View) -> Candidate:
     _enlarge(draft.mask, rough[y0:y1, x0:x1])
     if draft.family == VARIANT:
         return Candidate(rough, value, draft.method)
-    mask = snapped(image, rough, max(2, round(1.6 / view.factor)))
+    # Half a pixel on both sides is much of what is few pixels wide.
+    least = min(max(1 - 2.4 / _width(draft.mask), 0.55), 0.85)
+    mask = snapped(image, rough, max(2, round(1.6 / view.factor)), least)
     return Candidate(mask, value, draft.method)
+
+
+def _width(mask: BoolArray) -> float:
+    """Pixels across a mask at its widest."""
+    x0, y0, x1, y1 = bounds(mask)
+    part = np.pad(mask[y0:y1, x0:x1], 1).astype(np.uint8)
+    return 2 * float(cv2.distanceTransform(part, cv2.DIST_L2, 3).max(initial=0.5))
 
 
 def _enlarge(mask: BoolArray, out: BoolArray) -> None:

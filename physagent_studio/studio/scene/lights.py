@@ -14,8 +14,8 @@ import viser
 
 SKY, GROUND, STRENGTH = (255, 255, 255), (190, 182, 172), 1.55
 SIDE, SIDE_STRENGTH = (6.0, -1.5, 3.0), 1.5
-"""What stands in for the sky, all of it and its bright side: a place that shines towards the origin,
-world, m. Chosen so that colours look as they did under viser's own."""
+"""What stands in for the sky: all of it, and its bright side, a place that shines towards the
+origin, world, m. Chosen so that colours look as they did under viser's own."""
 
 
 def light(scene: viser.SceneApi) -> None:

@@ -92,6 +92,7 @@ def _script_for(task: Task) -> Script:
         if scripts.landed_on(task) is not None:
             return scripts.off_what_it_fell_on
     flying = intent.has("kick", "throw", "fly") and not intent.has("roll", "slide")
+    flying |= _is_higher(task)
     inside = task.target()
     if flying or (inside is not None and _is_opening(inside.name, layout) and intent.has("land")):
         return scripts.through_air
@@ -114,6 +115,20 @@ _SLOPE = (
     "turn_around",
     "reverse",
 )
+
+
+def _is_higher(task: Task) -> bool:
+    """Whether it shall get from the ground into or onto something that lies higher."""
+    place, layout = task.target(), task.layout
+    if place is None or layout.carrier(task.name) is None:
+        return False
+    top = float(layout.position(task.name)[2]) + layout.height(task.name) / 2
+    if place.kind == "landmark":
+        mark = layout.state.landmark(place.name)
+        heights = [p[2] for p in mark.points or ()] if mark is not None else []
+        return bool(heights) and min(heights) > top
+    on_top = task.intent.place("on", "atop", "in", senses=("land", "jump")) == place
+    return place.kind == "object" and on_top and not layout.is_raised(task.name)
 
 
 def _is_opening(name: str, layout: Layout) -> bool:
@@ -147,7 +162,8 @@ def _by_sense(task: Task) -> Script:
     intent = task.intent
     table: tuple[tuple[tuple[str, ...], Script], ...] = (
         (("jump",), scripts.leap),
-        (("bounce",), scripts.along_ground if intent.hits else scripts.leap),
+        (("bounce",), _bouncing(task)),
+        (("knock_over", "tip_over") if intent.hits else (), scripts.along_ground),
         (_GROUND, scripts.along_ground),
         (("flip",), scripts.tip),
         (("knock_over", "tip_over", "topple", "lose_balance"), scripts.tip),
@@ -157,6 +173,7 @@ def _by_sense(task: Task) -> Script:
         (("sway",), scripts.rock if _is_stiff(task) else _nothing),
         (("stop", "settle"), scripts.along_ground if _on_level(task) else _nothing),
         (("crush", "collapse", "break", "spread", "sway", "bend", "deform"), _nothing),
+        (("fall",) if _can_only_topple(task) else (), scripts.tip),
         (("fall", "land", "descend", "lose_support", "settle", "stop"), _nothing),
     )
     if (
@@ -169,6 +186,21 @@ def _by_sense(task: Task) -> Script:
         if intent.has(*senses):
             return _unless_toppling(task, senses, script)
     return _nothing
+
+
+def _bouncing(task: Task) -> Script:
+    """What hangs in the air falls by itself; what shall bounce on to a place is thrown there."""
+    if task.intent.hits:
+        return scripts.along_ground
+    if task.layout.carrier(task.name) is None:
+        return _nothing
+    return scripts.through_air if task.target() is not None else scripts.leap
+
+
+def _can_only_topple(task: Task) -> bool:
+    """ "The pins fall": what stands on the ground and is no ball."""
+    layout = task.layout
+    return not layout.is_raised(task.name) and not layout.is_ball(task.name)
 
 
 _GROUND = tuple(

@@ -9,7 +9,9 @@ from typing import Any
 from physagent_studio.agent.rules.intents import prevented
 from physagent_studio.agent.rules.layout import Layout
 from physagent_studio.agent.rules.reading import EventFrame, Place, Reading
+from physagent_studio.agent.rules.reading.vocabulary import SHARES
 from physagent_studio.agent.rules.senses import SENSES
+from physagent_studio.agent.rules.senses.beside import beside
 from physagent_studio.agent.rules.specs import Context, Spec, place_name
 from physagent_studio.program.contract import Contract
 
@@ -49,18 +51,47 @@ class _Draft:
         build: Callable[[Context], Sequence[Spec]] | None = SENSES.get(frame.sense)
         if build is None:
             return
+        if self._until(index, frame):
+            return
         subjects = frame.patient or self._everyone(frame)
-        groups = [list(build(self._context(index, frame, subject))) for subject in subjects]
+        groups = [self._demanded(index, frame, subject) for subject in subjects]
         if prevented(self.reading, index) and frame.sense not in ("reach", "approach"):
             self._never(index, frame, groups)
         elif frame.negated and frame.link != "before":
             self._none_of(index, groups, frame.clause)
+        elif frame.counted and len(groups) > 1:
+            self._count_group(groups, frame)
         elif frame.any_one and len(groups) > 1:
             self._any_group(groups, frame.clause)
         else:
             for spec in (one for group in groups for one in group):
                 self._state(spec, frame.clause)
             self._order(index, frame, groups)
+            self._in_time(index, frame, groups)
+
+    def _demanded(self, index: int, frame: EventFrame, subject: str) -> list[Spec]:
+        """What the verb demands of one object, and what is said beside it."""
+        context = self._context(index, frame, subject)
+        found = list(SENSES[frame.sense](context))
+        return [*found, *(one for one in beside(context) if one not in found)]
+
+    def _until(self, index: int, frame: EventFrame) -> bool:
+        """ "Stands still until the ball hits it": it does so first, and not for ever."""
+        following = self.reading.frames[index + 1 : index + 2]
+        still = frame.sense == "stay" and not frame.negated
+        if not still or not following or following[0].link != "until":
+            return False
+        build = SENSES.get(following[0].sense)
+        for subject in frame.patient:
+            first = {"subject": subject, "distance": 0.05, "tilt": 15.0, "to_step": BEGINNING}
+            self._state(Spec("stays", first), frame.clause)
+            other = (*following[0].patient, subject)[0]
+            told = list(build(self._context(index + 1, following[0], other))) if build else []
+            for event in _events(told)[:1]:
+                moved = Spec("moves", {"subject": subject, "distance": 0.05})
+                early = Spec("all_of", {}, (Spec("before", {}, (moved, event)),))
+                self._state(early.opposite(), frame.clause)
+        return True
 
     def untold_places(self) -> list[dict[str, str]]:
         """Places of the prompt that no statement speaks of, as in "rolls under the table": a
@@ -85,7 +116,22 @@ class _Draft:
                 if not told and not self._is_given(frame, relation, place):
                     text = f"{place.name.replace('_', ' ')}, in “{said[frame.clause]}”"
                     found.setdefault(text, f"{frame.clause}_place_{len(found) + 1}")
+        for frame in self.reading.frames:
+            for word in self._untold(frame):
+                text = f"{word}, in “{said[frame.clause]}”"
+                found.setdefault(text, f"{frame.clause}_said_{len(found) + 1}")
         return [{"id": name, "text": text} for text, name in found.items()]
+
+    def _untold(self, frame: EventFrame) -> list[str]:
+        """How far, and how in time, where no statement of its clause says it."""
+        kinds = {row["kind"] for row in self.statements if row["clause"] == frame.clause}
+        found = []
+        if frame.share is not None and "covers" not in kinds:
+            word = next((w for w, row in SHARES.items() if row == frame.share), "so far")
+            found.append(_SAID.get(word, word))
+        if frame.timing and frame.timing not in kinds:
+            found.append(_SAID[frame.timing])
+        return found
 
     def _is_given(self, frame: EventFrame, relation: str, place: Place) -> bool:
         if place.kind == "group" or frame.sense in ("be", "hang", "withdrawn"):
@@ -109,19 +155,32 @@ class _Draft:
 
     def _order(self, index: int, frame: EventFrame, groups: list[list[Spec]]) -> None:
         """ "X before Y", "Y after X": both are demanded, and which of them comes first."""
-        main = self.reading.frames[index - 1] if index else None
+        at = index + 1 if frame.leads else index - 1
+        main = self.reading.frames[at] if 0 <= at < len(self.reading.frames) else None
         build = SENSES.get(main.sense) if main is not None else None
         told = any(one.kind == "before" for group in groups for one in group)
         if main is None or build is None or main.negated or told or not main.patient:
             return
-        if frame.link not in ("before", "after"):
+        if frame.link not in ("before", "after", "once"):
             return
-        earlier = list(build(self._context(index - 1, main, main.patient[0])))
+        earlier = list(build(self._context(at, main, main.patient[0])))
         mine = next((s for s in _events(groups[0] if groups else []) if s not in earlier), None)
         other = next((s for s in _events(earlier) if s != mine), None)
         if mine is not None and other is not None:
             pair = (other, mine) if frame.link == "before" else (mine, other)
             self._state(Spec("before", {}, pair), frame.clause)
+
+    def _in_time(self, index: int, frame: EventFrame, groups: list[list[Spec]]) -> None:
+        """ "One after another", "at the same time": of several, or of this and what was told."""
+        if not frame.timing:
+            return
+        if len(groups) < 2 and index:
+            main = self.reading.frames[index - 1]
+            if main.sense in SENSES and main.patient and not main.negated:
+                groups = [self._demanded(index - 1, main, main.patient[0]), *groups]
+        told = [(_events(group) or group)[0] for group in groups if group]
+        if len(told) > 1:
+            self._state(Spec(frame.timing, {}, tuple(told)), frame.clause)
 
     def _everyone(self, frame: EventFrame) -> tuple[str, ...]:
         """A wind that names nobody blows on whatever the prompt speaks of; what loses its
@@ -148,20 +207,34 @@ class _Draft:
                 self._state(one.opposite(), clause)
 
     def _any_group(self, groups: list[list[Spec]], clause: str) -> None:
-        of = []
+        of = self._joined(groups, clause)
+        if of:
+            self._put({"kind": "any_of", "of": of}, f"any_{of[0]}", clause)
+
+    def _count_group(self, groups: list[list[Spec]], frame: EventFrame) -> None:
+        """ "At least two of the pins fall"."""
+        of = self._joined(groups, frame.clause)
+        if of:
+            high = len(of) if frame.most is None else frame.most
+            count = {"kind": "count_of", "of": of, "low": frame.least, "high": high}
+            self._put(count, f"count_{of[0]}", frame.clause)
+
+    def _joined(self, groups: list[list[Spec]], clause: str) -> list[str]:
+        """One statement for each group."""
+        of: list[str] = []
         for group in groups:
             ids = [self._state(spec, clause) for spec in group]
             if len(ids) > 1:
                 ids = [self._put({"kind": "all_of", "of": ids}, f"all_{ids[0]}", clause)]
             of += ids
-        if of:
-            self._put({"kind": "any_of", "of": of}, f"any_{of[0]}", clause)
+        return of
 
     def _state(self, spec: Spec, clause: str) -> str:
         data = dict(spec.fields)
-        if spec.kind in ("any_of", "all_of"):
+        if spec.kind in ("any_of", "all_of", "in_turn", "together"):
             data["of"] = [self._state(part, clause) for part in spec.parts]
-            return self._put({"kind": spec.kind, **data}, f"any_{data['of'][0]}", clause)
+            label = spec.kind if spec.kind in ("in_turn", "together") else "any"
+            return self._put({"kind": spec.kind, **data}, f"{label}_{data['of'][0]}", clause)
         if spec.kind == "before":
             first, second = (self._state(part, clause) for part in spec.parts)
             data |= {"first": first, "second": second}
@@ -183,8 +256,19 @@ class _Draft:
         return name
 
 
+_SAID = {
+    "alltheway": "all the way", "partway": "part of the way", "mostway": "most of the way",
+    "thirdway": "a third of the way", "in_turn": "one after another",
+    "together": "at the same time",
+}  # fmt: skip
+"""How joined words were written."""
+
+
 def _denied(group: list[Spec]) -> list[Spec]:
-    """What "does not …" denies: the events, and not how they would go on."""
+    """What "does not …" denies: where it gets to, else the events, and not how they go on."""
+    aims = [s for s in group if s.kind in _AIMS and not s.fields.get("negated")]
+    if aims:
+        return aims
     events = [s for s in group if s.kind in _MOMENTS and not s.fields.get("negated")]
     return [s for s in events if s.kind != "airborne"] or events or group
 
@@ -195,9 +279,11 @@ def _events(specs: Sequence[Spec]) -> list[Spec]:
     return sorted(found, key=lambda s: _MOMENTS.index(s.kind))
 
 
+_AIMS = ("lands_in", "side_of", "covers")
+"""What says where something gets to; "does not roll into the goal" denies that alone."""
 _MOMENTS = (
-    "topples", "flips", "passes_over", "leaves", "contacts", "falls", "reverses", "airborne",
-    "moves", "rotates",
+    "topples", "flips", "passes_over", "side_of", "covers", "bounces", "leaves", "contacts",
+    "falls", "reverses", "airborne", "moves", "rotates",
 )  # fmt: skip
 
 
@@ -207,7 +293,7 @@ def _label(spec: Spec) -> str:
     return "_".join(part for part in parts if part)
 
 
-_NAMED = ("other", "landmark", "near", "toward", "direction", "side", "before")
+_NAMED = ("side", "other", "landmark", "near", "toward", "direction", "before")
 
 
 def landmarks_needed(reading: Reading) -> tuple[Place, ...]:

@@ -60,6 +60,7 @@ UP_WORDS = {
     "density": "heavier",
     "friction": "rougher stickier grip",
     "restitution": "bouncier springier",
+    "rolling": "draggier deeper",
 }
 DOWN_WORDS = {
     "magnitude": "slower weaker gentler softer less lighter nearer",
@@ -70,6 +71,7 @@ DOWN_WORDS = {
     "density": "lighter",
     "friction": "smoother slipperier slippery",
     "restitution": "deader",
+    "rolling": "freely",
 }
 
 

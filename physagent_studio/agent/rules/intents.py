@@ -80,9 +80,14 @@ def intents_of(reading: Reading) -> dict[str, Intent]:
         if frame.agent:
             _struck(frame, intent)
             continue
-        for name in frame.patient:
+        for name in meant(frame):
             intent(name).frames.append(frame)
     return {name: one for name, one in found.items() if one.frames or one.hits}
+
+
+def meant(frame: EventFrame) -> tuple[str, ...]:
+    """The patients that shall do it: where a number is a limit, as many as it takes."""
+    return frame.patient[: frame.least] if frame.counted else frame.patient
 
 
 STOPPING = words_of("stop settle stay rest slow")
@@ -99,8 +104,8 @@ def _struck(frame: EventFrame, intent) -> None:  # noqa: ANN001 - a local functi
     for agent in frame.agent:
         one = intent(agent)
         one.frames.append(frame)
-        one.hits += [p for p in frame.patient if p not in one.hits and p != agent]
-    for patient in frame.patient:
+        one.hits += [p for p in meant(frame) if p not in one.hits and p != agent]
+    for patient in meant(frame):
         other = intent(patient)
         other.struck_by += [a for a in frame.agent if a != patient]
 

@@ -24,6 +24,7 @@ from physagent_studio.program.actions import (
 from physagent_studio.program.edits import Edit, SetField
 from physagent_studio.program.materials import MATERIALS
 from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.program.scene import SceneObject
 
 VECTORS = {
     "SetVelocity": "velocity",
@@ -207,6 +208,12 @@ def material_knobs(program: PhysicalProgram) -> list[Knob]:
             Knob(f"{base}.restitution", "restitution", item.name, bounce, 0.0, 0.95, 0.15, False,
                  _field(f"{base}.restitution")),
         ]  # fmt: skip
+        if is_round(item):
+            own = item.rolling if item.rolling is not None else row.rolling
+            found.append(
+                Knob(f"{base}.rolling", "rolling", item.name, max(own, 0.001), 0.0002, 0.5, 0.6,
+                     True, _field(f"{base}.rolling"))
+            )  # fmt: skip
         for field, low, high in _BODY_FIELDS:
             value = getattr(item.body, field, None)
             if isinstance(value, float) and value > 0:
@@ -217,4 +224,10 @@ def material_knobs(program: PhysicalProgram) -> list[Knob]:
     return found
 
 
+def is_round(item: SceneObject) -> bool:
+    """Whether it can roll, so that its resistance to rolling matters."""
+    return item.shape is not None and item.shape.kind in _ROUND
+
+
+_ROUND = ("sphere", "ellipsoid", "cylinder", "capsule", "torus", "frustum", "revolved")
 _BODY_FIELDS = (("release_impulse", 1e-5, 1e5), ("young", 1e3, 1e9), ("cohesion", 0.01, 1.0))

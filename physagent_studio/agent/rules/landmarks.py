@@ -9,7 +9,8 @@ import numpy as np
 
 from physagent_studio.agent.rules.layout import WAYS, FloatArray, Layout
 from physagent_studio.agent.rules.reading import Place, Reading
-from physagent_studio.agent.rules.specs import place_name
+from physagent_studio.agent.rules.scripts.task import SIDE_WAYS
+from physagent_studio.agent.rules.specs import place_name, spot_name
 from physagent_studio.program.scene import Landmark, Ramp, Slab
 
 
@@ -26,7 +27,25 @@ def derived_landmarks(layout: Layout, places: Iterable[Place], reading: Reading)
         if points:
             kind = "line" if len(points) > 1 else "point"
             found.append(Landmark(name=place_name(place), kind=kind, on=place.name, points=points))
-    return found
+    return [*found, *_spots(layout, reading)]
+
+
+def _spots(layout: Layout, reading: Reading) -> list[Landmark]:
+    """The spots behind, in front of or beside things where the prompt has something get to."""
+    found: dict[str, Landmark] = {}
+    for frame in reading.frames:
+        for relation, place in frame.places:
+            movers = [n for n in frame.patient if layout.has(n) and n != place.name]
+            if relation not in SIDE_WAYS or place.kind != "object" or not layout.has(place.name):
+                continue
+            if not movers or frame.sense in ("be", "rest", "stop") or frame.negated:
+                continue
+            way, name = WAYS[SIDE_WAYS[relation]], spot_name(relation, place)
+            reach = layout.extent(place.name, way) + layout.extent(movers[0], way)
+            spot = layout.position(place.name) + way * (reach + 0.5 * layout.size(movers[0]))
+            spot[2] -= layout.height(place.name) / 2
+            found[name] = Landmark(name=name, kind="point", points=(_point(spot),))
+    return list(found.values())
 
 
 def _foot(layout: Layout, name: str) -> tuple[float, float, float]:
@@ -52,6 +71,9 @@ def _points(
 ) -> tuple[tuple[float, float, float], ...]:
     support = layout.state.support(place.name)
     shape = support.shape if support is not None else None
+    if isinstance(shape, Ramp) and place.part == "center":
+        lower, upper = _ramp_line(shape, upper=False), _ramp_line(shape, upper=True)
+        return (_point(np.mean([*lower, *upper], axis=0)),)
     if isinstance(shape, Ramp):
         return _ramp_line(shape, upper=place.part == "upper_end")
     if not isinstance(shape, Slab):

@@ -40,7 +40,7 @@ def friction_for(task: Task) -> float | None:
     if ramp is None or task.layout.is_ball(task.name):
         return None
     slope = math.tan(slope_of(task))
-    if task.intent.has("stop", "settle", "slow"):
+    if task.intent.has("stop", "settle", "slow") or task.ends_short:
         wanted = _stopping_friction(task)
     elif task.intent.has("roll", "move", "reach", "turn_around", "slide", "drift", "descend"):
         wanted = 0.35 * slope
@@ -69,7 +69,8 @@ def _stopping(task: Task) -> tuple[float, float]:
     """(speed, friction) of a slide that ends on the slope; the height before the top edge is
     not there yet to get it over the flat part, so the speed has to."""
     flat, slope = ways_ahead(task)
-    angle, way = slope_of(task), STOP_AT * slope
+    share = task.share if task.share is not None and task.ends_short else STOP_AT
+    angle, way = slope_of(task), share * slope
     speed = least = float(np.clip(2 * (flat + way) / task.seconds(0.5), 0.1, 1.5))
     friction = 0.0
     for _ in range(8):
@@ -84,7 +85,7 @@ def down_ramp(task: Task) -> list[Action]:
     downhill = task.layout.downhill(task.name)
     if downhill is None:
         return []
-    stops = task.intent.has("stop", "settle", "slow")
+    stops = task.intent.has("stop", "settle", "slow") or task.ends_short
     speed = starting_speed(task) if stops else max(0.15, 0.5 * task.layout.size(task.name))
     speed = speed if stops else max(speed, _over_plateau(task))
     flat = unit(level(downhill))

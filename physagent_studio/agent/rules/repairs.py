@@ -10,6 +10,7 @@ from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules import actions as act
 from physagent_studio.agent.rules.layout import Layout
 from physagent_studio.program.actions import Action, ApplyForce, Directed
+from physagent_studio.program.contract import Contacts
 from physagent_studio.program.edits import AddItem, Edit, RemoveItem, SetField
 from physagent_studio.records import Mismatch, Rollout
 
@@ -69,13 +70,25 @@ def _said(mismatch: Mismatch):  # noqa: ANN202 - a Direction
 def _tipped(
     mismatch: Mismatch, situation: Situation, layout: Layout, driven: set[str]
 ) -> Iterator[tuple[Edit, ...]]:
-    if mismatch.code == "moved" or mismatch.subject in driven:
+    struck = _struck(situation, mismatch.subject, driven)
+    if mismatch.code == "moved" or mismatch.subject in driven or struck:
         return
     for way in ("left", "right"):
         force = act.toward_or_along(0.8, way=way)
         point = act.top_point(layout, mismatch.subject)
         push = act.push(mismatch.subject, force, point=point, duration=15, label="tip")
         yield _add(situation, push)
+
+
+def _struck(situation: Situation, name: str, driven: set[str]) -> bool:
+    """Whether the prompt has something else set it going: no unseen hand may do that work."""
+    return bool(driven) and any(
+        isinstance(s, Contacts)
+        and not s.negate
+        and name in (s.subject, s.other)
+        and {s.subject, s.other} <= {item.name for item in situation.program.scene.objects}
+        for s in situation.program.contract.statements
+    )
 
 
 def _reaimed(name: str, other: str, situation: Situation) -> Iterator[tuple[Edit, ...]]:

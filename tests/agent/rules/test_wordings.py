@@ -66,9 +66,10 @@ def test_a_slip_of_the_keyboard_changes_nothing(stage: str, typed: str, meant: s
         ("field", "The ball turns into a dragon.", ("dragon",)),
         ("desk", "The cup sings a song.", ("sings",)),
         ("ice", "The ice is melting.", ("melting",)),
-        ("court", "The basketball bounces twice.", ("twice",)),
+        ("court", "The basketball hits the crate twice.", ("twice",)),
+        ("ice", "The red stone stops halfway.", ("halfway",)),
         ("ice", "The red stone bumps the yellow stone and takes its place.", ("place",)),
-        ("desk", "The red cube moves behind the cup.", ("blue cup",)),
+        ("desk", "The red cube moves near the cup.", ("blue cup",)),
     ],
 )
 def test_what_is_not_read_is_said(stage: str, prompt: str, words: tuple[str, ...]) -> None:

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from physagent_studio.agent.rules.reading.phrases import Chunk, NounPhrase
 
 
 @dataclass(frozen=True, slots=True)
 class RawClause:
-    """start, end: chunk indices. joint: what introduces it. shared: its subject is the object
-    of the clause before ("makes it stop"). lead: places said before the subject."""
+    """One verb with what belongs to it.
+
+    start, end: chunk indices. joint: what introduces it. complement: its subject is the object
+    of the clause before ("makes it stop"). lead: places said before the subject. either: which
+    of its subjects and objects are alternatives ("the cup or the box").
+    """
 
     verb: Chunk | None
     subjects: tuple[NounPhrase, ...] = ()
@@ -23,6 +27,7 @@ class RawClause:
     joint: str = ""
     relative: bool = False
     complement: bool = False
+    either: frozenset[str] = frozenset()
     start: int = 0
     end: int = 0
 
@@ -42,7 +47,10 @@ def split(chunks: Sequence[Chunk]) -> tuple[RawClause, ...]:
         # "… while the crowd cheers": what comes after such a word is a clause of its own, even
         # if no verb in it is known.
         cut = next((i for i in range(verb + 1, end) if chunks[i].kind == "sub"), end)
-        found.append(_clause(chunks, start, verb, cut))
+        spared = _spared(chunks, verb, cut)
+        found.append(_clause(chunks, start, verb, spared))
+        if spared < cut:
+            found.append(_without(found[-1], chunks[spared:cut], spared, cut))
         if cut < end:
             found.append(RawClause(None, start=cut, end=end))
     return tuple(found)
@@ -104,9 +112,49 @@ def _clause(chunks: Sequence[Chunk], start: int, verb: int, end: int) -> RawClau
         joint,
         any(c.kind == "rel" for c in head),
         complement,
+        _either(head, tail),
         start,
         end,
     )
+
+
+def _spared(chunks: Sequence[Chunk], verb: int, end: int) -> int:
+    """ "Hits the cup but not the box": where what it does not do begins; else the end."""
+    for index in range(verb + 1, end - 2):
+        if (chunks[index].kind, chunks[index].word) != ("and", "but"):
+            continue
+        following = chunks[index + 1]
+        if following.kind == "adv" and following.word == "not" and chunks[index + 2].np is not None:
+            return index
+    return end
+
+
+def _without(told: RawClause, tail: Sequence[Chunk], start: int, end: int) -> RawClause:
+    """The same verb denied of something else."""
+    assert told.verb is not None
+    objects, places = _after_verb(tail)
+    particles: tuple[str, ...] = ()
+    if objects and not told.objects:
+        # "Knocks down two pins but not the third": the particle goes with both.
+        particles = tuple(word for word, _ in told.places[:1])
+    return replace(
+        told, verb=replace(told.verb, negated=not told.verb.negated), objects=objects,
+        places=places, lead=(), adverbs=(*told.adverbs, *particles), joint="and", start=start,
+        end=end,
+    )  # fmt: skip
+
+
+def _either(head: Sequence[Chunk], tail: Sequence[Chunk]) -> frozenset[str]:
+    """Which of subjects and objects an "or" joins."""
+
+    def has_or(part: Sequence[Chunk]) -> bool:
+        return any(
+            chunk.kind == "and" and chunk.word == "or" and part[i - 1].np is not None
+            and part[i + 1].np is not None
+            for i, chunk in enumerate(part[:-1]) if i
+        )  # fmt: skip
+
+    return frozenset(name for name, part in (("subjects", head), ("objects", tail)) if has_or(part))
 
 
 def _after_verb(

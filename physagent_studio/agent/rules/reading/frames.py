@@ -8,7 +8,7 @@ from typing import Literal
 Relation = Literal[
     "on", "in", "into", "toward", "at", "from", "off", "over", "along", "down", "up", "under",
     "above", "away_from", "against", "near", "behind", "before", "after", "around", "between",
-    "until", "object",
+    "until", "object", "through", "in_front", "left_of", "right_of", "atop",
 ]  # fmt: skip
 Way = Literal[
     "left", "right", "up", "down", "forward", "backward", "sideways", "outward", "inward", "off",
@@ -40,10 +40,13 @@ class EventFrame:
     """One thing that happens, or is so, in the prompt.
 
     agent: objects that act. patient: objects that undergo or do it. cause: what else brings it
-    about (wind, friction, person, gravity). any_one: one of the patients suffices. only: nothing
-    else of its kind. places: how it stands to places, first the nearest. link: how the clause
-    hangs on the one before (`then`, `while`, `before`, `after`, `as`, `which`). posture: how it
-    ends (`upright`, `flat`, `side`, `still`, `inverted`).
+    about (wind, friction, person, gravity). any_one: one of the patients suffices; least, most:
+    how many of them, where a number is a limit. only: nothing else of its kind. places: how it
+    stands to places, first the nearest; begins: how it stands to them at first ("the ball behind
+    the box rolls …"). link: how the clause hangs on the one before (`then`, `while`, `before`,
+    `after`, `once`, `as`, `which`), or, where it `leads`, on the one that follows. posture: how
+    it ends (`upright`, `flat`, `side`, `still`, `inverted`). share: of the way to `extent`, from
+    … to. timing: whether several do it in turn or together.
     """
 
     sense: str
@@ -52,6 +55,8 @@ class EventFrame:
     agent: tuple[str, ...] = ()
     cause: str = ""
     any_one: bool = False
+    least: int = 0
+    most: int | None = None
     only: bool = False
     direction: Way | None = None
     origin: Way | None = None
@@ -63,6 +68,16 @@ class EventFrame:
     distance: float | None = None
     negated: bool = False
     link: str = "then"
+    leads: bool = False
+    begins: tuple[tuple[Relation, Place], ...] = ()
+    share: tuple[float, float] | None = None
+    extent: Place | None = None
+    timing: Literal["", "in_turn", "together"] = ""
+
+    @property
+    def counted(self) -> bool:
+        """Whether a number of the patients is a limit."""
+        return self.least > 0 or self.most is not None
 
     def place(self, *relations: str) -> Place | None:
         """The first place in one of these relations."""
@@ -87,5 +102,6 @@ class Reading:
 
     def places(self) -> tuple[Place, ...]:
         """All places spoken of, once each."""
-        found = {p: None for frame in self.frames for _, p in frame.places}
+        found = {p: None for frame in self.frames for _, p in (*frame.places, *frame.begins)}
+        found |= {frame.extent: None for frame in self.frames if frame.extent is not None}
         return tuple(found)

@@ -53,6 +53,9 @@ class Details:
     count: int | None = None
     distance: float | None = None
     cause: str = ""
+    begins: tuple[tuple[Relation, Place], ...] = ()
+    share: tuple[float, float] | None = None
+    timing: Literal["", "in_turn", "together"] = ""
     by: tuple[str, ...] = ()
     struck: tuple[str, ...] = ()
     unknown: dict[str, None] = field(default_factory=dict)
@@ -86,7 +89,11 @@ def details_of(
         _adverb(word, details, talk)
     for phrase in (*objects, *clause.subjects):
         _adjectives(phrase, details)
-    for preposition, phrase in (*clause.lead, *clause.places):
+    for preposition, phrase in clause.lead:
+        _preposition(preposition, phrase, details, stock, talk, clause)
+    details.begins = tuple(row for row in details.places if row[0] in SIDED)
+    details.places = tuple(row for row in details.places if row[0] not in SIDED)
+    for preposition, phrase in clause.places:
         _preposition(preposition, phrase, details, stock, talk, clause)
     _join_between(details)
     return details
@@ -99,7 +106,12 @@ def _join_between(details: Details) -> None:
         return
     names = (ends[0].name, ends[1].name)
     gate = Place("_".join(("between", *names))[:64], "landmark", "", "line", names)
-    kept = tuple(row for row in details.places if row[1] not in ends)
+    # "Through the gap between …" is between them.
+    kept = tuple(
+        row
+        for row in details.places
+        if row[1] not in ends and row[1].name not in ("gap", "space", "opening")
+    )
     details.places = (*kept, ("between", gate))
 
 
@@ -121,6 +133,10 @@ def _adverb(word: str, details: Details, talk: Discourse) -> None:
             details.places = (*details.places, ("off", Place("stack", "group")))
         if details.direction in (None, "off", "down", "up"):
             details.direction = way  # type: ignore[assignment]
+    elif word in v.SHARES:
+        details.share = v.SHARES[word]
+    elif word in v.TIMINGS:
+        details.timing = v.TIMINGS[word]  # type: ignore[assignment]
     elif word in v.COUNTS:
         details.count = v.COUNTS[word]
     elif word in v.POSTURES:
@@ -140,9 +156,13 @@ def _is_known(word: str) -> bool:
         v.NEGATIONS, v.DETERMINERS, v.AUXILIARIES, v.SUBORDINATORS, v.RELATIVES, v.CONJUNCTIONS,
         v.MATERIAL_WORDS,
     )  # fmt: skip
-    return any(word in table for table in tables) or word in ("halfway", "times", "horizontally")
+    return any(word in table for table in tables) or word in ("times", "horizontally")
 
 
+SIDED = ("behind", "in_front", "left_of", "right_of")
+"""Relations that say on which side of a thing something is."""
+PLURAL = (*SIDED, "between", "over", "through", "under", "before")
+"""Relations to several things that are relations to each of them: "past the pins"."""
 UNITS = {
     "cm": 0.01, "centimeter": 0.01, "centimetre": 0.01, "m": 1.0, "meter": 1.0, "metre": 1.0,
     "mm": 0.001, "millimeter": 0.001, "inch": 0.0254, "foot": 0.305, "feet": 0.305,
@@ -294,10 +314,11 @@ def _place(
 ) -> None:
     relation = v.RELATIONS.get(preposition)
     phrase = _without_side(phrase, details)
-    pair = resolve_objects(phrase, stock, talk) if preposition == "between" else None
-    if pair is not None and len(pair.names) == 2:
-        first, second = (Place(name, "object") for name in pair.names)
-        details.places = (*details.places, ("between", first), ("between", second))
+    several = resolve_objects(phrase, stock, talk) if preposition not in ("to", "at") else None
+    plain = several is not None and not several.any_one and not is_group(phrase, stock)
+    if several is not None and plain and len(several.names) > 1 and relation in PLURAL:
+        rows = tuple((relation, Place(name, "object")) for name in several.names)
+        details.places = (*details.places, *rows)  # type: ignore[assignment]
         return
     place = resolve_place(phrase, stock, talk)
     if place is None or relation is None:

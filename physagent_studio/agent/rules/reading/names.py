@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from physagent_studio.agent.rules.reading import vocabulary as v
 from physagent_studio.agent.rules.reading.frames import Place
@@ -111,10 +112,20 @@ class Discourse:
 
 @dataclass(frozen=True, slots=True)
 class Resolved:
-    """Objects that a phrase stands for; any_one: one of them is meant."""
+    """Objects that a phrase stands for; any_one: one of them is meant.
+
+    least, most: how many of them, where the phrase sets a limit.
+    """
 
     names: tuple[str, ...]
     any_one: bool = False
+    least: int = 0
+    most: int | None = None
+
+    @property
+    def counts(self) -> dict[str, Any]:
+        """How many of the names are meant, as the fields of an event frame."""
+        return {"any_one": self.any_one, "least": self.least, "most": self.most}
 
 
 def resolve_objects(
@@ -250,13 +261,20 @@ def _quantify(
     talk: Discourse,
 ) -> Resolved:
     names = tuple(t.name for t in kept)
+    bound = phrase.bound or inner.bound
+    if bound and number is not None and len(names) > 1:
+        return _limited(names, bound, number)
+    if len(names) > 1 and (share := _share_of(phrase, inner, len(names))) is not None:
+        return Resolved(names, least=share[0], most=share[1])
     one_of = phrase.head == "one" or number == 1
     if phrase.head == "one" and phrase.adjectives == ("one",) and not phrase.determiner:
         # "…, but only one falls": whichever of them.
         return Resolved(names, any_one=len(names) > 1)
     if len(names) == 1:
         return Resolved(names)
-    if one_of and inner is not phrase:
+    if one_of and (inner is not phrase or not (phrase.determiner or phrase.plural)):
+        return Resolved(names, any_one=True)
+    if phrase.determiner == "either":
         return Resolved(names, any_one=True)
     if number is not None:
         return Resolved(names[:number])
@@ -268,6 +286,29 @@ def _quantify(
     if last is not None and phrase.determiner in ("the", "that", "this", "its"):
         return Resolved(last)
     return Resolved(names, any_one=True)
+
+
+def _limited(names: tuple[str, ...], bound: str, number: int) -> Resolved:
+    """ "At least two of the pins", "no more than one"."""
+    low, high = {
+        "atleast": (number, None), "morethan": (number + 1, None), "atmost": (0, number),
+        "fewerthan": (0, max(number - 1, 0)), "exactly": (number, number),
+    }[bound]  # fmt: skip
+    return Resolved(names, least=min(low, len(names)), most=high)
+
+
+def _share_of(phrase: NounPhrase, inner: NounPhrase, count: int) -> tuple[int, int | None] | None:
+    """ "Most pins", "some of the pins", "half of them": from how many to how many."""
+    words = {phrase.determiner, phrase.head if inner is not phrase else "", *phrase.adjectives}
+    if "most" in words:
+        return count // 2 + 1, None
+    if "allbutone" in words:
+        return count - 1, count - 1
+    if "some" in words and (phrase.plural or inner.plural):
+        return 1, None
+    if "half" in words and inner is not phrase:
+        return count // 2, count // 2
+    return None
 
 
 def filtered(
@@ -298,9 +339,11 @@ def _placed(kept: tuple[Thing, ...], word: str, number: int) -> tuple[Thing, ...
     ordered = sorted(kept, key=lambda t: (t.spot or (0, 0))[axis])
     if word in ("right", "bottom", "front"):
         ordered.reverse()
-    if word == "middle":
+    if word in ("middle", "outer", "inner"):
         spread = [max(c) - min(c) for c in zip(*[t.spot or (0, 0) for t in kept], strict=True)]
         ordered = sorted(kept, key=lambda t: (t.spot or (0, 0))[int(spread[1] > spread[0])])
+        if word != "middle" and len(kept) > 2:
+            return tuple(ordered[1:-1] if word == "inner" else (ordered[0], ordered[-1]))
         start = max((len(ordered) - number) // 2, 0)
         return tuple(ordered[start : start + number])
     return tuple(ordered[:number])

@@ -21,6 +21,7 @@ class NounPhrase:
     """head: singular noun, or the pronoun. words: its nouns and adjectives as written.
 
     alternatives: coordinated adjectives ("the top and middle …"). of: what follows "of".
+    bound: the limit that the number is ("at least two"), a word of `BOUNDS`.
     """
 
     head: str
@@ -29,6 +30,7 @@ class NounPhrase:
     alternatives: tuple[tuple[str, ...], ...] = ()
     determiner: str = ""
     only: bool = False
+    bound: str = ""
     number: int | None = None
     pronoun: bool = False
     plural: bool = False
@@ -57,8 +59,15 @@ class Chunk:
 FIXED: tuple[tuple[tuple[str, ...], str], ...] = tuple(
     (tuple(words.split()), one)
     for words, one in (
-        ("in front of", "before"),
-        ("on top of", "on"),
+        ("in front of", "infront"),
+        ("on top of", "atop"),
+        ("onto the top of", "atop"),
+        ("to the left of", "leftof"),
+        ("to the right of", "rightof"),
+        ("on the left of", "leftof"),
+        ("on the right of", "rightof"),
+        ("left of", "leftof"),
+        ("right of", "rightof"),
         ("next to", "near"),
         ("close to", "near"),
         ("because of", "because_of"),
@@ -88,7 +97,16 @@ FIXED: tuple[tuple[tuple[str, ...], str], ...] = tuple(
         ("on their sides", "sidelong"),
         ("at rest", "motionless"),
         ("half way", "halfway"),
-        ("half caught", "halfway"),
+        ("half of the way", "halfway"),
+        ("half the way", "halfway"),
+        ("part of the way", "partway"),
+        ("some of the way", "partway"),
+        ("part way", "partway"),
+        ("most of the way", "mostway"),
+        ("a third of the way", "thirdway"),
+        ("one third of the way", "thirdway"),
+        ("the whole way", "alltheway"),
+        ("all the way", "alltheway"),
         ("to the camera", "toward_camera"),
         ("toward the camera", "toward_camera"),
         ("towards the camera", "toward_camera"),
@@ -119,10 +137,28 @@ FIXED: tuple[tuple[tuple[str, ...], str], ...] = tuple(
         ("back and forth", "rhythmically"),
         ("side to side", "rhythmically"),
         ("so that", "so"),
-        ("as soon as", "when"),
+        ("as soon as", "assoonas"),
+        ("the moment that", "assoonas"),
+        ("the instant that", "assoonas"),
+        ("no sooner than", "assoonas"),
+        ("at least", "atleast"),
+        ("no fewer than", "atleast"),
+        ("no less than", "atleast"),
+        ("at most", "atmost"),
+        ("no more than", "atmost"),
+        ("not more than", "atmost"),
+        ("more than", "morethan"),
+        ("fewer than", "fewerthan"),
+        ("less than", "fewerthan"),
+        ("a couple of", "two"),
+        ("two or more", "atleast two"),
+        ("one or more", "atleast one"),
+        ("most of the", "most"),
+        ("all but one of the", "allbutone"),
+        ("all but one", "allbutone"),
+        ("either of the", "either"),
         ("tries to", "starts"),
         ("at once", "immediately"),
-        ("all the way", "fully"),
         ("a little", "slightly"),
         ("a bit", "slightly"),
         ("table top", "tabletop"),
@@ -198,12 +234,13 @@ FIXED: tuple[tuple[tuple[str, ...], str], ...] = tuple(
     )
 )
 ADVERBIAL = words_of(
-    "motionless airborne sidelong inverted halfway toward_camera from_camera from_left from_right "
+    "motionless airborne sidelong inverted halfway midway alltheway partway mostway thirdway "
+    "successively simultaneously toward_camera from_camera from_left from_right "
     "from_front from_side from_behind from_above from_below"
 )
 
 
-ALWAYS = v.words_of("while when because although though whereas whilst")
+ALWAYS = v.words_of("assoonas while when because although though whereas whilst")
 """Subordinators that are nothing else, so that a clause begins even where its verb is unknown."""
 
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from physagent_studio.agent.rules.reading import vocabulary as v
-from physagent_studio.agent.rules.reading.frames import LandmarkKind, Place
+from physagent_studio.agent.rules.reading.frames import LandmarkKind, Place, Relation
 from physagent_studio.agent.rules.reading.names import (
     GROUPS,
     Discourse,
@@ -137,3 +138,32 @@ def _base_of_part(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Plac
 def _is_slope(name: str, stock: Inventory) -> bool:
     words = next((t.words for t in stock.supports if t.name == name), ())
     return bool(set(words) & v.SUPPORT_CLASSES[1])
+
+
+def extent_of(
+    share: tuple[float, float] | None,
+    places: Sequence[tuple[Relation, Place]],
+    stock: Inventory,
+) -> Place | None:
+    """What the whole way leads to of which a share is gone: "halfway across the table" is to
+    its edge, "halfway down the ramp" to its lower end."""
+    if share is None:
+        return None
+    for relation, place in places:
+        if relation not in _LEADING or place.kind == "group":
+            continue
+        across = place.kind == "support" and not place.part
+        if not across or relation in ("toward", "object", "at", "against", "near"):
+            return place
+        if place.name == stock.ground:
+            continue
+        if _is_slope(place.name, stock):
+            return replace(place, part="upper_end" if relation == "up" else "lower_end")
+        return replace(place, part="edge")
+    return None
+
+
+_LEADING = (
+    "toward", "object", "at", "against", "near", "down", "up", "along", "over", "on", "through",
+    "in", "into",
+)  # fmt: skip

@@ -17,6 +17,8 @@ from physagent_studio.agent.rules.reading.names import (
     resolve_objects,
 )
 from physagent_studio.agent.rules.reading.phrases import NounPhrase, join_fixed
+from physagent_studio.agent.rules.reading.places import extent_of
+from physagent_studio.agent.rules.reading.rewriting import rewritten
 from physagent_studio.agent.rules.reading.roles import Roles
 from physagent_studio.agent.rules.reading.spelling import corrected
 from physagent_studio.agent.rules.reading.tokens import Token, tokenise
@@ -27,7 +29,8 @@ MAX_WORDS = 400
 
 def read(prompt: str, stock: Inventory) -> Reading:
     """The event frames of `prompt`; never raises, whatever the words are."""
-    tokens = join_fixed(corrected(tokenise(prompt), stock.nouns), stock.phrases())
+    corrected_ones = corrected(tokenise(prompt), stock.nouns)
+    tokens = join_fixed(rewritten(corrected_ones, stock.nouns), stock.phrases())
     cut, tokens = tokens[MAX_WORDS:], tokens[:MAX_WORDS]
     chunks = Chunker(tokens, stock.nouns).chunks()
     reader = _Reader(chunks, stock, prompt=prompt, tokens=tokens)
@@ -168,8 +171,13 @@ class _Reader(Roles):
             distance=details.distance,
             negated=self._negated(clause),
             link=self._link(clause),
+            leads=self._leads(clause),
+            begins=details.begins,
+            share=details.share,
+            extent=extent_of(details.share, details.places, self.stock),
+            timing=details.timing,
         )
-        if details.count is not None and sense not in ("flip", "spin", "rotate"):
+        if details.count is not None and sense not in COUNTABLE:
             self.unknown[_COUNTED.get(details.count, f"{details.count} times")] = None
         frame = self.completed(frame, clause, kind, subject, objects, details)
         goes_on = subject is not None and subject is self.relative and not clause.subjects
@@ -247,7 +255,14 @@ class _Reader(Roles):
             return "as" if clause.joint in ("as", "when") else "while"
         if clause.joint in ("before", "after", "until", "because", "since"):
             return clause.joint
+        if clause.joint in ("assoonas", "once"):
+            return "once"
         return "which" if clause.relative else "then"
+
+    def _leads(self, clause: RawClause) -> bool:
+        """ "After it hits the cup, …": the clause that it hangs on is still to come."""
+        first = clause.start == 0 or self.chunks[clause.start - 1].strong_stop
+        return first and self.chunks[clause.start].kind == "sub"
 
     # --- wording ---------------------------------------------------------------------------------
 
@@ -271,6 +286,8 @@ class _Reader(Roles):
 
 
 _COUNTED = {2: "twice", 3: "thrice"}
+COUNTABLE = ("flip", "spin", "rotate", "bounce", "reverse", "sway")
+"""Senses of which it can be measured how often they happen."""
 
 
 def _left_so(clause: RawClause) -> bool:

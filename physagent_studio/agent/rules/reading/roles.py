@@ -30,9 +30,12 @@ class Roles(Subjects):
         verb = clause.verb
         assert verb is not None
         direct = self._direct(objects, subject)
+        if direct is not None and "objects" in clause.either:
+            direct = replace(direct, any_one=True)
         if kind == "cause":
             return self._received(frame, clause, subject, direct)
-        if frame.cause == "wind" and kind == "move" and verb.passive:
+        carried = verb.passive or (subject is None and direct is not None and frame.sense in _ALONG)
+        if frame.cause == "wind" and kind == "move" and carried:
             frame = replace(frame, sense="wind")
         if (gone := self._withdrawn(frame, clause, subject, objects)) is not None:
             return gone
@@ -77,14 +80,18 @@ class Roles(Subjects):
     def _direct(self, objects: tuple[NounPhrase, ...], subject: Resolved | None) -> Resolved | None:
         names: dict[str, None] = {}
         any_one = False
+        counted: Resolved | None = None
         for phrase in objects:
             found = resolve_objects(phrase, self.stock, self.talk)
             if found is not None:
+                counted = found
                 names |= dict.fromkeys(found.names)
                 any_one |= found.any_one
                 self.talk.mention(found.names)
             elif not is_measure(phrase) and resolve_place(phrase, self.stock, self.talk) is None:
                 self.unknown |= dict.fromkeys(phrase.nouns or (phrase.head,))
+        if counted is not None and len(objects) == 1:
+            return counted
         return Resolved(tuple(names), any_one) if names else None
 
     def _done_by(self, frame: EventFrame, who: Resolved | None) -> EventFrame | None:
@@ -92,7 +99,7 @@ class Roles(Subjects):
             return replace(frame, sense="wind", patient=())
         if who is None:
             return None
-        return replace(frame, patient=who.names, any_one=who.any_one)
+        return replace(frame, patient=who.names, **who.counts)
 
     def _acted(
         self,
@@ -133,9 +140,7 @@ class Roles(Subjects):
             return self._done_by(frame, subject) if frame.sense != "hit" else None
         agent = subject.names if subject and not frame.cause else ()
         kept = tuple(p for p in frame.places if p[1].name not in struck.names)
-        return replace(
-            frame, agent=agent, patient=struck.names, any_one=struck.any_one, places=kept
-        )
+        return replace(frame, agent=agent, patient=struck.names, places=kept, **struck.counts)
 
     def _received(
         self,
@@ -153,3 +158,7 @@ class Roles(Subjects):
         sense = v.FORCE_SENSE.get(nouns[0], "push")
         gives = frame.sense == "make"
         return self._done_by(replace(frame, sense=sense), direct if gives else subject)
+
+
+_ALONG = ("move", "slide", "drift", "roll", "fly")
+"""What "the wind … the leaf" only sets going, whatever the verb."""

@@ -13,6 +13,7 @@ from dataclasses import replace
 from functools import cache
 
 from physagent_studio.agent.rules.reading import vocabulary as v
+from physagent_studio.agent.rules.reading.phrases import FIXED
 from physagent_studio.agent.rules.reading.tokens import Token, singular, verb_base
 
 SHORT, LONG = 4, 6
@@ -56,6 +57,7 @@ def _everything() -> frozenset[str]:
         v.AUXILIARIES, v.COUNTS, *v.SUPPORT_CLASSES, *v.SYNONYMS,
     )  # fmt: skip
     words = {word for table in tables for word in table}
+    words |= {word for said, _ in FIXED for word in said}
     return frozenset(words | {form for verb in v.VERBS for form in _forms(verb)} | _long_words())
 
 

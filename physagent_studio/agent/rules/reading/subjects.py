@@ -41,7 +41,8 @@ class Subjects:
                 return self._antecedent(clause)
             return self.relative if self._goes_on(clause) else self.last
         names: dict[str, None] = {}
-        any_one = False
+        any_one = "subjects" in clause.either
+        counted: Resolved | None = None
         for phrase in clause.subjects:
             if phrase.head in v.IGNORED_NOUNS | {"motion", "masscenter"} and not phrase.pronoun:
                 found = self._possessed(phrase)
@@ -55,10 +56,13 @@ class Subjects:
             found = self._count_by_place(found, phrase, clause)
             names |= dict.fromkeys(found.names)
             any_one |= found.any_one
+            counted = found
             self.talk.mention(found.names)
         if not names:
             return None
         resolved = Resolved(tuple(names), any_one)
+        if len(clause.subjects) == 1 and counted is not None:
+            resolved = replace(counted, any_one=any_one)
         self.talk.subject = resolved.names
         return resolved
 

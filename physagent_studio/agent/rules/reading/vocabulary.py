@@ -64,12 +64,14 @@ MANNERS: dict[str, str] = {
 }
 
 FILLERS = words_of(
-    "finally eventually then also just immediately naturally simply simultaneously together "
+    "finally eventually then also just immediately naturally simply together "
     "again afterwards afterward thereby instead soon later now initially first meanwhile "
     "suddenly still completely fully entirely almost nearly quite very too so well thus hence "
     "therefore already only even once there here subsequently next under freely "
-    "perfectly cleanly really squarely anywhere successively somewhat promptly soon just out"
+    "perfectly cleanly really squarely anywhere somewhat promptly soon just out"
 )
+TIMINGS: dict[str, str] = {"successively": "in_turn", "simultaneously": "together"}
+"""How several that do the same stand to each other in time."""
 COUNTS = {"once": 1, "twice": 2, "thrice": 3}
 
 POSTURES: dict[str, str] = {
@@ -97,7 +99,8 @@ POSITIONS: dict[str, str] = {
     "right": "right", "rightmost": "right", "righthand": "right", "middle": "middle",
     "central": "middle", "center": "middle", "centre": "middle", "front": "front",
     "nearest": "front", "closest": "front", "rear": "back", "back": "back", "far": "back",
-    "farthest": "back", "furthest": "back", "near": "front",
+    "farthest": "back", "furthest": "back", "near": "front", "outer": "outer",
+    "outermost": "outer", "inner": "inner", "innermost": "inner",
 }  # fmt: skip
 ORDINALS = {"first": 1, "second": 2, "third": 3, "fourth": 4, "fifth": 5, "last": -1}
 COUNTED_FROM = {"counted_top": "top", "counted_bottom": "bottom"}
@@ -114,14 +117,21 @@ MATERIAL_WORDS = words_of(
 PLAIN_ADJECTIVES = words_of(
     "ripe flat round square long narrow wide original new same whole single nearby hanging "
     "resting moving rolling falling flying standing sliding empty full shifting stationary "
-    "old heavy light hard soft loose entire final initial side opposite grassy inside outer "
-    "inner open free shiny smooth rough"
+    "old heavy light hard soft loose entire final initial side opposite grassy inside "
+    "open free shiny smooth rough"
 )
 
 DETERMINERS = words_of(
     "a an the this that these those its their his her our my your each every all both some any "
-    "another several no"
+    "another several no most allbutone either"
 )
+BOUNDS = words_of("atleast atmost exactly morethan fewerthan")
+"""What stands before a number that is a limit: "at least two of the pins"."""
+SHARES: dict[str, tuple[float, float]] = {
+    "halfway": (0.35, 0.65), "midway": (0.35, 0.65), "alltheway": (0.9, 10.0),
+    "partway": (0.1, 0.9), "mostway": (0.6, 1.0), "thirdway": (0.22, 0.45),
+}  # fmt: skip
+"""How much of a way is gone."""
 PRONOUNS = words_of("it that this they them itself themselves one others everything he she him")
 AUXILIARIES = words_of(
     "is are was were be been being am has have had do does did will would shall should may "
@@ -133,12 +143,12 @@ PREPOSITIONS = words_of(
     "on onto upon in into inside within to toward towards from off of over under underneath "
     "beneath below above across along through past against with without by at near beside "
     "behind before after around between among beyond down up outside until via for alongside "
-    "about throughout during like"
+    "about throughout during like infront leftof rightof atop"
 )
 CONJUNCTIONS = words_of("and or but then nor")
 SUBORDINATORS = words_of(
     "as while when because since so until before after if although though whereas whilst once "
-    "where until without"
+    "where until without assoonas"
 )
 RELATIVES = frozenset(["that", "which", "who"])
 
@@ -146,8 +156,9 @@ RELATIONS: dict[str, str] = {
     "on": "on", "onto": "on", "upon": "on", "in": "in", "into": "into", "inside": "in",
     "within": "in", "to": "toward", "toward": "toward", "towards": "toward", "at": "at",
     "from": "from", "off": "off", "over": "over", "across": "along", "past": "over",
-    "beyond": "over", "through": "along", "along": "along", "down": "down", "up": "up",
+    "beyond": "over", "through": "through", "along": "along", "down": "down", "up": "up",
     "under": "under", "underneath": "under", "beneath": "under", "below": "under",
+    "infront": "in_front", "leftof": "left_of", "rightof": "right_of", "atop": "atop",
     "above": "above", "against": "against", "near": "near", "beside": "near", "behind": "behind",
     "before": "before", "after": "after", "around": "around", "between": "between",
     "with": "with", "by": "by", "until": "until", "outside": "off", "alongside": "near",

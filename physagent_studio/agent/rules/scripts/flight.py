@@ -24,6 +24,11 @@ def through_air(task: Task) -> list[Action]:
     layout = task.layout
     distance = task.distance_to(target)
     rise = float(layout.position(place_name(target))[2] - layout.position(task.name)[2])
+    if target.kind == "object" and task.intent.has("land", "jump", "fall"):
+        # Onto its top, and not against its side.
+        rise += (layout.height(target.name) + layout.height(task.name)) / 2
+    if (hops := _hops(task)) > 1:
+        distance, rise = distance / hops, 0.0
     seconds = float(np.clip(0.35 + 0.06 * distance, 0.4, task.seconds(0.35)))
     speed, elevation = mech.launch(distance, rise, seconds)
     if elevation < 10.0:
@@ -38,11 +43,20 @@ def leap(task: Task) -> list[Action]:
     if hurdle is not None and hurdle.kind == "object" and task.layout.has(hurdle.name):
         return [_over(task, hurdle.name)]
     speed = math.sqrt(2 * mech.G * max(task.layout.size(task.name), 0.1))
+    if (hops := _hops(task)) > 1:
+        # What is left after each rebound has still to be seen after the last.
+        kept = max(task.layout.restitution(task.name, task.layout.ground()), 0.2)
+        speed = min(max(speed, 0.7 / kept**hops), 7.0)
     way = task.way()
     elevation = 65.0 if way not in (None, "up") else 0.0
     named = way if way not in (None, "up") else "up"
     force = act.toward_or_along(speed, way=named, elevation=elevation)
     return [act.push(task.name, force, duration=act.KICK_STEPS, label="jump")]
+
+
+def _hops(task: Task) -> int:
+    """How often it shall bounce, where that is said; else 0."""
+    return max((f.count or 0 for f in task.intent.frames if f.sense == "bounce"), default=0)
 
 
 def _over(task: Task, hurdle: str) -> Action:
@@ -110,6 +124,8 @@ def in_wind(task: Task) -> list[Action]:
     strong = task.intent.manner("hard", "fast")
     gentle = task.intent.manner("gentle", "slow")
     speed = 14.0 if strong else 4.0 if gentle else 7.0
+    if not gentle and not task.intent.has("sway", "bend"):
+        speed = max(speed, _carrying_wind(task, named))
     rhythm = task.intent.manner("rhythmic", "continuous") or task.intent.has("sway")
     return [
         act.blow(
@@ -117,6 +133,19 @@ def in_wind(task: Task) -> list[Action]:
             duration=task.clip.steps,
         )
     ]  # fmt: skip
+
+
+def _carrying_wind(task: Task, way: Direction) -> float:
+    """Wind that moves what stands free: its drag is more than the friction, m/s; 0 if rooted."""
+    item, layout = task.layout.state.object(task.name), task.layout
+    if item is None or item.body.kind != "rigid" or layout.carrier(task.name) is None:
+        return 0.0
+    across = WAYS["away" if way in ("left", "right") else "right"]
+    area = 2 * layout.extent(task.name, across) * layout.height(task.name)
+    rolls = layout.is_ball(task.name)
+    grip = task.ground_rolling() * 2 if rolls else task.ground_friction()
+    force = grip * layout.mass(task.name) * mech.G
+    return min(1.4 * math.sqrt(2 * force / (1.2 * max(area, 1e-4))), 60.0)
 
 
 def _open_side(task: Task) -> Direction:

@@ -8,7 +8,7 @@ import numpy as np
 
 from physagent_studio.agent.rules import actions as act
 from physagent_studio.agent.rules import mechanics as mech
-from physagent_studio.agent.rules.layout import WAYS, level, unit
+from physagent_studio.agent.rules.layout import WAYS, FloatArray, level, unit
 from physagent_studio.agent.rules.paths import arc_length, clearance, free_turn
 from physagent_studio.agent.rules.reading import Place
 from physagent_studio.agent.rules.scripts.task import FASTEST, UP, Task
@@ -29,6 +29,8 @@ def along_ground(task: Task) -> list[Action]:
     force = _aimed(task, target, speed)
     duration = act.PUSH_STEPS
     start: list[Action] = [act.push(task.name, force, start=task.delay, duration=duration)]
+    if task.intent.manner("rhythmic"):
+        return [*start, *_returning(task, speed)]
     return [*start, *_brake(task, target, speed, duration)]
 
 
@@ -71,13 +73,44 @@ def _aimed(task: Task, target: Place | None, speed: float, azimuth: float = 0.0)
     return act.toward_or_along(speed, way=way or _open_way(task), azimuth=azimuth)
 
 
+def _returning(task: Task, speed: float) -> list[Action]:
+    """Pushed back and forth again, each time the way against which it came."""
+    steps = task.clip.steps // 4
+    back = act.toward_or_along(2 * speed, vector=-_heading(task))
+    forth = act.toward_or_along(2 * speed, vector=_heading(task))
+    return [
+        act.push(task.name, way, start=steps * number, label=label)
+        for number, (way, label) in enumerate(((back, "back"), (forth, "forth")), 1)
+    ]
+
+
+def _heading(task: Task) -> FloatArray:
+    target, way = task.target(), task.way() or _open_way(task)
+    if target is None or way in (task.way(),):
+        return WAYS[way]
+    return unit(level(task.layout.position(place_name(target)) - task.layout.position(task.name)))
+
+
 def _beside(task: Task, other: str) -> float:
-    """Angle off the straight line with which it goes by a thing without touching, degrees."""
+    """Least angle off the line to a thing with which it goes by it, and by whatever else it
+    shall pass, without touching, degrees."""
+    layout = task.layout
+    start, aim = layout.position(task.name), layout.position(other)
+    ahead = unit(level(aim - start))
+    left = np.array([-ahead[1], ahead[0], 0.0])
     across = WAYS["right"]
-    room = 1.4 * (task.layout.extent(task.name, across) + task.layout.extent(other, across))
-    distance = task.distance_to(Place(other, "object"))
-    side = -1.0 if task.way() == "right" else 1.0
-    return round(side * math.degrees(math.asin(min(room / max(distance, 1e-3), 0.9))), 1)
+    own = layout.extent(task.name, across)
+    taken: list[tuple[float, float]] = []
+    for name in task.passed():
+        offset = level(layout.position(name) - start)
+        room = 1.4 * (own + layout.extent(name, across))
+        middle = math.degrees(math.atan2(float(offset @ left), float(offset @ ahead)))
+        distance = max(float(np.linalg.norm(offset)), 1e-3)
+        half = math.degrees(math.asin(min(room / distance, 0.9)))
+        taken.append((middle - half, middle + half))
+    signs = (-1.0, 1.0) if task.way() == "right" else (1.0, -1.0)
+    free = [s * a for a in range(75) for s in signs if all(not lo < s * a < hi for lo, hi in taken)]
+    return float(free[0]) if free else 0.0
 
 
 def _open_way(task: Task) -> Direction:
@@ -96,13 +129,13 @@ def _ground_speed(task: Task, target: Place | None) -> float:
     friction = task.ground_friction()
     rolls = task.layout.is_ball(task.name)
     slowing = mech.rolling_slowing(task.ground_rolling()) if rolls else mech.G * friction
-    distance = task.distance_to(target) if target is not None else max(4 * size, 0.5)
+    distance = task.way_to(target) if target is not None else max(4 * size, 0.5)
     if task.intent.hits:
         distance = max(distance - size, 0.1)
     if task.passes() is not None:
         distance *= 1.6
     arrive = mech.speed_to_arrive(distance, task.seconds(0.45), slowing)
-    if task.intent.has("stop", "settle") and not rolls:
+    if (task.intent.has("stop", "settle") or task.ends_short) and not rolls:
         return _stopping_speed(task, distance, friction)
     speed = min(max(arrive, math.sqrt(2 * slowing * distance) * 1.15, 0.3), FASTEST)
     if task.intent.manner("slow", "gentle"):
@@ -144,9 +177,10 @@ def _stopping_speed(task: Task, distance: float, friction: float) -> float:
 
 def _brake(task: Task, target: Place | None, speed: float, start: int) -> list[Action]:
     """A ball rolls far: a brake that stops it where it shall."""
-    if not task.intent.has("stop", "settle", "slow") or not task.layout.is_ball(task.name):
+    stops = task.intent.has("stop", "settle", "slow") or task.ends_short
+    if not stops or not task.layout.is_ball(task.name):
         return []
-    distance = task.distance_to(target) if target is not None else 1.0
+    distance = task.way_to(target) if target is not None else 1.0
     slowing = max(speed * speed / max(distance, 0.05), 0.2)
     first = start + int(
         min(0.5 * distance / max(speed, 0.1), task.seconds(0.4)) / task.clip.step_seconds

@@ -11,7 +11,7 @@ from physagent_studio.agent.rules.intents import Intent
 from physagent_studio.agent.rules.layout import WAYS, Layout, level
 from physagent_studio.agent.rules.reading import Place
 from physagent_studio.agent.rules.reading.vocabulary import words_of
-from physagent_studio.agent.rules.specs import place_name, ways_of
+from physagent_studio.agent.rules.specs import place_name, spot_name, ways_of
 from physagent_studio.program.actions import Direction
 from physagent_studio.program.program import Clip
 from physagent_studio.program.scene import Ramp
@@ -50,24 +50,61 @@ class Task:
         said = self.intent.way()
         frame = next((f for f in self.intent.frames if said in (f.direction, f.origin)), None)
         if said is None or frame is None:
-            return None
+            return self._side()
         ways = ways_of(said, frame, self.name, self.layout)
         return ways[self.rank % len(ways)] if ways else None
 
+    def _side(self) -> Direction | None:
+        """The way to the side of a thing on which it shall end, where no way is named."""
+        for frame in self.intent.frames:
+            for relation, place in frame.places:
+                if relation in SIDE_WAYS and self.layout.is_known(place.name):
+                    return SIDE_WAYS[relation]
+        return None
+
+    @property
+    def share(self) -> float | None:
+        """The part of a way that it shall cover, its middle; more than 1 for all of it."""
+        said = next((f.share for f in self.intent.frames if f.share is not None), None)
+        if said is None:
+            return None
+        return sum(said) / 2 if said[1] <= 1 else 1.05
+
+    @property
+    def ends_short(self) -> bool:
+        """Whether it shall come to rest before the end of a way."""
+        return self.share is not None and self.share < 1
+
+    def way_to(self, place: Place) -> float:
+        """Horizontal way to a place, or the part of it that it shall cover, m."""
+        return self.distance_to(place) * (self.share if self.share is not None else 1.0)
+
     def target(self) -> Place | None:
         """Where it shall get to: what it hits, enters, crosses, reaches, stops near."""
+        for frame in self.intent.frames:
+            if frame.extent is not None and self.layout.is_known(place_name(frame.extent)):
+                return frame.extent
         if self.intent.hits:
             return Place(self.intent.hits[0], "object")
         for relations in (
             ("in", "into"),
-            ("object", "over", "between"),
+            ("object", "over", "between", "through"),
             ("near", "at"),
             ("toward", "against"),
-            ("on",),
+            ("on", "atop"),
         ):
             place = self.intent.place(*relations, senses=_ARRIVING)
             if place is not None and self._is_aim(place):
                 return place
+        return self._beside_a_thing()
+
+    def _beside_a_thing(self) -> Place | None:
+        """The spot behind, in front of or beside a thing, where it shall get there."""
+        for frame in self.intent.frames:
+            for relation, place in frame.places:
+                spot = Place(spot_name(relation, place), "landmark")
+                if relation in SIDE_WAYS and self.layout.is_known(spot.name):
+                    return spot
         return None
 
     def _is_aim(self, place: Place) -> bool:
@@ -78,15 +115,18 @@ class Task:
         return self.layout.is_known(place_name(place))
 
     def passes(self) -> str | None:
-        """The object that it shall go by, and not bump into."""
+        """The object that it shall go by, and not bump into; the first of several."""
+        return next(iter(self.passed()), None)
+
+    def passed(self) -> tuple[str, ...]:
+        """All objects that it shall go by."""
         for frame in self.intent.frames:
-            place = frame.place("over") or (
-                frame.place("object") if frame.sense in ("pass", "miss") else None
-            )
+            asked = ("over", "object") if frame.sense in ("pass", "miss") else ("over",)
+            rows = [p for r, p in frame.places if r in asked and p.kind == "object" and not p.part]
             going = frame.sense not in ("jump", "fly", "throw", "fall")
-            if place is not None and place.kind == "object" and not place.part and going:
-                return place.name if place.name not in self.intent.hits else None
-        return None
+            if rows and going:
+                return tuple(p.name for p in rows if p.name not in self.intent.hits)
+        return ()
 
     def ramp_ahead(self) -> Ramp | None:
         """The ramp that it shall go up."""
@@ -111,6 +151,10 @@ class Task:
         return self.layout.rolling(self.name, carrier)
 
 
+SIDE_WAYS: dict[str, Direction] = {
+    "behind": "away", "in_front": "toward_camera", "left_of": "left", "right_of": "right",
+}  # fmt: skip
+"""Where a side of a thing lies, seen from it."""
 _ARRIVING = tuple(
     words_of(
         "move slide drift roll fly curve push pull kick throw hit cross pass reach enter approach "

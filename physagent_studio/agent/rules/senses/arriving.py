@@ -5,7 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 from physagent_studio.agent.rules.reading import EventFrame, Place
-from physagent_studio.agent.rules.senses.common import arrival, is_ground, off, posture
+from physagent_studio.agent.rules.senses.common import (
+    arrival,
+    is_container,
+    is_ground,
+    is_last,
+    off,
+    posture,
+)
 from physagent_studio.agent.rules.specs import Context, Spec, before, place_name, spec
 
 
@@ -54,6 +61,8 @@ def _ordered(c: Context, main: EventFrame) -> list[Spec]:
 def cross(c: Context) -> list[Spec]:
     """Passes a line, an edge or a thing."""
     place = c.frame.place("object", "over", "along", "on", "in", "into", "between")
+    if place is None and c.frame.place("through") is not None:
+        return []
     if place is None or place.kind == "group":
         return []
     if is_ground(c, place):
@@ -81,19 +90,27 @@ def enter(c: Context) -> list[Spec]:
 
 def land(c: Context) -> list[Spec]:
     """Comes down onto or into something, in a posture where one is said."""
-    place = c.frame.place("on", "in", "into", "object", "toward", "at")
+    place = c.frame.place("on", "in", "into", "object", "toward", "at", "atop")
     found: list[Spec] = []
     if place is None or place.kind == "group":
         found.append(spec("contacts", c.subject, other=c.layout.ground()))
     elif place.kind == "landmark":
         found.append(spec("lands_in", c.subject, landmark=place_name(place)))
-    elif c.frame.posture:
+    elif c.frame.posture or (c.frame.place("atop") is not None and is_last(c)):
         found.append(spec("reaches", c.subject, other=place.name))
+    elif place.kind == "object" and _is_inside(c, place):
+        found.append(spec("lands_in", c.subject, landmark=place.name))
     else:
         found.append(spec("contacts", c.subject, other=place.name))
     if "hard" in c.frame.manner:
         found.append(spec("speed_between", c.subject, low=0.7))
     return [*found, *posture(c)]
+
+
+def _is_inside(c: Context, place: Place) -> bool:
+    """ "Lands in the box"."""
+    within = c.frame.place("in", "into") == place
+    return within and is_container(place.name) and is_last(c)
 
 
 def approach(c: Context) -> list[Spec]:

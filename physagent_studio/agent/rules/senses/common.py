@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from physagent_studio.agent.rules.reading import EventFrame, Place
+from physagent_studio.agent.rules.reading.vocabulary import words_of
 from physagent_studio.agent.rules.specs import START, Context, Spec, any_of, place_name, spec
 from physagent_studio.program.scene import Ramp
 
@@ -31,7 +32,13 @@ def travel(c: Context) -> list[Spec]:
 
 
 def manner(c: Context) -> list[Spec]:
-    """How fast, where the prompt says so."""
+    """How fast, and whether to and fro, where the prompt says so."""
+    if "rhythmic" in c.frame.manner and c.frame.sense in ("roll", "slide", "move", "drift"):
+        return [spec("reverses", c.subject, angle=90.0, times=2), *_pace(c)]
+    return _pace(c)
+
+
+def _pace(c: Context) -> list[Spec]:
     if "slow" in c.frame.manner or "gentle" in c.frame.manner:
         if c.frame.sense in ("float", "descend") or c.layout.ramp_below(c.subject) is not None:
             drop = c.length(0.3, 0.02, 0.1)
@@ -54,7 +61,7 @@ def along(c: Context) -> list[Spec]:
         name = place_name(place)
         if relation in ("off", "from"):
             found += off(c, place)
-        elif relation in ("on", "in", "into", "against") and place.name != c.subject:
+        elif relation in ("on", "in", "into", "against", "atop") and place.name != c.subject:
             found += _onto(c, relation, place)
         elif relation == "between" and place.kind == "landmark":
             found.append(spec("passes_over", c.subject, landmark=name))
@@ -149,12 +156,40 @@ def _onto(c: Context, relation: str, place: Place) -> list[Spec]:
         return [spec("lands_in", c.subject, landmark=name)] if inside else []
     if place.kind == "group":
         return _in_stack(c) if relation == "in" else []
+    if relation == "atop":
+        return [spec("reaches" if is_last(c) else "contacts", c.subject, other=name)]
+    if relation in ("in", "into") and place.kind == "object" and is_container(name):
+        drops = c.frame.sense in ("fall", "land", "throw", "kick", "jump", "fly", "bounce")
+        if drops and is_last(c):
+            return [spec("lands_in", c.subject, landmark=name)]
     if c.layout.carrier(c.subject) == place.name and relation == "on" and was_raised(c):
         return [spec("reaches", c.subject, other=place.name)]
     if c.layout.carrier(c.subject) == place.name and relation == "on":
         # Where it already is ("a ball on the grass rolls"): how it begins.
         return [spec("contacts", c.subject, other=place.name, to_step=START)]
     return [spec("contacts", c.subject, other=place.name)]
+
+
+_GOING_ON = words_of(
+    "roll slide move slip bounce leave fall fly jump drift push knock topple rise strike"
+)
+
+
+def is_last(c: Context) -> bool:
+    """Whether it stays where this clause brings it: no later clause takes it away."""
+    return not any(f.sense in _GOING_ON and not f.negated for f in c.later)
+
+
+_CONTAINERS = words_of(
+    "box crate carton basket bin bucket bowl cup mug glass pot pan can trash_can bag drawer sink "
+    "tray hole pit tub bathtub barrel jar vase trashcan dustbin hat nest cart wagon"
+)
+
+
+def is_container(name: str) -> bool:
+    """Whether a thing of that name can have something in it."""
+    words = name.lower().split("_")
+    return words[-1] in _CONTAINERS or "_".join(words[-2:]) in _CONTAINERS
 
 
 def _begins_near(c: Context, place: Place) -> bool:

@@ -206,6 +206,8 @@ def bounce(c: Context) -> list[Spec]:
     off = c.frame.place("off", "on", "against", "from", "object")
     named = off.name if off is not None and off.kind not in ("landmark", "group") else None
     other = named or landed_on(c) or c.layout.ground()
+    if c.frame.count is not None:
+        return [spec("bounces", c.subject, other=other, times=c.frame.count)]
     if c.layout.is_raised(c.subject) or other == c.layout.ground():
         return [spec("contacts", c.subject, other=other), spec("airborne", c.subject, seconds=0.1)]
     return [spec("contacts", c.subject, other=other), spec("leaves", c.subject, other=other)]

@@ -8,13 +8,13 @@ from physagent_studio.agent.rules.specs import START, Context, Spec, place_name,
 
 def stop(c: Context) -> list[Spec]:
     """Moves and then is at rest, near or on what is named."""
-    place = c.frame.place("near", "at", "on", "in", "object")
+    place = c.frame.place("near", "at", "on", "in", "object", "atop")
     if place is not None and place.kind == "group":
         place = None
     leant = c.frame.place("against")
     if leant is not None and leant.kind in ("object", "support") and leant.name != c.subject:
         return [spec("stops", c.subject), spec("contacts", c.subject, other=leant.name)]
-    ahead = c.frame.place("before")
+    ahead = c.frame.place("before", "in_front")
     if ahead is not None and ahead.kind != "group":
         return [spec("stops", c.subject), spec("stops_before", c.subject, before=place_name(ahead))]
     if place is not None and place.kind == "support" and not place.part:
@@ -33,7 +33,7 @@ def stay(c: Context) -> list[Spec]:
     if c.frame.posture == "upright" and c.frame.place("in", "on") is None:
         return [spec("upright", c.subject, tilt=20.0)] if not is_ball(c) else still(c)
     found = still(c)
-    on = c.frame.place("on")
+    on = c.frame.place("on", "atop")
     if on is not None and on.kind in ("support", "object") and not on.part:
         carried = c.layout.carrier(c.subject)
         if carried in (None, on.name):
@@ -49,9 +49,9 @@ def be(c: Context) -> list[Spec]:
     for relation, place in c.frame.places:
         if place.kind == "group" or place.name == c.subject:
             continue
-        if relation in ("on", "in") and place.kind != "landmark":
+        if relation in ("on", "in", "atop") and place.kind != "landmark":
             found.append(spec("contacts", c.subject, other=place.name, to_step=START))
-        elif relation in ("above", "over", "under") and place.kind != "landmark":
+        elif relation in ("above", "over") and place.kind != "landmark":
             found.append(spec("contacts", c.subject, other=place.name, to_step=3, negated=True))
     if not found and c.frame.sense in ("rest", "stack", "be") and not c.frame.manner:
         carrier = c.layout.carrier(c.subject)
@@ -66,7 +66,7 @@ def _has_acted(c: Context) -> bool:
 
 
 def _ends(c: Context) -> list[Spec]:
-    place = c.frame.place("on", "in")
+    place = c.frame.place("on", "in", "atop")
     found = posture(c)
     if place is not None and place.kind in ("support", "object"):
         found.append(spec("rests_on", c.subject, other=place.name))

@@ -74,7 +74,8 @@ def turn_around(c: Context) -> list[Spec]:
 
 def reverse(c: Context) -> list[Spec]:
     """Goes back where it came from, or another way; first the way that is said."""
-    back = spec("reverses", c.subject, angle=90.0)
+    times = c.frame.count
+    back = spec("reverses", c.subject, angle=90.0, times=times if times != 1 else None)
     ways = [w for w in c.ways() if c.frame.direction in ("left", "right", "away")]
     if ways:
         far = c.length(0.5, 0.02, 0.2)

@@ -13,7 +13,10 @@ from physagent_studio.agent.rules.specs import Context, Spec, any_of, spec
 
 def wind(c: Context) -> list[Spec]:
     """The air moves it: it sways, bends or goes along."""
-    far = c.length(0.1, 0.01, 0.05)
+    # What is rooted or hangs only gives way; what stands free is seen to go along.
+    item = c.layout.state.object(c.subject)
+    gives = item is not None and item.body.kind in ("soft", "cloth", "rope")
+    far = c.length(0.03, 0.01, 0.3) if gives else c.length(0.3, 0.02, 0.5)
     ways = c.ways() or (None,)
     moved = [spec("moves", c.subject, distance=far, direction=w) for w in ways]
     if any(f.sense in ("sway", "bend") or f.manner & {"rhythmic"} for f in c.reading.frames):

@@ -1,0 +1,70 @@
+"""Turns of phrase that are put into plainer order before a sentence is cut into chunks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from physagent_studio.agent.rules.reading import vocabulary as v
+from physagent_studio.agent.rules.reading.tokens import Token, singular, verb_base
+
+LABEL = 6
+"""Words that a label before a colon may have."""
+
+
+def rewritten(tokens: Sequence[Token], nouns: frozenset[str]) -> tuple[Token, ...]:
+    """The tokens without a label in front, and with "neither … nor" as plain denials.
+
+    nouns: the words of the case's names, which are no verbs.
+    """
+    return _denials(_unlabelled(tuple(tokens), nouns), nouns)
+
+
+def _is_verb(word: str, nouns: frozenset[str]) -> bool:
+    return verb_base(word) is not None and word not in nouns and singular(word) not in nouns
+
+
+def _unlabelled(tokens: tuple[Token, ...], nouns: frozenset[str]) -> tuple[Token, ...]:
+    """ "A strike: the ball …": what stands before the colon names the sentence that follows."""
+    words = [token.text for token in tokens[: LABEL + 1]]
+    if ":" not in words:
+        return tokens
+    end = words.index(":")
+    named = [i for i in range(end) if words[i] in nouns or singular(words[i]) in nouns]
+    told = any(
+        words[i] in v.BE or (_is_verb(words[i], nouns) and not words[i].endswith("ing"))
+        for i in range((named[0] if named else end) + 1, end)
+    )
+    return tokens if told or end + 1 >= len(tokens) else tokens[end + 1 :]
+
+
+def _denials(tokens: tuple[Token, ...], nouns: frozenset[str]) -> tuple[Token, ...]:
+    found: list[Token] = []
+    index = 0
+    while index < len(tokens):
+        token = tokens[index]
+        following = tokens[index + 1].text if index + 1 < len(tokens) else ""
+        if token.text == "neither" and _is_verb(following, nouns):
+            found.append(replace(token, text="not"))
+        elif token.text == "nor" and following in v.AUXILIARIES:
+            verb = _next_verb(tokens, index + 2, nouns)
+            if verb is None:
+                found.append(token)
+            else:
+                # "Nor does it touch the box": and it does not touch the box.
+                found += [replace(token, text="and"), *tokens[index + 2 : verb]]
+                found += [tokens[index + 1], replace(tokens[index + 1], text="not")]
+                index = verb - 1
+        else:
+            found.append(token)
+        index += 1
+    return tuple(found)
+
+
+def _next_verb(tokens: Sequence[Token], start: int, nouns: frozenset[str]) -> int | None:
+    for index in range(start, len(tokens)):
+        if tokens[index].text in ".,;:!?":
+            return None
+        if index > start and _is_verb(tokens[index].text, nouns):
+            return index
+    return None

@@ -99,7 +99,7 @@ def _drawn(rng: np.random.Generator, camera: Camera, objects: tuple[SceneObject,
             mesh.vertices @ matrix_of(item.rotation).T + np.asarray(item.position),
             mesh.faces,
         )
-    image = _backdrop(rng, camera)
+    image = backdrop(rng, camera)
     _shade_ground(image, camera, objects)
     seen = look(camera, bodies)
     masks: dict[str, BoolArray] = {}
@@ -117,7 +117,7 @@ def _drawn(rng: np.random.Generator, camera: Camera, objects: tuple[SceneObject,
     return Drawn(np.clip(image, 0, 255).astype(np.uint8), camera, objects, masks)
 
 
-def _backdrop(rng: np.random.Generator, camera: Camera) -> FloatArray:
+def backdrop(rng: np.random.Generator, camera: Camera) -> FloatArray:
     """A mottled floor that ends at a wall 7 m away."""
     width, height = camera.size
     columns, rows = np.meshgrid(

@@ -12,6 +12,7 @@ from physagent_studio.program.scene import Grounding, SceneState
 from physagent_studio.reconstruction import clicked_supports
 from physagent_studio.reconstruction.names import support_kind
 from physagent_studio.reconstruction.segmentation import EmbeddedSegmenter, Segmenter, apart
+from physagent_studio.reconstruction.segmentation_stack import alone
 from physagent_studio.reconstruction.strokes import corrected
 from physagent_studio.records.case import Case, Image
 from physagent_studio.records.scene import Candidate, Scene
@@ -47,6 +48,8 @@ def candidates_of(
     if len(known) < len(tasks):
         fresh = (segmenter or EmbeddedSegmenter()).segment(case.image, asked, cancelled)
         known = {name: fresh.get(name, known.get(name, ())) for name, _ in tasks}
+        if segmenter is None:
+            known = EmbeddedSegmenter().together(case.image, tasks, known)
     tick()
     return known
 
@@ -68,10 +71,11 @@ def _known(
     if previous is None:
         return {}
     before = dict(apart(_clicked(previous.state)))
+    said = dict(tasks)
     return {
-        name: previous.candidates[name]
-        for name, said in apart(tasks)
-        if before.get(name) == said and name in previous.candidates
+        name: alone(previous.candidates[name]) if said[name].settled else previous.candidates[name]
+        for name, own in apart(tasks)
+        if before.get(name) == own and name in previous.candidates
     }
 
 

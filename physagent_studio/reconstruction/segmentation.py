@@ -18,6 +18,7 @@ from physagent_studio.reconstruction.maskscore import Scorer
 from physagent_studio.reconstruction.segmentation_box import box_drafts
 from physagent_studio.reconstruction.segmentation_clicks import click_drafts
 from physagent_studio.reconstruction.segmentation_ranking import agreed, ranked
+from physagent_studio.reconstruction.segmentation_stack import stacked
 from physagent_studio.reconstruction.segmentation_task import (
     full_size,
     part_around,
@@ -70,7 +71,16 @@ class EmbeddedSegmenter:
             if cancelled is not None and cancelled():
                 return out
             out[name] = self.candidates(image, name, grounding)
-        return out
+        return self.together(image, groundings, out)
+
+    def together(
+        self,
+        image: Image,
+        groundings: Sequence[tuple[str, Grounding]],
+        offers: Mapping[str, tuple[Candidate, ...]],
+    ) -> dict[str, tuple[Candidate, ...]]:
+        """The candidates of each thing, with those that only all clicks together give."""
+        return stacked(image, groundings, offers, lambda all_: self.candidates(image, "", all_))
 
     def candidates(self, image: Image, name: str, grounding: Grounding) -> tuple[Candidate, ...]:
         """Candidates (H, W) of one thing whose grounding says all; its name helps to rank them."""

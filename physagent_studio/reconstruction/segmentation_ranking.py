@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from physagent_studio.reconstruction.masks import BoolArray, bounds, iou
 from physagent_studio.reconstruction.maskscore import Draft, Scorer
 from physagent_studio.reconstruction.segmentation_task import Task
-from physagent_studio.reconstruction.segmentation_variants import variants
+from physagent_studio.reconstruction.segmentation_variants import shadowed, variants
 
 CANDIDATES = 4
 DENIED = 0.5
@@ -116,10 +116,23 @@ def _filled_up(
     for draft, value in more:
         if len(chosen) == CANDIDATES:
             break
-        differs = all(iou(draft.mask, other.mask) < ALMOST for other, _ in chosen)
-        if differs and np.count_nonzero(draft.mask) > 12:
+        if _differs(draft, chosen) and np.count_nonzero(draft.mask) > 12:
             chosen.append((draft, min(value, chosen[-1][1])))
-    return chosen
+    return _with_shade(chosen, lab)
+
+
+def _with_shade(
+    chosen: list[tuple[Draft, float]], lab: NDArray[np.float32]
+) -> list[tuple[Draft, float]]:
+    """The choice with the first mask and its shadow in it: in place of the last, if need be."""
+    shaded = shadowed(lab, chosen[0][0]) if len(chosen) == CANDIDATES else None
+    if shaded is None or not _differs(shaded, chosen):
+        return chosen
+    return [*chosen[:-1], (shaded, chosen[-1][1])]
+
+
+def _differs(draft: Draft, chosen: Sequence[tuple[Draft, float]]) -> bool:
+    return all(iou(draft.mask, other.mask) < ALMOST for other, _ in chosen)
 
 
 def distinct(

@@ -24,15 +24,23 @@ def variants(lab: NDArray[np.float32], leader: Draft) -> Iterator[Draft]:
     """Other readings of a mask, the likeliest first; lab (H, W, 3), OpenCV's 0 … 255."""
     mask = leader.mask
     area = int(np.count_nonzero(mask))
-    shade = shadow_of(lab, mask)
-    if np.count_nonzero(shade) > 0.05 * area:
-        yield Draft(mask | shade, "with shadow", VARIANT)
+    shaded = shadowed(lab, leader)
+    if shaded is not None:
+        yield shaded
     mirrored = reflection_of(lab, mask)
     if np.count_nonzero(mirrored) > 0.1 * area:
         yield Draft(mask | mirrored, "with reflection", VARIANT)
     rim = max(2, round(RIM * float(np.sqrt(area))))
     yield Draft(shrink(mask, rim), "tighter", VARIANT)
     yield Draft(grow(mask, rim), "wider", VARIANT)
+
+
+def shadowed(lab: NDArray[np.float32], leader: Draft) -> Draft | None:
+    """A mask with its shadow; None where it casts none to speak of."""
+    shade = shadow_of(lab, leader.mask)
+    if np.count_nonzero(shade) <= 0.05 * np.count_nonzero(leader.mask):
+        return None
+    return Draft(leader.mask | shade, "with shadow", VARIANT)
 
 
 def shadow_of(lab: NDArray[np.float32], mask: BoolArray) -> BoolArray:

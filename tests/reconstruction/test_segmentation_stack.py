@@ -1,0 +1,69 @@
+"""Stacks are parted along their seams where masks of single clicks do not part them."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from physagent_studio.benchmark.lookalikes import Lookalike, stack
+from physagent_studio.program.scene import Click, Grounding
+from physagent_studio.reconstruction.masks import BoolArray, grow, iou
+from physagent_studio.reconstruction.segmentation import EmbeddedSegmenter, apart, choose
+from physagent_studio.reconstruction.segmentation_stack import METHOD, layers_of, stacked
+from physagent_studio.records.scene import Candidate
+
+
+def _middle(mask: BoolArray) -> tuple[float, float]:
+    depth = cv2.distanceTransform(np.pad(mask, 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
+    row, column = divmod(int(depth.argmax()), depth.shape[1])
+    return column + 0.5, row + 0.5
+
+
+def _clicked(drawn: Lookalike) -> list[tuple[str, Grounding]]:
+    return [
+        (name, Grounding(points=(Click(x=x, y=y, label=1),)))
+        for name, mask in drawn.masks.items()
+        for x, y in [_middle(mask)]
+    ]
+
+
+def test_books_in_a_stack_are_told_apart_by_one_click_each() -> None:
+    drawn = stack(11)
+    said = _clicked(drawn)
+    offers = EmbeddedSegmenter().segment(drawn.image, said)
+    masks = choose(offers, said, drawn.image.shape[:2])
+    together = [iou(masks[name], drawn.masks[name]) for name in masks]
+    alone = {name: tuple(c for c in own if c.method != METHOD) for name, own in offers.items()}
+    single = choose(alone, said, drawn.image.shape[:2])
+    before = [iou(single[name], drawn.masks[name]) for name in single]
+    assert min(together) > 0.8
+    assert min(together) > min(before) + 0.3
+
+
+@pytest.mark.parametrize("off", [0.0, 5.0])
+def test_clicks_a_little_off_still_mean_the_layer_beside(off: float) -> None:
+    drawn = stack(11)
+    whole = np.any(list(drawn.masks.values()), axis=0)
+    clicks = [(x, y - off) for x, y in map(_middle, drawn.masks.values())]
+    layers = layers_of(drawn.image, whole, clicks)
+    assert layers is not None
+    found = [iou(a, b) for a, b in zip(layers, drawn.masks.values(), strict=True)]
+    assert min(found) > 0.8
+    assert np.array_equal(np.any(layers, axis=0), whole)
+
+
+def test_masks_that_part_the_stack_already_are_left_alone() -> None:
+    drawn = stack(11)
+    said = _clicked(drawn)
+    offers = EmbeddedSegmenter().segment(drawn.image, apart(said))
+    exact = {name: (Candidate(mask, 0.9, "truth"),) for name, mask in drawn.masks.items()}
+    whole = Candidate(np.any(list(drawn.masks.values()), axis=0), 0.9, "truth")
+    kept = stacked(drawn.image, said, exact, lambda _: (whole,))
+    assert {own[0].method for own in kept.values()} == {"truth"}
+    assert all(METHOD not in {c.method for c in own} for own in offers.values())
+    blurred = {
+        name: (Candidate(grow(c.mask, 40), c.score, c.method),) for name, (c,) in exact.items()
+    }
+    led = stacked(drawn.image, said, blurred, lambda _: (whole,))
+    assert {own[0].method for own in led.values()} == {METHOD}

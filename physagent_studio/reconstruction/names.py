@@ -86,6 +86,8 @@ _add(0.10, 0.2, ("ellipsoid", "revolved"), "pear", "potato", "mango", "avocado",
 _add(0.06, 0.1, ("ellipsoid",), "egg", "plum", "apricot", "fig", "walnut")
 _add(0.03, 0.3, ("ellipsoid",), "strawberry", "cherry", "grape", "nut", "olive", "coin")
 _add(0.19, 0.15, FREE, "banana", "carrot", "cucumber", "corn")
+_add(1.2, 0.3, FREE, "table", "desk", "coffee table", "dining table", "workbench")
+_add(0.6, 0.3, FREE, "nightstand", "side table", "bedside table", "cart", "trolley", "stroller")
 _add(0.42, 0.3, FREE, "stool", "footstool", "step stool")
 _add(0.9, 0.15, FREE, "chair", "armchair", "highchair")
 _add(0.12, 0.15, ("revolved", "cylinder"), "mug", "cup", "can", "soda can", "tin", "jar", "teacup")
@@ -117,6 +119,7 @@ _add(0.7, 0.3, FREE, "dog", "sheep", "goat", "cat", "bird", "chicken")
 _add(2.2, 0.3, FREE, "horse", "cow", "elephant", "bear", "bull")
 
 _DEPTH = {"car": 0.42, "truck": 0.35, "bus": 0.25, "train": 0.2, "stool": 0.65, "chair": 0.9}
+_DEPTH |= {"table": 0.6, "desk": 0.5, "workbench": 0.5, "nightstand": 0.8, "cart": 0.6}
 _DEPTH |= {"house": 0.8, "castle": 0.8, "tower": 1.0, "building": 0.8, "cabin": 0.9, "sofa": 0.5}
 _DEPTH |= {"suit": 0.25, "dress": 0.25, "coat": 0.25, "jacket": 0.25, "shirt": 0.2, "towel": 0.08}
 _DEPTH |= {"scooter": 0.1, "bicycle": 0.12, "bike": 0.12, "motorcycle": 0.25, "motorbike": 0.25}

@@ -23,6 +23,7 @@ from physagent_studio.program.scene import (
     Torus,
 )
 from physagent_studio.records import Mesh
+from physagent_studio.simulation.carving import carved
 from physagent_studio.simulation.primitives import Primitive
 from physagent_studio.simulation.rings import ring
 from physagent_studio.simulation.surfaces import (
@@ -35,6 +36,7 @@ from physagent_studio.simulation.surfaces import (
     is_closed,
     mass_properties,
     revolve,
+    welded,
 )
 from physagent_studio.simulation.vessel import rising, solid_slices, vessel
 
@@ -188,7 +190,7 @@ def _meshed(
 ) -> Solid:
     note = ""
     if mesh is not None:
-        surface = (np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int32))
+        surface = welded((np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int32)))
     elif isinstance(shape, Inflated):
         x, y, z = shape.size
         surface = ellipsoid_surface((x / 2, y / 2, z / 2))
@@ -203,13 +205,16 @@ def _meshed(
         return _replace_mass(_solid((Hull(*outer),), surface, note), outer_mass)
     if own.volume >= CONVEX_ENOUGH * outer_mass.volume:
         return _solid((Hull(*outer),), surface, note)
-    parts = decompose(surface)
+    # What was inflated has no hollows that its silhouette does not show.
+    parts = None if isinstance(shape, Inflated) else decompose(surface)
     if parts is None:
-        note = (
-            f"{name} is hollow or concave, but collides as its convex hull: "
-            "install the extra 'convex' (pip install 'physagent-studio[convex]') to split it"
-        )
-        parts = (outer,)
+        parts = carved(surface)
+        if not isinstance(shape, Inflated):
+            note = (
+                f"{name} is hollow or concave and collides in pieces cut along its silhouettes: "
+                "install the extra 'convex' (pip install 'physagent-studio[convex]') to follow "
+                "its hollows too"
+            )
     return _solid(tuple(Hull(*part) for part in parts), surface, note)
 
 

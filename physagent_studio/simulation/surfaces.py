@@ -62,6 +62,15 @@ def is_closed(surface: Surface) -> bool:
     return bool(np.array_equal(forth, back) and (np.diff(forth) > 0).all())
 
 
+def welded(surface: Surface) -> Surface:
+    """The surface with vertices at the same place made one, as before it was cut for a texture."""
+    vertices, faces = surface
+    places, index = np.unique(vertices, axis=0, return_inverse=True)
+    joined = index.reshape(-1)[faces].astype(np.int32)
+    a, b, c = joined.T
+    return places, np.ascontiguousarray(joined[(a != b) & (b != c) & (c != a)])
+
+
 def hull(points: FloatArray, what: str) -> Surface:
     """The convex hull of points (N, 3), with faces turned outwards.
 

@@ -88,7 +88,7 @@ def test_a_concave_mesh_without_the_extra_says_so_in_the_rollout():
     ring = ring_mesh(0.1, 0.03)
     solid = of(Meshed(asset="0" * 16, size=(0.26, 0.26, 0.06)), ring)
     assert "convex" in solid.note
-    assert len(solid.pieces) == 1
+    assert len(solid.pieces) > 3
 
 
 @pytest.mark.slow

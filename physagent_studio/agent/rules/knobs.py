@@ -191,6 +191,10 @@ def _turned_vector(path: str, target: str, vector: tuple[float, float, float]) -
     return Knob(path, "direction", target, heading, heading - 180, heading + 180, 4.0, False, write)
 
 
+LIKELY = 4.0
+"""How many times denser or lighter than its material a thing may be made: hollow, or filled."""
+
+
 def material_knobs(program: PhysicalProgram) -> list[Knob]:
     """Friction, restitution and density of objects, and what bodies give way to."""
     found: list[Knob] = []
@@ -203,7 +207,8 @@ def material_knobs(program: PhysicalProgram) -> list[Knob]:
         found += [
             Knob(f"{base}.friction", "friction", item.name, max(friction, 0.005), 0.002, 5.0, 0.3,
                  True, _field(f"{base}.friction")),
-            Knob(f"{base}.density", "density", item.name, density, 0.5, 25000.0, 0.4, True,
+            Knob(f"{base}.density", "density", item.name, density,
+                 min(row.density / LIKELY, density), max(row.density * LIKELY, density), 0.4, True,
                  _field(f"{base}.density")),
             Knob(f"{base}.restitution", "restitution", item.name, bounce, 0.0, 0.95, 0.15, False,
                  _field(f"{base}.restitution")),

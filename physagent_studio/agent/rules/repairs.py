@@ -84,7 +84,7 @@ def _struck(situation: Situation, name: str, driven: set[str]) -> bool:
     """Whether the prompt has something else set it going: no unseen hand may do that work."""
     return bool(driven) and any(
         isinstance(s, Contacts)
-        and not s.negate
+        and not s.negated
         and name in (s.subject, s.other)
         and {s.subject, s.other} <= {item.name for item in situation.program.scene.objects}
         for s in situation.program.contract.statements

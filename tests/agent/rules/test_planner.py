@@ -9,9 +9,11 @@ import pytest
 
 from physagent_studio.agent.roles import Situation, Trial
 from physagent_studio.agent.rules import RuleGenerator, RulePlanner, RuleVerifier
+from physagent_studio.agent.rules.knobs import material_knobs
 from physagent_studio.contract import measure
 from physagent_studio.program import Directed, PhysicalProgram, SetField, apply, value_at
 from physagent_studio.program.edits import AddItem
+from physagent_studio.program.materials import MATERIALS
 from physagent_studio.records import Memory, Proposal, RolloutEvidence
 from physagent_studio.simulation import simulate
 from tests.agent.rules.scenes import STAGES
@@ -173,3 +175,25 @@ def test_stuck_is_said_with_a_question() -> None:
 def test_the_budget_of_runs_is_kept() -> None:
     proposal = RulePlanner(limit=5).propose(situation_of("lane", HITS, missing))
     assert proposal.simulations <= 5
+
+
+@pytest.mark.parametrize("speed", [0.3, 1.0])
+def test_what_something_else_shall_knock_over_is_not_tipped_by_an_unseen_hand(
+    speed: float,
+) -> None:
+    def soft(program: PhysicalProgram) -> PhysicalProgram:
+        return apply(program, [SetField(path=SPEED, value=speed)])
+
+    situation = situation_of("lane", "The bowling ball knocks over the middle pin.", soft)
+    proposal = RulePlanner().propose(situation)
+    assert proposal.edits
+    assert not [edit for edit in proposal.edits if isinstance(edit, AddItem)]
+    assert not outcome(situation, proposal)
+
+
+def test_densities_stay_near_those_of_the_material() -> None:
+    situation = situation_of("lane", HITS)
+    for knob in material_knobs(situation.program):
+        if knob.factor == "density":
+            usual = MATERIALS[situation.program.scene.object(knob.target).material].density
+            assert usual / 5 < knob.low <= knob.value <= knob.high < usual * 5

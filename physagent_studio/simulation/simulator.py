@@ -113,7 +113,7 @@ class Simulator:
             world, trace = _prepare(program, compiled, meshes)
             setting = setting_key(program, key, trace.substeps)
             frame = 0
-            if previous is not None and previous.setting == setting:
+            if previous is not None and _fits(previous, setting, trace):
                 frame = _frame(program, previous, from_step)
             step = 0
             if frame > 0 and previous is not None:
@@ -253,6 +253,13 @@ def _lost(program: PhysicalProgram) -> list[Alarm]:
             text = f"{item.name} is a visual proxy of a liquid: frictionless spheres"
             alarms.append(Alarm(0, "material", text))
     return alarms
+
+
+def _fits(previous: Rollout, setting: str, trace: Trace) -> bool:
+    """Whether a run can be gone on from: of this setting, and stored by this version of ours."""
+    if previous.setting != setting or previous.snapshots is None:
+        return False
+    return previous.snapshots.shape[1] == trace.snapshots.shape[1]
 
 
 def _frame(program: PhysicalProgram, previous: Rollout, from_step: int) -> int:

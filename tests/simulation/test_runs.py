@@ -153,6 +153,14 @@ def test_a_saved_rollout_comes_back_and_can_be_continued(tmp_path):
     assert digest(resimulate(edited, {}, loaded, 100)) == digest(simulate(edited))
 
 
+def test_a_run_whose_snapshots_are_of_another_version_is_not_gone_on_from():
+    before = simulate(busy())
+    assert before.snapshots is not None
+    old = dataclasses.replace(before, snapshots=before.snapshots[:, :-1])
+    edited = apply(busy(), [SetField(path="event.actions.push.duration", value=70)])
+    assert digest(resimulate(edited, {}, old, 100)) == digest(simulate(edited))
+
+
 def test_a_rollout_that_was_tampered_with_is_refused():
     data = rollout_to_bytes(simulate(busy()))
     with np.load(io.BytesIO(data)) as archive:

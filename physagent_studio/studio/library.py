@@ -16,6 +16,7 @@ import yaml
 from physagent_studio.assets import assets_dir
 from physagent_studio.errors import InputError, StudioError
 from physagent_studio.session import Store
+from physagent_studio.session.store import SessionInfo
 from physagent_studio.workbench import Snapshot, commands
 
 FRESH_SECONDS = 2.0
@@ -90,7 +91,7 @@ class Library:
                 "rounds": one.rounds,
                 "outcome": one.outcome,
                 "modified": one.modified,
-                "face": f"/face/session/{one.id}.jpg" if one.image else "",
+                "face": _face_of(one),
                 "open": one.id == opened,
             }
             for one in self._store.list()[:LISTED]
@@ -118,6 +119,13 @@ class Library:
         """The photo of a bundled case."""
         one = self._cases.get(name)
         return one.photo if one else None
+
+
+def _face_of(one: SessionInfo) -> str:
+    """Where the picture of a session is; that of a session without a photo changes with it."""
+    if one.image:
+        return f"/face/session/{one.id}.jpg"
+    return f"/face/scene/{one.id}/{re.sub(r'[^0-9]', '', one.modified)[:20]}.jpg"
 
 
 def outputs_of(store: Store, session_id: str | None) -> list[Output]:

@@ -21,6 +21,7 @@ from physagent_studio.rendering import Compositor, frame_of
 from physagent_studio.session import FileStore, Store
 from physagent_studio.session.arrays import from_png, unpack_frames, unpack_scene
 from physagent_studio.workbench import Snapshot
+from physagent_studio.workbench.engine import Engine
 
 EVERY = 3
 """The verifier is shown x1, x4 … x79 of the paper: every third frame from the first."""
@@ -63,6 +64,36 @@ class Pictures:
                     return None
                 self._keep(key, from_png(data), FACE)
             return self._get(key)
+
+    def scene(self, session_id: str, stamp: str) -> bytes | None:
+        """How the scene of a session without a photo begins; stamp: of its last change."""
+        with self._lock:
+            key = f"scene {session_id} {stamp}"
+            if key not in self._made:
+                picture = self._scene_of(session_id)
+                if picture is None:
+                    return None
+                self._keep(key, picture, FACE)
+            return self._get(key)
+
+    def _scene_of(self, session_id: str) -> Image | None:
+        if session_id not in self._store:
+            return None
+        try:
+            session = self._store.open(session_id)
+        except StudioError:
+            return None
+        try:
+            state = session.load()
+            program = state.draft or (state.current.program if state.current else None)
+            if program is None or not program.scene.objects:
+                return None
+            engine = Engine(session, session.case)
+            return engine.view(engine.reconstruct(program.scene, None))
+        except StudioError:
+            return None
+        finally:
+            session.close()
 
     def example(self, path: Path) -> bytes | None:
         """The photo of a bundled case."""

@@ -21,6 +21,7 @@ TYPES = {
 }
 FRAME = re.compile(r"/frame/([\w-]{1,120})/(\d{1,5})\.jpg")
 FACE = re.compile(r"/face/(session|case)/([\w-]{1,120})\.jpg")
+SCENE_FACE = re.compile(r"/face/scene/([\w-]{1,120})/(\d{1,20})\.jpg")
 
 
 class Site:
@@ -46,6 +47,8 @@ class Site:
             return _picture(self._pictures.frame(match[1], int(match[2])))
         if match := FACE.fullmatch(path):
             return _picture(self._face(match[1], match[2]))
+        if match := SCENE_FACE.fullmatch(path):
+            return _picture(self._pictures.scene(match[1], match[2]))
         if path.startswith("/file/"):
             return self._output(path.removeprefix("/file/"))
         return None

@@ -11,7 +11,9 @@ import pytest
 from physagent_studio.assets import assets_dir
 from physagent_studio.program.document import load_program
 from physagent_studio.session import Store
+from physagent_studio.studio.library import Library
 from physagent_studio.studio.pictures import FACE, WIDTH, Pictures, strip_of, tag_of
+from physagent_studio.studio.site import Site
 from physagent_studio.workbench import Snapshot, Workbench, commands
 
 
@@ -66,6 +68,20 @@ def test_faces_of_sessions_and_examples(tmp_path: Path) -> None:
     assert pictures.face("../../etc") is None
     assert pictures.example(tmp_path / "nothing.png") is None
     workbench.close()
+
+
+def test_a_session_without_a_photo_shows_its_scene(tmp_path: Path) -> None:
+    snapshot, store = _ran(tmp_path, evidence=False)
+    pictures = Pictures(lambda: snapshot, store)
+    name = str(snapshot.session_id)
+    assert pictures.face(name) is None
+    face = _decoded(pictures.scene(name, "1"))
+    assert face.shape[1] == FACE
+    assert face.std() > 5, "more than a wall"
+    assert pictures.scene("nobody", "1") is None
+    ((listed,),) = [Library(store).listing(snapshot)["sessions"]]
+    assert listed["face"].startswith(f"/face/scene/{name}/")
+    assert Site(lambda: snapshot, store, Library(store)).page(listed["face"]) is not None
 
 
 def _decoded(data: bytes | None) -> np.ndarray:

@@ -10,7 +10,7 @@ export function startInspector(host) {
   function page() {
     if (data.kind === "none") return [h("p", { class: "muted" }, "Click an object in the scene, a bar in the timeline or an outline in the photo to see and change its numbers.")];
     return [
-      h("div", { class: "row" }, h("div", { class: "title grow" }, data.kind === "action" ? `${data.title} · ${data.name}` : data.title || data.name),
+      h("div", { class: "row" }, h("div", { class: "title grow" }, data.kind === "action" ? `${data.title} · ${data.name.replaceAll("_", " ")}` : data.title || data.name),
         ["action", "statement", "object", "support"].includes(data.kind) && !data.readOnly ? button("Delete", () => edit([{ op: "remove", path: data.path }], "removed"), { class: "b quiet small bad" }) : null),
       data.help ? h("p", { class: "faint", style: "margin:2px 0 10px" }, data.help) : null,
       data.facts && data.facts.length ? h("div", { class: "facts strip num", style: "margin-bottom:12px" }, data.facts.map((one) => [h("span", { class: "muted" }, one.what), h("span", {}, one.is, " ", h("span", { class: "faint" }, one.unit))])) : null,
@@ -25,10 +25,11 @@ export function startInspector(host) {
 
   function field(one) {
     if (one.kind === "const" || one.kind === "data") return null;
-    const label = h("label", { class: "label row", style: "gap:3px", title: one.path }, h("span", { class: "grow" }, one.label), pin(one));
+    const wide = one.kind === "vector" && Array.isArray(one.value) ? " wide" : "";
+    const label = h("label", { class: `label row${wide}`, style: "gap:3px", title: one.path }, h("span", { class: "grow" }, one.label), pin(one));
     if (one.kind === "group" && one.value !== null && one.value !== undefined) return [h("div", { class: "label wide head", style: "margin:6px 0 0" }, one.label), h("div", { class: "sub form" }, one.fields.map(field))];
     if (one.kind === "choice") return choice(one, label);
-    return [label, h("div", {}, control(one))];
+    return [label, h("div", { class: wide }, control(one))];
   }
 
   function pin(one) {
@@ -67,7 +68,7 @@ export function startInspector(host) {
       field({ ...strength, label: "Strength", unit: units[v.quantity] || one.unit }),
       part("quantity") ? field({ ...part("quantity"), label: "Counted as" }) : null,
       h("span", { class: "label" }, "Aims"),
-      h("div", { class: "row", style: "gap:4px" },
+      h("div", { class: "row wrap pair", style: "gap:4px" },
         h("select", { value: kind, disabled: off, "aria-label": `${one.label}: aims`, onchange: (e) => aim(e.target.value, e.target.value === "toward" ? data.names.places.find((name) => name !== data.target) : WAYS[e.target.value][0]) }, Object.entries(AIMS).map(([key, text]) => h("option", { value: key }, text))),
         Array.isArray(v[kind]) ? null : h("select", { value: String(v[kind]), disabled: off, "aria-label": `${one.label}: at what`, onchange: (e) => aim(kind, e.target.value) }, ways.map((way) => h("option", { value: way }, way.replaceAll("_", " "))))),
       Array.isArray(v[kind]) ? field({ ...part(kind), kind: "vector", count: 3, unit: "m", label: "Point" }) : null,
@@ -109,26 +110,11 @@ export function startInspector(host) {
     return one.choices.findIndex((c) => (c.tag ? v && v.kind === c.tag : c.kind === "vector" ? Array.isArray(v) : c.kind === "group" ? typeof v === "object" && !Array.isArray(v) : c.kind === "text" || c.kind === "pick" ? typeof v === "string" : c.kind === "number" ? typeof v === "number" : true));
   }
 
-  // A sensible first value when another kind is chosen.
+  // A first value when another kind is chosen; a vector keeps its length when it is aimed by meaning.
   function start(one, chosen) {
     if (!chosen) return null;
-    if (chosen.kind === "vector") return Array.from({ length: chosen.count }, () => 0);
-    if (chosen.kind === "number") return Math.max(0, chosen.min || 0);
-    if (chosen.kind === "text") return (data.names[chosen.names] || [""])[0];
-    if (chosen.kind === "pick") return chosen.options[0];
-    if (chosen.tag === "on_contact") return { kind: "on_contact", a: data.names.objects[0], b: data.names.places.find((p) => p !== data.names.objects[0]) };
-    if (chosen.tag === "after") return { kind: "after", action: data.names.actions.find((a) => a !== data.name) };
-    if (chosen.tag === "sphere") return { kind: "sphere", radius: 0.1 };
-    if (chosen.tag === "box") return { kind: "box", size: [0.2, 0.2, 0.2], ...(one.path.includes("supports") ? { position: [0, 1, 0.1] } : {}) };
-    if (chosen.tag === "torus") return { kind: "torus", radius: 0.15, tube: 0.04 };
-    if (chosen.tag === "cylinder" || chosen.tag === "capsule") return { kind: chosen.tag, radius: 0.1, height: 0.3 };
-    if (chosen.tag === "ellipsoid") return { kind: "ellipsoid", radii: [0.1, 0.1, 0.15] };
-    if (chosen.tag === "frustum") return { kind: "frustum", bottom_radius: 0.1, top_radius: 0.06, height: 0.2 };
-    if (chosen.tag === "floor") return { kind: "floor", height: 0 };
-    if (chosen.tag === "wall") return { kind: "wall", point: [0, 2, 0], yaw: -1.5708 };
-    if (chosen.tag === "ramp") return { kind: "ramp", toe: [0, 0, 0], yaw: 0, run: 1, rise: 0.3, width: 0.5 };
-    if (chosen.title === "Directed") return { magnitude: Array.isArray(one.value) ? Math.hypot(...one.value) : 1, direction: "right" };
-    return null;
+    if (chosen.title === "Directed" && Array.isArray(one.value)) return { ...chosen.seed, magnitude: Number(Math.hypot(...one.value).toPrecision(4)) };
+    return chosen.seed;
   }
 
   function control(one) {
@@ -140,7 +126,7 @@ export function startInspector(host) {
     if (one.kind === "number") {
       const help = [one.min !== null && one.min !== undefined ? `from ${one.min}` : "", one.max !== null && one.max !== undefined ? `to ${one.max}` : ""].filter(Boolean).join(" ");
       return h("div", { class: "num-with-unit" },
-        h("input", { type: "text", inputmode: "decimal", value: one.value === null || one.value === undefined ? "" : String(one.value), placeholder: one.empty || (one.optional ? "not set" : ""), "aria-label": one.label, title: help, disabled: off,
+        h("input", { type: "text", inputmode: "decimal", value: one.value === null || one.value === undefined ? "" : neat(one.value), placeholder: one.empty || (one.optional ? "not set" : ""), "aria-label": one.label, title: help, disabled: off,
           oninput: (e) => e.target.classList.remove("wrong"), onchange: (e) => number(one, e.target), onkeydown: nudge(one) }),
         one.unit ? h("span", { class: "unit" }, one.unit) : null,
         one.optional && one.value !== null && !off ? h("button", { class: "b quiet small", type: "button", title: "Back to the default", "aria-label": `Reset ${one.label}`, onclick: () => put(one, null) }, "↺") : null);
@@ -167,6 +153,8 @@ export function startInspector(host) {
     if (value === null) return refuse(one, input.value);
     if (value !== one.value) setField(one.path, value, () => { input.value = String(one.value); });
   }
+
+  const neat = (value) => (typeof value === "number" ? String(Number(value.toPrecision(6))) : String(value));
 
   const refuse = (one, text) => send({ do: "edit", edits: [{ op: "set", path: one.path, value: text }], ticket: 0 });
 

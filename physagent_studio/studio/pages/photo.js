@@ -42,7 +42,7 @@ export function startPhoto(host) {
     draw(stage.layers.outlines, outlines(data, chosen, state));
     draw(stage.layers.marks, marks(data, chosen, state, unit));
     draw(stage.layers.live, live(data, state, unit));
-    draw(top, sentence(), data.readOnly ? null : toolbar());
+    draw(top, data.readOnly ? sentence() : toolbar());
     draw(bottom, masks(), things(chosen), about(chosen));
   }
 

@@ -34,7 +34,7 @@ export function startPlots(host) {
     };
     return h("div", { class: "plot" }, h("div", { class: "head", style: "margin:8px 0 2px" }, one.title, h("span", { class: "push faint" }, one.unit)),
       h("svg", { viewBox: `0 0 ${W} ${H}`, style: "cursor:crosshair;touch-action:none", "aria-label": one.title, onpointerdown: (e) => { e.currentTarget.setPointerCapture(e.pointerId); e.currentTarget.onpointermove = jump; jump(e); }, onpointerup: (e) => { e.currentTarget.onpointermove = null; } },
-        [low, (low + high) / 2, high].map((v) => [h("line", { x1: L, x2: W - 4, y1: y(v), y2: y(v), stroke: "var(--line)" }), h("text", { x: L - 5, y: y(v) + 3.500, "text-anchor": "end" }, nice(v))]),
+        [low, (low + high) / 2, high].map((v) => [h("line", { x1: L, x2: W - 4, y1: y(v), y2: y(v), stroke: "var(--line)" }), h("text", { x: L - 5, y: y(v) + 3.500, "text-anchor": "end" }, nice(v, high - low))]),
         drawn.map(({ line, other, at }) => [other ? h("path", { d: path(other), fill: "none", stroke: COLORS[at % COLORS.length], "stroke-width": 1.200, "stroke-dasharray": "4 3", opacity: 0.7 }) : null, h("path", { d: path(line), fill: "none", stroke: COLORS[at % COLORS.length], "stroke-width": 1.800 })]),
         h("line", { class: "cursor", y1: 2, y2: H - B, stroke: "var(--accent)", "stroke-width": 1.500 })));
   }
@@ -49,4 +49,5 @@ export function startPlots(host) {
   on("playhead", (next) => { head = next; cursor(); });
 }
 
-const nice = (value) => (Math.abs(value) >= 100 ? value.toFixed(0) : Number(value.toPrecision(2)).toString());
+// Two figures of the range; what is nothing beside it is nothing.
+const nice = (value, range) => (Math.abs(value) < range * 1e-3 ? "0" : Math.abs(value) >= 100 ? value.toFixed(0) : Math.abs(value) < 1e-3 ? value.toExponential(0) : Number(value.toPrecision(2)).toString());

@@ -6,7 +6,7 @@ import { on, send } from "./wire.js";
 const TAB = "  ";
 
 export function startProgram(host) {
-  let data = null, draft = null, drafted = "", applying = false;
+  let data = null, draft = null, drafted = "", applying = false, asked = false;
   const gutter = h("div", { class: "gutter", "aria-hidden": "true" });
   const area = h("textarea", { spellcheck: "false", "aria-label": "Program as YAML", wrap: "off", autocapitalize: "off" });
   const bar = h("div", { class: "row", style: "padding:8px 12px" });
@@ -35,8 +35,13 @@ export function startProgram(host) {
     }
   };
 
+  function validate() {
+    asked = true;
+    send({ do: "text", text: area.value, apply: false });
+  }
+
   function apply() {
-    applying = true;
+    asked = applying = true;
     send({ do: "text", text: area.value, apply: true });
   }
 
@@ -60,10 +65,10 @@ export function startProgram(host) {
     const changed = draft !== null && draft !== data.text;
     area.readOnly = data.readOnly;
     draw(bar,
-      button("Validate", () => send({ do: "text", text: area.value, apply: false }), { class: "b small" }),
+      button("Validate", validate, { class: "b small" }),
       button("Apply", apply, { class: changed ? "b main small" : "b small", disabled: data.readOnly || !changed, title: "Ctrl+Enter" }),
       changed ? button("Revert", () => { forget(); area.value = data.text; lines(); tools(); }, { class: "b quiet small" }) : null,
-      h("span", { class: "muted grow clip", style: "text-align:right", title: data.hash }, data.readOnly ? "read-only" : changed ? "not applied yet" : data.problems.length ? "" : `${data.hash.slice(0, 8)}`));
+      h("span", { class: "muted grow clip hide-narrow", style: "text-align:right", title: data.hash }, data.readOnly ? "read-only" : changed ? "not applied" : data.problems.length ? "" : `${data.hash.slice(0, 8)}`));
     draw(list, data.problems.map((one) => h("button", { type: "button", onclick: () => jump(one.line) }, one.line ? h("b", { class: "num" }, `Line ${one.line}: `) : null, one.path ? h("span", { class: "mono" }, one.path, " ") : null, one.message, one.allowed ? h("span", { class: "muted" }, ` (${one.allowed})`) : null)));
   }
 
@@ -96,5 +101,8 @@ export function startProgram(host) {
     }
     lines();
     tools();
+    // What was asked for with Validate or Apply goes to the first mistake.
+    if (asked && data.problems.length) jump(data.problems[0].line);
+    if (data.problems.length || data.text === area.value) asked = false;
   });
 }

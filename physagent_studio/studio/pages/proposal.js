@@ -29,7 +29,7 @@ export function makeProposal(show, focus) {
     else send({ ...decision, kind: "accept_hunks", hunks: taken(p).map((one) => one.id) });
   }
 
-  function card(p, pins) {
+  function card(p, pins, draft) {
     pinned = pins;
     if (p.id !== proposal) { proposal = p.id; off = new Set(); values = new Map(); mode = ""; text = ""; answer = ""; }
     const label = edited() ? "Accept edited" : off.size ? "Accept selected" : "Accept";
@@ -41,6 +41,8 @@ export function makeProposal(show, focus) {
       p.preview ? outcome(p.preview) : null,
       p.hunks.map((one) => hunk(p, one)),
       h("div", { class: "row muted", style: "font-size:12px" }, h("span", {}, `Confidence ${p.confidence} %`), h("span", { class: "grow bar" }, h("i", { style: `width:${p.confidence}%` })), p.simulations ? h("span", { class: "num" }, say(p.simulations, "trial")) : null),
+      draft ? h("div", { class: "strip warn" }, "You have edits of your own. Deciding here leaves them behind; undo brings them back.") : null,
+      h("div", { class: "decide" },
       h("div", { class: "row" },
         button(label, () => accept(p), { class: "b main wide", disabled: taken(p).length === 0, title: "Accept (A)", "data-act": "accept" }),
         button("Edit", () => set("edit"), { "aria-pressed": String(mode === "edit"), title: "Change the numbers, then accept (E)", "data-act": "edit" }),
@@ -49,7 +51,7 @@ export function makeProposal(show, focus) {
         button("Override", () => { set("override"); }, { class: "b quiet", "aria-pressed": String(mode === "override"), title: "Your own edits in its place" }),
         button("Hint", () => set("hint"), { class: "b quiet", "aria-pressed": String(mode === "hint"), title: "Tell the planner something" }),
         button("Skip", () => send({ do: "decide", kind: "skip", proposal: p.id }), { class: "b quiet", title: "Go on without this repair" }),
-        button("Stop", () => send({ do: "decide", kind: "stop", proposal: p.id }), { class: "b quiet", title: "End here, keep the best round" })),
+        button("Stop", () => send({ do: "decide", kind: "stop", proposal: p.id }), { class: "b quiet", title: "End here, keep the best round" }))),
       form(p));
   }
 

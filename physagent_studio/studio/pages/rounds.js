@@ -35,7 +35,7 @@ export function startRounds(host, showPlots) {
       data.notUnderstood.length ? h("div", { class: "strip warn", style: "margin-top:8px" }, "Not understood: ", data.notUnderstood.join("; ")) : null,
       data.untested.length ? h("div", { class: "strip warn", style: "margin-top:8px" }, "Nothing tests: ", data.untested.join("; ")) : null,
       shown ? why(shown) : null,
-      data.proposal ? proposal(data.proposal, data.pinned) : null,
+      data.proposal ? proposal(data.proposal, data.pinned, data.draft) : null,
       data.compare ? comparison(data.compare) : null,
       data.pinned.length || data.hints.length ? memory() : null,
     ];

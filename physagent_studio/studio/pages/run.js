@@ -34,12 +34,12 @@ export function startRun(host, dialogs) {
             { class: waiting || over ? "b wide" : "b main wide", disabled: waiting || run.readOnly, title: "Goes on until a decision is needed (R)" }),
           button("Run to the end", () => send({ do: "step", all: true }), { class: "b wide", disabled: run.readOnly || (over && run.realised), title: "Decides by itself, round after round" }))),
       run.session ? h("div", { class: "row wrap", style: "margin-top:10px" },
-        h("label", { class: "row", style: "flex:1 1 128px" },
+        h("label", { class: "row", style: "flex:1 1 92px" },
           h("select", { value: run.policy, "aria-label": "Who decides", title: "Who decides on proposals", onchange: (e) => send({ do: "policy", name: e.target.value }) },
             POLICIES.map(([key, text]) => h("option", { value: key }, text)))),
         h("label", { class: "row" }, h("span", { class: "muted" }, "Rounds"),
           h("span", { class: "num" }, `${run.used} of`),
-          h("input", { type: "number", min: 1, max: 100, value: run.budget, "aria-label": "Most rounds", style: "width:54px",
+          h("input", { type: "number", min: 1, max: 100, value: run.budget, "aria-label": "Most rounds", style: "width:50px",
             onchange: (e) => send({ do: "budget", rounds: Number(e.target.value) }) }))) : null,
       run.session ? meters(run) : null);
     document.title = run.title ? `${run.title} · PhysAgent Studio` : "PhysAgent Studio";

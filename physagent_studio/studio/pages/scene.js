@@ -1,6 +1,7 @@
 // Scene: switches of the 3D view, things to select, and the bar over the view.
 
 import { draw, h } from "./dom.js";
+import { drawingChoice } from "./drawing.js";
 import { edit, on, send } from "./wire.js";
 
 const VIEWS = [["photo", "Photo"], ["front", "Front"], ["side", "Side"], ["top", "Top"]];
@@ -31,16 +32,24 @@ export function startScene(host, bar, banner, meshFile) {
     const item = make((part) => neat(part * size), (a, b, c) => [neat(x + a * size), neat(y + b * size), neat(ground + c * size)]);
     if (edit([{ op: "add", path: `scene.${list}`, item: { name, source: "person", ...(list === "objects" && under ? { support: under } : {}), ...item } }], `added ${name}`)) send({ do: "select", kind: list === "objects" ? "object" : "support", name });
   };
+  // What does not match stands open, the rest is folded away.
+  function matches() {
+    const line = (one) => h("div", { class: "check" }, h("span", { class: `dot ${one.ok ? "ok" : "bad"}` }, one.ok ? "✓" : "✕"), h("span", {}, one.text));
+    const good = data.findings.filter((one) => one.ok);
+    return [h("div", { class: "head" }, "How well the scene matches the photo"), data.findings.filter((one) => !one.ok).map(line),
+      h("details", {}, h("summary", { class: "muted" }, `${good.length} of ${data.findings.length} checks hold`), good.map(line))];
+  }
+
   on("scene", (next) => {
     data = next;
     draw(host,
       h("div", { class: "head" }, "Show"),
-      h("div", { class: "stack", style: "gap:5px" }, data.switches.map((one) => h("label", { class: "row" }, h("input", { type: "checkbox", checked: one.on, onchange: () => send({ do: "show", what: one.what, on: !one.on }) }), one.text))),
+      h("div", { class: "stack", style: "gap:5px" }, data.switches.map((one) => h("label", { class: "row" }, h("input", { type: "checkbox", checked: one.on, onchange: () => send({ do: "show", what: one.what, on: !one.on }) }), one.text)), drawingChoice()),
       h("div", { class: "head" }, "Things"),
       h("div", { class: "stack", style: "gap:2px" }, data.things.map((one) => h("button", { class: "b quiet row", type: "button", style: "text-align:left;width:100%", onclick: () => send({ do: "select", kind: one.kind, name: one.name }) }, h("span", { class: "grow" }, one.name.replaceAll("_", " ")), h("span", { class: "chip" }, one.material.replaceAll("_", " "))))),
       data.readOnly ? null : [h("div", { class: "head" }, "Add"), h("div", { class: "row wrap", style: "gap:4px" }, NEW.map(([text, list, item]) => h("button", { class: "b small", type: "button", onclick: () => add(list, text, item) }, text)), h("button", { class: "b small", type: "button", title: "An object from a GLB, OBJ, PLY or STL file", onclick: meshFile.open }, "Mesh file…"))],
       data.camera ? [h("div", { class: "head" }, "Camera"), h("button", { class: "link", type: "button", onclick: () => send({ do: "select", kind: "camera" }) }, data.camera.text)] : null,
-      data.findings.length ? [h("div", { class: "head" }, "How well the scene matches the photo"), data.findings.map((one) => h("div", { class: "check" }, h("span", { class: `dot ${one.ok ? "ok" : "bad"}` }, one.ok ? "✓" : "✕"), h("span", {}, one.text)))] : null,
+      data.findings.length ? matches() : null,
       data.flags.length ? [h("div", { class: "head" }, "Assumed"), data.flags.map((one) => h("p", { class: "muted" }, one))] : null);
     draw(bar,
       h("div", { class: "pill" }, VIEWS.map(([view, text]) => h("button", { type: "button", title: `${text} view`, onclick: () => send({ do: "look", view }) }, text)), h("button", { type: "button", title: "Frame the selection (F)", onclick: () => send({ do: "look", view: "selection" }) }, "Selection")),

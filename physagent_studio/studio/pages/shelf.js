@@ -17,7 +17,7 @@ export function makeShelf(show, { close, fresh }) {
   const focus = (which) => setTimeout(() => document.querySelector(`.dialog ${which}`)?.focus(), 0);
   const act = (next, key) => { mode = next; acting = key; show(); focus(next ? "[data-focus]" : `[data-key="${key}"]`); };
 
-  const face = (one) => h("span", { class: "face" }, one.face ? h("img", { loading: "lazy", decoding: "async", alt: "", width: 56, height: 36, src: one.face }) : null);
+  const face = (one) => h("span", { class: "face" }, one.face ? h("img", { loading: "lazy", decoding: "async", alt: "", width: 56, height: 36, src: one.face, onerror: (e) => e.target.remove() }) : null);
 
   function example(one, event) {
     return h("button", { class: "entry", type: "button", key: `${one.key}/${event.name}`, onclick: () => open(one.key, event.name) }, face(one),

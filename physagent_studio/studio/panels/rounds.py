@@ -8,7 +8,7 @@ from physagent_studio.contract import describe
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.diff import diff
 from physagent_studio.records import Check, LoopState, Proposal, Round
-from physagent_studio.studio.panels.words import edit_row, figure, number, plain
+from physagent_studio.studio.panels.words import all_spoken, edit_row, figure, number, plain
 from physagent_studio.studio.pictures import strip_of
 from physagent_studio.workbench import Snapshot
 
@@ -36,7 +36,7 @@ def state_of(snapshot: Snapshot, compared: Round | None = None) -> dict[str, Any
     loop = snapshot.state
     shown = _find(loop, snapshot.shown_round)
     scene = snapshot.program.scene
-    return {
+    found = {
         "rounds": _tree(loop, snapshot.shown_round),
         "phase": loop.phase,
         "outcome": OUTCOMES[loop.outcome],
@@ -57,6 +57,7 @@ def state_of(snapshot: Snapshot, compared: Round | None = None) -> dict[str, Any
         "pinned": list(loop.pinned),
         "compare": None if compared is None else _comparison(compared, snapshot),
     }
+    return all_spoken(found, snapshot.program)
 
 
 def _find(loop: LoopState, wanted: str | None) -> Round | None:
@@ -222,11 +223,12 @@ def check_row(
     stated: str = "",
 ) -> dict[str, Any]:
     """One line of the checklist: the statement in words, and what was measured for it."""
-    headline, _, found = check.text.partition(": ")
+    # What a stage finds in the reconstruction has no statement; then the figure says it all.
+    found = check.text.partition(": ")[2] if stated else ""
     row: dict[str, Any] = {
         "id": check.id,
         "ok": check.ok,
-        "text": check.text if check.always_on else (stated or headline),
+        "text": stated or check.text,
         "clause": clauses.get(check.clause or "", ""),
         "measured": figure(check, stated),
         "found": found,

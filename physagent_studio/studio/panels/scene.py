@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from physagent_studio.studio.panels.spots import Spot, ground_spot, spot_of
-from physagent_studio.studio.panels.words import number
+from physagent_studio.studio.panels.words import number, spoken
 from physagent_studio.studio.view import View
 from physagent_studio.workbench import Snapshot
 
@@ -59,9 +59,12 @@ def state_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
         },
         "findings": []
         if scene is None
-        else [{"ok": one.ok, "text": one.text, "subject": one.subject} for one in scene.findings],
+        else [
+            {"ok": one.ok, "text": spoken(one.text, snapshot.program), "subject": one.subject}
+            for one in scene.findings
+        ],
         "spot": _written(spot_of(snapshot.program, view.selection)),
         "groundSpot": _written(ground_spot(snapshot.program)),
         "readOnly": snapshot.read_only or snapshot.session_id is None,
-        "flags": list(snapshot.program.scene.flags),
+        "flags": [spoken(one, snapshot.program) for one in snapshot.program.scene.flags],
     }

@@ -35,6 +35,16 @@ UNITS = {
     "rise": "m",
     "width": "m",
     "yaw": "rad",
+    "radii": "m",
+    "tube": "m",
+    "bottom_radius": "m",
+    "top_radius": "m",
+    "wall": "m",
+    "toe": "m",
+    "plateau": "m",
+    "focal": "px",
+    "principal": "px",
+    "horizon_sigma": "px",
     "distance": "m",
     "drop": "m",
     "tilt": "°",
@@ -121,6 +131,33 @@ def short(value: Any) -> str:
     return "none" if value is None else str(value)
 
 
+MINUS = re.compile(r"(?<![\w.])-(?=\d)")
+SAID = frozenset({"text", "found", "also", "rationale", "summary", "question", "reason", "problem"})
+"""Keys of what is written for a person to read."""
+
+
+def spoken(text: str, program: PhysicalProgram) -> str:
+    """A sentence as one writes it: `red_ball at -3` → `red ball at −3`."""
+    text = MINUS.sub("−", text)
+    scene = program.scene
+    named = (*scene.objects, *scene.supports, *scene.landmarks)
+    names = {one.name for one in named} | {action.id for action in program.event.actions}
+    for name in sorted((one for one in names if "_" in one), key=len, reverse=True):
+        text = re.sub(rf"(?<![\w.]){re.escape(name)}(?![\w.]*\w)", name.replace("_", " "), text)
+    return text
+
+
+def all_spoken(data: Any, program: PhysicalProgram, said: bool = False) -> Any:
+    """A panel's data with every sentence in it spoken; values and paths stay as they are."""
+    if isinstance(data, str):
+        return spoken(data, program) if said and ("_" in data or "-" in data) else data
+    if isinstance(data, dict):
+        return {key: all_spoken(part, program, key in SAID) for key, part in data.items()}
+    if isinstance(data, list):
+        return [all_spoken(part, program, said) for part in data]
+    return data
+
+
 def edit_row(edit: Edit, program: PhysicalProgram) -> dict[str, Any]:
     """One edit as a row: what it changes, from what to what, and whether it is one number."""
     if isinstance(edit, SetField):
@@ -161,6 +198,8 @@ def place(path: str) -> str:
 
 def unit_of(path: str) -> str:
     """The unit of the field at a path, "" where it has none."""
+    if path == "scene.camera.size":
+        return "px"
     parts = path.split(".")
     for part in reversed(parts):
         if part in UNITS:

@@ -58,6 +58,9 @@ VIEWER_STYLE = (
     b"html,body{background:transparent}</style></head>"
 )
 
+VIEWER_SCRIPT = "/viewer.js"
+"""What is put into viser's page, at the front of it: it has to run before viser does."""
+
 # What a browser has no business to ask for, since our page has no widgets of viser.
 CLOSED_MESSAGES = (
     _messages.ShareUrlRequest,
@@ -247,7 +250,7 @@ def answer(
         return None if known else _refuse("there is no such socket")
     if VIEWER_PATH.fullmatch(path):
         plain = replace(request, path="/index.html", headers=Headers())
-        return _viewer(client(connection, plain), host)
+        return _viewer(client(connection, plain), pages(VIEWER_SCRIPT), host)
     page = pages(path)
     if page is None:
         return _response(http.HTTPStatus.NOT_FOUND, Page("text/plain", b"Not found"), host)
@@ -290,10 +293,12 @@ def _response(status: http.HTTPStatus, page: Page, host: str) -> Response:
     return Response(status.value, status.phrase, headers, page.body)
 
 
-def _viewer(response: Response | None, host: str) -> Response:
-    """viser's client, without its panel, forbidden to speak with any other server."""
+def _viewer(response: Response | None, script: Page | None, host: str) -> Response:
+    """viser's client, our script before it, no panel, forbidden to speak with another server."""
     assert response is not None
     body = (response.body or b"").replace(b"</head>", VIEWER_STYLE, 1)
+    if script is not None:
+        body = body.replace(b"<head>", b"<head><script>" + script.body + b"</script>", 1)
     headers = Headers(
         {
             "Content-Type": "text/html; charset=utf-8",

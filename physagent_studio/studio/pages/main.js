@@ -2,6 +2,7 @@
 
 import { draw, h } from "./dom.js";
 import { startDialogs } from "./dialogs.js";
+import { viewerQuery } from "./drawing.js";
 import { startInspector } from "./inspector.js";
 import { startKeys } from "./keys.js";
 import { startMeshFile } from "./mesh_file.js";
@@ -85,7 +86,7 @@ export const theme = {
     const name = theme.get();
     document.documentElement.dataset.theme = name;
     const viewer = document.getElementById("viewer");
-    const address = `/viewer/${viewerToken}/${name === "dark" ? "?darkMode" : ""}`;
+    const address = `/viewer/${viewerToken}/${viewerQuery(name === "dark")}`;
     if (viewer.getAttribute("src") !== address) viewer.src = address;
   },
 };
@@ -93,6 +94,7 @@ export const theme = {
 function start() {
   theme.show();
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", theme.show);
+  addEventListener("drawing", theme.show);
   divider("split-left", "--left", (e) => e.clientX, 200, () => innerWidth * 0.4);
   divider("split-right", "--right", (e) => innerWidth - e.clientX, 200, () => innerWidth * 0.45);
   divider("split-bottom", "--bottom", (e) => innerHeight - e.clientY, 90, () => innerHeight * 0.6);

@@ -35,13 +35,13 @@ def bodies_for(reading: Reading, layout: Layout) -> dict[str, Body]:
 
 def _body(frame: EventFrame, name: str, layout: Layout) -> Body | None:
     sense = frame.sense
-    if sense in ("collapse", "spread") and is_loose(name):
+    if sense in ("collapse", "spread", "knock_over") and is_loose(name):
         return Granular(grains=GRAINS, cohesion=0.01)
     if sense in ("collapse", "break", "crush"):
         return Breakable(cuts=(2, 1, 3), release_impulse=round(_blow(frame, name, layout), 4))
     if sense in ("wind", "sway", "bend") and is_sheet(name):
         return Cloth(pinned="top")
-    if sense in ("wind", "sway", "bend") and is_rooted(name):
+    if sense in ("wind", "sway", "bend", "lean") and is_rooted(name):
         return Soft(pinned="bottom", young=3e5)
     if sense == "deform":
         return Soft(young=1e5)

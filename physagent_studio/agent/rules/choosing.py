@@ -63,7 +63,23 @@ def tasks_of(reading: Reading, layout: Layout, clip: Clip) -> list[Task]:
             ):
                 intents.setdefault(item.name, Intent(item.name)).frames[:0] = wind
     driven = [i for i in intents.values() if i.needs_drive and layout.has(i.name)]
+    driven = [i for i in driven if not _comes_down_by_itself(i, driven, layout)]
     return [Task(i, layout, clip, *_rank(i, driven, layout)) for i in driven]
+
+
+_FALLING = words_of("fall collapse topple slip land lose_support lose_balance descend stay be rest")
+
+
+def _comes_down_by_itself(intent: Intent, driven: list[Intent], layout: Layout) -> bool:
+    """What stands on a thing that is pulled or knocked from under it."""
+    if not intent.senses <= _FALLING or intent.hits:
+        return False
+    pulled = [
+        i.name
+        for i in driven
+        if i.name != intent.name and i.has("pull", "push", "kick", "knock", "move", "hit")
+    ]
+    return any(intent.name in layout.above(name) for name in pulled)
 
 
 def _rank(intent: Intent, driven: list[Intent], layout: Layout) -> tuple[int, int]:
@@ -140,7 +156,7 @@ def _leaves_support(task: Task) -> bool:
     """Whether it shall come off what carries it, and something below can catch it."""
     intent, layout = task.intent, task.layout
     off = intent.place("off", "from")
-    edge = intent.place("object", "over")
+    edge = intent.place("object", "over", "past")
     over_edge = edge is not None and edge.part == "edge"
     carrier = layout.carrier(task.name)
     if carrier is None:
@@ -155,6 +171,8 @@ def _leaves_support(task: Task) -> bool:
     )
     on_ramp = layout.downhill(task.name) is not None
     falls = intent.has("fall", "slip") and not on_ramp
+    # Of a stack that collapses, what stands on others comes off them.
+    falls |= intent.has("collapse") and layout.state.object(carrier) is not None
     return named or over_edge or falls
 
 
@@ -205,7 +223,7 @@ def _can_only_topple(task: Task) -> bool:
 
 _GROUND = tuple(
     words_of(
-        "move slide drift roll curve circle push pull kick throw hit cross pass reach enter "
+        "move slide drift roll curve circle push pull kick throw hit cross pass reach enter end "
         "approach accelerate dislodge knock slip strike"
     )
 )

@@ -269,13 +269,18 @@ def _denied(group: list[Spec]) -> list[Spec]:
     aims = [s for s in group if s.kind in _AIMS and not s.fields.get("negated")]
     if aims:
         return aims
-    events = [s for s in group if s.kind in _MOMENTS and not s.fields.get("negated")]
+    events = [s for s in group if s.kind in _MOMENTS and _happens(s)]
     return [s for s in events if s.kind != "airborne"] or events or group
+
+
+def _happens(one: Spec) -> bool:
+    """Whether it is an event, and neither a denial nor how things are when the clip begins."""
+    return not one.fields.get("negated") and "to_step" not in one.fields
 
 
 def _events(specs: Sequence[Spec]) -> list[Spec]:
     """Of the demands of a clause those that happen at some moment, the most telling first."""
-    found = [s for s in specs if s.kind in _MOMENTS and not s.fields.get("negated")]
+    found = [s for s in specs if s.kind in _MOMENTS and _happens(s)]
     return sorted(found, key=lambda s: _MOMENTS.index(s.kind))
 
 

@@ -100,8 +100,8 @@ def ways_of(
         return ("toward_camera",)
     if way == "sideways":
         return sideways(subject, layout)
-    if way == "outward":
-        return apart(frame, subject, layout)
+    if way in ("outward", "inward"):
+        return apart(frame, subject, layout, inward=way == "inward")
     return ()
 
 
@@ -116,13 +116,15 @@ def forward(frame: EventFrame, subject: str, layout: Layout) -> Direction:
     return named_way(level(downhill)) if downhill is not None else "away"
 
 
-def apart(frame: EventFrame, subject: str, layout: Layout) -> tuple[Direction, ...]:
-    """Away from the others that do the same."""
+def apart(
+    frame: EventFrame, subject: str, layout: Layout, *, inward: bool = False
+) -> tuple[Direction, ...]:
+    """Away from the others that do the same, or towards them."""
     placed = [name for name in frame.patient if layout.has(name)]
     if len(placed) < 2 or subject not in placed:
         return ()
     middle = np.mean([layout.position(name) for name in placed], axis=0)
-    way = level(layout.position(subject) - middle)
+    way = level(layout.position(subject) - middle) * (-1.0 if inward else 1.0)
     return (named_way(way),) if float(np.linalg.norm(way)) > 1e-3 else ()
 
 

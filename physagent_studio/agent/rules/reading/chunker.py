@@ -72,7 +72,7 @@ class Chunker(NounPhrases):
             word = self.word(index)
             if word in ".,;:!?":
                 return False
-            if word in v.BE or (verb_base(word) and not self._noun_here(index)):
+            if word in v.BE or word in _DOES or (verb_base(word) and not self._noun_here(index)):
                 return True
         return False
 
@@ -174,5 +174,6 @@ class Chunker(NounPhrases):
         return not (word.endswith(("ing", "ed")) and self.nominal(i + 1) and not before)
 
 
+_DOES = ("does", "do", "did")
 _THEY = v.PRONOUNS | v.DETERMINERS
 """Words with which a subject can begin."""

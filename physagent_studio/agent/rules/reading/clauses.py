@@ -40,9 +40,11 @@ def split(chunks: Sequence[Chunk]) -> tuple[RawClause, ...]:
     verbs = [i for i, chunk in enumerate(chunks) if chunk.kind == "verb"]
     if not verbs:
         return (RawClause(None, end=len(chunks)),) if chunks else ()
-    starts = [0] + [_boundary(chunks, before, verb) for before, verb in itertools.pairwise(verbs)]
+    first = _first_sentence(chunks, verbs[0])
+    starts = [first]
+    starts += [_boundary(chunks, before, verb) for before, verb in itertools.pairwise(verbs)]
     ends = [*starts[1:], len(chunks)]
-    found: list[RawClause] = []
+    found: list[RawClause] = [RawClause(None, end=first)] if first else []
     for start, verb, end in zip(starts, verbs, ends, strict=True):
         # "… while the crowd cheers": what comes after such a word is a clause of its own, even
         # if no verb in it is known.
@@ -53,7 +55,34 @@ def split(chunks: Sequence[Chunk]) -> tuple[RawClause, ...]:
             found.append(_without(found[-1], chunks[spared:cut], spared, cut))
         if cut < end:
             found.append(RawClause(None, start=cut, end=end))
-    return tuple(found)
+    return tuple(_resumed(found))
+
+
+def _first_sentence(chunks: Sequence[Chunk], verb: int) -> int:
+    """ "A nudge to the top book; nothing else moves": where the sentence of the verb begins."""
+    stops = [i for i in range(verb) if chunks[i].strong_stop]
+    told = stops and any(chunk.np is not None for chunk in chunks[: stops[-1]])
+    return stops[-1] + 1 if told else 0
+
+
+def _resumed(found: Sequence[RawClause]) -> list[RawClause]:
+    """ "One rolls off the table; the other does not": an auxiliary alone repeats the verb."""
+    out: list[RawClause] = []
+    for clause in found:
+        verb = clause.verb
+        told = next((c for c in reversed(out) if c.verb is not None and c.verb.verb != "?"), None)
+        alone = verb is not None and verb.verb == "?" and set(verb.word.split()) <= _ALONE
+        if verb is not None and alone and told is not None and told.verb is not None:
+            again = replace(told.verb, start=verb.start, end=verb.end, negated=verb.negated)
+            clause = replace(
+                clause, verb=again, objects=clause.objects or told.objects,
+                places=clause.places or told.places, adverbs=(*told.adverbs, *clause.adverbs),
+            )  # fmt: skip
+        out.append(clause)
+    return out
+
+
+_ALONE = {"does", "do", "did", "not", "is", "are", "was", "were", "will", "has", "have"}
 
 
 def _boundary(chunks: Sequence[Chunk], before: int, verb: int) -> int:

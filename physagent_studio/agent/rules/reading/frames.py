@@ -8,7 +8,7 @@ from typing import Literal
 Relation = Literal[
     "on", "in", "into", "toward", "at", "from", "off", "over", "along", "down", "up", "under",
     "above", "away_from", "against", "near", "behind", "before", "after", "around", "between",
-    "until", "object", "through", "in_front", "left_of", "right_of", "atop",
+    "until", "object", "through", "past", "in_front", "left_of", "right_of", "atop",
 ]  # fmt: skip
 Way = Literal[
     "left", "right", "up", "down", "forward", "backward", "sideways", "outward", "inward", "off",

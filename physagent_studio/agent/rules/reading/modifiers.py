@@ -161,7 +161,7 @@ def _is_known(word: str) -> bool:
 
 SIDED = ("behind", "in_front", "left_of", "right_of")
 """Relations that say on which side of a thing something is."""
-PLURAL = (*SIDED, "between", "over", "through", "under", "before")
+PLURAL = (*SIDED, "between", "over", "past", "through", "under", "before")
 """Relations to several things that are relations to each of them: "past the pins"."""
 UNITS = {
     "cm": 0.01, "centimeter": 0.01, "centimetre": 0.01, "m": 1.0, "meter": 1.0, "metre": 1.0,
@@ -238,6 +238,12 @@ def _preposition(
         return
     if preposition == "like":
         # A comparison says nothing that could be measured.
+        return
+    if preposition == "starting_with":
+        details.unknown["starting with"] = None
+        return
+    if preposition == "infront" and phrase.head in v.CAMERA_WORDS:
+        details.direction = details.direction or "toward_camera"
         return
     if phrase.head in v.FORCE_NOUNS or _is_path(phrase):
         _force_adjectives(phrase, details)

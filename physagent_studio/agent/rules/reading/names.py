@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -77,7 +78,7 @@ def inventory(
     words |= {near for w in words for near in _alike(w)} | set(v.LANDMARKS) | set(v.GROUND_WORDS)
     words |= {w for row in v.SUPPORT_CLASSES for w in row if w not in v.VERBS}
     words |= {t.name.lower() for t in (*own, *carried, *places)}
-    words -= v.ORDINALS.keys() | v.COLOURS | v.SIZES.keys() | v.MATERIAL_WORDS - _heads(own)
+    words -= (v.ORDINALS.keys() | v.COLOURS | v.SIZES.keys() | v.MATERIAL_WORDS) - _heads(own)
     return Inventory(own, carried, places, ground, frozenset(words))
 
 
@@ -375,6 +376,20 @@ def nearest_to(names: Sequence[str], place: Thing, stock: Inventory) -> tuple[st
         return min((spot[0] - x) ** 2 + (spot[1] - y) ** 2 for x, y in place.spots)
 
     return tuple(sorted(names, key=distance))
+
+
+def near_to(names: Sequence[str], place: Thing, stock: Inventory) -> tuple[str, ...]:
+    """The names that belong to a place and not to another: their clicks are not twice as far
+    from its clicks as the nearest one, and no other support is in their name."""
+    others = {w for t in stock.supports if t.name != place.name for w in t.words}
+    others |= v.GROUND_WORDS - set(place.words)
+    own = [name for name in names if not others & set(name.lower().split("_"))]
+    spots = {t.name: t.spot for t in stock.objects if t.spot is not None}
+    if not place.spots or any(name not in spots for name in own):
+        return tuple(own)
+    away = {name: min(math.dist(spots[name], spot) for spot in place.spots) for name in own}
+    nearest = min(away.values(), default=0.0)
+    return tuple(name for name in own if away[name] <= 2 * nearest)
 
 
 COUNTERS = words_of("one two three both all each some other rest half number")

@@ -83,7 +83,14 @@ class NounPhrases:
         """ "The pin in the middle", "the ball on the left": a position said behind the noun."""
         if nouns and self.word(j) in v.COUNTED_FROM:
             return [self.word(j), *words], j + 1
+        if (self.word(j), self.word(j + 1)) == ("on", "top") and (nouns or words == ["one"]):
+            # "The one on top".
+            return ["top", *words], j + 2
         if not nouns or self.word(j) not in ("in", "on", "at") or self.word(j + 1) != "the":
+            return words, j
+        several = singular(nouns[-1]) != nouns[-1] and not set(words) & v.NUMBERS.keys()
+        if several and self.word(j + 2) in ("left", "right"):
+            # "Past the pins on the right": where it passes them, and not which of them.
             return words, j
         where, after = self.word(j + 2), j + 3
         if where not in v.POSITIONS or self.nominal(after) or self.word(after) == "of":

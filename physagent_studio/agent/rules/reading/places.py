@@ -144,6 +144,7 @@ def extent_of(
     share: tuple[float, float] | None,
     places: Sequence[tuple[Relation, Place]],
     stock: Inventory,
+    way: str | None = None,
 ) -> Place | None:
     """What the whole way leads to of which a share is gone: "halfway across the table" is to
     its edge, "halfway down the ramp" to its lower end."""
@@ -160,10 +161,15 @@ def extent_of(
         if _is_slope(place.name, stock):
             return replace(place, part="upper_end" if relation == "up" else "lower_end")
         return replace(place, part="edge")
+    slopes = [t.name for t in stock.supports if _is_slope(t.name, stock)]
+    if len(slopes) == 1 and way in ("down", "up"):
+        # "Rolls halfway down", where there is one slope to roll down.
+        return Place(slopes[0], "support", "upper_end" if way == "up" else "lower_end")
     return None
 
 
 _LEADING = (
-    "toward", "object", "at", "against", "near", "down", "up", "along", "over", "on", "through",
+    "toward", "object", "at", "against", "near", "down", "up", "along", "over", "past", "on",
+    "through",
     "in", "into",
 )  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 
 from physagent_studio.agent.rules.reading import vocabulary as v
@@ -61,8 +61,9 @@ class _Reader(Roles):
         start = clause.start if self.pending_text is None else self.pending_text
         text = self._text(start, clause.end)
         if clause.verb is None:
-            self._add_clause(text)
-            self._report_words(clause)
+            clause_id = self._add_clause(text)
+            if not self._named_force(clause, clause_id):
+                self._report_words(clause)
             return
         if self._is_prelude(clause):
             self.pending_text = start
@@ -80,6 +81,27 @@ class _Reader(Roles):
             self.frames.append(frame)
         self.pending_cause, self.pending_manner, self.left_so = "", frozenset(), False
         self.pending_way = None
+
+    def _named_force(self, clause: RawClause, clause_id: str) -> bool:
+        """ "A gentle nudge to the top book": a push without a verb."""
+        chunks = self.chunks[clause.start : clause.end]
+        force = next((c.np for c in chunks if c.np and c.np.head in v.FORCE_NOUNS), None)
+        about = [c.np for c in chunks if c.np is not None and c.np is not force]
+        who = next((r for np in about if (r := resolve_objects(np, self.stock, self.talk))), None)
+        if force is None or who is None:
+            return False
+        said = {v.MANNERS[a] for a in force.adjectives if a in v.MANNERS}
+        ways = [v.DIRECTIONS[a] for a in force.adjectives if a in v.DIRECTIONS]
+        self.talk.mention(who.names)
+        self.last = who
+        self.frames.append(
+            EventFrame(
+                v.FORCE_SENSE.get(force.head, "push"), clause_id, patient=who.names,
+                direction=ways[0] if ways else None,  # type: ignore[arg-type]
+                manner=frozenset(said), **who.counts,
+            )
+        )  # fmt: skip
+        return True
 
     def anticipate(self, clause: RawClause, following: RawClause) -> None:
         """ "Rolling forward, the ball …": the subject is only named in the next clause."""
@@ -174,11 +196,14 @@ class _Reader(Roles):
             leads=self._leads(clause),
             begins=details.begins,
             share=details.share,
-            extent=extent_of(details.share, details.places, self.stock),
+            extent=extent_of(details.share, details.places, self.stock, details.direction),
             timing=details.timing,
         )
         if details.count is not None and sense not in COUNTABLE:
             self.unknown[_COUNTED.get(details.count, f"{details.count} times")] = None
+        if frame.link == "until" and sense == "be" and frame.place("in", "on", "at", "near"):
+            # "Until it is in the goal": until it gets there.
+            frame = replace(frame, sense="enter" if frame.place("in") else "reach")
         frame = self.completed(frame, clause, kind, subject, objects, details)
         goes_on = subject is not None and subject is self.relative and not clause.subjects
         self.relative = self.relative if goes_on else subject if clause.relative else None

@@ -25,11 +25,12 @@ def _is_verb(word: str, nouns: frozenset[str]) -> bool:
 
 
 def _unlabelled(tokens: tuple[Token, ...], nouns: frozenset[str]) -> tuple[Token, ...]:
-    """ "A strike: the ball …": what stands before the colon names the sentence that follows."""
+    """ "A strike: the ball …", "Strike! The ball …": what stands in front names the sentence that
+    follows."""
     words = [token.text for token in tokens[: LABEL + 1]]
-    if ":" not in words:
+    end = next((i for i, word in enumerate(words) if word in (":", "!")), len(words))
+    if end == len(words):
         return tokens
-    end = words.index(":")
     named = [i for i in range(end) if words[i] in nouns or singular(words[i]) in nouns]
     told = any(
         words[i] in v.BE or (_is_verb(words[i], nouns) and not words[i].endswith("ing"))

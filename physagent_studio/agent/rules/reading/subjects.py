@@ -11,6 +11,7 @@ from physagent_studio.agent.rules.reading.names import (
     Discourse,
     Inventory,
     Resolved,
+    near_to,
     nearest_to,
     resolve_objects,
 )
@@ -54,6 +55,7 @@ class Subjects:
                 self.unknown |= dict.fromkeys(phrase.nouns or (phrase.head,))
                 continue
             found = self._count_by_place(found, phrase, clause)
+            found = self._standing_there(found, clause)
             names |= dict.fromkeys(found.names)
             any_one |= found.any_one
             counted = found
@@ -102,6 +104,9 @@ class Subjects:
         about = self.talk.mentions[-1] if self.talk.mentions else ()
         if phrase is None:
             return self.last
+        if not phrase.nouns and about:
+            # "… the yellow one, which …": what was spoken of last.
+            return Resolved(about)
         found = resolve_objects(replace(phrase, adjectives=()), self.stock, self.talk)
         if found is not None and set(about) <= set(found.names) and about:
             return Resolved(about)
@@ -130,6 +135,20 @@ class Subjects:
         while start >= 0 and self.chunks[start].kind not in ("verb", "stop", "and"):
             start -= 1
         return tuple(c.np for c in self.chunks[start + 1 : clause.start] if c.kind == "np" and c.np)
+
+    def _standing_there(self, found: Resolved, clause: RawClause) -> Resolved:
+        """ "The oranges on the belt": of several, those that are on it in the picture."""
+        for preposition, place in clause.lead:
+            if preposition not in ("on", "in", "upon") or len(found.names) < 2:
+                continue
+            there = [t for t in self.stock.supports if place.head in t.words]
+            named = [n for n in found.names if place.head in n.split("_")]
+            if named:
+                return replace(found, names=tuple(named))
+            for support in there[:1]:
+                kept = near_to(found.names, support, self.stock)
+                return replace(found, names=kept) if kept else found
+        return found
 
     def _count_by_place(self, found: Resolved, phrase: NounPhrase, clause: RawClause) -> Resolved:
         """ "Two oranges slide off the belt": of three, the two that are nearest to the belt."""

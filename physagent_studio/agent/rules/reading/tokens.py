@@ -31,8 +31,19 @@ def tokenise(prompt: str) -> tuple[Token, ...]:
             stem = "can" if text == "can't" else text[:-3]
             tokens += [Token(stem, match.start(), cut), Token("not", cut, match.end())]
             continue
+        if text in _UNMARKED:
+            # "Doesnt": the apostrophe forgotten.
+            cut = match.end() - 2
+            stem = "can" if text == "cant" else text[:-2]
+            tokens += [Token(stem, match.start(), cut), Token("not", cut, match.end())]
+            continue
         tokens.append(Token(text.removesuffix("'s"), match.start(), match.end()))
     return tuple(tokens)
+
+
+_UNMARKED = v.words_of(
+    "doesnt dont didnt isnt arent wasnt werent hasnt havent wouldnt shouldnt couldnt cant"
+)
 
 
 def verb_base(word: str) -> str | None:

@@ -40,29 +40,31 @@ VERBS: dict[str, Verb] = {
             "fall": "fall plummet plunge tumble drop plop nosedive cascade",
             "descend": "descend sink",
             "float": "float drift_down waft",
-            "roll": "roll trundle",
+            "roll": "roll trundle trickle",
             "slide": "slide glide slither skid skate skim",
             "slip": "slip",
             "move": "move go travel advance proceed drive run continue come head race speed ride "
-            "creep shift progress coast hurtle zip zoom dash barrel career careen scoot rush inch",
+            "creep shift progress coast hurtle zip zoom dash barrel career careen scoot rush inch "
+            "dart whizz whoosh ease wander",
             "drift": "drift",
             "fly": "fly soar sail",
             "jump": "jump hop leap",
             "rise": "rise ascend climb lift levitate hoist pick",
-            "topple": "topple tip overturn capsize keel",
+            "topple": "topple tip overturn capsize keel flop",
             "lean": "lean tilt",
             "flip": "flip somersault overturn_flip tumble_over",
             "spin": "spin rotate revolve twirl whirl pirouette",
-            "turn": "turn",
-            "curve": "curve bend_path arc veer swerve hook",
+            "turn": "turn pivot swivel",
+            "curve": "curve bend_path arc veer swerve hook curl",
             "bounce": "bounce rebound ricochet",
             "stop": "stop halt brake",
             "settle": "settle",
             "sway": "sway swing wave flutter flap oscillate wobble rock billow ripple shake "
-            "tremble quiver",
-            "bend": "bend bow flex",
+            "tremble quiver teeter totter rustle jiggle vibrate bob",
+            "bend": "bend bow flex sag droop",
             "collapse": "collapse crumble disintegrate cave implode",
-            "break": "break shatter crack snap fracture burst splinter split smash pop explode",
+            "break": "break shatter crack snap fracture burst splinter split smash pop explode "
+            "tear rip",
             "spread": "spread flow scatter spill pour",
             "deform": "deform squash compress squeeze dent crumple buckle flatten squish",
             "slow": "slow decelerate",
@@ -81,7 +83,7 @@ VERBS: dict[str, Verb] = {
             "kick": "kick boot punt",
             "throw": "throw toss hurl fling lob pitch launch shoot",
             "hit": "hit strike bump collide crash smack slam ram clip tap contact touch impact "
-            "graze meet",
+            "graze meet whack thump bash plough plow",
             "knock": "knock bowl_over",
             "crush": "crush trample",
             "blow": "blow buffet",
@@ -109,6 +111,7 @@ VERBS: dict[str, Verb] = {
         {
             "stay": "remain stay keep",
             "rest": "rest sit lie stand perch",
+            "end": "ends_up",
             "hang": "hang dangle hover",
             "stack": "stack pile balance",
         },
@@ -164,7 +167,9 @@ COMBINED: dict[tuple[str, str], str] = {
     ("come", "back"): "reverse", ("go", "back"): "reverse", ("float", "up"): "rise",
     ("drift", "up"): "rise", ("fly", "up"): "rise", ("shoot", "up"): "rise", ("go", "up"): "rise",
     ("keel", "over"): "topple", ("blow", "down"): "knock_over", ("tumble", "down"): "fall",
-    ("end", "up"): "rest",
+    ("pop", "out"): "move", ("pop", "off"): "move", ("pop", "up"): "rise",
+    ("knock", "flat"): "knock_over", ("crash", "down"): "fall",
+    ("flop", "over"): "topple", ("curl", "around"): "curve",
 }  # fmt: skip
 """A verb with a particle or direction after it, where that makes another sense."""
 

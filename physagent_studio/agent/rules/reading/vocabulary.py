@@ -23,7 +23,7 @@ CAUSES: dict[str, str] = {
     "gravity": "gravity", "drag": "friction", "person": "person", "hand": "person",
     "someone": "person", "player": "person", "finger": "person", "foot": "person",
     "child": "person", "kicker": "person", "weight": "gravity", "inertia": "inertia",
-    "momentum": "inertia", "impact": "impact", "collision": "impact", "fan": "wind",
+    "momentum": "inertia", "puff": "wind", "impact": "impact", "collision": "impact", "fan": "wind",
 }  # fmt: skip
 
 DIRECTIONS: dict[str, str] = {
@@ -143,7 +143,7 @@ PREPOSITIONS = words_of(
     "on onto upon in into inside within to toward towards from off of over under underneath "
     "beneath below above across along through past against with without by at near beside "
     "behind before after around between among beyond down up outside until via for alongside "
-    "about throughout during like infront leftof rightof atop"
+    "about throughout during like starting_with infront leftof rightof atop"
 )
 CONJUNCTIONS = words_of("and or but then nor")
 SUBORDINATORS = words_of(
@@ -155,8 +155,8 @@ RELATIVES = frozenset(["that", "which", "who"])
 RELATIONS: dict[str, str] = {
     "on": "on", "onto": "on", "upon": "on", "in": "in", "into": "into", "inside": "in",
     "within": "in", "to": "toward", "toward": "toward", "towards": "toward", "at": "at",
-    "from": "from", "off": "off", "over": "over", "across": "along", "past": "over",
-    "beyond": "over", "through": "through", "along": "along", "down": "down", "up": "up",
+    "from": "from", "off": "off", "over": "over", "across": "along", "past": "past",
+    "beyond": "past", "through": "through", "along": "along", "down": "down", "up": "up",
     "under": "under", "underneath": "under", "beneath": "under", "below": "under",
     "infront": "in_front", "leftof": "left_of", "rightof": "right_of", "atop": "atop",
     "above": "above", "against": "against", "near": "near", "beside": "near", "behind": "behind",

@@ -19,7 +19,8 @@ def through_air(task: Task) -> list[Action]:
     target = task.target()
     if target is None:
         speed = 4.0 if not task.intent.manner("gentle", "slow") else 2.0
-        force = act.toward_or_along(speed, way=task.way() or "away", elevation=35.0)
+        way = task.way() or "away"
+        force = act.toward_or_along(speed, way=way, elevation=0.0 if way == "up" else 35.0)
         return [act.push(task.name, force, duration=act.KICK_STEPS, label="kick")]
     layout = task.layout
     distance = task.distance_to(target)

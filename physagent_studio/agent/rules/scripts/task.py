@@ -39,7 +39,8 @@ class Task:
     @property
     def delay(self) -> int:
         """Steps by which it starts later than the first of its row."""
-        return act.FIRST_STEP + self.rank * 25
+        together = any(f.timing == "together" for f in self.intent.frames)
+        return act.FIRST_STEP + (0 if together else self.rank * 25)
 
     def seconds(self, share: float) -> float:
         """A share of the clip, s."""
@@ -88,7 +89,7 @@ class Task:
             return Place(self.intent.hits[0], "object")
         for relations in (
             ("in", "into"),
-            ("object", "over", "between", "through"),
+            ("object", "over", "past", "between", "through"),
             ("near", "at"),
             ("toward", "against"),
             ("on", "atop"),
@@ -121,7 +122,7 @@ class Task:
     def passed(self) -> tuple[str, ...]:
         """All objects that it shall go by."""
         for frame in self.intent.frames:
-            asked = ("over", "object") if frame.sense in ("pass", "miss") else ("over",)
+            asked = ("over", "past", *(("object",) if frame.sense in ("pass", "miss") else ()))
             rows = [p for r, p in frame.places if r in asked and p.kind == "object" and not p.part]
             going = frame.sense not in ("jump", "fly", "throw", "fall")
             if rows and going:
@@ -158,6 +159,6 @@ SIDE_WAYS: dict[str, Direction] = {
 _ARRIVING = tuple(
     words_of(
         "move slide drift roll fly curve push pull kick throw hit cross pass reach enter approach "
-        "stop settle land knock knock_over accelerate fall bounce jump crush strike"
+        "stop settle land end knock knock_over accelerate fall bounce jump crush strike"
     )
 )

@@ -31,7 +31,7 @@ from physagent_studio.agent.rules.senses.motion import (
     roll,
     slip,
 )
-from physagent_studio.agent.rules.senses.resting import be, stack, stay, stop
+from physagent_studio.agent.rules.senses.resting import be, end, stack, stay, stop
 from physagent_studio.agent.rules.senses.turning import (
     flip,
     lose_balance,
@@ -66,7 +66,8 @@ SENSES: dict[str, Builder] = {
     "withdrawn": withdrawn, "cross": cross, "pass": cross, "enter": enter,
     "land": land, "approach": approach, "leave": leave, "miss": miss,
     "lose_support": lose_support, "stop": stop, "settle": stop, "stay": stay, "rest": be,
-    "hang": be, "be": be, "stack": stack, "wind": wind, "sway": sway, "bend": bend, "lean": lean,
-    "collapse": collapse, "break": break_apart, "spread": spread, "deform": deform,
+    "hang": be, "be": be, "end": end, "stack": stack, "wind": wind, "sway": sway, "bend": bend,
+    "lean": lean, "collapse": collapse, "break": break_apart, "spread": spread,
+    "deform": deform,
 }  # fmt: skip
 """Builders by sense; a sense without one leaves its clause untested, and that is shown."""

@@ -11,6 +11,7 @@ from physagent_studio.agent.rules.senses.common import (
     travel,
 )
 from physagent_studio.agent.rules.senses.motion import move
+from physagent_studio.agent.rules.senses.yielding import collapse
 from physagent_studio.agent.rules.specs import Context, Spec, any_of, before, spec
 
 
@@ -19,6 +20,8 @@ def hit(c: Context) -> list[Spec]:
     found = [*touch(c), *siblings(c)]
     if c.frame.agent and ("hard" in c.frame.manner or "fast" in c.frame.manner):
         found.append(spec("speed_between", c.frame.agent[0], low=0.7))
+    if c.frame.agent and c.frame.manner & {"gentle", "slow"}:
+        found.append(spec("speed_between", c.frame.agent[0], low=0.01, high=1.5))
     return found or move(c)
 
 
@@ -74,6 +77,9 @@ def knock_over(c: Context) -> list[Spec]:
     """The subject falls over; after it was hit, where something hits it."""
     if c.layout.is_ball(c.subject):
         return [*touch(c), spec("moves", c.subject, distance=c.length(0.5, 0.02, 0.2))]
+    item = c.layout.state.object(c.subject)
+    if item is not None and item.body.kind == "granular":
+        return [*touch(c), *collapse(c), *sideways_fall(c)]
     over = spec("topples", c.subject, tilt=45.0)
     if c.frame.agent and len(c.frame.patient) > 1:
         return [*_struck_or_passed_on(c, over), *siblings(c), *sideways_fall(c)]

@@ -25,7 +25,8 @@ def reach(c: Context) -> list[Spec]:
     main = c.earlier[-1] if c.earlier else None
     if c.frame.link == "before" and main is not None:
         if main.sense in ("stop", "settle", "stay", "rest", "slow"):
-            return [spec("stops_before", c.subject, before=name)]
+            several = [place_name(p) for r, p in c.frame.places if r == "object"] or [name]
+            return [spec("stops_before", c.subject, before=one) for one in several]
         return _ordered(c, main)
     got = arrival(c, c.frame)
     if place.kind == "support" and not place.part and c.frame.link != "after":
@@ -60,14 +61,14 @@ def _ordered(c: Context, main: EventFrame) -> list[Spec]:
 
 def cross(c: Context) -> list[Spec]:
     """Passes a line, an edge or a thing."""
-    place = c.frame.place("object", "over", "along", "on", "in", "into", "between")
+    place = c.frame.place("object", "over", "past", "along", "on", "in", "into", "between")
     if place is None and c.frame.place("through") is not None:
         return []
     if place is None or place.kind == "group":
         return []
     if is_ground(c, place):
         return [spec("moves", c.subject, distance=c.length(2.0, 0.2, 1.0))]
-    over = c.frame.place("over") is not None
+    over = c.frame.place("over", "past") is not None
     if place.kind == "object" and not place.part and not over:
         # "Passes the block" is going by it, and passing is not bumping into it.
         return [

@@ -11,7 +11,7 @@ SIDES = {
     "under": "under",
 }  # fmt: skip
 """Relations to a thing that are sides of it."""
-_ENDING = ("fall", "land", "stop", "settle", "rest", "be", "stay", "reach", "topple")
+_ENDING = ("fall", "land", "stop", "settle", "rest", "be", "end", "stay", "reach", "topple")
 """Senses that say where something is in the end; others only say where it gets."""
 
 

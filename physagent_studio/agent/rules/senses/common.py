@@ -71,11 +71,10 @@ def along(c: Context) -> list[Spec]:
             found.append(spec("contacts", c.subject, other=place.name, to_step=START))
         elif relation == "toward" and is_ground(c, place):
             found += _onto(c, "on", place)
+        elif relation == "past" and place.kind != "group":
+            found += _past(c, place)
         elif relation == "over" and place.kind != "group":
-            # What rolls or slides "past the box" goes by it; what flies "over" it does not.
-            level = c.frame.sense not in ("jump", "fly", "throw", "kick", "fall", "bounce")
-            by = True if place.kind == "object" and level else None
-            found.append(spec("passes_over", c.subject, landmark=name, by=by))
+            found += _over(c, place)
         elif relation == "up" and _is_ramp(c, place):
             found += _uphill(c, place)
         elif relation in ("down", "object") and is_slope(c, place):
@@ -84,6 +83,33 @@ def along(c: Context) -> list[Spec]:
                 spec("falls", c.subject, drop=c.length(0.3, 0.02, 0.1)),
             ]
     return found
+
+
+def _past(c: Context, place: Place) -> list[Spec]:
+    """What goes past a thing goes by it; what falls past it does not touch it."""
+    if place.kind != "object":
+        return [spec("passes_over", c.subject, landmark=place_name(place))]
+    if c.frame.sense in ("fall", "descend"):
+        return [spec("contacts", c.subject, other=place.name, negated=True)]
+    return [spec("passes_over", c.subject, landmark=place.name, by=True)]
+
+
+def _over(c: Context, place: Place) -> list[Spec]:
+    """Across a line or a thing; what flies over an opening does not go through it."""
+    name, flies = place_name(place), c.frame.sense in _THROUGH_AIR
+    mark = c.layout.state.landmark(name)
+    if flies and mark is not None and mark.kind == "opening":
+        by = spec("passes_over", c.subject, landmark=name, by=True)
+        return [by, spec("passes_over", c.subject, landmark=name, negated=True)]
+    # What rolls or slides "over the box" goes by it; what flies over it is above it.
+    level = place.kind == "object" and not flies
+    found = [spec("passes_over", c.subject, landmark=name, by=True if level else None)]
+    if place.kind == "object" and c.frame.sense in ("drift", "float"):
+        found.append(spec("side_of", c.subject, other=name, side="above"))
+    return found
+
+
+_THROUGH_AIR = ("jump", "fly", "throw", "kick", "fall", "bounce", "drift", "float")
 
 
 def _along_support(c: Context, relation: str, place: Place) -> list[Spec]:

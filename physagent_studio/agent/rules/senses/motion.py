@@ -108,7 +108,7 @@ def fall(c: Context) -> list[Spec]:
     stands = c.layout.has(c.subject) and not c.layout.is_raised(c.subject)
     off = c.frame.place("off", "from")
     raised = was_raised(c)
-    if stands and off is None and not raised and not c.layout.is_ball(c.subject):
+    if off is None and _only_topples(c):
         return topple(c)
     # What was lifted comes down by less than what stood high to begin with.
     least = 0.015 if raised and stands else 0.03
@@ -119,12 +119,28 @@ def fall(c: Context) -> list[Spec]:
     if ways:
         far = c.length(0.5, 0.02, 0.2)
         found.append(any_of(*(spec("moves", c.subject, distance=far, direction=w) for w in ways)))
+    if _carried_by_its_own(c) and off is None:
+        # Of a stack that comes down, what is at the bottom need not fall.
+        return []
     told = c.earlier[-1].sense if c.earlier else ""
     if told == "lose_support":
         found += _straight_down(c, found[0])
     if told == "flip":
         found += _flipped_first(c, found[0])
     return [*found, *along(c), *manner(c), *_once_there(c, found[0])]
+
+
+def _only_topples(c: Context) -> bool:
+    """Whether it stands on the ground, was not lifted off it and is no ball."""
+    stands = c.layout.has(c.subject) and not c.layout.is_raised(c.subject)
+    return stands and not was_raised(c) and not c.layout.is_ball(c.subject)
+
+
+def _carried_by_its_own(c: Context) -> bool:
+    """Whether others that fall with it stand on it, and it stands on no thing itself."""
+    others = [name for name in c.frame.patient if name != c.subject]
+    on_things = c.layout.state.object(c.layout.carrier(c.subject) or "") is not None
+    return not on_things and any(c.layout.carrier(name) == c.subject for name in others)
 
 
 def _straight_down(c: Context, event: Spec) -> list[Spec]:
@@ -151,7 +167,7 @@ def _once_there(c: Context, event: Spec) -> list[Spec]:
     """ "As it passes the edge, it falls": the passing comes first."""
     for frame in c.earlier:
         if frame.link == "as" and frame.sense in ("pass", "cross", "reach", "hit"):
-            place = frame.place("object", "over")
+            place = frame.place("object", "over", "past")
             if place is not None and place.kind != "group":
                 passed = spec("passes_over", c.subject, landmark=place_name(place))
                 return [before(passed, event)]
@@ -168,7 +184,9 @@ def _vertical(c: Context) -> list[Spec]:
 
 
 def descend(c: Context) -> list[Spec]:
-    """Comes down a slope or through the air."""
+    """Comes down a slope or through the air; what stands on the ground can only fall over."""
+    if not c.frame.places and _only_topples(c):
+        return topple(c)
     found = [spec("falls", c.subject, drop=c.length(0.3, 0.02, 0.1))]
     return [*found, *along(c), *manner(c)]
 
@@ -184,7 +202,13 @@ def float_down(c: Context) -> list[Spec]:
 
 def rise(c: Context) -> list[Spec]:
     """Goes up."""
-    found = [spec("moves", c.subject, distance=c.length(0.3, 0.02, 0.2), direction="up")]
+    far = c.length(0.3, 0.02, 0.2)
+    found = [spec("moves", c.subject, distance=far, direction="up")]
+    found += [
+        spec("moves", c.subject, distance=far, direction=w)
+        for w in c.ways()
+        if w not in ("up", "down")
+    ]
     below = c.frame.place("off", "from")
     if below is None or below.kind in ("landmark", "group"):
         return found

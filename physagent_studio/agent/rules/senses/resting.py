@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from physagent_studio.agent.rules.reading import EventFrame
+from physagent_studio.agent.rules.reading.vocabulary import words_of
 from physagent_studio.agent.rules.senses.common import is_ball, posture, quality, still
 from physagent_studio.agent.rules.specs import START, Context, Spec, place_name, spec
 
 
 def stop(c: Context) -> list[Spec]:
-    """Moves and then is at rest, near or on what is named."""
+    """Moves and then is at rest, near or on what is named.
+
+    What goes on afterwards is not at rest at the end, and that it was for a moment is not told.
+    """
+    if any(_goes_on(f) for f in c.later):
+        return []
     place = c.frame.place("near", "at", "on", "in", "object", "atop")
     if place is not None and place.kind == "group":
         place = None
@@ -19,6 +26,8 @@ def stop(c: Context) -> list[Spec]:
         return [spec("stops", c.subject), spec("stops_before", c.subject, before=place_name(ahead))]
     if place is not None and place.kind == "support" and not place.part:
         return [spec("stops", c.subject), spec("rests_on", c.subject, other=place.name)]
+    if place is not None and place.kind == "object" and c.frame.place("on", "atop") == place:
+        return [spec("stops", c.subject), spec("rests_on", c.subject, other=place.name)]
     name = place_name(place) if place is not None else None
     near = c.length(2.0, 0.1, 0.6) if name is not None else None
     found = [spec("stops", c.subject, near=name, distance=near)]
@@ -26,6 +35,19 @@ def stop(c: Context) -> list[Spec]:
     if place is not None and ramp is not None and ramp.name == place.name:
         found.append(spec("reaches", c.subject, other=place.name))
     return found
+
+
+_GOING_ON = words_of("move roll slide drift fall fly jump bounce accelerate reverse curve leave")
+
+
+def _goes_on(frame: EventFrame) -> bool:
+    """Whether a later frame has it move again."""
+    return frame.sense in _GOING_ON and not frame.negated and frame.link in ("then", "before")
+
+
+def end(c: Context) -> list[Spec]:
+    """Where it is in the end, and how."""
+    return _ends(c)
 
 
 def stay(c: Context) -> list[Spec]:
@@ -72,7 +94,7 @@ def _ends(c: Context) -> list[Spec]:
         found.append(spec("rests_on", c.subject, other=place.name))
     elif place is not None and place.kind == "landmark":
         found.append(spec("lands_in", c.subject, landmark=place_name(place)))
-    elif c.frame.sense == "rest" and not found:
+    elif c.frame.sense in ("rest", "end") and not found:
         found.append(spec("stops", c.subject))
     return [*found, *quality(c)]
 

@@ -8,6 +8,7 @@ from physagent_studio.agent.rules.senses.common import (
     posture,
     sideways_fall,
     struck_before,
+    touch,
 )
 from physagent_studio.agent.rules.specs import Context, Spec, any_of, before, spec
 
@@ -24,7 +25,8 @@ def topple(c: Context) -> list[Spec]:
     if c.frame.posture == "side":
         found.append(spec("topples", c.subject, tilt=135.0, negated=True))
     found += sideways_fall(c)
-    struck = struck_before(c)
+    struck = touch(c) or struck_before(c)
+    found += touch(c)
     if struck:
         found.append(before(struck[0], over))
     on = c.frame.place("on")

@@ -37,7 +37,10 @@ def bend(c: Context) -> list[Spec]:
 
 
 def lean(c: Context) -> list[Spec]:
-    """Tilts without falling over."""
+    """Tilts without falling over; what is soft bends."""
+    item = c.layout.state.object(c.subject)
+    if item is not None and item.body.kind == "soft":
+        return bend(c)
     return [spec("rotates", c.subject, angle=10.0)]
 
 
@@ -46,18 +49,28 @@ def collapse(c: Context) -> list[Spec]:
     if len(c.frame.patient) > 1:
         if c.layout.has(c.subject) and not c.layout.is_raised(c.subject):
             return []
-        return [spec("falls", c.subject, drop=c.length(0.3, 0.02, 0.1)), *sideways_fall(c)]
+        return [
+            spec("falls", c.subject, drop=c.length(0.3, 0.02, 0.1)),
+            *sideways_fall(c),
+            *_slowly(c),
+        ]
     gone = any_of(
         spec("deforms", c.subject, strain=0.1),
         spec("breaks", c.subject),
         spec("spreads", c.subject, factor=1.3),
     )
-    return [spec("falls", c.subject, drop=c.length(0.1, 0.01, 0.1)), gone]
+    return [spec("falls", c.subject, drop=c.length(0.1, 0.01, 0.1)), gone, *_slowly(c)]
+
+
+def _slowly(c: Context) -> list[Spec]:
+    """No faster than one can follow, where that is said."""
+    gently = c.frame.manner & {"slow", "gentle"}
+    return [spec("speed_between", c.subject, low=0.01, high=1.0)] if gently else []
 
 
 def break_apart(c: Context) -> list[Spec]:
-    """At least one of its joints lets go."""
-    return [spec("breaks", c.subject)]
+    """At least one of its joints lets go, where it gets to if that is said."""
+    return [spec("breaks", c.subject), *(s for s in along(c) if s.kind == "contacts")]
 
 
 def spread(c: Context) -> list[Spec]:

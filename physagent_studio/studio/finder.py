@@ -6,15 +6,12 @@ that fast clicks never queue up.
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from physagent_studio.errors import StudioError
-
-log = logging.getLogger(__name__)
+from physagent_studio.workbench.boundary import guarded
 
 Tell = Callable[[int, str, dict[str, Any]], None]
 """Browser, channel, what was found; called on the finder's thread."""
@@ -59,15 +56,5 @@ class Finder:
                     return
                 browser, channel = next(iter(self._asked))
                 question = self._asked.pop((browser, channel))
-            self._tell(browser, channel, {"ticket": question.ticket, **_found(question)})
-
-
-def _found(question: _Question) -> dict[str, Any]:
-    """The one boundary where a failed search becomes a sentence."""
-    try:
-        return question.find()
-    except StudioError as error:
-        return {"problem": str(error)}
-    except Exception as error:
-        log.exception("nothing found")
-        return {"problem": f"Something went wrong on our side: {error!r}."}
+            found = guarded(question.find, lambda text: {"problem": text}, "a search")
+            self._tell(browser, channel, {"ticket": question.ticket, **found})

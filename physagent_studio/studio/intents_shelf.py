@@ -11,33 +11,35 @@ from physagent_studio.program import Frozen
 Key = Annotated[str, Field(min_length=1, max_length=200)]
 
 
-class RenameSession(Frozen):
+class _OfSession(Frozen):
+    """What is asked about one session of the list."""
+
+    key: Key
+
+
+class RenameSession(_OfSession):
     """Gives a listed session another title."""
 
     do: Literal["rename_session"] = "rename_session"
-    key: Key
     title: Annotated[str, Field(min_length=1, max_length=200)]
 
 
-class DuplicateSession(Frozen):
+class DuplicateSession(_OfSession):
     """Copies a listed session."""
 
     do: Literal["duplicate_session"] = "duplicate_session"
-    key: Key
 
 
-class DeleteSession(Frozen):
+class DeleteSession(_OfSession):
     """Takes a session off the list; it can be brought back for a week."""
 
     do: Literal["delete_session"] = "delete_session"
-    key: Key
 
 
-class RestoreSession(Frozen):
+class RestoreSession(_OfSession):
     """Brings a deleted session back."""
 
     do: Literal["restore_session"] = "restore_session"
-    key: Key
 
 
 class Present(Frozen):

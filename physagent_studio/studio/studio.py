@@ -7,7 +7,6 @@ the hub, the scene through viser. Nothing else touches any of these, so no callb
 
 from __future__ import annotations
 
-import logging
 import queue
 import threading
 import time
@@ -20,7 +19,7 @@ import viser
 from numpy.typing import NDArray
 from pydantic import JsonValue
 
-from physagent_studio.errors import InputError, StudioError
+from physagent_studio.errors import InputError
 from physagent_studio.program import Edit
 from physagent_studio.studio import intents
 from physagent_studio.studio.actions import Offer, carry_out
@@ -36,8 +35,8 @@ from physagent_studio.studio.scene.stage import Hands
 from physagent_studio.studio.site import Site
 from physagent_studio.studio.view import Selection, View, advance
 from physagent_studio.workbench import Snapshot, Workbench
+from physagent_studio.workbench.boundary import guarded
 
-log = logging.getLogger(__name__)
 TICK = 1 / 31
 """Seconds between two frames of playback: thirty a second, and one to spare."""
 
@@ -203,16 +202,8 @@ class Studio:
                 self._guarded(None, item.act)
 
     def _guarded(self, browser: int | None, act: Callable[[], None]) -> None:
-        """The one boundary where any failure becomes a notice that the person sees."""
-        try:
-            act()
-        except StudioError as error:
-            self.say(browser, "error", str(error))
-        except Exception as error:
-            log.exception("the studio failed")
-            self.say(
-                browser, "error", f"Something went wrong on our side: {error!r}. Nothing is lost."
-            )
+        """Whatever fails becomes a notice that the person sees."""
+        guarded(act, lambda text: self.say(browser, "error", text), "the studio")
 
     def _listen(self, item: _Heard, later: list[_Heard]) -> None:
         # A burst of scrubs, or of what is tried, comes down to the last one.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import logging
 import queue
 import threading
 from collections.abc import Callable
@@ -16,13 +15,13 @@ from physagent_studio.program.document import dump_program
 from physagent_studio.records import Case, LoopState
 from physagent_studio.session import Session, Store
 from physagent_studio.workbench import commands
+from physagent_studio.workbench.boundary import guarded
 from physagent_studio.workbench.desk import Desk
 from physagent_studio.workbench.engine import AgentName, Control
 from physagent_studio.workbench.naming import case_in_words, with_proposals
 from physagent_studio.workbench.rendering import render_rollout, write_file
 from physagent_studio.workbench.snapshot import Attempt, Notice, Snapshot
 
-log = logging.getLogger(__name__)
 Subscriber = Callable[[Snapshot], None]
 
 
@@ -132,22 +131,28 @@ class Workbench:
                 return
             self._trying = edits = self._wanted.pop()
             self._overtaken.clear()
+        desk = self._desk
         try:
-            found = None if edits is None or self._desk is None else self._desk.attempt(edits)
-        except Cancelled:
-            return
-        except StudioError as error:
-            found = Attempt(problem=str(error))
-        except Exception as error:
-            log.exception("an attempt failed")
-            found = Attempt(problem=f"Something went wrong on our side: {error!r}")
+            found = guarded(
+                lambda: None if edits is None or desk is None else _attempt(desk, edits),
+                lambda text: Attempt(problem=text),
+                "an attempt",
+            )
         finally:
             with self._lock:
                 self._trying = None
+        if found is _OVERTAKEN:
+            return
         self._publish(replace(self._snapshot, attempt=found, busy=None, progress=None))
 
     def _carry_out(self, command: commands.Command) -> None:
-        """The one boundary where any failure becomes a notice instead of a dead worker."""
+        """Any failure becomes a notice instead of a dead worker."""
+        name = f"command {type(command).__name__}"
+        guarded(lambda: self._tried(command), lambda text: self._notice("error", text), name)
+        self._publish_desk()
+
+    def _tried(self, command: commands.Command) -> None:
+        """A command, with what a failure of it means where that is no error to be told."""
         try:
             self._dispatch(command)
         except Cancelled:
@@ -155,13 +160,7 @@ class Workbench:
         except ProgramError as error:
             # Problems of a text are shown at their lines; everything else needs a notice.
             if self._desk is None or self._desk.problems != error.problems:
-                self._notice("error", str(error))
-        except StudioError as error:
-            self._notice("error", str(error))
-        except Exception as error:
-            log.exception("command %s failed", type(command).__name__)
-            self._notice("error", f"Something went wrong on our side: {error!r}. Nothing is lost.")
-        self._publish_desk()
+                raise
 
     def _dispatch(self, command: commands.Command) -> None:
         if isinstance(command, commands.OpenCase):
@@ -266,6 +265,17 @@ class Workbench:
             subscribers = tuple(self._subscribers)
         for callback in subscribers:
             callback(self._snapshot)
+
+
+def _attempt(desk: Desk, edits: tuple[Edit, ...]) -> Attempt:
+    try:
+        return desk.attempt(edits)
+    except Cancelled:
+        return _OVERTAKEN
+
+
+_OVERTAKEN = Attempt()
+"""Stands for an attempt that something newer has ended: nothing is shown of it."""
 
 
 class _Try:

@@ -80,6 +80,13 @@ class Desk:
     def button(self, name: str) -> Any:
         return self.page.get_by_role("button", name=name, exact=True)
 
+    def empty_scene(self) -> None:
+        """Opens an empty scene and goes to where things are added to it."""
+        self.button("Open…").click()
+        self.button("Empty scene").click()
+        self.until(lambda: self.snapshot.case and self.snapshot.case.image is None, "a scene")
+        self.tab("Scene")
+
     def tab(self, name: str) -> None:
         self.page.get_by_role("tab", name=name).click()
 

@@ -80,10 +80,7 @@ def test_an_object_from_a_mesh_file(waiting: Desk) -> None:
 
 def test_on_the_table_that_is_selected(waiting: Desk) -> None:
     page = waiting.page
-    waiting.button("Open…").click()
-    waiting.button("Empty scene").click()
-    waiting.until(lambda: waiting.snapshot.case and waiting.snapshot.case.image is None, "a scene")
-    waiting.tab("Scene")
+    waiting.empty_scene()
     waiting.button("Table").click()
     waiting.until(lambda: waiting.snapshot.program.scene.support("table"), "a table")
     expect(page.locator("#page-inspector .title")).to_have_text("table")

@@ -95,10 +95,7 @@ def test_the_inspector_changes_a_number_and_refuses_nan(waiting: Desk) -> None:
 
 def test_a_program_built_by_hand_without_a_photo(waiting: Desk) -> None:
     page = waiting.page
-    waiting.button("Open…").click()
-    waiting.button("Empty scene").click()
-    waiting.until(lambda: waiting.snapshot.case and waiting.snapshot.case.image is None, "a scene")
-    waiting.tab("Scene")
+    waiting.empty_scene()
     waiting.button("Ball").click()
     waiting.until(lambda: waiting.snapshot.program.scene.object("ball"), "a ball")
     waiting.button("Box").click()
@@ -118,3 +115,48 @@ def test_a_program_built_by_hand_without_a_photo(waiting: Desk) -> None:
     assert [one.kind for one in waiting.snapshot.checks if not one.always_on] == ["moves"]
     waiting.button("Run my edits").click()
     waiting.until(lambda: waiting.snapshot.state.rounds, "a round")
+
+
+def test_the_inspector_changes_a_shape_and_lets_an_action_wait(waiting: Desk) -> None:
+    page = waiting.page
+    before = waiting.snapshot.program
+    action = before.event.actions[0]
+    page.locator(f"[data-action={action.id}] .body").click()
+    waiting.tab("Inspector")
+    starts = page.get_by_label("Starts: kind")
+    starts.select_option("when two things touch")
+    waiting.until(lambda: waiting.snapshot.program.event.actions[0].when, "a condition")
+    waiting.idle()
+    expect(page.get_by_label("The other", exact=True)).to_be_visible()
+    starts.select_option("at its step")
+    waiting.until(lambda: waiting.snapshot.program.event.actions[0].when is None, "its own step")
+    waiting.idle()
+
+    name = action.name
+    page.evaluate(
+        "name => import('/wire.js').then(w => w.send({do: 'select', kind: 'object', name}))", name
+    )
+    shape = page.get_by_label("Shape: kind")
+    shape.select_option("box")
+
+    def kind() -> str:
+        item = waiting.snapshot.program.scene.object(name)
+        return "" if item is None or item.shape is None else item.shape.kind
+
+    waiting.until(lambda: kind() == "box", "a box")
+    waiting.idle()
+    size = page.get_by_label("Size x", exact=True)
+    size.fill("0.05")
+    size.press("Enter")
+
+    def width() -> float:
+        item = waiting.snapshot.program.scene.object(name)
+        return item.shape.size[0] if item and item.shape and item.shape.kind == "box" else 0.0
+
+    waiting.until(lambda: width() == 0.05, "another width")
+    waiting.idle()
+    assert waiting.snapshot.rollout is not None
+    for _ in range(4):
+        waiting.button("Undo (Ctrl+Z)").click()
+        waiting.idle()
+    assert waiting.snapshot.program == before

@@ -215,10 +215,13 @@ def material_knobs(program: PhysicalProgram) -> list[Knob]:
         ]  # fmt: skip
         if is_round(item):
             own = item.rolling if item.rolling is not None else row.rolling
+            low, high = max(0.1 * own, 0.0005), max(10 * own, ROUGHEST)
+            path = f"{base}.rolling"
             found.append(
-                Knob(f"{base}.rolling", "rolling", item.name, max(own, 0.001), 0.0002, 0.5, 0.6,
-                     True, _field(f"{base}.rolling"))
-            )  # fmt: skip
+                Knob(
+                    path, "rolling", item.name, max(own, 0.001), low, high, 0.6, True, _field(path)
+                )
+            )
         for field, low, high in _BODY_FIELDS:
             value = getattr(item.body, field, None)
             if isinstance(value, float) and value > 0:
@@ -227,6 +230,10 @@ def material_knobs(program: PhysicalProgram) -> list[Knob]:
                     Knob(path, "material", item.name, value, low, high, 1.0, True, _field(path))
                 )
     return found
+
+
+ROUGHEST = 0.12
+"""Resistance of long grass or sand: what rolls on nothing rougher loses no more than that."""
 
 
 def is_round(item: SceneObject) -> bool:

@@ -107,6 +107,7 @@ _CODES = {
     "stops_before": "overshoots", "rests_on": "misses", "reaches": "falls_short",
     "leaves": "falls_short", "lands_in": "misses", "passes_over": "misses",
     "speed_between": "too_fast", "descends_slowly": "too_fast", "before": "too_late",
+    "covers": "falls_short", "side_of": "misses", "in_turn": "too_late", "together": "too_late",
     "blow_up": "blow_up",
 }  # fmt: skip
 _DENIED = {"contacts": "unwanted_contact", "topples": "toppled", "moves": "moved"}

@@ -9,10 +9,10 @@ import pytest
 
 from physagent_studio.agent.roles import Situation, Trial
 from physagent_studio.agent.rules import RuleGenerator, RulePlanner, RuleVerifier
-from physagent_studio.agent.rules.knobs import material_knobs
+from physagent_studio.agent.rules.knobs import ROUGHEST, material_knobs
 from physagent_studio.contract import measure
 from physagent_studio.program import Directed, PhysicalProgram, SetField, apply, value_at
-from physagent_studio.program.edits import AddItem
+from physagent_studio.program.edits import AddItem, RemoveItem
 from physagent_studio.program.materials import MATERIALS
 from physagent_studio.records import Memory, Proposal, RolloutEvidence
 from physagent_studio.simulation import simulate
@@ -197,3 +197,33 @@ def test_densities_stay_near_those_of_the_material() -> None:
         if knob.factor == "density":
             usual = MATERIALS[situation.program.scene.object(knob.target).material].density
             assert usual / 5 < knob.low <= knob.value <= knob.high < usual * 5
+
+
+def unbraked(program: PhysicalProgram) -> PhysicalProgram:
+    """Nothing stops the ball but what it rolls on."""
+    return apply(program, [RemoveItem(path="event.actions.brake_ball")])
+
+
+ROLLS = "The ball rolls to the left and stops."
+
+
+def test_what_rolls_on_too_long_is_stopped_by_what_it_rolls_on() -> None:
+    """With every action pinned, the resistance to rolling is what is left."""
+    pinned = Memory(pinned=("event.actions", "scene.objects.ball.density"))
+    situation = situation_of("field", ROLLS, unbraked, pinned)
+    assert situation.assessment.diagnosis[0].code == "not_stopped"
+    proposal = RulePlanner(limit=40).propose(situation)
+    assert proposal.factor == "rolling"
+    assert not outcome(situation, proposal)
+    (edit,) = proposal.edits
+    assert isinstance(edit, SetField)
+    assert edit.path == "scene.objects.ball.rolling"
+    assert isinstance(edit.value, float)
+    assert 0 < edit.value <= ROUGHEST
+
+
+def test_only_what_is_round_has_a_resistance_to_rolling() -> None:
+    stage = STAGES["shelf"]
+    program = RuleGenerator().first(stage.case("The ball rolls."), stage.reconstruct)
+    found = {knob.target for knob in material_knobs(program) if knob.factor == "rolling"}
+    assert found == {"green_ball"}

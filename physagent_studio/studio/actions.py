@@ -135,6 +135,10 @@ def _(intent: intents.Bookmark, studio: Studio, browser: int) -> None:
 
 @carry_out.register
 def _(intent: intents.StepOn, studio: Studio, browser: int) -> None:
+    state = studio.snapshot.state
+    if state.outcome == "realised" and state.draft is None:
+        studio.say(browser, "info", "The event happens already. Edit something, or overrule it.")
+        return
     studio.workbench.post(commands.Run() if intent.all else commands.Step())
 
 

@@ -28,6 +28,16 @@ def with_draft_as_round(state: LoopState) -> LoopState:
     return loop.add_round(state, draft, "person", origin)
 
 
+def taken_up_again(state: LoopState) -> LoopState:
+    """The state of a loop that had ended without success, about to look for another repair."""
+    item = state.current
+    if item is None or item.assessment is None:
+        return state.model_copy(update={"phase": "reconstruct", "outcome": "running"})
+    more = len(state.path()) + 5 if state.outcome == "budget" else state.budget
+    update = {"phase": "propose", "outcome": "running", "budget": more}
+    return state.model_copy(update=update)
+
+
 def decided(state: LoopState, item: Round, command: commands.Decide) -> LoopState:
     """The state after a decision on the proposal of its head, `item`."""
     decision = Decision(

@@ -165,10 +165,10 @@ class Desk:
         state = self.state
         if state.draft is not None and state.current is not None:
             state = deciding.with_draft_as_round(state)
-        elif state.phase == "done" and state.outcome == "budget":
-            state = state.model_copy(
-                update={"phase": "propose", "outcome": "running", "budget": len(state.path()) + 5}
-            )
+        elif state.phase == "done" and state.outcome == "realised":
+            return
+        elif state.phase == "done":
+            state = deciding.taken_up_again(state)
         self._save(state, label)
 
     @handle.register

@@ -168,6 +168,24 @@ def test_a_verdict_can_be_overruled(bench: Workbench) -> None:
     assert not current.assessment.passed
 
 
+def test_what_was_stopped_goes_on_and_what_happened_does_not(bench: Workbench) -> None:
+    opened(bench)
+    held = after(bench, faster(0.05), commands.Step()).state
+    assert held.current is not None
+    assert held.current.proposal is not None
+    stop = commands.Decide("stop", held.current.proposal.id)
+    assert after(bench, stop).state.outcome == "stopped"
+    again = after(bench, commands.Step()).state
+    assert (again.phase, again.outcome) == ("decide", "running")
+    assert again.current is not None
+    assert again.current.proposal is not None
+    happened = after(bench, commands.OverruleVerdict(True, "close enough"))
+    assert happened.state.outcome == "realised"
+    # Nothing is left to do, so nothing is done and there is no step to undo.
+    assert after(bench, commands.Step()).state == happened.state
+    assert after(bench, commands.Undo()).state.outcome == "running"
+
+
 def test_pins_must_name_something(bench: Workbench) -> None:
     opened(bench)
     snapshot = after(bench, commands.Pin("event.actions.go.velocity"))

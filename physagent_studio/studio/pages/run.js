@@ -29,10 +29,10 @@ export function startRun(host, dialogs) {
       run.busy ? busy(run, since) : null,
       run.busy || !run.session ? null : h("div", { class: "stack" },
         state(run),
-        h("div", { class: "row" },
+        over && run.realised ? taken() : h("div", { class: "row" },
           button(run.draft ? "Run my edits" : over ? "Go on" : run.started ? "Next step" : "Start", () => send({ do: "step" }),
             { class: waiting || over ? "b wide" : "b main wide", disabled: waiting || run.readOnly, title: "Goes on until a decision is needed (R)" }),
-          button("Run to the end", () => send({ do: "step", all: true }), { class: "b wide", disabled: run.readOnly || (over && run.realised), title: "Decides by itself, round after round" }))),
+          button("Run to the end", () => send({ do: "step", all: true }), { class: "b wide", disabled: run.readOnly, title: "Decides by itself, round after round" }))),
       run.session ? h("div", { class: "row wrap", style: "margin-top:10px" },
         h("label", { class: "row", style: "flex:1 1 92px" },
           h("select", { value: run.policy, "aria-label": "Who decides", title: "Who decides on proposals", onchange: (e) => send({ do: "policy", name: e.target.value }) },
@@ -47,6 +47,11 @@ export function startRun(host, dialogs) {
 }
 
 const passed = (since) => { const seconds = Math.floor((Date.now() - since) / 1000); return seconds < 2 ? "" : `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}`; };
+
+// What has been reached can be taken away.
+const taken = () => h("div", { class: "row" },
+  button("Save the video", () => send({ do: "video" }), { class: "b wide", title: "The clip as an MP4, over the photo" }),
+  button("Save a replay", () => send({ do: "export", kind: "html" }), { class: "b wide", title: "All rounds and the scene in one HTML file" }));
 
 // What it has cost so far, and what was made of the round on view.
 function meters(run) {

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.reconstruction.masks import BoolArray, bounds, iou
+from physagent_studio.reconstruction.masks import BoolArray, bounds, iou, solidity
 from physagent_studio.reconstruction.maskscore import Draft, Scorer
 from physagent_studio.reconstruction.segmentation_task import Task
 from physagent_studio.reconstruction.segmentation_variants import shadowed, variants
@@ -17,6 +17,8 @@ DENIED = 0.5
 """What a draft loses that covers all clicks outside."""
 OTHER_COLOUR, MIXED = 0.3, 0.5
 """What a draft loses that has none of the named colour, and how much less of it costs nothing."""
+FULL, OPEN = 0.8, 0.5
+"""What a draft of a slender thing loses that fills its hull, and how much of it may be filled."""
 ALMOST = 0.95
 """IoU from which two masks need not both be offered."""
 
@@ -31,8 +33,10 @@ def ranked(scorer: Scorer, drafts: Sequence[Draft], task: Task) -> list[tuple[Dr
             graded = graded - _odd_proportions(drafts, task.aspect)
         if task.named is not None:
             graded = graded - _odd_colours(drafts, task.named)
+    if task.slender:
+        graded = graded - _too_full(drafts)
     order = np.argsort(-graded, kind="stable")
-    return [(drafts[int(k)], float(graded[k])) for k in order]
+    return [(drafts[int(k)], max(float(graded[k]), 0.0)) for k in order]
 
 
 def _in_box(
@@ -81,6 +85,11 @@ def _odd_colours(drafts: Sequence[Draft], named: BoolArray) -> NDArray[np.float6
     """
     shares = np.array([float(named[draft.mask].mean()) for draft in drafts])
     return OTHER_COLOUR * np.clip(shares.max(initial=0.0) - shares - MIXED, 0, 1)
+
+
+def _too_full(drafts: Sequence[Draft]) -> NDArray[np.float64]:
+    """What drafts of poles and frames lose that fill the hull around them."""
+    return np.array([FULL * max(solidity(draft.mask) - OPEN, 0.0) for draft in drafts])
 
 
 def agreed(

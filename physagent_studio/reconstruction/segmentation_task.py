@@ -21,13 +21,19 @@ from physagent_studio.reconstruction.masks import (
     shrink,
 )
 from physagent_studio.reconstruction.maskscore import Draft
-from physagent_studio.reconstruction.names import usual_size
+from physagent_studio.reconstruction.names import usual_size, words_of
 from physagent_studio.reconstruction.segmentation_variants import VARIANT
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 
 WIDE = 6.0
 """Enlargement from which only the surroundings of a mask are worked on."""
+SLENDER = frozenset(
+    {"scooter", "bicycle", "bike", "tricycle", "tripod", "easel", "ladder", "swing", "crane",
+     "antenna", "mast", "windmill", "drone", "rake", "broom", "stroller", "wheelchair", "trolley",
+     "scaffold", "hanger", "giraffe", "skeleton", "pinwheel"}
+)  # fmt: skip
+"""Things that fill little of their own hull."""
 LARGEST = 640
 """Longest side in pixels of a piece of picture on which an outline is settled."""
 
@@ -37,7 +43,8 @@ class Task:
     """One thing to segment, in pixels of the small picture.
 
     aspect: usual height over width of things of that name, and its spread. named: (H, W) what may
-    be called by the colour in the name; None without one.
+    be called by the colour in the name; None without one. slender: whether things of that name
+    are poles and frames, open between.
     """
 
     inside: tuple[Pixel, ...]
@@ -45,6 +52,7 @@ class Task:
     box: tuple[float, float, float, float] | None
     aspect: tuple[float, float] | None = None
     named: BoolArray | None = None
+    slender: bool = False
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -103,7 +111,8 @@ def task_of(name: str, grounding: Grounding, view: View) -> Task:
         box = (min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1))
     word = colour_of(name)
     named = None if word is None else pixels_like(view.small, word)
-    return Task(tuple(inside), tuple(outside), box, usual_size(name).aspect, named)
+    slender = bool(SLENDER & set(words_of(name)))
+    return Task(tuple(inside), tuple(outside), box, usual_size(name).aspect, named, slender)
 
 
 def full_size(image: Image, item: tuple[Draft, float], view: View) -> Candidate:

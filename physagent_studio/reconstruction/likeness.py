@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from physagent_studio.reconstruction.colour_words import COLOURS
 from physagent_studio.reconstruction.names import words_of
 
 _PLACES = ("left", "right", "middle", "centre", "center", "front", "back", "rear", "near", "far")
@@ -14,9 +15,13 @@ _APART = frozenset((*_PLACES, *_ORDER, *_REST))
 
 
 def kind_name(name: str) -> str:
-    """What a thing is called without its place or number: `left_pin` and `pin2` are both `pin`."""
+    """What a thing is called without its place, number or colour: `left_pin` and `pin2` are `pin`.
+
+    An orange stays an orange.
+    """
     words = [word for word in words_of(name) if word not in _APART]
-    return " ".join(words) or name
+    plain = [word for word in words if word not in COLOURS]
+    return " ".join(plain or words) or name
 
 
 def alike(offers: Mapping[str, Mapping[str, float]]) -> dict[str, str]:

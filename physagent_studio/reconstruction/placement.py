@@ -17,6 +17,7 @@ from physagent_studio.program.scene import (
     SceneObject,
     Support,
 )
+from physagent_studio.reconstruction.alike_sizes import shared_places
 from physagent_studio.reconstruction.apart import moved_apart
 from physagent_studio.reconstruction.bases import base_of, is_in_round_stack, is_round, shape_of
 from physagent_studio.reconstruction.contact import vertical_gap
@@ -88,6 +89,11 @@ def place_all(
     agreed = alike({name: {one.kind: one.merit for one in offers[name]} for name in named})
     if any(done[name].chosen != kind for name, kind in agreed.items()):
         done = _placed(order, ground, agreed, tick)
+    put = {name: one.item for name, one in done.items()}
+    held = shared_places(order, put, stances, masks, read)
+    if held:
+        kinds = {name: one.chosen for name, one in done.items()}
+        done = _placed(order, replace(ground, held=held), kinds, tick)
     meshes = {name: one.form.mesh for name, one in done.items()}
     free = frozenset(item.name for item in order if item.position is None)
     put = _apart({name: one.item for name, one in done.items()}, meshes, free)
@@ -111,7 +117,7 @@ def _apart(
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Ground:
-    """What is known before objects are placed; see `place_all`."""
+    """What is known before objects are placed; see `place_all`. held: places (x, y) to keep."""
 
     supports: tuple[Support, ...]
     masks: Mapping[str, BoolArray]
@@ -120,6 +126,7 @@ class _Ground:
     given: Mapping[str, Mesh]
     fresh: frozenset[str]
     ranked: frozenset[str]
+    held: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -190,6 +197,9 @@ def _offers(
     usual = read.usual[item.name]
     if usual.known:
         base = replace(base, longest=(usual.metres, usual.spread))
+    if item.name in ground.held:
+        x, y = ground.held[item.name]
+        base = replace(base, x=x, y=y, hold=1.0)
     tilt = tilt_of(base, shape_of(read.on[item.name], ground.supports), usual.shapes)
     camera = tilt.camera(read.camera) if tilt is not None else read.camera
     if item.shape is None:

@@ -30,7 +30,11 @@ async def _echo(connection: ServerConnection) -> None:
 
 
 def _pages(path: str) -> Page | None:
-    return Page("text/html", b"<p>ours</p>") if path == "/" else None
+    known = {
+        "/": Page("text/html", b"<p>ours</p>"),
+        guard.VIEWER_SCRIPT: Page("text/javascript", b"window.ours = 1;"),
+    }
+    return known.get(path)
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +71,10 @@ def test_viewer_may_connect_nowhere_else_and_hides_its_panel(server: viser.Viser
         "blob:",
         "data:",
     ]
-    assert b".mantine-Paper-root" in answer.read()
+    body = answer.read()
+    assert b".mantine-Paper-root" in body
+    # Ours has to run before anything of viser's.
+    assert body.index(b"<script>window.ours = 1;</script>") < body.index(b"<script data-p=")
 
 
 @pytest.mark.parametrize(

@@ -16,10 +16,10 @@ import numpy as np
 SCRIPT = """
 import pathlib, resource, sys, time
 from physagent_studio.errors import InputError
-from physagent_studio.reconstruction import read_photo
+from physagent_studio.reconstruction import read_scaled
 start = time.perf_counter()
 try:
-    said = "read " + "x".join(map(str, read_photo(sys.argv[1])[0].shape))
+    said = "read " + "x".join(map(str, read_scaled(sys.argv[1])[0].shape))
 except InputError as error:
     said = f"refused: {error}"
 seconds = time.perf_counter() - start
@@ -98,20 +98,26 @@ def _huge_jpeg(path: Path) -> None:
     path.write_bytes(coded[:at] + struct.pack(">HH", 65500, 65500) + coded[at + 4 :])
 
 
+def _large_jpeg(path: Path) -> None:
+    grain = np.random.default_rng(0).integers(0, 255, (720, 960, 3), np.uint8)
+    coded = cv2.imencode(".jpg", cv2.resize(grain, (8640, 5760)))[1]
+    path.write_bytes(coded.tobytes())
+
+
 def _zip(path: Path) -> None:
     path.write_bytes(b"PK\3\4" + zlib.compress(bytes(300_000_000), 9))
 
 
-LARGEST = "largest that is read"
 KINDS: dict[str, Callable[[Path], None]] = {
     "30000 x 30000 PNG": lambda path: _png(path, 30000, 1000),
     "65500 x 65500 JPEG": _huge_jpeg,
-    "16 bits, 7000 x 7000": lambda path: _png(path, 7000, 10, bits=16, color=6),
+    "16 bits, 4950 x 4950": lambda path: _png(path, 4950, 10, bits=16, color=6),
     "animated": _animated,
     "text chunk of 200 MB": _huge_text,
     "colour profile of 200 MB": _huge_profile,
     "more rows than it says": lambda path: _png(path, 64, 400_000),
     "archive": _zip,
-    LARGEST: lambda path: _png(path, 7000, 7000),
+    "largest that is kept": lambda path: _png(path, 4950, 4950),
+    "JPEG of a telephone, 50 million pixels": _large_jpeg,
 }
 """Bad and unusual pictures by name."""

@@ -15,7 +15,7 @@ from physagent_studio.exchange.case_reader import (
     slug,
 )
 from physagent_studio.program.scene import Click, Grounding
-from physagent_studio.reconstruction import read_photo, stated_focal
+from physagent_studio.reconstruction import read_photo, read_scaled, stated_focal
 from physagent_studio.records.case import Case
 
 _FILES = ("case.yaml", "case.yml")
@@ -66,7 +66,7 @@ def case_from_image(path: Path | str, prompt: str, objects: Mapping[str, Sequenc
         InputError: no readable picture, no object, a click outside the picture, an empty prompt.
     """
     path = Path(path)
-    pixels, image_hash = read_photo(path)
+    pixels, image_hash, factor = read_scaled(path)
     size = (pixels.shape[1], pixels.shape[0])
     if not prompt.strip():
         raise InputError("the prompt is empty; say in a sentence what shall happen")
@@ -82,10 +82,12 @@ def case_from_image(path: Path | str, prompt: str, objects: Mapping[str, Sequenc
         if name in grounded:
             raise InputError(f"object '{name}' is given twice")
         for click in clicks:
-            check_inside(click.x, click.y, size, f"object '{name}'")
+            check_inside(click.x, click.y, (size[0] * factor, size[1] * factor), f"object '{name}'")
         if not any(click.label for click in clicks):
             raise InputError(f"object '{name}' has no click inside it (label 1)")
-        grounded[name] = Grounding(points=tuple(clicks))
+        # Clicks are pixels of the file, which may have been read smaller.
+        scaled = (c.model_copy(update={"x": c.x / factor, "y": c.y / factor}) for c in clicks)
+        grounded[name] = Grounding(points=tuple(scaled))
     return Case(
         name=slug(path.stem) or "image",
         image=pixels,

@@ -9,7 +9,8 @@ from pathlib import Path
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import case_from_image
 from physagent_studio.program import Click, Grounding
-from physagent_studio.reconstruction.proposals import Proposed, propose
+from physagent_studio.reconstruction import reduction_of
+from physagent_studio.reconstruction.proposals import Proposed, Spot, propose
 from physagent_studio.reconstruction.sought import sought_by, things_in
 from physagent_studio.records import Case
 
@@ -42,13 +43,14 @@ def case_in_words(
         (name, grounding if clicks.get(given) else Grounding())
         for given, (name, grounding) in zip(names, case.objects, strict=True)
     )
-    return with_proposals(replace(case, objects=open_ones), ask=ask)
+    return with_proposals(replace(case, objects=open_ones), ask=ask, per=reduction_of(path))
 
 
-def with_proposals(case: Case, *, ask: bool = True) -> Case:
+def with_proposals(case: Case, *, ask: bool = True, per: int = 1) -> Case:
     """The case with its unclicked objects found by their words, marked as proposals.
 
-    ask: raise Unclear where a place is not clear; otherwise the likeliest is taken. Raises
+    ask: raise Unclear where a place is not clear; otherwise the likeliest is taken. per: pixels of
+    the file for one of the case, along each side; what is said is in those of the file. Raises
     InputError for a thing for which nothing stands out.
     """
     names = [name for name, grounding in case.objects if not grounding.shows_something]
@@ -61,7 +63,7 @@ def with_proposals(case: Case, *, ask: bool = True) -> Case:
     unclear = [one for one in found.values() if not (one.spots if not ask else one.clear)]
     if unclear:
         kind = Unclear if all(one.spots for one in unclear) else InputError
-        raise kind(_question(unclear, [one for one in found.values() if one.clear]))
+        raise kind(_question(unclear, [one for one in found.values() if one.clear], per))
     objects = tuple(
         (name, _grounded(found[name]) if name in found else grounding)
         for name, grounding in case.objects
@@ -74,15 +76,19 @@ def _grounded(one: Proposed) -> Grounding:
     return Grounding(points=(Click(x=spot.x, y=spot.y),), proposed=True)
 
 
-def _question(unclear: Sequence[Proposed], clear: Sequence[Proposed]) -> str:
+def _question(unclear: Sequence[Proposed], clear: Sequence[Proposed], per: int = 1) -> str:
     """One sentence: what is not clear, and where each thing may be, likeliest first."""
     parts = []
     for one in unclear:
-        places = ", ".join(f"{one.name}@{spot.x:.0f},{spot.y:.0f}" for spot in one.spots)
+        places = ", ".join(_place(one.name, spot, per) for spot in one.spots)
         parts.append(f"{one.name} ({places or 'nothing stands out for it'})")
-    known = ", ".join(f"{one.name}@{one.spots[0].x:.0f},{one.spots[0].y:.0f}" for one in clear)
+    known = ", ".join(_place(one.name, one.spots[0], per) for one in clear)
     also = f"; clear: {known}" if known else ""
     return (
         f"where it is in the photo is not clear from words alone: {'; '.join(parts)}{also};"
         " say it with --object name@x,y, or click it in the studio"
     )
+
+
+def _place(name: str, spot: Spot, per: int) -> str:
+    return f"{name}@{spot.x * per:.0f},{spot.y * per:.0f}"

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from physagent_studio.errors import InputError
-from physagent_studio.reconstruction.photo import read_photo
+from physagent_studio.exchange import case_from_image
+from physagent_studio.program.scene import Click
+from physagent_studio.reconstruction.photo import MAX_PIXELS, photo_hash, read_photo, read_scaled
 
 
 def _png(path: Path, width: int, height: int, *, bits: int = 8, color: int = 2, extra: bytes = b""):
@@ -86,8 +88,8 @@ def test_a_webp_is_read(tmp_path):
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda p: _png(p, 30000, 30000), "at most 50 million"),
-        (lambda p: _png(p, 7000, 7000, bits=16, color=6), "too large at 16 bits"),
+        (lambda p: _png(p, 30000, 30000), "at most 24 million"),
+        (lambda p: _png(p, 4950, 4950, bits=16, color=6), "too large at 16 bits"),
         (
             lambda p: _png(p, 64, 64, extra=b"\0\0\0\x08acTL\0\0\0\2" + b"\0" * 8),
             "animation",
@@ -128,3 +130,29 @@ def test_cmyk_is_refused(tmp_path):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(InputError, match="there is no picture at"):
         read_photo(tmp_path / "nothing.png")
+
+
+def test_a_jpeg_that_is_too_large_is_read_at_half_its_size(tmp_path):
+    wide = np.zeros((4400, 6000, 3), np.uint8)
+    wide[:, 3000:] = 200
+    assert wide.shape[0] * wide.shape[1] > MAX_PIXELS
+    cv2.imwrite(str(tmp_path / "a.jpg"), wide)
+    found, digest, factor = read_scaled(tmp_path / "a.jpg")
+    assert found.shape == (2200, 3000, 3)
+    assert factor == 2
+    assert found[1000, 1400].max() < 10
+    assert found[1000, 1600].min() > 190
+    assert digest == photo_hash(found)
+    with pytest.raises(InputError, match="at most 24 million"):
+        read_photo(tmp_path / "a.jpg")
+    case = case_from_image(tmp_path / "a.jpg", "It moves.", {"bar": [Click(x=4000, y=800)]})
+    (click,) = case.objects[0][1].points
+    assert (click.x, click.y) == (2000, 400)
+
+
+def test_a_picture_of_usual_size_is_read_as_it_is(tmp_path):
+    pixels = _picture()
+    cv2.imwrite(str(tmp_path / "a.png"), pixels[..., ::-1])
+    found, digest, factor = read_scaled(tmp_path / "a.png")
+    assert (digest, factor) == (read_photo(tmp_path / "a.png")[1], 1)
+    assert np.array_equal(found, pixels)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import binascii
 import hashlib
+import textwrap
 from dataclasses import replace
 from functools import singledispatch
 from typing import Any, Protocol
@@ -275,7 +276,8 @@ def _(intent: intents.NewCase, studio: Studio, browser: int) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{hashlib.sha256(photo).hexdigest()[:24]}{suffix}"
     path.write_bytes(photo)
-    studio.workbench.post(commands.OpenImage(path, intent.prompt, intent.objects))
+    title = textwrap.shorten(intent.prompt, 48, placeholder="…").rstrip(".")
+    studio.workbench.post(commands.OpenImage(path, intent.prompt, intent.objects, title))
 
 
 @carry_out.register

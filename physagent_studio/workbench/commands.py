@@ -33,6 +33,7 @@ class OpenImage:
     path: Path
     prompt: str
     objects: tuple[tuple[str, tuple[Click, ...]], ...]
+    title: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -167,7 +167,7 @@ class Workbench:
             self._open_case(with_proposals(load_case(command.folder, command.event), ask=False))
         elif isinstance(command, commands.OpenImage):
             case = case_in_words(command.path, command.prompt, dict(command.objects), ask=False)
-            self._open_case(case)
+            self._open_case(case, command.title)
         elif isinstance(command, commands.OpenProgram):
             self._open_program(command)
         elif isinstance(command, commands.OpenSession):
@@ -178,7 +178,9 @@ class Workbench:
         elif isinstance(command, commands.ShowCollisions):
             self._with_collisions = command.on
         elif self._desk is None:
-            raise InputError("no session is open")
+            raise InputError(
+                "nothing is open yet: begin with an example, a photo or an empty scene"
+            )
         elif isinstance(command, commands.Render):
             path = render_rollout(self._desk, command.path)
             self._notice("info", f"The video was written to {path}")
@@ -188,8 +190,8 @@ class Workbench:
         else:
             self._desk.handle(command)
 
-    def _open_case(self, case: Case) -> None:
-        self._open(self.store.create(case, LoopState()))
+    def _open_case(self, case: Case, title: str | None = None) -> None:
+        self._open(self.store.create(case, LoopState(), title=title))
 
     def _open_program(self, command: commands.OpenProgram) -> None:
         program = command.program

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,7 @@ from websockets.typing import Origin
 from physagent_studio.session import Store
 from physagent_studio.studio import serve
 from physagent_studio.workbench import Workbench, commands
-from tests.browser.conftest import Desk
+from tests.browser.conftest import Desk, running
 
 pytestmark = pytest.mark.browser
 
@@ -139,9 +140,15 @@ def test_a_new_session_from_a_photo_by_clicks_alone(waiting: Desk, repository: P
     page.get_by_label("Name 2").fill("wooden_block")
     picture.click(position={"x": 503 * scale, "y": 222 * scale})
     page.get_by_label("Sentence").fill("The red ball rolls to the right and hits the wooden block.")
-    old = waiting.snapshot.session_id
-    page.get_by_role("dialog").get_by_role("button", name="Start", exact=True).click()
+    old, store = waiting.snapshot.session_id, waiting.workbench.store
+    count = len(store.list())
+    start = page.get_by_role("dialog").get_by_role("button", name="Start", exact=True)
+    start.evaluate("button => { button.click(); button.click(); }")
     waiting.until(lambda: waiting.snapshot.session_id != old, "a new session")
+    waiting.idle()
+    assert len(store.list()) == count + 1, "a double click is one session"
+    assert waiting.snapshot.title == "The red ball rolls to the right and hits the…"
+    expect(page.get_by_text("The scene matches the photo", exact=True)).to_be_visible()
     waiting.button("Start").click()
     waiting.until(lambda: waiting.snapshot.rollout is not None, "a rollout")
     names = {one.name for one in waiting.snapshot.program.scene.objects}
@@ -160,3 +167,21 @@ def test_sessions_are_listed_and_opened(waiting: Desk) -> None:
     page.get_by_role("dialog").locator(f"[data-key='session:{first}']").click()
     waiting.until(lambda: waiting.snapshot.session_id == first, "the first session")
     waiting.proposal()
+
+
+@pytest.fixture
+def nothing(tmp_path: Path, browser: Browser) -> Iterator[Desk]:
+    """A studio in which nothing was opened yet."""
+    yield from running(tmp_path, browser, nothing=True)
+
+
+def test_who_comes_first_is_told_where_to_begin(nothing: Desk) -> None:
+    page = nothing.page
+    page.keyboard.press("r")
+    expect(page.get_by_text("begin with an example, a photo or an empty scene")).to_be_visible()
+    nothing.button("New from a photo").click()
+    expect(page.get_by_role("dialog", name="New session from a photo")).to_be_visible()
+    page.keyboard.press("Escape")
+    nothing.button("An empty scene").click()
+    nothing.until(lambda: nothing.snapshot.session_id, "a session")
+    expect(nothing.button("An empty scene")).to_have_count(0)

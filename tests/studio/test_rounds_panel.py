@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from physagent_studio.assets import assets_dir
 from physagent_studio.program import Clause, PhysicalProgram, SceneObject, SceneState
 from physagent_studio.program.contract import Contacts, Contract
 from physagent_studio.program.scene import Sphere
 from physagent_studio.records import Check
-from physagent_studio.studio.panels.rounds import checklist_of, demands_of, merged
+from physagent_studio.session import Store
+from physagent_studio.studio.panels.rounds import checklist_of, demands_of, merged, state_of
 from physagent_studio.studio.panels.words import figure
+from physagent_studio.workbench import Workbench, commands
 
 
 def _check(**more: Any) -> Check:
@@ -82,3 +86,18 @@ def test_what_two_clauses_ask_alike_stands_once() -> None:
     assert rows[1]["also"] == []
     assert [check.id for check in demands_of(checks)] == ["s1", "s3"]
     assert [first.id for first, _ in merged(checks)] == ["s1", "s3", "part", "energy"]
+
+
+def test_a_scene_that_matches_is_no_failed_event(tmp_path: Path) -> None:
+    """What everybody sees first: a case that was opened, looked at and not run yet."""
+    workbench = Workbench(Store(tmp_path), evidence=False)
+    workbench.post(commands.OpenCase(assets_dir() / "demo", "only_the_cube"))
+    assert workbench.wait(120)
+    opened = workbench.snapshot()
+    workbench.close()
+    assert opened.state.phase == "simulate"
+    found = state_of(opened)
+    assert [one["verdict"] for one in found["rounds"]] == ["open"]
+    assert found["shown"]["stage"] == "reconstruction"
+    assert found["shown"]["machine"] is True
+    assert all(one["text"] and not one["measured"] for one in found["checks"])

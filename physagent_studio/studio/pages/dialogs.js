@@ -60,9 +60,13 @@ export function startDialogs(host) {
   const ready = () => photo && prompt.trim() && things.every((one) => !one.clicks.length || /^[A-Za-z0-9_][A-Za-z0-9_-]{0,63}$/.test(tidy(one.name)));
   const tidy = (name) => name.trim().replace(/\s+/g, "_");
 
+  // A second click comes before the dialog is gone.
   function begin() {
+    if (kind !== "new" || !ready()) return;
     send({ do: "new", photo: photo.data, prompt: prompt.trim(), objects: things.filter((one) => one.clicks.length).map((one) => [tidy(one.name), one.clicks]) });
     close();
+    photo = null;
+    prompt = "";
   }
 
   function fresh() {

@@ -42,7 +42,7 @@ export function startRounds(host, showPlots) {
   }
 
   function row(r) {
-    const words = r.stage === "reconstruction" ? "scene does not match" : r.checks ? `${r.realised} of ${r.checks}` : "in progress";
+    const words = r.stage === "reconstruction" ? (r.verdict === "failed" ? "scene does not match" : "scene matches the photo") : r.checks ? `${r.realised} of ${r.checks}` : "in progress";
     return h("div", { class: "row", role: "listitem", key: r.id, style: `padding-left:${r.depth * 14}px;gap:2px` },
       h("button", { class: `r grow${r.shown ? " on" : ""}${r.onPath ? "" : " off"}`, type: "button", title: r.factor ? `Proposed to change: ${r.factor}` : "", onclick: () => send({ do: "round", id: r.head ? null : r.id }) },
         h("span", { class: `dot ${r.verdict}` }, MARK[r.verdict]),
@@ -54,7 +54,8 @@ export function startRounds(host, showPlots) {
   }
 
   function verdict(shown) {
-    if (shown.verdict === "open" || data.draft) return data.draft ? h("div", { class: "head" }, "Your edits, measured") : null;
+    if (data.draft) return h("div", { class: "head" }, "Your edits, measured");
+    if (shown.verdict === "open") return shown.stage ? h("div", { style: "margin-top:14px" }, h("p", { class: "title" }, "The scene matches the photo"), h("p", { class: "muted" }, "Next the event is run in it and measured.")) : null;
     const good = shown.verdict === "ok";
     const stage = shown.stage === "reconstruction";
     const said = good ? "The event happens" : stage ? "The scene does not match the photo" : "The event does not happen yet";

@@ -22,6 +22,8 @@ DECIDED = {
     "skip": "skipped",
     "stop": "stopped",
 }
+SEEN = frozenset({"points", "mask", "camera", "geometry", "placement", "support"})
+"""Kinds of what is found in the reconstruction: their sentences hold the figures already."""
 OUTCOMES = {
     "realised": "The event happens.",
     "budget": "All rounds are used up; the best one is kept.",
@@ -65,11 +67,14 @@ def _find(loop: LoopState, wanted: str | None) -> Round | None:
 
 
 def verdict_of(item: Round) -> str:
-    """One word for a round: ok, failed, overruled, or open while nothing was judged."""
+    """One word for a round: ok, failed, or open while the event was not judged."""
     if item.override is not None:
         return "ok" if item.override.passed else "failed"
     if item.assessment is None:
         return "open"
+    if item.assessment.stage == "reconstruction":
+        # A scene that matches is no event yet.
+        return "open" if item.assessment.passed else "failed"
     return "ok" if item.passed else "failed"
 
 
@@ -230,7 +235,7 @@ def check_row(
         "ok": check.ok,
         "text": stated or check.text,
         "clause": clauses.get(check.clause or "", ""),
-        "measured": figure(check, stated),
+        "measured": "" if check.kind in SEEN else figure(check, stated),
         "found": found,
         "part": not check.demanded,
         "frame": None if check.step is None else check.step // program.clip.steps_per_frame,

@@ -18,6 +18,16 @@ PHASES = {
     "revise": "next: apply the decision",
     "done": "done",
 }
+STEPS = {
+    "masks": "finding the outlines of things",
+    "camera": "finding where the camera stood",
+    "supports": "finding what things stand on",
+    "objects": "building the things",
+    "textures": "taking their looks from the photo",
+    "background": "filling in what is behind them",
+    "checks": "holding the scene against the photo",
+}
+"""Steps of a reconstruction, as a person is told of them."""
 
 
 def state_of(snapshot: Snapshot, outputs: Sequence[Output] = ()) -> dict[str, Any]:
@@ -28,7 +38,7 @@ def state_of(snapshot: Snapshot, outputs: Sequence[Output] = ()) -> dict[str, An
         "title": snapshot.title,
         "prompt": snapshot.program.event.prompt or (case.prompt if case else ""),
         "event": case.event if case else "",
-        "busy": snapshot.busy,
+        "busy": None if snapshot.busy is None else STEPS.get(snapshot.busy, snapshot.busy),
         "progress": snapshot.progress,
         "phase": loop.phase,
         "doing": PHASES.get(loop.phase, loop.phase),

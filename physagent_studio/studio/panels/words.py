@@ -131,6 +131,7 @@ def short(value: Any) -> str:
     return "none" if value is None else str(value)
 
 
+MISSED = re.compile(r"([^:;,]+?) (≤|≥|<|>) ([^:;,]+): no\b")
 MINUS = re.compile(r"(?<![\w.])-(?=\d)")
 SAID = frozenset({"text", "found", "also", "rationale", "summary", "question", "reason", "problem"})
 """Keys of what is written for a person to read."""
@@ -138,7 +139,7 @@ SAID = frozenset({"text", "found", "also", "rationale", "summary", "question", "
 
 def spoken(text: str, program: PhysicalProgram) -> str:
     """A sentence as one writes it: `red_ball at -3` → `red ball at −3`."""
-    text = MINUS.sub("−", text)
+    text = MISSED.sub(lambda m: f"{m[1]}, not {AS_WORDS[m[2]]} {m[3]}", MINUS.sub("−", text))
     scene = program.scene
     named = (*scene.objects, *scene.supports, *scene.landmarks)
     names = {one.name for one in named} | {action.id for action in program.event.actions}
@@ -150,7 +151,7 @@ def spoken(text: str, program: PhysicalProgram) -> str:
 def all_spoken(data: Any, program: PhysicalProgram, said: bool = False) -> Any:
     """A panel's data with every sentence in it spoken; values and paths stay as they are."""
     if isinstance(data, str):
-        return spoken(data, program) if said and ("_" in data or "-" in data) else data
+        return spoken(data, program) if said else data
     if isinstance(data, dict):
         return {key: all_spoken(part, program, key in SAID) for key, part in data.items()}
     if isinstance(data, list):

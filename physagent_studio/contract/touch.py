@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -266,8 +268,9 @@ def _not_reached(track: Track, name: str, facts: Facts) -> Outcome:
         if gaps is None:
             return unmeasurable(f"where {name} is has not been found")
         scale = max(float(gaps[0]), track.size)
-        reached = track.first(touching)
-        left = float(gaps.min())
+        beyond = _gone_by(track, name, facts)
+        reached = track.first(touching | (beyond > 0))
+        left = min(float(gaps.min()), float(-beyond.max()))
         if reached is not None:
             went_on = np.diff(track.positions[reached - window.first :], axis=0)
             left = -max(float(np.linalg.norm(went_on, axis=-1).sum()), 1e-3)
@@ -282,6 +285,15 @@ def _not_reached(track: Track, name: str, facts: Facts) -> Outcome:
     note = "" if reached is None else f"reaches {name} and goes on for {number(-left, 'm')}"
     margin = bounded(left / scale) if reached is None else min(bounded(left / scale), -1e-6)
     return Outcome(margin, left, 0.0, "m", "", step, note, lasting=True)
+
+
+def _gone_by(track: Track, name: str, facts: Facts) -> FloatArray:
+    """(W,) how far its centre is past that of a body, along the way that led there, m."""
+    place = place_of(name, facts, track.window.first)
+    if not isinstance(place, Place) or not len(place.points):
+        return np.full(len(track.window), -np.inf)
+    middle = replace(place, kind="point", points=place.centre[None])
+    return line_progress(track.positions, middle)[0]
 
 
 def _ahead(track: Track, place: Place) -> FloatArray:

@@ -103,12 +103,15 @@ def _script_for(task: Task) -> Script:
     if task.ramp_ahead() is not None:
         return scripts.up_ramp
     if layout.carrier(task.name) is None:
-        if intent.has("miss"):
+        if intent.has("miss") or intent.place("past", senses=("fall", "descend")):
             return scripts.past_what_is_below
         if scripts.landed_on(task) is not None:
             return scripts.off_what_it_fell_on
     flying = intent.has("kick", "throw", "fly") and not intent.has("roll", "slide")
     flying |= _is_higher(task)
+    if flying and not intent.has("fly") and _leaves_support(task):
+        # "Is kicked off the table" is over its edge, and not out of the picture.
+        return scripts.off_edge
     inside = task.target()
     if flying or (inside is not None and _is_opening(inside.name, layout) and intent.has("land")):
         return scripts.through_air

@@ -78,7 +78,7 @@ class _Draft:
     def _until(self, index: int, frame: EventFrame) -> bool:
         """ "Stands still until the ball hits it": it does so first, and not for ever."""
         following = self.reading.frames[index + 1 : index + 2]
-        still = frame.sense == "stay" and not frame.negated
+        still = frame.sense in ("stay", "rest", "be") and not frame.negated
         if not still or not following or following[0].link != "until":
             return False
         build = SENSES.get(following[0].sense)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from physagent_studio.agent.rules.layout import Layout
-from physagent_studio.agent.rules.look import is_sheet
+from physagent_studio.agent.rules.look import density_of, is_sheet
 from physagent_studio.program.scene import (
     Inflated,
     Landmark,
@@ -34,6 +34,23 @@ def with_depth(state: SceneState) -> SceneState:
     """
     objects = tuple(_deep_enough(item) for item in state.objects)
     return state.model_copy(update={"objects": objects}) if objects != state.objects else state
+
+
+def with_walls_weighed(state: SceneState) -> SceneState:
+    """The state with open vessels as heavy as their walls.
+
+    The mean density of what is mostly air counts for a solid outline, not for walls.
+    """
+    objects = tuple(_weighed(item) for item in state.objects)
+    return state.model_copy(update={"objects": objects}) if objects != state.objects else state
+
+
+def _weighed(item: SceneObject) -> SceneObject:
+    walled = getattr(item.shape, "wall", None) is not None
+    guessed = item.density is not None and item.density == density_of(item.name)
+    if not walled or not guessed or item.source in ("given", "person"):
+        return item
+    return item.model_copy(update={"density": None})
 
 
 def _deep_enough(item: SceneObject) -> SceneObject:

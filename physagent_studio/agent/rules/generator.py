@@ -7,7 +7,12 @@ from collections.abc import Callable
 from physagent_studio.agent.rules.bodies import bodies_for
 from physagent_studio.agent.rules.choosing import schedule, tasks_of
 from physagent_studio.agent.rules.contracting import contract_of, landmarks_needed
-from physagent_studio.agent.rules.footing import with_depth, with_hold, with_room
+from physagent_studio.agent.rules.footing import (
+    with_depth,
+    with_hold,
+    with_room,
+    with_walls_weighed,
+)
 from physagent_studio.agent.rules.landmarks import assume_open, derived_landmarks
 from physagent_studio.agent.rules.layout import Layout
 from physagent_studio.agent.rules.look import density_of, material_of
@@ -33,6 +38,7 @@ class RuleGenerator:
     def program(self, case: Case, reading: Reading, state: SceneState) -> PhysicalProgram:
         """The program over a completed scene state."""
         state = with_room(with_depth(without_withdrawn(state, reading)))
+        state = with_walls_weighed(state)
         state = with_hold(_with_landmarks(state, reading))
         clip = Clip()
         state = _with_materials(state, reading, clip)

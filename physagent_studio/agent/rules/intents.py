@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from physagent_studio.agent.rules.reading import EventFrame, Place, Reading
 from physagent_studio.agent.rules.reading.vocabulary import words_of
@@ -75,7 +75,13 @@ def intents_of(reading: Reading) -> dict[str, Intent]:
         return found.setdefault(name, Intent(name))
 
     for index, frame in enumerate(reading.frames):
-        if frame.negated or prevented(reading, index):
+        if prevented(reading, index):
+            for name in frame.patient if not frame.negated and not frame.agent else ():
+                # "Stops before it reaches the pins": it goes towards them all the same.
+                rows = tuple(("before", place) for relation, place in frame.places)
+                intent(name).frames.append(replace(frame, sense="stop", places=rows))
+            continue
+        if frame.negated:
             continue
         if frame.agent:
             _struck(frame, intent)

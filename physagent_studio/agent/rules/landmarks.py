@@ -38,7 +38,8 @@ def _spots(layout: Layout, reading: Reading) -> list[Landmark]:
             movers = [n for n in frame.patient if layout.has(n) and n != place.name]
             if relation not in SIDE_WAYS or place.kind != "object" or not layout.has(place.name):
                 continue
-            if not movers or frame.sense in ("be", "rest", "stop") or frame.negated:
+            ahead = frame.sense in ("stop", "settle") and relation == "in_front"
+            if not movers or frame.sense == "be" or ahead or frame.negated:
                 continue
             way, name = WAYS[SIDE_WAYS[relation]], spot_name(relation, place)
             reach = layout.extent(place.name, way) + layout.extent(movers[0], way)

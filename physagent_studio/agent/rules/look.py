@@ -43,14 +43,17 @@ _HOLLOW: dict[str, float] = {
         (90.0, "trash trashcan bin bucket basket tent umbrella lampshade lantern"),
         (
             180.0,
-            "can scooter bike bicycle cup mug pot pan kettle vase jar bowl drum suitcase helmet",
+            "can cup mug pot pan kettle vase jar bowl drum suitcase helmet",
         ),
-        (250.0, "stool chair bench ladder car truck motorcycle motorbike train robot lamp crate"),
+        (250.0, "stool chair bench car truck motorcycle motorbike train robot lamp crate"),
+        (600.0, "scooter bike bicycle ladder"),
         (400.0, "toy doll figurine duck teapot bottle barrel house tree plant"),
     )
     for word in words.split()
 }
-"""Mean density, kg/m³, of what is mostly air inside its outline: empty vessels, frames, shells."""
+"""Mean density, kg/m³, of what is mostly air inside its outline: empty vessels, frames, shells.
+
+An open vessel whose walls are modelled weighs as its material does."""
 _SPECIFIC = frozenset(MATERIALS) | words_of("wooden metallic steel iron icy frozen acrylic")
 
 

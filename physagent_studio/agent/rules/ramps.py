@@ -69,7 +69,8 @@ def _stopping(task: Task) -> tuple[float, float]:
     """(speed, friction) of a slide that ends on the slope; the height before the top edge is
     not there yet to get it over the flat part, so the speed has to."""
     flat, slope = ways_ahead(task)
-    share = task.share if task.share is not None and task.ends_short else STOP_AT
+    said = any(frame.share is not None for frame in task.intent.frames)
+    share = task.share if said and task.share is not None and task.ends_short else STOP_AT
     angle, way = slope_of(task), share * slope
     speed = least = float(np.clip(2 * (flat + way) / task.seconds(0.5), 0.1, 1.5))
     friction = 0.0

@@ -32,7 +32,8 @@ def seen_checks(
     in_time = _in_time(program, rollout, checks)
     if _nothing_shall_happen(program):
         return (in_time,)
-    return (_something_happens(program, rollout, names), in_time)
+    stays_in = _stops_in_the_picture(program, rollout)
+    return (_something_happens(program, rollout, names), in_time, *stays_in)
 
 
 def _nothing_shall_happen(program: PhysicalProgram) -> bool:
@@ -51,6 +52,43 @@ def acting_objects(program: PhysicalProgram) -> frozenset[str]:
         if s.kind not in STILL and not s.negated
     }
     return frozenset(named | {action.name for action in program.event.actions})
+
+
+STOPPING = frozenset(("stops", "stops_before", "covers"))
+"""What is seen only where the thing is in the picture at the end."""
+
+
+def _stops_in_the_picture(program: PhysicalProgram, rollout: Rollout) -> tuple[Check, ...]:
+    """What shall come to rest somewhere has not left the picture by then."""
+    camera = program.scene.camera
+    assert camera is not None
+    wanted = {
+        str(getattr(s, "subject", ""))
+        for s in program.contract.statements
+        if s.kind in STOPPING and not s.negated
+    }
+    found = []
+    for name in (n for n in rollout.objects if n in wanted):
+        ends = rollout.positions[-1, rollout.objects.index(name)]
+        pixel, depth = camera.project(ends[None])
+        size = np.array(camera.size, float)
+        out = float(np.maximum(-pixel[0], pixel[0] - size).max())
+        out = out if depth[0] > 0.01 else float(size.max())
+        found.append(
+            Check(
+                id=f"seen.inside.{name}"[:64],
+                text=f"{name} is in the picture at the end: {'yes' if out <= 0 else 'no'}",
+                ok=out <= 0,
+                measured=out,
+                threshold=0.0,
+                unit="px",
+                margin=float(np.clip(-out / float(np.hypot(*size)), -1.0, 1.0)),
+                step=rollout.steps,
+                kind="visible",
+                always_on=True,
+            )
+        )
+    return tuple(found)
 
 
 def _something_happens(program: PhysicalProgram, rollout: Rollout, names: tuple[str, ...]) -> Check:

@@ -85,6 +85,7 @@ class Chunker(NounPhrases):
         if (verb_base(previous) or "", word) in v.WITH_OBJECT:
             return True
         behind = self.word(i - 2) == "the" and self.word(i - 3) in ("in", "on", "at")
+        behind |= (self.word(i - 2), previous) == ("on", "top")
         closed = behind or previous in v.OTHERS or previous in v.NUMBERS or previous in v.DIRECTIONS
         adjective = is_adjective(previous) and previous not in self.nouns and not closed
         if previous in ("both", "all", "each") and word not in v.FORCE_NOUNS:

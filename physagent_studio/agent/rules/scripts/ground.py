@@ -103,7 +103,7 @@ def _beside(task: Task, other: str) -> float:
     taken: list[tuple[float, float]] = []
     for name in task.passed():
         offset = level(layout.position(name) - start)
-        room = 1.4 * (own + layout.extent(name, across))
+        room = 1.25 * (own + layout.extent(name, across))
         middle = math.degrees(math.atan2(float(offset @ left), float(offset @ ahead)))
         distance = max(float(np.linalg.norm(offset)), 1e-3)
         half = math.degrees(math.asin(min(room / distance, 0.9)))

@@ -50,9 +50,8 @@ def past_what_is_below(task: Task) -> list[Action]:
     missed = [
         place.name
         for frame in task.intent.frames
-        if frame.sense == "miss"
-        for _, place in frame.places
-        if task.layout.has(place.name)
+        for relation, place in frame.places
+        if task.layout.has(place.name) and (frame.sense == "miss" or relation == "past")
     ]
     if not missed:
         return []

@@ -68,8 +68,13 @@ class Task:
         """The part of a way that it shall cover, its middle; more than 1 for all of it."""
         said = next((f.share for f in self.intent.frames if f.share is not None), None)
         if said is None:
-            return None
+            return SHORT if self._stops_short() else None
         return sum(said) / 2 if said[1] <= 1 else 1.05
+
+    def _stops_short(self) -> bool:
+        """Whether it shall stop before a thing."""
+        frames = (f for f in self.intent.frames if f.sense in ("stop", "settle"))
+        return any(f.place("before", "in_front") is not None for f in frames)
 
     @property
     def ends_short(self) -> bool:
@@ -87,21 +92,26 @@ class Task:
                 return frame.extent
         if self.intent.hits:
             return Place(self.intent.hits[0], "object")
+        if (spot := self._beside_a_thing(ENDING)) is not None:
+            return spot
         for relations in (
             ("in", "into"),
             ("object", "over", "past", "between", "through"),
             ("near", "at"),
             ("toward", "against"),
             ("on", "atop"),
+            ("before",) if not self._stops_short() else ("before", "in_front"),
         ):
             place = self.intent.place(*relations, senses=_ARRIVING)
             if place is not None and self._is_aim(place):
                 return place
         return self._beside_a_thing()
 
-    def _beside_a_thing(self) -> Place | None:
+    def _beside_a_thing(self, senses: tuple[str, ...] = ()) -> Place | None:
         """The spot behind, in front of or beside a thing, where it shall get there."""
         for frame in self.intent.frames:
+            if senses and frame.sense not in senses:
+                continue
             for relation, place in frame.places:
                 spot = Place(spot_name(relation, place), "landmark")
                 if relation in SIDE_WAYS and self.layout.is_known(spot.name):
@@ -116,7 +126,12 @@ class Task:
         return self.layout.is_known(place_name(place))
 
     def passes(self) -> str | None:
-        """The object that it shall go by, and not bump into; the first of several."""
+        """The object that it shall go by, and not bump into; the first of several.
+
+        None where it ends beside a thing: an arc leads there.
+        """
+        if self._beside_a_thing(ENDING) is not None:
+            return None
         return next(iter(self.passed()), None)
 
     def passed(self) -> tuple[str, ...]:
@@ -152,6 +167,9 @@ class Task:
         return self.layout.rolling(self.name, carrier)
 
 
+ENDING = ("stop", "settle", "end", "rest")
+SHORT = 0.75
+"""The part of the way that is gone by what stops before a thing."""
 SIDE_WAYS: dict[str, Direction] = {
     "behind": "away", "in_front": "toward_camera", "left_of": "left", "right_of": "right",
 }  # fmt: skip

@@ -190,6 +190,10 @@ def _onto(c: Context, relation: str, place: Place) -> list[Spec]:
             return [spec("lands_in", c.subject, landmark=name)]
     if c.layout.carrier(c.subject) == place.name and relation == "on" and was_raised(c):
         return [spec("reaches", c.subject, other=place.name)]
+    drops = c.frame.sense == "fall" and relation in ("on", "atop")
+    if drops and not is_ground(c, place) and place.kind in ("object", "support") and is_last(c):
+        # "Drops onto the table" is not falling past its edge.
+        return [spec("reaches", c.subject, other=name)]
     if c.layout.carrier(c.subject) == place.name and relation == "on":
         # Where it already is ("a ball on the grass rolls"): how it begins.
         return [spec("contacts", c.subject, other=place.name, to_step=START)]

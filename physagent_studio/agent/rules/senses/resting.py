@@ -23,7 +23,13 @@ def stop(c: Context) -> list[Spec]:
         return [spec("stops", c.subject), spec("contacts", c.subject, other=leant.name)]
     ahead = c.frame.place("before", "in_front")
     if ahead is not None and ahead.kind != "group":
-        return [spec("stops", c.subject), spec("stops_before", c.subject, before=place_name(ahead))]
+        name, near = place_name(ahead), c.length(0.3, 0.02, 0.2)
+        there = ahead.kind == "object"
+        return [
+            *([spec("moves", c.subject, distance=near, toward=name)] if there else []),
+            spec("stops", c.subject),
+            spec("stops_before", c.subject, before=name),
+        ]
     if place is not None and place.kind == "support" and not place.part:
         return [spec("stops", c.subject), spec("rests_on", c.subject, other=place.name)]
     if place is not None and place.kind == "object" and c.frame.place("on", "atop") == place:

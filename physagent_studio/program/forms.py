@@ -37,10 +37,15 @@ class Ellipsoid(Frozen):
 
 
 class Box(Frozen):
-    """An axis-aligned box in the body frame; `size` are the full edge lengths."""
+    """An axis-aligned box in the body frame; `size` are the full edge lengths.
+
+    wall: thickness of the sides and the bottom of a box that is open at the top; None is solid.
+    The body frame stays that of the solid.
+    """
 
     kind: Literal["box"] = "box"
     size: Size
+    wall: Length | None = None
 
 
 class Cylinder(Frozen):

@@ -10,6 +10,7 @@ from pydantic import JsonValue
 
 from physagent_studio.errors import ProgramError
 from physagent_studio.program.actions import FixObject
+from physagent_studio.program.boards import is_hollow
 from physagent_studio.program.edits import Edit, RemoveItem, SetField, apply
 from physagent_studio.program.findings import PreflightFinding
 from physagent_studio.program.mechanics import expected_speed, gravity_of, row_of, standing
@@ -78,6 +79,10 @@ def _collisions(program: PhysicalProgram, placed: dict[str, Placed]) -> Iterator
         if program.scene.object(first) is None:
             break
         for second in names[index + 1 :]:
+            others = (program.scene.object(first), program.scene.object(second))
+            if all(others) and any(item and is_hollow(item.shape) for item in others):
+                # One may well be inside the other.
+                continue
             depth = overlap(placed[first], placed[second])
             allowed = max(TOUCHING * min(_extent(program, first), _extent(program, second)), 1e-3)
             if depth > allowed:

@@ -8,11 +8,12 @@ and said so by `Outline.exact`.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from physagent_studio.program.boards import is_hollow
 from physagent_studio.program.rotations import about_up, matrices_of, matrix_of
 from physagent_studio.program.scene import (
     Box,
@@ -133,7 +134,15 @@ class Placed:
 
 
 def outline_of(shape: Shape) -> Outline:
-    """The convex outline of an object's shape, centred as the shape is."""
+    """The convex outline of an object's shape, centred as the shape is.
+
+    Of hollow ones it is no measure of what is inside them.
+    """
+    outline = _outline_of(shape)
+    return replace(outline, exact=False) if is_hollow(shape) else outline
+
+
+def _outline_of(shape: Shape) -> Outline:
     match shape:
         case Sphere():
             return Outline(rounding=shape.radius, is_ball=True)
@@ -152,7 +161,7 @@ def outline_of(shape: Shape) -> Outline:
             # Exact against planes; its hole is no part of a convex outline.
             rim = np.array([[0.0, shape.radius]])
             axis = (0.0, 0.0, 1.0)
-            return Outline(rings=rim, rounding=shape.tube, exact=False, axis=axis)
+            return Outline(rings=rim, rounding=shape.tube, axis=axis)
         case Frustum():
             low = -frustum_centre(shape)
             ends = [[low, shape.bottom_radius], [low + shape.height, shape.top_radius]]

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.program.boards import is_hollow
 from physagent_studio.program.scene import SceneObject
 from physagent_studio.reconstruction.silhouette import in_world
 from physagent_studio.records.scene import Mesh
@@ -38,6 +39,8 @@ def moved_apart(
             mover = far if far in free else near
             if mover not in free or _on_one_stack(items, one, other):
                 continue
+            if _is_in(items, worlds, one, other) or _is_in(items, worlds, other, one):
+                continue
             fixed = near if mover == far else far
             push = _push(worlds[mover], worlds[fixed])
             if push is None:
@@ -64,6 +67,18 @@ def _carried(items: Mapping[str, SceneObject], name: str) -> list[str]:
                 below.append(item.name)
                 found.append(item.name)
     return found
+
+
+def _is_in(
+    items: Mapping[str, SceneObject], worlds: Mapping[str, FloatArray], one: str, vessel: str
+) -> bool:
+    """Whether the middle of a thing lies within a vessel or a ring, seen from above."""
+    if not is_hollow(items[vessel].shape):
+        return False
+    low, high = worlds[one].min(0), worlds[one].max(0)
+    rim = cv2.convexHull(worlds[vessel][:, :2].astype(np.float32))
+    x, y = (float(value) for value in (low[:2] + high[:2]) / 2)
+    return cv2.pointPolygonTest(rim, (x, y), False) >= 0
 
 
 def _on_one_stack(items: Mapping[str, SceneObject], one: str, other: str) -> bool:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from physagent_studio.errors import InputError
+from physagent_studio.program.boards import open_box
 from physagent_studio.program.rotations import about_up, matrix_of
 from physagent_studio.program.scene import (
     Box,
@@ -52,7 +53,7 @@ def mesh_of(shape: Shape) -> Mesh:
     if isinstance(shape, Ellipsoid):
         return _spheroid(shape.radii)
     if isinstance(shape, Box):
-        return box_mesh(shape.size)
+        return box_mesh(shape.size) if shape.wall is None else _open_box(shape.size, shape.wall)
     if isinstance(shape, Cylinder):
         half = shape.height / 2
         return turned([(-half, shape.radius), (half, shape.radius)])
@@ -63,12 +64,33 @@ def mesh_of(shape: Shape) -> Mesh:
     if isinstance(shape, Frustum):
         low = -frustum_centre(shape)
         ends = [(low, shape.bottom_radius), (low + shape.height, shape.top_radius)]
-        return turned(ends)
+        return turned(_hollow(ends, shape.wall))
     if isinstance(shape, Revolved):
-        return turned(list(shape.profile))
+        return turned(_hollow(list(shape.profile), shape.wall))
     raise InputError(
         f"a shape of kind '{shape.kind}' has its mesh in the scene, not in its numbers"
     )
+
+
+def _hollow(outline: list[tuple[float, float]], wall: float | None) -> list[tuple[float, float]]:
+    """The outline (z, radius), for a vessel followed by its inside from the rim to its floor."""
+    if wall is None:
+        return outline
+    if outline[-1][0] < outline[0][0]:
+        outline = outline[::-1]
+    z, radius = np.array(outline).T
+    floor = float(z[0]) + min(wall, 0.9 * float(z[-1] - z[0]))
+    heights = [floor, *(float(h) for h in z[z > floor + 1e-9])]
+    inner = [(h, max(float(np.interp(h, z, radius)) - wall, 1e-4)) for h in heights]
+    return [*outline, *reversed(inner)]
+
+
+def _open_box(size: tuple[float, float, float], wall: float) -> Mesh:
+    boards = [(box_mesh(edges), np.array(place)) for place, edges in open_box(size, wall)]
+    counts = np.cumsum([0, *(len(board.vertices) for board, _ in boards)])
+    faces = [board.faces + start for (board, _), start in zip(boards, counts, strict=False)]
+    vertices = [board.vertices + place for board, place in boards]
+    return Mesh(np.vstack(vertices), np.vstack(faces).astype(np.int32))
 
 
 def frustum_centre(shape: Frustum) -> float:

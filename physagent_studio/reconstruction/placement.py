@@ -44,6 +44,7 @@ from physagent_studio.reconstruction.silhouette import in_world
 from physagent_studio.reconstruction.steady import nudged
 from physagent_studio.reconstruction.survey import Survey
 from physagent_studio.reconstruction.tilted import tilt_of
+from physagent_studio.reconstruction.vessels import opened
 from physagent_studio.records.scene import Mesh, ShapeOffer
 
 FloatArray = NDArray[np.float64]
@@ -153,6 +154,8 @@ def _placed(
         form, read = offers[0], ground.read
         if item.shape is None and item.form is None and _is_seen_to_balance(form, item.name, read):
             form = with_flats(form)
+        if item.shape is None and item.name in read.vessels:
+            form = opened(form)
         fresh = item.name in ground.fresh
         put = _settled(item, form, read, ground.supports, done, fresh)
         tried = tuple(ShapeOffer(one.kind, one.merit, one.iou) for one in offers)

@@ -33,7 +33,7 @@ from physagent_studio.reconstruction.names import (
     words_of,
 )
 from physagent_studio.reconstruction.ramps import Profile, find_profile
-from physagent_studio.reconstruction.scale import FLOOR, Measured, is_stated, solve
+from physagent_studio.reconstruction.scale import FLOOR, Heights, Measured, is_stated, solve
 from physagent_studio.reconstruction.standing import (
     ground_pixel,
     lifted,
@@ -42,6 +42,7 @@ from physagent_studio.reconstruction.standing import (
     support_under,
 )
 from physagent_studio.reconstruction.toys import as_toys
+from physagent_studio.reconstruction.vessels import is_vessel
 from physagent_studio.records.case import Case, Image
 
 GOAL, GOAL_HEIGHT, GOAL_SPREAD = "goal", 2.3, 0.15
@@ -57,7 +58,7 @@ class Survey:
     on: what each object stands on: a support, an object, "floor" or "air". under: for objects
     in the air, the object or ramp that they hang above. root: the level plane of each stack.
     estimate: the horizon that the picture gives by itself, where one was stated unconfirmed.
-    blocks: supports that are seen whole, in camera heights.
+    blocks: supports that are seen whole, in camera heights. vessels: objects open at the top.
     """
 
     camera: Camera
@@ -71,6 +72,7 @@ class Survey:
     shown: Shown = field(default_factory=Shown)
     estimate: camera_cues.Horizon | None = None
     blocks: Mapping[str, Block] = field(default_factory=dict)
+    vessels: frozenset[str] = frozenset()
 
 
 def survey(
@@ -95,18 +97,7 @@ def survey(
     root = {name: root_of(name, on) for name in stances}
     shown = _shown(image, state, case.prompt, covered)
     horizon = _horizon(image, state, stances, on, root, usual, found, shown, case.focal)
-    size = (image.shape[1], image.shape[0])
-    unit = state.camera or Camera.from_horizon(
-        size,
-        horizon.row,
-        1.0,
-        focal=case.focal or clicked_supports.focal_of(state, size, horizon.row) or horizon.focal,
-        source=_horizon_source(state),
-        # A horizon that a person gave is known; one that was tried for a repair is not.
-        confirmed=state.horizon is not None
-        and (state.horizon == case.horizon or state.horizon_source == "person"),
-        horizon_sigma=horizon.sigma,
-    )
+    unit = _unit_camera(case, state, (image.shape[1], image.shape[0]), horizon)
     blocks = blocks_of(image, state, unit, offers, covered, profiles)
     on = on_blocks(unit, state, stances, on, blocks)
     root = {name: root_of(name, on) for name in stances}
@@ -119,13 +110,7 @@ def survey(
         for name in stances
     }
     measured = _measured(unit, stances, on, under, root, usual, profiles)
-    rises = {name: block.size[2] for name, block in blocks.items() if block.kind == "box"}
-    rises |= clicked_supports.rises_of(state, unit)
-    measured = clicked_supports.on_one_floor(measured, rises)
-    slabs = {name: top for name, top in _usual_tops(state).items() if name not in rises}
-    known = state.camera.position[2] if state.camera is not None else None
-    heights = solve(measured, slabs, state.scale, known)
-    heights = clicked_supports.with_rises(heights, rises)
+    heights = _heights(state, unit, measured, blocks)
     camera = state.camera or unit.model_copy(update={"position": (0.0, 0.0, heights.camera)})
     scale = heights.scale
     if scale.reference is None and usual:
@@ -136,9 +121,42 @@ def survey(
     if camera.source == "given" and not camera.confirmed:
         bare = state.model_copy(update={"camera": None, "horizon": None})
         estimate = _horizon(image, bare, stances, on, root, usual, found, shown, case.focal)
+    vessels = frozenset(name for name in stances if is_vessel(name, case.prompt))
+    tops = heights.tops
     return Survey(
-        camera, scale, heights.tops, on, under, root, usual, profiles, shown, estimate, blocks
+        camera, scale, tops, on, under, root, usual, profiles, shown, estimate, blocks, vessels
     )
+
+
+def _unit_camera(
+    case: Case, state: SceneState, size: tuple[int, int], horizon: camera_cues.Horizon
+) -> Camera:
+    """The camera, one unit above the ground where its height is not known yet."""
+    if state.camera is not None:
+        return state.camera
+    return Camera.from_horizon(
+        size,
+        horizon.row,
+        1.0,
+        focal=case.focal or clicked_supports.focal_of(state, size, horizon.row) or horizon.focal,
+        source=_horizon_source(state),
+        # A horizon that a person gave is known; one that was tried for a repair is not.
+        confirmed=state.horizon is not None
+        and (state.horizon == case.horizon or state.horizon_source == "person"),
+        horizon_sigma=horizon.sigma,
+    )
+
+
+def _heights(
+    state: SceneState, unit: Camera, measured: list[Measured], blocks: Mapping[str, Block]
+) -> Heights:
+    """Metres: the heights of the camera and of all level planes."""
+    rises = {name: block.size[2] for name, block in blocks.items() if block.kind == "box"}
+    rises |= clicked_supports.rises_of(state, unit)
+    measured = clicked_supports.on_one_floor(measured, rises)
+    slabs = {name: top for name, top in _usual_tops(state).items() if name not in rises}
+    known = state.camera.position[2] if state.camera is not None else None
+    return clicked_supports.with_rises(solve(measured, slabs, state.scale, known), rises)
 
 
 def _horizon_source(state: SceneState) -> Source:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from physagent_studio.program.boards import Size3, open_box
 from physagent_studio.program.scene import (
     Box,
     Capsule,
@@ -36,6 +37,7 @@ from physagent_studio.simulation.surfaces import (
     is_closed,
     mass_properties,
     revolve,
+    together,
     welded,
 )
 from physagent_studio.simulation.vessel import rising, solid_slices, vessel
@@ -93,6 +95,8 @@ def solid_of(
         return _frustum(shape)
     if isinstance(shape, Torus):
         return _torus(shape)
+    if isinstance(shape, Box):
+        return _open_box(shape)
     assert isinstance(shape, Inflated | Meshed | MeshedSupport)
     return _meshed(name, shape, mesh, decompose)
 
@@ -112,6 +116,8 @@ def _primitive(shape: Shape | MeshedSupport) -> Solid | None:
             return _ellipsoid("sphere", r, r, r)
         case Ellipsoid(radii=(a, b, c)):
             return _ellipsoid("ellipsoid", a, b, c)
+        case Box(wall=wall) if wall is not None:
+            return None
         case Box(size=(x, y, z)):
             moments = [(y * y + z * z) / 12, (x * x + z * z) / 12, (x * x + y * y) / 12]
             half = (x / 2, y / 2, z / 2)
@@ -167,6 +173,26 @@ def _frustum(shape: Frustum) -> Solid:
     centre = shape.height / 4 * (low * low + 2 * low * high + 3 * high * high) / max(total, 1e-12)
     profile = np.array([[-centre, low], [shape.height - centre, high]])
     return _round(profile, shape.wall)
+
+
+def _open_box(shape: Box) -> Solid:
+    boards = open_box(shape.size, shape.wall or 0.0)
+    pieces = tuple(Primitive("box", half(size), place) for place, size in boards)
+    mass = together([_box_mass(size, place) for place, size in boards])
+    x, y, z = shape.size
+    return Solid(pieces, mass, np.array([x, y, z]), np.array([y * z, x * z, x * y]))
+
+
+def half(size: Size3) -> Size3:
+    """Half of each edge."""
+    return size[0] / 2, size[1] / 2, size[2] / 2
+
+
+def _box_mass(size: Size3, place: Size3) -> MassProperties:
+    x, y, z = size
+    moments = np.diag([(y * y + z * z) / 12, (x * x + z * z) / 12, (x * x + y * y) / 12])
+    volume = x * y * z
+    return MassProperties(volume, np.array(place), moments * volume)
 
 
 def _torus(shape: Torus) -> Solid:

@@ -7,6 +7,7 @@ outside), in the body frame.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -50,6 +51,18 @@ def mass_properties(surface: Surface) -> MassProperties:
     second = sum(np.einsum("i,ij,ik->jk", volumes, p, p) for p in (a, b, c, total)) / 20
     central = second - volume * np.outer(centre, centre)
     return MassProperties(volume, centre, np.trace(central) * np.eye(3) - central)
+
+
+def together(parts: Sequence[MassProperties]) -> MassProperties:
+    """Several bodies as one (parallel axes)."""
+    volume = sum(part.volume for part in parts)
+    centre = np.sum([part.volume * part.centre for part in parts], axis=0) / volume
+    inertia = np.zeros((3, 3))
+    for part in parts:
+        away = part.centre - centre
+        inertia += part.inertia
+        inertia += part.volume * (away @ away * np.eye(3) - np.outer(away, away))
+    return MassProperties(volume, centre, inertia)
 
 
 def is_closed(surface: Surface) -> bool:

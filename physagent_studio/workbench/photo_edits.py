@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 
 from pydantic import JsonValue
 
-from physagent_studio.agent.rules.footing import with_depth, with_room
+from physagent_studio.agent.rules.footing import with_depth, with_room, with_walls_weighed
 from physagent_studio.agent.rules.look import material_of
 from physagent_studio.errors import InputError
 from physagent_studio.program import AddItem, Edit, Grounding, PhysicalProgram, SetField
@@ -193,7 +193,7 @@ def forms_of(name: str, prompt: str, offers: Sequence[ShapeOffer] = ()) -> tuple
 
 def stated(state: SceneState) -> SceneState:
     """A freshly completed state with room on its ramps and depth in its bodies, as a first has."""
-    return with_room(with_depth(state))
+    return with_walls_weighed(with_room(with_depth(state)))
 
 
 # --- what follows a correction -----------------------------------------------------------------

@@ -43,15 +43,14 @@ def contact_sheet(scene: Scene, case: Case) -> Image:
 def _labelled(name: str, image: Image) -> Image:
     height = round(_WIDTH * image.shape[0] / image.shape[1])
     tile = cv2.resize(image, (_WIDTH, height), interpolation=cv2.INTER_AREA).astype(np.uint8)
-    _write(tile, name, (7, 19), (0, 0, 0), 3)
-    _write(tile, name, (7, 19), (255, 255, 255), 1)
+    (width, _), _ = cv2.getTextSize(name, cv2.FONT_HERSHEY_SIMPLEX, 0.5, 1)
+    cv2.rectangle(tile, (0, 0), (width + 14, 27), (32, 32, 32), -1)
+    _write(tile, name, (7, 19), (255, 255, 255))
     return tile
 
 
-def _write(
-    image: Image, text: str, at: tuple[int, int], color: tuple[int, int, int], width: int = 1
-) -> None:
-    cv2.putText(image, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.5, color, width, cv2.LINE_AA)
+def _write(image: Image, text: str, at: tuple[int, int], color: tuple[int, int, int]) -> None:
+    cv2.putText(image, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.5, color, 1, cv2.LINE_AA)
 
 
 def _clicked(scene: Scene) -> Image:

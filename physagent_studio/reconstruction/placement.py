@@ -35,7 +35,7 @@ from physagent_studio.reconstruction.geometry import (
 )
 from physagent_studio.reconstruction.inflation import inflated_mesh
 from physagent_studio.reconstruction.layout import Stance
-from physagent_studio.reconstruction.likeness import alike
+from physagent_studio.reconstruction.likeness import alike, kind_name
 from physagent_studio.reconstruction.masks import BoolArray, bounds
 from physagent_studio.reconstruction.meshes import mesh_of
 from physagent_studio.reconstruction.ramps import height_at
@@ -48,6 +48,8 @@ from physagent_studio.reconstruction.vessels import opened
 from physagent_studio.records.scene import Mesh, ShapeOffer
 
 FloatArray = NDArray[np.float64]
+BORNE_OUT = 0.03
+"""How much of its cover (IoU) a thing may lose where it is made as large as its like."""
 LEVEL = 0.999
 """Least upward part of the body's own axis on level ground."""
 
@@ -93,13 +95,32 @@ def place_all(
     put = {name: one.item for name, one in done.items()}
     held = shared_places(order, put, stances, masks, read)
     if held:
-        kinds = {name: one.chosen for name, one in done.items()}
-        done = _placed(order, replace(ground, held=held), kinds, tick)
+        done = _as_large(order, ground, done, held, tick)
     meshes = {name: one.form.mesh for name, one in done.items()}
     free = frozenset(item.name for item in order if item.position is None)
     put = _apart({name: one.item for name, one in done.items()}, meshes, free)
     placed = tuple(put.get(item.name, item) for item in objects)
     return Placed(placed, meshes, offers)
+
+
+def _as_large(
+    order: Sequence[SceneObject],
+    ground: _Ground,
+    done: dict[str, _One],
+    held: Mapping[str, tuple[float, float]],
+    tick: Callable[[float], None],
+) -> dict[str, _One]:
+    """Like things moved to where they are equally large, where the picture bears it out.
+
+    Where one of them no longer covers its mask, all of its kind stay as they were.
+    """
+    kinds = {name: one.chosen for name, one in done.items()}
+    moved = _placed(order, replace(ground, held=held), kinds, tick)
+    lost = {kind_name(n) for n in held if moved[n].form.iou < done[n].form.iou - BORNE_OUT}
+    if not lost:
+        return moved
+    kept = {name: spot for name, spot in held.items() if kind_name(name) not in lost}
+    return _placed(order, replace(ground, held=kept), kinds, tick) if kept else done
 
 
 def _apart(

@@ -7,9 +7,11 @@ gives a mask that touches no side of it and agrees with its neighbours in scale.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -18,6 +20,8 @@ from scipy.ndimage import gaussian_filter
 
 from physagent_studio.reconstruction.masks import BoolArray, Pixel
 
+Item = TypeVar("Item")
+Made = TypeVar("Made")
 SEED = 20
 _BINS = (16, 24, 24)
 SQUARE = (1.0, 1.0, 1.0)
@@ -43,6 +47,15 @@ def cut(image: NDArray[np.uint8], trimap: NDArray[np.uint8], rounds: int = 3) ->
     background, foreground = np.zeros((1, 65)), np.zeros((1, 65))
     cv2.grabCut(image, labels, (0, 0, 0, 0), background, foreground, rounds, cv2.GC_INIT_WITH_MASK)
     return np.isin(labels, (cv2.GC_FGD, cv2.GC_PR_FGD))
+
+
+def side_by_side(work: Callable[[Item], Made], items: Sequence[Item]) -> list[Made]:
+    """What `work` makes of each item, in their order; two at a time.
+
+    Cuts run outside of Python, and each seeds the generator of its own thread.
+    """
+    with ThreadPoolExecutor(2) as pool:
+        return list(pool.map(work, items))
 
 
 def likelihood_ratio(lab: NDArray[np.float32], inside: BoolArray, outside: BoolArray) -> NDArray:
@@ -86,22 +99,23 @@ def at_scales(
     rows, columns = lab.shape[:2]
     spots = np.array(inside)
     low, high = spots.min(0), spots.max(0)
-    found: list[Window] = []
     guesses = [(share, SQUARE) for share in np.geomspace(0.07, 0.95, scales)]
     guesses += [(share, window) for share in (0.18, 0.36) for window in OBLONG]
-    for share, (reach_x, up, down) in guesses:
+
+    def guess(one: tuple[float, tuple[float, float, float]]) -> Window | None:
+        share, (reach_x, up, down) = one
         radius = share * max(rows, columns) / 2
         x0, y0 = np.maximum(np.round(low - radius * np.array([reach_x, up])).astype(int), 1)
         high_x, high_y = np.round(high + radius * np.array([reach_x, down])).astype(int)
         x1, y1 = min(int(high_x), columns - 1), min(int(high_y), rows - 1)
         if x1 - x0 < 6 or y1 - y0 < 6:
-            continue
+            return None
         box = (int(x0), int(y0), x1, y1)
         by_colour = (reach_x, up, down) == SQUARE
         mask = _in_window(image, lab, box, radius, inside, outside, by_colour)
-        if mask is not None and np.count_nonzero(mask) >= 30:
-            found.append(Window(mask, box))
-    return found
+        return Window(mask, box) if mask is not None and np.count_nonzero(mask) >= 30 else None
+
+    return [window for window in side_by_side(guess, guesses) if window is not None]
 
 
 def _in_window(

@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from physagent_studio.program.scene import Click, Grounding, Stroke
+from physagent_studio.reconstruction.grabcut import side_by_side
 from physagent_studio.reconstruction.masks import BoolArray
 from physagent_studio.reconstruction.maskscore import Scorer
 from physagent_studio.reconstruction.segmentation_box import box_drafts
@@ -97,7 +98,7 @@ class EmbeddedSegmenter:
         else:
             drafts = box_drafts(view.small, view.lab, task, task.box, scorer)
         best = agreed(ranked(scorer, drafts, task), view.lab)
-        return tuple(full_size(image, item, view) for item in best)
+        return tuple(side_by_side(lambda item: full_size(image, item, view), best))
 
 
 def apart(groundings: Sequence[tuple[str, Grounding]]) -> list[tuple[str, Grounding]]:

@@ -34,7 +34,7 @@ SLENDER = frozenset(
      "scaffold", "hanger", "giraffe", "skeleton", "pinwheel"}
 )  # fmt: skip
 """Things that fill little of their own hull."""
-LARGEST = 640
+LARGEST = 384
 """Longest side in pixels of a piece of picture on which an outline is settled."""
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -105,34 +106,46 @@ class Desk:
         return found
 
 
-@pytest.fixture(scope="session")
-def decided_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A workspace whose one session stands at the first proposal; made once, copied by tests.
+@dataclass(frozen=True)
+class Hard:
+    """An event of an example whose first program does not make it happen.
 
-    It is of the first event of the demo whose first program does not make it happen.
+    root: a workspace whose one session stands at the first proposal for it.
     """
-    events = yaml.safe_load((assets_dir() / "demo" / "case.yaml").read_text())["events"]
-    for event in events:
-        root = tmp_path_factory.mktemp("prepared")
-        workbench = Workbench(Store(root), evidence=False)
-        workbench.post(commands.OpenCase(assets_dir() / "demo", event))
-        workbench.post(commands.Step())
-        assert workbench.wait(240)
-        phase = workbench.snapshot().state.phase
-        workbench.close()
-        if phase == "decide":
-            return root
-    raise AssertionError("every event of the demo happens at the first try")
+
+    case: Path
+    event: str
+    root: Path
+
+
+@pytest.fixture(scope="session")
+def hard(tmp_path_factory: pytest.TempPathFactory) -> Hard:
+    """The first such event of the examples; prepared once, its workspace copied by tests."""
+    cases = sorted(assets_dir().glob("*/case.yaml"), key=lambda path: path.parent.name != "demo")
+    for case in cases:
+        for event in yaml.safe_load(case.read_text())["events"]:
+            root = tmp_path_factory.mktemp("prepared")
+            workbench = Workbench(Store(root), evidence=False)
+            workbench.post(commands.OpenCase(case.parent, event))
+            workbench.post(commands.Step())
+            assert workbench.wait(240)
+            phase = workbench.snapshot().state.phase
+            workbench.close()
+            if phase == "decide":
+                return Hard(case.parent, event, root)
+    raise AssertionError("every event of every example happens at the first try")
+
+
+@pytest.fixture(scope="session")
+def decided_once(hard: Hard) -> Path:
+    """A workspace whose one session stands at the first proposal."""
+    return hard.root
 
 
 @pytest.fixture
-def fresh(tmp_path: Path, browser: Browser, decided_once: Path) -> Iterator[Desk]:
-    """A studio with the demo case just opened, on an event that needs a repair."""
-    store = Store(decided_once)
-    session = store.open(store.list()[0].id)
-    event = session.case.event
-    session.close()
-    yield from running(tmp_path / "workspace", browser, event=event)
+def fresh(tmp_path: Path, browser: Browser, hard: Hard) -> Iterator[Desk]:
+    """A studio with an example just opened, on an event that needs a repair."""
+    yield from running(tmp_path / "workspace", browser, event=hard.event, case=hard.case)
 
 
 @pytest.fixture
@@ -157,6 +170,7 @@ def running(
     session: str = "",
     *,
     event: str | None = None,
+    case: Path | None = None,
     scene: bool = False,
     tour: bool = False,
     nothing: bool = False,
@@ -170,7 +184,7 @@ def running(
     if nothing:
         pass
     elif not session:
-        workbench.post(commands.OpenCase(assets_dir() / "demo", event))
+        workbench.post(commands.OpenCase(case or assets_dir() / "demo", event))
     else:
         workbench.post(commands.OpenSession(session))
     assert workbench.wait(60)

@@ -55,7 +55,7 @@ def test_scene_shows_selects_and_edits(drawn: Desk) -> None:
         return drawn.studio.view.selection.name == name
 
     drawn.until(select, "the selection")
-    expect(page.locator("#page-inspector .title")).to_have_text(name)
+    expect(page.locator("#page-inspector .title")).to_have_text(name.replace("_", " "))
 
     # Dragging the tip of the action's arrow changes the vector that the next round runs.
     page.locator(f".tl [data-action={action.id}] .body").click()
@@ -90,18 +90,21 @@ def test_handles_move_scale_and_wish(drawn: Desk) -> None:
     """What is dragged at the start is one edit each; later it is a wish, then a proposal."""
     page = drawn.page
     view = view_of(drawn)
-    item = drawn.snapshot.program.scene.object("red_ball")
+    name = drawn.snapshot.program.event.actions[0].name
+    item = drawn.snapshot.program.scene.object(name)
     assert item is not None
     assert item.position is not None
     first, place = drawn.snapshot.program, np.array(item.position)
     page.evaluate(
-        """import('/wire.js').then(wire => {
-            wire.send({do: 'select', kind: 'object', name: 'red_ball'});
+        """name => import('/wire.js').then(wire => {
+            wire.send({do: 'select', kind: 'object', name});
             wire.send({do: 'show', what: 'gizmo', on: true});
-        })"""
+        })""",
+        name,
     )
     drawn.until(lambda: view.evaluate(POSE, "/selection/gizmo"), "a gizmo")
-    arm = np.array([0.03 * 2.2 * 0.75, 0, 0])  # on the gizmo's arm to the right
+    radius: float = item.shape.radius  # type: ignore[union-attr]
+    arm = np.array([radius * 2.2 * 0.75, 0, 0])  # on the gizmo's arm to the right
 
     def drafted() -> bool:
         return drawn.snapshot.has_draft
@@ -112,7 +115,7 @@ def test_handles_move_scale_and_wish(drawn: Desk) -> None:
 
     pull(drawn, lambda: pixel_of(drawn, view, place + arm), (40, 0), drafted)
     drawn.idle()
-    moved = drawn.snapshot.program.scene.object("red_ball")
+    moved = drawn.snapshot.program.scene.object(name)
     assert moved is not None
     assert moved.position is not None
     assert moved.position[0] > item.position[0] + 0.005
@@ -126,7 +129,7 @@ def test_handles_move_scale_and_wish(drawn: Desk) -> None:
     corner = place + np.array(view.evaluate(POSE, grip))
     pull(drawn, lambda: pixel_of(drawn, view, corner), (22, -18), drafted)
     drawn.idle()
-    larger = drawn.snapshot.program.scene.object("red_ball")
+    larger = drawn.snapshot.program.scene.object(name)
     assert larger is not None
     assert larger.position is not None
     old, new = item.shape.radius, larger.shape.radius  # type: ignore[union-attr]
@@ -139,7 +142,7 @@ def test_handles_move_scale_and_wish(drawn: Desk) -> None:
     rollout = drawn.snapshot.rollout
     assert rollout is not None
     page.evaluate("import('/wire.js').then(wire => wire.scrub(6))")
-    then = rollout.positions[24, rollout.objects.index("red_ball")]
+    then = rollout.positions[24, rollout.objects.index(name)]
     drawn.until(
         lambda: np.allclose(view.evaluate(POSE, "/selection/gizmo") or 0, then, atol=1e-4),
         "the gizmo where the ball is",

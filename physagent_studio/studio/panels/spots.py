@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import itertools
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from physagent_studio.program import PhysicalProgram, Support
 from physagent_studio.program.rotations import about_up, matrix_of
-from physagent_studio.program.scene import Floor, Slab
+from physagent_studio.program.scene import Floor, Ramp, SceneState, Slab
 from physagent_studio.program.shapes import outline_of
 from physagent_studio.studio.view import Selection
 
+FloatArray = NDArray[np.float64]
 GRID = (-0.8, -0.4, 0.0, 0.4, 0.8)
 """Places on a top that are looked at, in halves of its length and width from its middle."""
 
@@ -27,9 +30,13 @@ class Spot:
 
 
 def spot_of(program: PhysicalProgram, selection: Selection) -> Spot:
-    """On top of the selected table where there is one, else beside everything on the ground."""
+    """On the table that is selected or carries most things, else beside all on the ground."""
     beside = _beside(program)
     chosen = program.scene.support(selection.name) if selection.kind == "support" else None
+    if chosen is None:
+        carry = Counter(one.support for one in program.scene.objects if one.support)
+        most = next((name for name, _ in carry.most_common(1)), "")
+        chosen = program.scene.support(most or "")
     if chosen is None or not isinstance(chosen.shape, Slab):
         return beside
     return Spot(_free_on(program, chosen, chosen.shape), chosen.name, beside.size)
@@ -52,8 +59,32 @@ def _beside(program: PhysicalProgram) -> Spot:
     sizes = np.array([outline_of(o.shape).size for o in whole if o.shape is not None])
     places = np.array([o.position for o in whole])
     size = float(np.median(sizes.max(axis=1)))
-    x = round(float((places + sizes / 2)[:, 0].max()) + size, 4)
-    return Spot((x, round(float(places[:, 1].mean()), 4), ground), on, float(f"{size:.3g}"))
+    y = float(places[:, 1].mean())
+    x = _clear_of(scene, float((places + sizes / 2)[:, 0].max()) + size, y, size)
+    return Spot((round(x, 4), round(y, 4), ground), on, float(f"{size:.3g}"))
+
+
+def _clear_of(scene: SceneState, x: float, y: float, size: float) -> float:
+    """x, m, or as far to the right of it as no table and no ramp is in the way."""
+    blocks = [_footprint(one.shape) for one in scene.supports if isinstance(one.shape, Slab | Ramp)]
+    for low, high in sorted(blocks, key=lambda block: float(block[0][0])):
+        beside_it = low[1] - size < y < high[1] + size
+        if beside_it and low[0] - size < x < high[0] + size:
+            x = float(high[0]) + size
+    return x
+
+
+def _footprint(shape: Slab | Ramp) -> tuple[FloatArray, FloatArray]:
+    """Lowest and highest x and y of a support, m."""
+    if isinstance(shape, Slab):
+        half = np.array(shape.size[:2]) / 2
+        corners, place = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half, shape.position
+    else:
+        length, side = shape.run + shape.plateau, shape.width / 2
+        corners = np.array([[0, -side], [length, -side], [length, side], [0, side]])
+        place = shape.toe
+    turned = corners @ matrix_of(about_up(shape.yaw))[:2, :2].T + np.array(place[:2])
+    return turned.min(axis=0), turned.max(axis=0)
 
 
 def _free_on(program: PhysicalProgram, support: Support, shape: Slab) -> tuple[float, float, float]:

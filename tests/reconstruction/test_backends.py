@@ -14,7 +14,14 @@ from hypothesis import strategies as st
 from physagent_studio.benchmark.synthetic import scene
 from physagent_studio.errors import BackendMissing, InputError
 from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Click, Grounding, Meshed, SceneObject, SceneState
+from physagent_studio.program.scene import (
+    Click,
+    Grounding,
+    Meshed,
+    SceneObject,
+    SceneState,
+    Stroke,
+)
 from physagent_studio.reconstruction import mesh_of, photo_hash
 from physagent_studio.reconstruction.backends import backend
 from physagent_studio.reconstruction.backends.frames import (
@@ -192,6 +199,34 @@ def test_a_job_holds_what_it_was_given(tmp_path):
     write_job(tmp_path, "sam2", drawn.image, [("a", grounding)], {}, None)
     job = json.loads((tmp_path / "job.json").read_text())
     assert job["objects"] == [{"name": "a", "points": [[3.0, 4.0, 1]], "box": [1, 2, 30, 40]}]
+
+
+def test_strokes_reach_sam2_as_points_and_its_masks_come_back(tmp_path):
+    """A runner that fills the box of the points inside stands for the model."""
+    drawn = scene(4)
+    add = Stroke(radius=6, points=((40, 50), (60, 50), (80, 70)))
+    erase = Stroke(radius=4, points=((100, 20),), effect="erase")
+    cut = Stroke(tool="scissors", points=((200, 100), (260, 100), (230, 150)))
+    beyond = Stroke(radius=4, points=((-20, -20),))
+    grounding = Grounding(points=(Click(x=3, y=4),), strokes=(add, erase, cut, beyond))
+    segmenter = Sam2Segmenter(tmp_path)
+    with pytest.raises(BackendMissing):
+        segmenter.segment(drawn.image, [("a", grounding)])
+    (entry,) = json.loads((tmp_path / "job.json").read_text())["objects"]
+    assert entry["points"][0] == [3, 4, 1]
+    assert entry["points"][1:4] == [[40, 50, 1], [60, 50, 1], [80, 70, 1]]
+    assert entry["points"][4] == [100, 20, 0]
+    assert entry["points"][5][2] == 1
+    assert len(entry["points"]) == 6
+    inside = np.array([[x, y] for x, y, label in entry["points"] if label], int)
+    mask = np.zeros(drawn.image.shape[:2], np.uint8)
+    (x0, y0), (x1, y1) = inside.min(0), inside.max(0)
+    mask[y0 : y1 + 1, x0 : x1 + 1] = 255
+    (tmp_path / "result").mkdir()
+    cv2.imwrite(str(tmp_path / "result" / "a.png"), mask)
+    _result(tmp_path, "sam2", [{"name": "a", "masks": ["a.png"], "scores": [0.7]}])
+    (found,) = segmenter.segment(drawn.image, [("a", grounding)])["a"]
+    assert np.array_equal(found.mask, mask > 0)
 
 
 def _huge_ply() -> bytes:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.errors import BackendMissing, InputError
 from physagent_studio.program.scene import Grounding
+from physagent_studio.reconstruction.strokes import seeds_of
 from physagent_studio.records.case import Image
 
 BoolArray = NDArray[np.bool_]
@@ -40,7 +41,7 @@ def write_job(
     for index, (name, grounding) in enumerate(groundings):
         entry: dict[str, Any] = {
             "name": name,
-            "points": [[click.x, click.y, click.label] for click in grounding.points],
+            "points": _points(grounding, image),
             "box": grounding.box,
         }
         if name in masks:
@@ -57,6 +58,19 @@ def write_job(
     }
     text = json.dumps(job, indent=1, allow_nan=False)
     (folder / "job.json").write_text(text, encoding="utf-8")
+
+
+def _points(grounding: Grounding, image: Image) -> list[list[float]]:
+    """[x, y, label] of clicks, and of some points on each stroke that lie in the picture.
+
+    A stroke that erases, and what lies outside a cut, is label 0.
+    """
+    height, width = image.shape[:2]
+    out = [[click.x, click.y, click.label] for click in grounding.points]
+    for x, y, within in seeds_of(grounding.strokes):
+        if 0 <= x < width and 0 <= y < height:
+            out.append([x, y, int(within)])
+    return out
 
 
 def read_result(folder: Path, kind: str) -> list[dict[str, Any]]:

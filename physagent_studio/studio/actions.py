@@ -19,6 +19,7 @@ from physagent_studio.studio.library import Library, output_path
 from physagent_studio.studio.mesh_actions import MeshDesk
 from physagent_studio.studio.painter import Painter
 from physagent_studio.studio.photo_desk import PhotoDesk
+from physagent_studio.studio.removing import removing
 from physagent_studio.studio.replay import recording_of, replay_of
 from physagent_studio.studio.scene.places import poses_at
 from physagent_studio.studio.view import Selection, View
@@ -211,6 +212,18 @@ def _(intent: intents.Change, studio: Studio, browser: int) -> None:
         raise
     studio.workbench.post(commands.ApplyEdits(intent.edits, intent.reason))
     studio.answer(browser, intent.ticket, None)
+
+
+@carry_out.register
+def _(intent: intents.Remove, studio: Studio, browser: int) -> None:
+    if studio.snapshot.read_only:
+        raise InputError("an earlier round is open read-only; go on from here to edit it")
+    edits = removing(studio.snapshot.program, intent.path)
+    studio.workbench.post(commands.ApplyEdits(edits, "removed"))
+    if len(edits) > 1:
+        names = ", ".join(edit.path.split(".")[2].replace("_", " ") for edit in edits[:-1])
+        text = f"Deleted, and with it what spoke of it: {names}"
+        studio.say(browser, "info", text, ("Undo", {"do": "undo"}))
 
 
 @carry_out.register

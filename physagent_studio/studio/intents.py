@@ -194,6 +194,13 @@ class Change(Frozen):
     ticket: Annotated[int, Field(ge=0, le=2**53)] | None = None
 
 
+class Remove(Frozen):
+    """Deletes the item at a path, and what speaks of it."""
+
+    do: Literal["remove"] = "remove"
+    path: Annotated[str, Field(min_length=1, max_length=500)]
+
+
 class Try(Frozen):
     """Edits that are still under the pointer: run and shown, not kept; None ends it."""
 
@@ -283,7 +290,7 @@ class Video(Frozen):
 Intent = Annotated[
     Play | Scrub | Speed | Loop | Select | Show | Look | Bookmark | Viewer | Compare
     | StepOn | Cancel | DecideOn | Overrule | Policy | Budget | PinFact | ShowRound | Fork
-    | Change | Try | Wish | WriteText | DropDraft | Undo
+    | Change | Remove | Try | Wish | WriteText | DropDraft | Undo
     | OpenKnown | OpenBare | NewCase | RenameTo | Dismiss | Video | ShelfIntent
     | PhotoIntent | MeshIntent,
     Field(discriminator="do"),

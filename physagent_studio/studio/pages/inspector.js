@@ -11,7 +11,7 @@ export function startInspector(host) {
     if (data.kind === "none") return [h("p", { class: "muted" }, "Click an object in the scene, a bar in the timeline or an outline in the photo to see and change its numbers.")];
     return [
       h("div", { class: "row" }, h("div", { class: "title grow" }, data.kind === "action" ? `${data.title} · ${data.name.replaceAll("_", " ")}` : data.title || data.name),
-        ["action", "statement", "object", "support"].includes(data.kind) && !data.readOnly ? button("Delete", () => edit([{ op: "remove", path: data.path }], "removed"), { class: "b quiet small bad" }) : null),
+        ["action", "statement", "object", "support"].includes(data.kind) && !data.readOnly ? button("Delete", () => send({ do: "remove", path: data.path }), { class: "b quiet small bad" }) : null),
       data.help ? h("p", { class: "faint", style: "margin:2px 0 10px" }, data.help) : null,
       data.facts && data.facts.length ? h("div", { class: "facts strip num", style: "margin-bottom:12px" }, data.facts.map((one) => [h("span", { class: "muted" }, one.what), h("span", {}, one.is, " ", h("span", { class: "faint" }, one.unit))])) : null,
       data.kind === "object" && !data.readOnly && later() ? button("It should be elsewhere now…", () => send({ do: "show", what: "gizmo", on: true }), { class: "b small", style: "margin-bottom:10px", title: "Drag the handle in the scene to where it should be at this frame; a repair that brings it there is searched" }) : null,

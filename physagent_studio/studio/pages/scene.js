@@ -21,7 +21,7 @@ const NEW = [
   ["Ground", "supports", (m, at) => ({ shape: { kind: "floor", height: at(0, 0, 0)[2] } })],
 ];
 
-export function startScene(host, bar, banner, meshFile) {
+export function startScene(host, bar, banner, meshFile, inspect) {
   let data = null;
   const add = (list, text, make) => {
     const stem = { Ground: "floor" }[text] || text.toLowerCase();
@@ -46,9 +46,9 @@ export function startScene(host, bar, banner, meshFile) {
       h("div", { class: "head" }, "Show"),
       h("div", { class: "stack", style: "gap:5px" }, data.switches.map((one) => h("label", { class: "row" }, h("input", { type: "checkbox", checked: one.on, onchange: () => send({ do: "show", what: one.what, on: !one.on }) }), one.text)), drawingChoice()),
       h("div", { class: "head" }, "Things"),
-      h("div", { class: "stack", style: "gap:2px" }, data.things.map((one) => h("button", { class: "b quiet row", type: "button", style: "text-align:left;width:100%", onclick: () => send({ do: "select", kind: one.kind, name: one.name }) }, h("span", { class: "grow" }, one.name.replaceAll("_", " ")), h("span", { class: "chip" }, one.material.replaceAll("_", " "))))),
+      h("div", { class: "stack", style: "gap:2px" }, data.things.map((one) => h("button", { class: "b quiet row", type: "button", style: "text-align:left;width:100%", title: "Show its numbers", onclick: () => { send({ do: "select", kind: one.kind, name: one.name }); inspect(); } }, h("span", { class: "grow" }, one.name.replaceAll("_", " ")), h("span", { class: "chip" }, one.material.replaceAll("_", " "))))),
       data.readOnly ? null : [h("div", { class: "head" }, "Add"), h("div", { class: "row wrap", style: "gap:4px" }, NEW.map(([text, list, item]) => h("button", { class: "b small", type: "button", onclick: () => add(list, text, item) }, text)), h("button", { class: "b small", type: "button", title: "An object from a GLB, OBJ, PLY or STL file", onclick: meshFile.open }, "Mesh file…"))],
-      data.camera ? [h("div", { class: "head" }, "Camera"), h("button", { class: "link", type: "button", onclick: () => send({ do: "select", kind: "camera" }) }, data.camera.text)] : null,
+      data.camera ? [h("div", { class: "head" }, "Camera"), h("button", { class: "link", type: "button", onclick: () => { send({ do: "select", kind: "camera" }); inspect(); } }, data.camera.text)] : null,
       data.findings.length ? matches() : null,
       data.flags.length ? [h("div", { class: "head" }, "Assumed"), data.flags.map((one) => h("p", { class: "muted" }, one))] : null);
     draw(bar,

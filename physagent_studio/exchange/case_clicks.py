@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from physagent_studio.exchange.plain_yaml import Place
 from physagent_studio.program.scene import Mark, Scale
-from physagent_studio.reconstruction.names import support_kind
+from physagent_studio.reconstruction.names import is_stairs, support_kind
 
 if TYPE_CHECKING:
     from physagent_studio.exchange.case_reader import CaseReader
@@ -20,6 +20,7 @@ SMALLEST, LARGEST = 1e-3, 1e3
 
 _COUNTS: dict[str, dict[Role, tuple[int, int]]] = {
     "ramp": {"toe": (1, 2), "top": (1, 1), "foot": (0, 1), "end": (0, 1)},
+    "stairs": {"toe": (1, 2), "top": (1, 12), "foot": (0, 1), "end": (0, 1)},
     "slab": {"top": (3, 8), "foot": (0, 1)},
     "wall": {"foot": (2, 2)},
     "floor": {},
@@ -29,6 +30,8 @@ _COUNTS: dict[str, dict[Role, tuple[int, int]]] = {
 _NEEDS = {
     "ramp": "a ramp takes toe (one click, or both corners of the lower edge), top, and if they "
     "are seen foot and end",
+    "stairs": "stairs take toe (one click, or both corners of the lowest edge), top (the edge of "
+    "the uppermost step, or of every step from below), and if they are seen foot and end",
     "slab": "a level support takes top (3 to 8 corners of its upper side), and foot if it is seen",
     "wall": "a wall takes foot (two clicks on the line where it meets the ground)",
     "floor": "the ground takes none of toe, top, foot and end",
@@ -47,7 +50,7 @@ def marks_of(
     }
     if not clicks:
         return ()
-    kind = support_kind(name)
+    kind = "stairs" if is_stairs(name) else support_kind(name)
     counts = _COUNTS[kind]
     for role in (*clicks, *counts):
         least, most = counts.get(role, (0, 0))

@@ -156,10 +156,12 @@ class Slab(Frozen):
 
 
 class Ramp(Frozen):
-    """A solid wedge, optionally with a flat plateau behind its top edge.
+    """A solid wedge, optionally with a flat plateau behind its top edge; or stairs.
 
     toe: middle of the lower edge on the ground. yaw: uphill direction, counter-clockwise from
-    +x seen from above. run: horizontal length of the slope. rise: height. width: across.
+    +x seen from above. run: horizontal length of the slope. rise: height. width: across. steps: of
+    stairs, 0 for a slope: equal ones, the first rises at the toe, the edge of the uppermost lies
+    `run` behind it, and that one is `plateau` deep or as deep as the others.
     """
 
     kind: Literal["ramp"] = "ramp"
@@ -169,6 +171,7 @@ class Ramp(Frozen):
     rise: Length
     width: Length
     plateau: Annotated[float, Field(ge=0, le=1e4)] = 0.0
+    steps: Annotated[int, Field(ge=0, le=64)] = 0
 
 
 class MeshedSupport(Frozen):

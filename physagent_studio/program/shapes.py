@@ -34,6 +34,7 @@ from physagent_studio.program.scene import (
     Torus,
     Wall,
 )
+from physagent_studio.program.stairs import profile_of
 
 FloatArray = NDArray[np.float64]
 _TINY = 1e-12
@@ -215,7 +216,8 @@ def place_support(shape: SupportShape) -> Placed:
             outline = Outline(half=np.array(shape.size) / 2)
             return _static(outline, np.array(shape.position), shape.yaw)
         case Ramp():
-            return _static(Outline(points=_wedge(shape)), np.array(shape.toe), shape.yaw)
+            outline = Outline(points=_wedge(shape), exact=shape.steps < 2)
+            return _static(outline, np.array(shape.toe), shape.yaw)
         case MeshedSupport():
             outline = Outline(half=np.array(shape.size) / 2, exact=False)
             return Placed(
@@ -232,9 +234,7 @@ def _static(outline: Outline, position: FloatArray, yaw: float) -> Placed:
 def _wedge(ramp: Ramp) -> FloatArray:
     """Corners of a ramp, its toe at the origin and uphill along +x."""
     side = ramp.width / 2
-    end = ramp.run + ramp.plateau
-    section = [(0.0, 0.0), (ramp.run, ramp.rise), (end, ramp.rise), (end, 0.0)]
-    return np.array([(x, y, z) for x, z in section for y in (-side, side)])
+    return np.array([(x, y, z) for x, z in profile_of(ramp) for y in (-side, side)])
 
 
 def lowest(body: Placed) -> FloatArray:
@@ -320,11 +320,16 @@ def depth_inside(points: FloatArray, body: Placed) -> FloatArray:
 
 def _faces(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Outward face normals (F, 3) and offsets (F,) of a wedge's corners (see `_wedge`)."""
-    side, end, rise = corners[1, 1], corners[4, 0], corners[2, 2]
-    run = corners[2, 0]
-    slope = np.array([-rise, 0.0, run]) / math.hypot(run, rise)
-    normals = np.array([[0, 1, 0], [0, -1, 0], [1, 0, 0], [0, 0, 1], [0, 0, -1], slope], float)
-    return normals, np.array([side, side, end, rise, 0.0, 0.0])
+    side = float(corners[1, 1])
+    section = corners[::2][:, [0, 2]]
+    ahead = np.roll(section, -1, axis=0) - section
+    length = np.hypot(ahead[:, 0], ahead[:, 1])
+    start, ahead = section[length > _TINY], (ahead / length[:, None].clip(_TINY))[length > _TINY]
+    # The section runs over the surface and back below it: outside lies on the left.
+    normals = np.column_stack([-ahead[:, 1], np.zeros(len(ahead)), ahead[:, 0]])
+    offsets = np.einsum("ij,ij->i", normals[:, [0, 2]], start)
+    sides = np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
+    return np.vstack([sides, normals]), np.concatenate([[side, side], offsets])
 
 
 def volume_of(shape: Shape) -> float:

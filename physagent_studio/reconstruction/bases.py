@@ -9,6 +9,7 @@ import numpy as np
 
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Box, Ramp, SceneObject, Support, SupportShape
+from physagent_studio.reconstruction import stairs
 from physagent_studio.reconstruction.forms import highest
 from physagent_studio.reconstruction.geometry import on_plane, on_upright
 from physagent_studio.reconstruction.layout import Stance
@@ -42,6 +43,8 @@ def base_of(
         hold = 1.0 if round_both else HOLD_ON_OBJECT
         return Base(x, below.position[1], z, hold, below=_lying(below))
     shape = shape_of(on, supports)
+    if isinstance(shape, Ramp) and shape.steps:
+        return stairs.base_on(stance, read.camera, shape)
     if isinstance(shape, Ramp):
         return _on_the_ramp(stance, read.camera, shape)
     top = read.tops.get(on, 0.0)

@@ -35,7 +35,8 @@ def profile_of(support: Support) -> Profile | None:
     if not toe or not top:
         return None
     end = support.grounding.marked("end")
-    return Profile(toe[0], top[0], end[0] if end else top[0])
+    # Of stairs the edge of every step may be marked, the uppermost last.
+    return Profile(toe[0], top[-1], end[0] if end else top[-1])
 
 
 def region_of(support: Support, size: tuple[int, int]) -> BoolArray | None:
@@ -140,7 +141,7 @@ def shape_of(
     marked = support.grounding.marked
     kind = support_kind(support.name)
     if kind == "ramp" and marked("toe") and marked("top"):
-        return _ramp(camera, marked("toe"), marked("foot"), marked("top")[0], marked("end"))
+        return _ramp(camera, marked("toe"), marked("foot"), marked("top")[-1], marked("end"))
     if kind == "slab" and len(marked("top")) >= 3:
         return _slab(camera, marked("top"), top, thickness)
     if kind == "wall" and len(marked("foot")) == 2:

@@ -31,6 +31,7 @@ from physagent_studio.program.scene import (
     Torus,
     Wall,
 )
+from physagent_studio.program.stairs import treads_of
 from physagent_studio.records.scene import Mesh
 
 FloatArray = NDArray[np.float64]
@@ -222,7 +223,7 @@ def support_mesh(shape: SupportShape, reach: float) -> Mesh:
         turn = matrix_of(about_up(shape.yaw))
         return Mesh(mesh.vertices @ turn.T + np.array(shape.position), mesh.faces)
     if isinstance(shape, Ramp):
-        return _wedge(shape)
+        return _stairs(shape) if shape.steps else _wedge(shape)
     return makers[type(shape)](shape, reach)
 
 
@@ -251,6 +252,19 @@ def ramp_corners(shape: Ramp) -> FloatArray:
         profile.append((shape.run, shape.rise))
     middle = [np.array(shape.toe) + a * ahead + np.array([0, 0, h]) for a, h in profile]
     return np.array([[point - side for point in middle], [point + side for point in middle]])
+
+
+def _stairs(shape: Ramp) -> Mesh:
+    turn, vertices, faces = matrix_of(about_up(shape.yaw)), [], []
+    below = 0.0
+    for number, tread in enumerate(treads := treads_of(shape)):
+        back = treads[-1].end
+        block = box_mesh((back - tread.start, shape.width, tread.top - below), pieces=1)
+        middle = np.array([(back + tread.start) / 2, 0.0, (tread.top + below) / 2])
+        vertices.append((block.vertices + middle) @ turn.T + np.array(shape.toe))
+        faces.append(block.faces + number * len(block.vertices))
+        below = tread.top
+    return Mesh(np.vstack(vertices), np.vstack(faces).astype(np.int32))
 
 
 def _wedge(shape: Ramp) -> Mesh:

@@ -193,6 +193,7 @@ GROUND = frozenset(
     ]
 )
 RAMPS = frozenset(["ramp", "slope", "incline", "chute", "slide", "wedge", "hill"])
+STAIRS = frozenset(["stairs", "steps", "staircase", "stairway", "stairwell", "stoop", "bleachers"])
 WALLS = frozenset(["wall", "backdrop", "fence"])
 
 
@@ -259,10 +260,15 @@ def support_height(name: str) -> float | None:
     return None
 
 
+def is_stairs(name: str) -> bool:
+    """Whether a support of that name has several steps; one step or stair is a block."""
+    return bool(STAIRS & set(re.findall(r"[a-z]+", name.lower())))
+
+
 def support_kind(name: str) -> str:
-    """`floor`, `ramp`, `wall` or `slab`: what a support of that name is."""
+    """`floor`, `ramp`, `wall` or `slab`: what a support of that name is. Stairs are a ramp."""
     words = set(words_of(name))
-    if words & RAMPS:
+    if words & RAMPS or is_stairs(name):
         return "ramp"
     if words & WALLS:
         return "wall"

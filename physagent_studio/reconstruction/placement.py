@@ -17,6 +17,7 @@ from physagent_studio.program.scene import (
     SceneObject,
     Support,
 )
+from physagent_studio.reconstruction import stairs
 from physagent_studio.reconstruction.alike_sizes import shared_places
 from physagent_studio.reconstruction.apart import moved_apart
 from physagent_studio.reconstruction.bases import base_of, is_in_round_stack, is_round, shape_of
@@ -279,7 +280,12 @@ def _settled(
         if on in done and not fresh:
             trial = trial.model_copy(update={"position": nudged(trial, *done[on])})
             position = trial.position or position
-        position = (position[0], position[1], _resting_z(trial, form.mesh, read, supports, done))
+        steps = shape_of(on, supports)
+        if isinstance(steps, Ramp) and steps.steps:
+            position = stairs.standing(trial, form.mesh, steps)
+        else:
+            z = _resting_z(trial, form.mesh, read, supports, done)
+            position = (position[0], position[1], z)
     elif item.position is None and (under := read.under.get(item.name)) is not None:
         # In the air, but never inside what it hangs above.
         trial = item.model_copy(update={**update, "position": position, "support": under})

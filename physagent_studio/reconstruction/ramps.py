@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Ramp
+from physagent_studio.program.stairs import profile_of, treads_of
 from physagent_studio.reconstruction.geometry import on_plane, on_upright_through
 from physagent_studio.reconstruction.lines import Segments, joined
 
@@ -194,6 +195,9 @@ def height_at(ramp: Ramp, x: float, y: float) -> float | None:
     """Height of the ramp's surface under a world place, m; None beside it."""
     ahead = (x - ramp.toe[0]) * math.cos(ramp.yaw) + (y - ramp.toe[1]) * math.sin(ramp.yaw)
     across = -(x - ramp.toe[0]) * math.sin(ramp.yaw) + (y - ramp.toe[1]) * math.cos(ramp.yaw)
-    if abs(across) > ramp.width / 2 or not 0 <= ahead <= ramp.run + ramp.plateau:
+    if abs(across) > ramp.width / 2 or not 0 <= ahead <= profile_of(ramp)[-1][0]:
         return None
+    treads = treads_of(ramp)
+    if treads:
+        return ramp.toe[2] + max(tread.top for tread in treads if tread.start <= ahead)
     return ramp.toe[2] + ramp.rise * min(ahead / ramp.run, 1.0)

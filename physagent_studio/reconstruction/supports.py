@@ -10,6 +10,7 @@ import numpy as np
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import (
     Floor,
+    Ramp,
     SceneState,
     Slab,
     Support,
@@ -26,6 +27,7 @@ from physagent_studio.reconstruction.ramps import place_ramp, three_click_ramp
 from physagent_studio.reconstruction.scale import FLOOR
 from physagent_studio.reconstruction.slabs import SOLID, fit_slab
 from physagent_studio.reconstruction.snapping import snapped
+from physagent_studio.reconstruction.stairs import with_steps
 from physagent_studio.reconstruction.survey import Survey, is_ground
 
 BOARD = 0.05
@@ -50,6 +52,8 @@ def resolve(
             out.append(support)
             continue
         shape = _shape(support, read, stances, regions, found)
+        if isinstance(shape, Ramp):
+            shape = with_steps(support, shape)
         if shape is None:
             flags.append(
                 f"support '{support.name}' is not resolved: click the corners of a table, or the"

@@ -49,6 +49,8 @@ def tilt_of(base: Base, shape: SupportShape | None, shapes: Sequence[str]) -> Ti
     """
     if not isinstance(shape, Ramp) or base.free_z or tuple(shapes) == ("sphere",):
         return None
+    if shape.steps:
+        return None
     cos, sin = math.cos(shape.yaw), math.sin(shape.yaw)
     along = (base.x - shape.toe[0]) * cos + (base.y - shape.toe[1]) * sin
     if not ENDS * shape.run < along < (1 - ENDS) * shape.run:

@@ -9,6 +9,7 @@ import numpy as np
 
 from physagent_studio.program.rotations import about_up, multiply
 from physagent_studio.program.scene import Floor, MeshedSupport, Ramp, Slab, SupportShape, Wall
+from physagent_studio.program.stairs import treads_of
 from physagent_studio.simulation.mj import Spec, SpecBody, mj
 from physagent_studio.simulation.solids import Hull, Piece, Solid
 from physagent_studio.simulation.surfaces import FloatArray, hull, prism
@@ -33,9 +34,9 @@ them by themselves, and bring the friction, since MuJoCo takes the larger one th
 
 def is_flat(shape: SupportShape | None, width: float) -> bool:
     """Whether a thing of that width (m) meets a support as it would meet a half-space."""
-    return isinstance(shape, Floor | Wall | Ramp) or (
-        isinstance(shape, Slab) and min(shape.size[:2]) >= width
-    )
+    if isinstance(shape, Slab):
+        return min(shape.size[:2]) >= width
+    return isinstance(shape, Floor | Wall) or (isinstance(shape, Ramp) and not shape.steps)
 
 
 def add_piece(spec: Spec, body: SpecBody, name: str, piece: Piece) -> None:
@@ -70,6 +71,8 @@ def add_support(spec: Spec, name: str, shape: Floor | Wall | Slab | Ramp) -> lis
             half_size = [edge / 2 for edge in size]
             kind = mj.mjtGeom.mjGEOM_BOX
             body.add_geom(name=label, type=kind, size=half_size, **TOUCH)
+        case Ramp(steps=steps) if steps > 0:
+            return _add_stairs(body, label, shape)
         case Ramp(toe=toe, yaw=yaw):
             body.pos, body.quat = toe, about_up(yaw)
             vertices, faces = hull(ramp_corners(shape), name)
@@ -77,6 +80,21 @@ def add_support(spec: Spec, name: str, shape: Floor | Wall | Slab | Ramp) -> lis
             kind = mj.mjtGeom.mjGEOM_MESH
             body.add_geom(name=label, type=kind, meshname=label, **TOUCH)
     return [label]
+
+
+def _add_stairs(body: SpecBody, label: str, stairs: Ramp) -> list[str]:
+    """A box for each step, from its edge to the back of them all."""
+    body.pos, body.quat = stairs.toe, about_up(stairs.yaw)
+    treads, names = treads_of(stairs), []
+    back, below = treads[-1].end, -max(stairs.rise / len(treads), 0.1)
+    for number, tread in enumerate(treads):
+        size = [(back - tread.start) / 2, stairs.width / 2, (tread.top - below) / 2]
+        place = [(back + tread.start) / 2, 0.0, (tread.top + below) / 2]
+        names.append(f"{label}/{number}")
+        kind = mj.mjtGeom.mjGEOM_BOX
+        body.add_geom(name=names[-1], type=kind, size=size, pos=place, **TOUCH)
+        below = tread.top
+    return names
 
 
 def add_mesh_support(spec: Spec, name: str, shape: MeshedSupport, solid: Solid) -> list[str]:

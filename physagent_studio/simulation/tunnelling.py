@@ -13,7 +13,8 @@ from physagent_studio.program.actions import (
     ApplyForce,
     SetVelocity,
 )
-from physagent_studio.program.scene import MeshedSupport, Slab
+from physagent_studio.program.scene import MeshedSupport, Ramp, Slab
+from physagent_studio.program.stairs import treads_of
 from physagent_studio.simulation.contact_law import density_of
 from physagent_studio.simulation.solids import Solid
 
@@ -40,6 +41,8 @@ def substeps_for(program: PhysicalProgram, solids: tuple[Solid, ...]) -> int:
     finest = clip.step_seconds / least
     sizes = [float(solid.extent.min()) for solid in solids]
     walls = [min(s.shape.size) for s in scene.supports if isinstance(s.shape, Slab | MeshedSupport)]
+    ramps = [s.shape for s in scene.supports if isinstance(s.shape, Ramp)]
+    walls += [tread.top for ramp in ramps for tread in treads_of(ramp)[:1]]
     for index, item in enumerate(scene.objects):
         others = [*sizes[:index], *sizes[index + 1 :], *walls]
         if not others:

@@ -53,6 +53,7 @@ support_shapes = st.one_of(
     kind(
         "ramp",
         {"toe": vector, "yaw": st.floats(-3, 3), "run": length, "rise": length, "width": length},
+        {"steps": st.integers(0, 12)},
     ),
 )
 bodies = st.one_of(

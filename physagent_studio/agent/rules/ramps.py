@@ -39,6 +39,8 @@ def friction_for(task: Task) -> float | None:
     ramp = task.layout.ramp_below(task.name)
     if ramp is None or task.layout.is_ball(task.name):
         return None
+    if isinstance(ramp.shape, Ramp) and ramp.shape.steps:
+        return None
     slope = math.tan(slope_of(task))
     if task.intent.has("stop", "settle", "slow") or task.ends_short:
         wanted = _stopping_friction(task)

@@ -8,6 +8,7 @@ from trimesh.creation import box, capsule, cylinder, icosphere, revolve, torus
 
 from physagent_studio.program import SceneObject, Support, scene
 from physagent_studio.program.rotations import about_up, matrix_of
+from physagent_studio.program.stairs import treads_of
 from physagent_studio.records import Mesh
 
 COLORS = (
@@ -73,12 +74,26 @@ def _turned(profile: list[tuple[float, float]]) -> trimesh.Trimesh:
 
 
 def _wedge(shape: scene.Ramp) -> trimesh.Trimesh:
+    if shape.steps:
+        return _stairs(shape)
     half, run, rise, end = shape.width / 2, shape.run, shape.rise, shape.run + shape.plateau
     outline = [(0.0, 0.0), (run, rise), (end, rise), (end, 0.0)]
     if shape.plateau == 0:
         outline = [(0.0, 0.0), (run, rise), (run, 0.0)]
     points = [(x, side * half, z) for side in (-1, 1) for x, z in outline]
     return trimesh.Trimesh(np.array(points)).convex_hull
+
+
+def _stairs(shape: scene.Ramp) -> trimesh.Trimesh:
+    treads = treads_of(shape)
+    back, parts = treads[-1].end, []
+    for tread in treads:
+        part = box(extents=(back - tread.start, shape.width, tread.top))
+        parts.append(part.apply_translation(((back + tread.start) / 2, 0, tread.top / 2)))
+    vertices = np.concatenate([part.vertices for part in parts])
+    counts = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    faces = [part.faces + start for part, start in zip(parts, counts, strict=False)]
+    return trimesh.Trimesh(vertices, np.concatenate(faces), process=False)
 
 
 def _mesh(made: trimesh.Trimesh, color: tuple[int, int, int]) -> Mesh:

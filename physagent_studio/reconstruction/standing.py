@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import SceneState
+from physagent_studio.program.scene import SceneObject, SceneState
 from physagent_studio.reconstruction.geometry import depth_of, on_plane
 from physagent_studio.reconstruction.layout import Stance
 from physagent_studio.reconstruction.masks import BoolArray, grow
@@ -26,13 +26,19 @@ def standing_on(
     on: dict[str, str] = {}
     for name, stance in stances.items():
         item = state.object(name)
-        if item is not None and item.support is not None:
+        if item is not None and item.support is not None and not _belied(item, stance):
             on[name] = item.support
         elif stance.on is not None:
             on[name] = stance.on
         else:
             on[name] = _support_below(state, stance, regions, profiles) or FLOOR
     return on
+
+
+def _belied(item: SceneObject, stance: Stance) -> bool:
+    """Whether a thing that falls onto another, by the words, is seen to lie on it already."""
+    guessed = item.support == "air" and item.source == "estimated"
+    return guessed and stance.on is not None and not stance.aloft
 
 
 def support_under(stance: Stance, profiles: Mapping[str, Profile]) -> str | None:

@@ -13,6 +13,7 @@ from physagent_studio.agent.rules.footing import (
     with_room,
     with_walls_weighed,
 )
+from physagent_studio.agent.rules.hanging import in_the_air
 from physagent_studio.agent.rules.landmarks import assume_open, derived_landmarks
 from physagent_studio.agent.rules.layout import Layout
 from physagent_studio.agent.rules.look import density_of, material_of
@@ -62,7 +63,7 @@ def stock_of(case: Case) -> Inventory:
 
 def open_scene(case: Case, reading: Reading, stock: Inventory) -> SceneState:
     """What the picture shows, with its geometry still open."""
-    hanging = in_the_air(reading)
+    hanging = in_the_air(case, reading)
     objects = tuple(
         SceneObject(
             name=name,
@@ -89,18 +90,6 @@ def open_scene(case: Case, reading: Reading, stock: Inventory) -> SceneState:
         objects=objects,
         supports=supports,
         landmarks=(*case.landmarks, *needed),
-    )
-
-
-def in_the_air(reading: Reading) -> frozenset[str]:
-    """Objects that the prompt has above something and not on it when it begins."""
-    return frozenset(
-        name
-        for index, frame in enumerate(reading.frames)
-        for name in frame.patient
-        if frame.sense in ("hang", "be")
-        and frame.place("above") is not None
-        and not any(name in f.patient for f in reading.frames[:index])
     )
 
 

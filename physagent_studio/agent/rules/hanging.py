@@ -1,0 +1,64 @@
+"""What hangs in the air when the event begins, by the words of the prompt and by the clicks."""
+
+from __future__ import annotations
+
+from physagent_studio.agent.rules.reading import Reading
+from physagent_studio.program.scene import Grounding
+from physagent_studio.records import Case
+
+Spot = tuple[float, float]
+
+_FALLS = ("fall", "land", "descend", "drop")
+_INTO = ("in", "into", "inside", "on", "onto")
+
+
+def in_the_air(case: Case, reading: Reading) -> frozenset[str]:
+    """Objects that the prompt has above something and not on it when it begins.
+
+    Either it says so ("hangs above the stool"), or it lets a thing fall into or onto another one
+    over which the picture shows it with nothing in between.
+    """
+    spots = {
+        name: spot
+        for name, grounding in (*case.objects, *((s.name, s.grounding) for s in case.supports))
+        if (spot := _spot(grounding)) is not None
+    }
+    found: set[str] = set()
+    acted: set[str] = set()
+    for frame in reading.frames:
+        for name in frame.patient:
+            if name in acted:
+                continue
+            said = frame.sense in ("hang", "be") and frame.place("above") is not None
+            below = frame.place(*_INTO) if frame.sense in _FALLS else None
+            from_there = frame.place("off", "from") is not None
+            if said or (below is not None and not from_there and _over(name, below.name, spots)):
+                found.add(name)
+        acted |= set(frame.patient)
+    return frozenset(found)
+
+
+def _spot(grounding: Grounding) -> Spot | None:
+    """The middle of the clicks inside, else that of the box, in pixels."""
+    inside = [(click.x, click.y) for click in grounding.points if click.label]
+    if inside:
+        return sum(x for x, _ in inside) / len(inside), sum(y for _, y in inside) / len(inside)
+    if grounding.box is None:
+        return None
+    x0, y0, x1, y1 = grounding.box
+    return (x0 + x1) / 2, (y0 + y1) / 2
+
+
+def _over(name: str, below: str, spots: dict[str, Spot]) -> bool:
+    """Whether the picture shows one thing straight above the other and nothing between them."""
+    if name not in spots or below not in spots:
+        return False
+    (x, y), (to_x, to_y) = spots[name], spots[below]
+    drop = to_y - y
+    if drop <= 0 or abs(to_x - x) > 0.35 * drop:
+        return False
+    return not any(
+        y < other_y < to_y and abs(other_x - x) < 0.35 * drop
+        for other, (other_x, other_y) in spots.items()
+        if other not in (name, below)
+    )

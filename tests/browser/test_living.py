@@ -185,3 +185,25 @@ def test_who_comes_first_is_told_where_to_begin(nothing: Desk) -> None:
     nothing.button("An empty scene").click()
     nothing.until(lambda: nothing.snapshot.session_id, "a session")
     expect(nothing.button("An empty scene")).to_have_count(0)
+
+
+def test_the_layout_is_moved_by_keys_and_remembered(waiting: Desk) -> None:
+    page = waiting.page
+
+    def width() -> float:
+        box = page.locator("#left").bounding_box()
+        assert box is not None
+        return box["width"]
+
+    before, step = width(), waiting.studio.view.step
+    page.locator("#split-left").focus()
+    for _ in range(3):
+        page.keyboard.press("ArrowRight")
+    waiting.until(lambda: width() > before + 30, "a wider dock")
+    assert waiting.studio.view.step == step, "the playhead stays"
+    wider = width()
+    page.reload()
+    expect(page.get_by_role("tab", name="Rounds")).to_be_visible()
+    waiting.until(lambda: width() == wider, "the same after a reload")
+    page.locator("#split-left").dblclick()
+    waiting.until(lambda: width() == before, "as it was")

@@ -57,7 +57,18 @@ function divider(id, property, measure, low, high) {
   const saved = kept(property, null);
   if (saved) set(saved);
   grip.tabIndex = 0;
-  grip.setAttribute("aria-label", "Divider");
+  grip.setAttribute("role", "separator");
+  grip.setAttribute("aria-label", "Divider: arrow keys move it");
+  // Arrow keys move it as the pointer does, from where it is.
+  grip.onkeydown = (event) => {
+    const [dx, dy] = { ArrowLeft: [-16, 0], ArrowRight: [16, 0], ArrowUp: [0, -16], ArrowDown: [0, 16] }[event.key] || [0, 0];
+    const box = grip.getBoundingClientRect(), wide = box.width > box.height;
+    if (wide ? !dy : !dx) return;
+    event.preventDefault();
+    event.stopPropagation();
+    keep(property, set(measure({ clientX: box.x + box.width / 2 + dx, clientY: box.y + box.height / 2 + dy })));
+    window.dispatchEvent(new Event("resize"));
+  };
   grip.onpointerdown = (event) => {
     grip.setPointerCapture(event.pointerId);
     grip.classList.add("on");

@@ -155,4 +155,5 @@ def test_handles_move_scale_and_wish(drawn: Desk) -> None:
     pull(drawn, lambda: pixel_of(drawn, view, then + arm), (25, 0), answered)
     drawn.idle()
     assert not drawn.snapshot.has_draft
-    expect(page.get_by_role("group", name="Proposal")).to_contain_text("You put red ball")
+    words = f"You put {name.replace('_', ' ')}"
+    expect(page.get_by_role("group", name="Proposal")).to_contain_text(words)

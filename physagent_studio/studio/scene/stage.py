@@ -15,18 +15,18 @@ from numpy.typing import NDArray
 
 from physagent_studio.program import PhysicalProgram, SceneObject
 from physagent_studio.program.rotations import matrices_of
-from physagent_studio.records import Mesh, Rollout, Scene
+from physagent_studio.records import Mesh, Rollout
 from physagent_studio.studio.guard import put
 from physagent_studio.studio.scene.collisions import Collisions
 from physagent_studio.studio.scene.deforming import Deforming
+from physagent_studio.studio.scene.furniture import Furniture
 from physagent_studio.studio.scene.ghosts import EARLIER, NOW, PREVIEW, TRIED, Ghosts
 from physagent_studio.studio.scene.glb import glb_of
 from physagent_studio.studio.scene.handles import Edited, Handles, Held, Later, Wished
 from physagent_studio.studio.scene.lights import light
 from physagent_studio.studio.scene.marks import Marks
-from physagent_studio.studio.scene.outline import edges_of
-from physagent_studio.studio.scene.places import Poses, centre_and_size, held_at, poses_at, small
-from physagent_studio.studio.scene.primitives import mesh_of_object, mesh_of_support
+from physagent_studio.studio.scene.places import Poses, centre_and_size, held_at, poses_at
+from physagent_studio.studio.scene.primitives import mesh_of_object
 from physagent_studio.studio.view import View
 from physagent_studio.workbench import Snapshot
 
@@ -56,8 +56,6 @@ STILL = 1e-6
 
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], bool)
 
-GREY_SUPPORT = (120, 130, 145)
-
 
 class Stage:
     """Draws objects, supports, trails, ghosts and marks."""
@@ -69,13 +67,13 @@ class Stage:
         self._ghosts = Ghosts(server)
         self._collisions = Collisions(server)
         self._deforming = Deforming(server, hands.picked)
+        self._furniture = Furniture(server, hands.picked)
         self._handles = Handles(server, hands.edited, hands.wished, hands.later)
         self._made_from: tuple[object, ...] = ()
         self._objects: dict[str, viser.GlbHandle] = {}
         self._labels: dict[str, viser.LabelHandle] = {}
         self._boxes: dict[str, NDArray[np.float64]] = {}
         self._meshes: dict[str, Mesh] = {}
-        self._furniture: dict[str, list[viser.SceneNodeHandle]] = {}
         self._sent: tuple[list[str], NDArray[np.float64], NDArray[np.float64]] | None = None
         self._extent: tuple[object, NDArray[np.float64], float] | None = None
         server.scene.world_axes.visible = False
@@ -85,9 +83,7 @@ class Stage:
         """Brings the whole stage up to date."""
         with self._server.atomic():
             self._make(snapshot)
-            for what, handles in self._furniture.items():
-                for handle in handles:
-                    handle.visible = what in view.shown
+            self._furniture.show(view.shown)
             for label in self._labels.values():
                 label.visible = "labels" in view.shown
             ghosts, trails = "ghosts" in view.shown, "trails" in view.shown
@@ -201,21 +197,15 @@ class Stage:
             mesh = mesh if mesh is not None else mesh_of_object(item)
             if mesh is not None:
                 self._add_object(item, mesh, program)
-        self._add_supports(program, scene)
-        self._add_camera(program, scene)
-        self._add_gravity(program)
-        axes = self._server.scene.add_frame(
-            "/axes", axes_length=self._size(program) * 0.5, axes_radius=self._size(program) * 0.01
-        )
-        self._furniture["axes"] = [axes]
+        self._furniture.make(program, scene, *self._measured(program))
 
     def _clear(self) -> None:
-        for name in ("/objects", "/supports", "/camera", "/gravity", "/axes"):
-            self._server.scene.remove_by_name(name)
-        self._objects, self._labels, self._meshes, self._furniture = {}, {}, {}, {}
+        self._server.scene.remove_by_name("/objects")
+        self._objects, self._labels, self._meshes = {}, {}, {}
         self._boxes, self._sent = {}, None
         for part in (
             self._marks, self._ghosts, self._handles, self._collisions, self._deforming,
+            self._furniture,
         ):  # fmt: skip
             part.clear()
 
@@ -232,80 +222,6 @@ class Stage:
             f"/objects/label {name}", name, font_screen_scale=0.75, anchor="bottom-center"
         )
 
-    def _add_supports(self, program: PhysicalProgram, scene: Scene | None) -> None:
-        handles: list[viser.SceneNodeHandle] = []
-        for item in program.scene.supports:
-            if item.shape is not None and item.shape.kind == "floor":
-                handles.append(self._add_floor(item.name, item.shape.height, program))
-                continue
-            mesh = scene.support_meshes.get(item.name) if scene else None
-            mesh = mesh if mesh is not None else mesh_of_support(item)
-            if mesh is None:
-                continue
-            name = item.name
-            body = self._server.scene.add_mesh_simple(
-                f"/supports/{name}", mesh.vertices, mesh.faces, color=GREY_SUPPORT,
-                opacity=0.14, side="double", flat_shading=True, cast_shadow=False,
-            )  # fmt: skip
-            body.on_click(lambda _event, name=name: self._picked("support", name))
-            lines = self._server.scene.add_line_segments(
-                f"/supports/edges {name}",
-                edges_of(mesh),
-                colors=GREY_SUPPORT,
-                thickness=1.5,
-                thickness_units="screen",
-            )
-            handles += [body, lines]
-        self._furniture["supports"] = handles
-
-    def _add_floor(
-        self, name: str, height: float, program: PhysicalProgram
-    ) -> viser.SceneNodeHandle:
-        size = self._size(program)
-        centre = self._centre(program)
-        return self._server.scene.add_grid(
-            f"/supports/{name}", width=size * 8, height=size * 8, plane="xy",
-            cell_size=size / 4, section_size=size, cell_color=(205, 209, 216),
-            section_color=(176, 182, 192), cell_thickness=0.4, section_thickness=0.7,
-            position=(centre[0], centre[1], height),
-        )  # fmt: skip
-
-    def _add_camera(self, program: PhysicalProgram, scene: Scene | None) -> None:
-        camera = program.scene.camera
-        if camera is None:
-            return
-        width, rows = camera.size
-        image = scene.photo if scene else None
-        handle = self._server.scene.add_camera_frustum(
-            "/camera", fov=2 * float(np.arctan2(rows / 2, camera.focal)), aspect=width / rows,
-            scale=self._size(program) * 0.16, thickness=1.5,
-            thickness_units="screen", image=None if image is None else small(image),
-            wxyz=camera.rotation, position=camera.position, color=(90, 96, 110),
-        )  # fmt: skip
-        handle.on_click(lambda _event: self._picked("camera", ""))
-        self._furniture["frustum"] = [handle]
-
-    def _add_gravity(self, program: PhysicalProgram) -> None:
-        gravity = np.array(program.scene.gravity)
-        strength = float(np.linalg.norm(gravity))
-        if strength < 1e-9:
-            return
-        size = self._size(program)
-        places = [o.position for o in program.scene.objects if o.position is not None]
-        corner = np.array(places or [(0.0, 0.0, 0.0)])
-        left, top = corner[:, 0].min() - size * 0.3, corner[:, 2].max() + size * 0.25
-        start = np.array([left, corner[:, 1].mean(), top])
-        tip = start + gravity / strength * size * 0.16
-        arrow = self._server.scene.add_arrows(
-            "/gravity", np.array([[start, tip]]), colors=(220, 120, 40),
-            shaft_radius=size * 0.004, head_radius=size * 0.012, head_length=size * 0.035,
-        )  # fmt: skip
-        label = self._server.scene.add_label(
-            "/gravity/label", f"gravity {strength:.3g} m/s²", position=start,
-            font_screen_scale=0.6, anchor="bottom-center",
-        )  # fmt: skip
-        self._furniture["gravity"] = [arrow, label]
-
     # --- measures ----------------------------------------------------------------------------
 
     def _measured(self, program: PhysicalProgram) -> tuple[NDArray[np.float64], float]:
@@ -313,9 +229,6 @@ class Stage:
         if self._extent is None or self._extent[0] is not objects:
             self._extent = (objects, *centre_and_size(program))
         return self._extent[1:]
-
-    def _centre(self, program: PhysicalProgram) -> NDArray[np.float64]:
-        return self._measured(program)[0]
 
     def _size(self, program: PhysicalProgram) -> float:
         return self._measured(program)[1]

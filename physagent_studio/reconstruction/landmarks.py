@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Landmark, Support
+from physagent_studio.reconstruction.colours import WORDS, pixels_like
 from physagent_studio.reconstruction.ellipses import Ellipse
 from physagent_studio.reconstruction.frames import Frame
 from physagent_studio.reconstruction.geometry import on_plane, on_upright_through
 from physagent_studio.reconstruction.names import words_of
+from physagent_studio.reconstruction.painted import Stripe
 
+Pixels = tuple[tuple[float, float], ...]
 OPENINGS = frozenset(
     ["goal", "gate", "hoop", "door", "doorway", "net", "opening", "frame", "window"]
 )
@@ -22,12 +26,27 @@ TARGETS = frozenset(
 )
 
 
+LINES = frozenset(["line", "stripe", "finish", "start", "lane", "track", "strip", "marking"])
+LANES = frozenset(["lane", "track", "strip", "corridor"])
+FAINT, RIVAL = 0.12, 0.6
+"""Strength of a painted line below which it is none; share of it from which another rivals it."""
+BELOW = 0.03
+"""Share of the picture's height by which a line on the ground lies below the horizon."""
+ALIKE, NARROW, WIDE = 8.0, 0.06, 2.0
+"""Degrees between a lane's sides on the ground, and its width over its length, least and most."""
+UNASKED = "by its words, nobody clicked it"
+
+
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """What the picture shows by itself: an upright frame, and level circles, largest first."""
+    """What the picture shows by itself: an upright frame, level circles, largest first, and
+
+    painted lines, clearest first.
+    """
 
     frame: Frame | None = None
     circles: tuple[Ellipse, ...] = ()
+    lines: tuple[Stripe, ...] = ()
 
 
 def resolve(
@@ -41,16 +60,26 @@ def resolve(
         if points is None and landmark.pixels:
             points = _lifted(landmark, camera, supports)
         elif points is None:
-            landmark = _proposed(landmark, camera, shown)
+            height = top_of(landmark.on, supports)
+            landmark, said = _proposed(landmark, camera, shown, height)
             points = landmark.points
+            flags += said
         if points is None:
             flags.append(f"landmark '{landmark.name}' is open: click it in the photo")
+        elif landmark.source == "estimated" and landmark.pixels and _names_line(landmark):
+            x, y = _mean(landmark.pixels)
+            flags.append(f"landmark '{landmark.name}' was found at ({x:.0f}, {y:.0f}) {UNASKED}")
         out.append(landmark.model_copy(update={"points": points}))
     return tuple(out), tuple(flags)
 
 
-def _proposed(landmark: Landmark, camera: Camera, shown: Shown) -> Landmark:
-    """A landmark that nobody clicked, where its name and the picture agree."""
+def _proposed(
+    landmark: Landmark, camera: Camera, shown: Shown, height: float
+) -> tuple[Landmark, list[str]]:
+    """A landmark that nobody clicked, where its name and the picture agree, and what is said of it.
+
+    height: of the level plane that it is on, m.
+    """
     words = set(words_of(landmark.name))
     frame = shown.frame if words & OPENINGS else None
     update: dict[str, object] = {}
@@ -64,9 +93,89 @@ def _proposed(landmark: Landmark, camera: Camera, shown: Shown) -> Landmark:
             update = {"pixels": feet, "points": points}
     elif words & TARGETS and shown.circles:
         update = _circle(landmark, camera, shown.circles[0])
+    elif _names_line(landmark):
+        places = _on_ground(landmark, camera, shown.lines, height)
+        if len(places) != 1:
+            return landmark, _places(landmark.name, places)
+        pixels = places[0]
+        update = {"pixels": pixels, "points": _triples(on_plane(camera, pixels, height))}
     if update.get("points") is None:
-        return landmark
-    return landmark.model_copy(update={**update, "source": "estimated"})
+        return landmark, []
+    return landmark.model_copy(update={**update, "source": "estimated"}), []
+
+
+def _places(name: str, places: Sequence[Pixels]) -> list[str]:
+    """What to say of a landmark that may be in several places."""
+    if not places:
+        return []
+    middles = [np.mean(pixels, axis=0) for pixels in places[:3]]
+    where = " or ".join(f"({x:.0f}, {y:.0f})" for x, y in middles)
+    return [f"landmark '{name}' may be at {where} {UNASKED}"]
+
+
+def _on_ground(
+    landmark: Landmark, camera: Camera, lines: Sequence[Stripe], height: float
+) -> list[Pixels]:
+    """Pixels of a line, or of the corners of a lane, that rival one another; the best first."""
+    words = words_of(landmark.name)
+    least = camera.horizon + BELOW * camera.size[1]
+    word = next((word for word in words if word in WORDS), None)
+    free = [
+        stripe
+        for stripe in lines
+        if stripe.strength >= FAINT
+        and min(y for _, y in stripe.ends) > least
+        and np.isfinite(on_plane(camera, stripe.ends, height)).all()
+        and (word is None or _is_called(stripe, word))
+    ]
+    graded: list[tuple[float, Pixels]] = [(stripe.strength, stripe.ends) for stripe in free]
+    if landmark.kind == "area" or (landmark.kind != "point" and set(words) & LANES):
+        graded = _lanes(free, camera, height)
+        if landmark.kind == "line":
+            graded = [(grade, _midline(corners)) for grade, corners in graded]
+    graded.sort(key=lambda row: -row[0])
+    rivals = [pixels for grade, pixels in graded if grade > RIVAL * graded[0][0]]
+    return rivals if landmark.kind != "point" else [(_mean(pixels),) for pixels in rivals]
+
+
+def _is_called(stripe: Stripe, word: str) -> bool:
+    patch = np.array([[stripe.color]], np.uint8)
+    return bool(pixels_like(patch, word).all())
+
+
+def _names_line(landmark: Landmark) -> bool:
+    return bool(LINES & set(words_of(landmark.name)))
+
+
+def _mean(pixels: Pixels) -> tuple[float, float]:
+    x, y = np.mean(pixels, axis=0)
+    return float(x), float(y)
+
+
+def _midline(corners: Pixels) -> Pixels:
+    """The line in the middle of a lane's two sides."""
+    return _mean((corners[0], corners[3])), _mean((corners[1], corners[2]))
+
+
+def _lanes(lines: Sequence[Stripe], camera: Camera, height: float) -> list[tuple[float, Pixels]]:
+    """Pairs of lines that run side by side on the ground, as four corners, with their strength."""
+    out: list[tuple[float, Pixels]] = []
+    for one, other in combinations(lines, 2):
+        a, b = (on_plane(camera, stripe.ends, height)[:, :2] for stripe in (one, other))
+        along, beside = a[1] - a[0], b[1] - b[0]
+        length = float(np.hypot(*along))
+        turned = float(along @ beside) < 0
+        beside = -beside if turned else beside
+        cross = along[0] * beside[1] - along[1] * beside[0]
+        angle = np.degrees(np.arctan2(abs(cross), float(along @ beside)))
+        normal = np.array([-along[1], along[0]]) / max(length, 1e-9)
+        gap = float(np.abs((b.mean(0) - a.mean(0)) @ normal))
+        if angle > ALIKE or not NARROW < gap / max(length, 1e-9) < WIDE:
+            continue
+        ends = other.ends[::-1] if turned else other.ends
+        corners = (one.ends[0], one.ends[1], ends[1], ends[0])
+        out.append((min(one.strength, other.strength), corners))
+    return out
 
 
 def _circle(landmark: Landmark, camera: Camera, seen: Ellipse) -> dict[str, object]:

@@ -21,7 +21,7 @@ from physagent_studio.reconstruction.blocks import blocks_of, on_blocks
 from physagent_studio.reconstruction.ellipses import level_circles
 from physagent_studio.reconstruction.frames import find_frame
 from physagent_studio.reconstruction.geometry import depth_of, on_plane
-from physagent_studio.reconstruction.landmarks import OPENINGS, TARGETS, Shown
+from physagent_studio.reconstruction.landmarks import LINES, OPENINGS, TARGETS, Shown
 from physagent_studio.reconstruction.layout import Stance
 from physagent_studio.reconstruction.lines import Segments
 from physagent_studio.reconstruction.masks import BoolArray
@@ -32,6 +32,7 @@ from physagent_studio.reconstruction.names import (
     usual_size,
     words_of,
 )
+from physagent_studio.reconstruction.painted import painted_lines
 from physagent_studio.reconstruction.ramps import Profile, find_profile
 from physagent_studio.reconstruction.scale import FLOOR, Heights, Measured, is_stated, solve
 from physagent_studio.reconstruction.standing import (
@@ -243,7 +244,9 @@ def _shown(image: Image, state: SceneState, prompt: str, covered: BoolArray) -> 
     words = set(words_of(prompt)) | {w for mark in state.landmarks for w in words_of(mark.name)}
     frame = find_frame(image, covered) if words & OPENINGS else None
     circles = tuple(level_circles(image, covered)) if words & TARGETS else ()
-    return Shown(frame, circles)
+    opened = {w for mark in state.landmarks if not mark.points for w in words_of(mark.name)}
+    lines = tuple(painted_lines(image, covered)) if opened & LINES else ()
+    return Shown(frame, circles, lines)
 
 
 def _in_air(stance: Stance, on: str) -> bool:

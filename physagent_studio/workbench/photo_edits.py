@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
 
+import numpy as np
 from pydantic import JsonValue
 
 from physagent_studio.agent.rules.footing import with_depth, with_room, with_walls_weighed
@@ -16,7 +17,15 @@ from physagent_studio.agent.rules.look import material_of
 from physagent_studio.errors import InputError
 from physagent_studio.program import AddItem, Edit, Grounding, PhysicalProgram, SetField
 from physagent_studio.program.base import Pixel
-from physagent_studio.program.scene import FormKind, Mark, SceneObject, SceneState, Support
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import (
+    FormKind,
+    Landmark,
+    Mark,
+    SceneObject,
+    SceneState,
+    Support,
+)
 from physagent_studio.reconstruction.names import support_kind, usual_size
 from physagent_studio.reconstruction.segmentation import settled
 from physagent_studio.records import Case, ShapeOffer
@@ -26,6 +35,8 @@ FORMS: tuple[FormKind, ...] = (
 )  # fmt: skip
 SMALLEST, LARGEST = 1e-3, 1e3
 """Sizes that may be typed, m."""
+FAR = 8.0
+"""How many pictures away a landmark's place in the picture may lie that is kept."""
 
 
 def mask_edits(
@@ -225,8 +236,23 @@ def _opened_scene(
     yield from _opened_objects(scene.objects, pinned, ("shape", "position"))
     estimated = (one for one in scene.supports if _is_read_off(one))
     yield from _opened([f"scene.supports.{one.name}.shape" for one in estimated], pinned)
-    clicked = (one for one in scene.landmarks if one.pixels)
-    yield from _opened([f"scene.landmarks.{one.name}.points" for one in clicked], pinned)
+    for mark in scene.landmarks:
+        yield from _followed(mark, scene.camera, pinned)
+
+
+def _followed(mark: Landmark, camera: Camera | None, pinned: Collection[str]) -> Iterator[SetField]:
+    """A landmark stays where it is in the picture; one without pixels gets those it is seen at."""
+    path = f"scene.landmarks.{mark.name}"
+    if any(_overlap(f"{path}.points", fact) for fact in pinned):
+        return
+    if not mark.pixels and mark.points and camera and mark.source not in ("person", "given"):
+        pixels, depth = camera.project(np.array(mark.points))
+        if (depth > 0).all() and (np.abs(pixels) < FAR * max(camera.size)).all():
+            seen: JsonValue = [[round(float(x), 1), round(float(y), 1)] for x, y in pixels]
+            yield SetField(path=f"{path}.pixels", value=seen)
+            yield SetField(path=f"{path}.points", value=None)
+    elif mark.pixels:
+        yield SetField(path=f"{path}.points", value=None)
 
 
 def _is_read_off(support: Support) -> bool:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from physagent_studio.assets import assets_dir
 from physagent_studio.errors import InputError
-from physagent_studio.program.scene import Click, Grounding, Stroke
+from physagent_studio.program import SetField
+from physagent_studio.program.scene import Click, Grounding, Landmark, Stroke
 from physagent_studio.session import Store
 from physagent_studio.workbench import Snapshot, Workbench, commands, photo_edits
 
@@ -182,3 +184,26 @@ def test_a_new_thing_is_added(workbench: Workbench, before: Snapshot, tmp_path: 
     beside = Click(x=points[0].x + 1, y=points[0].y + 1)
     edits = photo_edits.mask_edits(before.program, case, (), "thing", Grounding(points=(beside,)))
     assert carry_out(workbench, edits).program.scene.object("thing") is not None
+
+
+def test_a_landmark_without_pixels_stays_where_it_is_seen(before: Snapshot) -> None:
+    """The line that was assumed before a ball lies elsewhere when the horizon moves."""
+    scene = before.program.scene
+    assert scene.camera is not None
+    assert before.case is not None
+    marks = (
+        Landmark(name="line", kind="line", points=((-0.2, 3, 0), (0.3, 3, 0)), source="assumed"),
+        Landmark(name="typed", kind="point", points=((0.1, 3, 0),), source="person"),
+    )
+    program = before.program.model_copy(
+        update={"scene": scene.model_copy(update={"landmarks": marks})}
+    )
+    edits = photo_edits.horizon_edits(program, before.case, (), scene.camera.horizon - 30)
+    after: dict[str, Any] = {edit.path: edit.value for edit in edits if isinstance(edit, SetField)}
+    pixels = scene.camera.project(np.array(marks[0].points))[0]
+    assert np.allclose(np.array(after["scene.landmarks.line.pixels"]), pixels, atol=0.1)
+    assert after["scene.landmarks.line.points"] is None
+    assert not any("typed" in path for path in after)
+    pinned = ("scene.landmarks.line.points",)
+    kept = photo_edits.horizon_edits(program, before.case, pinned, 10.0)
+    assert not any("landmarks" in edit.path for edit in kept)

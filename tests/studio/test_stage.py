@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import viser
 
+from physagent_studio.program import scene as shapes
 from physagent_studio.program.document import load_program
 from physagent_studio.records import Mesh
 from physagent_studio.session import Store
@@ -125,6 +126,35 @@ def test_nothing_stays_of_what_is_gone(
     left = {name for name in _nodes(server) if name.startswith(("/objects/", "/deforming/c"))}
     assert left == set()
     assert not any(name.startswith(("/collisions/", "/ghosts/")) for name in _nodes(server))
+
+
+def test_only_what_looks_different_is_drawn_anew(
+    stage: Stage, server: viser.ViserServer, snapshot: Snapshot
+) -> None:
+    snapshot = replace(snapshot, scene=None)
+    stage.draw(snapshot, View(), None)
+    ball, cloth = _node(server, "/objects/ball"), _node(server, "/objects/cloth")
+    trail = _node(server, "/trails/now/cloth")
+
+    def changed(**update: Any) -> Snapshot:
+        scene = snapshot.program.scene
+        objects = (scene.objects[0].model_copy(update=update), *scene.objects[1:])
+        program = snapshot.program.model_copy(
+            update={"scene": scene.model_copy(update={"objects": objects})}
+        )
+        return replace(snapshot, program=program, rollout=None)
+
+    stage.draw(changed(position=(0.3, 1.5, 0.1), material="steel"), View(), None)
+    assert _node(server, "/objects/ball") is ball
+    assert np.allclose(ball.position, (0.3, 1.5, 0.1))
+    assert _node(server, "/objects/label ball").position[0] == pytest.approx(0.3)
+    stage.draw(changed(shape=shapes.Box(size=(0.2, 0.2, 0.2))), View(), None)
+    assert _node(server, "/objects/ball") is not ball
+    assert _node(server, "/objects/cloth") is cloth
+    assert np.allclose(_node(server, "/objects/ball").position, (0, 1.5, 0.1))
+    stage.draw(snapshot, View(), None)
+    assert _node(server, "/trails/now/cloth") is not trail
+    assert "/objects/label ball" in _nodes(server)
 
 
 def test_a_picture_comes_down_to_its_main_colours() -> None:

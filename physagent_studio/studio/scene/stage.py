@@ -13,7 +13,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from physagent_studio.program import PhysicalProgram, SceneObject
+from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.rotations import matrices_of
 from physagent_studio.records import Mesh, Rollout
 from physagent_studio.studio.guard import put
@@ -190,37 +190,55 @@ class Stage:
         if key == self._made_from:
             return
         self._made_from = key
-        self._clear()
         scene, program = snapshot.scene, snapshot.program
+        looks: dict[str, Mesh] = {}
         for item in program.scene.objects:
             mesh = scene.meshes.get(item.name) if scene else None
             mesh = mesh if mesh is not None else mesh_of_object(item)
             if mesh is not None:
-                self._add_object(item, mesh, program)
+                looks[item.name] = mesh
+        self._make_objects(looks)
+        self._furniture.clear()
         self._furniture.make(program, scene, *self._measured(program))
 
-    def _clear(self) -> None:
-        self._server.scene.remove_by_name("/objects")
-        self._objects, self._labels, self._meshes = {}, {}, {}
-        self._boxes, self._sent = {}, None
-        for part in (
-            self._marks, self._ghosts, self._handles, self._collisions, self._deforming,
-            self._furniture,
-        ):  # fmt: skip
+    def _make_objects(self, looks: dict[str, Mesh]) -> None:
+        """Draws what looks different or is new; what only weighs or stands otherwise stays."""
+        kept = {
+            name
+            for name, mesh in self._meshes.items()
+            if name in looks and alike(mesh, looks[name])
+        }
+        self._marks.clear()
+        self._handles.clear()
+        self._sent = None
+        if kept == set(looks) == set(self._meshes):
+            return
+        for part in (self._ghosts, self._collisions, self._deforming):
             part.clear()
+        for name in set(self._meshes) - kept:
+            self._objects.pop(name).remove()
+            del self._meshes[name]
+        for name in looks:
+            if name not in kept:
+                self._add_object(name, looks[name])
+        self._name_objects()
 
-    def _add_object(self, item: SceneObject, mesh: Mesh, program: PhysicalProgram) -> None:
-        name = item.name
+    def _add_object(self, name: str, mesh: Mesh) -> None:
         handle = self._server.scene.add_glb(f"/objects/{name}", glb_of(mesh), cast_shadow=False)
         handle.on_click(lambda _event: self._picked("object", name))
         self._objects[name], self._meshes[name] = handle, mesh
-        if len(program.scene.objects) > MOST_NAMES:
-            return
-        low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-        self._boxes[name] = np.where(CORNERS, high, low)
-        self._labels[name] = self._server.scene.add_label(
-            f"/objects/label {name}", name, font_screen_scale=0.75, anchor="bottom-center"
-        )
+
+    def _name_objects(self) -> None:
+        """Names over the things, unless there are too many."""
+        for label in self._labels.values():
+            label.remove()
+        self._labels, self._boxes = {}, {}
+        for name, mesh in self._meshes.items() if len(self._meshes) <= MOST_NAMES else ():
+            low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+            self._boxes[name] = np.where(CORNERS, high, low)
+            self._labels[name] = self._server.scene.add_label(
+                f"/objects/label {name}", name, font_screen_scale=0.75, anchor="bottom-center"
+            )
 
     # --- measures ----------------------------------------------------------------------------
 
@@ -232,3 +250,15 @@ class Stage:
 
     def _size(self, program: PhysicalProgram) -> float:
         return self._measured(program)[1]
+
+
+def alike(one: Mesh, other: Mesh) -> bool:
+    """Whether two meshes look the same."""
+    if one is other:
+        return True
+    if one.color != other.color or not np.array_equal(one.vertices, other.vertices):
+        return False
+    return all(
+        a is b or (a is not None and b is not None and np.array_equal(a, b))
+        for a, b in ((one.faces, other.faces), (one.uv, other.uv), (one.texture, other.texture))
+    )

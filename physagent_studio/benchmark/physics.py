@@ -255,11 +255,15 @@ FIGURES: dict[str, Callable[[], list[Row]]] = {
 
 
 def bench(*, cases: Path | None = None, out: Path | None = None, full: bool = False) -> list[Row]:
-    """Runs all figures. out: a Markdown file for them. full: all malformed programs."""
+    """Runs all figures. full: all malformed programs.
+
+    out: a Markdown file for them; the sections that it has below the table are kept.
+    """
     rows = [row for figure in FIGURES.values() for row in figure()]
     rows += physics_programs.malformed(physics_programs.COUNT if full else physics_programs.DOSE)
     if out is not None:
-        out.write_text(_page(rows))
+        _, mark, notes = out.read_text().partition("\n## ") if out.is_file() else ("", "", "")
+        out.write_text(_page(rows) + mark + notes)
     return rows
 
 

@@ -8,24 +8,34 @@ one table of numbers and one of integers.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
+from numpy.typing import NDArray
 
-from physagent_studio.simulation.mj import Data
+from physagent_studio.simulation.mj import Data, mj
 from physagent_studio.simulation.surfaces import FloatArray, IntArray
 
 NUMBERS = {"dist": 1, "pos": 3, "frame": 9, "includemargin": 1}
 INTEGERS = {"dim": 1, "geom": 2, "flex": 2, "efc_address": 1}
 
 
+PROBE = """
+<mujoco><worldbody>
+  <geom type="plane" size="1 1 1"/><body pos="0 0 0.05"><freejoint/><geom size="0.1"/></body>
+</worldbody></mujoco>
+"""
+"""A ball in a floor: one contact, to see how the engine keeps them."""
+
+
 class ContactView:
     """Contacts of `data` as they are now: rows [:data.ncon] of both tables are valid.
 
     numbers: (capacity, A) float64; integers: (capacity, B) int32, both empty until there has been
-    a contact. pairs: the columns of the two geoms, −1 for flexes. at: the first column of a field
-    in its table.
+    a contact. widths: A and B. pairs: the columns of the two geoms, −1 for flexes. codes:
+    (capacity,) both as one number. at: the first column of a field in its table.
     """
 
     def __init__(self, data: Data) -> None:
@@ -33,31 +43,28 @@ class ContactView:
         self.numbers: FloatArray = np.empty((0, 0))
         self.integers: IntArray = np.empty((0, 0), np.int32)
         self.pairs: IntArray = np.empty((0, 2), np.int32)
-        self.at: dict[str, int] = {}
+        self.codes: NDArray[np.int64] = np.empty(0, np.int64)
+        self.at = {**_columns(tuple(NUMBERS)), **_columns(tuple(INTEGERS))}
+        self.widths = (_width(self.at, NUMBERS), _width(self.at, INTEGERS))
 
     def bind(self) -> None:
         """Finds the tables; needs a contact to be there, and does nothing once they are found."""
-        if self.at:
+        if len(self.codes):
             return
         contact = self._data.contact
-        fields = {name: getattr(contact, name) for name in (*NUMBERS, *INTEGERS)}
-        size = fields["dist"].strides[0]
-        capacity = self._data.narena // size
-        self.numbers = self._table(fields, NUMBERS, size, capacity)
-        self.integers = self._table(fields, INTEGERS, size, capacity)
+        size = contact.dist.strides[0]
+        capacity = self._data.narena // size - 1
+        tables = []
+        for names, width in zip((NUMBERS, INTEGERS), self.widths, strict=True):
+            field = getattr(contact, next(name for name in names if self.at[name] == 0))
+            # The last record must not be read beyond its end.
+            rows = as_strided(field, (capacity, width), (size, field.itemsize), writeable=False)
+            tables.append(rows)
+        self.numbers, self.integers = tables
         column = self.at["geom"]
         self.pairs = self.integers[:, column : column + 2]
-
-    def _table(
-        self, fields: dict[str, Any], widths: dict[str, int], size: int, capacity: int
-    ) -> np.ndarray:
-        first = min(widths, key=lambda name: _address(fields[name]))
-        base, unit = _address(fields[first]), fields[first].itemsize
-        for name in widths:
-            self.at[name] = (_address(fields[name]) - base) // unit
-        width = max(self.at[name] + count for name, count in widths.items())
-        # The last record must not be read beyond its end.
-        return as_strided(fields[first], (capacity - 1, width), (size, unit), writeable=False)
+        both = contact.geom.view(np.int64)
+        self.codes = as_strided(both, (capacity,), (size,), writeable=False)
 
     def geoms(self) -> IntArray:
         """(ncon, 2) ids of the geoms that are close to each other now."""
@@ -65,6 +72,21 @@ class ContactView:
         if count:
             self.bind()
         return self.pairs[:count]
+
+
+@cache
+def _columns(names: tuple[str, ...]) -> dict[str, int]:
+    """Where fields of one type begin, counted in numbers of it from the first of them."""
+    model = mj.MjModel.from_xml_string(PROBE)
+    data = mj.MjData(model)
+    mj.mj_forward(model, data)
+    fields = {name: getattr(data.contact, name) for name in names}
+    first = min(_address(field) for field in fields.values())
+    return {name: (_address(field) - first) // field.itemsize for name, field in fields.items()}
+
+
+def _width(at: dict[str, int], widths: dict[str, int]) -> int:
+    return max(at[name] + count for name, count in widths.items())
 
 
 def _address(array: Any) -> int:

@@ -17,8 +17,6 @@ from physagent_studio.simulation.surfaces import FloatArray
 from physagent_studio.simulation.vectors import unit_of
 from physagent_studio.simulation.world import World
 
-ZERO = np.zeros(3)
-
 
 class Effect(ABC):
     """One action while it acts.
@@ -76,6 +74,8 @@ class Effect(ABC):
 
 
 def _as_json(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return [_as_json(item) for item in value]
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 

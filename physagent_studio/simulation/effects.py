@@ -16,8 +16,8 @@ from physagent_studio.program.actions import (
     SetPosition,
     SetVelocity,
 )
-from physagent_studio.simulation.effect import ZERO, Effect, plain_vector
-from physagent_studio.simulation.parts import CloudPart, RigidPart
+from physagent_studio.simulation.effect import Effect, plain_vector
+from physagent_studio.simulation.parts import ZERO, CloudPart, RigidPart
 from physagent_studio.simulation.pushes import (
     ApplyAngledForceEffect,
     ApplyDisturbanceEffect,

@@ -31,8 +31,9 @@ def run(
     """Runs the control steps from `first` to the end of the clip, or to a blow-up."""
     clip = world.program.clip
     data = world.compiled.data
+    places, rates = data.qpos, data.qvel
     for step in range(first, clip.steps + 1):
-        trace.positions[step], trace.velocities[step] = data.qpos, data.qvel
+        trace.positions[step], trace.velocities[step] = places, rates
         trace.rows = step + 1
         if step % clip.steps_per_frame == 0:
             if not _sound(world, trace, step):
@@ -139,15 +140,17 @@ def _advance(world: World, trace: Trace, step: int) -> None:
         trace.calm.end(step + 1)
         return
     first = step * trace.substeps
-    if step and not schedule.has_edge(step):
+    quiet = step > 0 and not schedule.has_edge(step)
+    if quiet:
         trace.log.undisturbed.append(step)
     if step < trace.calm.until:
         mj.mj_step(world.compiled.model, data, trace.substeps)
-        apart = trace.grip.update(data)
-        if apart:
-            trace.log.repeat(first)
+        was = trace.grip.now
+        parted = trace.grip.update(data)
+        if trace.grip.now is not was:
+            trace.log.part(data, first, parted)
             trace.calm.end(step + 1)
-        trace.log.read(data, first)
+        trace.log.read(data, first, trace.grip.alone and quiet and not parted)
         trace.count, trace.acting = data.ncon, data.nefc
         if step + 1 < trace.calm.until:
             return

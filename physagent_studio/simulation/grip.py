@@ -9,6 +9,8 @@ friction is hard where bodies meet, and gentle where they have been close alread
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 
 from physagent_studio.simulation.clouds import Cloud
@@ -27,10 +29,11 @@ class Grip:
     """Keeps each pair's `solreffriction`: one value while it is apart, one once it is close.
 
     Close are pairs that touch or are closer than they can come in one engine step without an
-    impact; engaged those of them that have touched since they came close. awaits: whether some
+    impact: now; engaged those of them that have touched since they came close. awaits: whether some
     have not, or may not have where deformables or grains are about. state: (npair,) 0 apart, 1
     close, 2 engaged; part of a snapshot. loose: whether there are deformables or grains, which
-    come close and apart all the time.
+    come close and apart all the time. alone: whether of every two things that are close one is
+    close to nothing else, all supports being one thing.
     """
 
     def __init__(self, compiled: Compiled, dt: float) -> None:
@@ -40,42 +43,51 @@ class Grip:
         self._impact = -1.0 / dt
         self._slide = max(-1.0 / SLIDE, 0.5 * self._impact)
         self.loose = any(isinstance(handle, Cloud) for handle in compiled.handles)
-        self._known: dict[bytes, frozenset[int]] = {}
-        self._sets: dict[frozenset[int], frozenset[int]] = {}
+        self._known: dict[frozenset[int], frozenset[int]] = {}
+        self._sets: dict[frozenset[int], frozenset[int]] = {NOTHING: NOTHING}
+        self._bodies = compiled.pair_bodies.tolist()
+        self._objects = len(compiled.handles) if compiled.reach is not None else 0
+        self._held: dict[frozenset[int], tuple[FloatArray, bool]] = {}
         self._damping[:, 0] = -1.0
-        self.engaged = NOTHING
-        self.awaits = False
+        self.now = self.engaged = NOTHING
+        self.awaits = self.alone = False
         self.state = np.zeros(len(compiled.pair_bodies))
         self._hold(NOTHING)
 
-    def update(self, data: Data) -> bool:
-        """Takes over which pairs are close in the engine step just done; False if the same."""
-        pairs = self._known.get(self._view.pairs[: data.ncon].tobytes())
-        if pairs is None:
-            pairs = self._close(data)
-        if pairs is self._now or pairs == self._now:
-            return False
+    def update(self, data: Data) -> frozenset[int]:
+        """Takes over which pairs are close in the engine step just done; those that are no more."""
+        pairs = self._close(data)
+        if pairs is self.now:
+            return NOTHING
+        parted = self.now - pairs
         self._hold(pairs)
-        return True
+        return parted
 
     def note(self, data: Data, log: ContactLog, since: int) -> bool:
         """Notes which pairs have touched since an engine step; True if all that are close have."""
         self.update(data)
-        if self._now and self.awaits:
-            touched = self._pairs(log.active_geoms(since)) & self._now
+        if self.now and self.awaits:
+            touched = self._pairs(log.active_geoms(since)) & self.now
             self._engage(touched | self.engaged)
         return not self.awaits
 
     def _close(self, data: Data) -> frozenset[int]:
-        if not data.ncon:
+        """The pairs that are close now; equal sets are one object."""
+        count = data.ncon
+        if not count:
             return NOTHING
-        geoms = self._view.geoms()
-        pairs = self._pairs(geoms)
         if self.loose:
-            return pairs
-        # A rolling body runs through the same few sets of contacts again and again.
-        pairs = self._known[geoms.tobytes()] = self._sets.setdefault(pairs, pairs)
+            return self._one(self._pairs(self._view.geoms()))
+        self._view.bind()
+        # What rolls changes its contacts all the time, and hardly ever whom it touches.
+        codes = frozenset(self._view.codes[:count].tolist())
+        pairs = self._known.get(codes)
+        if pairs is None:
+            pairs = self._known[codes] = self._one(self._pairs(self._view.geoms()))
         return pairs
+
+    def _one(self, pairs: frozenset[int]) -> frozenset[int]:
+        return self._sets.setdefault(pairs, pairs)
 
     def _pairs(self, geoms: IntArray) -> frozenset[int]:
         pairs = self._table[geoms[:, 0], geoms[:, 1]]
@@ -85,21 +97,29 @@ class Grip:
         return frozenset(pairs.tolist())
 
     def _hold(self, pairs: frozenset[int]) -> None:
-        self._now = pairs
-        self._damping[:, 1] = self._impact
-        if pairs:
-            self._damping[sorted(pairs), 1] = self._slide
-        self._engage(pairs.intersection(self.engaged))
+        self.now = pairs
+        known = self._held.get(pairs)
+        if known is None:
+            column = np.full(len(self.state), self._impact)
+            column[sorted(pairs)] = self._slide
+            known = self._held[pairs] = (column, self._are_alone(pairs))
+        self._damping[:, 1], self.alone = known
+        self._engage(pairs & self.engaged)
+
+    def _are_alone(self, pairs: frozenset[int]) -> bool:
+        ends = {tuple(min(end, self._objects) for end in self._bodies[pair]) for pair in pairs}
+        count = Counter(end for two in ends for end in two if end < self._objects)
+        return self._objects > 0 and all(any(count[end] == 1 for end in two) for two in ends)
 
     def _engage(self, pairs: frozenset[int]) -> None:
         self.engaged = pairs
-        self.awaits = self.loose or len(pairs) < len(self._now)
+        self.awaits = self.loose or len(pairs) < len(self.now)
         self.state[:] = 0
-        if self._now:
-            self.state[sorted(self._now)] = 1
+        if self.now:
+            self.state[sorted(self.now)] = 1
             self.state[sorted(pairs)] = 2
 
     def restore(self, state: FloatArray) -> None:
         """Takes up where `state` was."""
         self.engaged = frozenset(np.flatnonzero(state == 2).tolist())
-        self._hold(frozenset(np.flatnonzero(state).tolist()))
+        self._hold(self._one(frozenset(np.flatnonzero(state).tolist())))

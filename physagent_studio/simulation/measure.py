@@ -65,11 +65,16 @@ def _own(world: World, trace: Trace, setting: str) -> Rollout:
         warnings=tuple(trace.alarms),
         releases=tuple(trace.releases),
         versions=versions(),
-        snapshots=trace.snapshots[: len(trace.memories)].copy(),
+        snapshots=_snapshots(trace),
         memories=tuple(trace.memories),
         actions=action_keys(program),
         setting=setting,
     )
+
+
+def _snapshots(trace: Trace) -> FloatArray:
+    filled = len(trace.memories)
+    return trace.snapshots if filled == len(trace.snapshots) else trace.snapshots[:filled].copy()
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)

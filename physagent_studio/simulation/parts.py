@@ -12,6 +12,9 @@ from physagent_studio.simulation.mj import Data, Model
 from physagent_studio.simulation.model import Compiled, Handle
 from physagent_studio.simulation.surfaces import FloatArray
 
+ZERO = np.zeros(3)
+"""The vector that is known to be zero."""
+
 
 class Part(ABC):
     """What actions may ask of an object and do to it. rotation: `R_world_body`, (3, 3)."""
@@ -84,22 +87,25 @@ class RigidPart(Part):
     def __init__(self, model: Model, data: Data, handle: Handle) -> None:
         super().__init__(model, data)
         self.handle = handle
+        # Views of the engine's memory, which stays where it is.
+        self._place = data.qpos[handle.position : handle.position + 3]
+        self._rate = data.qvel[handle.velocity : handle.velocity + 3]
+        self._wrench = data.xfrc_applied[handle.body]
+        self._mass = float(model.body_mass[handle.body])
 
     @property
     def mass(self) -> float:
-        return float(self.model.body_mass[self.handle.body])
+        return self._mass
 
     def position(self) -> FloatArray:
-        at = self.handle.position
-        return self.data.qpos[at : at + 3].copy()
+        return self._place.copy()
 
     def rotation(self) -> FloatArray:
         at = self.handle.position + 3
         return matrix_of(self.data.qpos[at : at + 4].tolist())
 
     def velocity(self) -> FloatArray:
-        at = self.handle.velocity
-        return self.data.qvel[at : at + 3].copy()
+        return self._rate.copy()
 
     def angular(self) -> FloatArray:
         at = self.handle.velocity + 3
@@ -138,9 +144,9 @@ class RigidPart(Part):
             self._anchor()
 
     def push(self, force: FloatArray, torque: FloatArray) -> None:
-        wrench = self.data.xfrc_applied[self.handle.body]
-        wrench[:3] += force
-        wrench[3:] += torque
+        self._wrench[:3] += force
+        if torque is not ZERO:
+            self._wrench[3:] += torque
 
     def hold(self) -> None:
         """Welds the object to the pose that it has now."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -17,8 +18,8 @@ from physagent_studio.program.actions import (
     ApplyTorque,
 )
 from physagent_studio.simulation.disturbance import disturbance
-from physagent_studio.simulation.effect import ZERO, Effect, direction_of, plain_vector
-from physagent_studio.simulation.parts import Part
+from physagent_studio.simulation.effect import Effect, direction_of, plain_vector
+from physagent_studio.simulation.parts import ZERO, Part
 from physagent_studio.simulation.surfaces import FloatArray
 from physagent_studio.simulation.world import World
 
@@ -30,8 +31,8 @@ class Push(Effect):
 
     def __init__(self, action: Action) -> None:
         super().__init__(action)
-        # Force, torque, position and angular velocity at the last push, one row each.
-        self._last: FloatArray | None = None
+        # Force, torque, position and angular velocity at the last push.
+        self._last: Sequence[FloatArray] | None = None
         self._last_time = 0.0
 
     def act(self, world: World, time: float) -> None:
@@ -42,7 +43,7 @@ class Push(Effect):
         force, torque = self.wrench(world, time)
         part.push(force, torque)
         angular = ZERO if torque is ZERO else part.angular()
-        self._last = np.array([force, torque, position, angular])
+        self._last = (force, torque, position, angular)
         self._last_time = time
 
     def end(self, world: World) -> None:
@@ -57,7 +58,7 @@ class Push(Effect):
             return
         force, torque, before, angular = self._last
         self.work += float(force @ (position - before))
-        if torque.any():
+        if torque is not ZERO and torque.any():
             turned = (angular + part.angular()) / 2 * (time - self._last_time)
             self.work += float(torque @ turned)
 
@@ -97,7 +98,9 @@ class ApplyForceEffect(Push):
 
     def memory(self) -> dict[str, Any]:
         """The push, its direction and the state of the controller."""
-        steering = asdict(self._steering) if self._steering is not None else None
+        steering = None
+        if self._steering is not None:
+            steering = {name: getattr(self._steering, name) for name in STEERING}
         return {**super().memory(), "steering": steering}
 
     def recall(self, memory: dict[str, Any]) -> None:
@@ -172,6 +175,9 @@ class Steering:
         self.count += 1
         self.last_time, self.last_speed, self.last_acceleration = time, speed, wanted
         return wanted * self.mass
+
+
+STEERING = tuple(item.name for item in fields(Steering))
 
 
 class ApplyTorqueEffect(Push):

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from physagent_studio.program.rotations import matrix_of
 from physagent_studio.simulation.mj import Data, Model, mj
 from physagent_studio.simulation.surfaces import FloatArray, IntArray
 
@@ -147,7 +148,7 @@ def reach_of(
         if body < count:
             offset = float(np.linalg.norm(model.geom_pos[geom]))
             # About the origin, with room for rounding; of several geoms any one will do.
-            radii[body] = max(radii[body], 1.001 * (offset + float(model.geom_rbound[geom])))
+            radii[body] = max(radii[body], 1.001 * _outer(model, geom))
             inside[body] = max(inside[body], 0.999 * (_inner(model, geom) - offset))
     found: dict[tuple[int, int], list[int]] = {}
     ends = np.stack([model.pair_geom1, model.pair_geom2], 1).tolist()
@@ -169,6 +170,19 @@ def reach_of(
     ]
     between = frozenset[int]().union(*(item.pairs for item in meetings if item.other >= 0))
     return Reach(tuple(objects), tuple(meetings), between)
+
+
+def _outer(model: Model, geom: int) -> float:
+    """m: radius of a sphere about the body's origin that holds the geom."""
+    bound = float(np.linalg.norm(model.geom_pos[geom]) + model.geom_rbound[geom])
+    if model.geom_type[geom] != mj.mjtGeom.mjGEOM_MESH:
+        return bound
+    # The engine's own bound is half the diagonal of a box.
+    mesh = int(model.geom_dataid[geom])
+    start, size = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+    corners = np.array(model.mesh_vert[start : start + size], float)
+    corners = corners @ matrix_of(model.geom_quat[geom].tolist()).T + model.geom_pos[geom]
+    return min(bound, float(np.linalg.norm(corners, axis=1).max()))
 
 
 def _inner(model: Model, geom: int) -> float:

@@ -12,6 +12,9 @@ from physagent_studio.simulation.contact_view import ContactView
 from physagent_studio.simulation.mj import Data
 from physagent_studio.simulation.surfaces import FloatArray, IntArray
 
+NONE = -(1 << 60)
+"""Where the forces of a reading begin that has none."""
+
 T = TypeVar("T", np.float64, np.int32)
 
 
@@ -32,8 +35,8 @@ class Readings:
         self._forces: FloatArray = np.empty(0)
         self._end = self._stop = 0
 
-    def add(self, data: Data, tick: int) -> None:
-        """Takes down all contacts there are now."""
+    def add(self, data: Data, tick: int, forces: bool) -> None:
+        """Takes down all contacts there are now. forces: whether those of the solver too."""
         count = data.ncon
         if count:
             self._view.bind()
@@ -41,23 +44,28 @@ class Readings:
             self._numbers[self._end : end] = self._view.numbers[:count]
             self._integers[self._end : end] = self._view.integers[:count]
             self._end = end
-            self._add_forces(data)
+            if forces:
+                self._add_forces(data)
+            else:
+                self.starts.append(NONE)
         self.ticks.append(tick)
         self.counts.append(count)
 
-    def repeat(self, tick: int) -> None:
-        """Takes down the contacts of the last reading once more, as close but not acting."""
-        count = self.counts[-1] if self.counts else 0
-        if count:
-            end, column = self._room(count), self._view.at["efc_address"]
-            again = slice(self._end - count, self._end)
-            self._numbers[self._end : end] = self._numbers[again]
-            self._integers[self._end : end] = self._integers[again]
-            self._integers[self._end : end, column] = -1
-            self._end = end
-            self.starts.append(self._stop)
+    def add_apart(
+        self, tick: int, geoms: tuple[int, int], gap: float, point: FloatArray, normal: FloatArray
+    ) -> None:
+        """Takes down a pair that has come apart: close, but not acting."""
+        end, at = self._room(1), self._view.at
+        numbers, integers = self._numbers[self._end], self._integers[self._end]
+        numbers[:], integers[:] = 0, -1
+        numbers[at["dist"]] = gap
+        numbers[at["pos"] : at["pos"] + 3] = point
+        numbers[at["frame"] : at["frame"] + 3] = normal
+        integers[at["geom"] : at["geom"] + 2] = geoms
+        self._end = end
+        self.starts.append(self._stop)
         self.ticks.append(tick)
-        self.counts.append(count)
+        self.counts.append(1)
 
     def add_some(self, data: Data, tick: int, keep: NDArray[np.bool_]) -> None:
         """Takes down the contacts in `keep`, (ncon,)."""
@@ -85,8 +93,8 @@ class Readings:
         end = self._end + count
         if end > len(self._numbers):
             if not self._end:
-                self._numbers = np.empty((0, self._view.numbers.shape[1]))
-                self._integers = np.empty((0, self._view.integers.shape[1]), np.int32)
+                self._numbers = np.empty((0, self._view.widths[0]))
+                self._integers = np.empty((0, self._view.widths[1]), np.int32)
             self._numbers = _grown(self._numbers, 2 * end + 256)
             self._integers = _grown(self._integers, 2 * end + 256)
         return end

@@ -27,6 +27,10 @@ MANY = 100
 """Contacts from which on a reading leaves out those within one object."""
 
 
+FAR = 1e3
+"""m: distances above this do not matter."""
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Touching:
     """Columns of contacts, one row per control step and pair, sorted; see `CONTACT_DTYPE`.
@@ -69,6 +73,8 @@ class ContactLog:
         model = compiled.model
         self._geom_bodies = compiled.geom_bodies.astype(np.int64)
         self._flex_bodies = compiled.flex_bodies
+        self._model = model
+        self._ends = np.zeros(6)
         self._geom_owner = model.geom_bodyid
         self._count = model.nbody
         self._substeps = substeps
@@ -79,19 +85,32 @@ class ContactLog:
         self._readings = Readings(compiled.contacts)
         self.undisturbed: list[int] = []
 
-    def read(self, data: Data, tick: int) -> None:
-        """Keeps the contacts of the engine step just done, as those of engine step `tick`."""
+    def read(self, data: Data, tick: int, known: bool = False) -> None:
+        """Keeps the contacts of the engine step just done, as those of engine step `tick`.
+
+        known: whether all their impulses will follow from momenta, so that forces are not needed.
+        """
         if data.ncon > MANY:
             # A heap touches itself thousands of times: only what it does to others is kept.
             flex = np.asarray(data.contact.flex) if self._flexible else None
             bodies = self._bodies(self._view.geoms(), flex)
             self._readings.add_some(data, tick, bodies[:, 0] != bodies[:, 1])
         else:
-            self._readings.add(data, tick)
+            self._readings.add(data, tick, not known)
 
-    def repeat(self, tick: int) -> None:
-        """Keeps what was close before engine step `tick`, which has come apart since."""
-        self._readings.repeat(tick)
+    def part(self, data: Data, tick: int, pairs: frozenset[int]) -> None:
+        """Keeps pairs that were close before engine step `tick` and have come apart since.
+
+        Where they touched is not known any more: the nearest points stand for it.
+        """
+        model = self._model
+        for pair in sorted(pairs):
+            one, other = int(model.pair_geom1[pair]), int(model.pair_geom2[pair])
+            gap = mj.mj_geomDistance(model, data, one, other, FAR, self._ends)
+            across = self._ends[3:] - self._ends[:3]
+            normal = across / max(float(np.linalg.norm(across)), 1e-12)
+            middle = (self._ends[3:] + self._ends[:3]) / 2
+            self._readings.add_apart(tick, (one, other), gap, middle, normal)
 
     def _bodies(self, geom: IntArray, flex: IntArray | None) -> IntArray64:
         """(n, 2) index among objects-then-supports. flex: (n, 2) where there are any flexes."""
@@ -162,7 +181,8 @@ class ContactLog:
         counts = np.array(self._readings.counts[first:], np.int64)
         counts = counts[counts > 0]
         starts = self._readings.starts[len(self._readings.starts) - len(counts) :]
-        at, active = address + np.repeat(np.array(starts, np.int64), counts), address >= 0
+        at = address + np.repeat(np.array(starts, np.int64), counts)
+        active = (address >= 0) & (at >= 0)
         rows = self._readings.forces
         force = np.zeros(len(address))
         force[active] = rows[at[active]]

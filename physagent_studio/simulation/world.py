@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -73,8 +74,8 @@ class World:
         mj.mj_forward(self.compiled.model, self.data)
         at = part.handle.velocity
         acceleration = self.data.qacc[at : at + 3]
-        limit = IMPACT * max(9.81, float(np.linalg.norm(self.program.scene.gravity)))
-        if np.linalg.norm(acceleration) < limit:
+        limit = IMPACT * max(9.81, math.hypot(*self.program.scene.gravity))
+        if math.hypot(*acceleration.tolist()) < limit:
             kick = acceleration * self.dt / 2
             self.data.qvel[at : at + 3] -= kick
             self.kicks.append((self.step, self.names[name], kick))

@@ -147,3 +147,12 @@ def test_what_is_thrown_about_has_the_bits_of_a_run_step_by_step(seed, monkeypat
     quick, slow = Simulator().simulate(clip), in_detail(clip, {}, monkeypatch)
     assert np.array_equal(quick.positions, slow.positions)
     assert first_touches(quick) == first_touches(slow)
+
+
+def test_a_run_that_goes_on_from_any_frame_has_the_same_contacts():
+    clip, simulator = rolling_about(), Simulator()
+    whole = simulator.simulate(clip)
+    for frame in range(1, whole.frames - 1):
+        again = simulator.resimulate(clip, {}, whole, frame * whole.steps_per_frame)
+        assert np.array_equal(again.positions, whole.positions)
+        assert again.contacts.tobytes() == whole.contacts.tobytes(), frame

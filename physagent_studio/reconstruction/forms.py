@@ -124,15 +124,49 @@ def _worth_trying(mask: BoolArray, usual: Usual, hidden: BoolArray | None) -> tu
 
 
 def _revolved_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) -> list[Form]:
+    """The surface of revolution as its rows give it, or corrected until its box is the mask's."""
     made = revolved(camera, mask, base)
     if made is None:
         return []
-    shape, position = made
-    mesh = mesh_of(shape)
-    seen = silhouette(camera, mesh.vertices + np.array(position), mesh.faces)
-    value = iou(seen, mask)
+    best: tuple[float, Revolved, tuple[float, float, float]] | None = None
+    for _ in range(4):
+        shape, position = made
+        mesh = mesh_of(shape)
+        seen = silhouette(camera, mesh.vertices + np.array(position), mesh.faces)
+        value = iou(seen, mask)
+        if best is None or value > best[0]:
+            best = (value, shape, position)
+        if not seen.any():
+            break
+        made = _corrected(camera, (shape, position), bounds(seen), bounds(mask), base)
+    assert best is not None
+    value, shape, position = best
     merit = value - REVOLVED_COST + PRIOR * ("revolved" in usual.shapes)
-    return [Form("revolved", shape, mesh, position, IDENTITY, value, merit)]
+    return [Form("revolved", shape, mesh_of(shape), position, IDENTITY, value, merit)]
+
+
+def _corrected(
+    camera: Camera,
+    made: tuple[Revolved, tuple[float, float, float]],
+    seen: tuple[int, int, int, int],
+    wanted: tuple[int, int, int, int],
+    base: Base,
+) -> tuple[Revolved, tuple[float, float, float]]:
+    """The shape and its place, its box in the picture drawn to the wanted one."""
+    shape, (x, y, z) = made
+    wide, tall = (
+        float(np.clip((wanted[k + 2] - wanted[k]) / (seen[k + 2] - seen[k]), 0.7, 1.4))
+        for k in (0, 1)
+    )
+    foot = z + shape.profile[0][0]
+    x += ((wanted[0] + wanted[2]) - (seen[0] + seen[2])) / 2 * metres_per_pixel(camera, (x, y, z))
+    if base.hold < 1 and not base.free_z:
+        column = (wanted[0] + wanted[2]) / 2
+        spots = on_plane(camera, [(column, wanted[3]), (column, seen[3])], foot)
+        step = float(spots[0, 1] - spots[1, 1])
+        y += (1 - base.hold) * step if np.isfinite(step) else 0.0
+    profile = tuple((own * tall, radius * wide) for own, radius in shape.profile)
+    return Revolved(profile=profile), (x, y, foot - profile[0][0])
 
 
 def _inflated_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) -> Form:

@@ -16,14 +16,18 @@ from physagent_studio.program.findings import PreflightFinding
 from physagent_studio.program.mechanics import expected_speed, gravity_of, row_of, standing
 from physagent_studio.program.overlaps import overlap, way_out
 from physagent_studio.program.program import PhysicalProgram
-from physagent_studio.program.scaling import scaled
+from physagent_studio.program.scaling import scaled, shape_scaled, shape_thickened
 from physagent_studio.program.scene import SceneObject, Slab
-from physagent_studio.program.shapes import Placed, gap, lowest, outline_of
+from physagent_studio.program.shapes import Placed, gap, lowest, outline_of, place_object
 
 SAFETY = 3.0
 """Engine steps that a fast body takes at least to cross another and its own extent."""
 FASTEST = 150.0
 """m/s above which nothing in an everyday picture moves."""
+LARGEST, SMALLEST, THINNEST = 50.0, 0.003, 0.002
+"""m: largest extents, and a smallest one, beyond which something was hardly meant so."""
+EVERYDAY = 0.3
+"""m: as large as things in a picture mostly are."""
 TOUCHING = 0.02
 """Gaps and overlaps up to this part of a body's smallest extent count as touching."""
 
@@ -58,12 +62,33 @@ def _size(item: SceneObject) -> Iterator[PreflightFinding]:
         return
     low, high = float(outline_of(item.shape).size.min()), float(outline_of(item.shape).size.max())
     path = f"scene.objects.{item.name}.shape"
-    if high > 50 or high < 0.003:
+    if high > LARGEST or high < SMALLEST:
         message = f"it is {high:.3g} m large, which no event in a picture is likely to have"
-        yield PreflightFinding(code="implausible_size", path=path, message=message)
-    elif low < 0.002 and item.body.kind == "rigid":
+        yield PreflightFinding(
+            code="implausible_size", path=path, message=message, edits=_other_unit(item, high)
+        )
+    elif low < THINNEST and item.body.kind == "rigid":
         message = f"it is {low * 1000:.2g} mm thin; contacts may let it through"
-        yield PreflightFinding(code="implausible_size", path=path, message=message)
+        thicker = shape_thickened(item.shape, THINNEST)
+        edits = (
+            () if thicker is None else (SetField(path=path, value=thicker.model_dump(mode="json")),)
+        )
+        yield PreflightFinding(code="implausible_size", path=path, message=message, edits=edits)
+
+
+def _other_unit(item: SceneObject, size: float) -> tuple[SetField, ...]:
+    """The size in another unit, as near to everyday as it gets; it stands where it stood."""
+    assert item.shape is not None
+    factor = 10.0 ** -round(math.log10(size / EVERYDAY))
+    shape = shape_scaled(item.shape, factor)
+    path = f"scene.objects.{item.name}"
+    edits = [SetField(path=f"{path}.shape", value=shape.model_dump(mode="json"))]
+    if item.position is not None:
+        x, y, z = item.position
+        foot = float(lowest(place_object(item.shape, item.position, item.rotation))[0])
+        place: list[JsonValue] = [x, y, round(foot + (z - foot) * factor, 5)]
+        edits.append(SetField(path=f"{path}.position", value=place))
+    return tuple(edits)
 
 
 def _extent(program: PhysicalProgram, name: str) -> float:
@@ -146,7 +171,8 @@ def _in_the_air(program: PhysicalProgram, body: Placed, item: SceneObject) -> Pr
     path = f"scene.objects.{item.name}.position"
     if not floors or item.position is None:
         message = "it starts in the air and nothing is below it"
-        return PreflightFinding(code="in_the_air", path=path, message=message)
+        meant = (SetField(path=f"scene.objects.{item.name}.support", value="air"),)
+        return PreflightFinding(code="in_the_air", path=path, message=message, edits=meant)
     drop = float(lowest(body)[0]) - max(floors)
     message = f"it starts in the air, {drop:.2f} m above the floor, and will fall"
     x, y, z = item.position

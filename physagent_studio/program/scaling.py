@@ -1,4 +1,4 @@
-"""The same action, stronger or weaker: edits that multiply what it gives."""
+"""The same action, stronger or weaker, and the same shape, larger or thicker."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from physagent_studio.program.actions import (
     SetVelocity,
 )
 from physagent_studio.program.edits import SetField
+from physagent_studio.program.forms import Box, Cylinder, Ellipsoid, Inflated, Meshed, Shape
 
 
 def scaled(action: Action, factor: float) -> tuple[SetField, ...]:
@@ -35,6 +36,37 @@ def _vector(
         return (SetField(path=f"{path}.magnitude", value=_rounded(vector.magnitude * factor)),)
     value: list[JsonValue] = [_rounded(part * factor) for part in vector]
     return (SetField(path=path, value=value),)
+
+
+def shape_scaled(shape: Shape, factor: float) -> Shape:
+    """The shape with all its lengths multiplied."""
+    kept = {"kind", "asset", "thickness"}
+    lengths = shape.model_dump(mode="json", exclude=kept, exclude_none=True)
+    larger = {name: _multiplied(value, factor) for name, value in lengths.items()}
+    return type(shape).model_validate({**shape.model_dump(mode="json"), **larger})
+
+
+def shape_thickened(shape: Shape, least: float) -> Shape | None:
+    """The shape with its thinnest extent at `least`, m; None where that has no field of its own."""
+    match shape:
+        case Box(wall=None) | Inflated() | Meshed():
+            x, y, z = (max(edge, least) for edge in shape.size)
+            return shape.model_copy(update={"size": (x, y, z)})
+        case Ellipsoid():
+            x, y, z = (max(radius, least / 2) for radius in shape.radii)
+            return shape.model_copy(update={"radii": (x, y, z)})
+        case Cylinder():
+            radius, height = max(shape.radius, least / 2), max(shape.height, least)
+            return shape.model_copy(update={"radius": radius, "height": height})
+        case _:
+            return None
+
+
+def _multiplied(value: JsonValue, factor: float) -> JsonValue:
+    if isinstance(value, list):
+        return [_multiplied(part, factor) for part in value]
+    assert isinstance(value, float | int)
+    return float(f"{value * factor:.6g}")
 
 
 def _rounded(value: float) -> float:

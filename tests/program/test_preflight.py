@@ -99,11 +99,7 @@ def test_it_is_found(code):
     assert all(finding.message and finding.path for finding in found)
 
 
-@pytest.mark.parametrize(
-    "code",
-    # Only a person can know how large a thing was meant to be.
-    sorted(set(CASES) - {"implausible_size"}),
-)
+@pytest.mark.parametrize("code", sorted(CASES))
 def test_the_suggestion_settles_it(code):
     finding = next(one for one in preflight(CASES[code]) if one.code == code)
     assert finding.edits
@@ -126,6 +122,32 @@ def test_what_is_too_fast_is_made_slower_by_its_own_actions(action):
     given = program(action)
     finding = next(one for one in preflight(given) if one.code == "implausible_speed")
     assert "implausible_speed" not in codes(apply(given, finding.edits))
+
+
+@pytest.mark.parametrize(
+    ("shape", "height"),
+    [
+        ({"kind": "sphere", "radius": 110}, 110),
+        ({"kind": "sphere", "radius": 0.0001}, 0.0001),
+        ({"kind": "capsule", "radius": 60, "height": 300}, 150),
+        ({"kind": "torus", "radius": 60, "tube": 10}, 10),
+        ({"kind": "revolved", "profile": [[-60, 0], [-50, 30], [60, 40]], "wall": 5}, 60),
+        ({"kind": "box", "size": [0.3, 0.2, 0.001]}, 0.0005),
+        ({"kind": "ellipsoid", "radii": [0.1, 0.1, 0.0005]}, 0.0005),
+        ({"kind": "cylinder", "radius": 0.1, "height": 0.001}, 0.0005),
+    ],
+)
+def test_a_size_that_cannot_be_meant_is_put_right_where_it_stands(shape, height):
+    given = program(objects=[{**BALL, "shape": shape, "position": [0, 0, height]}])
+    finding = next(one for one in preflight(given) if one.code == "implausible_size")
+    assert not codes(apply(given, finding.edits)) & {"implausible_size", "collision"}
+    assert "not_on_support" not in codes(apply(given, finding.edits))
+
+
+def test_what_hangs_over_nothing_may_be_meant_to():
+    given = program(objects=[{**BALL, "support": None, "position": [0, 0, 1]}], supports=[])
+    finding = next(one for one in preflight(given) if one.code == "in_the_air")
+    assert "in_the_air" not in codes(apply(given, finding.edits))
 
 
 def test_two_holds_become_one_over_both_windows():

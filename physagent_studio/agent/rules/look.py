@@ -57,12 +57,23 @@ An open vessel whose walls are modelled weighs as its material does."""
 _SPECIFIC = frozenset(MATERIALS) | words_of("wooden metallic steel iron icy frozen acrylic")
 
 
+_TINTS = words_of("orange lime peach plum cherry lemon melon")
+_FOOD = words_of("slice half piece peel fruit cake pie tree juice pulp seed stone")
+
+
+def _is_tint(after: list[str]) -> bool:
+    """Whether a fruit before these words is only a colour: an orange ring, but an orange slice."""
+    after = [word for word in after if len(word) > 1]
+    return bool(after) and not any(word in _FOOD for word in after)
+
+
 def material_of(name: str, prompt: str, default: str = "plastic") -> str:
     """The row of the materials table for a thing of that name, as the prompt describes it."""
     words = [singular(word) for word in re.findall(r"[a-z]+", name.lower())]
     said = _described(words, prompt)
     toy = ["toy"] if "toy" in words else []
-    for word in (*[w for w in words if w in _SPECIFIC], *said, *toy, *reversed(words)):
+    nouns = [w for k, w in enumerate(words) if w not in _TINTS or not _is_tint(words[k + 1 :])]
+    for word in (*[w for w in words if w in _SPECIFIC], *said, *toy, *reversed(nouns)):
         if word in _BY_WORD:
             return _BY_WORD[word]
     return default

@@ -21,26 +21,9 @@ from physagent_studio.program.actions import (
 )
 from physagent_studio.program.contract import Moves
 from physagent_studio.program.rotations import about_axis, angle_between, matrices_of, matrix_of
-from physagent_studio.program.scene import Box, Landmark, Sphere
+from physagent_studio.program.scene import Box, Landmark
 from physagent_studio.simulation import simulate
-
-RADIUS = 0.1
-MASS = 500 * 4 / 3 * math.pi * RADIUS**3
-
-
-def ball(name="ball", position=(0, 0, 1), **numbers):
-    return thing(name, Sphere(radius=RADIUS), position, **numbers)
-
-
-def free(*actions, objects=None, seconds=0.8, **options):
-    """A run without gravity or supports."""
-    return simulate(
-        program(objects or [ball()], actions=actions, gravity=STILL, seconds=seconds, **options)
-    )
-
-
-def span(rollout, action_id):
-    return next(item for item in rollout.spans if item.id == action_id)
+from tests.simulation.free_ball import MASS, RADIUS, ball, free, span
 
 
 def test_nothing_happens_without_gravity_or_actions():

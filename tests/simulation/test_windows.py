@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.physics_scenes import STILL, ground, program, thing
+from physagent_studio.benchmark.physics_scenes import ground, program
 from physagent_studio.program import After, Directed, OnContact
 from physagent_studio.program.actions import (
     ApplyAngledForce,
@@ -21,13 +21,11 @@ from physagent_studio.program.actions import (
 )
 from physagent_studio.program.contract import Moves
 from physagent_studio.program.rotations import about_axis
-from physagent_studio.program.scene import Sphere
 from physagent_studio.simulation import simulate
 from physagent_studio.simulation.disturbance import DEFAULT_FREQUENCY
+from tests.simulation.free_ball import MASS, RADIUS, ball, free, span
 
 STEPS = 40
-RADIUS = 0.1
-MASS = 500 * 4 / 3 * math.pi * RADIUS**3
 GO = SetVelocity(id="go", name="ball", velocity=(1, 2, 0))
 SPIN = SetAngularVelocity(id="spin", name="ball", angular_velocity=(0, 0, 3))
 LASTING = {
@@ -56,11 +54,8 @@ AT_ONCE = {
 }
 
 
-def run(*actions, **options):
-    """A ball in empty space that moves and turns when the clip begins."""
-    ball = thing("ball", Sphere(radius=RADIUS), (0, 0, 1))
-    clip = program([ball], actions=actions, gravity=STILL, seconds=STEPS / 100, **options)
-    return simulate(clip)
+def run(*actions):
+    return free(*actions, seconds=STEPS / 100)
 
 
 def state(rollout):
@@ -85,8 +80,8 @@ def test_it_acts_within_its_window_and_only_there(name, start, duration):
     assert not np.allclose(rates(rollout)[start + 1], rates(free)[start + 1], atol=1e-9)
     after = rates(rollout)[start + duration :]
     assert after == pytest.approx(np.tile(after[0], (len(after), 1)), abs=1e-9)
-    span = next(item for item in rollout.spans if item.id == "it")
-    assert (span.start, span.end) == (start, start + duration)
+    window = span(rollout, "it")
+    assert (window.start, window.end) == (start, start + duration)
 
 
 @pytest.mark.parametrize("start", [0, 7, 39])
@@ -147,10 +142,9 @@ KICK = {"id": "kick", "name": "ball", "velocity": (0, 3, 0)}
 
 
 def dropped(when):
-    ball = thing("ball", Sphere(radius=RADIUS), (0, 0, 0.6))
     kick = SetVelocity(**KICK, when=when)
-    rollout = simulate(program([ball], [ground()], [kick], seconds=0.8))
-    return next(item for item in rollout.spans if item.id == "kick").start, rollout
+    rollout = simulate(program([ball(position=(0, 0, 0.6))], [ground()], [kick], seconds=0.8))
+    return span(rollout, "kick").start, rollout
 
 
 def test_a_start_on_contact_times_out():
@@ -168,7 +162,7 @@ def test_a_start_on_a_statement_times_out():
         far = Moves(id="m", subject="ball", distance=0.1, direction="right")
         kick = SetVelocity(**KICK, when=When(statement=far, delay=1, timeout=timeout))
         rollout = run(SetVelocity(id="go", name="ball", velocity=(1, 0, 0)), kick)
-        return next(item for item in rollout.spans if item.id == "kick").start
+        return span(rollout, "kick").start
 
     # Looked at once a frame: step 12 is the first frame with 0.1 m behind it.
     assert started(None) == 13
@@ -180,7 +174,7 @@ def test_a_start_after_an_action_times_out():
     def started(timeout):
         push = ApplyForce(id="push", name="ball", force=(1, 0, 0), start_step=3, duration=10)
         kick = SetVelocity(**KICK, when=After(action="push", delay=4, timeout=timeout))
-        return next(item for item in run(push, kick).spans if item.id == "kick").start
+        return span(run(push, kick), "kick").start
 
     assert started(None) == 17
     assert started(17) == 17

@@ -1,0 +1,79 @@
+"""How the 3D view draws: lightly where a processor has to, and as one chooses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Frame
+
+from tests.browser.conftest import Desk, running
+from tests.browser.in_scene import view_of
+
+pytestmark = pytest.mark.browser
+
+PICTURE = """() => {
+  const m = window.__viserMutable, gl = m.canvas.getContext('webgl2');
+  let shadows = 0;
+  m.scene.traverse(one => { if (one.isLight && one.castShadow) shadows += 1; });
+  return {
+    light: window.studioDrawing.light, renderer: window.studioDrawing.renderer, shadows,
+    smooth: gl.getContextAttributes().antialias, sky: Boolean(m.scene.environment),
+    behind: m.backgroundMaterial.visible, fine: m.canvas.width / m.canvas.clientWidth,
+    shown: m.canvas.style.opacity, objects: Boolean(m.nodeRefFromName['/objects/red_ball']),
+  };
+}"""
+
+
+@pytest.fixture
+def desk(tmp_path: Path, browser: Browser) -> Iterator[Desk]:
+    yield from running(tmp_path / "workspace", browser, scene=True)
+
+
+def _picture(desk: Desk, view: Frame, **wanted: Any) -> dict[str, Any]:
+    """What is drawn, once the scene is there and it is as wanted."""
+
+    def found() -> dict[str, Any] | None:
+        now = view.evaluate(PICTURE)
+        there = now["objects"] and now["shown"] in ("", "1")
+        return now if there and all(now[key] == value for key, value in wanted.items()) else None
+
+    return desk.until(found, f"a picture with {wanted}")
+
+
+def test_a_processor_draws_lightly_and_finely_at_rest(desk: Desk) -> None:
+    view = view_of(desk)
+    now = _picture(desk, view, fine=pytest.approx(1.5, abs=0.01))
+    assert now["light"]
+    assert now["renderer"]
+    assert not now["smooth"]
+    assert not now["sky"]
+    assert now["shadows"] == 0
+    assert not now["behind"]
+
+    # While something is asked for, it has no more pixels than the page.
+    def moved() -> bool:
+        view.evaluate("() => window.__viserMutable.requestRender()")
+        return view.evaluate(PICTURE)["fine"] <= 1.01
+
+    desk.until(moved, "coarser in motion")
+    _picture(desk, view, fine=pytest.approx(1.5, abs=0.01))
+
+
+def test_what_is_chosen_is_drawn_and_remembered(desk: Desk) -> None:
+    view_of(desk)
+    desk.tab("Scene")
+    desk.page.get_by_label("How to draw").select_option("with all it has")
+    view = desk.until(
+        lambda: next((one for one in desk.page.frames if one.url.endswith("/?full")), None),
+        "the view, opened anew",
+    )
+    view.wait_for_function("() => window.__viserMutable?.camera", timeout=60_000)
+    now = _picture(desk, view)
+    assert not now["light"]
+    assert now["smooth"]
+    desk.page.reload()
+    desk.tab("Scene")
+    assert desk.page.get_by_label("How to draw").input_value() == "full"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from physagent_studio.program.forms import Box, Frustum, Revolved, Shape, Torus
+from physagent_studio.program.forms import Box, Frustum, Revolved, Shape, Slab, Torus
 
 Size3 = tuple[float, float, float]
 
@@ -11,6 +11,18 @@ def is_hollow(shape: Shape | None) -> bool:
     """Whether other things can be in it: an open vessel, a ring."""
     walled = isinstance(shape, Box | Frustum | Revolved) and shape.wall is not None
     return walled or isinstance(shape, Torus)
+
+
+def rails_of(slab: Slab) -> tuple[tuple[Size3, Size3], ...]:
+    """The bars (centre, edge lengths) of a slab in its own frame: two rails, or the whole box."""
+    x, y, z = slab.size
+    if slab.rail is None:
+        return (((0.0, 0.0, 0.0), (x, y, z)),)
+    wide = min(slab.rail, 0.5 * min(x, y))
+    off = (min(x, y) - wide) / 2
+    if x >= y:
+        return tuple(((0.0, side * off, 0.0), (x, wide, z)) for side in (-1, 1))
+    return tuple(((side * off, 0.0, 0.0), (wide, y, z)) for side in (-1, 1))
 
 
 def open_box(size: Size3, wall: float) -> tuple[tuple[Size3, Size3], ...]:

@@ -147,12 +147,16 @@ class Wall(Frozen):
 
 
 class Slab(Frozen):
-    """A solid box (table, shelf, step): `position` is its centre, `yaw` its turn about +z."""
+    """A solid box (table, shelf, step): `position` is its centre, `yaw` its turn about +z.
+
+    rail: width of two rails; only they are there, along the long sides of the box.
+    """
 
     kind: Literal["box"] = "box"
     position: Position
     size: Size
     yaw: Radians = 0.0
+    rail: Length | None = None
 
 
 class Ramp(Frozen):

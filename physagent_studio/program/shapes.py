@@ -213,7 +213,7 @@ def place_support(shape: SupportShape) -> Placed:
             normal = np.array([math.cos(shape.yaw), math.sin(shape.yaw), 0.0])
             return Placed(half_space=HalfSpace(normal, float(normal @ shape.point)))
         case Slab():
-            outline = Outline(half=np.array(shape.size) / 2)
+            outline = Outline(half=np.array(shape.size) / 2, exact=shape.rail is None)
             return _static(outline, np.array(shape.position), shape.yaw)
         case Ramp():
             outline = Outline(points=_wedge(shape), exact=shape.steps < 2)

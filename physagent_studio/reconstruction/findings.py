@@ -165,6 +165,8 @@ def _over_support(world: np.ndarray, support: Support) -> float | None:
         return None
     if shape.kind == "floor":
         return float(world[:, 2].min()) - shape.height
+    if shape.kind == "box" and shape.rail is not None:
+        return 0.0
     if shape.kind == "box":
         top = shape.position[2] + shape.size[2] / 2
         cos, sin = np.cos(shape.yaw), np.sin(shape.yaw)

@@ -6,14 +6,14 @@ Faces are counter-clockwise seen from outside and fine enough to carry a project
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from physagent_studio.errors import InputError
-from physagent_studio.program.boards import open_box
+from physagent_studio.program.boards import Size3, open_box, rails_of
 from physagent_studio.program.rotations import about_up, matrix_of
 from physagent_studio.program.scene import (
     Box,
@@ -54,7 +54,11 @@ def mesh_of(shape: Shape) -> Mesh:
     if isinstance(shape, Ellipsoid):
         return _spheroid(shape.radii)
     if isinstance(shape, Box):
-        return box_mesh(shape.size) if shape.wall is None else _open_box(shape.size, shape.wall)
+        return (
+            box_mesh(shape.size)
+            if shape.wall is None
+            else _joined(open_box(shape.size, shape.wall))
+        )
     if isinstance(shape, Cylinder):
         half = shape.height / 2
         return turned([(-half, shape.radius), (half, shape.radius)])
@@ -86,8 +90,9 @@ def _hollow(outline: list[tuple[float, float]], wall: float | None) -> list[tupl
     return [*outline, *reversed(inner)]
 
 
-def _open_box(size: tuple[float, float, float], wall: float) -> Mesh:
-    boards = [(box_mesh(edges), np.array(place)) for place, edges in open_box(size, wall)]
+def _joined(boxes: Iterable[tuple[Size3, Size3]], pieces: int = 10) -> Mesh:
+    """Boxes (centre, edge lengths) as one mesh."""
+    boards = [(box_mesh(edges, pieces), np.array(place)) for place, edges in boxes]
     counts = np.cumsum([0, *(len(board.vertices) for board, _ in boards)])
     faces = [board.faces + start for (board, _), start in zip(boards, counts, strict=False)]
     vertices = [board.vertices + place for board, place in boards]
@@ -219,7 +224,7 @@ def support_mesh(shape: SupportShape, reach: float) -> Mesh:
     """A mesh to look at, world frame; half-spaces are drawn as squares of half-width `reach`."""
     makers: dict[type, Callable[..., Mesh]] = {Floor: _floor, Wall: _wall}
     if isinstance(shape, Slab):
-        mesh = box_mesh(shape.size, pieces=1)
+        mesh = _joined(rails_of(shape), pieces=1)
         turn = matrix_of(about_up(shape.yaw))
         return Mesh(mesh.vertices @ turn.T + np.array(shape.position), mesh.faces)
     if isinstance(shape, Ramp):

@@ -167,6 +167,9 @@ HEIGHTS: dict[str, float] = {
     "board": 0.05,
     "tray": 0.03,
     "mat": 0.01,
+    "rail": 0.1,
+    "railway": 0.15,
+    "railroad": 0.15,
 }
 """Usual height of a support's top above the floor, m."""
 
@@ -195,6 +198,7 @@ GROUND = frozenset(
 )
 RAMPS = frozenset(["ramp", "slope", "incline", "chute", "slide", "wedge", "hill"])
 STAIRS = frozenset(["stairs", "steps", "staircase", "stairway", "stairwell", "stoop", "bleachers"])
+RAILS = frozenset(["rails", "tracks", "railway", "railroad", "railtrack", "traintrack"])
 WALLS = frozenset(["wall", "backdrop", "fence"])
 
 
@@ -264,6 +268,11 @@ def support_height(name: str) -> float | None:
 def is_stairs(name: str) -> bool:
     """Whether a support of that name has several steps; one step or stair is a block."""
     return bool(STAIRS & set(re.findall(r"[a-z]+", name.lower())))
+
+
+def is_rails(name: str) -> bool:
+    """Whether a support of that name is a pair of rails."""
+    return bool(RAILS & set(re.findall(r"[a-z]+", name.lower())))
 
 
 def support_kind(name: str) -> str:

@@ -15,9 +15,10 @@ from physagent_studio.program.scene import (
     Meshed,
     Ramp,
     SceneObject,
+    Slab,
     Support,
 )
-from physagent_studio.reconstruction import stairs
+from physagent_studio.reconstruction import rails, stairs
 from physagent_studio.reconstruction.alike_sizes import shared_places
 from physagent_studio.reconstruction.apart import moved_apart
 from physagent_studio.reconstruction.bases import base_of, is_in_round_stack, is_round, shape_of
@@ -280,15 +281,17 @@ def _settled(
         if on in done and not fresh:
             trial = trial.model_copy(update={"position": nudged(trial, *done[on])})
             position = trial.position or position
-        steps = shape_of(on, supports)
-        if isinstance(steps, Ramp) and steps.steps:
-            position = stairs.standing(trial, form.mesh, steps)
+        under = shape_of(on, supports)
+        if isinstance(under, Ramp) and under.steps:
+            position = stairs.standing(trial, form.mesh, under)
+        elif isinstance(under, Slab) and under.rail is not None:
+            position = rails.standing(trial, form.mesh, under)
         else:
             z = _resting_z(trial, form.mesh, read, supports, done)
             position = (position[0], position[1], z)
-    elif item.position is None and (under := read.under.get(item.name)) is not None:
+    elif item.position is None and (below := read.under.get(item.name)) is not None:
         # In the air, but never inside what it hangs above.
-        trial = item.model_copy(update={**update, "position": position, "support": under})
+        trial = item.model_copy(update={**update, "position": position, "support": below})
         rest = _resting_z(trial, form.mesh, read, supports, done)
         position = (position[0], position[1], max(position[2], rest))
     update["position"] = position

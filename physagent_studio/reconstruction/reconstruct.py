@@ -258,7 +258,7 @@ def _carrying(state: SceneState, solid: tuple[Support, ...], placed: Placed) -> 
     out = []
     for support in solid:
         shape = support.shape
-        if isinstance(shape, Slab) and support.name not in given:
+        if isinstance(shape, Slab) and shape.rail is None and support.name not in given:
             standing = [
                 (item, placed.meshes[item.name])
                 for item in placed.objects

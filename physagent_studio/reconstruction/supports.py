@@ -22,7 +22,7 @@ from physagent_studio.reconstruction.geometry import on_plane
 from physagent_studio.reconstruction.layout import Stance
 from physagent_studio.reconstruction.lines import Segments
 from physagent_studio.reconstruction.masks import BoolArray
-from physagent_studio.reconstruction.names import support_kind, words_of
+from physagent_studio.reconstruction.names import is_rails, support_kind, words_of
 from physagent_studio.reconstruction.ramps import place_ramp, three_click_ramp
 from physagent_studio.reconstruction.scale import FLOOR
 from physagent_studio.reconstruction.slabs import SOLID, fit_slab
@@ -30,6 +30,8 @@ from physagent_studio.reconstruction.snapping import snapped
 from physagent_studio.reconstruction.stairs import with_steps
 from physagent_studio.reconstruction.survey import Survey, is_ground
 
+RAIL = 0.06
+"""Width of a rail over the outer width of the pair."""
 BOARD = 0.05
 """Thickness of a table top, m."""
 
@@ -54,6 +56,8 @@ def resolve(
         shape = _shape(support, read, stances, regions, found)
         if isinstance(shape, Ramp):
             shape = with_steps(support, shape)
+        if isinstance(shape, Slab) and is_rails(support.name):
+            shape = shape.model_copy(update={"rail": RAIL * min(shape.size[:2])})
         if shape is None:
             flags.append(
                 f"support '{support.name}' is not resolved: click the corners of a table, or the"

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from physagent_studio.program.boards import rails_of
 from physagent_studio.program.rotations import about_up, multiply
 from physagent_studio.program.scene import Floor, MeshedSupport, Ramp, Slab, SupportShape, Wall
 from physagent_studio.program.stairs import treads_of
@@ -35,7 +36,7 @@ them by themselves, and bring the friction, since MuJoCo takes the larger one th
 def is_flat(shape: SupportShape | None, width: float) -> bool:
     """Whether a thing of that width (m) meets a support as it would meet a half-space."""
     if isinstance(shape, Slab):
-        return min(shape.size[:2]) >= width
+        return shape.rail is None and min(shape.size[:2]) >= width
     return isinstance(shape, Floor | Wall) or (isinstance(shape, Ramp) and not shape.steps)
 
 
@@ -66,6 +67,8 @@ def add_support(spec: Spec, name: str, shape: Floor | Wall | Slab | Ramp) -> lis
             tilt = (half, 0.0, half, 0.0)
             body.quat = multiply(about_up(yaw), tilt)
             body.add_geom(name=label, **TOUCH, **plane)
+        case Slab(rail=rail) if rail is not None:
+            return _add_rails(body, label, shape)
         case Slab(position=position, size=size, yaw=yaw):
             body.pos, body.quat = position, about_up(yaw)
             half_size = [edge / 2 for edge in size]
@@ -80,6 +83,16 @@ def add_support(spec: Spec, name: str, shape: Floor | Wall | Slab | Ramp) -> lis
             kind = mj.mjtGeom.mjGEOM_MESH
             body.add_geom(name=label, type=kind, meshname=label, **TOUCH)
     return [label]
+
+
+def _add_rails(body: SpecBody, label: str, slab: Slab) -> list[str]:
+    body.pos, body.quat = slab.position, about_up(slab.yaw)
+    names = []
+    for number, (place, size) in enumerate(rails_of(slab)):
+        names.append(f"{label}/{number}")
+        kind, half = mj.mjtGeom.mjGEOM_BOX, [edge / 2 for edge in size]
+        body.add_geom(name=names[-1], type=kind, size=half, pos=place, **TOUCH)
+    return names
 
 
 def _add_stairs(body: SpecBody, label: str, stairs: Ramp) -> list[str]:

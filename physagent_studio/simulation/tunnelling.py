@@ -41,6 +41,8 @@ def substeps_for(program: PhysicalProgram, solids: tuple[Solid, ...]) -> int:
     finest = clip.step_seconds / least
     sizes = [float(solid.extent.min()) for solid in solids]
     walls = [min(s.shape.size) for s in scene.supports if isinstance(s.shape, Slab | MeshedSupport)]
+    slabs = [s.shape for s in scene.supports if isinstance(s.shape, Slab)]
+    walls += [slab.rail for slab in slabs if slab.rail is not None]
     ramps = [s.shape for s in scene.supports if isinstance(s.shape, Ramp)]
     walls += [tread.top for ramp in ramps for tread in treads_of(ramp)[:1]]
     for index, item in enumerate(scene.objects):

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import trimesh
 from trimesh.creation import box, capsule, cylinder, icosphere, revolve, torus
 
 from physagent_studio.program import SceneObject, Support, scene
+from physagent_studio.program.boards import Size3, rails_of
 from physagent_studio.program.rotations import about_up, matrix_of
 from physagent_studio.program.stairs import treads_of
 from physagent_studio.records import Mesh
@@ -32,7 +35,7 @@ def mesh_of_support(item: Support) -> Mesh | None:
     """The mesh of a support in the world frame, m; None for floors, walls and open shapes."""
     shape = item.shape
     if isinstance(shape, scene.Slab):
-        made = box(extents=shape.size)
+        made = _joined(rails_of(shape))
         turn, place = about_up(shape.yaw), np.array(shape.position)
     elif isinstance(shape, scene.Ramp):
         made = _wedge(shape)
@@ -86,10 +89,21 @@ def _wedge(shape: scene.Ramp) -> trimesh.Trimesh:
 
 def _stairs(shape: scene.Ramp) -> trimesh.Trimesh:
     treads = treads_of(shape)
-    back, parts = treads[-1].end, []
-    for tread in treads:
-        part = box(extents=(back - tread.start, shape.width, tread.top))
-        parts.append(part.apply_translation(((back + tread.start) / 2, 0, tread.top / 2)))
+    back = treads[-1].end
+    return _joined(
+        [
+            (
+                ((back + tread.start) / 2, 0.0, tread.top / 2),
+                (back - tread.start, shape.width, tread.top),
+            )
+            for tread in treads
+        ]
+    )
+
+
+def _joined(boxes: Sequence[tuple[Size3, Size3]]) -> trimesh.Trimesh:
+    """Boxes (centre, edge lengths) as one mesh."""
+    parts = [box(extents=size).apply_translation(place) for place, size in boxes]
     vertices = np.concatenate([part.vertices for part in parts])
     counts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     faces = [part.faces + start for part, start in zip(parts, counts, strict=False)]

@@ -8,7 +8,14 @@ from physagent_studio.contract import describe
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.diff import diff
 from physagent_studio.records import Check, LoopState, Proposal, Round
-from physagent_studio.studio.panels.words import all_spoken, edit_row, figure, number, plain
+from physagent_studio.studio.panels.words import (
+    all_spoken,
+    edit_row,
+    figure,
+    number,
+    plain,
+    speaker,
+)
 from physagent_studio.studio.pictures import strip_of
 from physagent_studio.workbench import Snapshot
 
@@ -59,7 +66,7 @@ def state_of(snapshot: Snapshot, compared: Round | None = None) -> dict[str, Any
         "pinned": list(loop.pinned),
         "compare": None if compared is None else _comparison(compared, snapshot),
     }
-    return all_spoken(found, snapshot.program)
+    return all_spoken(found, speaker(snapshot.program))
 
 
 def _find(loop: LoopState, wanted: str | None) -> Round | None:

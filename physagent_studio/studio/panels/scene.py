@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from physagent_studio.studio.panels.spots import Spot, ground_spot, spot_of
-from physagent_studio.studio.panels.words import number, spoken
+from physagent_studio.studio.panels.words import number, speaker
 from physagent_studio.studio.view import View
 from physagent_studio.workbench import Snapshot
 
@@ -35,6 +35,7 @@ def state_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
     """Switches and findings."""
     scene = snapshot.scene
     camera = snapshot.program.scene.camera
+    speak = speaker(snapshot.program)
     return {
         "switches": [
             {"what": what, "text": text, "on": what in view.shown} for what, text in SWITCHES
@@ -60,11 +61,11 @@ def state_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
         "findings": []
         if scene is None
         else [
-            {"ok": one.ok, "text": spoken(one.text, snapshot.program), "subject": one.subject}
+            {"ok": one.ok, "text": speak(one.text), "subject": one.subject}
             for one in scene.findings
         ],
         "spot": _written(spot_of(snapshot.program, view.selection)),
         "groundSpot": _written(ground_spot(snapshot.program)),
         "readOnly": snapshot.read_only or snapshot.session_id is None,
-        "flags": [spoken(one, snapshot.program) for one in snapshot.program.scene.flags],
+        "flags": [speak(one) for one in snapshot.program.scene.flags],
     }

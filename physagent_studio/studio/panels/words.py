@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable
 from typing import Any
 
 from physagent_studio.errors import EditError
@@ -137,25 +138,35 @@ SAID = frozenset({"text", "found", "also", "rationale", "summary", "question", "
 """Keys of what is written for a person to read."""
 
 
-def spoken(text: str, program: PhysicalProgram) -> str:
-    """A sentence as one writes it: `red_ball at -3` → `red ball at −3`."""
-    text = MISSED.sub(lambda m: f"{m[1]}, not {AS_WORDS[m[2]]} {m[3]}", MINUS.sub("−", text))
+def speaker(program: PhysicalProgram) -> Callable[[str], str]:
+    """Writes sentences as one says them: `red_ball at -3` becomes `red ball at −3`."""
     scene = program.scene
     named = (*scene.objects, *scene.supports, *scene.landmarks)
     names = {one.name for one in named} | {action.id for action in program.event.actions}
-    for name in sorted((one for one in names if "_" in one), key=len, reverse=True):
-        text = re.sub(rf"(?<![\w.]){re.escape(name)}(?![\w.]*\w)", name.replace("_", " "), text)
-    return text
+    longest_first = sorted((re.escape(one) for one in names if "_" in one), key=len, reverse=True)
+    # Neither a part of a longer name nor of a path.
+    known = re.compile(rf"(?<![\w.])(?:{'|'.join(longest_first)})(?![\w.]*\w)")
+
+    def speak(text: str) -> str:
+        text = MISSED.sub(lambda m: f"{m[1]}, not {AS_WORDS[m[2]]} {m[3]}", MINUS.sub("−", text))
+        return known.sub(lambda m: m[0].replace("_", " "), text) if longest_first else text
+
+    return speak
 
 
-def all_spoken(data: Any, program: PhysicalProgram, said: bool = False) -> Any:
+def spoken(text: str, program: PhysicalProgram) -> str:
+    """One sentence as one says it."""
+    return speaker(program)(text)
+
+
+def all_spoken(data: Any, speak: Callable[[str], str], said: bool = False) -> Any:
     """A panel's data with every sentence in it spoken; values and paths stay as they are."""
     if isinstance(data, str):
-        return spoken(data, program) if said else data
+        return speak(data) if said else data
     if isinstance(data, dict):
-        return {key: all_spoken(part, program, key in SAID) for key, part in data.items()}
+        return {key: all_spoken(part, speak, key in SAID) for key, part in data.items()}
     if isinstance(data, list):
-        return [all_spoken(part, program, said) for part in data]
+        return [all_spoken(part, speak, said) for part in data]
     return data
 
 

@@ -14,9 +14,11 @@ const NEW = [
   ["Ring", "objects", (m, at) => ({ shape: { kind: "torus", radius: m(0.8), tube: m(0.25) }, position: at(0.6, 0, 0.25), material: "rubber" })],
   ["Capsule", "objects", (m, at) => ({ shape: { kind: "capsule", radius: m(0.3), height: m(1.5) }, position: at(0, 0, 0.75), material: "plastic" })],
   ["Cone", "objects", (m, at) => ({ shape: { kind: "frustum", bottom_radius: m(0.5), top_radius: m(0.1), height: m(1) }, position: at(0, 0, 0.36), material: "plastic" })],
+  ["Cup", "objects", (m, at) => ({ shape: { kind: "frustum", bottom_radius: m(0.4), top_radius: m(0.55), height: m(1), wall: m(0.06) }, position: at(0, 0, 0.552), material: "ceramic" })],
   ["Cloth", "objects", (m, at) => ({ shape: { kind: "box", size: [m(2), m(2), m(0.04)] }, position: at(0.6, 0, 2), material: "fabric", support: "air", body: { kind: "cloth" } })],
   ["Table", "supports", (m, at) => ({ shape: { kind: "box", position: at(0, 2.5, 1), size: [m(5), m(3), m(2)] } })],
   ["Ramp", "supports", (m, at) => ({ shape: { kind: "ramp", toe: at(0.5, 0, 0), yaw: 0, run: m(4), rise: m(1.5), width: m(2.5) } })],
+  ["Stairs", "supports", (m, at) => ({ shape: { kind: "ramp", toe: at(0.5, 0, 0), yaw: 0, run: m(3), rise: m(2), width: m(3), plateau: m(1.5), steps: 4 } })],
   ["Wall", "supports", (m, at) => ({ shape: { kind: "wall", point: at(0, 6, 0), yaw: -1.5708 } })],
   ["Ground", "supports", (m, at) => ({ shape: { kind: "floor", height: at(0, 0, 0)[2] } })],
 ];

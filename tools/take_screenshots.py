@@ -149,28 +149,31 @@ def new_session(page: Page) -> None:
     page.get_by_role("button", name="New from a photo…").click()
     page.locator("input[type=file]").set_input_files(str(assets_dir() / "demo" / "input.png"))
     picture = page.locator("[data-photo]")
-    picture.click(position={"x": 148, "y": 290})
+    box = picture.bounding_box()
+    assert box is not None
+    scale = box["width"] / 832
+    picture.click(position={"x": 180 * scale, "y": 354 * scale})
     page.get_by_label("Name 1").fill("red_ball")
     page.get_by_role("button", name="Another thing").click()
     page.get_by_label("Name 2").fill("wooden_block")
-    picture.click(position={"x": 413, "y": 182})
+    picture.click(position={"x": 503 * scale, "y": 222 * scale})
     page.get_by_label("Sentence").fill("The red ball rolls to the right and hits the block.")
 
 
 SHOTS = (
-    Shot("studio", "assets/demo", "only_the_cube", nothing),
-    Shot("studio-cans", "assets/cans", "only_blue", compared, to_the_end=True),
+    Shot("studio", "assets/cans", "knocks_red_over", nothing),
+    Shot("studio-cans", "assets/cans", "knocks_red_over", compared, to_the_end=True),
     Shot("studio-table", "assets/table", "falls_off", falling, to_the_end=True),
     Shot("studio-impact", "assets/demo", "knocks_block_over", at_impact, to_the_end=True),
-    Shot("studio-edit", "assets/demo", "only_the_cube", editing),
+    Shot("studio-edit", "assets/table", "stays_on_table", editing),
     Shot("studio-inspector", "assets/demo", "only_the_cube", in_the_inspector, dark=True),
     Shot("studio-program", "assets/demo", "only_the_cube", wrong_text),
     Shot("studio-scene", "assets/demo", "only_the_cube", from_the_side, dark=True),
     Shot("studio-new", "assets/demo", "only_the_cube", new_session),
-    Shot("studio-small", "assets/demo", "only_the_cube", nothing, size=(1000, 700), dark=True),
+    Shot("studio-small", "assets/table", "stays_on_table", nothing, size=(1000, 700), dark=True),
     Shot("studio-tour", "assets/demo", "only_the_cube", touring, tour=True),
     Shot("studio-sessions", "assets/cans", "only_blue", sessions),
-    Shot("studio-presenter", "assets/cans", "only_blue", presenting, to_the_end=True),
+    Shot("studio-presenter", "assets/cans", "knocks_red_over", presenting, to_the_end=True),
 )
 REPLAY = Shot("studio-replay", "assets/cans", "only_blue", nothing, to_the_end=True)
 

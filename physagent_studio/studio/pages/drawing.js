@@ -26,6 +26,6 @@ export function drawingChoice() {
   const take = (event) => { localStorage.setItem(KEY, event.target.value); dispatchEvent(new Event("drawing")); };
   return h("label", { class: "row", onpointerenter: (event) => { event.currentTarget.title = words(); } },
     h("span", { class: "grow" }, "Draw"),
-    h("select", { "aria-label": "How to draw", value: chosen(), onchange: take },
+    h("select", { "aria-label": "How to draw", style: "width:auto", value: chosen(), onchange: take },
       Object.entries(CHOICES).map(([key, text]) => h("option", { value: key }, text))));
 }

@@ -26,9 +26,6 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 T = TypeVar("T")
 
-CARRYING = 0.3
-"""A contact carries when the upward part of its normal is at least this."""
-
 
 @dataclass(frozen=True, eq=False)
 class Facts:
@@ -151,12 +148,14 @@ class Facts:
 
     def carried(self, name: str, by: str, window: Window) -> BoolArray:
         """(W,) whether `by` carries the object: they touch, and the push on it points up."""
-        rows = self.pair(name, by)
-        upward = rows["normal"][:, 2]  # from a to b, so it is the push on b
-        up = np.where(rows["a"] == self.rollout.index(name), -upward, upward) if len(rows) else []
-        return self._mask(rows["step"][np.asarray(up, float) >= CARRYING], window)
+        bodies = self.rollout.bodies
+        if name not in bodies or by not in bodies:
+            return self._mask(np.zeros(0, np.int64), window)
+        rows = self.cached("carriers", self.rollout.carriers)
+        mine = (rows[:, 1] == bodies.index(name)) & (rows[:, 2] == bodies.index(by))
+        return self._mask(rows[mine & (rows[:, 0] <= self.last), 0], window)
 
-    def _mask(self, steps: NDArray[np.int32], window: Window) -> BoolArray:
+    def _mask(self, steps: NDArray[np.signedinteger], window: Window) -> BoolArray:
         """(W,) which steps of the window are among `steps`.
 
         The last row of a rollout is a state and no step; it counts as the step before it.

@@ -23,6 +23,10 @@ CONTACT_DTYPE = np.dtype(
 )
 
 
+CARRYING = 0.3
+"""A contact carries when the upward part of its normal is at least this."""
+
+
 @dataclass(frozen=True, slots=True)
 class Alarm:
     """What the engine or a tripwire reported: on which step, about what, in a sentence."""
@@ -113,6 +117,31 @@ class Rollout:
     def index(self, name: str) -> int:
         """Index of an object or support among `bodies`."""
         return self.bodies.index(name)
+
+    def carriers(self) -> NDArray[np.int64]:
+        """(K, 3) which body carries which object when: step, object, its carrier; sorted by step.
+
+        One carries another where they touch and the push on it points up.
+        """
+        rows = self.contacts
+        # The normal points from a to b, so it is the push on b.
+        up = rows["normal"][:, 2]
+        forward, back = np.flatnonzero(up >= CARRYING), np.flatnonzero(up <= -CARRYING)
+        order = np.concatenate([forward, back])
+        carried = np.concatenate([rows["b"][forward], rows["a"][back]])
+        carrier = np.concatenate([rows["a"][forward], rows["b"][back]])
+        found = np.column_stack([rows["step"][order], carried, carrier]).astype(np.int64)
+        found = found[found[:, 1] < len(self.objects)]
+        return found[np.argsort(found[:, 0], kind="stable")]
+
+    def rest_from(self, speed: float = 0.02, turning: float = 0.2) -> NDArray[np.int64]:
+        """(N,) the first row from which each object stays slow to the end; S + 1 where none does.
+
+        speed: m/s. turning: rad/s.
+        """
+        slow = np.linalg.norm(self.velocities, axis=-1) <= speed
+        slow &= np.linalg.norm(self.angular, axis=-1) <= turning
+        return len(slow) - np.logical_and.accumulate(slow[::-1]).sum(axis=0)
 
     def frame_steps(self) -> NDArray[np.int64]:
         """(frames,) the control step that each frame shows."""

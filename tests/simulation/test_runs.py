@@ -293,3 +293,22 @@ def test_an_empty_scene_runs():
     rollout = simulate(program([], [ground()], seconds=0.2))
     assert rollout.positions.shape == (rollout.steps + 1, 0, 3)
     assert len(rollout.contacts) == 0
+
+
+def test_a_rollout_tells_what_carries_what_and_since_when_it_rests():
+    low = thing("low", Box(size=(0.2, 0.2, 0.2)), (0, 0, 0.1))
+    top = thing("top", Box(size=(0.2, 0.2, 0.1)), (0, 0, 0.4))
+    roller = thing("roller", Sphere(radius=0.1), (1, 0, 0.1))
+    roll = SetVelocity(id="roll", name="roller", velocity=(1, 0, 0), start_step=20)
+    rollout = simulate(program([low, top, roller], [ground()], [roll], seconds=1.2))
+    carriers = rollout.carriers()
+    assert (np.diff(carriers[:, 0]) >= 0).all()
+    last = carriers[carriers[:, 0] == rollout.steps - 1, 1:].tolist()
+    assert sorted(last) == [[0, 3], [1, 0], [2, 3]]
+    falls = np.sqrt(2 * 0.15 / 9.81)
+    first = carriers[carriers[:, 1] == 1, 0].min()
+    assert first == pytest.approx(100 * falls, abs=1.5)
+    low_rests, top_rests, roller_rests = rollout.rest_from().tolist()
+    assert 0 <= low_rests < top_rests < rollout.steps
+    assert first < top_rests < first + 40
+    assert roller_rests == rollout.steps + 1

@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 
 from physagent_studio.benchmark.at_rest import movers, standing
 from physagent_studio.benchmark.bad_pictures import cost_of, make_all
+from physagent_studio.benchmark.lookalikes import scooter, stack
+from physagent_studio.benchmark.ranker import Thing, ranking_rows, things_of
 from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
 from physagent_studio.benchmark.synthetic import Drawn, scene
 from physagent_studio.exchange import load_case
@@ -33,6 +35,7 @@ from physagent_studio.records.scene import Candidate, Scene
 
 BoolArray = NDArray[np.bool_]
 SCENES = 16
+LOOKALIKES = 8
 POLYGONS = Path(__file__).resolve().parents[2] / "tests" / "data" / "reference_polygons.json"
 
 
@@ -54,7 +57,7 @@ class TrueMasks:
 
 def bench(cases: Path | None = None, out: Path | None = None) -> list[Row]:
     """All rows; the photographs are left out where `cases` or the reference outlines are absent."""
-    rows = [*_synthetic(), *_ramps(), *_bad_pictures()]
+    rows = [*_synthetic(), *_lookalikes(), *_ramps(), *_bad_pictures()]
     if cases is not None and POLYGONS.is_file():
         rows += _photographs(cases)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -172,6 +175,24 @@ def _one_click(item: Drawn) -> list[float]:
     return [iou(masks[name], item.masks[name]) for name in large]
 
 
+def _lookalikes() -> list[Row]:
+    """Stacks from one click each, and poles from a box, on pictures drawn for the purpose."""
+    layers: list[float] = []
+    for seed in range(LOOKALIKES):
+        drawn = stack(seed, alike=seed % 3 == 2)
+        said = tuple((name, _middle_click(mask)) for name, mask in drawn.masks.items())
+        layers += _mask_scores(drawn.image, said, drawn.masks)
+    poles: list[float] = []
+    for seed in range(LOOKALIKES):
+        drawn = scooter(seed)
+        boxes = tuple((name, _boxed(Grounding(), mask)) for name, mask in drawn.masks.items())
+        poles += _mask_scores(drawn.image, boxes, drawn.masks)
+    return [
+        at_least("layers of stacks, one click: mask IoU, median", float(np.median(layers)), 0.75),
+        at_least("poles, box alone: mask IoU, median", float(np.median(poles)), 0.85),
+    ]
+
+
 def _ramps() -> list[Row]:
     """Slope from three clicks that are a pixel off, over many views."""
     rng = np.random.default_rng(3)
@@ -227,6 +248,7 @@ def _photographs(cases: Path) -> list[Row]:
     boxed: list[float] = []
     seconds: list[float] = []
     fallen: list[str] = []
+    things: list[Thing] = []
     stood = 0
     for folder in sorted(cases.iterdir()):
         if not (folder / "case.yaml").is_file():
@@ -237,6 +259,7 @@ def _photographs(cases: Path) -> list[Row]:
         if not truth:
             continue
         clicked += _mask_scores(case.image, case.objects, truth)
+        things += things_of(folder.name, case, truth)
         boxes = tuple((name, _boxed(grounding, truth[name])) for name, grounding in case.objects)
         boxed += _mask_scores(case.image, boxes, truth)
         state = SceneState(
@@ -256,6 +279,7 @@ def _photographs(cases: Path) -> list[Row]:
         shown("photographs: objects that stand", stood),
         at_most("photographs, clicks: objects that move by themselves", len(fallen), 0),
         at_most("photographs: time for three objects, median", float(np.median(seconds)), 6, "s"),
+        *ranking_rows(things),
     ]
 
 

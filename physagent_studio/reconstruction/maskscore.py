@@ -3,6 +3,7 @@
 A linear score of features that any picture has. Its weights were fitted (ridge regression of
 the IoU with reference masks, leaving one picture out at a time) on path-traced scenes and
 photographs; agreement between drafts that were made in different ways carries most of it.
+`benchmark.ranker` measures anew how well they carry over to a photograph that was left out.
 """
 
 from __future__ import annotations
@@ -72,13 +73,18 @@ class Scorer:
 
     def scores(self, drafts: Sequence[Draft]) -> FloatArray:
         """(N,) estimated IoU of each draft with the object, 0 … 1."""
+        weights = np.array(list(WEIGHTS.values()))
+        return np.clip((self.features(drafts) * weights).sum(1), 0.0, 1.0)
+
+    def features(self, drafts: Sequence[Draft]) -> FloatArray:
+        """(N, F) what is weighed of each draft, in the order of `WEIGHTS`."""
+        out = np.zeros((len(drafts), len(WEIGHTS)))
         if not drafts:
-            return np.zeros(0)
+            return out
         shared = _shared(drafts)
         area = np.diag(shared).astype(float)
         likeness = shared / np.maximum(area[:, None] + area[None] - shared, 1)
         family = np.array([draft.family for draft in drafts])
-        out = np.zeros(len(drafts))
         # A region of one colour is often a part, and none the more a whole for being steady.
         voters = family != REGION
         count = max(int(voters.sum()), 1)
@@ -97,8 +103,8 @@ class Scorer:
                 "holds others": holds * own["weakest"],
                 "held by others": held,
             }
-            out[k] = sum(weight * values[name] for name, weight in WEIGHTS.items())
-        return np.clip(out, 0.0, 1.0)
+            out[k] = [values[name] for name in WEIGHTS]
+        return out
 
     def alone(self, draft: Draft) -> dict[str, float]:
         """Features that do not depend on the other drafts."""

@@ -149,10 +149,11 @@ def test_what_is_thrown_about_has_the_bits_of_a_run_step_by_step(seed, monkeypat
     assert first_touches(quick) == first_touches(slow)
 
 
-def test_a_run_that_goes_on_from_any_frame_has_the_same_contacts():
-    clip, simulator = rolling_about(), Simulator()
-    whole = simulator.simulate(clip)
-    for frame in range(1, whole.frames - 1):
-        again = simulator.resimulate(clip, {}, whole, frame * whole.steps_per_frame)
+def test_a_run_that_goes_on_from_a_frame_has_the_same_contacts():
+    clip = rolling_about()
+    whole = Simulator().simulate(clip)
+    # On step 104, the first of frame 26, two things come apart while the run is at a stretch.
+    for frame in (5, *range(22, 30), 50):
+        again = Simulator().resimulate(clip, {}, whole, frame * whole.steps_per_frame)
         assert np.array_equal(again.positions, whole.positions)
         assert again.contacts.tobytes() == whole.contacts.tobytes(), frame

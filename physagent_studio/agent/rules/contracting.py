@@ -195,6 +195,11 @@ class _Draft:
         return tuple(named) or tuple(item.name for item in self.layout.state.objects)
 
     def _none_of(self, index: int, groups: list[list[Spec]], clause: str) -> None:
+        frame = self.reading.frames[index]
+        for agent in frame.agent if "nearly" in frame.manner else ():
+            for other in frame.patient:
+                near = {"subject": agent, "distance": 0.05, "toward": other}
+                self._state(Spec("moves", near), clause)
         following = self.reading.frames[index + 1 : index + 2]
         # "Does not move until …" speaks of the beginning.
         first = bool(following) and following[0].link in ("until", "before")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -9,7 +10,8 @@ import numpy as np
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules import actions as act
 from physagent_studio.agent.rules.layout import Layout
-from physagent_studio.program.actions import Action, ApplyForce, Directed
+from physagent_studio.agent.rules.paths import TURNS, arc_length
+from physagent_studio.program.actions import Action, ApplyAngledForce, ApplyForce, Directed
 from physagent_studio.program.contract import Contacts
 from physagent_studio.program.edits import AddItem, Edit, RemoveItem, SetField
 from physagent_studio.records import Mismatch, Rollout
@@ -21,7 +23,7 @@ def structural(situation: Situation) -> Iterator[tuple[Edit, ...]]:
     for mismatch in situation.assessment.diagnosis[:4]:
         found = (
             *_held(mismatch, situation), *_added(mismatch, situation),
-            *_removed(mismatch, situation),
+            *_removed(mismatch, situation), *_other_arcs(mismatch, situation),
         )  # fmt: skip
         for edits in found:
             key = repr(edits)
@@ -58,6 +60,39 @@ def _added(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ...
         yield _add(situation, brake)
     if mismatch.code in ("falls_short", "not_visible") and not other and name not in driven:
         yield _add(situation, act.push(name, act.toward_or_along(0.8, way=_said(mismatch))))
+
+
+def _other_arcs(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ...]]:
+    """What curves to its target and hits what it shall not, or misses: along a wider or a flatter
+    arc, its three numbers turned together."""
+    if mismatch.code not in ("unwanted_contact", "misses", "no_contact", "toppled"):
+        return
+    actions = situation.program.event.actions
+    for bend in (a for a in actions if isinstance(a, ApplyAngledForce)):
+        start = next((a for a in actions if a.name == bend.name and _is_aimed(a)), None)
+        force = getattr(start, "force", None)
+        if start is None or not isinstance(force, Directed) or abs(force.azimuth) < 1.0:
+            continue
+        turn = 2 * abs(force.azimuth)
+        for other in (t for t in TURNS if abs(t - turn) > 4.0):
+            longer = arc_length(1.0, other) / arc_length(1.0, turn)
+            base = f"event.actions.{bend.id}"
+            room = situation.program.clip.steps - bend.start_step
+            azimuth = round(math.copysign(other / 2, force.azimuth), 3)
+            yield (
+                SetField(path=f"event.actions.{start.id}.force.azimuth", value=azimuth),
+                SetField(
+                    path=f"{base}.magnitude",
+                    value=float(f"{bend.magnitude * other / turn / longer:.5g}"),
+                ),
+                SetField(
+                    path=f"{base}.duration", value=min(round(bend.duration * longer), max(room, 1))
+                ),
+            )
+
+
+def _is_aimed(action: Action) -> bool:
+    return isinstance(action, ApplyForce) and getattr(action.force, "toward", None) is not None
 
 
 def _said(mismatch: Mismatch):  # noqa: ANN202 - a Direction

@@ -10,11 +10,12 @@ import pytest
 from physagent_studio.agent.roles import Situation, Trial
 from physagent_studio.agent.rules import RuleGenerator, RulePlanner, RuleVerifier
 from physagent_studio.agent.rules.knobs import ROUGHEST, material_knobs
+from physagent_studio.agent.rules.repairs import structural
 from physagent_studio.contract import measure
 from physagent_studio.program import Directed, PhysicalProgram, SetField, apply, value_at
 from physagent_studio.program.edits import AddItem, RemoveItem
 from physagent_studio.program.materials import MATERIALS
-from physagent_studio.records import Memory, Proposal, RolloutEvidence
+from physagent_studio.records import Memory, Mismatch, Proposal, RolloutEvidence
 from physagent_studio.simulation import simulate
 from tests.agent.rules.scenes import STAGES
 
@@ -195,7 +196,9 @@ def test_densities_stay_near_those_of_the_material() -> None:
     situation = situation_of("lane", HITS)
     for knob in material_knobs(situation.program):
         if knob.factor == "density":
-            usual = MATERIALS[situation.program.scene.object(knob.target).material].density
+            item = situation.program.scene.object(knob.target)
+            assert item is not None
+            usual = MATERIALS[item.material].density
             assert usual / 5 < knob.low <= knob.value <= knob.high < usual * 5
 
 
@@ -227,3 +230,28 @@ def test_only_what_is_round_has_a_resistance_to_rolling() -> None:
     program = RuleGenerator().first(stage.case("The ball rolls."), stage.reconstruct)
     found = {knob.target for knob in material_knobs(program) if knob.factor == "rolling"}
     assert found == {"green_ball"}
+
+
+CURVES = "The bowling ball curves to the right and hits only the right pin."
+
+
+def test_a_wrong_arc_is_offered_wider_and_flatter() -> None:
+    """All three numbers of an arc belong together: aim, sideways force and how long it acts."""
+    situation = situation_of("lane", CURVES)
+    mismatch = Mismatch(code="unwanted_contact", text="", subject="bowling_ball", other="left_pin")
+    failed = situation.assessment.model_copy(update={"diagnosis": (mismatch,)})
+    arcs = [e for e in structural(replace(situation, assessment=failed)) if len(e) == 3]
+    assert len(arcs) >= 5
+    programs = [apply(situation.program, edits) for edits in arcs]
+    aims = [number_at(one, AZIMUTH) for one in programs]
+    assert [abs(aim) for aim in aims] == sorted(abs(aim) for aim in aims)
+    assert len({aim > 0 for aim in aims}) == 1
+    # A wider arc takes more force across the path.
+    forces = [number_at(one, "event.actions.bend_bowling_ball.magnitude") for one in programs]
+    assert forces == sorted(forces)
+
+
+def number_at(program: PhysicalProgram, path: str) -> float:
+    value = value_at(program, path)
+    assert isinstance(value, float | int)
+    return float(value)

@@ -53,6 +53,7 @@ class Details:
     count: int | None = None
     distance: float | None = None
     cause: str = ""
+    only: bool = False
     begins: tuple[tuple[Relation, Place], ...] = ()
     share: tuple[float, float] | None = None
     timing: Literal["", "in_turn", "together"] = ""
@@ -135,6 +136,10 @@ def _adverb(word: str, details: Details, talk: Discourse) -> None:
             details.direction = way  # type: ignore[assignment]
     elif word in v.SHARES:
         details.share = v.SHARES[word]
+    elif word in v.NEARLY:
+        details.manner |= {"nearly"}
+    elif word == "alone":
+        details.only = True
     elif word in v.TIMINGS:
         details.timing = v.TIMINGS[word]  # type: ignore[assignment]
     elif word in v.COUNTS:
@@ -176,8 +181,9 @@ def _measure(phrase: NounPhrase, details: Details) -> None:
     unit = UNITS.get(phrase.head)
     if unit is None:
         return
-    if phrase.number is not None:
-        details.distance = phrase.number * unit
+    number = 1 if phrase.number is None and phrase.determiner in ("a", "an") else phrase.number
+    if number is not None:
+        details.distance = number * unit
     for adjective in phrase.adjectives:
         if adjective in v.DIRECTIONS and details.direction is None:
             details.direction = v.DIRECTIONS[adjective]  # type: ignore[assignment]
@@ -238,6 +244,8 @@ def _preposition(
         return
     if preposition == "like":
         # A comparison says nothing that could be measured.
+        return
+    if preposition == "except":
         return
     if preposition == "starting_with":
         details.unknown["starting with"] = None

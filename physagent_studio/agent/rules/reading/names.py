@@ -141,7 +141,7 @@ def resolve_objects(
     if is_group(phrase, stock):
         group = next((m for m in reversed(talk.mentions) if len(m) > 1), ())
         everything = tuple(t.name for t in stock.objects)
-        others = any(a in v.OTHERS for a in phrase.adjectives)
+        others = any(a in v.OTHERS or a in v.POSITIONS for a in phrase.adjectives)
         if others or phrase.head in ("one", "other", "rest", "each", "both", "all"):
             kind = _class_of_last(stock, talk)
             fresh = tuple(t for t in kind if t.name not in talk.known)

@@ -169,6 +169,9 @@ class NounPhrases:
 
     def _adjective_role(self, j: int, word: str, started: bool, has_noun: bool) -> str:
         if not has_noun:
+            if word.endswith("ing") and self.word(j - 1) in ("one", "ones"):
+                # "Leaving the middle one standing".
+                return "end"
             if word in v.FORCE_NOUNS or (word in v.PARTS and not self._qualifies(j + 1)):
                 return "noun" if started else "end"
             bare = started or self._qualifies(j + 1) or word in v.NUMBERS or word in v.OTHERS

@@ -87,6 +87,24 @@ FIXED: tuple[tuple[tuple[str, ...], str], ...] = tuple(
         ("center of gravity", "masscenter"),
         ("no longer", "not"),
         ("short of", "before"),
+        ("up to the", "to the"),
+        ("except for", "except"),
+        ("apart from", "except"),
+        ("other than", "except"),
+        ("with the exception of", "except"),
+        ("down from left to right", "down rightwards"),
+        ("down from right to left", "down leftwards"),
+        ("from left to right", "rightwards"),
+        ("from right to left", "leftwards"),
+        ("takes out", "knocks over"),
+        ("take out", "knock over"),
+        ("taking out", "knocking over"),
+        ("took out", "knocked over"),
+        ("is the only one that", "alone"),
+        ("is the only one which", "alone"),
+        ("is the only one to", "alone"),
+        ("are the only ones that", "alone"),
+        ("are the only ones to", "alone"),
         ("on the spot", "motionless"),
         ("ends up", "ends_up"),
         ("end up", "ends_up"),
@@ -252,8 +270,8 @@ FIXED: tuple[tuple[tuple[str, ...], str], ...] = tuple(
 )
 ADVERBIAL = words_of(
     "motionless airborne sidelong inverted halfway midway alltheway partway mostway thirdway "
-    "successively simultaneously toward_camera from_camera from_left from_right "
-    "from_front from_side from_behind from_above from_below"
+    "successively simultaneously alone nearly almost toward_camera from_camera from_left "
+    "from_right from_front from_side from_behind from_above from_below"
 )
 
 

@@ -79,6 +79,10 @@ class _Reader(Roles):
         frame = self._frame(clause, clause_id)
         if frame is not None:
             self.frames.append(frame)
+            if spared := self.spared(clause):
+                # "All but the left one fall": that one does not.
+                other = replace(frame, patient=spared, negated=not frame.negated)
+                self.frames.append(replace(other, any_one=False, least=0, most=None))
         self.pending_cause, self.pending_manner, self.left_so = "", frozenset(), False
         self.pending_way = None
 
@@ -182,7 +186,8 @@ class _Reader(Roles):
             clause_id,
             cause=cause or details.cause or self.pending_cause,
             only=any(p.only for p in (*clause.subjects, *clause.objects, *_named(clause)))
-            or (bool(clause.objects) and "only" in clause.adverbs),
+            or (bool(clause.objects) and "only" in clause.adverbs)
+            or details.only,
             direction=details.direction or self.pending_way,  # type: ignore[arg-type]
             origin=details.origin,
             places=details.places,
@@ -249,6 +254,10 @@ class _Reader(Roles):
         sense, kind = entry.sense, entry.kind
         if kind == "light":
             sense, kind = "rest", "state"
+        for phrase in (np for prep, np in clause.places if prep == "to"):
+            if phrase.head in _STANDSTILL and kind == "move":
+                # "Skids to a halt".
+                return "stop", "move", clause.objects
         for phrase in (*clause.objects, *(np for prep, np in clause.places if prep == "to")):
             key = (verb.verb, phrase.head)
             if key in v.WITH_OBJECT and not (phrase.nouns and self.is_object(phrase)):
@@ -257,6 +266,10 @@ class _Reader(Roles):
         for particle in clause.adverbs:
             if (verb.verb, particle) in v.COMBINED:
                 return v.COMBINED[(verb.verb, particle)], kind, clause.objects
+        for preposition, _ in clause.places:
+            if preposition == "off" and kind == "act" and (verb.verb, "off") in v.COMBINED:
+                # "Is knocked off the table".
+                return v.COMBINED[(verb.verb, "off")], kind, clause.objects
         for particle, phrase in self._stranded(clause):
             if (verb.verb, particle) in v.COMBINED:
                 return v.COMBINED[(verb.verb, particle)], kind, (phrase,)
@@ -273,7 +286,14 @@ class _Reader(Roles):
     def _negated(self, clause: RawClause) -> bool:
         assert clause.verb is not None
         none = any(p.determiner == "no" for p in clause.subjects)
-        return clause.verb.negated or clause.joint == "without" or "not" in clause.adverbs or none
+        nearly = any(word in v.NEARLY for word in clause.adverbs)
+        return (
+            nearly
+            or clause.verb.negated
+            or clause.joint == "without"
+            or "not" in clause.adverbs
+            or none
+        )
 
     def _link(self, clause: RawClause) -> str:
         if clause.joint in ("while", "as", "whilst", "whereas", "when"):
@@ -311,6 +331,7 @@ class _Reader(Roles):
 
 
 _COUNTED = {2: "twice", 3: "thrice"}
+_STANDSTILL = ("halt", "stop", "standstill", "rest")
 COUNTABLE = ("flip", "spin", "rotate", "bounce", "reverse", "sway")
 """Senses of which it can be measured how often they happen."""
 

@@ -17,7 +17,7 @@ def rewritten(tokens: Sequence[Token], nouns: frozenset[str]) -> tuple[Token, ..
 
     nouns: the words of the case's names, which are no verbs.
     """
-    return _denials(_unlabelled(tuple(tokens), nouns), nouns)
+    return _denials(_excepted(_unlabelled(tuple(tokens), nouns), nouns), nouns)
 
 
 def _is_verb(word: str, nouns: frozenset[str]) -> bool:
@@ -37,6 +37,24 @@ def _unlabelled(tokens: tuple[Token, ...], nouns: frozenset[str]) -> tuple[Token
         for i in range((named[0] if named else end) + 1, end)
     )
     return tokens if told or end + 1 >= len(tokens) else tokens[end + 1 :]
+
+
+_ALL = ("all", "every", "each", "everything", "none", "no", "nothing", "both")
+
+
+def _excepted(tokens: tuple[Token, ...], nouns: frozenset[str]) -> tuple[Token, ...]:
+    """ "Every pin but the left one falls", "all fall but the left one": but for it."""
+    found = list(tokens)
+    words = [token.text for token in tokens]
+    for at in (i for i, word in enumerate(words) if word == "but" and i + 1 < len(words)):
+        verbs = [i for i, word in enumerate(words) if _is_verb(word, nouns) or word in v.BE]
+        end = next((i for i in range(at, len(words)) if words[i] in ".,;:!?"), len(words))
+        whole = any(word in _ALL for word in words[max(at - 6, 0) : at])
+        subject = not any(i < at for i in verbs)
+        trailing = not any(at < i < end for i in verbs) and words[at + 1] in v.DETERMINERS
+        if whole and (subject or trailing):
+            found[at] = replace(tokens[at], text="except")
+    return tuple(found)
 
 
 def _denials(tokens: tuple[Token, ...], nouns: frozenset[str]) -> tuple[Token, ...]:

@@ -30,6 +30,9 @@ class Roles(Subjects):
         verb = clause.verb
         assert verb is not None
         direct = self._direct(objects, subject)
+        if direct is not None and (spared := self.spared(clause)):
+            kept = tuple(name for name in direct.names if name not in spared)
+            direct = replace(direct, names=kept) if kept else direct
         if direct is not None and "objects" in clause.either:
             direct = replace(direct, any_one=True)
         if kind == "cause":
@@ -47,6 +50,10 @@ class Roles(Subjects):
             subject = direct
         elif kind in ("move", "goto") and objects:
             place = details.object_places(objects, self.stock, self.talk)
+            if frame.sense == "rise" and place:
+                # "Climbs the ramp".
+                place = tuple(("up", one) for _, one in place)
+                frame = replace(frame, sense="move")
             frame = replace(frame, places=(*place, *frame.places))
         return self._done_by(frame, subject)
 

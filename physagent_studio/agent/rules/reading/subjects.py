@@ -62,11 +62,24 @@ class Subjects:
             self.talk.mention(found.names)
         if not names:
             return None
+        for spared in self.spared(clause):
+            names.pop(spared, None)
         resolved = Resolved(tuple(names), any_one)
+        if self.spared(clause):
+            counted = None
         if len(clause.subjects) == 1 and counted is not None:
             resolved = replace(counted, any_one=any_one)
         self.talk.subject = resolved.names
         return resolved
+
+    def spared(self, clause: RawClause) -> tuple[str, ...]:
+        """What an "except …" of the clause takes out of it."""
+        found: dict[str, None] = {}
+        for preposition, phrase in (*clause.lead, *clause.places):
+            if preposition == "except":
+                named = resolve_objects(phrase, self.stock, self.talk)
+                found |= dict.fromkeys(named.names if named is not None else ())
+        return tuple(found)
 
     def _goes_on(self, clause: RawClause) -> bool:
         """ "…, which topples over and hits the next one": still what the relative is about.

@@ -65,13 +65,15 @@ MANNERS: dict[str, str] = {
 
 FILLERS = words_of(
     "finally eventually then also just immediately naturally simply together "
-    "again afterwards afterward thereby instead soon later now initially first meanwhile "
-    "suddenly still completely fully entirely almost nearly quite very too so well thus hence "
+    "again afterwards afterward thereby instead soon later now initially first meanwhile please "
+    "suddenly still completely fully entirely quite very too so well thus hence "
     "therefore already only even once there here subsequently next under freely "
     "perfectly cleanly really squarely anywhere somewhat promptly soon just out"
 )
 TIMINGS: dict[str, str] = {"successively": "in_turn", "simultaneously": "together"}
 """How several that do the same stand to each other in time."""
+NEARLY = ("nearly", "almost")
+"""What nearly happens does not."""
 COUNTS = {"once": 1, "twice": 2, "thrice": 3}
 
 POSTURES: dict[str, str] = {
@@ -132,7 +134,9 @@ SHARES: dict[str, tuple[float, float]] = {
     "partway": (0.1, 0.9), "mostway": (0.6, 1.0), "thirdway": (0.22, 0.45),
 }  # fmt: skip
 """How much of a way is gone."""
-PRONOUNS = words_of("it that this they them itself themselves one others everything he she him")
+PRONOUNS = words_of(
+    "i we it that this they them itself themselves one others everything he she him"
+)
 AUXILIARIES = words_of(
     "is are was were be been being am has have had do does did will would shall should may "
     "might must could can gets getting becomes become became"
@@ -143,7 +147,7 @@ PREPOSITIONS = words_of(
     "on onto upon in into inside within to toward towards from off of over under underneath "
     "beneath below above across along through past against with without by at near beside "
     "behind before after around between among beyond down up outside until via for alongside "
-    "about throughout during like starting_with infront leftof rightof atop"
+    "about throughout during like starting_with except infront leftof rightof atop"
 )
 CONJUNCTIONS = words_of("and or but then nor")
 SUBORDINATORS = words_of(

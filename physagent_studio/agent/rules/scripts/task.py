@@ -8,7 +8,7 @@ import numpy as np
 
 from physagent_studio.agent.rules import actions as act
 from physagent_studio.agent.rules.intents import Intent
-from physagent_studio.agent.rules.layout import WAYS, Layout, level
+from physagent_studio.agent.rules.layout import WAYS, Layout, level, named_way
 from physagent_studio.agent.rules.reading import Place
 from physagent_studio.agent.rules.reading.vocabulary import words_of
 from physagent_studio.agent.rules.specs import place_name, spot_name, ways_of
@@ -56,8 +56,13 @@ class Task:
         return ways[self.rank % len(ways)] if ways else None
 
     def _side(self) -> Direction | None:
-        """The way to the side of a thing on which it shall end, where no way is named."""
+        """The way to the side of a thing on which it shall end, or to what it shall fall
+        towards, where no way is named."""
         for frame in self.intent.frames:
+            toward = frame.place("toward")
+            if frame.sense in ("topple", "lean") and toward and self.layout.has(toward.name):
+                away = self.layout.position(toward.name) - self.layout.position(self.name)
+                return named_way(level(away))
             for relation, place in frame.places:
                 if relation in SIDE_WAYS and self.layout.is_known(place.name):
                     return SIDE_WAYS[relation]

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from physagent_studio.agent.rules import actions as act
 from physagent_studio.agent.rules import mechanics as mech
-from physagent_studio.agent.rules.layout import WAYS, level, named_way, unit
+from physagent_studio.agent.rules.layout import WAYS, FloatArray, level, named_way, unit
 from physagent_studio.agent.rules.scripts.task import UP, Task
-from physagent_studio.program.actions import Action
+from physagent_studio.program.actions import Action, Direction
 
 
 def tip(task: Task) -> list[Action]:
     """A push at the top that brings its centre over its lower edge."""
     layout = task.layout
-    way = WAYS[task.way() or ("right" if task.rank % 2 == 0 else "left")]
+    way = WAYS[task.way() or _free_way(task)]
     if abs(way[2]) > 0.5:
         way = WAYS["right"]
     height = layout.height(task.name)
@@ -23,6 +25,32 @@ def tip(task: Task) -> list[Action]:
     force = act.toward_or_along(max(speed, 0.3), way=named_way(way))
     point = act.top_point(layout, task.name)
     return [act.push(task.name, force, start=task.delay, duration=15, point=point, label="tip")]
+
+
+def _free_way(task: Task) -> Direction:
+    """To the right and the left by turns; elsewhere where something would be knocked down that
+    shall not be."""
+    layout = task.layout
+    sides: tuple[Direction, Direction] = (
+        ("right", "left") if task.rank % 2 == 0 else ("left", "right")
+    )
+    meant = {name for frame in task.intent.frames for name in (*frame.patient, *frame.agent)}
+    others = [o.name for o in layout.state.objects if o.name not in meant and layout.has(o.name)]
+    for side in (*sides, "toward_camera", "away"):
+        if not any(_in_the_way(task, other, WAYS[side]) for other in others):
+            return side
+    return sides[0]
+
+
+def _in_the_way(task: Task, other: str, way: FloatArray) -> bool:
+    """Whether it would fall onto another thing that stands as low as it does."""
+    layout = task.layout
+    offset = layout.position(other) - layout.position(task.name)
+    across = np.array([-way[1], way[0], 0.0])
+    reach = layout.height(task.name) + layout.extent(task.name, way) + layout.extent(other, way)
+    width = layout.extent(task.name, across) + layout.extent(other, across)
+    beside = 0 < float(offset @ way) < 1.1 * reach and abs(float(offset @ across)) < width
+    return beside and layout.carrier(other) == layout.carrier(task.name)
 
 
 def spin_about(task: Task) -> list[Action]:

@@ -130,7 +130,8 @@ def approach(c: Context) -> list[Spec]:
 def leave(c: Context) -> list[Spec]:
     """Loses touch: with the ground for a while, with anything else for good."""
     place = c.frame.place("object", "off", "from")
-    if place is None or is_ground(c, place):
+    on_ground = c.layout.carrier(c.subject) == c.layout.ground()
+    if place is None or is_ground(c, place) or (place.kind == "group" and on_ground):
         return [spec("airborne", c.subject, seconds=0.12)]
     if place.kind == "landmark":
         return [spec("moves", c.subject, distance=c.length(0.5, 0.02, 0.2))]

@@ -192,7 +192,9 @@ def descend(c: Context) -> list[Spec]:
 
 
 def float_down(c: Context) -> list[Spec]:
-    """Sinks through the air, never fast."""
+    """Sinks through the air, never fast; what stands on the ground can only drift along."""
+    if c.layout.has(c.subject) and not c.layout.is_raised(c.subject):
+        return [*travel(c), spec("airborne", c.subject, seconds=0.2)]
     found = [
         spec("descends_slowly", c.subject, drop=c.length(0.3, 0.02, 0.1), speed=0.5),
         spec("airborne", c.subject, seconds=0.2),

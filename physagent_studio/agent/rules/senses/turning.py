@@ -6,6 +6,7 @@ from physagent_studio.agent.rules.senses.common import (
     along,
     arrival,
     posture,
+    siblings,
     sideways_fall,
     struck_before,
     touch,
@@ -29,9 +30,16 @@ def topple(c: Context) -> list[Spec]:
     found += touch(c)
     if struck:
         found.append(before(struck[0], over))
-    on = c.frame.place("on")
+    on = c.frame.place("on", "atop")
     if on is not None and on.kind == "support":
         found.append(spec("reaches", c.subject, other=on.name))
+    elif on is not None and on.kind == "object" and on.name != c.subject:
+        found.append(spec("contacts", c.subject, other=on.name))
+    toward = c.frame.place("toward")
+    if toward is not None and toward.kind == "object" and toward.name != c.subject:
+        far = c.length(0.25, 0.02, 0.2)
+        found.append(spec("moves", c.subject, distance=far, toward=toward.name))
+    found += siblings(c)
     return [*found, *(s for s in along(c) if s.kind in ("leaves", "rests_on"))]
 
 

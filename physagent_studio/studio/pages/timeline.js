@@ -1,7 +1,8 @@
 // Timeline: a lane per object, a bar per action, marks of what happened, and the playhead.
 
 import { button, draw, h, iconButton } from "./dom.js";
-import { attempt, dropAttempt, edit, endAttempt, on, scrub, scrubBy, send, setField, value } from "./wire.js";
+import { startMenus } from "./timeline_menu.js";
+import { attempt, dropAttempt, edit, endAttempt, on, scrub, scrubBy, send, value } from "./wire.js";
 
 const COLORS = {
   SetVelocity: "#2f6fed", SetAngularVelocity: "#7a5af5", ApplyForce: "#d9482b", ApplyTorque: "#c0398c", ApplyAngledForce: "#d97706",
@@ -15,7 +16,8 @@ export function startTimeline(host) {
   const svg = h("svg", { class: "tl", role: "application", "aria-label": "Timeline" });
   box.append(svg);
   host.append(top, box);
-  let data = null, head = null, drag = null, tip = null, zoom = 1, menu = null;
+  let data = null, head = null, drag = null, tip = null, zoom = 1;
+  const { actionItems, addItems, closeMenu, openMenu, remove } = startMenus(() => ({ data, head }));
 
   const gutter = () => Math.min(130, Math.max(70, box.clientWidth * 0.16));
   const width = () => Math.max(50, (box.clientWidth - gutter() - 18) * zoom);
@@ -270,65 +272,6 @@ export function startTimeline(host) {
     event.preventDefault();
     event.stopPropagation();
   }
-
-  // --- menu -----------------------------------------------------------------------------------
-
-  const remove = (one) => edit([{ op: "remove", path: `event.actions.${one.id}` }], "removed in the timeline");
-
-  function actionItems(one) {
-    if (data.readOnly) return [["Select", () => send({ do: "select", kind: "action", name: one.id })]];
-    return [
-      ["Duplicate", () => duplicate(one)],
-      [one.muted ? "Unmute" : "Mute", () => setField(`event.actions.${one.id}.muted`, !one.muted)],
-      ["Delete", () => remove(one)],
-    ];
-  }
-
-  function duplicate(one) {
-    const item = { ...one.item, id: fresh(one.id) };
-    edit([{ op: "add", path: "event.actions", item }], "duplicated in the timeline");
-  }
-
-  function fresh(stem) {
-    const known = new Set(data.lanes.flatMap((lane) => lane.actions.map((one) => one.id)));
-    const root = stem.replace(/_\d+$/, "");
-    let count = 2;
-    if (!known.has(root)) return root;
-    while (known.has(`${root}_${count}`)) count += 1;
-    return `${root}_${count}`;
-  }
-
-  function addItems(lane, where) {
-    const known = head && head.selection.kind === "object" && data.lanes.some((one) => one.name === head.selection.name);
-    const chosen = lane || (known ? head.selection.name : data.lanes[0].name);
-    const at = Math.min(where ?? (head ? head.step : 0), Math.max(0, data.steps - 40));
-    const directed = (magnitude) => ({ magnitude, direction: "right" });
-    const make = (stem, item) => () => edit([{ op: "add", path: "event.actions", item: { id: fresh(stem), name: chosen, start_step: at, ...item } }], "added in the timeline");
-    return [
-      [`Push ${chosen}`, make("push", { operator: "ApplyForce", force: { ...directed(2), quantity: "acceleration" }, duration: 20 })],
-      [`Set velocity of ${chosen}`, make("velocity", { operator: "SetVelocity", velocity: directed(1) })],
-      [`Spin ${chosen}`, make("spin", { operator: "SetAngularVelocity", angular_velocity: [0, 0, 3], duration: 1 })],
-      [`Twist ${chosen}`, make("twist", { operator: "ApplyTorque", torque: [0, 0, 0.1], duration: 20 })],
-      [`Hold ${chosen}`, make("hold", { operator: "FixObject", duration: 40 })],
-      [`Wind on ${chosen}`, make("wind", { operator: "ApplyDisturbance", model: "wind", amplitude: 5, direction: "right", duration: 40 })],
-    ];
-  }
-
-  function openMenu(event, items) {
-    closeMenu();
-    menu = h("div", { class: "card stack", role: "menu", style: `position:fixed;z-index:20;gap:1px;padding:4px;left:${Math.min(event.clientX, innerWidth - 210)}px;bottom:${Math.max(8, innerHeight - event.clientY)}px` },
-      items.map(([text, act]) => h("button", { class: "b quiet", role: "menuitem", type: "button", style: "text-align:left", onclick: () => { closeMenu(); act(); } }, text)));
-    document.body.append(menu);
-    menu.querySelector("button").focus();
-    setTimeout(() => addEventListener("pointerdown", away), 0);
-  }
-  const away = (event) => { if (menu && !menu.contains(event.target)) closeMenu(); };
-  function closeMenu() {
-    removeEventListener("pointerdown", away);
-    if (menu) menu.remove();
-    menu = null;
-  }
-  addEventListener("keydown", (event) => { if (event.key === "Escape") closeMenu(); });
 
   // Zooming keeps what is under the pointer, or the playhead, where it is.
   function zoomBy(factor, clientX) {

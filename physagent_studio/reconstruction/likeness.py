@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from physagent_studio.reconstruction.colour_words import COLOURS
+from physagent_studio.reconstruction.colours import COLOURS
 from physagent_studio.reconstruction.names import words_of
 
 _PLACES = ("left", "right", "middle", "centre", "center", "front", "back", "rear", "near", "far")

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from physagent_studio.reconstruction.colour_words import MATERIALS, USUAL, likeness
+from physagent_studio.reconstruction.colours import MATERIALS, USUAL, likeness
 from physagent_studio.reconstruction.masks import (
     BoolArray,
     FloatArray,

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from physagent_studio.program.scene import Grounding
+from physagent_studio.reconstruction.likeness import kind_name
 from physagent_studio.reconstruction.masks import BoolArray, bounds, iou, shrink
-from physagent_studio.reconstruction.names import words_of
 from physagent_studio.reconstruction.seams import Seam, seams_of, settled
 from physagent_studio.reconstruction.segmentation_task import View, part_around, view_of
 from physagent_studio.records.case import Image
@@ -97,7 +97,7 @@ def _groups(groundings: Sequence[tuple[str, Grounding]]) -> list[dict[str, Mark]
         elif len(inside) == len(said.points) == 1:
             mark = Mark(inside[0].x, inside[0].y)
         if mark is not None and not (said.strokes or said.settled or said.proposed):
-            kind = (words_of(name) or (name,))[-1]
+            kind = kind_name(name).split()[-1]
             kinds.setdefault((kind, said.box is not None), {})[name] = mark
     return [
         spots for spots in kinds.values() if len(spots) >= FEWEST and _upright(list(spots.values()))

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from physagent_studio.reconstruction.colour_words import COLOURS
+from physagent_studio.reconstruction.colours import COLOURS
 from physagent_studio.reconstruction.names import is_listed, support_kind, usual_size, words_of
 
 SIDES = {
@@ -22,6 +22,8 @@ TEXTURES = frozenset(
     {"wooden", "metal", "plastic", "rubber", "glass", "toy", "round", "square", "shiny", "old",
      "stone", "paper", "cardboard", "foam", "heavy", "light", "empty", "full", "open"}
 )  # fmt: skip
+ALSO_THINGS = frozenset({"orange", "lime", "stone", "toy", "glass"})
+"""Words that describe a thing, or are one."""
 _DETERMINERS = frozenset({"the", "a", "an", "another", "this", "that", "one", *COUNTS})
 _NO_THINGS = frozenset(
     {"of", "and", "or", "to", "along", "side", "end", "edge", "half", "part", "way", "direction",
@@ -138,7 +140,11 @@ def _describes(tokens: Sequence[str], at: int) -> bool:
         return False
     next_word = tokens[at + 1]
     more = next_word in COLOURS or next_word in SIDES or next_word in LARGE | SMALL | TEXTURES
-    return more or bool(_noun(tokens, at + 1)) or word not in ("orange", "stone", "toy", "glass")
+    return (
+        more
+        or bool(_noun(tokens, at + 1))
+        or word not in ("orange", "lime", "stone", "toy", "glass")
+    )
 
 
 def _noun(tokens: Sequence[str], at: int) -> tuple[str, ...]:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 
 from physagent_studio.reconstruction.colours import (
+    COLOURS,
     WORDS,
     colour_of,
+    likeness,
     pixels_like,
     places_of,
     said_of,
@@ -60,3 +63,23 @@ def test_the_largest_free_patch_comes_first() -> None:
     taken[30:50, 40:60] = True
     assert len(places_of(image, "red", taken)) == 1
     assert said_of(image, taken) == "red"
+
+
+def test_every_colour_word_is_called_by_its_own_kind() -> None:
+    """A patch in the middle of what a word stands for may be called by the kind it counts as."""
+    for word, colour in COLOURS.items():
+        if not colour.kind:
+            continue
+        hue = colour.hue[0] if colour.hue else 0.0
+        middle = [np.mean(colour.saturation), np.mean(colour.value)]
+        hsv = np.array([[[hue % 360, *middle]]], np.float32)
+        patch = np.round(cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB) * 255).astype(np.uint8)
+        assert likeness(patch, [word]).min() > 0.9, word
+        assert pixels_like(patch, colour.kind).all(), word
+
+
+def test_words_for_one_colour_count_as_one() -> None:
+    assert colour_of("crimson_ball") == colour_of("scarlet_ball") == colour_of("red_ball")
+    assert colour_of("navy_box") == "blue"
+    assert colour_of("lime_cup") == "green"
+    assert colour_of("red_blue_ball") is None

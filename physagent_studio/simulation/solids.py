@@ -199,7 +199,7 @@ def _torus(shape: Torus) -> Solid:
     made = ring(shape.radius, shape.tube)
     mass = MassProperties(made.volume, np.zeros(3), np.diag(made.moments) * made.volume)
     extent, shadows = np.array(made.extent), np.array(made.shadows)
-    return Solid(made.pieces, mass, extent, shadows, "torus", rims=(made.rim,))
+    return Solid(made.pieces, mass, extent, shadows, "torus", rims=made.rims)
 
 
 def _round(outline: FloatArray, wall: float | None) -> Solid:

@@ -63,6 +63,7 @@ export function startRounds(host, showPlots) {
       h("div", { class: "row" },
         h("span", { class: "title grow" }, said),
         data.readOnly ? null : h("button", { class: "link", type: "button", "aria-expanded": String(overruling), onclick: toggle }, "Overrule")),
+      data.proposal ? h("button", { class: "link", type: "button", onclick: () => host.querySelector("[aria-label=Proposal]")?.scrollIntoView({ block: "start" }) }, "See the proposed repair ↓") : null,
       shown.override ? h("p", { class: "muted" }, `Your verdict: ${shown.override.passed ? "it happens" : "it does not"}${shown.override.words ? ` (“${shown.override.words}”)` : ""}. The checks said ${shown.machine ? "it happens" : "it does not"}.`) : null,
       shown.contradiction ? h("div", { class: "strip warn", style: "margin-top:6px" }, h("b", {}, "Verdict and measurement disagree. "), shown.contradiction) : null,
       overruling && !data.readOnly ? h("div", { class: "stack card", style: "margin-top:8px" },

@@ -9,15 +9,10 @@ from typing import Literal
 from physagent_studio.agent.rules.reading import vocabulary as v
 from physagent_studio.agent.rules.reading.clauses import RawClause
 from physagent_studio.agent.rules.reading.frames import Place, Relation, Way
-from physagent_studio.agent.rules.reading.names import (
-    GROUPS,
-    Discourse,
-    Inventory,
-    is_group,
-    resolve_objects,
-)
+from physagent_studio.agent.rules.reading.names import GROUPS, is_group, resolve_objects
 from physagent_studio.agent.rules.reading.phrases import NounPhrase
 from physagent_studio.agent.rules.reading.places import resolve_place
+from physagent_studio.agent.rules.reading.stock import Discourse, Inventory
 
 FIXED_WAYS: dict[str, Way] = {
     "toward_camera": "toward_camera",

@@ -7,16 +7,10 @@ from dataclasses import replace
 
 from physagent_studio.agent.rules.reading import vocabulary as v
 from physagent_studio.agent.rules.reading.frames import LandmarkKind, Place, Relation
-from physagent_studio.agent.rules.reading.names import (
-    GROUPS,
-    Discourse,
-    Inventory,
-    filtered,
-    is_group,
-    of_pronoun,
-    resolve_objects,
-)
+from physagent_studio.agent.rules.reading.names import GROUPS, is_group, of_pronoun, resolve_objects
 from physagent_studio.agent.rules.reading.phrases import NounPhrase
+from physagent_studio.agent.rules.reading.selecting import filtered
+from physagent_studio.agent.rules.reading.stock import Discourse, Inventory
 from physagent_studio.agent.rules.reading.tokens import singular
 
 

@@ -10,17 +10,14 @@ from physagent_studio.agent.rules.reading import vocabulary as v
 from physagent_studio.agent.rules.reading.chunker import Chunker
 from physagent_studio.agent.rules.reading.clauses import RawClause, split
 from physagent_studio.agent.rules.reading.frames import EventFrame, ReadClause, Reading
+from physagent_studio.agent.rules.reading.meanings import Meanings
 from physagent_studio.agent.rules.reading.modifiers import Details, details_of
-from physagent_studio.agent.rules.reading.names import (
-    Inventory,
-    Resolved,
-    resolve_objects,
-)
+from physagent_studio.agent.rules.reading.names import Resolved, resolve_objects
 from physagent_studio.agent.rules.reading.phrases import NounPhrase, join_fixed
 from physagent_studio.agent.rules.reading.places import extent_of
 from physagent_studio.agent.rules.reading.rewriting import rewritten
-from physagent_studio.agent.rules.reading.roles import Roles
 from physagent_studio.agent.rules.reading.spelling import corrected
+from physagent_studio.agent.rules.reading.stock import Inventory
 from physagent_studio.agent.rules.reading.tokens import Token, tokenise
 
 MAX_WORDS = 400
@@ -43,7 +40,7 @@ def read(prompt: str, stock: Inventory) -> Reading:
 
 
 @dataclass
-class _Reader(Roles):
+class _Reader(Meanings):
     """Walks through the clauses once; what was said before resolves what comes."""
 
     prompt: str = ""
@@ -52,9 +49,7 @@ class _Reader(Roles):
     pending_cause: str = ""
     pending_manner: frozenset[str] = frozenset()
     pending_way: str | None = None
-    left_so: bool = False
     pending_text: int | None = None
-    acting: str = ""
 
     def take(self, clause: RawClause) -> None:
         """Adds the frames of one clause."""
@@ -225,76 +220,6 @@ class _Reader(Roles):
     ) -> Resolved | None:
         return subject or (Resolved(frame.patient, frame.any_one) if frame.patient else before)
 
-    def _cause(self, clause: RawClause) -> str:
-        """What brings it about that is no object; it goes on doing so ("… and tips the cup")."""
-        goes_on = not clause.subjects and clause.joint == "and" and bool(clause.objects)
-        self.acting = self._named_cause(clause) or (self.acting if goes_on else "")
-        return self.acting
-
-    def _named_cause(self, clause: RawClause) -> str:
-        for phrase in clause.subjects:
-            heads = (phrase.head, phrase.of.head if phrase.of else "")
-            if any(h in v.CAUSES for h in heads) and not self.is_object(phrase):
-                return next(v.CAUSES[h] for h in reversed(heads) if h in v.CAUSES)
-            if phrase.head in v.FORCE_NOUNS and not self.is_object(phrase):
-                return "person"
-        return ""
-
-    def _sense(self, clause: RawClause) -> tuple[str, v.Kind, tuple[NounPhrase, ...]]:
-        """The sense of the verb with its particle or object, and the objects that are left."""
-        verb = clause.verb
-        assert verb is not None
-        if verb.verb == "be":
-            return "be", "state", clause.objects
-        if self.left_so and v.VERBS[verb.verb].kind == "state":
-            return "stay", "state", clause.objects
-        if verb.verb in ("leave", "keep") and clause.objects and _left_so(clause):
-            return "stay", "move", clause.objects
-        entry = v.VERBS[verb.verb]
-        sense, kind = entry.sense, entry.kind
-        if kind == "light":
-            sense, kind = "rest", "state"
-        for phrase in (np for prep, np in clause.places if prep == "to"):
-            if phrase.head in _STANDSTILL and kind == "move":
-                # "Skids to a halt".
-                return "stop", "move", clause.objects
-        for phrase in (*clause.objects, *(np for prep, np in clause.places if prep == "to")):
-            key = (verb.verb, phrase.head)
-            if key in v.WITH_OBJECT and not (phrase.nouns and self.is_object(phrase)):
-                rest = tuple(p for p in clause.objects if p is not phrase)
-                return v.WITH_OBJECT[key], "move", rest
-        for particle in clause.adverbs:
-            if (verb.verb, particle) in v.COMBINED:
-                return v.COMBINED[(verb.verb, particle)], kind, clause.objects
-        for preposition, _ in clause.places:
-            if preposition == "off" and kind == "act" and (verb.verb, "off") in v.COMBINED:
-                # "Is knocked off the table".
-                return v.COMBINED[(verb.verb, "off")], kind, clause.objects
-        for particle, phrase in self._stranded(clause):
-            if (verb.verb, particle) in v.COMBINED:
-                return v.COMBINED[(verb.verb, particle)], kind, (phrase,)
-        return sense, kind, clause.objects
-
-    def _stranded(self, clause: RawClause) -> tuple[tuple[str, NounPhrase], ...]:
-        """ "Knocks over the pin": a preposition that is the verb's particle, with its object."""
-        verb = clause.verb
-        assert verb is not None
-        if v.VERBS[verb.verb].kind != "act" or clause.objects or verb.passive:
-            return ()
-        return tuple((prep, np) for prep, np in clause.places if self.is_object(np))[:1]
-
-    def _negated(self, clause: RawClause) -> bool:
-        assert clause.verb is not None
-        none = any(p.determiner == "no" for p in clause.subjects)
-        nearly = any(word in v.NEARLY for word in clause.adverbs)
-        return (
-            nearly
-            or clause.verb.negated
-            or clause.joint == "without"
-            or "not" in clause.adverbs
-            or none
-        )
-
     def _link(self, clause: RawClause) -> str:
         if clause.joint in ("while", "as", "whilst", "whereas", "when"):
             return "as" if clause.joint in ("as", "when") else "while"
@@ -331,14 +256,8 @@ class _Reader(Roles):
 
 
 _COUNTED = {2: "twice", 3: "thrice"}
-_STANDSTILL = ("halt", "stop", "standstill", "rest")
 COUNTABLE = ("flip", "spin", "rotate", "bounce", "reverse", "sway")
 """Senses of which it can be measured how often they happen."""
-
-
-def _left_so(clause: RawClause) -> bool:
-    """ "Leaving the others untouched": how they are left."""
-    return any(a in v.POSTURES or a in ("motionless", "alone") for a in clause.adverbs)
 
 
 def _named(clause: RawClause) -> tuple[NounPhrase, ...]:

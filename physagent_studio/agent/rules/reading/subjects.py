@@ -7,15 +7,10 @@ from dataclasses import dataclass, field, replace
 from physagent_studio.agent.rules.reading import vocabulary as v
 from physagent_studio.agent.rules.reading.clauses import RawClause
 from physagent_studio.agent.rules.reading.frames import EventFrame
-from physagent_studio.agent.rules.reading.names import (
-    Discourse,
-    Inventory,
-    Resolved,
-    near_to,
-    nearest_to,
-    resolve_objects,
-)
+from physagent_studio.agent.rules.reading.names import Resolved, resolve_objects
 from physagent_studio.agent.rules.reading.phrases import Chunk, NounPhrase
+from physagent_studio.agent.rules.reading.selecting import near_to, nearest_to
+from physagent_studio.agent.rules.reading.stock import Discourse, Inventory
 
 
 @dataclass

@@ -7,12 +7,11 @@ from dataclasses import replace
 from physagent_studio.agent.rules.reading import EventFrame, Place
 from physagent_studio.agent.rules.senses.common import (
     arrival,
-    is_container,
     is_ground,
-    is_last,
     off,
     posture,
 )
+from physagent_studio.agent.rules.senses.remaining import is_container, is_last
 from physagent_studio.agent.rules.specs import Context, Spec, before, place_name, spec
 
 

@@ -1,0 +1,89 @@
+"""Which of several things are meant: by colour, position, order, and where they stand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from physagent_studio.agent.rules.reading import vocabulary as v
+from physagent_studio.agent.rules.reading.stock import Discourse, Inventory, Thing
+
+
+def filtered(
+    found: tuple[Thing, ...], adjectives: Sequence[str], number: int | None, talk: Discourse
+) -> tuple[Thing, ...]:
+    """The things that colours, sizes, positions and ordinals leave."""
+    kept = found
+    for adjective in adjectives:
+        word = v.POSITIONS.get(adjective, adjective)
+        named = tuple(t for t in kept if word in t.words or adjective in t.words)
+        if named and not (number and number > len(named)):
+            kept = named
+        elif adjective in v.POSITIONS and len(kept) > 1:
+            kept = _placed(kept, word, number or 1)
+        elif adjective in v.ORDINALS and len(kept) > 1:
+            side = next((v.COUNTED_FROM[a] for a in adjectives if a in v.COUNTED_FROM), None)
+            kept = _ordinal(kept, v.ORDINALS[adjective], talk, side)
+        elif adjective in v.COLOURS:
+            kept = tuple(t for t in kept if not set(t.words) & v.COLOURS - {t.head})
+    return kept
+
+
+def _placed(kept: tuple[Thing, ...], word: str, number: int) -> tuple[Thing, ...]:
+    """The `number` things that lie furthest on that side of the picture."""
+    if any(t.spot is None for t in kept):
+        return kept
+    axis = 0 if word in ("left", "right") else 1
+    ordered = sorted(kept, key=lambda t: (t.spot or (0, 0))[axis])
+    if word in ("right", "bottom", "front"):
+        ordered.reverse()
+    if word in ("middle", "outer", "inner"):
+        spread = [max(c) - min(c) for c in zip(*[t.spot or (0, 0) for t in kept], strict=True)]
+        ordered = sorted(kept, key=lambda t: (t.spot or (0, 0))[int(spread[1] > spread[0])])
+        if word != "middle" and len(kept) > 2:
+            return tuple(ordered[1:-1] if word == "inner" else (ordered[0], ordered[-1]))
+        start = max((len(ordered) - number) // 2, 0)
+        return tuple(ordered[start : start + number])
+    return tuple(ordered[:number])
+
+
+def _ordinal(
+    kept: tuple[Thing, ...], which: int, talk: Discourse, side: str | None = None
+) -> tuple[Thing, ...]:
+    """ "A third orange" after two others is the one not spoken of; else by order of the case.
+
+    side: counted from there in the picture.
+    """
+    if side is not None:
+        ordered = _placed(kept, side, len(kept))
+        return (ordered[which if which < 0 else min(which, len(kept)) - 1],)
+    fresh = tuple(t for t in kept if t.name not in talk.known)
+    if len(fresh) < len(kept):
+        return fresh[:1] or kept[-1:]
+    return (kept[which if which < 0 else min(which, len(kept)) - 1],)
+
+
+def nearest_to(names: Sequence[str], place: Thing, stock: Inventory) -> tuple[str, ...]:
+    """The names ordered by the distance of their clicks from those of a place."""
+
+    def distance(name: str) -> float:
+        spot = next((t.spot for t in stock.objects if t.name == name), None)
+        if spot is None or not place.spots:
+            return 0.0
+        return min((spot[0] - x) ** 2 + (spot[1] - y) ** 2 for x, y in place.spots)
+
+    return tuple(sorted(names, key=distance))
+
+
+def near_to(names: Sequence[str], place: Thing, stock: Inventory) -> tuple[str, ...]:
+    """The names that belong to a place and not to another: their clicks are not twice as far
+    from its clicks as the nearest one, and no other support is in their name."""
+    others = {w for t in stock.supports if t.name != place.name for w in t.words}
+    others |= v.GROUND_WORDS - set(place.words)
+    own = [name for name in names if not others & set(name.lower().split("_"))]
+    spots = {t.name: t.spot for t in stock.objects if t.spot is not None}
+    if not place.spots or any(name not in spots for name in own):
+        return tuple(own)
+    away = {name: min(math.dist(spots[name], spot) for spot in place.spots) for name in own}
+    nearest = min(away.values(), default=0.0)
+    return tuple(name for name in own if away[name] <= 2 * nearest)

@@ -13,16 +13,12 @@ from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene import (
     Inflated,
     Meshed,
-    Ramp,
     SceneObject,
-    Slab,
     Support,
 )
-from physagent_studio.reconstruction import rails, stairs
 from physagent_studio.reconstruction.alike_sizes import shared_places
 from physagent_studio.reconstruction.apart import moved_apart
 from physagent_studio.reconstruction.bases import base_of, is_in_round_stack, is_round, shape_of
-from physagent_studio.reconstruction.contact import vertical_gap
 from physagent_studio.reconstruction.forms import (
     Form,
     balances_on_a_point,
@@ -31,8 +27,6 @@ from physagent_studio.reconstruction.forms import (
     with_flats,
 )
 from physagent_studio.reconstruction.geometry import (
-    CLEARANCE,
-    metres_per_pixel,
     on_upright,
 )
 from physagent_studio.reconstruction.inflation import inflated_mesh
@@ -40,10 +34,8 @@ from physagent_studio.reconstruction.layout import Stance
 from physagent_studio.reconstruction.likeness import alike, kind_name
 from physagent_studio.reconstruction.masks import BoolArray, bounds
 from physagent_studio.reconstruction.meshes import mesh_of
-from physagent_studio.reconstruction.ramps import height_at
+from physagent_studio.reconstruction.resting import settled
 from physagent_studio.reconstruction.shapes import Base
-from physagent_studio.reconstruction.silhouette import in_world
-from physagent_studio.reconstruction.steady import nudged
 from physagent_studio.reconstruction.survey import Survey
 from physagent_studio.reconstruction.tilted import tilt_of
 from physagent_studio.reconstruction.vessels import opened
@@ -180,7 +172,7 @@ def _placed(
         if item.shape is None and item.name in read.vessels:
             form = opened(form)
         fresh = item.name in ground.fresh
-        put = _settled(item, form, read, ground.supports, done, fresh)
+        put = settled(item, form, read, ground.supports, done, fresh)
         tried = tuple(ShapeOffer(one.kind, one.merit, one.iou) for one in offers)
         out[item.name] = _One(put, form, offers[0].kind, tried if item.shape is None else ())
         done[item.name] = (put, form.mesh)
@@ -260,77 +252,3 @@ def _place_given(
     centre = on_upright(camera, [((x0 + x1) / 2, (y0 + y1) / 2)], y)[0]
     z = float(centre[2]) if base.free_z else base.z - lowest(mesh, item.rotation)
     return float(centre[0]), y, z
-
-
-def _settled(
-    item: SceneObject,
-    form: Form,
-    read: Survey,
-    supports: tuple[Support, ...],
-    done: Mapping[str, tuple[SceneObject, Mesh]],
-    fresh: bool,
-) -> SceneObject:
-    """The object with its fields filled, lowered or raised onto what it stands on."""
-    on = read.on[item.name]
-    update: dict[str, object] = {"shape": form.shape, "support": on}
-    if item.shape is None:
-        update["rotation"] = form.rotation
-    position = form.position
-    if (item.position is None or fresh) and on != "air":
-        trial = item.model_copy(update={**update, "position": position})
-        if on in done and not fresh:
-            trial = trial.model_copy(update={"position": nudged(trial, *done[on])})
-            position = trial.position or position
-        under = shape_of(on, supports)
-        if isinstance(under, Ramp) and under.steps:
-            position = stairs.standing(trial, form.mesh, under)
-        elif isinstance(under, Slab) and under.rail is not None:
-            position = rails.standing(trial, form.mesh, under)
-        else:
-            z = _resting_z(trial, form.mesh, read, supports, done)
-            position = (position[0], position[1], z)
-    elif item.position is None and (below := read.under.get(item.name)) is not None:
-        # In the air, but never inside what it hangs above.
-        trial = item.model_copy(update={**update, "position": position, "support": below})
-        rest = _resting_z(trial, form.mesh, read, supports, done)
-        position = (position[0], position[1], max(position[2], rest))
-    update["position"] = position
-    return item.model_copy(update=update)
-
-
-def _resting_z(
-    item: SceneObject,
-    mesh: Mesh,
-    read: Survey,
-    supports: tuple[Support, ...],
-    done: Mapping[str, tuple[SceneObject, Mesh]],
-) -> float:
-    """z of the centre of mass with the body touching what it stands on."""
-    assert item.position is not None
-    on = item.support
-    if on is not None and on in done:
-        below, body = done[on]
-        gap = vertical_gap(in_world(item, mesh), mesh.faces, in_world(below, body), body.faces)
-        return item.position[2] - (gap or 0.0) + CLEARANCE
-    shape = shape_of(on, supports)
-    if isinstance(shape, Ramp):
-        return _on_ramp(item, mesh, shape) + CLEARANCE
-    return read.tops.get(on or "", 0.0) - lowest(mesh, item.rotation) + CLEARANCE
-
-
-def _on_ramp(item: SceneObject, mesh: Mesh, ramp: Ramp) -> float:
-    """z at which the lowest-lying vertex touches the ramp's surface."""
-    assert item.position is not None
-    world = in_world(item, mesh)
-    need = [
-        height - float(point[2])
-        for point in world[:: max(1, len(world) // 1500)]
-        for height in [height_at(ramp, float(point[0]), float(point[1]))]
-        if height is not None
-    ]
-    return item.position[2] + max(need, default=0.0)
-
-
-def pixel_size(camera: Camera, item: SceneObject) -> float:
-    """Size of a pixel at an object's centre, m."""
-    return metres_per_pixel(camera, item.position or (0.0, 1.0, 0.0))

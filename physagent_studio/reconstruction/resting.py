@@ -1,0 +1,86 @@
+"""An object set down on what it stands on: a plane, a slope, a tread, rails, another object."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from physagent_studio.program.scene import Ramp, SceneObject, Slab, Support
+from physagent_studio.reconstruction import rails, stairs
+from physagent_studio.reconstruction.bases import shape_of
+from physagent_studio.reconstruction.contact import vertical_gap
+from physagent_studio.reconstruction.forms import Form, lowest
+from physagent_studio.reconstruction.geometry import CLEARANCE
+from physagent_studio.reconstruction.ramps import height_at
+from physagent_studio.reconstruction.silhouette import in_world
+from physagent_studio.reconstruction.steady import nudged
+from physagent_studio.reconstruction.survey import Survey
+from physagent_studio.records.scene import Mesh
+
+
+def settled(
+    item: SceneObject,
+    form: Form,
+    read: Survey,
+    supports: tuple[Support, ...],
+    done: Mapping[str, tuple[SceneObject, Mesh]],
+    fresh: bool,
+) -> SceneObject:
+    """The object with its fields filled, lowered or raised onto what it stands on."""
+    on = read.on[item.name]
+    update: dict[str, object] = {"shape": form.shape, "support": on}
+    if item.shape is None:
+        update["rotation"] = form.rotation
+    position = form.position
+    if (item.position is None or fresh) and on != "air":
+        trial = item.model_copy(update={**update, "position": position})
+        if on in done and not fresh:
+            trial = trial.model_copy(update={"position": nudged(trial, *done[on])})
+            position = trial.position or position
+        under = shape_of(on, supports)
+        if isinstance(under, Ramp) and under.steps:
+            position = stairs.standing(trial, form.mesh, under)
+        elif isinstance(under, Slab) and under.rail is not None:
+            position = rails.standing(trial, form.mesh, under)
+        else:
+            z = _resting_z(trial, form.mesh, read, supports, done)
+            position = (position[0], position[1], z)
+    elif item.position is None and (below := read.under.get(item.name)) is not None:
+        # In the air, but never inside what it hangs above.
+        trial = item.model_copy(update={**update, "position": position, "support": below})
+        rest = _resting_z(trial, form.mesh, read, supports, done)
+        position = (position[0], position[1], max(position[2], rest))
+    update["position"] = position
+    return item.model_copy(update=update)
+
+
+def _resting_z(
+    item: SceneObject,
+    mesh: Mesh,
+    read: Survey,
+    supports: tuple[Support, ...],
+    done: Mapping[str, tuple[SceneObject, Mesh]],
+) -> float:
+    """z of the centre of mass with the body touching what it stands on."""
+    assert item.position is not None
+    on = item.support
+    if on is not None and on in done:
+        below, body = done[on]
+        gap = vertical_gap(in_world(item, mesh), mesh.faces, in_world(below, body), body.faces)
+        return item.position[2] - (gap or 0.0) + CLEARANCE
+    shape = shape_of(on, supports)
+    if isinstance(shape, Ramp):
+        return _on_ramp(item, mesh, shape) + CLEARANCE
+    return read.tops.get(on or "", 0.0) - lowest(mesh, item.rotation) + CLEARANCE
+
+
+def _on_ramp(item: SceneObject, mesh: Mesh, ramp: Ramp) -> float:
+    """z at which the lowest-lying vertex touches the ramp's surface."""
+    assert item.position is not None
+    world = in_world(item, mesh)
+    need = [
+        height - float(point[2])
+        for point in world[:: max(1, len(world) // 1500)]
+        for height in [height_at(ramp, float(point[0]), float(point[1]))]
+        if height is not None
+    ]
+    return item.position[2] + max(need, default=0.0)

@@ -10,16 +10,22 @@ from dataclasses import replace
 from functools import singledispatch
 from typing import Any, Protocol
 
-from physagent_studio.errors import InputError, StudioError
+from physagent_studio.errors import InputError
 from physagent_studio.program import MATERIALS, PhysicalProgram, Support, apply
 from physagent_studio.program import scene as shapes
-from physagent_studio.studio import intents, intents_shelf, mesh_actions, photo_actions, shelf
+from physagent_studio.studio import (
+    intents,
+    intents_shelf,
+    mesh_actions,
+    photo_actions,
+    program_actions,
+    shelf,
+)
 from physagent_studio.studio.finder import Finder
 from physagent_studio.studio.library import Library, output_path
 from physagent_studio.studio.mesh_actions import MeshDesk
 from physagent_studio.studio.painter import Painter
 from physagent_studio.studio.photo_desk import PhotoDesk
-from physagent_studio.studio.removing import removing
 from physagent_studio.studio.replay import recording_of, replay_of
 from physagent_studio.studio.scene.places import poses_at
 from physagent_studio.studio.view import Selection, View
@@ -197,67 +203,6 @@ def _(intent: intents.Fork, studio: Studio, browser: int) -> None:
     studio.workbench.post(commands.ForkFrom(intent.id))
 
 
-# --- the program -------------------------------------------------------------------------------
-
-
-@carry_out.register
-def _(intent: intents.Change, studio: Studio, browser: int) -> None:
-    try:
-        if studio.snapshot.read_only:
-            raise InputError("an earlier round is open read-only; go on from here to edit it")
-        apply(studio.snapshot.program, intent.edits)
-    except StudioError as error:
-        studio.workbench.try_out(None)
-        studio.answer(browser, intent.ticket, str(error))
-        raise
-    studio.workbench.post(commands.ApplyEdits(intent.edits, intent.reason))
-    studio.answer(browser, intent.ticket, None)
-
-
-@carry_out.register
-def _(intent: intents.Remove, studio: Studio, browser: int) -> None:
-    if studio.snapshot.read_only:
-        raise InputError("an earlier round is open read-only; go on from here to edit it")
-    edits = removing(studio.snapshot.program, intent.path)
-    studio.workbench.post(commands.ApplyEdits(edits, "removed"))
-    if len(edits) > 1:
-        names = ", ".join(edit.path.split(".")[2].replace("_", " ") for edit in edits[:-1])
-        text = f"Deleted, and with it what spoke of it: {names}"
-        studio.say(browser, "info", text, ("Undo", {"do": "undo"}))
-
-
-@carry_out.register
-def _(intent: intents.Try, studio: Studio, browser: int) -> None:
-    if not studio.snapshot.read_only:
-        studio.workbench.try_out(intent.edits)
-
-
-@carry_out.register
-def _(intent: intents.Wish, studio: Studio, browser: int) -> None:
-    clip, step = studio.snapshot.program.clip, studio.view.step
-    if intent.frame is not None:
-        step = min(intent.frame, clip.frames - 1) * clip.steps_per_frame
-    if step == 0:
-        raise InputError("at the beginning a thing is where you put it: move it there")
-    studio.workbench.post(commands.Wish(intent.name, intent.position, step))
-
-
-@carry_out.register
-def _(intent: intents.WriteText, studio: Studio, browser: int) -> None:
-    make = commands.ApplyText if intent.apply else commands.ValidateText
-    studio.workbench.post(make(intent.text))
-
-
-@carry_out.register
-def _(intent: intents.DropDraft, studio: Studio, browser: int) -> None:
-    studio.workbench.post(commands.DiscardDraft())
-
-
-@carry_out.register
-def _(intent: intents.Undo, studio: Studio, browser: int) -> None:
-    studio.workbench.post(commands.Redo() if intent.forward else commands.Undo())
-
-
 # --- sessions ----------------------------------------------------------------------------------
 
 
@@ -335,5 +280,6 @@ carry_out.register(intents_shelf.DuplicateSession, shelf.duplicate)
 carry_out.register(intents_shelf.DeleteSession, shelf.delete)
 carry_out.register(intents_shelf.RestoreSession, shelf.restore)
 
-for asked, act in (photo_actions.ACTIONS | mesh_actions.ACTIONS).items():
+OTHERS = photo_actions.ACTIONS | mesh_actions.ACTIONS | program_actions.ACTIONS
+for asked, act in OTHERS.items():
     carry_out.register(asked, act)

@@ -160,3 +160,20 @@ def test_the_inspector_changes_a_shape_and_lets_an_action_wait(waiting: Desk) ->
         waiting.button("Undo (Ctrl+Z)").click()
         waiting.idle()
     assert waiting.snapshot.program == before
+
+
+def test_deleting_a_thing_takes_its_actions_along_and_can_be_undone(waiting: Desk) -> None:
+    page = waiting.page
+    before = waiting.snapshot.program
+    name = before.event.actions[0].name
+    page.evaluate(
+        "name => import('/wire.js').then(w => w.send({do: 'select', kind: 'object', name}))", name
+    )
+    page.locator("#page-inspector").get_by_role("button", name="Delete", exact=True).click()
+    waiting.until(lambda: waiting.snapshot.program.scene.object(name) is None, "it is gone")
+    after = waiting.snapshot.program
+    assert name not in {one.name for one in after.event.actions}
+    assert name not in {getattr(one, "subject", "") for one in after.contract.statements}
+    notice = page.locator(".notice").filter(has_text="what spoke of it")
+    notice.get_by_role("button", name="Undo").click()
+    waiting.until(lambda: waiting.snapshot.program == before, "everything is back")

@@ -43,7 +43,8 @@ class Grip:
         self._impact = -1.0 / dt
         self._slide = max(-1.0 / SLIDE, 0.5 * self._impact)
         self.loose = any(isinstance(handle, Cloud) for handle in compiled.handles)
-        self._known: dict[frozenset[int], frozenset[int]] = {}
+        self._known: dict[bytes, frozenset[int]] = {}
+        self._coded: dict[frozenset[int], frozenset[int]] = {}
         self._sets: dict[frozenset[int], frozenset[int]] = {NOTHING: NOTHING}
         self._bodies = compiled.pair_bodies.tolist()
         self._objects = len(compiled.handles) if compiled.reach is not None else 0
@@ -79,11 +80,16 @@ class Grip:
         if self.loose:
             return self._one(self._pairs(self._view.geoms()))
         self._view.bind()
-        # What rolls changes its contacts all the time, and hardly ever whom it touches.
-        codes = frozenset(self._view.codes[:count].tolist())
-        pairs = self._known.get(codes)
+        now = self._view.codes[:count]
+        key = now.tobytes()
+        pairs = self._known.get(key)
         if pairs is None:
-            pairs = self._known[codes] = self._one(self._pairs(self._view.geoms()))
+            # What rolls changes its contacts all the time, and hardly ever whom it touches.
+            codes = frozenset(now.tolist())
+            pairs = self._coded.get(codes)
+            if pairs is None:
+                pairs = self._coded[codes] = self._one(self._pairs(self._view.geoms()))
+            self._known[key] = pairs
         return pairs
 
     def _one(self, pairs: frozenset[int]) -> frozenset[int]:

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
-from physagent_studio.program.rotations import matrix_of, quaternion_of
+from physagent_studio.program.rotations import cross, matrix_of, quaternion_of
 from physagent_studio.simulation.clouds import Cloud
 from physagent_studio.simulation.mj import Data, Model
 from physagent_studio.simulation.model import Compiled, Handle
@@ -120,9 +120,15 @@ class RigidPart(Part):
         return self.position() + self.rotation() @ self.model.body_ipos[self.handle.body]
 
     def kinetic(self) -> float:
-        w = self.angular()
-        v = self.velocity() + np.cross(w, self.centre() - self.position())
-        return float(0.5 * self.mass * v @ v + 0.5 * w @ self.inertia() @ w)
+        at, body = self.handle.velocity + 3, self.handle.body
+        # In the body frame, as the engine keeps it.
+        turning, middle = self.data.qvel[at : at + 3], self.model.body_ipos[body]
+        velocity = self.velocity()
+        if middle.any():
+            velocity += self.rotation() @ cross(turning, middle)
+        principal = turning @ matrix_of(self.model.body_iquat[body].tolist())
+        inner = float(np.square(principal) @ self.model.body_inertia[body])
+        return 0.5 * self.mass * float(velocity @ velocity) + 0.5 * inner
 
     def set_velocity(self, velocity: FloatArray) -> None:
         at = self.handle.velocity

@@ -84,7 +84,7 @@ def propose(image: Image, wanted: Sequence[Sought]) -> tuple[Proposed, ...]:
     if not blobs:
         return tuple(Proposed(item.name, (), False) for item in wanted)
     grades = np.array([[_grade(item, blob, maps, lab.shape) for blob in blobs] for item in wanted])
-    _by_size(grades, wanted, blobs)
+    _by_order(grades, wanted, blobs, lab.shape)
     chosen = _assigned(grades)
     _by_base(grades, wanted, blobs, chosen)
     chosen = _assigned(grades)
@@ -195,7 +195,7 @@ def _grade(
     if usual_size(item.head).shapes[:1] == ("sphere",):
         parts.append((0.25, blob.round))
     if item.side:
-        parts.append((0.3, _side_fit(item.side, blob, shape)))
+        parts.append((0.15, _side_fit(item.side, blob, shape)))
     return sum(weight * value for weight, value in parts) / sum(weight for weight, _ in parts)
 
 
@@ -211,15 +211,22 @@ def _side_fit(side: str, blob: _Blob, shape: tuple[int, ...]) -> float:
     return {"left": 1 - x, "right": x, "top": 1 - y, "bottom": y, "middle": middle}[side]
 
 
-def _by_size(grades: NDArray, wanted: Sequence[Sought], blobs: Sequence[_Blob]) -> None:
-    """Large and small things of a kind: by area among the blobs that fit about as well."""
+def _by_order(
+    grades: NDArray, wanted: Sequence[Sought], blobs: Sequence[_Blob], shape: tuple[int, ...]
+) -> None:
+    """The large, the small, the left one of a kind: in order, of those that fit about as well."""
     for row, item in zip(grades, wanted, strict=True):
-        if not item.size:
-            continue
-        near = np.flatnonzero(row > row.max() - 0.15)
-        order = sorted(near, key=lambda k: blobs[int(k)].area * item.size)
-        for rank, k in enumerate(order):
-            row[k] += 0.1 * rank / max(len(order) - 1, 1)
+        near = [int(k) for k in np.flatnonzero(row > row.max() - 0.15)]
+        if item.size:
+            _ranked(row, sorted(near, key=lambda k: blobs[k].area * item.size), 0.1)
+        if item.side:
+            _ranked(row, sorted(near, key=lambda k: _side_fit(item.side, blobs[k], shape)), 0.15)
+
+
+def _ranked(row: NDArray, order: Sequence[int], most: float) -> None:
+    """Grades raised by up to `most`, the last of `order` by all of it."""
+    for rank, k in enumerate(order):
+        row[k] += most * rank / max(len(order) - 1, 1)
 
 
 def _by_base(

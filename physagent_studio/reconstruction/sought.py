@@ -15,8 +15,11 @@ SIDES = {
     "bottommost": "bottom", "middle": "middle", "center": "middle", "central": "middle",
     "centre": "middle", "front": "bottom", "rear": "top",
 }  # fmt: skip
-LARGE = frozenset({"big", "large", "huge", "giant", "tall", "long", "bigger", "larger", "biggest"})
-SMALL = frozenset({"small", "little", "tiny", "short", "smaller", "smallest", "mini"})
+LARGE = frozenset(
+    {"big", "large", "huge", "giant", "tall", "long", "bigger", "larger", "taller", "biggest",
+     "largest", "tallest", "longest"}
+)  # fmt: skip
+SMALL = frozenset({"small", "little", "tiny", "short", "smaller", "smallest", "tiniest", "mini"})
 COUNTS = {"two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "both": 2}
 TEXTURES = frozenset(
     {"wooden", "metal", "plastic", "rubber", "glass", "toy", "round", "square", "shiny", "old",

@@ -1,5 +1,6 @@
 """Things found by their words: on scenes with known truth, and what a sentence asks for."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -77,3 +78,17 @@ def test_nothing_there_is_nothing_proposed():
     (one,) = propose(flat, [sought_by("red_ball")])
     assert not one.clear
     assert one.spots == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [("left_ball", 150), ("right_ball", 460), ("largest_ball", 300), ("smallest_ball", 150)],
+)
+def test_of_like_things_the_words_of_place_and_size_tell_which(name: str, place: int) -> None:
+    rng = np.random.default_rng(4)
+    image = np.full((360, 600, 3), (150, 148, 140), np.float64)
+    for x, radius in ((150, 26), (300, 52), (460, 34)):
+        cv2.circle(image, (x, 230), radius, (190, 60, 50), -1)
+    image = cv2.GaussianBlur(image, (0, 0), 1.0) + rng.normal(0, 2, image.shape)
+    (found,) = propose(np.clip(image, 0, 255).astype(np.uint8), [sought_by(name)])
+    assert abs(found.spots[0].x - place) < 20

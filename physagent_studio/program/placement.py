@@ -69,10 +69,8 @@ def _size(item: SceneObject) -> Iterator[PreflightFinding]:
         )
     elif low < THINNEST and item.body.kind == "rigid":
         message = f"it is {low * 1000:.2g} mm thin; contacts may let it through"
-        thicker = shape_thickened(item.shape, THINNEST)
-        edits = (
-            () if thicker is None else (SetField(path=path, value=thicker.model_dump(mode="json")),)
-        )
+        thicker = shape_thickened(item.shape, low, THINNEST).model_dump(mode="json")
+        edits = (SetField(path=path, value=thicker),)
         yield PreflightFinding(code="implausible_size", path=path, message=message, edits=edits)
 
 

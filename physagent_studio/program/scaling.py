@@ -12,7 +12,16 @@ from physagent_studio.program.actions import (
     SetVelocity,
 )
 from physagent_studio.program.edits import SetField
-from physagent_studio.program.forms import Box, Cylinder, Ellipsoid, Inflated, Meshed, Shape
+from physagent_studio.program.forms import (
+    Box,
+    Cylinder,
+    Ellipsoid,
+    Frustum,
+    Inflated,
+    Meshed,
+    Shape,
+    Torus,
+)
 
 
 def scaled(action: Action, factor: float) -> tuple[SetField, ...]:
@@ -46,8 +55,11 @@ def shape_scaled(shape: Shape, factor: float) -> Shape:
     return type(shape).model_validate({**shape.model_dump(mode="json"), **larger})
 
 
-def shape_thickened(shape: Shape, least: float) -> Shape | None:
-    """The shape with its thinnest extent at `least`, m; None where that has no field of its own."""
+def shape_thickened(shape: Shape, thinnest: float, least: float) -> Shape:
+    """The shape with its thinnest extent at `least` and not at `thinnest`, m.
+
+    What has no field of its own for that becomes larger as a whole.
+    """
     match shape:
         case Box(wall=None) | Inflated() | Meshed():
             x, y, z = (max(edge, least) for edge in shape.size)
@@ -58,8 +70,12 @@ def shape_thickened(shape: Shape, least: float) -> Shape | None:
         case Cylinder():
             radius, height = max(shape.radius, least / 2), max(shape.height, least)
             return shape.model_copy(update={"radius": radius, "height": height})
+        case Torus():
+            return shape.model_copy(update={"tube": max(shape.tube, least / 2)})
+        case Frustum() if shape.height < least:
+            return shape.model_copy(update={"height": least})
         case _:
-            return None
+            return shape_scaled(shape, 1.001 * least / thinnest)
 
 
 def _multiplied(value: JsonValue, factor: float) -> JsonValue:

@@ -135,6 +135,8 @@ def test_what_is_too_fast_is_made_slower_by_its_own_actions(action):
         ({"kind": "box", "size": [0.3, 0.2, 0.001]}, 0.0005),
         ({"kind": "ellipsoid", "radii": [0.1, 0.1, 0.0005]}, 0.0005),
         ({"kind": "cylinder", "radius": 0.1, "height": 0.001}, 0.0005),
+        ({"kind": "torus", "radius": 0.1, "tube": 0.0005}, 0.0005),
+        ({"kind": "frustum", "bottom_radius": 0.1, "top_radius": 0.08, "height": 0.001}, 0.0005),
     ],
 )
 def test_a_size_that_cannot_be_meant_is_put_right_where_it_stands(shape, height):

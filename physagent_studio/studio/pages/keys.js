@@ -7,7 +7,7 @@ import { on, presenting, scrub, scrubBy, send, value } from "./wire.js";
 const LOOKS = new Set(["Space", "ArrowLeft", "ArrowRight", "Shift+ArrowLeft", "Shift+ArrowRight", "Home", "End", "[", "]", "L", "N", "P", "PageDown", "PageUp", "G", "C", "V", "F", "Shift+F", "0", "T", "D", "Shift+P", "Ctrl+K", "?"]);
 const looks = (key) => LOOKS.has(key) || /^(Shift\+)?[1-9]$/.test(key);
 
-export function startKeys({ left, right, dialogs, meshFile, theme, presenter, tour }) {
+export function startKeys({ left, right, dialogs, meshFile, scene, theme, presenter, tour }) {
   const overlay = h("div", {});
   document.body.append(overlay);
   let sheet = "";
@@ -62,7 +62,8 @@ export function startKeys({ left, right, dialogs, meshFile, theme, presenter, to
     ["Cancel what is running", "Ctrl+.", () => send({ do: "cancel" })],
     ["Open a case or a session", "O", () => dialogs.open()],
     ["New session from a photo", "Shift+O", () => dialogs.fresh()],
-    ["Add an object from a mesh file", "", meshFile.open],
+    ...scene.additions.map(([text, add]) => [`Add: ${text.toLowerCase()}`, "", add]),
+    ["Add: an object from a mesh file", "", meshFile.open],
     ["Light or dark", "D", () => theme.set(theme.get() === "dark" ? "light" : "dark")],
     ["Presenter mode, on or off", "Shift+P", presenter.toggle],
     ["All commands", "Ctrl+K", () => open("palette")],

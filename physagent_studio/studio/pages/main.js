@@ -122,11 +122,11 @@ function start() {
   startProgram(right.bodies.program);
   startPhoto(right.bodies.photo);
   const meshFile = startMeshFile(document.body.appendChild(h("div", {})));
-  startScene(right.bodies.scene, document.getElementById("viewbar"), document.getElementById("banner"), meshFile, () => right.show("inspector"));
+  const scene = startScene(right.bodies.scene, document.getElementById("viewbar"), document.getElementById("banner"), meshFile, () => right.show("inspector"));
   startTimeline(document.getElementById("timeline"));
   const presenter = startPresenter(left);
   const tour = startTour(() => !document.querySelector(".shade"));
-  startKeys({ left, right, dialogs, meshFile, theme, presenter, tour });
+  startKeys({ left, right, dialogs, meshFile, scene, theme, presenter, tour });
   connect();
 }
 

@@ -60,5 +60,7 @@ export function startScene(host, bar, banner, meshFile, inspect) {
         return one ? h("button", { type: "button", "aria-pressed": String(one.on), onclick: () => send({ do: "show", what, on: !one.on }) }, text) : null;
       })));
   });
+  const additions = NEW.map(([text, list, item]) => [text, () => { if (data && !data.readOnly) add(list, text, item); }]);
   on("run", (run) => draw(banner, run.busy ? h("div", { class: "pill" }, h("span", {}, `${run.busy.charAt(0).toUpperCase()}${run.busy.slice(1)}…`), h("button", { type: "button", onclick: () => send({ do: "cancel" }) }, "Cancel")) : null));
+  return { additions };
 }

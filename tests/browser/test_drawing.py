@@ -18,13 +18,15 @@ PICTURE = """() => {
   const m = window.__viserMutable, gl = m.canvas.getContext('webgl2');
   let shadows = 0;
   m.scene.traverse(one => { if (one.isLight && one.castShadow) shadows += 1; });
+  let solid = null;
+  m.nodeRefFromName['/backdrop']?.traverse(one => { if (one.material?.map) solid = !one.material.transparent; });
   return {
     light: window.studioDrawing.light, renderer: window.studioDrawing.renderer, shadows,
     smooth: gl.getContextAttributes().antialias, sky: Boolean(m.scene.environment),
-    behind: m.backgroundMaterial.visible, fine: m.canvas.width / m.canvas.clientWidth,
+    behind: m.backgroundMaterial.visible, solid, fine: m.canvas.width / m.canvas.clientWidth,
     shown: m.canvas.style.opacity, objects: Boolean(m.nodeRefFromName['/objects/red_ball']),
   };
-}"""
+}"""  # noqa: E501 - a script of the page
 
 
 @pytest.fixture
@@ -45,7 +47,7 @@ def _picture(desk: Desk, view: Frame, **wanted: Any) -> dict[str, Any]:
 
 def test_a_processor_draws_lightly_and_finely_at_rest(desk: Desk) -> None:
     view = view_of(desk)
-    now = _picture(desk, view, fine=pytest.approx(1.5, abs=0.01))
+    now = _picture(desk, view, fine=pytest.approx(1.5, abs=0.01), solid=True)
     assert now["light"]
     assert now["renderer"]
     assert not now["smooth"]
@@ -71,7 +73,7 @@ def test_what_is_chosen_is_drawn_and_remembered(desk: Desk) -> None:
         "the view, opened anew",
     )
     view.wait_for_function("() => window.__viserMutable?.camera", timeout=60_000)
-    now = _picture(desk, view)
+    now = _picture(desk, view, solid=False)
     assert not now["light"]
     assert now["smooth"]
     desk.page.reload()

@@ -59,7 +59,20 @@
     state.scene.onBeforeRender = (painter) => {
       const ratio = page * (moving ? LEVELS[level] : finest(state.canvas));
       if (painter.getPixelRatio() !== ratio) painter.setPixelRatio(ratio);
+      solid(state.nodeRefFromName["/backdrop"]);
     };
+  }
+
+  // The photo behind everything is most of the pixels. It hides what is behind it, which viser
+  // cannot know, and one size of it is enough for each pixel rather than a blend of two.
+  const ONE_SIZE = 1007; // three.js: LinearMipmapNearestFilter
+  function solid(photo) {
+    photo?.traverse(({ isMesh, material }) => {
+      if (!isMesh || !material.map || !material.transparent) return;
+      material.transparent = false;
+      material.map.minFilter = ONE_SIZE;
+      material.needsUpdate = material.map.needsUpdate = true;
+    });
   }
 
   // Pixels of the canvas for one of the page: in motion as many as the pace allows; finer than the

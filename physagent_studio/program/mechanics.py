@@ -20,7 +20,8 @@ from physagent_studio.program.actions import (
 from physagent_studio.program.materials import MATERIALS, Material
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.scene import SceneObject, SceneState, Support
-from physagent_studio.program.shapes import Placed, place_object, place_support, volume_of
+from physagent_studio.program.shapes import Placed, place_object, place_support
+from physagent_studio.program.volumes import volume_of
 
 DIRECTIONS: dict[str, tuple[float, float, float]] = {
     "left": (-1.0, 0.0, 0.0),

@@ -330,32 +330,3 @@ def _faces(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
     offsets = np.einsum("ij,ij->i", normals[:, [0, 2]], start)
     sides = np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
     return np.vstack([sides, normals]), np.concatenate([[side, side], offsets])
-
-
-def volume_of(shape: Shape) -> float:
-    """Volume in m³; of an inflated mask or a mesh the estimate that its size allows."""
-    match shape:
-        case Sphere():
-            return 4 / 3 * math.pi * shape.radius**3
-        case Ellipsoid():
-            return 4 / 3 * math.pi * math.prod(shape.radii)
-        case Box():
-            return math.prod(shape.size)
-        case Cylinder():
-            return math.pi * shape.radius**2 * shape.height
-        case Capsule():
-            straight = max(shape.height - 2 * shape.radius, 0.0)
-            return math.pi * shape.radius**2 * (straight + 4 / 3 * shape.radius)
-        case Torus():
-            return 2 * math.pi**2 * shape.radius * shape.tube**2
-        case Frustum():
-            a, b = shape.bottom_radius, shape.top_radius
-            return math.pi / 3 * shape.height * (a * a + a * b + b * b)
-        case Revolved():
-            z, r = np.array(shape.profile).T
-            parts = np.diff(z) * (r[1:] ** 2 + r[1:] * r[:-1] + r[:-1] ** 2) / 3
-            return abs(float(math.pi * parts.sum()))
-        case Inflated():
-            return math.pi / 6 * math.prod(shape.size)
-        case Meshed():
-            return 0.5 * math.prod(shape.size)

@@ -6,6 +6,7 @@ import pytest
 from physagent_studio.benchmark.physics_scenes import ground, program, thing
 from physagent_studio.program.base import IDENTITY
 from physagent_studio.program.scene import Box, Cylinder, Frustum, Revolved, Sphere
+from physagent_studio.program.volumes import volume_of
 from physagent_studio.reconstruction.forms import Form
 from physagent_studio.reconstruction.meshes import mesh_of, volume_and_centre
 from physagent_studio.reconstruction.vessels import is_vessel, opened
@@ -68,6 +69,7 @@ def test_the_mesh_of_a_vessel_has_the_volume_of_its_walls(kind):
     volume, centre = volume_and_centre(made.mesh.vertices, made.mesh.faces)
     solid = solid_of("vessel", made.shape, None, lambda surface: None)
     assert volume == pytest.approx(solid.mass.volume, rel=0.02)
+    assert volume_of(made.shape) == pytest.approx(volume, rel=0.05)
     assert centre == pytest.approx(solid.mass.centre, abs=2e-3)
     whole = volume_and_centre(mesh_of(SHAPES[kind]).vertices, mesh_of(SHAPES[kind]).faces)[0]
     assert volume < 0.6 * whole

@@ -9,7 +9,7 @@ from physagent_studio.benchmark.physics_scenes import ground, program, thing
 from physagent_studio.program import SceneObject, Support
 from physagent_studio.program.actions import FixObject, SetVelocity
 from physagent_studio.program.scene import Box, Cylinder, Floor, Ramp, Slab, Sphere, Torus
-from physagent_studio.program.shapes import volume_of
+from physagent_studio.program.volumes import volume_of
 from physagent_studio.reconstruction.meshes import mesh_of
 from physagent_studio.simulation import simulate
 from physagent_studio.simulation.rings import ring

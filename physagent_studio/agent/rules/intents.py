@@ -20,13 +20,18 @@ ACTIVE = words_of(
 class Intent:
     """What one object shall do.
 
-    hits: objects that it shall touch, in order. struck_by: objects that shall touch it.
+    hits: objects that it shall touch, in order. fells, shoves: those of them that shall fall over
+    for it, and that shall slide or roll on. struck_by: objects that shall touch it; untouched: how
+    many of its frames are told before that.
     """
 
     name: str
     frames: list[EventFrame] = field(default_factory=list)
     hits: list[str] = field(default_factory=list)
+    fells: list[str] = field(default_factory=list)
+    shoves: list[str] = field(default_factory=list)
     struck_by: list[str] = field(default_factory=list)
+    untouched: int = 0
 
     @property
     def senses(self) -> frozenset[str]:
@@ -61,10 +66,19 @@ class Intent:
     def needs_drive(self) -> bool:
         """Whether it has to move on its own account and not only because it is struck."""
         own = [f for f in self.frames if self.name in f.agent or not f.agent]
-        passive = {"topple", "knock_over", "lose_balance", "stay", "rest", "fall", "stack", "be"}
         if self.struck_by:
-            return any(f.sense not in passive and f.sense in ACTIVE for f in own if not f.agent)
+            return any(f.sense in ACTIVE for f in own if not f.agent and not self._explained(f))
         return any(f.sense in ACTIVE for f in own)
+
+    def _explained(self, frame: EventFrame) -> bool:
+        """Whether that it is struck is reason enough for what is said of it."""
+        told_after = not any(frame is other for other in self.frames[: self.untouched])
+        return frame.sense in _GIVING_WAY or (told_after and frame.sense in _CARRIED_ON)
+
+
+_GIVING_WAY = words_of("topple knock_over lose_balance stay rest fall stack be")
+_CARRIED_ON = words_of("slide move roll drift slip tip_over collapse break spread deform dislodge")
+"""What a blow explains: always, and where it is told after the blow."""
 
 
 def intents_of(reading: Reading) -> dict[str, Intent]:
@@ -81,6 +95,12 @@ def intents_of(reading: Reading) -> dict[str, Intent]:
                 rows = tuple(("before", place) for relation, place in frame.places)
                 intent(name).frames.append(replace(frame, sense="stop", places=rows))
             continue
+        if frame.negated and "nearly" in frame.manner:
+            for name in frame.agent:
+                # What nearly hits it goes there and stops.
+                rows = tuple(("before", Place(other, "object")) for other in frame.patient[:1])
+                own = replace(frame, sense="stop", patient=(name,), agent=(), places=rows)
+                intent(name).frames.append(own)
         if frame.negated:
             continue
         if frame.agent:
@@ -88,7 +108,20 @@ def intents_of(reading: Reading) -> dict[str, Intent]:
             continue
         for name in meant(frame):
             intent(name).frames.append(frame)
+    for one in found.values():
+        own = {f.sense for f in one.frames if one.name in f.agent}
+        for other in one.hits:
+            after = {f.sense for f in found[other].frames[found[other].untouched :]}
+            if (own | after) & _FALLS_OVER:
+                one.fells.append(other)
+            elif after & _CARRIED_ON:
+                one.shoves.append(other)
     return {name: one for name, one in found.items() if one.frames or one.hits}
+
+
+_FALLS_OVER = words_of(
+    "knock_over tip_over topple fall flip collapse lose_balance knock crush break"
+)
 
 
 def meant(frame: EventFrame) -> tuple[str, ...]:
@@ -113,6 +146,8 @@ def _struck(frame: EventFrame, intent) -> None:  # noqa: ANN001 - a local functi
         one.hits += [p for p in meant(frame) if p not in one.hits and p != agent]
     for patient in meant(frame):
         other = intent(patient)
+        if not other.struck_by:
+            other.untouched = len(other.frames)
         other.struck_by += [a for a in frame.agent if a != patient]
 
 

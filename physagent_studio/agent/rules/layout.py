@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.program.actions import Direction
 from physagent_studio.program.materials import MATERIALS
+from physagent_studio.program.mechanics import mass_of
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene import (
     Floor,
@@ -145,22 +146,10 @@ class Layout:
         item = self.state.object(name)
         return item is not None and item.shape is not None and outline_of(item.shape).is_ball
 
-    def volume(self, name: str) -> float:
-        """Volume estimate, m³: the bounding box times a share that the shape fills."""
-        item = self.state.object(name)
-        if item is None or item.shape is None:
-            return 1e-3
-        share = {"box": 1.0, "sphere": 0.524, "ellipsoid": 0.524, "inflated": 0.5}
-        filled = share.get(item.shape.kind, 0.6)
-        return float(np.prod(outline_of(item.shape).size)) * filled
-
     def mass(self, name: str) -> float:
         """Mass estimate, kg."""
         item = self.state.object(name)
-        if item is None:
-            return 1.0
-        density = item.density or MATERIALS[item.material].density
-        return self.volume(name) * density
+        return (mass_of(item) if item is not None else None) or 1.0
 
     def friction(self, name: str, other: str) -> float:
         """Coulomb coefficient between two bodies: the mean that the simulation uses."""

@@ -141,7 +141,10 @@ def _ground_speed(task: Task, target: Place | None) -> float:
     if task.intent.manner("slow", "gentle"):
         speed = max(min(speed, 0.8), 0.2)
     return max(
-        speed, *(_knocking_speed(task, hit, slowing, distance) for hit in task.intent.hits), 0
+        speed,
+        *(_knocking_speed(task, hit, slowing, distance) for hit in task.intent.fells),
+        *(_shoving_speed(task, hit, slowing, distance) for hit in task.intent.shoves),
+        0.0,
     )
 
 
@@ -157,6 +160,18 @@ def _knocking_speed(task: Task, other: str, slowing: float, distance: float) -> 
         layout.restitution(task.name, other), max(at, 0.2 * layout.height(other)),
     )  # fmt: skip
     return min(math.sqrt((1.3 * knock) ** 2 + 2 * slowing * distance), FASTEST)
+
+
+def _shoving_speed(task: Task, other: str, slowing: float, distance: float) -> float:
+    """Speed at the start with which the other one goes on visibly when it is hit."""
+    layout = task.layout
+    if layout.is_ball(other):
+        return 0.0
+    friction = layout.friction(other, layout.carrier(other) or layout.ground())
+    after = math.sqrt(2 * mech.G * friction * 0.6 * layout.size(other))
+    own, mass = layout.mass(task.name), layout.mass(other)
+    blow = after * (own + mass) / ((1 + layout.restitution(task.name, other)) * own)
+    return min(math.sqrt(blow**2 + 2 * slowing * distance), FASTEST)
 
 
 def _stopping_speed(task: Task, distance: float, friction: float) -> float:

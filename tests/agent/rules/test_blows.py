@@ -1,0 +1,59 @@
+"""What is hit goes on by the blow: nothing else pushes it, and the blow is as hard as it needs."""
+
+from __future__ import annotations
+
+import pytest
+
+from physagent_studio.agent.rules import RuleGenerator
+from physagent_studio.agent.rules.layout import Layout
+from physagent_studio.program.scene import Box, Frustum, SceneObject, SceneState
+from tests.agent.rules.scenes import STAGES
+
+
+def _driven(stage_name: str, prompt: str) -> dict[str, float]:
+    """Names of what is pushed, with the speeds."""
+    stage = STAGES[stage_name]
+    program = RuleGenerator().first(stage.case(prompt), stage.reconstruct)
+    return {
+        a.name: getattr(getattr(a, "force", None), "magnitude", 0.0) for a in program.event.actions
+    }
+
+
+@pytest.mark.parametrize(
+    "prompt",
+    [
+        "The bowling ball hits the middle pin, which slides a little.",
+        "The bowling ball bumps into the middle pin and the pin slides away.",
+        "The bowling ball hits the middle pin, making it roll to the right.",
+        "The bowling ball hits the middle pin and it falls over.",
+    ],
+)
+def test_what_is_hit_is_not_pushed_as_well(prompt: str) -> None:
+    assert set(_driven("lane", prompt)) == {"bowling_ball"}
+
+
+def test_what_moves_before_it_is_hit_is_pushed() -> None:
+    prompt = "The middle pin slides to the left and is then hit by the bowling ball."
+    assert set(_driven("lane", prompt)) == {"middle_pin", "bowling_ball"}
+
+
+def test_a_touch_is_gentler_than_a_knock() -> None:
+    touched = _driven("lane", "The bowling ball rolls slowly and touches the middle pin.")
+    knocked = _driven("lane", "The bowling ball rolls slowly and knocks over the middle pin.")
+    assert touched["bowling_ball"] < knocked["bowling_ball"]
+
+
+def test_an_open_vessel_weighs_as_its_walls() -> None:
+    cup = Frustum(bottom_radius=0.05, top_radius=0.07, height=0.1, wall=0.005)
+    crate = Box(size=(0.3, 0.3, 0.2), wall=0.01)
+    things = tuple(
+        SceneObject(name=name, shape=shape, position=(0, 0, 0), material="ceramic")
+        for name, shape in (
+            ("cup", cup), ("solid", cup.model_copy(update={"wall": None})),
+            ("crate", crate), ("block", crate.model_copy(update={"wall": None})),
+        )
+    )  # fmt: skip
+    layout = Layout(SceneState(objects=things))
+    assert layout.mass("cup") < 0.3 * layout.mass("solid")
+    boards = 0.3 * 0.3 * 0.01 + 2 * (0.3 + 0.28) * 0.01 * 0.19
+    assert layout.mass("crate") / layout.mass("block") == pytest.approx(boards / 0.018)

@@ -103,7 +103,7 @@ class _Draft:
         tested = {row["clause"] for row in self.statements}
         said = {clause.id: clause.text[:3000] for clause in self.reading.clauses}
         named = {
-            name
+            (row["clause"], name)
             for row in self.statements
             for value in row.values()
             for name in (value if isinstance(value, list) else (value,))
@@ -112,7 +112,10 @@ class _Draft:
         found: dict[str, str] = {}
         for frame in self.reading.frames:
             for relation, place in frame.places:
-                told = {place.name, place_name(place)} & named or frame.clause not in tested
+                # A landmark may belong to another thing ("the stone at the target").
+                clauses = tested if place.kind == "landmark" else {frame.clause}
+                mine = {(c, name) for c in clauses for name in (place.name, place_name(place))}
+                told = mine & named or frame.clause not in tested
                 if not told and not self._is_given(frame, relation, place):
                     text = f"{place.name.replace('_', ' ')}, in “{said[frame.clause]}”"
                     found.setdefault(text, f"{frame.clause}_place_{len(found) + 1}")

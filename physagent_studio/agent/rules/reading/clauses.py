@@ -49,6 +49,7 @@ def split(chunks: Sequence[Chunk]) -> tuple[RawClause, ...]:
         # "… while the crowd cheers": what comes after such a word is a clause of its own, even
         # if no verb in it is known.
         cut = next((i for i in range(verb + 1, end) if chunks[i].kind == "sub"), end)
+        cut = _apposition(chunks, verb, cut)
         spared = _spared(chunks, verb, cut)
         found.append(_clause(chunks, start, verb, spared))
         if spared < cut:
@@ -147,6 +148,20 @@ def _clause(chunks: Sequence[Chunk], start: int, verb: int, end: int) -> RawClau
     )
 
 
+def _apposition(chunks: Sequence[Chunk], verb: int, end: int) -> int:
+    """ "Both fall, the cup first", "off the left edge, not the right one": what is set behind a
+    comma and is no object of the verb begins a clause of its own; else the end."""
+    for index in range(verb + 1, end - 1):
+        if chunks[index].kind != "stop":
+            continue
+        told = any(chunk.np is not None for chunk in chunks[verb + 1 : index])
+        after = chunks[index + 1]
+        denied = after.kind == "adv" and after.word == "not" and index + 2 < end
+        if (denied and chunks[index + 2].np is not None) or (after.kind == "np" and not told):
+            return index + 1
+    return end
+
+
 def _spared(chunks: Sequence[Chunk], verb: int, end: int) -> int:
     """ "Hits the cup but not the box": where what it does not do begins; else the end."""
     for index in range(verb + 1, end - 2):
@@ -205,13 +220,22 @@ def _after_verb(
     return tuple(objects), tuple(places)
 
 
+def _is_floating(head: Sequence[Chunk], index: int) -> bool:
+    """ "The cube and the cup both …": a word that only says how many of those before it."""
+    phrase = head[index].np
+    quantity = phrase is not None and phrase.pronoun and phrase.head in ("both", "all", "each")
+    return quantity and index > 0 and head[index - 1].kind == "np"
+
+
 def _subject(
     head: Sequence[Chunk],
 ) -> tuple[tuple[NounPhrase, ...], tuple[tuple[str, NounPhrase], ...]]:
     """The run of noun phrases nearest before the verb, and the places around it."""
     kept: list[NounPhrase] = []
     joined = True
-    for chunk in reversed(head):
+    for index, chunk in reversed(list(enumerate(head))):
+        if _is_floating(head, index):
+            continue
         if chunk.kind == "np" and chunk.np is not None and joined:
             kept.append(chunk.np)
             joined = False

@@ -62,7 +62,7 @@ class NounPhrases:
                 words = [determiner]
             else:
                 return None
-        words, j = self._said_after(words, nouns, j)
+        words, j = self._said_after(words, nouns, i, j)
         of = None
         if self.word(j) == "of" and (inner := self.noun_phrase(j + 1)) is not None:
             of, j = inner
@@ -79,17 +79,20 @@ class NounPhrases:
         )  # fmt: skip
         return phrase, j
 
-    def _said_after(self, words: list[str], nouns: list[str], j: int) -> tuple[list[str], int]:
+    def _said_after(
+        self, words: list[str], nouns: list[str], i: int, j: int
+    ) -> tuple[list[str], int]:
         """ "The pin in the middle", "the ball on the left": a position said behind the noun."""
         if nouns and self.word(j) in v.COUNTED_FROM:
             return [self.word(j), *words], j + 1
         if (self.word(j), self.word(j + 1)) == ("on", "top") and (nouns or words == ["one"]):
             # "The one on top".
             return ["top", *words], j + 2
-        if not nouns or self.word(j) not in ("in", "on", "at") or self.word(j + 1) != "the":
+        named = bool(nouns) or words in (["one"], ["ones"])
+        if not named or self.word(j) not in ("in", "on", "at") or self.word(j + 1) != "the":
             return words, j
-        several = singular(nouns[-1]) != nouns[-1] and not set(words) & v.NUMBERS.keys()
-        if several and self.word(j + 2) in ("left", "right"):
+        going_by = self.word(i - 1) in ("past", "beyond", "by", "around")
+        if going_by and self.word(j + 2) in ("left", "right"):
             # "Past the pins on the right": where it passes them, and not which of them.
             return words, j
         where, after = self.word(j + 2), j + 3

@@ -181,7 +181,7 @@ class _Reader(Meanings):
             clause_id,
             cause=cause or details.cause or self.pending_cause,
             only=any(p.only for p in (*clause.subjects, *clause.objects, *_named(clause)))
-            or (bool(clause.objects) and "only" in clause.adverbs)
+            or (bool(objects) and "only" in clause.adverbs)
             or details.only,
             direction=details.direction or self.pending_way,  # type: ignore[arg-type]
             origin=details.origin,

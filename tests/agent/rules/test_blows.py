@@ -6,7 +6,8 @@ import pytest
 
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.agent.rules.layout import Layout
-from physagent_studio.program.scene import Box, Frustum, SceneObject, SceneState
+from physagent_studio.agent.rules.reading import inventory, read
+from physagent_studio.program.scene import Box, Click, Frustum, Grounding, SceneObject, SceneState
 from tests.agent.rules.scenes import STAGES
 
 
@@ -26,10 +27,27 @@ def _driven(stage_name: str, prompt: str) -> dict[str, float]:
         "The bowling ball bumps into the middle pin and the pin slides away.",
         "The bowling ball hits the middle pin, making it roll to the right.",
         "The bowling ball hits the middle pin and it falls over.",
+        "The bowling ball hits the left pin and only the first two pins fall.",
     ],
 )
 def test_what_is_hit_is_not_pushed_as_well(prompt: str) -> None:
     assert set(_driven("lane", prompt)) == {"bowling_ball"}
+
+
+@pytest.mark.parametrize(
+    ("ball", "said", "meant"),
+    [
+        (100, "the first two dominoes", ("red_domino", "blue_domino")),
+        (900, "the first two dominoes", ("green_domino", "blue_domino")),
+        (100, "the last two dominoes", ("blue_domino", "green_domino")),
+        (900, "the last two dominoes", ("blue_domino", "red_domino")),
+    ],
+)
+def test_a_row_is_counted_from_what_hits_it(ball: int, said: str, meant: tuple[str, ...]) -> None:
+    places = {"green_domino": 580, "red_domino": 400, "blue_domino": 460, "ball": ball}
+    clicks = [(n, Grounding(points=(Click(x=x, y=200),))) for n, x in places.items()]
+    reading = read(f"The ball rolls and knocks over {said}.", inventory(clicks, [], []))
+    assert set(reading.frames[-1].patient) == set(meant)
 
 
 def test_what_moves_before_it_is_hit_is_pushed() -> None:

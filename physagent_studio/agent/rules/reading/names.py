@@ -179,7 +179,7 @@ def _choose(
         names = {t.name: None for part in parts for t in part}
         return Resolved(tuple(names)) if names else None
     number = phrase.number if phrase.number is not None else inner.number
-    kept = filtered(found, adjectives, number, talk)
+    kept = filtered(found, adjectives, number, talk, stock)
     if not kept:
         return None
     return _quantify(phrase, inner, kept, number, talk)

@@ -10,9 +10,16 @@ from physagent_studio.agent.rules.reading.stock import Discourse, Inventory, Thi
 
 
 def filtered(
-    found: tuple[Thing, ...], adjectives: Sequence[str], number: int | None, talk: Discourse
+    found: tuple[Thing, ...],
+    adjectives: Sequence[str],
+    number: int | None,
+    talk: Discourse,
+    stock: Inventory | None = None,
 ) -> tuple[Thing, ...]:
-    """The things that colours, sizes, positions and ordinals leave."""
+    """The things that colours, sizes, positions and ordinals leave.
+
+    stock: where the thing that acts is, from which a row is counted ("the first two pins").
+    """
     kept = found
     for adjective in adjectives:
         word = v.POSITIONS.get(adjective, adjective)
@@ -23,6 +30,10 @@ def filtered(
             kept = _placed(kept, word, number or 1)
         elif adjective in v.ORDINALS and len(kept) > 1:
             side = next((v.COUNTED_FROM[a] for a in adjectives if a in v.COUNTED_FROM), None)
+            if side is None and number and number > 1 and adjective in ("first", "last"):
+                row = _in_a_row(kept, talk, stock)
+                kept = row[:number] if adjective == "first" else row[-number:]
+                continue
             kept = _ordinal(kept, v.ORDINALS[adjective], talk, side)
         elif adjective in v.COLOURS:
             kept = tuple(t for t in kept if not set(t.words) & v.COLOURS - {t.head})
@@ -45,6 +56,27 @@ def _placed(kept: tuple[Thing, ...], word: str, number: int) -> tuple[Thing, ...
         start = max((len(ordered) - number) // 2, 0)
         return tuple(ordered[start : start + number])
     return tuple(ordered[:number])
+
+
+def _in_a_row(
+    kept: tuple[Thing, ...], talk: Discourse, stock: Inventory | None
+) -> tuple[Thing, ...]:
+    """The things as they stand in the picture, first what is nearest to the thing that acts.
+
+    From the left, or from the top, where nothing acts; as the case has them without clicks.
+    """
+    spots = [t.spot for t in kept if t.spot is not None]
+    if len(spots) < len(kept):
+        return kept
+    across, down = (max(c) - min(c) for c in zip(*spots, strict=True))
+    axis = int(down > across)
+    row = sorted(kept, key=lambda t: (t.spot or (0, 0))[axis])
+    actors = [] if stock is None else [t for t in stock.objects if t.name in talk.subject]
+    start = next((t.spot for t in actors if t.spot is not None and t not in kept), None)
+    if start is not None:
+        near, far = (abs((row[k].spot or (0, 0))[axis] - start[axis]) for k in (0, -1))
+        row = row if near <= far else row[::-1]
+    return tuple(row)
 
 
 def _ordinal(

@@ -75,6 +75,15 @@ PLAYED = """async (seconds) => {VIEWER
   return rate;
 }""".replace("VIEWER", VIEWER)
 
+# Resolves once nothing more has been fetched for half a second, at the latest after ten.
+FETCHED = """async () => {
+  const many = () => performance.getEntriesByType('resource').length;
+  for (let seen = -1, turn = 0; turn < 20 && seen !== many(); turn += 1) {
+    seen = many();
+    await new Promise(done => setTimeout(done, 500));
+  }
+}"""
+
 SCENE_IS_THERE = """names => {
   const inner = document.getElementById('viewer').contentWindow?.__viserMutable;
   if (!inner?.canvas || !['', '1'].includes(inner.canvas.style.opacity)) return false;
@@ -103,7 +112,7 @@ def in_a_browser(studio: Studio, action: str) -> list[Figure]:
         trail = _scene_is_drawn(page, studio)
         there = time.perf_counter() - began
         # What the page still fetches, small pictures that are made for it, belongs to opening.
-        page.wait_for_load_state("networkidle")
+        page.evaluate(FETCHED)
         seconds = [page.evaluate(DROP, [action, 8 + 4 * n, trail]) / 1000 for n in range(DROPS)]
         frame = statistics.median(page.evaluate(ONE_FRAME, FRAMES))
         rate = page.evaluate(PLAYED, WATCHED)

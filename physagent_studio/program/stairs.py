@@ -34,9 +34,9 @@ def treads_of(ramp: Ramp) -> tuple[Tread, ...]:
 
 
 def profile_of(ramp: Ramp) -> tuple[tuple[float, float], ...]:
-    """Corners (along, height) of the side of a ramp, m: from the toe over its surface to the back
+    """Corners (along, height) of the side of a ramp, m; of stairs those of their hull.
 
-    and down; convex for a slope, and the hull of stairs.
+    From the toe over the surface to the back and down.
     """
     treads = treads_of(ramp)
     if not treads:

@@ -40,6 +40,10 @@ def run_studio(
         workbench.close()
 
 
+SHOWN_FIRST = "jumps_onto_cube"
+"""Event of the demo whose first program falls short, so that a newcomer sees it repaired."""
+
+
 def _opening(
     target: str | None, event: str | None, prompt: str, objects: tuple[str, ...], store: Store
 ) -> commands.Command | None:
@@ -48,7 +52,7 @@ def _opening(
         sessions = store.list()
         if sessions:
             return commands.OpenSession(sessions[0].id)
-        return commands.OpenCase(assets_dir() / "demo", event)
+        return commands.OpenCase(assets_dir() / "demo", event or SHOWN_FIRST)
     if is_session(target, store):
         store.open(target).close()
         return commands.OpenSession(target)

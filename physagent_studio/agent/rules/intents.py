@@ -120,7 +120,7 @@ def intents_of(reading: Reading) -> dict[str, Intent]:
             after = {f.sense for f in found[other].frames[found[other].untouched :]}
             if (own | after) & _FALLS_OVER:
                 one.fells.append(other)
-            elif after & _CARRIED_ON:
+            elif after & _CARRIED_ON or "push" in own:
                 one.shoves.append(other)
     return {name: one for name, one in found.items() if one.frames or one.hits}
 

@@ -42,15 +42,17 @@ def _added(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ...
     if not layout.has(name):
         return
     driven = _driven(situation)
+    # What something else shall hit is not pushed by an unseen hand.
+    at_rest = name not in driven and not _struck(situation, name, driven)
     other = mismatch.other if layout.is_known(mismatch.other) else ""
     if mismatch.code in ("does_not_move", "falls_short", "misses", "no_contact") and other:
-        if name not in driven:
+        if at_rest:
             speed = max(0.8, 2.0 * layout.size(name))
             yield _add(situation, act.push(name, act.toward_or_along(speed, toward=other)))
-        else:
+        elif name in driven:
             yield from _reaimed(name, other, situation)
-    if mismatch.code in ("not_toppled", "too_little_turn", "not_fallen", "not_left", "moved"):
-        yield from _tipped(mismatch, situation, layout, driven)
+    if at_rest and mismatch.code in ("not_toppled", "too_little_turn", "not_fallen", "not_left"):
+        yield from _tipped(name, situation, layout)
     if mismatch.code in ("not_stopped", "overshoots", "not_resting"):
         force = Directed(magnitude=1.0, along="against_velocity", quantity="acceleration")
         start = situation.program.clip.steps // 2
@@ -58,7 +60,7 @@ def _added(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ...
             name, force, start=start, duration=situation.program.clip.steps - start, label="brake"
         )
         yield _add(situation, brake)
-    if mismatch.code in ("falls_short", "not_visible") and not other and name not in driven:
+    if mismatch.code in ("falls_short", "not_visible") and not other and at_rest:
         yield _add(situation, act.push(name, act.toward_or_along(0.8, way=_said(mismatch))))
 
 
@@ -102,17 +104,11 @@ def _said(mismatch: Mismatch):  # noqa: ANN202 - a Direction
     return "right"
 
 
-def _tipped(
-    mismatch: Mismatch, situation: Situation, layout: Layout, driven: set[str]
-) -> Iterator[tuple[Edit, ...]]:
-    struck = _struck(situation, mismatch.subject, driven)
-    if mismatch.code == "moved" or mismatch.subject in driven or struck:
-        return
+def _tipped(name: str, situation: Situation, layout: Layout) -> Iterator[tuple[Edit, ...]]:
     for way in ("left", "right"):
         force = act.toward_or_along(0.8, way=way)
-        point = act.top_point(layout, mismatch.subject)
-        push = act.push(mismatch.subject, force, point=point, duration=15, label="tip")
-        yield _add(situation, push)
+        point = act.top_point(layout, name)
+        yield _add(situation, act.push(name, force, point=point, duration=15, label="tip"))
 
 
 def _struck(situation: Situation, name: str, driven: set[str]) -> bool:

@@ -192,6 +192,13 @@ def test_what_something_else_shall_knock_over_is_not_tipped_by_an_unseen_hand(
     assert not outcome(situation, proposal)
 
 
+def test_what_shall_be_hit_is_not_pushed_either() -> None:
+    prompt = "The bowling ball hits the left pin, and the left pin touches the middle pin."
+    situation = situation_of("lane", prompt)
+    proposal = RulePlanner(limit=60).propose(situation)
+    assert not [edit for edit in proposal.edits if isinstance(edit, AddItem)]
+
+
 def test_densities_stay_near_those_of_the_material() -> None:
     situation = situation_of("lane", HITS)
     for knob in material_knobs(situation.program):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
-from physagent_studio.reconstruction.masks import BoolArray, bounds
+from physagent_studio.reconstruction.masks import BoolArray, bounds, grow
 
 FloatArray = NDArray[np.float64]
 FOOT = 0.04
@@ -100,6 +100,9 @@ def sheet_of(mask: BoolArray) -> Sheet:
         borderValue=-99,
     )
     inside = field > 0
+    if not inside.any() and mask.any():
+        # A sliver between two points of the grid is taken as wide as the grid sees things.
+        return sheet_of(grow(mask, 1))
     ring = cv2.dilate(inside.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool) & ~inside
     slope_x = cv2.Sobel(field, cv2.CV_32F, 1, 0, ksize=3)
     slope_y = cv2.Sobel(field, cv2.CV_32F, 0, 1, ksize=3)

@@ -264,6 +264,7 @@ def test_bad_meshes_are_refused(tmp_path, name, data, words):
 @pytest.mark.parametrize("kind", ["glb", "obj", "ply", "stl"])
 def test_damaged_bytes_are_a_mesh_or_a_sentence(kind):
     made = trimesh.creation.icosphere(subdivisions=1).export(file_type=kind)
+    assert isinstance(made, str | bytes)
     whole = made.encode() if isinstance(made, str) else made
     assert len(mesh_from(whole, f"ball.{kind}")[1]) == 80
     random = np.random.default_rng(7)

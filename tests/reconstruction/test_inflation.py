@@ -21,6 +21,7 @@ from physagent_studio.reconstruction.inflation import (
 from physagent_studio.reconstruction.layout import foot_of
 from physagent_studio.reconstruction.names import usual_size
 from physagent_studio.reconstruction.shapes import Base
+from physagent_studio.reconstruction.sheets import sheet_of
 
 
 def _upright_thing(camera, draw) -> np.ndarray:
@@ -69,3 +70,13 @@ def test_a_body_with_a_round_foot_gets_a_base_to_stand_on():
     solid = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
     assert solid.is_watertight
     assert solid.volume > 0
+
+
+@pytest.mark.parametrize("slope", [0, 1])
+def test_a_sliver_of_a_mask_still_gets_a_body(slope):
+    mask = np.zeros((480, 832), bool)
+    for column in range(300):
+        mask[200 + slope * column // 2, 200 + column] = True
+    sheet = sheet_of(mask)
+    assert len(sheet.faces)
+    assert np.isfinite(sheet.pixels).all()

@@ -38,7 +38,8 @@ EVENTS = {
     "before reaching the green cube, while the block stays standing.",
     "knocks_block_over": "The red ball rolls to the right, hits the wooden block and knocks it "
     "over.",
-    "jumps_onto_cube": "The red ball jumps over the wooden block and lands on the green cube.",
+    "topples_onto_cube": "The red ball hits the wooden block, which falls over and touches the "
+    "green cube.",
 }
 BALL_RADIUS = 0.040
 BALL = (-0.21, 0.50)

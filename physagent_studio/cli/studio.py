@@ -40,7 +40,7 @@ def run_studio(
         workbench.close()
 
 
-SHOWN_FIRST = "jumps_onto_cube"
+SHOWN_FIRST = "block_stays_standing"
 """Event of the demo whose first program falls short, so that a newcomer sees it repaired."""
 
 

@@ -15,7 +15,7 @@ from physagent_studio.workbench.desk import Desk
 from physagent_studio.workbench.engine import Control
 
 
-@pytest.mark.parametrize("event", [SHOWN_FIRST, "block_stays_standing"])
+@pytest.mark.parametrize("event", [SHOWN_FIRST, "topples_onto_cube"])
 def test_the_first_program_fails_and_is_repaired(tmp_path: Path, event: str) -> None:
     case = load_case(assets_dir() / "demo", event)
     session = Store(tmp_path).create(case, LoopState(policy="auto", budget=10))

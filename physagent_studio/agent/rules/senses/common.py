@@ -106,7 +106,17 @@ def _over(c: Context, place: Place) -> list[Spec]:
     found = [spec("passes_over", c.subject, landmark=name, by=True if level else None)]
     if place.kind == "object" and c.frame.sense in ("drift", "float"):
         found.append(spec("side_of", c.subject, other=name, side="above"))
+    if _clears(c, place):
+        found.append(spec("contacts", c.subject, other=name, negated=True))
     return found
+
+
+def _clears(c: Context, place: Place) -> bool:
+    """Whether a leap is over a thing that nothing else has it touch."""
+    if place.kind != "object" or c.frame.sense not in ("jump", "fly", "throw", "kick"):
+        return False
+    met = {p.name for f in c.later for _, p in f.places} | {n for f in c.later for n in f.patient}
+    return place.name not in met and c.layout.carrier(c.subject) != place.name
 
 
 _THROUGH_AIR = ("jump", "fly", "throw", "kick", "fall", "bounce", "drift", "float")

@@ -64,10 +64,13 @@ class Calm:
         """From `step` on engine steps are run one by one: something has happened."""
         self.until, self._wait, self._patience = step, 0, 0
 
-    def look(self, step: int, data: Data, grip: Grip, log: ContactLog, since: int) -> None:
+    def look(
+        self, step: int, data: Data, grip: Grip, log: ContactLog, since: int, gain: float
+    ) -> None:
         """Decides before control step `step` how many steps can be run at a stretch.
 
-        since: engine step from which on the log's readings tell which pairs touch.
+        since: engine step from which on the log's readings tell which pairs touch. gain: m/s²
+        that actions may give beside gravity.
         """
         if self._wait:
             self._wait -= 1
@@ -76,14 +79,15 @@ class Calm:
             return
         steps = 0
         if grip.note(data, log, since) and self.reach is not None:
-            steps = self._steps(self.reach, data, grip.engaged)
+            steps = self._steps(self.reach, data, grip, self._haste + gain)
         self.until = step + steps
         self._patience = 0 if steps else min(self._patience + 1, PATIENCE)
         self._wait = self._patience
 
-    def _steps(self, reach: Reach, data: Data, engaged: frozenset[int]) -> int:
-        places, rates, haste = data.qpos.tolist(), data.qvel.tolist(), self._haste
-        if reach.rocks(engaged, rates, self._gentle):
+    def _steps(self, reach: Reach, data: Data, grip: Grip, haste: float) -> int:
+        places, rates = data.qpos.tolist(), data.qvel.tolist()
+        engaged = grip.engaged
+        if not grip.alone and reach.rocks(engaged, rates, self._gentle):
             return 0
         speeds = reach.speeds(rates)
         if not engaged.isdisjoint(reach.between):
@@ -99,18 +103,24 @@ class Calm:
             seconds = time_to_meet(bound, closing, haste)
             if seconds < 2 * step:
                 near += 1
-                seconds = self._measured(data, reach, meeting, engaged, closing)
+                seconds = self._measured(data, reach, meeting, engaged, closing, haste)
                 if seconds < step or near > MANY:
                     return 0
             best = min(best, seconds)
         return int(best / step + 1e-9)
 
     def _measured(
-        self, data: Data, reach: Reach, meeting: Meeting, engaged: frozenset[int], closing: float
+        self,
+        data: Data,
+        reach: Reach,
+        meeting: Meeting,
+        engaged: frozenset[int],
+        closing: float,
+        haste: float,
     ) -> float:
         """s until two bodies can meet that are near, of what does not touch already."""
         seconds = best = LONGEST * self._step_seconds
-        most = (closing + self._haste * seconds) * seconds
+        most = (closing + haste * seconds) * seconds
         for pair, one, other in meeting.geoms:
             if pair in engaged:
                 continue
@@ -119,7 +129,7 @@ class Calm:
                 speed = reach.approach(meeting, data, self._ends.tolist())
                 # Geoms are where they were before the last engine step.
                 gap -= speed * self._model.opt.timestep
-                best = min(best, time_to_meet(gap, speed, self._haste))
+                best = min(best, time_to_meet(gap, speed, haste))
         return best
 
 

@@ -7,6 +7,7 @@ Effects account for the work that they do on their target.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from typing import Any
 
@@ -40,6 +41,10 @@ class Effect(ABC):
     def each_substep(self) -> bool:
         """Whether `act` runs before every engine step."""
         return False
+
+    def most_gain(self, world: World) -> float:
+        """m/s² that no point of the target exceeds by what `act` does for a control step."""
+        return math.inf
 
     @property
     def name(self) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from functools import partial
 
@@ -29,23 +30,22 @@ def run(
     progress: Callable[[float], None] | None,
 ) -> None:
     """Runs the control steps from `first` to the end of the clip, or to a blow-up."""
-    clip = world.program.clip
-    data = world.compiled.data
+    clip, data = world.program.clip, world.data
     places, rates = data.qpos, data.qvel
-    for step in range(first, clip.steps + 1):
+    step = first
+    while True:
         trace.positions[step], trace.velocities[step] = places, rates
-        trace.rows = step + 1
         if step % clip.steps_per_frame == 0:
+            trace.rows = step + 1
             if not _sound(world, trace, step):
                 return
             _report(cancelled, progress, step / clip.steps)
             _snapshot(world, trace, step // clip.steps_per_frame)
-        if step < clip.steps:
-            _edges(world, trace, step)
-            _advance(world, trace, step)
-            if trace.fracture.watches:
-                blows = trace.log.blows(step * trace.substeps)
-                trace.releases += trace.fracture.release(world.data, blows, step)
+        if step == clip.steps:
+            break
+        trace.rows = step + 1
+        _edges(world, trace, step)
+        step = _advance(world, trace, step)
     _finish(world, trace)
 
 
@@ -128,47 +128,46 @@ def _touched(world: World, trace: Trace, a: str, b: str) -> int | None:
     return trace.first_touch.get((one, other))
 
 
-def _advance(world: World, trace: Trace, step: int) -> None:
-    """One control step: as a whole where nothing of ours can act within it, see `calm`."""
-    schedule, data = trace.schedule, world.compiled.data
+def _advance(world: World, trace: Trace, step: int) -> int:
+    """Goes on from a control step, as far as nothing of ours can act; returns the next one."""
+    schedule, calm = trace.schedule, trace.calm
     busy = [slot for slot in schedule.active if slot.effect.acts] if schedule.active else []
     if busy or schedule.just_ended:
-        data.xfrc_applied[:] = 0
+        world.data.xfrc_applied[:] = 0
         schedule.just_ended = False
-    if busy:
-        _work(world, trace, step, busy)
-        trace.calm.end(step + 1)
-        return
-    first = step * trace.substeps
-    quiet = step > 0 and not schedule.has_edge(step)
-    if quiet:
-        trace.log.undisturbed.append(step)
-    if step < trace.calm.until:
-        mj.mj_step(world.compiled.model, data, trace.substeps)
-        was = trace.grip.now
-        parted = trace.grip.update(data)
-        if trace.grip.now is not was:
-            trace.log.part(data, first, parted)
-            trace.calm.end(step + 1)
-        trace.log.read(data, first, trace.grip.alone and quiet and not parted)
-        trace.count, trace.acting = data.ncon, data.nefc
-        if step + 1 < trace.calm.until:
-            return
+    fine = _work(world, busy, step) if busy else []
+    if fine:
+        _step_by_step(world, trace, step, _pushes(world, fine, step))
+    elif step < calm.until:
+        quiet = not busy and step > 0 and not schedule.has_edge(step)
+        step = _stretch(world, trace, step, quiet) - 1
     else:
-        _step_by_step(world, trace, first)
-    trace.calm.look(step + 1, data, trace.grip, trace.log, first)
+        if not busy and step > 0 and not schedule.has_edge(step):
+            trace.log.undisturbed.append(step)
+        _step_by_step(world, trace, step)
+    first = step * trace.substeps
+    if trace.fracture.watches:
+        trace.releases += trace.fracture.release(world.data, trace.log.blows(first), step)
+    if step + 1 >= calm.until:
+        gain = sum(slot.effect.most_gain(world) for slot in busy)
+        if fine or math.isinf(gain):
+            calm.end(step + 1)
+        else:
+            calm.look(step + 1, world.data, trace.grip, trace.log, first, gain)
+    return step + 1
 
 
-def _work(world: World, trace: Trace, step: int, busy: list[Slot]) -> None:
-    """One control step on which actions are at work."""
-    data, seconds = world.compiled.data, world.step_seconds
+def _work(world: World, busy: list[Slot], step: int) -> list[Slot]:
+    """What pushes for a control step pushes; returns the actions that act on engine steps."""
     for slot in busy:
         if not slot.effect.each_substep:
-            slot.effect.act(world, (step - _start(slot)) * seconds)
-    fine = [slot for slot in busy if slot.effect.each_substep]
-    if not fine:
-        _step_by_step(world, trace, step * trace.substeps)
-        return
+            slot.effect.act(world, (step - _start(slot)) * world.step_seconds)
+    return [slot for slot in busy if slot.effect.each_substep]
+
+
+def _pushes(world: World, fine: list[Slot], step: int) -> Callable[[int], None]:
+    """What acts anew before each engine step of a control step."""
+    data, seconds = world.data, world.step_seconds
     base = data.xfrc_applied.copy()
 
     def before(tick: int) -> None:
@@ -176,23 +175,58 @@ def _work(world: World, trace: Trace, step: int, busy: list[Slot]) -> None:
         for slot in fine:
             slot.effect.act(world, (step - _start(slot)) * seconds + tick * world.dt)
 
-    _step_by_step(world, trace, step * trace.substeps, before)
+    return before
+
+
+def _stretch(world: World, trace: Trace, step: int, quiet: bool) -> int:
+    """Control steps as a whole, see `calm`, as many as can follow each other; returns the next.
+
+    quiet: whether no action is at work.
+    """
+    model, data, grip, log = world.compiled.model, world.data, trace.grip, trace.log
+    places, rates, substeps = data.qpos, data.qvel, trace.substeps
+    stop = _stop(world, trace, step) if quiet else step + 1
+    while True:
+        mj.mj_step(model, data, substeps)
+        was, first = grip.now, step * substeps
+        parted = grip.update(data)
+        if quiet:
+            log.undisturbed.append(step)
+        step += 1
+        if grip.now is not was:
+            log.part(data, first, parted)
+            trace.calm.end(step)
+            stop = step
+        log.read(data, first, grip.alone and quiet and not parted)
+        if step >= stop:
+            break
+        trace.positions[step], trace.velocities[step] = places, rates
+    trace.count, trace.acting = data.ncon, data.nefc
+    return step
+
+
+def _stop(world: World, trace: Trace, step: int) -> int:
+    """The next control step before which something must be looked at."""
+    if trace.schedule.is_conditional or trace.fracture.watches:
+        return step + 1
+    per = world.program.clip.steps_per_frame
+    return min(trace.calm.until, step - step % per + per, trace.schedule.next_edge(step))
 
 
 def _step_by_step(
-    world: World, trace: Trace, first: int, before: Callable[[int], None] | None = None
+    world: World, trace: Trace, step: int, before: Callable[[int], None] | None = None
 ) -> None:
     """The engine steps of one control step; `before` runs before each. Reads as `touches` says."""
-    model, data, grip = world.compiled.model, world.compiled.data, trace.grip
-    step, read = mj.mj_step, trace.log.read
+    model, data, grip = world.compiled.model, world.data, trace.grip
+    go_on, read, first = mj.mj_step, trace.log.read, step * trace.substeps
     close, acting, fresh = trace.count, trace.acting, True
     for tick in range(trace.substeps):
         if before is not None:
             before(tick)
-        step(model, data)
+        go_on(model, data)
         count, rows = data.ncon, data.nefc
         if count != close or rows != acting:
-            grip.update(data)
+            grip.gather(data)
         # While a close pair has not touched, any step may be its impact, and neither count nor
         # rows need tell: a foot that lifts in the same step takes away what the impact adds.
         grown = grip.awaits and (rows > acting or not grip.loose)
@@ -200,6 +234,7 @@ def _step_by_step(
             read(data, first + tick)
             fresh = grown
         close, acting = count, rows
+    grip.update(data)
     trace.count, trace.acting = close, acting
 
 

@@ -55,8 +55,18 @@ class Grip:
         self.state = np.zeros(len(compiled.pair_bodies))
         self._hold(NOTHING)
 
+    def gather(self, data: Data) -> None:
+        """Adds the pairs that have come close in the engine step just done.
+
+        What parts stays gentle to the end of its control step: a hop of a hundredth of a second
+        is part of sliding or rolling, its landing no impact of its own.
+        """
+        pairs = self._close(data)
+        if not pairs <= self.now:
+            self._hold(self._one(pairs | self.now))
+
     def update(self, data: Data) -> frozenset[int]:
-        """Takes over which pairs are close in the engine step just done; those that are no more."""
+        """Takes over which pairs are close at the end of a control step; those that are no more."""
         pairs = self._close(data)
         if pairs is self.now:
             return NOTHING

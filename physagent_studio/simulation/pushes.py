@@ -85,6 +85,16 @@ class ApplyForceEffect(Push):
         """A lever arm turns with the body, a direction along the velocity with the path."""
         return self.action.point is not None or self._follows
 
+    def most_gain(self, world: World) -> float:
+        """What the force can do at the centre of mass; it turns nothing there."""
+        vector = self.action.force
+        if self._steering is not None:
+            return self._steering.limit
+        if isinstance(vector, Directed) and vector.quantity == "acceleration":
+            return vector.magnitude
+        size = vector.magnitude if isinstance(vector, Directed) else math.hypot(*vector)
+        return size / world.part(self.name).mass
+
     def begin(self, world: World) -> None:
         vector = self.action.force
         if not isinstance(vector, Directed):

@@ -107,6 +107,10 @@ class Schedule:
         """Whether some window opens or closes just before `step`."""
         return step in self._edges
 
+    def next_edge(self, step: int) -> int:
+        """The first step after `step` before which some window opens or closes."""
+        return min((edge for edge in self._edges if edge > step), default=self._steps)
+
     def recall(self, spans: Mapping[str, ActionSpan], active: Mapping[str, Any], step: int) -> None:
         """Takes up before `step` of an earlier run with the same actions so far.
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from physagent_studio.agent.by_hand import turn_of
 from physagent_studio.agent.memory import memory_of
 from physagent_studio.agent.reviewer import POLICIES
 from physagent_studio.agent.roles import Generator, Planner, Situation, Trial, Verifier
@@ -63,12 +64,16 @@ class Bench:
 
 def advance(state: LoopState, crew: Crew, bench: Bench) -> LoopState:
     """The next state; the same object where a person has to act first or all is done."""
+    if turn_of(state) and not (state.phase == "generate" and state.draft):
+        return state
     if state.phase == "generate":
         return _generate(state, crew, bench)
     if state.phase == "reconstruct":
         return _stage_one(state, crew, bench)
     if state.phase == "simulate":
         return _stage_two(state, crew, bench)
+    if state.phase == "judge":
+        return after_verdict(state)
     if state.phase == "propose":
         return _propose(state, crew, bench)
     if state.phase == "decide":
@@ -121,8 +126,7 @@ def _stage_one(state: LoopState, crew: Crew, bench: Bench) -> LoopState:
     judged = current.model_copy(
         update={"program": program, "scene": bench.put_scene(scene), "assessment": assessment}
     )
-    state = replace_round(state, judged)
-    return _to(state, "simulate") if assessment.passed else _after_verdict(state)
+    return _judged(replace_round(state, judged))
 
 
 def _stage_two(state: LoopState, crew: Crew, bench: Bench) -> LoopState:
@@ -141,10 +145,18 @@ def _stage_two(state: LoopState, crew: Crew, bench: Bench) -> LoopState:
             "simulations": current.simulations + 1,
         }
     )
-    return _after_verdict(replace_round(state, judged))
+    return _judged(replace_round(state, judged))
 
 
-def _after_verdict(state: LoopState) -> LoopState:
+def _judged(state: LoopState) -> LoopState:
+    """Goes on by the verifier's verdict, or waits for that of a person in its role."""
+    return _to(state, "judge") if "verifier" in state.by_hand else after_verdict(state)
+
+
+def after_verdict(state: LoopState) -> LoopState:
+    """Where the verdict on the head leads: to the event, to a repair, or to the end."""
+    if _head(state).scene_holds:
+        return _to(state, "simulate")
     if _head(state).passed:
         return _to(state, "done", "realised")
     if len(state.path()) >= state.budget:

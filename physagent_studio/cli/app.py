@@ -94,6 +94,10 @@ def run(
     ] = None,
     rounds: Annotated[int, typer.Option(min=1, max=100, help="Most rounds to try.")] = 10,
     policy: Annotated[str, typer.Option(help="auto, ask or ask_when: who decides.")] = "auto",
+    by_hand: Annotated[
+        list[str] | None,
+        typer.Option(help="A role that you play: generator, verifier or planner; repeatable."),
+    ] = None,
     frames: Annotated[bool, typer.Option(help="Render the evidence frames.")] = True,
     lessons: Annotated[
         Path | None, typer.Option(help="What an earlier session taught: its exported lessons.yaml.")
@@ -112,6 +116,7 @@ def run(
         tuple(objects or ()),
         rounds,
         policy,
+        tuple(by_hand or ()),
         frames,
         agent,
         annotation,

@@ -9,6 +9,7 @@ from typing import Any
 
 import typer
 
+from physagent_studio.agent.by_hand import ROLES, in_order, waits_for
 from physagent_studio.cli import output
 from physagent_studio.cli.guard import NOT_REALISED, WAITING
 from physagent_studio.cli.targets import agent_name, case_of, is_session
@@ -16,6 +17,7 @@ from physagent_studio.errors import InputError
 from physagent_studio.exchange import annotated, read_lessons
 from physagent_studio.records import LoopState
 from physagent_studio.session import Session, Store
+from physagent_studio.workbench.commands import SetRoles
 from physagent_studio.workbench.desk import Desk
 from physagent_studio.workbench.report import report_of
 
@@ -30,6 +32,7 @@ class RunRequest:
     objects: tuple[str, ...]
     rounds: int
     policy: str
+    by_hand: tuple[str, ...]
     frames: bool
     agent: str
     annotation: Path | None = None
@@ -40,6 +43,9 @@ def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
     """Runs until the loop ends or waits for a person; the exit code."""
     if request.policy not in ("auto", "ask", "ask_when"):
         raise InputError(f"--policy {request.policy} is not known (auto, ask, ask_when)")
+    unknown = [role for role in request.by_hand if role not in ROLES]
+    if unknown:
+        raise InputError(f"--by-hand {unknown[0]} is not known ({', '.join(ROLES)})")
     agent = agent_name(request.agent)
     store = Store(workspace)
     session = _session(request, store)
@@ -49,12 +55,14 @@ def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
             desk = Desk(session, control, evidence=request.frames, agent=agent)
             if not as_json:
                 typer.echo(f"session {session.id}")
+            if request.by_hand:
+                desk.handle(SetRoles(in_order(request.by_hand)))
             desk.advance(policy=request.policy)
         report = report_of(desk.state, session, time.perf_counter() - started)
     finally:
         session.close()
     _print(report, desk.state, as_json)
-    if desk.state.phase == "decide":
+    if waits_for(desk.state):
         return WAITING
     return 0 if report["realised"] and not report["untested"] else NOT_REALISED
 
@@ -88,6 +96,8 @@ def _print(report: dict[str, Any], state: LoopState, as_json: bool) -> None:
     ):
         for text in report[key]:
             typer.echo(f"{title}: {text}")
+    if waiting := waits_for(state):
+        typer.echo(f"waiting for {waiting}: physagent studio {report['session']}")
     word = "realised" if report["realised"] else f"not realised ({report['outcome']})"
     typer.echo(
         f"{word} after {report['rounds']} rounds, {report['simulations']} simulations, "

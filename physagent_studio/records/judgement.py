@@ -147,12 +147,13 @@ class Decision(Frozen):
 
 
 class Override(Frozen):
-    """A person's verdict beside the machine's."""
+    """A person's verdict on a stage, beside the machine's."""
 
     passed: bool
     author: str
     at: str
     words: str = ""
+    stage: Stage = "simulation"
 
 
 class Round(Frozen):
@@ -183,12 +184,25 @@ class Round(Frozen):
     simulations: int = 0
 
     @property
+    def ruling(self) -> Override | None:
+        """A person's verdict on the stage that was judged last."""
+        a, said = self.assessment, self.override
+        return said if a is not None and said is not None and said.stage == a.stage else None
+
+    @property
     def passed(self) -> bool:
         """Whether stage 2 holds, a person's word going first."""
-        if self.override is not None:
-            return self.override.passed
-        a = self.assessment
-        return a is not None and a.stage == "simulation" and a.passed
+        return self._holds("simulation")
+
+    @property
+    def scene_holds(self) -> bool:
+        """Whether stage 1 was judged last and holds, a person's word going first."""
+        return self._holds("reconstruction")
+
+    def _holds(self, stage: Stage) -> bool:
+        if self.assessment is None or self.assessment.stage != stage:
+            return False
+        return self.ruling.passed if self.ruling else self.assessment.passed
 
     @property
     def evidence(self) -> str:
@@ -254,9 +268,12 @@ class Memory(Frozen):
     lessons: tuple[Lesson, ...] = ()
 
 
-Phase = Literal["generate", "reconstruct", "simulate", "propose", "decide", "revise", "done"]
+Phase = Literal[
+    "generate", "reconstruct", "simulate", "judge", "propose", "decide", "revise", "done"
+]
 Outcome = Literal["realised", "budget", "stopped", "stuck", "running"]
 PolicyName = Literal["auto", "ask", "ask_when"]
+RoleName = Literal["generator", "verifier", "planner"]
 
 
 class LoopState(Frozen):
@@ -265,6 +282,7 @@ class LoopState(Frozen):
     rounds: all rounds of the tree, in order of creation. head: the round being worked on.
     draft: a person's program that has not become a round yet; the next round runs it.
     budget: how many rounds the path may have before the loop ends by itself.
+    by_hand: roles that a person plays; the loop waits where one of them is to act.
     lessons: of earlier sessions, given when this one began.
     """
 
@@ -275,6 +293,7 @@ class LoopState(Frozen):
     draft: PhysicalProgram | None = None
     budget: int = 10
     policy: PolicyName = "ask"
+    by_hand: tuple[RoleName, ...] = ()
     pinned: tuple[str, ...] = ()
     hints: tuple[str, ...] = ()
     lessons: tuple[Lesson, ...] = ()

@@ -183,6 +183,11 @@ def _(intent: intents.Policy, studio: Studio, browser: int) -> None:
 
 
 @carry_out.register
+def _(intent: intents.Roles, studio: Studio, browser: int) -> None:
+    studio.workbench.post(commands.SetRoles(intent.names))
+
+
+@carry_out.register
 def _(intent: intents.Budget, studio: Studio, browser: int) -> None:
     studio.workbench.post(commands.SetBudget(intent.rounds))
 

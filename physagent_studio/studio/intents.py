@@ -15,7 +15,7 @@ from physagent_studio.errors import InputError
 from physagent_studio.program import Edit, Frozen
 from physagent_studio.program.base import Name, Text
 from physagent_studio.program.scene import Click
-from physagent_studio.records.judgement import DecisionKind, PolicyName
+from physagent_studio.records.judgement import DecisionKind, PolicyName, RoleName
 from physagent_studio.studio.intents_mesh import MeshIntent
 from physagent_studio.studio.intents_photo import PhotoIntent
 from physagent_studio.studio.intents_shelf import Present, ShelfIntent
@@ -151,6 +151,13 @@ class Policy(Frozen):
 
     do: Literal["policy"] = "policy"
     name: PolicyName
+
+
+class Roles(Frozen):
+    """Which roles a person plays from now on."""
+
+    do: Literal["roles"] = "roles"
+    names: Annotated[tuple[RoleName, ...], Field(max_length=3)]
 
 
 class Budget(Frozen):
@@ -289,7 +296,7 @@ class Video(Frozen):
 
 Intent = Annotated[
     Play | Scrub | Speed | Loop | Select | Show | Look | Bookmark | Viewer | Compare
-    | StepOn | Cancel | DecideOn | Overrule | Policy | Budget | PinFact | ShowRound | Fork
+    | StepOn | Cancel | DecideOn | Overrule | Policy | Roles | Budget | PinFact | ShowRound | Fork
     | Change | Remove | Try | Wish | WriteText | DropDraft | Undo
     | OpenKnown | OpenBare | NewCase | RenameTo | Dismiss | Video | ShelfIntent
     | PhotoIntent | MeshIntent,

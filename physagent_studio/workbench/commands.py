@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from physagent_studio.program import Click, Edit, PhysicalProgram
 from physagent_studio.records import Mesh
-from physagent_studio.records.judgement import DecisionKind, PolicyName
+from physagent_studio.records.judgement import DecisionKind, PolicyName, RoleName
 
 if TYPE_CHECKING:
     from physagent_studio.workbench.desk import Desk
@@ -152,6 +152,13 @@ class SetPolicy:
 
 
 @dataclass(frozen=True, slots=True)
+class SetRoles:
+    """Which roles a person plays from now on; the agent plays the others."""
+
+    by_hand: tuple[RoleName, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class SetBudget:
     """How many rounds the path may have; 1 … 100."""
 
@@ -237,6 +244,7 @@ Command = (
     | ForkFrom
     | OverruleVerdict
     | SetPolicy
+    | SetRoles
     | SetBudget
     | Pin
     | Unpin

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from physagent_studio.agent import loop
+from physagent_studio.agent.by_hand import in_order, without_schedule
 from physagent_studio.errors import InputError
 from physagent_studio.program import Edit, PhysicalProgram
 from physagent_studio.program.diff import diff
 from physagent_studio.records import Decision, LoopState, Override, Round
+from physagent_studio.records.judgement import RoleName
 from physagent_studio.session.session import now
 from physagent_studio.workbench import commands
 
@@ -56,27 +60,63 @@ def forked(state: LoopState, round_id: str) -> LoopState:
     item = next((one for one in state.rounds if one.id == round_id), None)
     if item is None:
         raise InputError(f"there is no round '{round_id}'")
-    phase = "decide" if item.proposal is not None else "propose"
     update = {
         "head": item.id,
         "draft": None,
-        "phase": "done" if item.passed else phase if item.assessment else "reconstruct",
+        "phase": _phase_of(state, item),
         "outcome": "realised" if item.passed else "running",
     }
     return state.model_copy(update=update)
 
 
+def _phase_of(state: LoopState, item: Round) -> str:
+    """Where the loop goes on from a round."""
+    if item.assessment is None:
+        return "reconstruct"
+    if item.proposal is not None and not item.passed:
+        return "decide"
+    if "verifier" in state.by_hand and item.ruling is None:
+        return "judge"
+    return "done" if item.passed else "simulate" if item.scene_holds else "propose"
+
+
 def overruled(state: LoopState, override: Override) -> LoopState:
-    """The state with a person's verdict beside the measured one of its head."""
+    """The state with a person's verdict on the stage that its head was judged by last.
+
+    It goes before the measured one: a stage that holds leads on, one that does not to a repair.
+    """
     item = state.current
     if item is None or item.assessment is None:
         raise InputError("there is no verdict to overrule yet")
-    after = loop.replace_round(state, item.model_copy(update={"override": override}))
-    if override.passed:
-        return after.model_copy(update={"phase": "done", "outcome": "realised"})
-    if after.phase == "done":
+    override = override.model_copy(update={"stage": item.assessment.stage})
+    update: dict[str, object] = {"override": override}
+    if override.passed and item.assessment.stage == "reconstruction":
+        # What repaired the scene has no object any more.
+        update |= {"proposal": None, "preview": None}
+    after = loop.replace_round(state, item.model_copy(update=update))
+    if override.passed or state.phase == "judge":
+        return loop.after_verdict(after)
+    if after.phase in ("done", "simulate"):
         return after.model_copy(update={"phase": "propose", "outcome": "running"})
     return after
+
+
+def with_roles(state: LoopState, roles: Sequence[RoleName]) -> LoopState:
+    """The state in which a person plays these roles, and the agent the others.
+
+    A first program that has not run yet is given up to a person in the generator's role: its
+    scene and demands become the draft, with nothing scheduled.
+    """
+    taken = in_order(roles)
+    head, update = state.current, dict[str, object](by_hand=taken)
+    new = "generator" in taken and "generator" not in state.by_hand
+    if new and head is not None and state.draft is None and not _has_run(state):
+        update["draft"] = without_schedule(head.program)
+    return state.model_copy(update=update)
+
+
+def _has_run(state: LoopState) -> bool:
+    return any(item.rollout is not None for item in state.rounds)
 
 
 def _edits_between(before: PhysicalProgram, after: PhysicalProgram) -> tuple[Edit, ...]:

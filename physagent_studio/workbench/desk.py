@@ -9,6 +9,7 @@ from functools import singledispatchmethod
 from typing import Any
 
 from physagent_studio.agent import loop
+from physagent_studio.agent.by_hand import turn_of
 from physagent_studio.agent.rules import wishing
 from physagent_studio.agent.rules.wishing import proposal_for
 from physagent_studio.errors import InputError, Problem, ProgramError
@@ -27,6 +28,7 @@ RUNNING = {
     "generate": "reading the photo and the sentence",
     "reconstruct": "reconstructing the scene",
     "simulate": "simulating",
+    "judge": "judging",
     "propose": "searching for a repair",
     "decide": "deciding",
 }
@@ -113,7 +115,7 @@ class Desk:
             self.meter.add_work(time.monotonic() - began)
 
     def _go_on(self, policy: str | None, until: str) -> None:
-        crew, bench = self.engine.crew(), self.engine.bench()
+        crew, bench = self.engine.crew(self.state.by_hand), self.engine.bench()
         kept = self.state.policy
         while self.state.phase not in ("done", until):
             self.control.check()
@@ -121,9 +123,15 @@ class Desk:
             working = self.state.model_copy(update={"policy": policy or kept})
             after = loop.advance(working, crew, bench)
             if after is working:
+                self._lay_out()
                 break
             self._log_decision(working, after)
             self._save(after.model_copy(update={"policy": kept}))
+
+    def _lay_out(self) -> None:
+        """A draft to begin with, where a person is to write the first program."""
+        if turn_of(self.state) == "generator":
+            self._save(self.state.model_copy(update={"draft": self.engine.laid_out()}))
 
     def _doing(self) -> str:
         number = self.state.current.number if self.state.current else 1
@@ -284,13 +292,20 @@ class Desk:
     @handle.register
     def _(self, command: commands.OverruleVerdict) -> None:
         override = Override(passed=command.passed, author="person", at=now(), words=command.words)
+        awaited = turn_of(self.state) == "verifier"
         state = deciding.overruled(self.state, override)
-        self._save(state, "overrule verdict")
+        self._save(state, "verdict" if awaited else "overrule verdict")
         self.session.record("override", "person", {"round": state.head, **override.model_dump()})
+        if awaited:
+            self.advance()
 
     @handle.register
     def _(self, command: commands.SetPolicy) -> None:
         self._save(self.state.model_copy(update={"policy": command.policy}), "policy")
+
+    @handle.register
+    def _(self, command: commands.SetRoles) -> None:
+        self._save(deciding.with_roles(self.state, command.by_hand), "roles")
 
     @handle.register
     def _(self, command: commands.SetBudget) -> None:

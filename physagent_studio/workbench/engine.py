@@ -5,13 +5,14 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.agent.by_hand import without_schedule
 from physagent_studio.agent.loop import Bench, Crew
 from physagent_studio.agent.rules import RuleGenerator, RulePlanner, RuleVerifier
 from physagent_studio.agent.vlm import (
@@ -26,6 +27,7 @@ from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.program.scene import Meshed
 from physagent_studio.reconstruction import reconstruct
 from physagent_studio.records import Case, Image, Mesh, Rollout, Scene
+from physagent_studio.records.judgement import RoleName
 from physagent_studio.rendering import Compositor, frame_of
 from physagent_studio.session import Session
 from physagent_studio.simulation import Simulator
@@ -78,13 +80,22 @@ class Engine:
     _scenes: dict[str, Scene] = field(default_factory=dict)
     _simulator: Simulator = field(default_factory=Simulator)
 
-    def crew(self) -> Crew:
-        """Who plays the three roles; a language model's calls are kept in the session's log."""
-        if self.members is not None:
-            return self.members
+    def crew(self, by_hand: Collection[RoleName] = ()) -> Crew:
+        """Who plays the three roles; a language model's calls are kept in the session's log.
+
+        by_hand: the roles that a person plays. What a person judges from is measured by the
+        embedded verifier: a model is not asked for a verdict that nobody waits for.
+        """
         embedded = Crew(RuleGenerator(), RuleVerifier(), RulePlanner())
-        if self.agent == "rules":
-            return embedded
+        crew = self.members or (embedded if self.agent == "rules" else self._model(embedded))
+        return replace(crew, verifier=embedded.verifier) if "verifier" in by_hand else crew
+
+    def laid_out(self) -> PhysicalProgram:
+        """What a person who writes the first program begins with: all but a schedule."""
+        first = RuleGenerator().first(self.case, lambda state: self.reconstruct(state, None))
+        return without_schedule(first)
+
+    def _model(self, embedded: Crew) -> Crew:
         earlier = [
             CallRecord.model_validate(payload)
             for _, kind, _, payload in self.session.log()

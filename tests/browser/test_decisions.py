@@ -13,6 +13,7 @@ from playwright.sync_api import Browser, expect
 from physagent_studio.program import SetField, value_at
 from physagent_studio.records import Hunk
 from physagent_studio.session import Store
+from physagent_studio.workbench import commands
 from tests.browser.conftest import Desk, running
 
 pytestmark = pytest.mark.browser
@@ -143,7 +144,10 @@ def test_a_pass_is_overruled_to_a_failure_in_my_words(waiting: Desk) -> None:
     assert head.override.words == "it is <i>far</i> too slow"
     assert head.assessment is not None
     assert head.assessment.passed is True, "the measured verdict stays beside it"
-    said = "Your verdict: it does not (“it is <i>far</i> too slow”). The checks said it happens."
+    said = (
+        "Your verdict: it does not happen (“it is <i>far</i> too slow”)."
+        " The checks said: it happens."
+    )
     expect(page.get_by_text(said)).to_be_visible()
     expect(page.get_by_text("The event does not happen yet")).to_be_visible()
     # The planner is asked again, and knows what was said.
@@ -153,6 +157,45 @@ def test_a_pass_is_overruled_to_a_failure_in_my_words(waiting: Desk) -> None:
     assert "slow" in proposal.rationale or proposal.question
     waiting.page.reload()
     expect(page.get_by_text(said)).to_be_visible()
+
+
+def test_i_give_every_verdict_and_repair_it_myself(waiting: Desk) -> None:
+    page = waiting.page
+    waiting.proposal()
+    waiting.button("By me: nothing but decisions").click()
+    for role in ("Verdicts", "Repairs"):
+        waiting.button(role).click()
+        expect(waiting.button(role)).to_have_attribute("aria-pressed", "true")
+    # What is open is still decided; from then on it is my turn wherever I play.
+    waiting.button("Accept").click()
+    mine = page.get_by_role("group", name="Your verdict")
+    expect(mine).to_contain_text("Does the scene match the photo?")
+    waiting.button("It matches").click()
+    expect(mine).to_contain_text("Does the event happen?")
+    expect(waiting.button("Run to the end")).to_be_disabled()
+    waiting.page.reload()
+    mine.get_by_label("Your reason").fill("a bit late")
+    waiting.button("It does not").click()
+    expect(page.get_by_role("group", name="Your repair")).to_be_visible()
+    waiting.idle()
+    head = waiting.snapshot.state.current
+    assert head is not None
+    assert head.ruling is not None
+    assert (head.ruling.passed, head.ruling.words) == (False, "a bit late")
+    assert (waiting.snapshot.state.phase, head.proposal) == ("propose", None)
+    # My edit is the next round, and the next verdict is mine again.
+    waiting.workbench.post(
+        commands.ApplyEdits((SetField(path="clip.playback_fps", value=20.0),), "by hand")
+    )
+    waiting.button("Run my edits").click()
+    expect(mine).to_contain_text("Does the scene match the photo?")
+    waiting.idle()
+    assert [one.author for one in waiting.snapshot.state.rounds][-1] == "person"
+    waiting.button("By me: verdicts, repairs").click()
+    waiting.button("Verdicts").click()
+    waiting.button("Repairs").click()
+    expect(mine).to_be_hidden()
+    assert waiting.snapshot.state.by_hand == ()
 
 
 def _accept_until_it_happens(desk: Desk) -> None:

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from physagent_studio.program import PhysicalProgram, SetField
+from physagent_studio.assets import assets_dir
+from physagent_studio.program import AddItem, PhysicalProgram, SetField
 from physagent_studio.program.document import dump_program, load_program
 from physagent_studio.records import Hunk, LoopState, Preview, Proposal
 from physagent_studio.session import Store
@@ -166,6 +167,38 @@ def test_a_verdict_can_be_overruled(bench: Workbench) -> None:
     assert current.override is not None
     assert current.assessment is not None
     assert not current.assessment.passed
+
+
+def test_a_verdict_that_is_mine_to_give_is_waited_for(bench: Workbench) -> None:
+    opened(bench)
+    state = after(bench, commands.SetRoles(("verifier",)), commands.Run()).state
+    assert (state.phase, state.policy) == ("judge", "ask")
+    state = after(bench, commands.OverruleVerdict(True)).state
+    assert state.current is not None
+    assert state.current.assessment is not None
+    assert (state.phase, state.current.assessment.stage) == ("judge", "simulation")
+    # Nobody answering is no yes: asked again, it still waits.
+    assert after(bench, commands.Run()).state.rounds == state.rounds
+    assert after(bench, commands.OverruleVerdict(True)).state.outcome == "realised"
+
+
+def test_a_first_program_that_is_mine_to_write_is_laid_out(tmp_path: Path) -> None:
+    workbench = Workbench(Store(tmp_path), evidence=False)
+    snapshot = after(workbench, commands.OpenCase(assets_dir() / "demo"))
+    written = snapshot.program
+    assert written.event.actions
+    laid_out = after(workbench, commands.SetRoles(("generator",)))
+    assert laid_out.has_draft
+    assert laid_out.program.event.actions == ()
+    assert laid_out.program.scene == written.scene
+    assert laid_out.program.contract == written.contract
+    mine = commands.ApplyEdits(
+        (AddItem(path="event.actions", item=written.event.actions[0].model_dump(mode="json")),)
+    )
+    ran = after(workbench, mine, commands.Step()).state
+    assert [item.author for item in ran.rounds][:2] == ["generator", "person"]
+    assert ran.rounds[1].program.event.actions[:1] == written.event.actions[:1]
+    workbench.close()
 
 
 def test_what_was_stopped_goes_on_and_what_happened_does_not(bench: Workbench) -> None:

@@ -31,7 +31,7 @@ def repair_scene(situation: Situation) -> Proposal:
             return _proposal(situation, finding, factor, words, edits)
     worst = failing[0] if failing else None
     about = worst.subject if worst is not None else "the picture"
-    text = worst.text if worst is not None else "the scene is not resolved"
+    text = worst.text if worst is not None else _unmeasured(situation)
     return Proposal(
         id=_id(situation, "stuck"),
         hunks=(),
@@ -40,6 +40,15 @@ def repair_scene(situation: Situation) -> Proposal:
         confidence=0.0,
         question=f"{text[0].upper()}{text[1:]}. Can you click inside {about}, or draw a box?",
     )
+
+
+def _unmeasured(situation: Situation) -> str:
+    """Why a scene in which nothing measured fails does not pass."""
+    words = situation.memory.hints[-1:]
+    if not situation.assessment.passed:
+        return "the scene is not resolved"
+    said = f", but you said “{words[0]}”" if words else ", but you said that it does not"
+    return f"by every measurement the scene fits the photo{said}"
 
 
 def _best(situation: Situation, repairs: list[Repair]) -> Repair | None:

@@ -1,11 +1,13 @@
 // Rounds: the history, the checklist, and the decision on the proposal.
 
 import { makeChecklist } from "./checklist.js";
+import { makeByHand } from "./by_hand.js";
 import { button, draw, h, icon } from "./dom.js";
 import { makeProposal } from "./proposal.js";
 import { makeStrip } from "./strip.js";
 import { on, scrub, send } from "./wire.js";
 
+const SAYS = { reconstruction: ["it does not match", "it matches"], simulation: ["it does not happen", "it happens"] };
 const MARK = { ok: "✓", failed: "✕", open: "…" };
 
 export function startRounds(host, showPlots) {
@@ -16,6 +18,7 @@ export function startRounds(host, showPlots) {
   const show = () => data && draw(host, page());
   const focus = () => setTimeout(() => host.querySelector("[data-focus]")?.focus(), 0);
   const toggle = () => { overruling = !overruling; words = ""; show(); focus(); };
+  const byHand = makeByHand();
   const checklist = makeChecklist(show, focus);
   const proposal = makeProposal(show, focus);
   const strip = makeStrip(host);
@@ -29,6 +32,7 @@ export function startRounds(host, showPlots) {
         h("div", {}, `Round ${shown.number} is open read-only.`),
         h("div", { class: "row" }, button("Go on from here", () => send({ do: "fork", id: shown.id }), { class: "b small" }),
           button("Back to the current round", () => send({ do: "round", id: null }), { class: "b small" }))) : null,
+      shown && data.turn && !data.draft ? byHand(data) : null,
       shown ? verdict(shown) : null,
       shown && !data.draft ? strip.show(shown) : null,
       checklist(data),
@@ -55,6 +59,7 @@ export function startRounds(host, showPlots) {
 
   function verdict(shown) {
     if (data.draft) return h("div", { class: "head" }, "Your edits, measured");
+    if (data.turn === "verifier") return h("div", { class: "head" }, `Measured: ${SAYS[shown.stage][Number(shown.machine)]}`);
     if (shown.verdict === "open") return shown.stage ? h("div", { style: "margin-top:14px" }, h("p", { class: "title" }, "The scene matches the photo"), h("p", { class: "muted" }, "Next the event is run in it and measured.")) : null;
     const good = shown.verdict === "ok";
     const stage = shown.stage === "reconstruction";
@@ -64,7 +69,7 @@ export function startRounds(host, showPlots) {
         h("span", { class: "title grow" }, said),
         data.readOnly ? null : h("button", { class: "link", type: "button", "aria-expanded": String(overruling), onclick: toggle }, "Overrule")),
       data.proposal ? h("button", { class: "link", type: "button", onclick: () => host.querySelector("[aria-label=Proposal]")?.scrollIntoView({ block: "start" }) }, "See the proposed repair ↓") : null,
-      shown.override ? h("p", { class: "muted" }, `Your verdict: ${shown.override.passed ? "it happens" : "it does not"}${shown.override.words ? ` (“${shown.override.words}”)` : ""}. The checks said ${shown.machine ? "it happens" : "it does not"}.`) : null,
+      shown.override ? h("p", { class: "muted" }, `Your verdict: ${SAYS[shown.stage][Number(shown.override.passed)]}${shown.override.words ? ` (“${shown.override.words}”)` : ""}. The checks said: ${SAYS[shown.stage][Number(shown.machine)]}.`) : null,
       shown.contradiction ? h("div", { class: "strip warn", style: "margin-top:6px" }, h("b", {}, "Verdict and measurement disagree. "), shown.contradiction) : null,
       overruling && !data.readOnly ? h("div", { class: "stack card", style: "margin-top:8px" },
         h("p", { class: "muted" }, "Your verdict is kept beside the measured one."),

@@ -3,10 +3,16 @@
 import { button, draw, h, iconButton, say } from "./dom.js";
 import { on, send } from "./wire.js";
 
+const ROLES = [
+  ["generator", "First program", "You write the first program; the scene and the demands are laid out for it"],
+  ["verifier", "Verdicts", "You say whether each stage holds; what was measured is shown beside"],
+  ["planner", "Repairs", "After a failure you change the program yourself"],
+];
 const POLICIES = [["ask", "I decide"], ["ask_when", "Ask me when unsure"], ["auto", "Decide by itself"]];
 
 export function startRun(host, dialogs) {
   let last = null;
+  let unfolded = false; // the roles
   let since = 0; // when the work that is going on began
   // The clock of what is going on; one text, so that nothing else is touched.
   setInterval(() => {
@@ -14,10 +20,11 @@ export function startRun(host, dialogs) {
     if (clock) clock.textContent = passed(since);
   }, 1000);
 
-  on("run", (run) => {
+  const show = (run) => {
     if (run.busy && !(last && last.busy)) since = Date.now();
     last = run;
     const waiting = run.phase === "decide" && !run.draft;
+    const mine = Boolean(run.turn) && !run.draft;
     const over = run.phase === "done" && !run.draft;
     draw(host,
       h("div", { class: "row run-head" },
@@ -32,10 +39,10 @@ export function startRun(host, dialogs) {
         h("div", { class: "row" }, button("New from a photo", dialogs.fresh, { class: "b wide" }), button("An empty scene", () => send({ do: "bare" }), { class: "b wide" }))) : null,
       run.busy || !run.session ? null : h("div", { class: "stack" },
         state(run),
-        over && run.realised ? taken() : h("div", { class: "row" },
+        over && run.realised ? taken() : h("div", { class: "row wrap" },
           button(run.draft ? "Run my edits" : over ? "Go on" : run.started ? "Next step" : "Start", () => send({ do: "step" }),
-            { class: waiting || over ? "b wide" : "b main wide", disabled: waiting || run.readOnly, title: "Goes on until a decision is needed (R)" }),
-          button("Run to the end", () => send({ do: "step", all: true }), { class: "b wide", disabled: run.readOnly, title: "Decides by itself, round after round" }))),
+            { class: waiting || mine || over ? "b wide" : "b main wide", disabled: waiting || mine || run.readOnly, title: "Goes on until a decision is needed (R)" }),
+          button("Run to the end", () => send({ do: "step", all: true }), { class: "b wide", disabled: mine || run.readOnly, title: "Decides by itself, round after round" }))),
       run.session ? h("div", { class: "row wrap", style: "margin-top:10px" },
         h("label", { class: "row", style: "flex:1 1 92px" },
           h("select", { value: run.policy, "aria-label": "Who decides", title: "Who decides on proposals", onchange: (e) => send({ do: "policy", name: e.target.value }) },
@@ -44,9 +51,23 @@ export function startRun(host, dialogs) {
           h("span", { class: "num" }, `${run.used} of`),
           h("input", { type: "number", min: 1, max: 100, value: run.budget, "aria-label": "Most rounds", style: "width:50px",
             onchange: (e) => send({ do: "budget", rounds: Number(e.target.value) }) }))) : null,
+      run.session ? roles(run, unfolded, () => { unfolded = !unfolded; show(run); }) : null,
       run.session ? meters(run) : null);
     document.title = run.title ? `${run.title} · PhysAgent Studio` : "PhysAgent Studio";
-  });
+  };
+  on("run", show);
+}
+
+// Which roles the person plays; the agent plays the others.
+function roles(run, unfolded, unfold) {
+  const chosen = (role) => run.byHand.includes(role);
+  const toggled = (role) => (chosen(role) ? run.byHand.filter((one) => one !== role) : [...run.byHand, role]);
+  const mine = ROLES.filter(([role]) => chosen(role)).map(([, text]) => text.toLowerCase());
+  return h("div", { class: "roles" },
+    h("button", { class: "link", type: "button", "aria-expanded": String(unfolded), onclick: unfold, title: "Roles that you take over for good: the program waits for you there" }, mine.length ? `By me: ${mine.join(", ")}` : "By me: nothing but decisions"),
+    unfolded ? h("div", { class: "row wrap", role: "group", "aria-label": "What I do myself" },
+      ROLES.map(([role, text, title]) => h("button", { class: "b small", key: role, type: "button", title: role === "generator" && run.started ? "The first program has run already" : title,
+        disabled: role === "generator" && run.started && !chosen(role), "aria-pressed": String(chosen(role)), onclick: () => send({ do: "roles", names: toggled(role) }) }, text))) : null);
 }
 
 const passed = (since) => { const seconds = Math.floor((Date.now() - since) / 1000); return seconds < 2 ? "" : `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}`; };

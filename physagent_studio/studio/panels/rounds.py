@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from physagent_studio.agent.by_hand import turn_of
 from physagent_studio.contract import describe
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.diff import diff
@@ -48,6 +49,7 @@ def state_of(snapshot: Snapshot, compared: Round | None = None) -> dict[str, Any
     found = {
         "rounds": _tree(loop, snapshot.shown_round),
         "phase": loop.phase,
+        "turn": "" if snapshot.read_only else turn_of(loop) or "",
         "outcome": OUTCOMES[loop.outcome],
         "realised": loop.outcome == "realised",
         "readOnly": snapshot.read_only,
@@ -75,13 +77,11 @@ def _find(loop: LoopState, wanted: str | None) -> Round | None:
 
 def verdict_of(item: Round) -> str:
     """One word for a round: ok, failed, or open while the event was not judged."""
-    if item.override is not None:
-        return "ok" if item.override.passed else "failed"
     if item.assessment is None:
         return "open"
     if item.assessment.stage == "reconstruction":
         # A scene that matches is no event yet.
-        return "open" if item.assessment.passed else "failed"
+        return "open" if item.scene_holds else "failed"
     return "ok" if item.passed else "failed"
 
 
@@ -120,7 +120,7 @@ def _row(
         "number": item.number,
         "depth": depth,
         "verdict": verdict_of(item),
-        "overruled": item.override is not None,
+        "overruled": item.ruling is not None,
         "stage": "" if assessment is None else assessment.stage,
         "realised": sum(check.ok for check in demands),
         "checks": len(demands),
@@ -137,7 +137,7 @@ def _row(
 
 
 def _details(item: Round, snapshot: Snapshot) -> dict[str, Any]:
-    assessment, override = item.assessment, item.override
+    assessment, override = item.assessment, item.ruling
     clip = item.program.clip
     return {
         "id": item.id,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from physagent_studio.agent.by_hand import turn_of
 from physagent_studio.studio.library import Output
 from physagent_studio.studio.panels.rounds import OUTCOMES
 from physagent_studio.workbench import Snapshot, Spending
@@ -13,11 +14,18 @@ PHASES = {
     "generate": "ready to start",
     "reconstruct": "next: look at the scene",
     "simulate": "next: run the event",
+    "judge": "next: judge what happened",
     "propose": "next: think of a repair",
     "decide": "waiting for your decision",
     "revise": "next: apply the decision",
     "done": "done",
 }
+TURNS = {
+    "generator": "your turn: put actions on the timeline, then run them",
+    "verifier": "your turn: give your verdict",
+    "planner": "your turn: change the program, then run it",
+}
+"""What a person is to do in a role of theirs."""
 STEPS = {
     "masks": "finding the outlines of things",
     "camera": "finding where the camera stood",
@@ -33,6 +41,7 @@ STEPS = {
 def state_of(snapshot: Snapshot, outputs: Sequence[Output] = ()) -> dict[str, Any]:
     """Title, sentence, progress, policy, budget, and what was made of the round on view."""
     loop, case = snapshot.state, snapshot.case
+    turn = turn_of(loop)
     return {
         "session": snapshot.session_id,
         "title": snapshot.title,
@@ -41,7 +50,9 @@ def state_of(snapshot: Snapshot, outputs: Sequence[Output] = ()) -> dict[str, An
         "busy": None if snapshot.busy is None else STEPS.get(snapshot.busy, snapshot.busy),
         "progress": snapshot.progress,
         "phase": loop.phase,
-        "doing": PHASES.get(loop.phase, loop.phase),
+        "doing": TURNS[turn] if turn else PHASES.get(loop.phase, loop.phase),
+        "turn": turn or "",
+        "byHand": list(loop.by_hand),
         "outcome": OUTCOMES[loop.outcome],
         "realised": loop.outcome == "realised",
         "policy": loop.policy,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from physagent_studio.agent.rules.reading import vocabulary as v
+from physagent_studio.agent.rules.reading.measures import UNITS, amount_of
 from physagent_studio.agent.rules.reading.noun_phrases import NounPhrases, is_adjective
 from physagent_studio.agent.rules.reading.phrases import ADVERBIAL, ALWAYS, Chunk, NounPhrase
 from physagent_studio.agent.rules.reading.tokens import (
@@ -64,7 +65,14 @@ class Chunker(NounPhrases):
         """Whether the word begins a clause; "bounces once and rolls" is a count."""
         if word == "once" and self.noun_phrase(i + 1) is None and self.word(i + 1) not in _THEY:
             return False
+        if word in ("after", "before", "until") and self._is_quantity(i + 1):
+            return False
         return word in ALWAYS or self._clause_follows(i + 1)
+
+    def _is_quantity(self, i: int) -> bool:
+        """ "After 1 second …"."""
+        found = self.noun_phrase(i)
+        return found is not None and found[0].head in UNITS and amount_of(found[0]) is not None
 
     def _clause_follows(self, i: int) -> bool:
         """Whether a verb comes before the next stop."""

@@ -14,8 +14,9 @@ class RawClause:
     """One verb with what belongs to it.
 
     start, end: chunk indices. joint: what introduces it. complement: its subject is the object
-    of the clause before ("makes it stop"). lead: places said before the subject. either: which
-    of its subjects and objects are alternatives ("the cup or the box").
+    of the clause before ("makes it stop"). lead: places said before the subject. sequel: a
+    word says that it comes after the clause before ("then", "finally"). either: which of its
+    subjects and objects are alternatives ("the cup or the box").
     """
 
     verb: Chunk | None
@@ -27,11 +28,13 @@ class RawClause:
     joint: str = ""
     relative: bool = False
     complement: bool = False
+    sequel: bool = False
     either: frozenset[str] = frozenset()
     start: int = 0
     end: int = 0
 
 
+_AFTERWARDS = ("then", "finally", "afterwards", "afterward", "subsequently", "next", "later")
 _JOINERS = ("and", "sub", "rel", "stop")
 
 
@@ -77,7 +80,8 @@ def _resumed(found: Sequence[RawClause]) -> list[RawClause]:
             again = replace(told.verb, start=verb.start, end=verb.end, negated=verb.negated)
             clause = replace(
                 clause, verb=again, objects=clause.objects or told.objects,
-                places=clause.places or told.places, adverbs=(*told.adverbs, *clause.adverbs),
+                places=clause.places or told.places,
+                adverbs=(*(a for a in told.adverbs if a != "not"), *clause.adverbs),
             )  # fmt: skip
         out.append(clause)
     return out
@@ -142,6 +146,7 @@ def _clause(chunks: Sequence[Chunk], start: int, verb: int, end: int) -> RawClau
         joint,
         any(c.kind == "rel" for c in head),
         complement,
+        any(c.word in _AFTERWARDS for c in (*head, *chunks[verb : verb + 2])),
         _either(head, tail),
         start,
         end,

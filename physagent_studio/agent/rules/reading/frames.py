@@ -46,7 +46,10 @@ class EventFrame:
     the box rolls …"). link: how the clause hangs on the one before (`then`, `while`, `before`,
     `after`, `once`, `as`, `which`), or, where it `leads`, on the one that follows. posture: how
     it ends (`upright`, `flat`, `side`, `still`, `inverted`). share: of the way to `extent`, from
-    … to. timing: whether several do it in turn or together.
+    … to. timing: whether several do it in turn or together. distance, speed, angle, delay: how
+    far, how fast, how many degrees, how many seconds after the beginning; gap: how far off a place
+    it ends. sequel: the prompt says that it comes after the frame before. first, last: of the
+    patients, the ones that it happens to before, or after, the others.
     """
 
     sense: str
@@ -66,8 +69,15 @@ class EventFrame:
     path: Literal["", "curve", "straight", "circle"] = ""
     count: int | None = None
     distance: float | None = None
+    speed: float | None = None
+    delay: float | None = None
+    angle: float | None = None
+    gap: float | None = None
     negated: bool = False
     link: str = "then"
+    sequel: bool = False
+    first: tuple[str, ...] = ()
+    last: tuple[str, ...] = ()
     leads: bool = False
     begins: tuple[tuple[Relation, Place], ...] = ()
     share: tuple[float, float] | None = None

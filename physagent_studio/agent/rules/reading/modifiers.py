@@ -9,6 +9,15 @@ from typing import Literal
 from physagent_studio.agent.rules.reading import vocabulary as v
 from physagent_studio.agent.rules.reading.clauses import RawClause
 from physagent_studio.agent.rules.reading.frames import Place, Relation, Way
+from physagent_studio.agent.rules.reading.measures import (
+    ANGLES,
+    LENGTHS,
+    SPEEDS,
+    TIMES,
+    UNITS,
+    amount_of,
+    in_units,
+)
 from physagent_studio.agent.rules.reading.names import GROUPS, is_group, resolve_objects
 from physagent_studio.agent.rules.reading.phrases import NounPhrase
 from physagent_studio.agent.rules.reading.places import resolve_place
@@ -50,6 +59,10 @@ class Details:
     cause: str = ""
     only: bool = False
     begins: tuple[tuple[Relation, Place], ...] = ()
+    speed: float | None = None
+    delay: float | None = None
+    angle: float | None = None
+    gap: float | None = None
     share: tuple[float, float] | None = None
     timing: Literal["", "in_turn", "together"] = ""
     by: tuple[str, ...] = ()
@@ -141,12 +154,16 @@ def _adverb(word: str, details: Details, talk: Discourse) -> None:
         details.count = v.COUNTS[word]
     elif word in v.POSTURES:
         details.posture = v.POSTURES[word]
+    elif word in ("where_it_started", "stepwise"):
+        details.unknown[_WRITTEN[word]] = None
     elif word in _ENDS:
         details.posture = _ENDS[word]
     elif not _is_known(word):
         details.unknown[word] = None
 
 
+_WRITTEN = {"where_it_started": "where it started", "stepwise": "step by step"}
+"""How words that were joined, and that nothing tests, were written."""
 _ENDS = {"motionless": "still", "sidelong": "side", "inverted": "inverted", "airborne": "airborne"}
 
 
@@ -163,22 +180,17 @@ SIDED = ("behind", "in_front", "left_of", "right_of")
 """Relations that say on which side of a thing something is."""
 PLURAL = (*SIDED, "between", "over", "past", "through", "under", "before")
 """Relations to several things that are relations to each of them: "past the pins"."""
-UNITS = {
-    "cm": 0.01, "centimeter": 0.01, "centimetre": 0.01, "m": 1.0, "meter": 1.0, "metre": 1.0,
-    "mm": 0.001, "millimeter": 0.001, "inch": 0.0254, "foot": 0.305, "feet": 0.305,
-}  # fmt: skip
 
 
 def _measure(phrase: NounPhrase, details: Details) -> None:
-    """ "Slides 20 cm to the left": a length with its unit."""
+    """ "Slides 20 cm to the left", "at 2 m/s", "by 90 degrees": a number with its unit."""
     if phrase.head == "time" and phrase.number:
         details.count = phrase.number
-    unit = UNITS.get(phrase.head)
-    if unit is None:
+    if phrase.head not in UNITS:
         return
-    number = 1 if phrase.number is None and phrase.determiner in ("a", "an") else phrase.number
-    if number is not None:
-        details.distance = number * unit
+    details.distance = in_units(phrase, LENGTHS) or details.distance
+    details.speed = in_units(phrase, SPEEDS) or details.speed
+    details.angle = in_units(phrase, ANGLES) or details.angle
     for adjective in phrase.adjectives:
         if adjective in v.DIRECTIONS and details.direction is None:
             details.direction = v.DIRECTIONS[adjective]  # type: ignore[assignment]
@@ -237,8 +249,14 @@ def _preposition(
     if phrase.head in ("time", "times") and phrase.number:
         details.count = phrase.number
         return
+    if _quantity(preposition, phrase, details):
+        return
     if preposition == "like":
         # A comparison says nothing that could be measured.
+        return
+    if preposition == "as_much_as":
+        whose = resolve_objects(phrase, stock, talk)
+        details.unknown["as … as " + " ".join(whose.names if whose else phrase.nouns)] = None
         return
     if preposition == "except":
         return
@@ -262,6 +280,9 @@ def _preposition(
     if _by_or_way(preposition, phrase, details):
         return
     if resolved is not None:
+        if preposition == "by" and _goes_by(clause):
+            _place("past", phrase, details, stock, talk)
+            return
         if preposition == "by" and len(clause.objects) == 0:
             details.by = resolved.names
             talk.mention(resolved.names)
@@ -270,7 +291,31 @@ def _preposition(
             details.struck = resolved.names
         if phrase.head not in GROUPS:
             talk.mention(resolved.names)
+    if preposition == "by" and _goes_by(clause):
+        preposition = "past"
     _place(preposition, phrase, details, stock, talk)
+
+
+def _goes_by(clause: RawClause) -> bool:
+    """ "Rolls by the hole": past it, and not done by it."""
+    verb = clause.verb
+    entry = v.VERBS.get(verb.verb) if verb is not None else None
+    plain = verb is not None and not verb.passive and verb.form != "pp"
+    return plain and entry is not None and entry.kind == "move"
+
+
+def _quantity(preposition: str, phrase: NounPhrase, details: Details) -> bool:
+    """ "At 2 m/s", "by 20 cm", "after 1 second", "for 2 seconds": whether that is one."""
+    if phrase.head not in UNITS or amount_of(phrase) is None:
+        return False
+    seconds = in_units(phrase, TIMES)
+    if seconds is None:
+        _measure(phrase, details)
+    elif preposition in ("after", "in"):
+        details.delay = seconds
+    else:
+        details.unknown[f"{preposition} {seconds:g} s"] = None
+    return True
 
 
 def _by_or_way(preposition: str, phrase: NounPhrase, details: Details) -> bool:

@@ -9,6 +9,7 @@ from physagent_studio.agent.rules.reading import vocabulary as v
 from physagent_studio.agent.rules.reading.phrases import ADVERBIAL, NounPhrase
 from physagent_studio.agent.rules.reading.tokens import (
     Token,
+    is_number,
     is_participle,
     singular,
     verb_base,
@@ -74,7 +75,7 @@ class NounPhrases:
             only, bound = False, bound or "exactly"
         phrase = NounPhrase(
             head, tuple(nouns), adjectives, tuple(groups), determiner, only,
-            bound if number is not None else "", number, False,
+            bound if number is not None else "", number, _amount(words), False,
             bool(nouns) and singular(nouns[-1]) != nouns[-1], of, i, j,
         )  # fmt: skip
         return phrase, j
@@ -178,7 +179,7 @@ class NounPhrases:
             if word in v.FORCE_NOUNS or (word in v.PARTS and not self._qualifies(j + 1)):
                 return "noun" if started else "end"
             bare = started or self._qualifies(j + 1) or word in v.NUMBERS or word in v.OTHERS
-            bare = bare or word.isdecimal()
+            bare = bare or is_number(word)
             return "adjective" if bare else "end"
         return "noun" if word in v.PARTS and word not in v.DIRECTIONS else "end"
 
@@ -219,8 +220,13 @@ def is_adjective(word: str) -> bool:
         or word in v.PLAIN_ADJECTIVES
         or (word in v.MANNERS and not word.endswith("ly"))
         or word in ("sideways", "lateral", "horizontal", "vertical", "sideway")
-        or word.isdecimal()
+        or is_number(word)
     )
+
+
+def _amount(words: Sequence[str]) -> float | None:
+    numbers = [word for word in words if is_number(word)]
+    return float(v.NUMBERS.get(numbers[0], numbers[0])) if numbers else None
 
 
 def _figure(words: Sequence[str]) -> int | None:

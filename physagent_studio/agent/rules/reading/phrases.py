@@ -21,7 +21,8 @@ class NounPhrase:
     """head: singular noun, or the pronoun. words: its nouns and adjectives as written.
 
     alternatives: coordinated adjectives ("the top and middle …"). of: what follows "of".
-    bound: the limit that the number is ("at least two"), a word of `BOUNDS`.
+    bound: the limit that the number is ("at least two"), a word of `BOUNDS`. amount: the number
+    that it begins with, be it a count or not.
     """
 
     head: str
@@ -32,6 +33,7 @@ class NounPhrase:
     only: bool = False
     bound: str = ""
     number: int | None = None
+    amount: float | None = None
     pronoun: bool = False
     plural: bool = False
     of: NounPhrase | None = None
@@ -69,6 +71,51 @@ FIXED: tuple[tuple[tuple[str, ...], str], ...] = tuple(
         ("left of", "leftof"),
         ("right of", "rightof"),
         ("next to", "near"),
+        ("out from under", "off"),
+        ("from under", "off"),
+        ("make it to", "reach"),
+        ("makes it to", "reaches"),
+        ("made it to", "reached"),
+        ("making it to", "reaching"),
+        ("make it as far as", "reach"),
+        ("gets to the", "reaches the"),
+        ("get to the", "reach the"),
+        ("getting to the", "reaching the"),
+        ("gets up", "rises"),
+        ("fails to", "does not"),
+        ("fail to", "do not"),
+        ("refuses to", "does not"),
+        ("is unable to", "does not"),
+        ("is not able to", "does not"),
+        ("on its back", "supine"),
+        ("onto its back", "supine"),
+        ("on its face", "prone"),
+        ("onto its face", "prone"),
+        ("flat on its face", "prone"),
+        ("face down", "prone"),
+        ("face first", "prone"),
+        ("meters per second", "m/s"),
+        ("metres per second", "m/s"),
+        ("meter per second", "m/s"),
+        ("metre per second", "m/s"),
+        ("meters a second", "m/s"),
+        ("metres a second", "m/s"),
+        ("kilometers per hour", "km/h"),
+        ("kilometres per hour", "km/h"),
+        ("miles per hour", "mph"),
+        ("back the way it came", "back"),
+        ("back the way they came", "back"),
+        ("back where it came from", "back"),
+        ("where it started", "where_it_started"),
+        ("where it began", "where_it_started"),
+        ("where it came from", "where_it_started"),
+        ("where they started", "where_it_started"),
+        ("its starting point", "where_it_started"),
+        ("its starting position", "where_it_started"),
+        ("its original position", "where_it_started"),
+        ("its original place", "where_it_started"),
+        ("one step after another", "stepwise"),
+        ("step by step", "stepwise"),
         ("close to", "near"),
         ("because of", "because_of"),
         ("due to", "because_of"),
@@ -274,8 +321,9 @@ FIXED: tuple[tuple[tuple[str, ...], str], ...] = tuple(
 )
 ADVERBIAL = words_of(
     "motionless airborne sidelong inverted halfway midway alltheway partway mostway thirdway "
-    "successively simultaneously alone nearly almost toward_camera from_camera from_left "
-    "from_right from_front from_side from_behind from_above from_below"
+    "successively simultaneously stepwise alone nearly almost supine prone where_it_started "
+    "toward_camera from_camera from_left from_right from_front from_side from_behind "
+    "from_above from_below"
 )
 
 

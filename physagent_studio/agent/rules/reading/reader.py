@@ -191,6 +191,10 @@ class _Reader(Meanings):
             path=details.path,
             count=details.count,
             distance=details.distance,
+            speed=details.speed,
+            delay=details.delay,
+            angle=details.angle,
+            sequel=clause.sequel,
             negated=self._negated(clause),
             link=self._link(clause),
             leads=self._leads(clause),
@@ -237,8 +241,9 @@ class _Reader(Meanings):
     # --- wording ---------------------------------------------------------------------------------
 
     def _text(self, start: int, end: int) -> str:
-        first, last = self.chunks[start].start, self.chunks[end - 1].end - 1
-        text = self.prompt[self.tokens[first].start : self.tokens[last].end]
+        first, last = self.chunks[start].start, self.chunks[end - 1].end
+        said = self.tokens[first:last]
+        text = self.prompt[min(t.start for t in said) : max(t.end for t in said)]
         return text.strip(" ,.;:!?\n\t")
 
     def _add_clause(self, text: str) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from physagent_studio.agent.rules.reading import vocabulary as v
+from physagent_studio.agent.rules.reading.idioms import in_plain_words
 from physagent_studio.agent.rules.reading.tokens import Token, singular, verb_base
 
 LABEL = 6
@@ -17,7 +18,8 @@ def rewritten(tokens: Sequence[Token], nouns: frozenset[str]) -> tuple[Token, ..
 
     nouns: the words of the case's names, which are no verbs.
     """
-    return _denials(_excepted(_unlabelled(tuple(tokens), nouns), nouns), nouns)
+    plain = in_plain_words(_unlabelled(tuple(tokens), nouns), nouns)
+    return _denials(_excepted(plain, nouns), nouns)
 
 
 def _is_verb(word: str, nouns: frozenset[str]) -> bool:
@@ -65,6 +67,10 @@ def _denials(tokens: tuple[Token, ...], nouns: frozenset[str]) -> tuple[Token, .
         following = tokens[index + 1].text if index + 1 < len(tokens) else ""
         if token.text == "neither" and _is_verb(following, nouns):
             found.append(replace(token, text="not"))
+        elif token.text == "neither" and found and found[-1].text in ("by", "with", "into"):
+            # "Is hit by neither of the balls": it is not hit by them.
+            found[-1:] = [replace(found[-1], text="not"), found[-1]]
+            index += following == "of"
         elif token.text == "nor" and following in v.AUXILIARIES:
             verb = _next_verb(tokens, index + 2, nouns)
             if verb is None:

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 from physagent_studio.agent.rules.reading import vocabulary as v
 
-_WORD = re.compile(r"[A-Za-z]+(?:'[a-z]+)?|\d+(?:\.\d+)?|[.,;:!?()]|[^\sA-Za-z\d]")
+_WORD = re.compile(
+    r"(?:k|c)?m/(?:s|h)\b|[A-Za-z]+(?:'[a-z]+)?|\d+(?:\.\d+)?|[.,;:!?()]|[^\sA-Za-z\d]"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +28,7 @@ def tokenise(prompt: str) -> tuple[Token, ...]:
         text = match.group().lower().replace("’", "'")
         if text in "-–—_/":
             continue
+        text = "degrees" if text == "°" else text
         if text.endswith("n't") and len(text) > 3:
             cut = match.end() - 3
             stem = "can" if text == "can't" else text[:-3]
@@ -94,6 +97,11 @@ _PLURALS = {"shelves": "shelf", "knives": "knife", "men": "man", "dice": "die", 
 def is_plural(word: str) -> bool:
     """Whether a noun is in its plural form."""
     return singular(word) != word
+
+
+def is_number(word: str) -> bool:
+    """Whether the word is a number in figures or letters."""
+    return word.replace(".", "", 1).isdecimal() or word in v.NUMBERS
 
 
 def is_participle(word: str) -> bool:

@@ -37,7 +37,7 @@ VERBS: dict[str, Verb] = {
     **_verbs(
         "move",
         {
-            "fall": "fall plummet plunge tumble drop plop nosedive cascade",
+            "fall": "fall plummet plunge tumble drop plop plunk nosedive cascade dive",
             "descend": "descend sink",
             "float": "float drift_down waft",
             "roll": "roll trundle trickle",
@@ -45,45 +45,49 @@ VERBS: dict[str, Verb] = {
             "slip": "slip",
             "move": "move go travel advance proceed drive run continue come head race speed ride "
             "creep shift progress coast hurtle zip zoom dash barrel career careen scoot rush inch "
-            "dart whizz whoosh ease wander",
+            "dart whizz whoosh ease wander budge scuttle skitter crawl cruise stagger stumble "
+            "lurch jolt jerk meander steer chug plod trek",
             "drift": "drift",
-            "fly": "fly soar sail",
-            "jump": "jump hop leap",
+            "fly": "fly soar sail swoop",
+            "jump": "jump hop leap vault pounce",
             "rise": "rise ascend climb lift levitate hoist pick",
             "topple": "topple tip overturn capsize keel flop",
             "lean": "lean tilt",
-            "flip": "flip somersault overturn_flip tumble_over",
+            "flip": "flip somersault cartwheel overturn_flip tumble_over",
             "spin": "spin rotate revolve twirl whirl pirouette",
             "turn": "turn pivot swivel",
             "curve": "curve bend_path arc veer swerve hook curl",
-            "bounce": "bounce rebound ricochet",
-            "stop": "stop halt brake",
+            "bounce": "bounce rebound ricochet recoil",
+            "stop": "stop halt brake freeze",
             "settle": "settle",
             "sway": "sway swing wave flutter flap oscillate wobble rock billow ripple shake "
-            "tremble quiver teeter totter rustle jiggle vibrate bob",
+            "tremble quiver teeter totter rustle jiggle vibrate bob rattle shudder jitter wriggle "
+            "flail",
             "bend": "bend bow flex sag droop",
             "collapse": "collapse crumble disintegrate cave implode",
             "break": "break shatter crack snap fracture burst splinter split smash pop explode "
             "tear rip",
+            "cut": "cut snip sever",
             "spread": "spread flow scatter spill pour",
-            "deform": "deform squash compress squeeze dent crumple buckle flatten squish",
+            "deform": "deform squash compress squeeze dent crumple buckle flatten squish mash "
+            "smush",
             "slow": "slow decelerate",
             "accelerate": "accelerate",
             "separate": "separate detach disconnect",
-            "circle": "circle orbit",
             "reverse": "reverse return",
         },
     ),
     **_verbs(
         "act",
         {
-            "push": "push shove nudge press poke prod propel bump_away force flick carry bring "
-            "sweep",
+            "push": "push shove putt nudge press poke prod propel bump_away force flick carry "
+            "bring sweep",
             "pull": "pull drag tug tow yank remove withdraw",
             "kick": "kick boot punt",
-            "throw": "throw toss hurl fling lob pitch launch shoot",
+            "throw": "throw toss hurl fling lob pitch launch shoot yeet chuck heave catapult sling",
             "hit": "hit strike bump collide crash smack slam ram clip tap contact touch impact "
-            "graze meet whack thump bash plough plow",
+            "graze meet whack thump wallop swat sideswipe scrape nick punch slap jostle bash "
+            "plough plow",
             "knock": "knock bowl_over",
             "crush": "crush trample",
             "blow": "blow buffet",
@@ -102,7 +106,8 @@ VERBS: dict[str, Verb] = {
             "land": "land alight touchdown",
             "approach": "approach",
             "leave": "leave exit depart",
-            "miss": "miss avoid",
+            "miss": "miss avoid dodge",
+            "circle": "circle orbit encircle",
             "lose": "lose",
         },
     ),
@@ -134,7 +139,8 @@ IRREGULAR: dict[str, str] = {
     "caught": "catch", "drove": "drive", "driven": "drive", "sank": "sink", "sunk": "sink",
     "leapt": "leap", "crept": "creep", "got": "get", "gotten": "get", "gave": "give",
     "given": "give", "took": "take", "taken": "take", "met": "meet", "ran": "run",
-    "sat": "sit", "split": "split", "shot": "shoot", "rode": "ride", "overturned": "overturn",
+    "sat": "sit", "dove": "dive", "froze": "freeze", "frozen": "freeze", "slung": "sling",
+    "cut": "cut", "split": "split", "shot": "shoot", "rode": "ride", "overturned": "overturn",
     "hit": "hit", "set": "set", "let": "let", "burst": "burst", "flung": "fling",
     "sprang": "jump", "put": "put", "held": "hold",
 }  # fmt: skip
@@ -142,7 +148,8 @@ IRREGULAR: dict[str, str] = {
 
 PARTICIPLES = words_of(
     "fallen thrown flown hung swung blown struck broken spun lost bent shaken sent made laid "
-    "kept caught driven sunk given taken met hit set split shot flung hung slid held put"
+    "frozen slung cut kept caught driven sunk given taken met hit set split shot flung hung "
+    "slid held put"
 )
 
 COMBINED: dict[tuple[str, str], str] = {
@@ -169,6 +176,7 @@ COMBINED: dict[tuple[str, str], str] = {
     ("keel", "over"): "topple", ("blow", "down"): "knock_over", ("tumble", "down"): "fall",
     ("pop", "out"): "move", ("pop", "off"): "move", ("pop", "up"): "rise",
     ("knock", "flat"): "knock_over", ("crash", "down"): "fall",
+    ("run", "over"): "crush", ("give", "in"): "collapse", ("slump", "over"): "topple",
     ("flop", "over"): "topple", ("curl", "around"): "curve",
 }  # fmt: skip
 """A verb with a particle or direction after it, where that makes another sense."""

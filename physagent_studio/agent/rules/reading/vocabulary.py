@@ -23,7 +23,13 @@ CAUSES: dict[str, str] = {
     "gravity": "gravity", "drag": "friction", "person": "person", "hand": "person",
     "someone": "person", "player": "person", "finger": "person", "foot": "person",
     "child": "person", "kicker": "person", "weight": "gravity", "inertia": "inertia",
-    "momentum": "inertia", "puff": "wind", "impact": "impact", "collision": "impact", "fan": "wind",
+    "momentum": "inertia", **dict.fromkeys(
+        words_of(
+            "somebody anybody people cat dog kid boy girl baby toddler puppy kitten guy lady man "
+            "woman pet bird robot"
+        ),
+        "person",
+    ), "puff": "wind", "impact": "impact", "collision": "impact", "fan": "wind",
 }  # fmt: skip
 
 DIRECTIONS: dict[str, str] = {
@@ -80,7 +86,8 @@ POSTURES: dict[str, str] = {
     "upright": "upright", "standing": "upright", "stable": "still", "still": "still",
     "untouched": "still", "unmoved": "still", "motionless": "still", "stationary": "still",
     "undisturbed": "still", "intact": "still", "unaffected": "still", "fixed": "still",
-    "put": "still", "flat": "flat", "steady": "still", "balanced": "upright",
+    "put": "still", "supine": "supine", "prone": "prone",
+    "flat": "flat", "steady": "still", "balanced": "upright",
     "vertical": "upright", "behind": "still",
 }  # fmt: skip
 
@@ -89,9 +96,12 @@ COLOURS = words_of(
     "golden beige cyan magenta turquoise transparent clear striped dark bright pale"
 )
 SIZES = {
-    **dict.fromkeys(words_of("small tiny little smaller smallest mini short"), "small"),
     **dict.fromkeys(
-        words_of("large big huge tall giant bigger biggest larger largest massive"), "large"
+        words_of("small tiny little smaller smallest littlest mini short shorter shortest"), "small"
+    ),
+    **dict.fromkeys(
+        words_of("large big huge tall giant bigger biggest larger largest massive taller tallest"),
+        "large",
     ),
 }
 POSITIONS: dict[str, str] = {
@@ -147,7 +157,7 @@ PREPOSITIONS = words_of(
     "on onto upon in into inside within to toward towards from off of over under underneath "
     "beneath below above across along through past against with without by at near beside "
     "behind before after around between among beyond down up outside until via for alongside "
-    "about throughout during like starting_with except infront leftof rightof atop"
+    "about throughout during like starting_with except infront leftof rightof atop as_much_as"
 )
 CONJUNCTIONS = words_of("and or but then nor")
 SUBORDINATORS = words_of(
@@ -172,10 +182,12 @@ GROUND_WORDS = words_of(
     "floor ground grass field lawn pitch lane road street pavement rink ice sand beach court "
     "carpet turf snow asphalt sheet track soil dirt"
 )
-TABLE_WORDS = words_of("table tabletop desk counter countertop bench worktop surface")
+TABLE_WORDS = words_of(
+    "table tabletop desk counter countertop bench worktop surface workbench sideboard nightstand"
+)
 SUPPORT_CLASSES: tuple[frozenset[str], ...] = (
     TABLE_WORDS,
-    words_of("ramp slope incline wedge slide chute"),
+    words_of("ramp slope incline wedge slide chute hill hillside"),
     frozenset(["belt", "conveyor"]),
     frozenset(["shelf", "ledge", "rack"]),
     frozenset(["step", "stair", "stairs"]),
@@ -219,7 +231,22 @@ SYNONYMS: tuple[frozenset[str], ...] = tuple(
     frozenset(row.split())
     for row in (
         "ball football sphere",
-        "car vehicle automobile truck",
+        "car vehicle automobile truck lorry",
+        "sled sledge sleigh toboggan",
+        "tyre tire",
+        "sofa couch settee",
+        "cushion pillow",
+        "plate dish saucer",
+        "jelly jello gelatin pudding",
+        "phone smartphone cellphone",
+        "water sea ocean lake pond pool",
+        "parasol umbrella",
+        "cookie biscuit",
+        "rug mat",
+        "spanner wrench",
+        "flag banner",
+        "spade shovel",
+        "trolley cart",
         "stone rock boulder pebble",
         "can tin",
         "bin trashcan dustbin trash garbage wastebasket",

@@ -39,7 +39,10 @@ def push(c: Context) -> list[Spec]:
 
 def _pushed_away(c: Context) -> list[Spec]:
     ways = c.ways()
-    distance = c.length(0.7, 0.05, 0.15)
+    softly = bool(c.frame.manner & {"gentle", "slight"})
+    distance = c.length(0.1, 0.01, 0.05) if softly else c.length(0.7, 0.05, 0.15)
+    if c.frame.distance is not None:
+        distance = round(0.8 * c.frame.distance, 4)
     if ways:
         return [any_of(*(spec("moves", c.subject, distance=distance, direction=w) for w in ways))]
     return [spec("moves", c.subject, distance=distance)]

@@ -98,7 +98,7 @@ def land(c: Context) -> list[Spec]:
         found.append(spec("lands_in", c.subject, landmark=place_name(place)))
     elif c.frame.posture or (c.frame.place("atop") is not None and is_last(c)):
         found.append(spec("reaches", c.subject, other=place.name))
-    elif place.kind == "object" and _is_inside(c, place):
+    elif place.kind in ("object", "support") and _is_inside(c, place):
         found.append(spec("lands_in", c.subject, landmark=place.name))
     else:
         found.append(spec("contacts", c.subject, other=place.name))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from physagent_studio.agent.rules.reading import Place
 from physagent_studio.agent.rules.senses.common import is_ground
+from physagent_studio.agent.rules.senses.extents import extents
 from physagent_studio.agent.rules.specs import START, Context, Spec, place_name, spec
 
 SIDES = {
@@ -17,7 +18,7 @@ _ENDING = ("fall", "land", "stop", "settle", "rest", "be", "end", "stay", "reach
 
 def beside(c: Context) -> list[Spec]:
     """The demands that do not depend on the sense of the verb."""
-    return [*_beginning(c), *_sides(c), *_share(c), *_through(c)]
+    return [*_beginning(c), *_sides(c), *_share(c), *_through(c), *extents(c)]
 
 
 def _beginning(c: Context) -> list[Spec]:

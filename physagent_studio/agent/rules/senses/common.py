@@ -14,7 +14,7 @@ SIDE_TILT = 60.0
 
 def travel(c: Context) -> list[Spec]:
     """That it moves, along the way that is said, towards what is named."""
-    distance = c.length(0.5, 0.02, 0.2) if c.frame.distance is None else 0.8 * c.frame.distance
+    distance = _least_way(c)
     ways = [w for w in c.ways() if w != "down" or c.layout.is_raised(c.subject)]
     found = (
         [any_of(*(spec("moves", c.subject, distance=distance, direction=w) for w in ways))]
@@ -29,6 +29,12 @@ def travel(c: Context) -> list[Spec]:
         nearer = spec("moves", c.subject, distance=distance, toward=place_name(gone))
         found += [spec("moves", c.subject, distance=distance), nearer.opposite()]
     return found or [spec("moves", c.subject, distance=distance)]
+
+
+def _least_way(c: Context) -> float:
+    if c.frame.distance is not None:
+        return round(0.8 * c.frame.distance, 4)
+    return c.length(0.1, 0.01, 0.05) if "slight" in c.frame.manner else c.length(0.5, 0.02, 0.2)
 
 
 def manner(c: Context) -> list[Spec]:
@@ -194,7 +200,7 @@ def _onto(c: Context, relation: str, place: Place) -> list[Spec]:
         return _in_stack(c) if relation == "in" else []
     if relation == "atop":
         return [spec("reaches" if is_last(c) else "contacts", c.subject, other=name)]
-    if relation in ("in", "into") and place.kind == "object" and is_container(name):
+    if relation in ("in", "into") and place.kind in ("object", "support") and is_container(name):
         drops = c.frame.sense in ("fall", "land", "throw", "kick", "jump", "fly", "bounce")
         if drops and is_last(c):
             return [spec("lands_in", c.subject, landmark=name)]

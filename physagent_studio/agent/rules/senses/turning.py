@@ -66,20 +66,29 @@ def flip(c: Context) -> list[Spec]:
 
 def spin(c: Context) -> list[Spec]:
     """Turns about itself."""
-    angle = 180.0 if c.frame.count is None else 360.0 * c.frame.count - 60.0
-    return [spec("rotates", c.subject, angle=angle), *along(c)]
+    return [spec("rotates", c.subject, angle=_least_turn(c, 180.0)), *along(c)]
+
+
+def _least_turn(c: Context, plain: float) -> float:
+    """How far it turns at least, degrees: as is said, by itself or so often; else `plain`."""
+    if c.frame.angle is not None:
+        return round(0.8 * c.frame.angle, 1)
+    if c.frame.count is not None:
+        return 360.0 * c.frame.count - 60.0
+    return 5.0 if "slight" in c.frame.manner else plain
 
 
 def turn(c: Context) -> list[Spec]:
     """Turns, without saying how."""
-    return [spec("rotates", c.subject, angle=30.0), *posture(c)]
+    return [spec("rotates", c.subject, angle=_least_turn(c, 30.0)), *posture(c)]
 
 
 def turn_around(c: Context) -> list[Spec]:
     """Faces another way than before."""
     if c.layout.is_ball(c.subject):
         return reverse(c)
-    return [spec("rotates", c.subject, angle=90.0, axis=(0.0, 0.0, 1.0))]
+    angle = _least_turn(c, 90.0)
+    return [spec("rotates", c.subject, angle=angle, axis=(0.0, 0.0, 1.0))]
 
 
 def reverse(c: Context) -> list[Spec]:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from physagent_studio.agent.by_hand import turn_of
-from physagent_studio.agent.memory import memory_of
+from physagent_studio.agent.memory import changed_among, memory_of
 from physagent_studio.agent.reviewer import POLICIES
 from physagent_studio.agent.roles import Generator, Planner, Situation, Trial, Verifier
 from physagent_studio.errors import Cancelled, ProgramError, StudioError
@@ -30,6 +30,9 @@ from physagent_studio.records import (
     Scene,
     SceneEvidence,
 )
+
+REFUSALS = 5
+"""Proposals of one round that a policy turns down before it stops asking for more."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -188,6 +191,9 @@ def _propose(state: LoopState, crew: Crew, bench: Bench) -> LoopState:
         preview = _without_run(current.program, proposal)
     else:
         preview = preview_of(current.program, proposal, trial, bench)
+    if preview.program is not None:
+        touched = changed_among(state.pinned, current.program, preview.program)
+        proposal = proposal.model_copy(update={"touches_pinned": touched})
     used = proposal.simulations + (1 if preview.rollout else 0)
     proposed = current.model_copy(
         update={
@@ -277,7 +283,12 @@ def _review(state: LoopState) -> LoopState:
     assert current.proposal is not None
     assert current.preview is not None
     decision = POLICIES[state.policy].decide(current.proposal, current.preview)
-    return state if decision is None else decide(state, decision)
+    if decision is None:
+        return state
+    refused = sum(said.author == decision.author for _, said in current.rejected)
+    if decision.kind == "reject" and refused >= REFUSALS:
+        decision = decision.model_copy(update={"kind": "stop"})
+    return decide(state, decision)
 
 
 def decide(state: LoopState, decision: Decision) -> LoopState:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterable
 
-from physagent_studio.program import SetField
+from physagent_studio.errors import EditError
+from physagent_studio.program import PhysicalProgram, SetField, value_at
 from physagent_studio.records import (
     Decision,
     Lesson,
@@ -117,6 +119,23 @@ def set_by_hand(path: tuple[Round, ...]) -> tuple[str, ...]:
 def _margins(item: Round) -> dict[str, float]:
     checks = item.assessment.checks if item.assessment else ()
     return {check.id: check.margin for check in checks}
+
+
+def changed_among(
+    paths: Iterable[str], before: PhysicalProgram, after: PhysicalProgram
+) -> tuple[str, ...]:
+    """Those of the paths whose value differs between two programs, or can no longer be found."""
+    return tuple(path for path in paths if _found(before, path) != _found(after, path))
+
+
+def _found(program: PhysicalProgram, path: str) -> object:
+    try:
+        return value_at(program, path)
+    except EditError:
+        return _NOWHERE
+
+
+_NOWHERE = object()
 
 
 def verified_paths(path: tuple[Round, ...]) -> tuple[str, ...]:

@@ -22,9 +22,12 @@ class Auto:
     author: str = "policy:auto"
 
     def decide(self, proposal: Proposal, preview: Preview) -> Decision | None:
-        """Accepts, rejects with the preview's problem as reason, or stops."""
+        """Accepts; rejects what cannot run or touches a pinned fact; stops where it is stuck."""
         if not proposal.hunks:
             return Decision(kind="stop", author=self.author, at=_now(), reason=proposal.rationale)
+        if proposal.touches_pinned:
+            pinned = f"{', '.join(proposal.touches_pinned)} is pinned by a person"
+            return Decision(kind="reject", author=self.author, at=_now(), reason=pinned)
         if preview.problem:
             return Decision(kind="reject", author=self.author, at=_now(), reason=preview.problem)
         return Decision(
@@ -53,12 +56,13 @@ class AskWhen:
     low_confidence: float = LOW_CONFIDENCE
 
     def decide(self, proposal: Proposal, preview: Preview) -> Decision | None:
-        """None when unsure, stuck, at odds with the facts, touching a verified one or tripped."""
+        """None when unsure, stuck, tripped, at odds with the facts, or touching a kept one."""
         tripped = any(check.always_on and not check.ok for check in preview.checks)
         if (
             not proposal.hunks
             or proposal.confidence < self.low_confidence
             or proposal.touches_verified
+            or proposal.touches_pinned
             or proposal.contradiction
             or tripped
         ):

@@ -94,6 +94,7 @@ class Proposal(Frozen):
     """The planner's structured edits. `simulations`: candidate runs that its search cost.
 
     contradiction: of the assessment that it answers, for whoever decides.
+    touches_pinned: paths that a person has pinned and that it would change all the same.
     """
 
     id: str
@@ -106,6 +107,7 @@ class Proposal(Frozen):
     question: str = ""
     author: str = "rules"
     contradiction: str = ""
+    touches_pinned: tuple[str, ...] = ()
 
     @property
     def edits(self) -> tuple[Edit, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from physagent_studio.agent.loop import Bench, Crew, advance, decide
+from physagent_studio.agent.reviewer import POLICIES
 from physagent_studio.agent.roles import Situation
 from physagent_studio.errors import EditError
 from physagent_studio.program import PhysicalProgram, SceneObject, SceneState, SetField
@@ -21,6 +22,7 @@ from physagent_studio.records import (
     Evidence,
     Hunk,
     LoopState,
+    Preview,
     Proposal,
     Rollout,
     Scene,
@@ -232,3 +234,43 @@ def test_a_decision_names_the_evidence_it_was_made_from() -> None:
         assert item.decision is not None
         assert item.decision.evidence == item.evidence
     assert len({item.evidence for item in decided}) == len(decided)
+
+
+def test_a_planner_that_insists_on_a_pinned_fact_is_stopped() -> None:
+    pinned = ("scene.objects.ball.density",)
+    final = run(Script(), LoopState(policy="auto", pinned=pinned))[-1]
+    assert (final.phase, final.outcome, len(final.rounds)) == ("done", "stopped", 1)
+    assert {said.reason for _, said in final.rounds[0].rejected} == {
+        "scene.objects.ball.density is pinned by a person"
+    }
+    asked = run(Script(), LoopState(policy="ask_when", pinned=pinned))[-1]
+    assert asked.phase == "decide"
+    assert asked.rounds[0].proposal is not None
+    assert asked.rounds[0].proposal.touches_pinned == pinned
+
+
+@pytest.mark.parametrize(
+    ("odd", "tripped"),
+    [
+        ({}, False),
+        ({"confidence": 0.2}, False),
+        ({"touches_verified": True}, False),
+        ({"touches_pinned": ("scene.camera",)}, False),
+        ({"contradiction": "the model saw a hit, nothing touched"}, False),
+        ({"hunks": ()}, False),
+        ({}, True),
+    ],
+)
+def test_ask_when_asks_where_a_persons_judgement_is_worth_most(
+    odd: dict[str, object], tripped: bool
+) -> None:
+    edit = SetField(path="scene.objects.ball.density", value=1.0)
+    hunk = Hunk(id="h1", summary="heavier", edits=(edit,))
+    plain = Proposal(id="p", hunks=(hunk,), rationale="", factor="density", confidence=0.9)
+    physics = Check(
+        id="energy", text="", ok=not tripped, measured=0, threshold=0, unit="J", margin=-1.0,
+        always_on=True,
+    )  # fmt: skip
+    preview = Preview(program=program_with(1), checks=(physics,))
+    decided = POLICIES["ask_when"].decide(plain.model_copy(update=odd), preview)
+    assert (decided is None) == (bool(odd) or tripped)

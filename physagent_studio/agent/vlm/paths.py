@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from typing import Any
 
 from physagent_studio.agent.vlm.facts import rounded
-from physagent_studio.errors import EditError
 from physagent_studio.program import (
     AddItem,
     Edit,
@@ -107,18 +106,6 @@ def allowed(edit: Edit, program: PhysicalProgram, stage: Stage) -> bool:
         or (edit.path == start and not start.startswith("event.actions."))
         for start in editable(program, stage)
     )
-
-
-def changed(before: PhysicalProgram, after: PhysicalProgram, path: str) -> bool:
-    """Whether the value at a path differs, or can no longer be found."""
-    try:
-        old = value_at(before, path)
-    except EditError:
-        return False
-    try:
-        return value_at(after, path) != old
-    except EditError:
-        return True
 
 
 def entailed(program: PhysicalProgram, edits: tuple[Edit, ...]) -> tuple[Edit, ...]:

@@ -6,6 +6,7 @@ import hashlib
 import json
 from dataclasses import dataclass
 
+from physagent_studio.agent.memory import changed_among
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.vlm import facts, paths, reference
 from physagent_studio.agent.vlm.dialogue import converse
@@ -153,7 +154,7 @@ def proposal_of(plan: ScenePlan | EventPlan, situation: Situation) -> Proposal:
     hunks = tuple(_hunk(item, index, situation) for index, item in enumerate(plan.hunks))
     edits = [edit for hunk in hunks for edit in hunk.edits]
     revised = apply(program, edits)
-    touched = [path for path in memory.pinned if paths.changed(program, revised, path)]
+    touched = changed_among(memory.pinned, program, revised)
     if touched:
         raise Invalid(f"{', '.join(touched)} is pinned by a person; leave it as it is")
     if revised.hash == program.hash:

@@ -196,7 +196,7 @@ class Engine:
         numbers = range(0, rollout.frames, EVIDENCE_EVERY)
         for index, number in enumerate(numbers):
             self.control.check()
-            self.control.progress("rendering evidence", index / len(numbers))
+            self.control.progress("drawing the frames to be judged", index / len(numbers))
             frames.append(frame_of(compositor, rollout, number).rgb)
         return tuple(frames)
 

@@ -49,6 +49,7 @@ def mask_edits(
     """
     scene = program.scene
     check_grounding(case, name, grounding)
+    grounding = grounding.model_copy(update={"proposed": False})
     if scene.support(name) is not None:
         path = f"scene.supports.{name}"
         opened = [SetField(path=f"{path}.shape", value=None)]

@@ -22,7 +22,8 @@ class Photo:
         self.desk = desk
         desk.tab("Photo")
         self.name = desk.snapshot.program.scene.objects[0].name
-        desk.button(self.name.replace("_", " ")).click()
+        things = desk.page.locator(".photo-things")
+        things.get_by_role("button", name=self.name.replace("_", " ")).first.click()
         desk.until(lambda: desk.studio.view.selection.name == self.name, "the selection")
         self.before = desk.snapshot.program
         self.svg = desk.page.locator(".photo-stage > svg")
@@ -245,6 +246,7 @@ def test_a_session_from_a_photo_and_a_sentence_alone(fresh: Desk) -> None:
     page.keyboard.press("Shift+O")
     page.locator("input[type=file]").set_input_files(assets_dir() / "demo" / "input.png")
     sentence = "The red ball rolls to the right and hits the green cube."
+    expect(page.get_by_text("Say what shall happen, in a sentence.")).to_be_visible()
     page.get_by_label("Sentence").fill(sentence)
     page.get_by_role("dialog").get_by_role("button", name="Start", exact=True).click()
     fresh.until(lambda: fresh.snapshot.session_id not in (None, before), "the new session")
@@ -252,5 +254,19 @@ def test_a_session_from_a_photo_and_a_sentence_alone(fresh: Desk) -> None:
     scene = fresh.snapshot.program.scene
     assert [item.name for item in scene.objects] == ["red_ball", "green_cube"]
     assert all(item.grounding.proposed for item in scene.objects)
-    fresh.tab("Photo")
+    asked = page.get_by_role("group", name="Found by words")
+    expect(asked).to_contain_text("red ball and green cube were found by their names")
+    # A click says where it is: what was found by words is forgotten.
+    asked.get_by_role("button", name="No, let me click").click()
     expect(page.get_by_text("found by words").first).to_be_visible()
+    photo = Photo(fresh)
+    x, y = photo.middle()
+    page.mouse.click(*photo.at(x + 4, y + 4))
+    photo.thumbnails()
+    page.keyboard.press("Enter")
+    photo.changed(lambda state: not state.objects[0].grounding.proposed, "the clicked ball")
+    inside = [one for one in fresh.snapshot.program.scene.objects[0].grounding.points if one.label]
+    assert len(inside) == 1
+    expect(asked).to_contain_text("green cube was found by its name")
+    asked.get_by_role("button", name="Yes").click()
+    expect(asked).to_have_count(0)

@@ -46,6 +46,7 @@ def _check(**more: Any) -> Check:
         ),
         ({"measured": 580.0, "threshold": 90.0, "unit": "°", "ok": True}, "580°"),
         ({"measured": -0.4, "threshold": 0.03}, "−0.4 m"),
+        ({"measured": 9.9e-10, "threshold": 0.05, "unit": "m/s", "ok": True}, "0 m/s"),
     ],
 )  # fmt: skip
 def test_figures_in_words(more: dict[str, Any], words: str) -> None:

@@ -11,6 +11,7 @@ const STATEMENTS = [
 export function makeChecklist(show, focus) {
   let data = null;
   let unfolded = false;
+  const folds = () => data.proposal || data.checks.some((c) => c.seen);
   let adding = false;
 
   const toggle = () => { adding = !adding; show(); focus(); };
@@ -37,25 +38,27 @@ export function makeChecklist(show, focus) {
     const contract = data.checks.filter((c) => !c.always);
     const always = data.checks.filter((c) => c.always);
     const broken = always.filter((c) => !c.ok);
-    // While there is something to decide, what holds is folded away, so that the proposal is near.
-    const holds = contract.filter((c) => c.ok);
+    // While there is something to decide, what holds is folded away, so that the proposal is near;
+    // so is what holds in the reconstruction, which is not what the sentence speaks of.
+    const holds = contract.filter((c) => c.ok || (c.seen && c.part));
     const counted = contract.filter((c) => !c.part);
-    const fold = Boolean(data.proposal) && !unfolded && holds.length > 0;
+    const fold = Boolean(folds()) && !unfolded && holds.length > 0;
+    const what = contract.some((c) => c.seen) ? "check" : "demand";
     return h("div", { class: "section" },
       h("div", { class: "head" }, "Checklist", h("span", { class: "push num" }, `${counted.filter((c) => c.ok).length} of ${counted.length}`)),
-      h("div", { role: "list", "aria-label": "Checklist" }, (fold ? contract.filter((c) => !c.ok) : contract).map(check)),
-      data.proposal && holds.length ? h("p", { style: "padding:4px" }, h("button", { class: "link", type: "button", onclick: () => { unfolded = !unfolded; show(); } }, fold ? `${say(holds.length, "demand")} ${holds.length === 1 ? "holds" : "hold"}: show` : "Show only what fails")) : null,
+      h("div", { role: "list", "aria-label": "Checklist" }, (fold ? contract.filter((c) => !holds.includes(c)) : contract).map(check)),
+      folds() && holds.length ? h("p", { style: "padding:4px" }, h("button", { class: "link", type: "button", onclick: () => { unfolded = !unfolded; show(); } }, fold ? `${say(holds.length, what)} ${holds.length === 1 ? "holds" : "hold"}: show` : "Show only what fails")) : null,
       broken.map(check),
       fold ? null : demand(),
-      fold ? null : h("p", { class: "faint", style: "padding:4px" }, broken.length ? "" : `Physics holds: ${say(always.length, "check")} passed.`));
+      fold ? null : h("p", { class: "faint", style: "padding:4px" }, broken.length || !always.length ? "" : `Physics holds: ${say(always.length, "check")} passed.`));
   }
 
   function check(c, at, all) {
     const jump = c.frame === null ? null : h("button", { class: "link num", type: "button", title: "Show this moment", onclick: () => scrub(c.frame) }, `frame ${c.frame}`);
     const first = c.clause && (!at || all[at - 1].clause !== c.clause);
     return [first ? h("div", { class: "clause", key: `clause-${c.id}` }, `“${c.clause}”`) : null,
-      h("div", { class: c.part ? "check part" : "check", role: "listitem", key: c.id, title: c.part ? "Serves another demand and is not counted by itself" : "" },
-        h("span", { class: `dot ${c.ok ? "ok" : "bad"}`, title: c.ok ? "holds" : "does not hold" }, c.ok ? "✓" : "✕"),
+      h("div", { class: c.part ? "check part" : "check", role: "listitem", key: c.id, title: !c.part ? "" : c.seen ? "Measured, but it decides nothing by itself" : "Serves another demand and is not counted by itself" },
+        h("span", { class: `dot ${c.ok ? "ok" : c.part ? "" : "bad"}`, title: c.ok ? "holds" : "does not hold" }, c.ok ? "✓" : c.part ? "–" : "✕"),
         c.always ? h("span", { title: c.found }, c.text) : h("button", { class: "plain", type: "button", title: c.found || "Change what is demanded", onclick: () => send({ do: "select", kind: "statement", name: c.id }) }, c.text),
         c.also?.length ? h("span", { class: "fig" }, "also for ", c.also.map((one) => `“${one}”`).join(", ")) : null,
         h("span", { class: "fig num" },

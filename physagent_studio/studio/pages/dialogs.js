@@ -57,7 +57,13 @@ export function startDialogs(host) {
     show();
   }
 
-  const ready = () => photo && prompt.trim() && things.every((one) => !one.clicks.length || /^[A-Za-z0-9_][A-Za-z0-9_-]{0,63}$/.test(tidy(one.name)));
+  // What keeps it from starting, in words; "" where nothing does.
+  function lacks() {
+    const wrong = things.find((one) => one.clicks.length && !/^[A-Za-z0-9_][A-Za-z0-9_-]{0,63}$/.test(tidy(one.name)));
+    if (wrong) return `“${wrong.name}” cannot be a name: letters from a to z, digits, - and _, at most 64.`;
+    return prompt.trim() ? "" : "Say what shall happen, in a sentence.";
+  }
+  const ready = () => photo && !lacks();
   const tidy = (name) => name.trim().replace(/\s+/g, "_");
 
   // A second click comes before the dialog is gone.
@@ -90,7 +96,7 @@ export function startDialogs(host) {
         h("div", { class: "head" }, "What shall happen?"),
         h("textarea", { rows: 2, "aria-label": "Sentence", placeholder: "For example: the ball rolls to the right and hits the box", value: prompt, oninput: (e) => { prompt = e.target.value; show(); } }),
       ],
-    ], photo ? [button("Another photo", () => { photo = null; show(); }), button("Start", begin, { class: "b main", disabled: !ready() })] : null);
+    ], photo ? [h("span", { class: "muted grow", "aria-live": "polite" }, lacks()), button("Another photo", () => { photo = null; show(); }), button("Start", begin, { class: "b main", disabled: !ready() })] : null);
   }
 
   on("library", () => { if (kind === "open") show(); });

@@ -116,7 +116,7 @@ function start() {
   startNotices(document.getElementById("notices"));
   const dialogs = startDialogs(document.getElementById("overlay"));
   startRun(document.getElementById("run"), dialogs);
-  startRounds(left.bodies.rounds, () => left.show("plots"));
+  startRounds(left.bodies.rounds, () => left.show("plots"), () => right.show("photo"));
   startPlots(left.bodies.plots);
   startInspector(right.bodies.inspector);
   startProgram(right.bodies.program);

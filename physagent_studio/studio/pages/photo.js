@@ -154,5 +154,6 @@ export function startPhoto(host) {
       show();
     }
   });
+  window.addEventListener("photo-tool", (event) => tools.pick(event.detail));
   window.addEventListener("resize", later);
 }

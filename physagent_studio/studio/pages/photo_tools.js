@@ -176,6 +176,12 @@ export function makeTools({ stage, data, changed }) {
     changed();
   }
 
+  // A hand that points at a thing which was only found by its words says where it is: anew.
+  function anew(grounding) {
+    if (grounding.proposed) [grounding.points, grounding.candidate, grounding.proposed] = [[], 0, false];
+    return grounding;
+  }
+
   // --- the pointer ---------------------------------------------------------------------------
 
   function brush(phase, point, event) {
@@ -203,8 +209,8 @@ export function makeTools({ stage, data, changed }) {
       const { from, to, out } = state.drag;
       state.drag = null;
       const far = Math.max(Math.abs(from[0] - to[0]), Math.abs(from[1] - to[1]));
-      if (!out && far > 6 * stage.unit() && far > 3) alter((g) => { g.box = [Math.min(from[0], to[0]), Math.min(from[1], to[1]), Math.max(from[0], to[0]), Math.max(from[1], to[1])].map(round); });
-      else alter((g) => g.points.push({ x: round(from[0]), y: round(from[1]), label: out ? 0 : 1 }));
+      if (!out && far > 6 * stage.unit() && far > 3) alter((g) => { anew(g).box = [Math.min(from[0], to[0]), Math.min(from[1], to[1]), Math.max(from[0], to[0]), Math.max(from[1], to[1])].map(round); });
+      else alter((g) => (out ? g : anew(g)).points.push({ x: round(from[0]), y: round(from[1]), label: out ? 0 : 1 }));
     }
   }
 

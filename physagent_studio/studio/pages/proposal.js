@@ -1,7 +1,7 @@
 // Proposal: the repair hunk by hunk, and every way to decide on it.
 
 import { button, h, iconButton, say } from "./dom.js";
-import { send } from "./wire.js";
+import { on, send as post, value } from "./wire.js";
 
 export function makeProposal(show, focus) {
   let pinned = [];
@@ -11,6 +11,20 @@ export function makeProposal(show, focus) {
   let mode = ""; // "", edit, override, reject, hint
   let text = "";
   let answer = ""; // to the planner's question
+
+  // From the click until the work that it asked for has begun and ended, there is nothing to decide.
+  let sent = "";
+  const DONE = { accept: "Accepted", accept_hunks: "Accepted in part", edit: "Accepted with your numbers", override: "Your changes are taken", reject: "Rejected", hint: "The planner knows", skip: "Skipped", stop: "Stopped" };
+  const over = () => { if (sent && !value("run")?.busy) { sent = ""; show(); } };
+  const send = (intent) => {
+    const decides = intent.do === "decide";
+    if (decides && sent) return;
+    if (!post(intent) || !decides) return;
+    sent = intent.kind;
+    setTimeout(over, 1500); // what is refused starts no work
+    show();
+  };
+  on("run", over);
 
   const set = (next) => { mode = mode === next ? "" : next; text = ""; show(); focus(); };
 
@@ -42,7 +56,8 @@ export function makeProposal(show, focus) {
       p.hunks.map((one) => hunk(p, one)),
       h("div", { class: "row muted", style: "font-size:12px" }, h("span", {}, `Confidence ${p.confidence} %`), h("span", { class: "grow bar" }, h("i", { style: `width:${p.confidence}%` })), p.simulations ? h("span", { class: "num" }, say(p.simulations, "trial")) : null),
       draft ? h("div", { class: "strip warn" }, "You have edits of your own. Deciding here leaves them behind; undo brings them back.") : null,
-      h("div", { class: "decide" },
+      h("div", { class: sent ? "decide off" : "decide", "aria-disabled": sent ? "true" : null },
+      sent ? h("div", { class: "strip", role: "status" }, `${DONE[sent]}; what follows is worked out…`) : null,
       h("div", { class: "row" },
         button(label, () => accept(p), { class: "b main wide", disabled: taken(p).length === 0, title: "Accept (A)", "data-act": "accept" }),
         button("Edit", () => set("edit"), { "aria-pressed": String(mode === "edit"), title: "Change the numbers, then accept (E)", "data-act": "edit" }),

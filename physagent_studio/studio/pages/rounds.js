@@ -10,10 +10,11 @@ import { on, scrub, send } from "./wire.js";
 const SAYS = { reconstruction: ["it does not match", "it matches"], simulation: ["it does not happen", "it happens"] };
 const MARK = { ok: "✓", failed: "✕", open: "…" };
 
-export function startRounds(host, showPlots) {
+export function startRounds(host, showPlots, showPhoto) {
   let data = null;
   let overruling = false;
   let words = "";
+  const settled = new Set(); // what was found by words and is right
 
   const show = () => data && draw(host, page());
   const focus = () => setTimeout(() => host.querySelector("[data-focus]")?.focus(), 0);
@@ -35,6 +36,7 @@ export function startRounds(host, showPlots) {
       shown && data.turn && !data.draft ? byHand(data) : null,
       shown ? verdict(shown) : null,
       shown && !data.draft ? strip.show(shown) : null,
+      guessed(),
       checklist(data),
       data.notUnderstood.length ? h("div", { class: "strip warn", style: "margin-top:8px" }, "Not understood: ", data.notUnderstood.join("; ")) : null,
       data.untested.length ? h("div", { class: "strip warn", style: "margin-top:8px" }, "Nothing tests: ", data.untested.join("; ")) : null,
@@ -43,6 +45,19 @@ export function startRounds(host, showPlots) {
       data.compare ? comparison(data.compare) : null,
       data.pinned.length || data.hints.length ? memory() : null,
     ];
+  }
+
+  // Things that nobody clicked were found by their words, which may be the wrong ones.
+  function guessed() {
+    const key = data.guessed.join(" ");
+    if (!key || data.readOnly || settled.has(key)) return null;
+    const names = data.guessed.map((one) => one.replaceAll("_", " "));
+    const many = names.length > 1;
+    return h("div", { class: "strip warn stack", style: "margin-top:8px", role: "group", "aria-label": "Found by words" },
+      h("div", {}, h("b", {}, `${many ? `${names.slice(0, -1).join(", ")} and ${names.at(-1)}` : names[0]}`), ` ${many ? "were" : "was"} found by ${many ? "their names" : "its name"}, not clicked. Do the names in the picture stand at the right things?`),
+      h("div", { class: "row" },
+        button("Yes", () => { settled.add(key); show(); }, { class: "b small" }),
+        button("No, let me click", () => { send({ do: "select", kind: "object", name: data.guessed[0] }); showPhoto(); dispatchEvent(new CustomEvent("photo-tool", { detail: "mask" })); }, { class: "b small", title: "Select a thing below the photo, then click on the right place" })));
   }
 
   function row(r) {

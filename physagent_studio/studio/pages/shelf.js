@@ -5,14 +5,15 @@ import { send, value } from "./wire.js";
 
 const OUTCOME = { realised: ["ok", "happens"], budget: ["warn", "rounds used up"], stopped: ["", "stopped"], stuck: ["warn", "stuck"], running: ["", "open"] };
 const MANY = 8; // more sessions than these get a field to find one
+const FIRST = 6; // sessions shown at first, so that the examples are not far
 
 export function makeShelf(show, { close, fresh }) {
   let acting = ""; // key of the session that is renamed or about to be deleted
   let mode = ""; // "", rename, delete
   let wanted = "";
-  let shown = 40;
+  let shown = FIRST;
 
-  const reset = () => { acting = ""; mode = ""; wanted = ""; shown = 40; };
+  const reset = () => { acting = ""; mode = ""; wanted = ""; shown = FIRST; };
   const open = (key, event) => { send({ do: "open", key, event: event || "" }); close(); };
   const focus = (which) => setTimeout(() => document.querySelector(`.dialog ${which}`)?.focus(), 0);
   const act = (next, key) => { mode = next; acting = key; show(); focus(next ? "[data-focus]" : `[data-key="${key}"]`); };
@@ -61,15 +62,16 @@ export function makeShelf(show, { close, fresh }) {
     const library = value("library") || { cases: [], sessions: [] };
     const words = wanted.toLowerCase().split(/\s+/).filter(Boolean);
     const found = library.sessions.filter((one) => words.every((word) => `${one.title} ${one.prompt}`.toLowerCase().includes(word)));
+    const most = words.length ? Math.max(shown, 40) : shown;
     return [
       h("div", { class: "row wrap" }, button("New from a photo…", fresh, { class: "b main" }), button("Empty scene", () => { send({ do: "bare" }); close(); })),
+      library.sessions.length ? h("div", { class: "head" }, "Your sessions", h("span", { class: "push num" }, library.sessions.length)) : null,
+      library.sessions.length > MANY ? h("input", { type: "text", placeholder: "Find a session", "aria-label": "Find a session", value: wanted, style: "margin-bottom:8px", oninput: (e) => { wanted = e.target.value; show(); } }) : null,
+      h("div", { class: "stack", role: "list", "aria-label": "Sessions" }, found.slice(0, most).map(session)),
+      found.length > most ? h("p", { style: "padding:8px 0" }, button(`Show ${found.length - most} more`, () => { shown = most + 100; show(); }, { class: "b small" })) : null,
+      words.length && !found.length ? h("p", { class: "muted" }, "No session has these words.") : null,
       library.cases.length ? h("div", { class: "head" }, "Examples") : null,
       h("div", { class: "stack" }, library.cases.flatMap((one) => one.events.map((event) => example(one, event)))),
-      library.sessions.length ? h("div", { class: "head" }, "Sessions", h("span", { class: "push num" }, library.sessions.length)) : null,
-      library.sessions.length > MANY ? h("input", { type: "text", placeholder: "Find a session", "aria-label": "Find a session", value: wanted, style: "margin-bottom:8px", oninput: (e) => { wanted = e.target.value; show(); } }) : null,
-      h("div", { class: "stack", role: "list", "aria-label": "Sessions" }, found.slice(0, shown).map(session)),
-      found.length > shown ? h("p", { style: "padding:8px 0" }, button(`Show ${found.length - shown} more`, () => { shown += 100; show(); }, { class: "b small" })) : null,
-      words.length && !found.length ? h("p", { class: "muted" }, "No session has these words.") : null,
     ];
   }
 

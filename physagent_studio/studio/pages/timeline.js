@@ -114,10 +114,10 @@ export function startTimeline(host) {
   function laneOf(lane, at, selected) {
     const y = tops[at];
     return h("g", { "data-lane": lane.name, key: `lane ${lane.name}` },
-      h("g", { key: "contacts" }, lane.contacts.map((one) => h("circle", { class: "contact", cx: x(one.step), cy: y + tall(at) - 3, r: 2 }, h("title", {}, `Touches ${one.with} at frame ${frames(one.step)}`)))),
+      h("g", { key: "contacts" }, lane.contacts.map((one) => h("circle", { class: "contact", cx: x(one.step), cy: y + tall(at) - 3, r: 2 }, h("title", {}, `Touches ${one.with.replaceAll("_", " ")} at frame ${frames(one.step)}`)))),
       lane.actions.map((one) => actionOf(one, y + rowOf(one.id), selected)),
       h("rect", { x: box.scrollLeft, y, width: gutter() - 4, height: tall(at), fill: "var(--panel)" }),
-      h("text", { class: "name", x: box.scrollLeft + 10, y: y + 17, onclick: () => send({ do: "select", kind: "object", name: lane.name }) }, fit(lane.name), h("title", {}, lane.name)));
+      h("text", { class: "name", x: box.scrollLeft + 10, y: y + 17, onclick: () => send({ do: "select", kind: "object", name: lane.name }) }, fit(lane.name.replaceAll("_", " ")), h("title", {}, lane.name)));
   }
 
   const fit = (name) => { const most = Math.floor((gutter() - 14) / 6.6); return name.length > most ? `${name.slice(0, most - 1)}…` : name; };

@@ -64,6 +64,7 @@ def state_of(snapshot: Snapshot, compared: Round | None = None) -> dict[str, Any
             "places": [one.name for one in (*scene.objects, *scene.supports, *scene.landmarks)],
             "statements": [one.id for one in snapshot.program.contract.statements],
         },
+        "guessed": [one.name for one in scene.objects if one.grounding.proposed],
         "hints": list(loop.hints),
         "pinned": list(loop.pinned),
         "compare": None if compared is None else _comparison(compared, snapshot),
@@ -245,6 +246,7 @@ def check_row(
         "measured": "" if check.kind in SEEN else figure(check, stated),
         "found": found,
         "part": not check.demanded,
+        "seen": check.kind in SEEN,
         "frame": None if check.step is None else check.step // program.clip.steps_per_frame,
         "always": check.always_on,
     }

@@ -80,6 +80,9 @@ def number(value: float | None) -> str:
     return text.replace("-", "−")
 
 
+NOTHING = 1e-6
+"""What is measured as less, in any unit, is nothing to a person."""
+
 BOUND = re.compile(r" (≤|≥|<|>) ")
 AS_WORDS = {"≤": "at most", "≥": "at least", "<": "less than", ">": "more than"}
 
@@ -114,6 +117,8 @@ def _against_nothing(check: Check, value: str) -> str:
 
 
 def _with_unit(value: float, unit: str) -> str:
+    if abs(value) < NOTHING:
+        value = 0.0
     if unit == "m" and 0 < abs(value) < 0.01:
         value, unit = value * 1000, "mm"
     return f"{number(value)} {unit}".replace(" °", "°").strip()

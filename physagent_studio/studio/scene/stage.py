@@ -159,7 +159,7 @@ class Stage:
         """Says beside its name that an action holds a thing still."""
         held = held_at(snapshot, step)
         for name, label in self._labels.items():
-            text = f"{name} · held" if name in held else name
+            text = f"{_said(name)} · held" if name in held else _said(name)
             if label.text != text:
                 label.text = text
 
@@ -237,7 +237,10 @@ class Stage:
             low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
             self._boxes[name] = np.where(CORNERS, high, low)
             self._labels[name] = self._server.scene.add_label(
-                f"/objects/label {name}", name, font_screen_scale=0.75, anchor="bottom-center"
+                f"/objects/label {name}",
+                _said(name),
+                font_screen_scale=0.75,
+                anchor="bottom-center",
             )
 
     # --- measures ----------------------------------------------------------------------------
@@ -250,6 +253,10 @@ class Stage:
 
     def _size(self, program: PhysicalProgram) -> float:
         return self._measured(program)[1]
+
+
+def _said(name: str) -> str:
+    return name.replace("_", " ")
 
 
 def alike(one: Mesh, other: Mesh) -> bool:

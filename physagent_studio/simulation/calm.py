@@ -46,6 +46,7 @@ class Calm:
         # What touches stays gentle where it cannot part and meet again with an impact.
         self._gentle = MEETING - self._haste * step_seconds
         self._step_seconds = step_seconds
+        self._dt = float(compiled.model.opt.timestep)
         self._ends = np.zeros(6)
         self.until = 0
         self._wait = 0
@@ -126,9 +127,9 @@ class Calm:
                 continue
             gap = mj.mj_geomDistance(self._model, data, one, other, most, self._ends)
             if gap < most:
-                speed = reach.approach(meeting, data, self._ends.tolist())
+                speed = reach.approach(meeting, data.qvel.tolist(), self._ends.tolist())
                 # Geoms are where they were before the last engine step.
-                gap -= speed * self._model.opt.timestep
+                gap -= speed * self._dt
                 best = min(best, time_to_meet(gap, speed, haste))
         return best
 

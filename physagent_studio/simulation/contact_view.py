@@ -66,6 +66,14 @@ class ContactView:
         both = contact.geom.view(np.int64)
         self.codes = as_strided(both, (capacity,), (size,), writeable=False)
 
+    def now(self) -> NDArray[np.int64]:
+        """(ncon,) the codes that are valid now."""
+        codes = self.codes
+        if not len(codes) and self._data.ncon:
+            self.bind()
+            codes = self.codes
+        return codes[: self._data.ncon]
+
     def geoms(self) -> IntArray:
         """(ncon, 2) ids of the geoms that are close to each other now."""
         count = self._data.ncon

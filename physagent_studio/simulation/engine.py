@@ -53,7 +53,7 @@ def _snapshot(world: World, trace: Trace, frame: int) -> None:
     states, rest = trace.columns
     mj.mj_getState(world.compiled.model, world.data, states[frame], SNAPSHOT)
     rest[frame, :EXTRA] = (trace.count, trace.acting, *trace.calm.state)
-    rest[frame, EXTRA:] = trace.grip.state
+    trace.grip.keep(rest[frame, EXTRA:])
     trace.memories[frame:] = [_memory(world, trace)]
 
 

@@ -9,8 +9,6 @@ friction is hard where bodies meet, and gentle where they have been close alread
 
 from __future__ import annotations
 
-from collections import Counter
-
 import numpy as np
 
 from physagent_studio.simulation.clouds import Cloud
@@ -30,30 +28,36 @@ class Grip:
 
     Close are pairs that touch or are closer than they can come in one engine step without an
     impact: now; engaged those of them that have touched since they came close. awaits: whether some
-    have not, or may not have where deformables or grains are about. state: (npair,) 0 apart, 1
-    close, 2 engaged; part of a snapshot. loose: whether there are deformables or grains, which
-    come close and apart all the time. alone: whether of every two things that are close one is
-    close to nothing else, all supports being one thing.
+    have not, or may not have where deformables or grains are about. loose: whether there are
+    deformables or grains, which come close and apart all the time. alone: whether of every two
+    things that are close one is close to nothing else, all supports being one thing.
     """
 
     def __init__(self, compiled: Compiled, dt: float) -> None:
-        self._damping = compiled.model.pair_solreffriction
+        damping = compiled.model.pair_solreffriction
+        self._damping = damping[:, 1]
         self._table = compiled.pair_table
         self._view = compiled.contacts
         self._impact = -1.0 / dt
         self._slide = max(-1.0 / SLIDE, 0.5 * self._impact)
         self.loose = any(isinstance(handle, Cloud) for handle in compiled.handles)
-        self._known: dict[bytes, frozenset[int]] = {}
+        self._known: dict[bytes, frozenset[int]] = {b"": NOTHING}
         self._coded: dict[frozenset[int], frozenset[int]] = {}
         self._sets: dict[frozenset[int], frozenset[int]] = {NOTHING: NOTHING}
         self._bodies = compiled.pair_bodies.tolist()
         self._objects = len(compiled.handles) if compiled.reach is not None else 0
-        self._held: dict[frozenset[int], tuple[FloatArray, bool]] = {}
-        self._damping[:, 0] = -1.0
+        self._alone: dict[frozenset[int], bool] = {NOTHING: self._objects > 0}
+        damping[:, 0] = -1.0
+        damping[:, 1] = self._impact
         self.now = self.engaged = NOTHING
-        self.awaits = self.alone = False
-        self.state = np.zeros(len(compiled.pair_bodies))
-        self._hold(NOTHING)
+        self.awaits = self.loose
+        self.alone = self._objects > 0
+
+    def keep(self, state: FloatArray) -> None:
+        """Writes what a snapshot keeps: (npair,) 0 apart, 1 close, 2 engaged."""
+        state[:] = 0
+        for pair in self.now:
+            state[pair] = 1 + (pair in self.engaged)
 
     def gather(self, data: Data) -> None:
         """Adds the pairs that have come close in the engine step just done.
@@ -84,13 +88,9 @@ class Grip:
 
     def _close(self, data: Data) -> frozenset[int]:
         """The pairs that are close now; equal sets are one object."""
-        count = data.ncon
-        if not count:
-            return NOTHING
         if self.loose:
             return self._one(self._pairs(self._view.geoms()))
-        self._view.bind()
-        now = self._view.codes[:count]
+        now = self._view.now()
         key = now.tobytes()
         pairs = self._known.get(key)
         if pairs is None:
@@ -113,29 +113,32 @@ class Grip:
         return frozenset(pairs.tolist())
 
     def _hold(self, pairs: frozenset[int]) -> None:
+        damping = self._damping
+        for pair in self.now - pairs:
+            damping[pair] = self._impact
+        for pair in pairs - self.now:
+            damping[pair] = self._slide
         self.now = pairs
-        known = self._held.get(pairs)
-        if known is None:
-            column = np.full(len(self.state), self._impact)
-            column[sorted(pairs)] = self._slide
-            known = self._held[pairs] = (column, self._are_alone(pairs))
-        self._damping[:, 1], self.alone = known
+        alone = self._alone.get(pairs)
+        if alone is None:
+            alone = self._alone[pairs] = self._are_alone(pairs)
+        self.alone = alone
         self._engage(pairs & self.engaged)
 
     def _are_alone(self, pairs: frozenset[int]) -> bool:
-        ends = {tuple(min(end, self._objects) for end in self._bodies[pair]) for pair in pairs}
-        count = Counter(end for two in ends for end in two if end < self._objects)
-        return self._objects > 0 and all(any(count[end] == 1 for end in two) for two in ends)
+        if not self._objects:
+            return False
+        last = self._objects
+        met = [self._bodies[pair] for pair in pairs]
+        ends = {(min(one, last), min(other, last)) for one, other in met}
+        flat = [end for two in ends for end in two if end < last]
+        return all(any(end < last and flat.count(end) == 1 for end in two) for two in ends)
 
     def _engage(self, pairs: frozenset[int]) -> None:
         self.engaged = pairs
         self.awaits = self.loose or len(pairs) < len(self.now)
-        self.state[:] = 0
-        if self.now:
-            self.state[sorted(self.now)] = 1
-            self.state[sorted(pairs)] = 2
 
     def restore(self, state: FloatArray) -> None:
-        """Takes up where `state` was."""
+        """Takes up where `keep` was called."""
         self.engaged = frozenset(np.flatnonzero(state == 2).tolist())
         self._hold(self._one(frozenset(np.flatnonzero(state).tolist())))

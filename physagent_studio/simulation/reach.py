@@ -21,7 +21,6 @@ MANY_FACES = 60
 """Faces from which on the hull of a support counts as its bounding box."""
 
 Plane = tuple[float, float, float, float]
-Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,40 +97,25 @@ class Reach:
                 gap = (x * x + y * y + z * z) ** 0.5 - size
             yield meeting, gap - radius
 
-    def approach(self, meeting: Meeting, data: Data, ends: list[float]) -> float:
+    def approach(self, meeting: Meeting, rates: list[float], ends: list[float]) -> float:
         """m/s at which a plane between two bodies can be used up from both sides, not negative.
 
-        ends: the nearest points of the two, world, m: the plane stands across them.
+        rates: `qvel`. ends: the nearest points of the two, world, m: the plane stands across them.
         """
-        places, rates = data.qpos.tolist(), data.qvel.tolist()
-        x, y, z = (b - a for a, b in zip(ends[:3], ends[3:], strict=True))
+        x, y, z = ends[3] - ends[0], ends[4] - ends[1], ends[5] - ends[2]
         length = math.sqrt(x * x + y * y + z * z)
         if length < 1e-9:
             return math.inf
-        across = (x / length, y / length, z / length)
-        at, to, _, lever = self.objects[meeting.one]
-        along, turning = _rates(places, rates, at, to, across)
-        turning *= lever
+        _, at, _, lever = self.objects[meeting.one]
+        u, v, w, a, b, c = rates[at : at + 6]
+        turning = lever * math.sqrt(a * a + b * b + c * c)
         if meeting.other >= 0:
-            at, to, _, lever = self.objects[meeting.other]
-            other, spin = _rates(places, rates, at, to, across)
-            along, turning = along - other, turning + spin * lever
+            _, at, _, lever = self.objects[meeting.other]
+            i, j, k, a, b, c = rates[at : at + 6]
+            u, v, w = u - i, v - j, w - k
+            turning += lever * math.sqrt(a * a + b * b + c * c)
         # Which of the two ends is whose does not matter: they may come closer, or part.
-        return abs(along) + turning
-
-
-def _rates(
-    places: list[float], rates: list[float], at: int, to: int, across: Vector
-) -> tuple[float, float]:
-    """m/s of a body's origin along a direction, and rad/s at which the body turns about others."""
-    w, x, y, z = places[at + 3 : at + 7]
-    u, v, r, a, b, c = rates[to : to + 6]
-    # The engine keeps the angular velocity in the body frame.
-    i, j, k = 2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)
-    a, b, c = a + w * i + y * k - z * j, b + w * j + z * i - x * k, c + w * k + x * j - y * i
-    p, q, s = across
-    i, j, k = b * s - c * q, c * p - a * s, a * q - b * p
-    return u * p + v * q + r * s, math.sqrt(i * i + j * j + k * k)
+        return abs(u * x + v * y + w * z) / length + turning
 
 
 def reach_of(

@@ -37,12 +37,15 @@ class Readings:
 
     def add(self, data: Data, tick: int, forces: bool) -> None:
         """Takes down all contacts there are now. forces: whether those of the solver too."""
-        count = data.ncon
+        count, view = data.ncon, self._view
         if count:
-            self._view.bind()
-            end = self._room(count)
-            self._numbers[self._end : end] = self._view.numbers[:count]
-            self._integers[self._end : end] = self._view.integers[:count]
+            if not len(view.codes):
+                view.bind()
+            start, end = self._end, self._end + count
+            if end > len(self._numbers):
+                self._room(count)
+            self._numbers[start:end] = view.numbers[:count]
+            self._integers[start:end] = view.integers[:count]
             self._end = end
             if forces:
                 self._add_forces(data)

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import get_args
 
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.records import LoopState
-from physagent_studio.records.judgement import RoleName
+from physagent_studio.records.judgement import ROLES, RoleName
 
-ROLES: tuple[RoleName, ...] = get_args(RoleName)
 TURNS: dict[str, RoleName] = {"generate": "generator", "judge": "verifier", "propose": "planner"}
 """The phase in which a role acts."""
 

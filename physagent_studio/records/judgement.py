@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import Field
 
@@ -276,6 +276,7 @@ Phase = Literal[
 Outcome = Literal["realised", "budget", "stopped", "stuck", "running"]
 PolicyName = Literal["auto", "ask", "ask_when"]
 RoleName = Literal["generator", "verifier", "planner"]
+ROLES: tuple[RoleName, ...] = get_args(RoleName)
 
 
 class LoopState(Frozen):

@@ -17,9 +17,8 @@ from pydantic import Field, SecretStr, ValidationError, field_validator
 
 from physagent_studio.errors import BackendMissing, InputError
 from physagent_studio.program.base import Frozen
+from physagent_studio.records.judgement import ROLES, RoleName
 
-Role = Literal["generator", "verifier", "planner"]
-ROLES: tuple[Role, ...] = ("generator", "verifier", "planner")
 OPENAI = "https://api.openai.com/v1"
 MOST_CONFIG_BYTES = 65_536
 
@@ -111,7 +110,7 @@ class TapeSettings(Frozen):
 class Settings(Frozen):
     """Everything the VLM agent is told from outside."""
 
-    endpoints: Mapping[Role, Endpoint]
+    endpoints: Mapping[RoleName, Endpoint]
     limits: Limits = Limits()
     frames: Literal["sheet", "images"] = "sheet"
     tape: TapeSettings | None = None
@@ -137,7 +136,7 @@ class _ConfigFile(_RoleFile):
     frames: Literal["sheet", "images"] = "sheet"
     tape: TapeSettings | None = None
     log: Path | None = None
-    roles: dict[Role, _RoleFile] = Field(default_factory=dict)
+    roles: dict[RoleName, _RoleFile] = Field(default_factory=dict)
 
 
 def config_path(environ: Mapping[str, str]) -> Path:
@@ -160,7 +159,7 @@ def load_settings(environ: Mapping[str, str]) -> Settings:
     where = str(path) if path.is_file() else "the environment"
     config = _validated(_ConfigFile, _with_environment(data, environ), where)
     replaying = config.tape is not None and config.tape.mode == "replay"
-    endpoints: dict[Role, Endpoint] = {
+    endpoints: dict[RoleName, Endpoint] = {
         role: _endpoint(role, config, environ, replaying) for role in ROLES
     }
     unpriced = [role for role in ROLES if endpoints[role].prices is None]
@@ -260,7 +259,7 @@ def _plain(item: Any) -> str:
 
 
 def _endpoint(
-    role: Role, config: _ConfigFile, environ: Mapping[str, str], replaying: bool
+    role: RoleName, config: _ConfigFile, environ: Mapping[str, str], replaying: bool
 ) -> Endpoint:
     own = config.roles.get(role, _RoleFile())
     model = own.model or config.model

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 
 from physagent_studio.agent.loop import Crew
-from physagent_studio.agent.vlm.config import ROLES, Role, Settings, load_settings
+from physagent_studio.agent.vlm.config import Settings, load_settings
 from physagent_studio.agent.vlm.generator import VlmGenerator
 from physagent_studio.agent.vlm.line import Line
 from physagent_studio.agent.vlm.planner import VlmPlanner
@@ -16,6 +16,7 @@ from physagent_studio.agent.vlm.tape import Tape
 from physagent_studio.agent.vlm.verifier import VlmVerifier
 from physagent_studio.agent.vlm.wire import check_installed
 from physagent_studio.errors import InputError
+from physagent_studio.records.judgement import ROLES, RoleName
 
 Record = Callable[[CallRecord], None]
 
@@ -86,7 +87,7 @@ def crew_of(
     )
 
 
-def chosen_roles(text: str) -> tuple[Role, ...]:
+def chosen_roles(text: str) -> tuple[RoleName, ...]:
     """The roles that a list such as "generator,planner" names; all for an empty one."""
     words = [word.strip() for word in text.split(",") if word.strip()]
     strange = [word for word in words if word not in ROLES]

@@ -11,7 +11,7 @@ from typing import Any
 
 from physagent_studio.agent.vlm import wire
 from physagent_studio.agent.vlm.background import wait
-from physagent_studio.agent.vlm.config import Endpoint, Role
+from physagent_studio.agent.vlm.config import Endpoint
 from physagent_studio.agent.vlm.failures import Invalid, Unreachable
 from physagent_studio.agent.vlm.messages import Answer, Part, Question, Usage
 from physagent_studio.agent.vlm.pictures import data_url, fitted
@@ -19,6 +19,7 @@ from physagent_studio.agent.vlm.prompting import prompt
 from physagent_studio.agent.vlm.spending import CallRecord, Ledger, price
 from physagent_studio.agent.vlm.tape import Tape
 from physagent_studio.errors import Cancelled
+from physagent_studio.records.judgement import RoleName
 
 FORMATS = ("json_schema", "json_object", "text")
 LONGEST_WAIT = 60.0
@@ -33,7 +34,7 @@ class Line:
     cap: the name under which it takes a limit on the reply; newer models want another one.
     """
 
-    role: Role
+    role: RoleName
     endpoint: Endpoint
     ledger: Ledger
     cancelled: Callable[[], bool] = lambda: False

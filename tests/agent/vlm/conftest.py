@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from physagent_studio.agent.vlm.config import Endpoint, Limits, Patience, Role
+from physagent_studio.agent.vlm.config import Endpoint, Limits, Patience
 from physagent_studio.agent.vlm.line import Line
 from physagent_studio.agent.vlm.spending import CallRecord, Ledger
+from physagent_studio.records.judgement import RoleName
 from tests.agent.vlm.server import Model, ModelServer
 
 QUICK = Patience(timeout=30.0, retries=2, backoff=0.0)
@@ -45,7 +46,7 @@ def connect(calls: list[CallRecord]) -> Callable[..., Line]:
     def make(
         server: ModelServer,
         *,
-        role: Role = "planner",
+        role: RoleName = "planner",
         limits: Limits | None = None,
         ledger: Ledger | None = None,
         cancelled: Callable[[], bool] = lambda: False,

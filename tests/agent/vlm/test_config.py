@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from physagent_studio.agent.loop import Crew
+from physagent_studio.agent.rules import RuleVerifier
 from physagent_studio.agent.vlm import (
     CallRecord,
     VlmPlanner,
@@ -17,6 +18,10 @@ from physagent_studio.agent.vlm import (
 from physagent_studio.agent.vlm.config import Settings, load_settings
 from physagent_studio.agent.vlm.failures import BudgetSpent
 from physagent_studio.errors import BackendMissing, InputError
+from physagent_studio.records import Case, LoopState
+from physagent_studio.records.judgement import ROLES
+from physagent_studio.session import Store
+from physagent_studio.workbench.engine import Engine
 
 LOCAL = {"PHYSAGENT_VLM_BASE_URL": "http://127.0.0.1:1/v1", "PHYSAGENT_VLM_MODEL": "m"}
 KEY = "sk-secret-value"
@@ -190,6 +195,22 @@ def test_every_variable_is_documented(repository: Path) -> None:
     text = (repository / "docs" / "vlm.md").read_text(encoding="utf-8")
     for variable in config._VARIABLES:
         general = variable
-        for role in config.ROLES:
+        for role in ROLES:
             general = general.replace(f"_{role.upper()}_", "_ROLE_")
         assert f"`{general}`" in text
+
+
+def test_a_model_is_not_asked_for_the_verdicts_of_a_person(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own = {"PHYSAGENT_VLM_CONFIG": str(tmp_path / "none.yaml"), "PHYSAGENT_VLM_KEY": KEY}
+    for name, value in (LOCAL | own).items():
+        monkeypatch.setenv(name, value)
+    case = Case("bare", None, "", (), (), (), "The ball moves.")
+    session = Store(tmp_path).create(case, LoopState())
+    engine = Engine(session, case, agent="vlm")
+    assert isinstance(engine.crew().verifier, VlmVerifier)
+    mine = engine.crew(("verifier",))
+    assert isinstance(mine.verifier, RuleVerifier)
+    assert isinstance(mine.planner, VlmPlanner)
+    session.close()

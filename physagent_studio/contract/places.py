@@ -13,6 +13,7 @@ from physagent_studio.contract.outcome import Outcome, bounded, unmeasurable, wo
 from physagent_studio.contract.outlines import in_order, inside_depth
 from physagent_studio.contract.track import Track, Window
 from physagent_studio.contract.words import number
+from physagent_studio.program.boards import is_hollow
 from physagent_studio.program.contract import LandsIn, PassesOver
 from physagent_studio.program.scene import Landmark
 from physagent_studio.program.shapes import Outline, Placed, gap
@@ -184,7 +185,8 @@ def lands_in(statement: LandsIn, facts: Facts, window: Window) -> Outcome:
 def _level(track: Track, place: Place, facts: Facts) -> FloatArray:
     """(W,) how far its centre is below the greatest height at which it still lies there, m."""
     solid = place.solid
-    if solid is not None and not facts.is_object(place.name):
+    support = facts.program.scene.support(place.name)
+    if solid is not None and support is not None and not is_hollow(support.shape):
         # On a table: its top or anything lying on it, not falling past it.
         above = track.positions[:, 2] - float(place.points[:, 2].max())
         return np.minimum(2 * track.outline.radius - above, above + track.outline.radius)

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
-from physagent_studio.program.forms import Box, Frustum, Revolved, Shape, Slab, Torus
+from physagent_studio.program.forms import (
+    Box,
+    Frustum,
+    Revolved,
+    Shape,
+    Slab,
+    SupportShape,
+    Torus,
+    Vessel,
+)
 
 Size3 = tuple[float, float, float]
 
 
-def is_hollow(shape: Shape | None) -> bool:
+def is_hollow(shape: Shape | SupportShape | None) -> bool:
     """Whether other things can be in it: an open vessel, a ring."""
+    if isinstance(shape, Vessel):
+        return True
     walled = isinstance(shape, Box | Frustum | Revolved) and shape.wall is not None
     return walled or isinstance(shape, Torus)
 

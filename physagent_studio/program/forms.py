@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from physagent_studio.program.base import (
     IDENTITY,
@@ -192,4 +192,25 @@ class MeshedSupport(Frozen):
     size: Size
 
 
-SupportShape = Annotated[Floor | Wall | Slab | Ramp | MeshedSupport, Field(discriminator="kind")]
+class Vessel(Frozen):
+    """An open vessel (bowl, tray, basket, box without a lid): what goes into it stays in it.
+
+    body: its form, as that of an object that is hollow: it has a wall. position: of that form's
+    centre of mass as a solid. yaw: its turn about +z.
+    """
+
+    kind: Literal["vessel"] = "vessel"
+    position: Position
+    yaw: Radians = 0.0
+    body: Annotated[Frustum | Box | Revolved, Field(discriminator="kind")]
+
+    @model_validator(mode="after")
+    def _has_a_wall(self) -> Vessel:
+        if self.body.wall is None:
+            raise ValueError("the body of a vessel needs a wall (its thickness, m)")
+        return self
+
+
+SupportShape = Annotated[
+    Floor | Wall | Slab | Ramp | Vessel | MeshedSupport, Field(discriminator="kind")
+]

@@ -102,8 +102,9 @@ def _collisions(program: PhysicalProgram, placed: dict[str, Placed]) -> Iterator
         if program.scene.object(first) is None:
             break
         for second in names[index + 1 :]:
-            others = (program.scene.object(first), program.scene.object(second))
-            if all(others) and any(item and is_hollow(item.shape) for item in others):
+            scene = program.scene
+            others = [scene.object(name) or scene.support(name) for name in (first, second)]
+            if any(item and is_hollow(item.shape) for item in others):
                 # One may well be inside the other.
                 continue
             depth = overlap(placed[first], placed[second])

@@ -221,7 +221,7 @@ def _static_friction(program: PhysicalProgram, item: SceneObject) -> tuple[float
     mass = mass_of(item)
     if under is None or mass is None:
         return None
-    if under.shape is not None and under.shape.kind in ("ramp", "wall", "mesh"):
+    if under.shape is not None and under.shape.kind in ("ramp", "wall", "vessel", "mesh"):
         return None
     coefficient = friction_between(item, under)
     return coefficient * mass * gravity_of(scene), coefficient

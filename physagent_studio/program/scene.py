@@ -42,6 +42,7 @@ from physagent_studio.program.forms import (
     Sphere,
     SupportShape,
     Torus,
+    Vessel,
     Wall,
 )
 
@@ -259,5 +260,6 @@ __all__ = [
     "Support",
     "SupportShape",
     "Torus",
+    "Vessel",
     "Wall",
 ]

@@ -32,6 +32,7 @@ from physagent_studio.program.scene import (
     Sphere,
     SupportShape,
     Torus,
+    Vessel,
     Wall,
 )
 from physagent_studio.program.stairs import profile_of
@@ -218,6 +219,8 @@ def place_support(shape: SupportShape) -> Placed:
         case Ramp():
             outline = Outline(points=_wedge(shape), exact=shape.steps < 2)
             return _static(outline, np.array(shape.toe), shape.yaw)
+        case Vessel():
+            return _static(outline_of(shape.body), np.array(shape.position), shape.yaw)
         case MeshedSupport():
             outline = Outline(half=np.array(shape.size) / 2, exact=False)
             return Placed(
@@ -305,7 +308,7 @@ def depth_inside(points: FloatArray, body: Placed) -> FloatArray:
     """(T,) how deep world points (T, 3) lie inside a static support, m; negative outside.
 
     Boxes and ramps are intersections of half-spaces, so outside the figure is a lower bound
-    of the distance.
+    of the distance. What is in a vessel is outside of it: of round ones this is told of all points.
     """
     if body.half_space is not None:
         return body.half_space.offset - points @ body.half_space.normal
@@ -313,6 +316,8 @@ def depth_inside(points: FloatArray, body: Placed) -> FloatArray:
     local = (points - body.positions[0]) @ body.matrices[0]
     if body.outline.half is not None:
         return np.min(body.outline.half - np.abs(local), axis=-1)
+    if body.outline.rings is not None:
+        return np.full(len(points), -np.inf)
     assert body.outline.points is not None
     normals, offsets = _faces(body.outline.points)
     return np.min(offsets - local @ normals.T, axis=-1)

@@ -11,10 +11,11 @@ from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Box, Ramp, SceneObject, Support, SupportShape
 from physagent_studio.reconstruction import stairs
 from physagent_studio.reconstruction.forms import highest
-from physagent_studio.reconstruction.geometry import on_plane, on_upright
+from physagent_studio.reconstruction.geometry import metres_per_pixel, on_plane, on_upright
 from physagent_studio.reconstruction.layout import Stance
 from physagent_studio.reconstruction.ramps import height_at
 from physagent_studio.reconstruction.shapes import Base, Lying
+from physagent_studio.reconstruction.silhouette import in_world
 from physagent_studio.reconstruction.survey import Survey
 from physagent_studio.records.scene import Mesh
 
@@ -36,6 +37,9 @@ def base_of(
         below, mesh = done[on]
         assert below.position is not None
         assert below.shape is not None
+        inside = _in_the_vessel(stance, read.camera, below, mesh)
+        if inside is not None:
+            return inside
         z = below.position[2] + highest(mesh, below.rotation)
         x = float(on_upright(read.camera, [stance.foot], below.position[1])[0, 0])
         # Round things balance only right above each other; flat ones may be shifted.
@@ -52,6 +56,30 @@ def base_of(
     if not np.isfinite(spot).all():
         return _in_the_air(stance, read, supports, done)
     return Base(float(spot[0]), float(spot[1]), top)
+
+
+def _in_the_vessel(stance: Stance, camera: Camera, below: SceneObject, mesh: Mesh) -> Base | None:
+    """On the floor of an open vessel; None for what is wider than that, and for other things."""
+    wall = getattr(below.shape, "wall", None)
+    if wall is None or below.position is None:
+        return None
+    world = in_world(below, mesh)
+    low, high = world.min(0), world.max(0)
+    middle = (low + high) / 2
+    room = float((high - low)[:2].min()) - 2 * wall
+    rim, floor = float(high[2]), float(low[2]) + wall
+    if stance.width * metres_per_pixel(camera, (middle[0], middle[1], rim)) > room:
+        return None
+    enters, lands = (on_plane(camera, [stance.foot], z)[0] for z in (rim, floor))
+    if all(_is_within(spot, middle, room) for spot in (enters, lands)):
+        return Base(float(lands[0]), float(lands[1]), floor)
+    # Its foot is hidden by the near side.
+    x = float(on_upright(camera, [stance.foot], float(middle[1]))[0, 0])
+    return Base(x, float(middle[1]), floor, HOLD_ON_OBJECT)
+
+
+def _is_within(spot: np.ndarray, middle: np.ndarray, room: float) -> bool:
+    return bool(np.isfinite(spot).all()) and float(np.hypot(*(spot - middle)[:2])) < room / 2
 
 
 def _lying(below: SceneObject) -> Lying | None:

@@ -25,7 +25,7 @@ from physagent_studio.reconstruction.silhouette import silhouette
 from physagent_studio.records.scene import Mesh
 
 FloatArray = NDArray[np.float64]
-PRIMITIVES = ("sphere", "ellipsoid", "cylinder", "frustum", "capsule", "box")
+PRIMITIVES = ("sphere", "ellipsoid", "cylinder", "frustum", "capsule", "box", "bowl")
 REVOLVED_COST = 0.04
 INFLATED_COST = 0.07
 FLAT_FROM = 0.94
@@ -115,9 +115,11 @@ def _worth_trying(mask: BoolArray, usual: Usual, hidden: BoolArray | None) -> tu
     ring = ("torus",) if hole_of(mask, hidden) is not None else ()
     if usual.shapes == ("sphere",):
         return ("sphere", "ellipsoid", *ring, "inflated")
+    if "bowl" in usual.shapes:
+        return tuple(kind for kind in usual.shapes if kind != "revolved")
     if usual.shapes:
         return tuple(dict.fromkeys((*usual.shapes, *ring, "inflated")))
-    kinds = [*PRIMITIVES, *ring, "inflated"]
+    kinds = [*(kind for kind in PRIMITIVES if kind != "bowl"), *ring, "inflated"]
     if mirror_symmetry(mask) > 0.9:
         kinds.append("revolved")
     return tuple(kinds)

@@ -9,8 +9,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from physagent_studio.reconstruction.camera import Disc
 from physagent_studio.reconstruction.masks import BoolArray, bounds
 from physagent_studio.reconstruction.names import words_of
+from physagent_studio.reconstruction.rims import has_a_rim, rim_of
 
 _ALOFT = re.compile(
     r"\b(hang\w*|hung|hover\w*|float\w*|suspend\w*|dangl\w*|levitat\w*"
@@ -29,7 +31,7 @@ class Stance:
 
     box: (x0, y0, x1, y1). foot: middle of its lowest part. on: the object that it stands on,
     seen directly under it. over: the object below it across a gap. aloft: the words say that
-    it hangs or floats.
+    it hangs or floats. rim: the level circle that ends it above, where name and outline show one.
     """
 
     name: str
@@ -38,6 +40,7 @@ class Stance:
     on: str | None = None
     over: str | None = None
     aloft: bool = False
+    rim: Disc | None = None
 
     @property
     def width(self) -> int:
@@ -65,7 +68,8 @@ def read(masks: Mapping[str, BoolArray], prompt: str) -> dict[str, Stance]:
         foot = foot_of(mask)
         on = _directly_below(name, mask, masks)
         over = None if on else _across_gap(name, box, masks)
-        found[name] = Stance(name, box, foot, on, over, is_aloft(name, masks, prompt))
+        rim = rim_of(mask) if has_a_rim(name) else None
+        found[name] = Stance(name, box, foot, on, over, is_aloft(name, masks, prompt), rim)
     return {**found, **_named_stacks(found)}
 
 

@@ -29,6 +29,7 @@ from physagent_studio.program.scene import (
     Sphere,
     SupportShape,
     Torus,
+    Vessel,
     Wall,
 )
 from physagent_studio.program.stairs import treads_of
@@ -229,6 +230,9 @@ def support_mesh(shape: SupportShape, reach: float) -> Mesh:
         return Mesh(mesh.vertices @ turn.T + np.array(shape.position), mesh.faces)
     if isinstance(shape, Ramp):
         return _stairs(shape) if shape.steps else _wedge(shape)
+    if isinstance(shape, Vessel):
+        mesh, turn = mesh_of(shape.body), matrix_of(about_up(shape.yaw))
+        return Mesh(mesh.vertices @ turn.T + np.array(shape.position), mesh.faces)
     return makers[type(shape)](shape, reach)
 
 

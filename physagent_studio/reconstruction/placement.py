@@ -19,6 +19,7 @@ from physagent_studio.program.scene import (
 from physagent_studio.reconstruction.alike_sizes import shared_places
 from physagent_studio.reconstruction.apart import moved_apart
 from physagent_studio.reconstruction.bases import base_of, is_in_round_stack, is_round, shape_of
+from physagent_studio.reconstruction.basins import standing_for
 from physagent_studio.reconstruction.forms import (
     Form,
     balances_on_a_point,
@@ -38,7 +39,7 @@ from physagent_studio.reconstruction.resting import settled
 from physagent_studio.reconstruction.shapes import Base
 from physagent_studio.reconstruction.survey import Survey
 from physagent_studio.reconstruction.tilted import tilt_of
-from physagent_studio.reconstruction.vessels import opened
+from physagent_studio.reconstruction.vessels import hollow_first, hollow_kinds, opened
 from physagent_studio.records.scene import Mesh, ShapeOffer
 
 FloatArray = NDArray[np.float64]
@@ -92,7 +93,10 @@ def place_all(
         done = _as_large(order, ground, done, held, tick)
     meshes = {name: one.form.mesh for name, one in done.items()}
     free = frozenset(item.name for item in order if item.position is None)
-    put = _apart({name: one.item for name, one in done.items()}, meshes, free)
+    bodies = {name: one.item for name, one in done.items()}
+    pools = standing_for(supports)
+    bodies |= {name: item for name, (item, _) in pools.items()}
+    put = _apart(bodies, {**meshes, **{name: mesh for name, (_, mesh) in pools.items()}}, free)
     placed = tuple(put.get(item.name, item) for item in objects)
     return Placed(placed, meshes, offers)
 
@@ -163,10 +167,12 @@ def _placed(
 ) -> dict[str, _One]:
     """Every object in its place, from the ground up. kinds: forms that are settled, by name."""
     out: dict[str, _One] = {}
-    done: dict[str, tuple[SceneObject, Mesh]] = {}
+    done = standing_for(ground.supports)
     for count, item in enumerate(order):
         offers = _offers(item, ground, done, kinds.get(item.name))
         form, read = offers[0], ground.read
+        hollow = item.shape is None and item.form is None and item.name in read.vessels
+        form = hollow_first(offers) if hollow else form
         if item.shape is None and item.form is None and _is_seen_to_balance(form, item.name, read):
             form = with_flats(form)
         if item.shape is None and item.name in read.vessels:
@@ -174,7 +180,8 @@ def _placed(
         fresh = item.name in ground.fresh
         put = settled(item, form, read, ground.supports, done, fresh)
         tried = tuple(ShapeOffer(one.kind, one.merit, one.iou) for one in offers)
-        out[item.name] = _One(put, form, offers[0].kind, tried if item.shape is None else ())
+        chosen = form.kind if hollow else offers[0].kind
+        out[item.name] = _One(put, form, chosen, tried if item.shape is None else ())
         done[item.name] = (put, form.mesh)
         tick((count + 1) / len(order))
     return out
@@ -230,6 +237,8 @@ def _offers(
         hidden = np.any(others, axis=0) if others else None
         wanted = item.form or kind
         only = wanted is not None and (kind is not None or item.name in ground.ranked)
+        if item.name in read.vessels and item.form is None:
+            usual = hollow_kinds(usual)
         found = forms(camera, mask, base, usual, wanted, hidden, only=only)
         return [tilt.in_world(form) for form in found] if tilt is not None else found
     if isinstance(item.shape, Inflated):

@@ -24,6 +24,7 @@ from physagent_studio.program.scene import (
     Support,
 )
 from physagent_studio.reconstruction import (
+    basins,
     findings,
     grounds,
     landmarks,
@@ -128,10 +129,12 @@ def _turned(state: SceneState) -> SceneState:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Sight:
-    """What the picture shows before anything is placed."""
+    """What the picture shows before anything is placed. basins: masks of supports that are open
+    vessels."""
 
     candidates: Mapping[str, tuple[Candidate, ...]]
     masks: dict[str, BoolArray]
+    basins: dict[str, BoolArray]
     regions: Mapping[str, BoolArray]
     found: Segments
     stances: Mapping[str, Stance]
@@ -187,19 +190,23 @@ def _seen(
     candidates = candidates_of(
         case, state, previous, segmenter, lambda: run.at("masks", 0.44), run.cancelled
     )
-    groundings = [(item.name, item.grounding) for item in state.objects]
-    masks = choose(candidates, groundings, image.shape[:2], image)
+    hollow = basins.basin_names(state, case.prompt)
+    things = (*state.objects, *(item for item in state.supports if item.name in hollow))
+    groundings = [(item.name, item.grounding) for item in things]
+    chosen = choose(candidates, groundings, image.shape[:2], image)
+    masks = {name: mask for name, mask in chosen.items() if name not in hollow}
     regions = regions_of(state, image, candidates, masks)
     run.at("camera", 0.45)
     found = segments(image)
-    stances = layout.read(masks, case.prompt)
+    stances = layout.read(chosen, case.prompt)
     covered = np.any(list(masks.values()), axis=0) if masks else np.zeros(image.shape[:2], bool)
     offers = {
         item.name: [offer.mask for offer in candidates.get(item.name, ())]
         for item in state.supports
     }
-    read = survey(case, image, state, stances, regions, found, covered, offers)
-    return _Sight(candidates, masks, regions, found, stances, read)
+    read = survey(case, image, state, stances, regions, found, covered, offers, hollow)
+    pools = {name: mask for name, mask in chosen.items() if name in hollow}
+    return _Sight(candidates, masks, pools, regions, found, stances, read)
 
 
 def _put(
@@ -213,12 +220,13 @@ def _put(
     read, stances = sight.read, sight.stances
     run.at("supports", 0.5)
     solid, open_supports = supports.resolve(state, read, stances, sight.regions, sight.found)
+    solid = basins.with_basins(solid, sight.basins, sight.masks, stances, read)
     run.at("objects", 0.55)
     given = {**(previous.meshes if previous is not None else {}), **bodies}
     placed = place_all(
         state.objects,
         solid,
-        sight.masks,
+        {**sight.masks, **sight.basins},
         stances,
         read,
         given,

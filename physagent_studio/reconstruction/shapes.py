@@ -19,12 +19,13 @@ from physagent_studio.program.scene import (
     Cylinder,
     Ellipsoid,
     Frustum,
+    Revolved,
     Shape,
     Sphere,
 )
 from physagent_studio.reconstruction.geometry import metres_per_pixel
 from physagent_studio.reconstruction.masks import BoolArray
-from physagent_studio.reconstruction.meshes import frustum_centre
+from physagent_studio.reconstruction.meshes import frustum_centre, profile_centre
 from physagent_studio.reconstruction.target import Target
 
 FloatArray = NDArray[np.float64]
@@ -36,8 +37,11 @@ COST = {
     "cylinder": 0.015,
     "box": 0.018,
     "frustum": 0.028,
+    "bowl": 0.028,
 }
 """What a kind has to win by: more freedom fits anything."""
+BOWL_RINGS = 16
+"""Rings between the foot and the rim of a bowl."""
 PRIOR = 0.04
 """What a kind gains if the name suggests it."""
 
@@ -144,7 +148,28 @@ def _outline(kind: str, q: FloatArray, eye: FloatArray) -> FloatArray:
             np.column_stack([_CIRCLE * top, np.full(40, size[1])]),
         ]
         return foot + np.vstack(rings)
+    if kind == "bowl":
+        rings = [
+            np.column_stack([_CIRCLE * radius, np.full(40, rise)])
+            for rise, radius in _bowl_profile(size, float(q[6]), 6)
+        ]
+        return foot + np.vstack(rings)
     return foot + _box_corners(size, q[6])
+
+
+def _bowl_profile(size: FloatArray, belly: float, rings: int) -> list[tuple[float, float]]:
+    """(height, radius) from the foot to the rim of a bowl: foot radius, height, rim radius.
+
+    belly: 0 for straight sides, 1 for those of an upright quarter of an ellipse.
+    """
+    foot, height, rim = (float(edge) for edge in size)
+    power = 1 + min(max(belly, 0.0), 1.3)
+    rise = 1 - np.cos(np.linspace(0, math.pi / 2, rings))
+    bulge = (1 - (1 - rise) ** power) ** (1 / power)
+    return [
+        (float(height * r), float(foot + (rim - foot) * b))
+        for r, b in zip(rise, bulge, strict=True)
+    ]
 
 
 def _box_corners(size: FloatArray, yaw: float) -> FloatArray:
@@ -166,6 +191,8 @@ def _starts(kind: str, width: float, height: float) -> list[list[float]]:
         return [[math.log(width / 2), math.log(max(height - width, 0.1 * height))]]
     if kind == "cylinder":
         return [[math.log(width / 2), math.log(height * 0.95)]]
+    if kind == "bowl":
+        return [[math.log(width / 4), h, math.log(width / 2), belly] for belly in (0.4, 1.0)]
     if kind == "frustum":
         return [[math.log(width / 2), h, math.log(width / 2)]]
     square = math.log(width * 0.74)
@@ -234,7 +261,7 @@ def _unusual(q: FloatArray, kind: str, longest: tuple[float, float]) -> float:
 
     What other things hide would else let a body grow without end.
     """
-    sizes = q[3:6] if kind in ("box", "frustum") else q[3:5]
+    sizes = q[3:6] if kind in ("box", "frustum", "bowl") else q[3:5]
     usual, spread = longest
     off = abs(float(sizes.max()) - math.log(usual)) / (spread + 0.25)
     return 0.02 * max(off - 2.0, 0.0) ** 2
@@ -276,6 +303,10 @@ def _named(kind: str, q: FloatArray, iou: float) -> Fit:
     elif kind == "frustum":
         shape = Frustum(bottom_radius=size[0], height=size[1], top_radius=size[2])
         lift = frustum_centre(shape)
+    elif kind == "bowl":
+        outline = _bowl_profile(np.array(size), float(q[6]), BOWL_RINGS)
+        lift = profile_centre(outline)
+        shape = Revolved(profile=tuple((rise - lift, radius) for rise, radius in outline))
     else:
         shape, lift = Box(size=(size[0], size[2], size[1])), size[1] / 2
         rotation = about_up(float(q[6]))

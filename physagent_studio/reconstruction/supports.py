@@ -50,7 +50,7 @@ def resolve(
     out: list[Support] = []
     flags: list[str] = []
     for support in state.supports:
-        if support.shape is not None:
+        if support.shape is not None or support.name in read.basins:
             out.append(support)
             continue
         shape = _shape(support, read, stances, regions, found)

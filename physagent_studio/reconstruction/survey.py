@@ -60,6 +60,7 @@ class Survey:
     in the air, the object or ramp that they hang above. root: the level plane of each stack.
     estimate: the horizon that the picture gives by itself, where one was stated unconfirmed.
     blocks: supports that are seen whole, in camera heights. vessels: objects open at the top.
+    basins: supports that are open vessels; `on`, `root` and `usual` tell of them too.
     """
 
     camera: Camera
@@ -74,6 +75,7 @@ class Survey:
     estimate: camera_cues.Horizon | None = None
     blocks: Mapping[str, Block] = field(default_factory=dict)
     vessels: frozenset[str] = frozenset()
+    basins: frozenset[str] = frozenset()
 
 
 def survey(
@@ -85,12 +87,15 @@ def survey(
     found: Segments,
     covered: BoolArray,
     offers: Mapping[str, Sequence[BoolArray]],
+    basins: frozenset[str] = frozenset(),
 ) -> Survey:
     """Read the picture.
 
     regions: masks of the supports that were clicked. covered: pixels of all objects.
-    offers: all masks of each such support, the likeliest first.
+    offers: all masks of each such support, the likeliest first. basins: supports that are open
+    vessels, which have stances as objects have.
     """
+    state = _without(state, basins)
     usual = {name: _usual(name, case.prompt, state.scale) for name in stances}
     usual = as_toys(usual, {name: stance.extent for name, stance in stances.items()})
     profiles = _profiles(state, found, (image.shape[1], image.shape[0]))
@@ -123,10 +128,29 @@ def survey(
         bare = state.model_copy(update={"camera": None, "horizon": None})
         estimate = _horizon(image, bare, stances, on, root, usual, found, shown, case.focal)
     vessels = frozenset(name for name in stances if is_vessel(name, case.prompt))
-    tops = heights.tops
     return Survey(
-        camera, scale, tops, on, under, root, usual, profiles, shown, estimate, blocks, vessels
+        camera=camera,
+        scale=scale,
+        tops=heights.tops,
+        on=on,
+        under=under,
+        root=root,
+        usual=usual,
+        profiles=profiles,
+        shown=shown,
+        estimate=estimate,
+        blocks=blocks,
+        vessels=vessels - basins,
+        basins=basins,
     )
+
+
+def _without(state: SceneState, basins: frozenset[str]) -> SceneState:
+    """The state without its open vessels: they are no level planes."""
+    if not basins:
+        return state
+    kept = tuple(item for item in state.supports if item.name not in basins)
+    return state.model_copy(update={"supports": kept})
 
 
 def _unit_camera(
@@ -236,6 +260,7 @@ def _horizon(
             camera_cues.Standing(frame.foot, frame.height, GOAL_HEIGHT, GOAL_SPREAD, FLOOR)
         )
     circles = [camera_cues.Disc(e.y, e.flatness) for e in shown.circles]
+    circles += [stance.rim for stance in stances.values() if stance.rim is not None]
     return camera_cues.estimate(image, found, standing, toes, circles, stated)
 
 

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 
 from physagent_studio.program.scene import Box, Cylinder, Frustum, Revolved, Shape
 from physagent_studio.reconstruction.forms import Form
 from physagent_studio.reconstruction.meshes import mesh_of
-from physagent_studio.reconstruction.names import words_of
+from physagent_studio.reconstruction.names import Usual, words_of
 
 WALL, THINNEST = 0.06, 0.0015
 """Thickness of a wall over the width of the rim, and the thinnest, m."""
 
+CAN_BE_HOLLOW = ("box", "cylinder", "frustum", "revolved")
+"""Kinds of forms that walls can be given."""
 _OPEN = (
     "bowl basket bucket pail cup mug teacup glass tumbler goblet beaker tub basin sink bathtub",
     "wastebasket hamper pan saucepan trough flowerpot tray planter",
@@ -53,6 +56,18 @@ def _gone_into(noun: str, prompt: str) -> bool:
         if noun in words_of(found.group("what").replace(" ", "_")):
             return True
     return False
+
+
+def hollow_kinds(usual: Usual) -> Usual:
+    """What is usual for a vessel: only forms that can be hollow, with a rim for turned ones."""
+    kinds = tuple(kind for kind in usual.shapes if kind in CAN_BE_HOLLOW)
+    turned = ("bowl",) if "revolved" in kinds else ()
+    return replace(usual, shapes=(*turned, *kinds) or ("bowl", "frustum", "box"))
+
+
+def hollow_first(found: Sequence[Form]) -> Form:
+    """The best of several forms, best first, that can be hollow; the best of all where none can."""
+    return next((form for form in found if _hollow(form.shape) is not None), found[0])
 
 
 def opened(form: Form) -> Form:

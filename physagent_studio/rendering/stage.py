@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Floor, SceneState, Wall
+from physagent_studio.program.scene import Floor, SceneState, Vessel, Wall
 from physagent_studio.records.scene import Mesh
 from physagent_studio.rendering.batch import Batch
 from physagent_studio.rendering.coverage import partial_pixels
@@ -64,9 +64,10 @@ class Stage:
         origin = np.array(camera.position, float)
         rays = pixel_rays(camera, lens)
         names = _solid_names(state, meshes)
+        hollow = {item.name for item in state.supports if isinstance(item.shape, Vessel)}
         depth, solid = _nearest([meshes[n] for n in names], camera, lens)
         return cls(
-            solids=tuple(_solid(n, meshes[n], origin) for n in names),
+            solids=tuple(_solid(n, meshes[n], origin, n in hollow) for n in names),
             depth=depth,
             solid=solid,
             share=_covered(_solid_meshes(state, meshes), solid, camera, lens),
@@ -175,7 +176,8 @@ def _planes_depth(state: SceneState, origin: FloatArray, rays: FloatArray) -> Fl
     return depth
 
 
-def _solid(name: str, mesh: Mesh, origin: FloatArray) -> Solid:
+def _solid(name: str, mesh: Mesh, origin: FloatArray, hollow: bool) -> Solid:
+    """The faces of a solid; of a hollow one those of its outside, behind which its inside is."""
     a, b, c = (mesh.vertices[mesh.faces[:, i]] for i in range(3))
     normals = np.cross(b - a, c - a)
     length = np.linalg.norm(normals, axis=1)
@@ -183,6 +185,9 @@ def _solid(name: str, mesh: Mesh, origin: FloatArray) -> Solid:
     normals = normals[keep] / length[keep, None]
     planes = np.column_stack([normals, np.einsum("ij,ij->i", normals, a[keep])])
     planes = np.unique(np.round(planes.astype(np.float64), 6), axis=0)
+    if hollow:
+        reach = (mesh.vertices @ planes[:, :3].T).max(0)
+        planes = planes[reach <= planes[:, 3] + 1e-3 * float(np.ptp(mesh.vertices, axis=0).max())]
     return Solid(name, planes[planes[:, :3] @ origin > planes[:, 3]])
 
 

@@ -10,12 +10,12 @@ import numpy as np
 from physagent_studio.errors import SimulationError
 from physagent_studio.program import SceneObject, SceneState
 from physagent_studio.program.bodies import Breakable, Granular, Liquid
-from physagent_studio.program.scene import MeshedSupport
+from physagent_studio.program.scene import MeshedSupport, Vessel
 from physagent_studio.records import Mesh
 from physagent_studio.simulation.clouds import Cloud
 from physagent_studio.simulation.contact_view import ContactView
 from physagent_studio.simulation.flexes import Flex, cloud_of, flex_of, mjcf
-from physagent_studio.simulation.geoms import add_mesh_support, add_piece, add_support, is_flat
+from physagent_studio.simulation.geoms import add_piece, add_solid_support, add_support, is_flat
 from physagent_studio.simulation.grains import Swarm, add_grains, add_pieces, swarm_cloud
 from physagent_studio.simulation.mj import Data, Model, Spec, mj
 from physagent_studio.simulation.model import REFERENCE_DENSITY, Compiled, Handle
@@ -56,8 +56,8 @@ def compile_model(
 ) -> Compiled:
     """Compiles the structure of a scene.
 
-    solids: per object. support_solids: of the supports that are meshes, by name. fixed: names
-    of the objects that some action may hold in place.
+    solids: per object. support_solids: of the supports that are meshes or vessels, by name. fixed:
+    names of the objects that some action may hold in place.
     Raises SimulationError where MuJoCo refuses the scene.
     """
     plan = _Plan()
@@ -71,8 +71,8 @@ def compile_model(
     for support in scene.supports:
         assert support.shape is not None
         shape = support.shape
-        if isinstance(shape, MeshedSupport):
-            plan.add(add_mesh_support(spec, support.name, shape, support_solids[support.name]))
+        if isinstance(shape, MeshedSupport | Vessel):
+            plan.add(add_solid_support(spec, support.name, shape, support_solids[support.name]))
         else:
             plan.add(add_support(spec, support.name, shape))
     pairs = _add_pairs(spec, plan, scene)

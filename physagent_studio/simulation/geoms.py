@@ -9,7 +9,15 @@ import numpy as np
 
 from physagent_studio.program.boards import rails_of
 from physagent_studio.program.rotations import about_up, multiply
-from physagent_studio.program.scene import Floor, MeshedSupport, Ramp, Slab, SupportShape, Wall
+from physagent_studio.program.scene import (
+    Floor,
+    MeshedSupport,
+    Ramp,
+    Slab,
+    SupportShape,
+    Vessel,
+    Wall,
+)
 from physagent_studio.program.stairs import treads_of
 from physagent_studio.simulation.mj import Spec, SpecBody, mj
 from physagent_studio.simulation.solids import Hull, Piece, Solid
@@ -110,10 +118,13 @@ def _add_stairs(body: SpecBody, label: str, stairs: Ramp) -> list[str]:
     return names
 
 
-def add_mesh_support(spec: Spec, name: str, shape: MeshedSupport, solid: Solid) -> list[str]:
-    """A support whose shape is a mesh; returns the names of its geoms."""
+def add_solid_support(
+    spec: Spec, name: str, shape: MeshedSupport | Vessel, solid: Solid
+) -> list[str]:
+    """A support that collides in pieces: a mesh, a vessel; returns the names of its geoms."""
     body = spec.worldbody.add_body(name=f"support/{name}")
-    body.pos, body.quat = shape.position, shape.rotation
+    turn = about_up(shape.yaw) if isinstance(shape, Vessel) else shape.rotation
+    body.pos, body.quat = shape.position, turn
     names = [f"support/{name}/{number}" for number in range(len(solid.pieces))]
     for label, piece in zip(names, solid.pieces, strict=True):
         add_piece(spec, body, label, piece)

@@ -17,7 +17,7 @@ from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.actions import FixObject
 from physagent_studio.program.bodies import Rigid
 from physagent_studio.program.rotations import matrix_of
-from physagent_studio.program.scene import MeshedSupport, Shape
+from physagent_studio.program.scene import MeshedSupport, Shape, Vessel
 from physagent_studio.records import Alarm, Mesh, Rollout
 from physagent_studio.simulation.build import compile_model
 from physagent_studio.simulation.clouds import Cloud
@@ -158,6 +158,8 @@ class Simulator:
             if isinstance(shape, MeshedSupport):
                 parts.append(self._digest(mesh))
                 meshed[support.name] = self._solid(support.name, shape, mesh)
+            elif isinstance(shape, Vessel):
+                meshed[support.name] = self._solid(support.name, shape.body, None)
         key = hashlib.sha256("\n".join(parts).encode()).hexdigest()
         if key not in self._models:
             self._models[key] = compile_model(scene, solids, meshed, fixed, meshes)

@@ -13,7 +13,7 @@ from physagent_studio.program.actions import (
     ApplyForce,
     SetVelocity,
 )
-from physagent_studio.program.scene import MeshedSupport, Ramp, Slab
+from physagent_studio.program.scene import MeshedSupport, Ramp, Slab, Vessel
 from physagent_studio.program.stairs import treads_of
 from physagent_studio.simulation.contact_law import density_of
 from physagent_studio.simulation.solids import Solid
@@ -43,6 +43,7 @@ def substeps_for(program: PhysicalProgram, solids: tuple[Solid, ...]) -> int:
     walls = [min(s.shape.size) for s in scene.supports if isinstance(s.shape, Slab | MeshedSupport)]
     slabs = [s.shape for s in scene.supports if isinstance(s.shape, Slab)]
     walls += [slab.rail for slab in slabs if slab.rail is not None]
+    walls += [s.shape.body.wall or 0.0 for s in scene.supports if isinstance(s.shape, Vessel)]
     ramps = [s.shape for s in scene.supports if isinstance(s.shape, Ramp)]
     walls += [tread.top for ramp in ramps for tread in treads_of(ramp)[:1]]
     for index, item in enumerate(scene.objects):

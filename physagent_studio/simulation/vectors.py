@@ -8,7 +8,15 @@ import numpy as np
 
 from physagent_studio.program import Directed
 from physagent_studio.program.actions import Direction
-from physagent_studio.program.scene import Floor, MeshedSupport, Ramp, Slab, SupportShape, Wall
+from physagent_studio.program.scene import (
+    Floor,
+    MeshedSupport,
+    Ramp,
+    Slab,
+    SupportShape,
+    Vessel,
+    Wall,
+)
 from physagent_studio.simulation.surfaces import FloatArray
 
 DIRECTIONS: dict[Direction, tuple[float, float, float]] = {
@@ -73,7 +81,7 @@ def support_centre(shape: SupportShape, near: FloatArray | None = None) -> Float
         case Wall(point=point, yaw=yaw):
             normal = np.array([math.cos(yaw), math.sin(yaw), 0.0])
             return origin - normal * float(normal @ (origin - np.array(point)))
-        case Slab(position=position) | MeshedSupport(position=position):
+        case Slab(position=position) | Vessel(position=position) | MeshedSupport(position=position):
             return np.array(position, float)
         case Ramp(toe=toe, yaw=yaw, run=run, rise=rise):
             ahead = np.array([math.cos(yaw), math.sin(yaw), 0.0]) * run / 2

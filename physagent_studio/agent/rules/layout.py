@@ -19,6 +19,7 @@ from physagent_studio.program.scene import (
     SceneState,
     Slab,
     Support,
+    Vessel,
     Wall,
 )
 from physagent_studio.program.shapes import Placed, gap, lowest, outline_of, place_support, reach
@@ -106,7 +107,7 @@ class Layout:
         if landmark is not None and landmark.points:
             return np.array(landmark.points, float).mean(axis=0)
         support = self.state.support(name)
-        if support is not None and isinstance(support.shape, Slab):
+        if support is not None and isinstance(support.shape, Slab | Vessel):
             return np.array(support.shape.position, float)
         if support is not None and isinstance(support.shape, Ramp):
             return _ramp_middle(support.shape)

@@ -13,7 +13,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from physagent_studio.program import PhysicalProgram, SceneObject, Support
-from physagent_studio.program.scene import MeshedSupport, Ramp, Slab
+from physagent_studio.program.scene import MeshedSupport, Ramp, Shape, Slab, Vessel
 from physagent_studio.program.shapes import outline_of
 
 Schema = dict[str, Any]
@@ -116,15 +116,23 @@ def _extent(item: SceneObject | Support) -> tuple[Size, Size]:
     """Size and middle of a thing, m; of half-spaces something to look at."""
     if isinstance(item, SceneObject):
         assert item.shape is not None
-        x, y, z = (_neat(float(part)) for part in outline_of(item.shape).size)
-        return (x, y, z), item.position or (0.0, 1.5, z / 2)
+        size = _sides(item.shape)
+        return size, item.position or (0.0, 1.5, size[2] / 2)
     shape = item.shape
     if isinstance(shape, Slab | MeshedSupport):
         return shape.size, shape.position
+    if isinstance(shape, Vessel):
+        return _sides(shape.body), shape.position
     if isinstance(shape, Ramp):
         x, y, z = shape.toe
         return (shape.run, shape.width, shape.rise), (x + shape.run / 2, y, z + shape.rise / 2)
     return (1.0, 0.6, 0.4), (0.0, 1.5, 0.2)
+
+
+def _sides(shape: Shape) -> Size:
+    """Edges of the box around a shape, m."""
+    x, y, z = (_neat(float(part)) for part in outline_of(shape).size)
+    return x, y, z
 
 
 def shape_like(kind: str, size: Size, _middle: Size) -> dict[str, Any] | None:
@@ -154,6 +162,10 @@ def support_like(kind: str, size: Size, middle: Size) -> dict[str, Any] | None:
         "ramp": {
             "toe": [_neat(x - size[0] / 2), y, low], "yaw": 0.0, "run": size[0],
             "rise": size[2], "width": size[1],
+        },
+        "vessel": {
+            "position": [x, y, z], "yaw": 0.0,
+            "body": {"kind": "box", "size": list(size), "wall": _neat(0.05 * min(size))},
         },
     }  # fmt: skip
     return {"kind": kind, **made[kind]} if kind in made else None

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.program import PhysicalProgram, Support
 from physagent_studio.program.rotations import about_up, matrix_of
-from physagent_studio.program.scene import Floor, Ramp, SceneState, Slab
+from physagent_studio.program.scene import Floor, Ramp, SceneState, Slab, Vessel
 from physagent_studio.program.shapes import outline_of
 from physagent_studio.studio.view import Selection
 
@@ -66,7 +66,8 @@ def _beside(program: PhysicalProgram) -> Spot:
 
 def _clear_of(scene: SceneState, x: float, y: float, size: float) -> float:
     """x, m, or as far to the right of it as no table and no ramp is in the way."""
-    blocks = [_footprint(one.shape) for one in scene.supports if isinstance(one.shape, Slab | Ramp)]
+    shapes = [one.shape for one in scene.supports]
+    blocks = [_footprint(one) for one in shapes if isinstance(one, Slab | Ramp | Vessel)]
     for low, high in sorted(blocks, key=lambda block: float(block[0][0])):
         beside_it = low[1] - size < y < high[1] + size
         if beside_it and low[0] - size < x < high[0] + size:
@@ -74,10 +75,11 @@ def _clear_of(scene: SceneState, x: float, y: float, size: float) -> float:
     return x
 
 
-def _footprint(shape: Slab | Ramp) -> tuple[FloatArray, FloatArray]:
+def _footprint(shape: Slab | Ramp | Vessel) -> tuple[FloatArray, FloatArray]:
     """Lowest and highest x and y of a support, m."""
-    if isinstance(shape, Slab):
-        half = np.array(shape.size[:2]) / 2
+    if isinstance(shape, Slab | Vessel):
+        edges = shape.size if isinstance(shape, Slab) else outline_of(shape.body).size
+        half = np.array(edges[:2]) / 2
         corners, place = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half, shape.position
     else:
         length, side = shape.run + shape.plateau, shape.width / 2

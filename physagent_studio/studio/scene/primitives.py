@@ -40,7 +40,12 @@ def mesh_of_support(item: Support) -> Mesh | None:
     elif isinstance(shape, scene.Ramp):
         made = _wedge(shape)
         turn, place = about_up(shape.yaw), np.array(shape.toe)
+    elif isinstance(shape, scene.Vessel):
+        made = _shape(shape.body)
+        turn, place = about_up(shape.yaw), np.array(shape.position)
     else:
+        return None
+    if made is None:
         return None
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = matrix_of(turn), place

@@ -92,7 +92,13 @@ def land(c: Context) -> list[Spec]:
     """Comes down onto or into something, in a posture where one is said."""
     place = c.frame.place("on", "in", "into", "object", "toward", "at", "atop")
     found: list[Spec] = []
-    if place is None or place.kind == "group":
+    near = c.frame.place("near")
+    if place is None and near is not None and near.kind != "group":
+        below = c.layout.carrier(near.name) if near.kind == "object" else None
+        found.append(spec("contacts", c.subject, other=below or c.layout.ground()))
+        far = c.length(2.0, 0.1, 0.6)
+        found.append(spec("stops", c.subject, near=place_name(near), distance=far))
+    elif place is None or place.kind == "group":
         found.append(spec("contacts", c.subject, other=c.layout.ground()))
     elif place.kind == "landmark":
         found.append(spec("lands_in", c.subject, landmark=place_name(place)))

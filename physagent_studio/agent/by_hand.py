@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.records import LoopState
-from physagent_studio.records.judgement import ROLES, RoleName
+from physagent_studio.records.loop_state import ROLES, RoleName
 
 TURNS: dict[str, RoleName] = {"generate": "generator", "judge": "verifier", "propose": "planner"}
 """The phase in which a role acts."""

@@ -7,62 +7,25 @@ never simulates. Every state that `advance` returns can be persisted and continu
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-
 from physagent_studio.agent.by_hand import turn_of
+from physagent_studio.agent.crew import Bench, Crew
 from physagent_studio.agent.memory import changed_among, memory_of
+from physagent_studio.agent.previews import preview_of, trial_of, without_run
 from physagent_studio.agent.reviewer import POLICIES
-from physagent_studio.agent.roles import Generator, Planner, Situation, Trial, Verifier
-from physagent_studio.errors import Cancelled, ProgramError, StudioError
-from physagent_studio.program import PhysicalProgram, SceneState, apply
+from physagent_studio.agent.roles import Situation
+from physagent_studio.errors import ProgramError
+from physagent_studio.program import PhysicalProgram, apply
 from physagent_studio.records import (
-    Case,
-    Check,
     Decision,
-    Image,
     LoopState,
-    Preview,
     Proposal,
-    Rollout,
     RolloutEvidence,
     Round,
-    Scene,
     SceneEvidence,
 )
 
 REFUSALS = 5
 """Proposals of one round that a policy turns down before it stops asking for more."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Crew:
-    """Who plays the three roles."""
-
-    generator: Generator
-    verifier: Verifier
-    planner: Planner
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Bench:
-    """What the loop works with; the workbench supplies it.
-
-    put/get pairs keep arrays out of the state: they return and take keys. evidence renders
-    the sampled frames of a rollout, or returns () where nothing shall be rendered.
-    """
-
-    case: Case
-    reconstruct: Callable[[SceneState, Scene | None], Scene]
-    simulate: Callable[[PhysicalProgram, Scene], Rollout]
-    measure: Callable[[PhysicalProgram, Rollout], tuple[Check, ...]]
-    view: Callable[[Scene], Image | None]
-    evidence: Callable[[Scene, Rollout], tuple[Image, ...]]
-    put_scene: Callable[[Scene], str]
-    get_scene: Callable[[str], Scene]
-    put_rollout: Callable[[Rollout], str]
-    get_rollout: Callable[[str], Rollout]
-    put_frames: Callable[[tuple[Image, ...]], str]
 
 
 def advance(state: LoopState, crew: Crew, bench: Bench) -> LoopState:
@@ -171,7 +134,7 @@ def _propose(state: LoopState, crew: Crew, bench: Bench) -> LoopState:
     current = _head(state)
     assert current.assessment is not None
     scene = bench.get_scene(_key(current.scene))
-    trial = _trial(scene, bench)
+    trial = trial_of(scene, bench)
     situation = Situation(
         case=bench.case,
         program=current.program,
@@ -188,7 +151,7 @@ def _propose(state: LoopState, crew: Crew, bench: Bench) -> LoopState:
         proposal = proposal.model_copy(update={"contradiction": contradiction})
     if current.assessment.stage == "reconstruction":
         # What fails in the picture is repaired in the picture: nothing is simulated on it.
-        preview = _without_run(current.program, proposal)
+        preview = without_run(current.program, proposal)
     else:
         preview = preview_of(current.program, proposal, trial, bench)
     if preview.program is not None:
@@ -212,7 +175,7 @@ def offer(state: LoopState, proposal: Proposal, bench: Bench, decision: Decision
     An open proposal is turned down with `decision`.
     """
     current = _head(state)
-    trial = _trial(bench.get_scene(_key(current.scene)), bench)
+    trial = trial_of(bench.get_scene(_key(current.scene)), bench)
     preview = preview_of(current.program, proposal, trial, bench)
     rejected = current.rejected
     if current.proposal is not None:
@@ -229,53 +192,6 @@ def offer(state: LoopState, proposal: Proposal, bench: Bench, decision: Decision
         }
     )
     return _to(replace_round(state, offered), "decide")
-
-
-def _trial(scene: Scene, bench: Bench) -> Callable[[PhysicalProgram], Trial]:
-    def try_out(program: PhysicalProgram) -> Trial:
-        if program.scene != scene.state:
-            changed = bench.reconstruct(program.scene, scene)
-            program = program.model_copy(update={"scene": changed.state})
-            rollout = bench.simulate(program, changed)
-        else:
-            rollout = bench.simulate(program, scene)
-        return Trial(rollout, bench.measure(program, rollout))
-
-    return try_out
-
-
-def _without_run(program: PhysicalProgram, proposal: Proposal) -> Preview:
-    """Whether the edits of a stage 1 proposal apply; the next round shows what they do."""
-    if not proposal.hunks:
-        return Preview(program=None)
-    try:
-        return Preview(program=apply(program, proposal.edits))
-    except StudioError as error:
-        return Preview(program=None, problem=str(error))
-
-
-def preview_of(
-    program: PhysicalProgram,
-    proposal: Proposal,
-    trial: Callable[[PhysicalProgram], Trial],
-    bench: Bench,
-) -> Preview:
-    """Tries a proposal out, for the eyes of whoever decides; not a round."""
-    if not proposal.hunks:
-        return Preview(program=None)
-    try:
-        revised = apply(program, proposal.edits)
-        ran = trial(revised)
-    except Cancelled:
-        raise
-    except StudioError as error:
-        return Preview(program=None, problem=str(error))
-    return Preview(
-        program=revised,
-        checks=ran.checks,
-        passed=all(check.ok for check in ran.checks if check.demanded),
-        rollout=bench.put_rollout(ran.rollout),
-    )
 
 
 def _review(state: LoopState) -> LoopState:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from physagent_studio.agent.loop import Crew
+from physagent_studio.agent.crew import Crew
 from physagent_studio.agent.rules import RuleVerifier
 from physagent_studio.benchmark.plain_vectors import PlainGenerator, PlainPlanner
 from physagent_studio.errors import InputError

@@ -16,7 +16,7 @@ from physagent_studio.cli.targets import agent_name, case_of, is_session
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import annotated, read_lessons
 from physagent_studio.records import LoopState
-from physagent_studio.records.judgement import ROLES
+from physagent_studio.records.loop_state import ROLES
 from physagent_studio.session import Session, Store
 from physagent_studio.workbench.commands import SetRoles
 from physagent_studio.workbench.desk import Desk

@@ -10,7 +10,6 @@ from physagent_studio.records.judgement import (
     Decision,
     Hunk,
     Lesson,
-    LoopState,
     Memory,
     MemoryEntry,
     Mismatch,
@@ -19,6 +18,7 @@ from physagent_studio.records.judgement import (
     Proposal,
     Round,
 )
+from physagent_studio.records.loop_state import LoopState
 from physagent_studio.records.rollout import CONTACT_DTYPE, ActionSpan, Alarm, Release, Rollout
 from physagent_studio.records.scene import Candidate, Finding, Mesh, Scene, ShapeOffer
 

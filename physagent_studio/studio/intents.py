@@ -15,7 +15,8 @@ from physagent_studio.errors import InputError
 from physagent_studio.program import Edit, Frozen
 from physagent_studio.program.base import Name, Text
 from physagent_studio.program.scene import Click
-from physagent_studio.records.judgement import DecisionKind, PolicyName, RoleName
+from physagent_studio.records.judgement import DecisionKind
+from physagent_studio.records.loop_state import PolicyName, RoleName
 from physagent_studio.studio.intents_mesh import MeshIntent
 from physagent_studio.studio.intents_photo import PhotoIntent
 from physagent_studio.studio.intents_shelf import Present, ShelfIntent

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from physagent_studio.program import Click, Edit, PhysicalProgram
 from physagent_studio.records import Mesh
-from physagent_studio.records.judgement import DecisionKind, PolicyName, RoleName
+from physagent_studio.records.judgement import DecisionKind
+from physagent_studio.records.loop_state import PolicyName, RoleName
 
 if TYPE_CHECKING:
     from physagent_studio.workbench.desk import Desk

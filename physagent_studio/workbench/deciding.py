@@ -10,7 +10,7 @@ from physagent_studio.errors import InputError
 from physagent_studio.program import Edit, PhysicalProgram
 from physagent_studio.program.diff import diff
 from physagent_studio.records import Decision, LoopState, Override, Round
-from physagent_studio.records.judgement import RoleName
+from physagent_studio.records.loop_state import RoleName
 from physagent_studio.session.session import now
 from physagent_studio.workbench import commands
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.agent.by_hand import without_schedule
-from physagent_studio.agent.loop import Bench, Crew
+from physagent_studio.agent.crew import Bench, Crew
 from physagent_studio.agent.rules import RuleGenerator, RulePlanner, RuleVerifier
 from physagent_studio.agent.vlm import (
     CallRecord,
@@ -27,7 +27,7 @@ from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.program.scene import Meshed
 from physagent_studio.reconstruction import reconstruct
 from physagent_studio.records import Case, Image, Mesh, Rollout, Scene
-from physagent_studio.records.judgement import RoleName
+from physagent_studio.records.loop_state import RoleName
 from physagent_studio.rendering import Compositor, frame_of
 from physagent_studio.session import Session
 from physagent_studio.simulation import Simulator

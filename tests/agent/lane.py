@@ -6,7 +6,8 @@ from collections.abc import Callable
 
 import pytest
 
-from physagent_studio.agent.loop import Bench, Crew, advance, decide, replace_round
+from physagent_studio.agent.crew import Bench, Crew
+from physagent_studio.agent.loop import advance, decide, replace_round
 from physagent_studio.agent.memory import memory_of
 from physagent_studio.agent.roles import Generator, Situation
 from physagent_studio.agent.rules import RuleGenerator, RulePlanner, RuleVerifier

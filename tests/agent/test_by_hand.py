@@ -10,7 +10,7 @@ from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.program import PhysicalProgram, SetField, apply
 from physagent_studio.records import Decision, LoopState, Override, Proposal
-from physagent_studio.records.judgement import RoleName
+from physagent_studio.records.loop_state import RoleName
 from physagent_studio.workbench.deciding import forked, overruled, with_roles
 from tests.agent.lane import AIM, SPEED, Loop, Weak
 

@@ -8,7 +8,8 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
-from physagent_studio.agent.loop import Bench, Crew, advance, decide
+from physagent_studio.agent.crew import Bench, Crew
+from physagent_studio.agent.loop import advance, decide
 from physagent_studio.agent.reviewer import POLICIES
 from physagent_studio.agent.roles import Situation
 from physagent_studio.errors import EditError

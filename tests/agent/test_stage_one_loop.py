@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from physagent_studio.agent.loop import Bench, Crew, advance
+from physagent_studio.agent.crew import Bench, Crew
+from physagent_studio.agent.loop import advance
 from physagent_studio.agent.rules import RuleGenerator, RulePlanner, RuleVerifier
 from physagent_studio.exchange import load_case
 from physagent_studio.program import PhysicalProgram, SceneState, apply

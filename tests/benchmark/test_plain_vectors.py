@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from physagent_studio.agent.loop import Bench, Crew, advance
+from physagent_studio.agent.crew import Bench, Crew
+from physagent_studio.agent.loop import advance
 from physagent_studio.agent.rules import RuleGenerator, RuleVerifier
 from physagent_studio.benchmark.plain_vectors import PlainGenerator, PlainPlanner, plain
 from physagent_studio.contract import measure

@@ -17,7 +17,7 @@ from pydantic import Field, SecretStr, ValidationError, field_validator
 
 from physagent_studio.errors import BackendMissing, InputError
 from physagent_studio.program.base import Frozen
-from physagent_studio.records.judgement import ROLES, RoleName
+from physagent_studio.records.loop_state import ROLES, RoleName
 
 OPENAI = "https://api.openai.com/v1"
 MOST_CONFIG_BYTES = 65_536

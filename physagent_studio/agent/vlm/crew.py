@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 
-from physagent_studio.agent.loop import Crew
+from physagent_studio.agent.crew import Crew
 from physagent_studio.agent.vlm.config import Settings, load_settings
 from physagent_studio.agent.vlm.generator import VlmGenerator
 from physagent_studio.agent.vlm.line import Line
@@ -16,7 +16,7 @@ from physagent_studio.agent.vlm.tape import Tape
 from physagent_studio.agent.vlm.verifier import VlmVerifier
 from physagent_studio.agent.vlm.wire import check_installed
 from physagent_studio.errors import InputError
-from physagent_studio.records.judgement import ROLES, RoleName
+from physagent_studio.records.loop_state import ROLES, RoleName
 
 Record = Callable[[CallRecord], None]
 

@@ -19,7 +19,7 @@ from physagent_studio.agent.vlm.prompting import prompt
 from physagent_studio.agent.vlm.spending import CallRecord, Ledger, price
 from physagent_studio.agent.vlm.tape import Tape
 from physagent_studio.errors import Cancelled
-from physagent_studio.records.judgement import RoleName
+from physagent_studio.records.loop_state import RoleName
 
 FORMATS = ("json_schema", "json_object", "text")
 LONGEST_WAIT = 60.0

@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 import yaml
 
-from physagent_studio.agent.loop import Bench, Crew, advance
+from physagent_studio.agent.crew import Bench, Crew
+from physagent_studio.agent.loop import advance
 from physagent_studio.agent.rules import RuleGenerator, RulePlanner, RuleVerifier
 from physagent_studio.contract import measure
 from physagent_studio.program.contract import Contract, Statement

@@ -12,7 +12,7 @@ import pytest
 from physagent_studio.agent.vlm.config import Endpoint, Limits, Patience
 from physagent_studio.agent.vlm.line import Line
 from physagent_studio.agent.vlm.spending import CallRecord, Ledger
-from physagent_studio.records.judgement import RoleName
+from physagent_studio.records.loop_state import RoleName
 from tests.agent.vlm.server import Model, ModelServer
 
 QUICK = Patience(timeout=30.0, retries=2, backoff=0.0)

@@ -12,7 +12,8 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.agent.loop import Bench, advance
+from physagent_studio.agent.crew import Bench
+from physagent_studio.agent.loop import advance
 from physagent_studio.agent.vlm import CallLog, crew_from_environment
 from physagent_studio.assets import assets_dir
 from physagent_studio.contract import measure

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from physagent_studio.agent.loop import Crew
+from physagent_studio.agent.crew import Crew
 from physagent_studio.agent.rules import RuleVerifier
 from physagent_studio.agent.vlm import (
     CallRecord,
@@ -19,7 +19,7 @@ from physagent_studio.agent.vlm.config import Settings, load_settings
 from physagent_studio.agent.vlm.failures import BudgetSpent
 from physagent_studio.errors import BackendMissing, InputError
 from physagent_studio.records import Case, LoopState
-from physagent_studio.records.judgement import ROLES
+from physagent_studio.records.loop_state import ROLES
 from physagent_studio.session import Store
 from physagent_studio.workbench.engine import Engine
 

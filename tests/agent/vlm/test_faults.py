@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from physagent_studio.agent.loop import Crew, advance, decide
+from physagent_studio.agent.crew import Crew
+from physagent_studio.agent.loop import advance, decide
 from physagent_studio.agent.vlm import VlmError, VlmGenerator, VlmPlanner, VlmVerifier
 from physagent_studio.agent.vlm.config import Limits, Patience
 from physagent_studio.agent.vlm.line import Line

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from physagent_studio.agent.loop import Crew, advance
+from physagent_studio.agent.crew import Crew
+from physagent_studio.agent.loop import advance
 from physagent_studio.agent.vlm import VlmGenerator, VlmPlanner, VlmVerifier
 from physagent_studio.agent.vlm.line import Line
 from physagent_studio.agent.vlm.spending import CallRecord

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from physagent_studio.agent.loop import Crew, advance
+from physagent_studio.agent.crew import Crew
+from physagent_studio.agent.loop import advance
 from physagent_studio.agent.vlm import crew_of, wire
 from physagent_studio.agent.vlm.config import Endpoint, Limits, Settings, TapeSettings
 from physagent_studio.agent.vlm.failures import TapeMiss

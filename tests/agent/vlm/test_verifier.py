@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from physagent_studio.agent.loop import Crew, advance
+from physagent_studio.agent.crew import Crew
+from physagent_studio.agent.loop import advance
 from physagent_studio.agent.vlm import VlmGenerator, VlmPlanner, VlmVerifier
 from physagent_studio.program import (
     PhysicalProgram,

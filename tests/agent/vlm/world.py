@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from physagent_studio.agent.loop import Bench
+from physagent_studio.agent.crew import Bench
 from physagent_studio.contract import measure
 from physagent_studio.errors import SimulationError
 from physagent_studio.program import (

@@ -1,0 +1,60 @@
+"""Trying a proposal out before anybody decides on it; not a round."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from physagent_studio.agent.crew import Bench
+from physagent_studio.agent.roles import Trial
+from physagent_studio.errors import Cancelled, StudioError
+from physagent_studio.program import PhysicalProgram, apply
+from physagent_studio.records import Preview, Proposal, Scene
+
+
+def trial_of(scene: Scene, bench: Bench) -> Callable[[PhysicalProgram], Trial]:
+    """How a candidate program is tried on a scene: reconstructed anew where it changes it."""
+
+    def try_out(program: PhysicalProgram) -> Trial:
+        if program.scene != scene.state:
+            changed = bench.reconstruct(program.scene, scene)
+            program = program.model_copy(update={"scene": changed.state})
+            rollout = bench.simulate(program, changed)
+        else:
+            rollout = bench.simulate(program, scene)
+        return Trial(rollout, bench.measure(program, rollout))
+
+    return try_out
+
+
+def without_run(program: PhysicalProgram, proposal: Proposal) -> Preview:
+    """Whether the edits of a stage 1 proposal apply; the next round shows what they do."""
+    if not proposal.hunks:
+        return Preview(program=None)
+    try:
+        return Preview(program=apply(program, proposal.edits))
+    except StudioError as error:
+        return Preview(program=None, problem=str(error))
+
+
+def preview_of(
+    program: PhysicalProgram,
+    proposal: Proposal,
+    trial: Callable[[PhysicalProgram], Trial],
+    bench: Bench,
+) -> Preview:
+    """Tries a proposal out, for the eyes of whoever decides; not a round."""
+    if not proposal.hunks:
+        return Preview(program=None)
+    try:
+        revised = apply(program, proposal.edits)
+        ran = trial(revised)
+    except Cancelled:
+        raise
+    except StudioError as error:
+        return Preview(program=None, problem=str(error))
+    return Preview(
+        program=revised,
+        checks=ran.checks,
+        passed=all(check.ok for check in ran.checks if check.demanded),
+        rollout=bench.put_rollout(ran.rollout),
+    )

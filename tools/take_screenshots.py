@@ -118,6 +118,15 @@ def editing(page: Page) -> None:
     page.get_by_role("group", name="Proposal").scroll_into_view_if_needed()
 
 
+def my_verdict(page: Page) -> None:
+    """Verdicts are the person's; the repair is accepted, and the event waits for one."""
+    page.get_by_role("button", name="By me: nothing but decisions").click()
+    page.get_by_role("button", name="Verdicts", exact=True).click()
+    page.get_by_role("button", name="Accept", exact=True).click()
+    page.get_by_role("button", name="It matches").click()
+    page.get_by_text("Does the event happen?").wait_for()
+
+
 def in_the_inspector(page: Page) -> None:
     """An action selected in the timeline."""
     page.locator(".tl [data-action] .body").first.click()
@@ -166,6 +175,7 @@ SHOTS = (
     Shot("studio-table", "assets/table", "falls_off", falling, to_the_end=True),
     Shot("studio-impact", "assets/demo", "knocks_block_over", at_impact, to_the_end=True),
     Shot("studio-edit", "assets/table", "stays_on_table", editing),
+    Shot("studio-verdict", "assets/table", "stays_on_table", my_verdict),
     Shot("studio-inspector", "assets/demo", "only_the_cube", in_the_inspector, dark=True),
     Shot("studio-program", "assets/demo", "only_the_cube", wrong_text),
     Shot("studio-scene", "assets/demo", "only_the_cube", from_the_side, dark=True),

@@ -102,3 +102,19 @@ def test_a_scene_that_matches_is_no_failed_event(tmp_path: Path) -> None:
     assert found["shown"]["stage"] == "reconstruction"
     assert found["shown"]["machine"] is True
     assert all(one["text"] and not one["measured"] for one in found["checks"])
+
+
+def test_a_round_that_waits_for_my_verdict_has_none_yet(tmp_path: Path) -> None:
+    workbench = Workbench(Store(tmp_path), evidence=False)
+    roles = commands.SetRoles(("verifier",))
+    for command in (commands.OpenCase(assets_dir() / "demo"), roles, commands.ForkFrom("r1")):
+        workbench.post(command)
+    assert workbench.wait(60)
+    waiting = state_of(workbench.snapshot())
+    assert (waiting["turn"], waiting["rounds"][0]["verdict"]) == ("verifier", "open")
+    workbench.post(commands.OverruleVerdict(False, "the ball is elsewhere"))
+    assert workbench.wait(60)
+    refused = state_of(workbench.snapshot())
+    assert (refused["turn"], refused["rounds"][0]["verdict"]) == ("", "failed")
+    assert "the ball is elsewhere" in refused["proposal"]["question"]
+    workbench.close()

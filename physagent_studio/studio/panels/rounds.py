@@ -116,11 +116,13 @@ def _row(
 ) -> dict[str, Any]:
     assessment = item.assessment
     demands = demands_of(() if assessment is None else assessment.checks)
+    waits = turn_of(loop) == "verifier"
     return {
         "id": item.id,
         "number": item.number,
         "depth": depth,
-        "verdict": verdict_of(item),
+        # What a person is still to judge has no verdict yet, whatever was measured.
+        "verdict": "open" if item.id == loop.head and waits else verdict_of(item),
         "overruled": item.ruling is not None,
         "stage": "" if assessment is None else assessment.stage,
         "realised": sum(check.ok for check in demands),

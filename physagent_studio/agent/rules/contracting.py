@@ -12,6 +12,7 @@ from physagent_studio.agent.rules.reading import EventFrame, Place, Reading
 from physagent_studio.agent.rules.reading.vocabulary import SHARES
 from physagent_studio.agent.rules.senses import SENSES
 from physagent_studio.agent.rules.senses.beside import beside
+from physagent_studio.agent.rules.sequence import afterwards, matched, ranked
 from physagent_studio.agent.rules.specs import Context, Spec, place_name
 from physagent_studio.program.contract import Contract
 
@@ -62,11 +63,14 @@ class _Draft:
         elif frame.counted and len(groups) > 1:
             self._count_group(groups, frame)
         elif frame.any_one and len(groups) > 1:
-            self._any_group(groups, frame.clause)
+            self._any_group(self._matched(index, frame, groups) or groups, frame.clause)
         else:
             for spec in (one for group in groups for one in group):
                 self._state(spec, frame.clause)
             self._order(index, frame, groups)
+            self._sequel(index, frame, groups)
+            for spec in ranked(frame, groups):
+                self._state(spec, frame.clause)
             self._in_time(index, frame, groups)
 
     def _demanded(self, index: int, frame: EventFrame, subject: str) -> list[Spec]:
@@ -134,7 +138,7 @@ class _Draft:
             found.append(_SAID.get(word, word))
         if frame.timing and frame.timing not in kinds:
             found.append(_SAID[frame.timing])
-        return found
+        return [*found, *_unmeasured(frame, kinds)]
 
     def _is_given(self, frame: EventFrame, relation: str, place: Place) -> bool:
         if place.kind == "group" or frame.sense in ("be", "hang", "withdrawn"):
@@ -173,6 +177,28 @@ class _Draft:
             pair = (other, mine) if frame.link == "before" else (mine, other)
             self._state(Spec("before", {}, pair), frame.clause)
 
+    def _sequel(self, index: int, frame: EventFrame, groups: list[list[Spec]]) -> None:
+        """ "First … then … finally": in that order."""
+        main = self.reading.frames[index - 1] if index else None
+        if main is None or not frame.sequel or main.negated or main.any_one or main.counted:
+            return
+        if main.sense not in SENSES or frame.link not in ("then", "once"):
+            return
+        earlier = [s for name in main.patient[:1] for s in self._demanded(index - 1, main, name)]
+        order = afterwards(earlier, groups[0] if groups else [])
+        if order is not None:
+            self._state(order, frame.clause)
+
+    def _matched(self, index: int, frame: EventFrame, groups: list[list[Spec]]) -> list[list[Spec]]:
+        """What "the other" does, or the one itself goes on to do, with what the one does."""
+        main = self.reading.frames[index - 1] if index else None
+        if main is None or set(main.patient) != set(frame.patient) or main.negated:
+            return []
+        if not main.any_one or main.sense not in SENSES:
+            return []
+        first = [self._demanded(index - 1, main, name) for name in frame.patient]
+        return [list(way) for way in matched(main, frame, first, groups)]
+
     def _in_time(self, index: int, frame: EventFrame, groups: list[list[Spec]]) -> None:
         """ "One after another", "at the same time": of several, or of this and what was told."""
         if not frame.timing:
@@ -206,13 +232,23 @@ class _Draft:
         following = self.reading.frames[index + 1 : index + 2]
         # "Does not move until …" speaks of the beginning.
         first = bool(following) and following[0].link in ("until", "before")
-        for one in (part for group in groups for part in _denied(group)):
+        touched = self._touched(index, frame)
+        for one in (part for group in groups for part in _denied(group, touched)):
             if one.kind == "moves" and not {"direction", "toward"} & set(one.fields):
                 still = {"subject": one.fields["subject"], "distance": 0.05, "tilt": 15.0}
                 still |= {"to_step": BEGINNING} if first else {}
                 self._state(Spec("stays", still), clause)
             else:
                 self._state(one.opposite(), clause)
+
+    def _touched(self, index: int, frame: EventFrame) -> bool | None:
+        """Whether an earlier clause has the agent touch it; None where nothing acts on it."""
+        if not frame.agent:
+            return None
+        met = (f for f in self.reading.frames[:index] if not f.negated and f.agent)
+        return any(
+            set(f.agent) & set(frame.agent) and set(f.patient) & set(frame.patient) for f in met
+        )
 
     def _any_group(self, groups: list[list[Spec]], clause: str) -> None:
         of = self._joined(groups, clause)
@@ -272,12 +308,35 @@ _SAID = {
 """How joined words were written."""
 
 
-def _denied(group: list[Spec]) -> list[Spec]:
-    """What "does not …" denies: where it gets to, else the events, and not how they go on."""
+def _unmeasured(frame: EventFrame, kinds: set[str]) -> list[str]:
+    """Numbers of a clause that no statement of the kind that takes them holds."""
+    takes = (
+        (frame.distance, ("moves", "stops"), "m"), (frame.speed, ("speed_between",), "m/s"),
+        (frame.angle, ("rotates", "flips"), "degrees"), (frame.delay, ("stays",), "s"),
+    )  # fmt: skip
+    return [
+        f"{said:g} {unit}"
+        for said, holding, unit in takes
+        if said is not None and not kinds & set(holding)
+    ]
+
+
+def _denied(group: list[Spec], touched: bool | None) -> list[Spec]:
+    """What "does not …" denies: where it gets to, else the events, and not how they go on.
+
+    touched: an earlier clause has the agent touch it; None without an agent. "Touches it without
+    knocking it over" denies that it falls over; "does not slide off the table" that it comes off,
+    not that it moves.
+    """
     aims = [s for s in group if s.kind in _AIMS and not s.fields.get("negated")]
     if aims:
         return aims
     events = [s for s in group if s.kind in _MOMENTS and _happens(s)]
+    effects = [s for s in events if s.kind in _EFFECTS]
+    if touched and any(s.kind not in ("contacts", "moves") for s in effects):
+        events = [s for s in effects if s.kind != "moves"]
+    elif touched is None and any(s.kind in _ENDS_OF_WAY for s in events):
+        events = [s for s in events if s.kind not in ("moves", "rotates")]
     return [s for s in events if s.kind != "airborne"] or events or group
 
 
@@ -292,6 +351,10 @@ def _events(specs: Sequence[Spec]) -> list[Spec]:
     return sorted(found, key=lambda s: _MOMENTS.index(s.kind))
 
 
+_EFFECTS = ("topples", "flips", "leaves", "falls", "passes_over")
+"""What befalls a thing that something else acts on."""
+_ENDS_OF_WAY = ("leaves", "contacts", "passes_over")
+"""To where, or off what, something moves."""
 _AIMS = ("lands_in", "side_of", "covers")
 """What says where something gets to; "does not roll into the goal" denies that alone."""
 _MOMENTS = (

@@ -34,7 +34,9 @@ class RuleGenerator:
         """The program of a case; raises what `reconstruct` raises."""
         stock = stock_of(case)
         reading = read(case.prompt, stock)
-        return self.program(case, reading, reconstruct(open_scene(case, reading, stock)).state)
+        state = reconstruct(open_scene(case, reading, stock)).state
+        # Which one is the taller, and what stands on what, is known only now.
+        return self.program(case, read(case.prompt, stock_in(case, state)), state)
 
     def program(self, case: Case, reading: Reading, state: SceneState) -> PhysicalProgram:
         """The program over a completed scene state."""
@@ -58,6 +60,20 @@ def stock_of(case: Case) -> Inventory:
         case.objects,
         [(s.name, s.grounding) for s in case.supports],
         [landmark.name for landmark in case.landmarks],
+    )
+
+
+def stock_in(case: Case, state: SceneState) -> Inventory:
+    """The same with what a reconstructed scene says of it: how large things are, and stacks."""
+    layout = Layout(state)
+    known = [name for name, _ in case.objects if layout.has(name)]
+    lowest = [n for n in known if layout.above(n) and state.object(layout.carrier(n) or "") is None]
+    return inventory(
+        case.objects,
+        [(s.name, s.grounding) for s in case.supports],
+        [landmark.name for landmark in case.landmarks],
+        {name: (layout.height(name), layout.size(name)) for name in known},
+        tuple((name, *layout.above(name)) for name in lowest),
     )
 
 

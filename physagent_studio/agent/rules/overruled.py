@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.contracting import contract_of
 from physagent_studio.agent.rules.factors import bias_of, may_change
-from physagent_studio.agent.rules.generator import stock_of
+from physagent_studio.agent.rules.generator import stock_in
 from physagent_studio.agent.rules.knobs import action_knobs, material_knobs
 from physagent_studio.agent.rules.layout import Layout
 from physagent_studio.agent.rules.reading import read
@@ -56,7 +56,8 @@ def _demands(situation: Situation, words: str) -> tuple[Edit, ...]:
 
     They are read after the prompt, so that "it" means what it would mean there.
     """
-    prompt, stock = situation.program.event.prompt, stock_of(situation.case)
+    prompt = situation.program.event.prompt
+    stock = stock_in(situation.case, situation.program.scene)
     layout = Layout(situation.program.scene)
     if not words or not read(words, stock).frames:
         return ()

@@ -96,6 +96,8 @@ def ways_of(
         return (way,)  # type: ignore[return-value]
     if way == "forward":
         return (forward(frame, subject, layout),)
+    if way == "backward" and frame.agent and subject in frame.patient:
+        return (forward(frame, subject, layout),)
     if way == "backward":
         return ("toward_camera",)
     if way == "sideways":

@@ -162,7 +162,7 @@ def _apposition(chunks: Sequence[Chunk], verb: int, end: int) -> int:
         told = any(chunk.np is not None for chunk in chunks[verb + 1 : index])
         after = chunks[index + 1]
         denied = after.kind == "adv" and after.word == "not" and index + 2 < end
-        if (denied and chunks[index + 2].np is not None) or (after.kind == "np" and not told):
+        if (denied and chunks[index + 2].kind == "np") or (after.kind == "np" and not told):
             return index + 1
     return end
 
@@ -170,7 +170,8 @@ def _apposition(chunks: Sequence[Chunk], verb: int, end: int) -> int:
 def _spared(chunks: Sequence[Chunk], verb: int, end: int) -> int:
     """ "Hits the cup but not the box": where what it does not do begins; else the end."""
     for index in range(verb + 1, end - 2):
-        if (chunks[index].kind, chunks[index].word) != ("and", "but"):
+        plain = chunks[index].kind == "stop" and chunks[index + 2].kind == "pp"
+        if (chunks[index].kind, chunks[index].word) != ("and", "but") and not plain:
             continue
         following = chunks[index + 1]
         if following.kind == "adv" and following.word == "not" and chunks[index + 2].np is not None:

@@ -48,8 +48,9 @@ class EventFrame:
     it ends (`upright`, `flat`, `side`, `still`, `inverted`). share: of the way to `extent`, from
     … to. timing: whether several do it in turn or together. distance, speed, angle, delay: how
     far, how fast, how many degrees, how many seconds after the beginning; gap: how far off a place
-    it ends. sequel: the prompt says that it comes after the frame before. first, last: of the
-    patients, the ones that it happens to before, or after, the others.
+    it ends. sequel: the prompt says that it comes after the frame before. rest: it is about the
+    others of those that the frame before picks from. first, last: of the patients, the ones that
+    it happens to before, or after, the others.
     """
 
     sense: str
@@ -76,6 +77,7 @@ class EventFrame:
     negated: bool = False
     link: str = "then"
     sequel: bool = False
+    rest: bool = False
     first: tuple[str, ...] = ()
     last: tuple[str, ...] = ()
     leads: bool = False

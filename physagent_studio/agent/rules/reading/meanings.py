@@ -46,6 +46,11 @@ class Meanings(Roles):
         sense, kind = entry.sense, entry.kind
         if kind == "light":
             sense, kind = "rest", "state"
+        if verb.verb == "reverse" and any(p in _INTO for p, _ in clause.places):
+            return "move", "move", clause.objects
+        if verb.verb == "take" and clause.objects and any(p == "with" for p, _ in clause.places):
+            # "Takes the plate with it".
+            return "push", "act", clause.objects
         for phrase in (np for prep, np in clause.places if prep == "to"):
             if phrase.head in _STANDSTILL and kind == "move":
                 # "Skids to a halt".
@@ -88,6 +93,7 @@ class Meanings(Roles):
         )
 
 
+_INTO = ("into", "against", "toward", "towards", "off", "onto")
 _STANDSTILL = ("halt", "stop", "standstill", "rest")
 
 

@@ -76,7 +76,8 @@ class Details:
         found: list[tuple[Relation, Place]] = []
         for phrase in objects:
             named = resolve_objects(phrase, stock, talk)
-            if named is not None and len(named.names) > 1 and not is_group(phrase, stock):
+            several = named is not None and len(named.names) > 1
+            if named is not None and several and (phrase.pronoun or not is_group(phrase, stock)):
                 found.extend(("object", Place(name, "object")) for name in named.names)
             elif (place := resolve_place(phrase, stock, talk)) is not None:
                 found.append(("object", place))

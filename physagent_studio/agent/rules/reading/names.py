@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 from physagent_studio.agent.rules.reading import vocabulary as v
@@ -19,9 +20,13 @@ def inventory(
     objects: Sequence[tuple[str, Grounding]],
     supports: Sequence[tuple[str, Grounding]] = (),
     landmarks: Sequence[str] = (),
+    extents: Mapping[str, tuple[float, float]] = MappingProxyType({}),
+    stacks: tuple[tuple[str, ...], ...] = (),
 ) -> Inventory:
-    """The inventory of a case."""
-    own = tuple(thing(name, grounding) for name, grounding in objects)
+    """The inventory of a case; how large its objects are and what stands on what, if known."""
+    own = tuple(
+        replace(thing(name, grounding), extents=extents.get(name)) for name, grounding in objects
+    )
     carried = tuple(thing(name, grounding) for name, grounding in supports)
     places = tuple(thing(name) for name in landmarks)
     ground = next((s.name for s in carried if s.words[-1] in v.GROUND_WORDS), "floor")
@@ -30,7 +35,7 @@ def inventory(
     words |= {w for row in v.SUPPORT_CLASSES for w in row if w not in v.VERBS}
     words |= {t.name.lower() for t in (*own, *carried, *places)}
     words -= (v.ORDINALS.keys() | v.COLOURS | v.SIZES.keys() | v.MATERIAL_WORDS) - _heads(own)
-    return Inventory(own, carried, places, ground, frozenset(words))
+    return Inventory(own, carried, places, ground, frozenset(words), stacks)
 
 
 def _heads(things: Iterable[Thing]) -> frozenset[str]:
@@ -66,6 +71,9 @@ def resolve_objects(
     """The objects meant by a noun phrase, or None where it names no object of the case."""
     if phrase.pronoun:
         return of_pronoun(phrase.head, stock, talk, subject_of_clause)
+    if phrase.head == "rest" and not phrase.determiner:
+        # "Comes to rest".
+        return None
     if phrase.of is not None and phrase.head in v.MASS_HEADS:
         inner = _candidates(phrase.of, stock, talk)
         return _choose(phrase, inner, stock, talk, phrase.of) if inner else None
@@ -80,11 +88,28 @@ def resolve_objects(
             # "Two of the pins fall, one stays up": one of those not spoken of yet.
             kind = fresh if plain and not phrase.determiner and fresh and talk.known else kind
             return _choose(phrase, kind, stock, talk, phrase)
-        return Resolved(group or everything) if len(everything) > 1 else None
+        whole = _whole(phrase.head, stock)
+        if whole or group:
+            return Resolved(whole or group)
+        rest = tuple(n for n in everything if subject_of_clause or n not in talk.subject)
+        return Resolved(rest) if len(rest) > 1 else None
     if phrase.head in v.OTHERS or (not phrase.nouns and phrase.adjectives):
         return _choose(phrase, _class_of_last(stock, talk), stock, talk, phrase)
     found = _candidates(phrase, stock, talk)
     return _choose(phrase, found, stock, talk, phrase) if found else None
+
+
+def _whole(head: str, stock: Inventory) -> tuple[str, ...]:
+    """ "The tower" is what stands on one another, "the row" the things of one kind."""
+    if head in _PILES:
+        return max(stock.stacks, key=len, default=())
+    if head not in ("row", "line", "set", "bunch"):
+        return ()
+    kinds: dict[str, list[str]] = {}
+    for t in stock.objects:
+        kinds.setdefault(t.head, []).append(t.name)
+    largest = max(kinds.values(), key=len, default=[])
+    return tuple(largest) if len(largest) > 2 else ()
 
 
 def is_group(phrase: NounPhrase, stock: Inventory) -> bool:
@@ -100,12 +125,19 @@ def of_pronoun(word: str, stock: Inventory, talk: Discourse, subject: bool) -> R
         return Resolved(everything)
     if word in ("itself", "themselves"):
         return Resolved(talk.subject) if talk.subject else None
+    if word in ("any", "anything"):
+        groups = (m for m in reversed(talk.mentions) if len(m) > 1 and m != talk.subject)
+        group = next(groups, ()) if word == "any" else ()
+        rest = tuple(name for name in everything if name not in talk.subject)
+        return Resolved(group or rest) if group or rest else None
     if word == "others":
         rest = tuple(name for name in everything if name not in talk.known)
         return Resolved(rest) if rest else None
     if word in ("they", "them", "both", "these", "those", "each"):
         group = next((m for m in reversed(talk.mentions) if len(m) > 1), ())
         pair = _last_two(talk) if word == "both" or not group else ()
+        if word == "both" and not pair and not subject:
+            pair = _pair_of_kind(stock, talk)
         return Resolved(pair or group) if pair or group else None
     if word not in ("it", "one", "that", "this", "he", "she", "him"):
         return None
@@ -120,6 +152,13 @@ def _last_two(talk: Discourse) -> tuple[str, ...]:
     for names in reversed(talk.mentions):
         seen += [name for name in names if name not in seen]
     return tuple(reversed(seen[:2])) if len(seen) >= 2 else ()
+
+
+def _pair_of_kind(stock: Inventory, talk: Discourse) -> tuple[str, ...]:
+    """ "The white ball misses both": the two others of its kind."""
+    heads = {t.head for t in stock.objects if t.name in talk.subject}
+    alike = [t.name for t in stock.objects if t.head in heads and t.name not in talk.subject]
+    return tuple(alike) if len(alike) == 2 else ()
 
 
 def _class_of_last(stock: Inventory, talk: Discourse) -> tuple[Thing, ...]:
@@ -140,6 +179,9 @@ def _candidates(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> tuple[
     for test in (_same_name, _head_fits, _word_fits, _synonym_fits):
         found = tuple(t for t in stock.objects if test(phrase, t))
         if found:
+            if "cue" in phrase.nouns:
+                # The cue ball is the white one.
+                found = tuple(t for t in found if "white" in t.words) or found
             exact = tuple(t for t in found if {singular(n) for n in phrase.nouns} <= set(t.words))
             return exact or found
     return ()
@@ -173,7 +215,14 @@ def _choose(
 ) -> Resolved | None:
     adjectives = (*phrase.adjectives, *(inner.adjectives if inner is not phrase else ()))
     if any(a in v.OTHERS for a in (*adjectives, phrase.head)) or phrase.determiner == "another":
-        found = tuple(t for t in found if t.name not in talk.known)
+        fresh = tuple(t for t in found if t.name not in talk.known)
+        names = {t.name for t in found}
+        group = next((m for m in reversed(talk.mentions) if len(m) > 1 and set(m) <= names), ())
+        if not fresh and group:
+            # "One of the two falls, the other one stays": which of them is left open.
+            several = phrase.plural or phrase.head in ("others", "rest")
+            return Resolved(group, any_one=not several)
+        found = fresh
     if phrase.alternatives:
         parts = [filtered(found, group, None, talk) for group in phrase.alternatives]
         names = {t.name: None for part in parts for t in part}
@@ -244,4 +293,5 @@ def _share_of(phrase: NounPhrase, inner: NounPhrase, count: int) -> tuple[int, i
 
 
 COUNTERS = words_of("one two three both all each some other rest half number")
+_PILES = words_of("stack pile heap tower")
 GROUPS = words_of("stack pile heap tower row group set bunch")

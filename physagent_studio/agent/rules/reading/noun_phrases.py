@@ -89,6 +89,13 @@ class NounPhrases:
         if (self.word(j), self.word(j + 1)) == ("on", "top") and (nouns or words == ["one"]):
             # "The one on top".
             return ["top", *words], j + 2
+        level = _LEVELS.get(self.word(j), "")
+        counted = not nouns and all(w in v.NUMBERS or w in ("one", "ones") for w in words)
+        after_it = self.word(j + 1)
+        closes = not after_it or after_it in ".,;:!?" or after_it in v.AUXILIARIES
+        if level and counted and (closes or verb_base(after_it) is not None):
+            # "The two below".
+            return [level, *words], j + 1
         named = bool(nouns) or words in (["one"], ["ones"])
         if not named or self.word(j) not in ("in", "on", "at") or self.word(j + 1) != "the":
             return words, j
@@ -205,6 +212,12 @@ class NounPhrases:
         )  # fmt: skip
         other = word in closed or word in v.DIRECTIONS or word in v.MANNERS or word.endswith("ly")
         return word.isalpha() and not other and verb_base(word) is None
+
+
+_LEVELS = {
+    "below": "bottom", "underneath": "bottom", "beneath": "bottom", "above": "top",
+}  # fmt: skip
+"""Where things are that are only counted: "the two below"."""
 
 
 def is_adjective(word: str) -> bool:

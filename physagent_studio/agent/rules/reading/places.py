@@ -73,7 +73,10 @@ def _landmark(phrase: NounPhrase, stock: Inventory) -> Place | None:
     for t in stock.landmarks:
         if set(t.words) == nouns or (phrase.head == t.head and nouns <= set(t.words)):
             return Place(t.name, "landmark")
-    return None
+    alike = [
+        t for t in stock.landmarks if any(phrase.head in s and t.head in s for s in v.SYNONYMS)
+    ]
+    return Place(alike[0].name, "landmark") if len(alike) == 1 else None
 
 
 def _support(phrase: NounPhrase, stock: Inventory) -> Place | None:

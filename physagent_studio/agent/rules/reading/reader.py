@@ -13,7 +13,7 @@ from physagent_studio.agent.rules.reading.frames import EventFrame, ReadClause, 
 from physagent_studio.agent.rules.reading.meanings import Meanings
 from physagent_studio.agent.rules.reading.modifiers import Details, details_of
 from physagent_studio.agent.rules.reading.names import Resolved, resolve_objects
-from physagent_studio.agent.rules.reading.phrases import NounPhrase, join_fixed
+from physagent_studio.agent.rules.reading.phrases import Chunk, NounPhrase, join_fixed
 from physagent_studio.agent.rules.reading.places import extent_of
 from physagent_studio.agent.rules.reading.rewriting import rewritten
 from physagent_studio.agent.rules.reading.spelling import corrected
@@ -56,6 +56,8 @@ class _Reader(Meanings):
         start = clause.start if self.pending_text is None else self.pending_text
         text = self._text(start, clause.end)
         if clause.verb is None:
+            if self._ranked(clause, text):
+                return
             clause_id = self._add_clause(text)
             if not self._named_force(clause, clause_id):
                 self._report_words(clause)
@@ -100,6 +102,28 @@ class _Reader(Meanings):
                 manner=frozenset(said), **who.counts,
             )
         )  # fmt: skip
+        return True
+
+    def _ranked(self, clause: RawClause, text: str) -> bool:
+        """ "…, the tall one first and the short one last": the order of what was told."""
+        before = self.frames[-1] if self.frames else None
+        if before is None or len(before.patient) < 2 or not self.clauses:
+            return False
+        chunks = self.chunks[clause.start : clause.end]
+        ranks: dict[str, tuple[str, ...]] = {}
+        for chunk, following in zip_longest(chunks, chunks[1:]):
+            if chunk.np is None:
+                continue
+            phrase, rank = _rank_of(chunk.np, following)
+            found = resolve_objects(phrase, self.stock, self.talk)
+            if not rank or found is None or not set(found.names) < set(before.patient):
+                return False
+            ranks[rank] = found.names
+        if not ranks:
+            return False
+        self.frames[-1] = replace(before, first=ranks.get("first", ()), last=ranks.get("last", ()))
+        told = self.clauses[-1]
+        self.clauses[-1] = ReadClause(told.id, f"{told.text}, {text}")
         return True
 
     def anticipate(self, clause: RawClause, following: RawClause) -> None:
@@ -195,6 +219,7 @@ class _Reader(Meanings):
             delay=details.delay,
             angle=details.angle,
             sequel=clause.sequel,
+            rest=_of_the_rest(clause),
             negated=self._negated(clause),
             link=self._link(clause),
             leads=self._leads(clause),
@@ -258,6 +283,22 @@ class _Reader(Meanings):
                     self.unknown |= dict.fromkeys(chunk.np.nouns or (chunk.np.head,))
             elif chunk.kind == "gap":
                 self.unknown[chunk.word] = None
+
+
+def _of_the_rest(clause: RawClause) -> bool:
+    """ "… the other stays": about what was left over."""
+    said = [a for p in clause.subjects for a in (p.head, p.determiner, *p.adjectives)]
+    return any(word in v.OTHERS or word == "another" for word in said)
+
+
+def _rank_of(phrase: NounPhrase, following: Chunk | None) -> tuple[NounPhrase, str]:
+    """ "The tall one first", "the cup last": the thing, and its place in a row, or ""."""
+    tail = phrase.adjectives[-1] if phrase.adjectives and not phrase.nouns else ""
+    if tail in ("first", "last") and len(phrase.adjectives) > 1:
+        kept = phrase.adjectives[:-1]
+        return replace(phrase, adjectives=kept, head=kept[-1]), tail
+    after = following.word if following is not None and following.kind == "adv" else ""
+    return phrase, after if after in ("first", "last") else ""
 
 
 _COUNTED = {2: "twice", 3: "thrice"}

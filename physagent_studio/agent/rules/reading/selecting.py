@@ -35,9 +35,31 @@ def filtered(
                 kept = row[:number] if adjective == "first" else row[-number:]
                 continue
             kept = _ordinal(kept, v.ORDINALS[adjective], talk, side)
+        elif adjective in v.SIZES and len(kept) > 1:
+            kept = _sized(kept, adjective)
         elif adjective in v.COLOURS:
             kept = tuple(t for t in kept if not set(t.words) & v.COLOURS - {t.head})
     return kept
+
+
+def _sized(kept: tuple[Thing, ...], word: str) -> tuple[Thing, ...]:
+    """ "The taller vase", "the big ball": by a name that says it in another word, else by size."""
+    said = v.SIZES[word]
+    named = tuple(t for t in kept if any(v.SIZES.get(w) == said for w in t.words))
+    if named:
+        return named
+    known = [t.extents for t in kept if t.extents is not None]
+    if len(known) < len(kept):
+        return kept
+    by = 0 if word in _HEIGHTS else 1
+    ordered = sorted(kept, key=lambda t: (t.extents or (0.0, 0.0))[by], reverse=said == "large")
+    first, second = ((t.extents or (0.0, 0.0))[by] for t in ordered[:2])
+    # What is of the same size is not told apart by it.
+    return (ordered[0],) if abs(first - second) > 0.05 * first else kept
+
+
+_HEIGHTS = ("tall", "taller", "tallest", "short", "shorter", "shortest")
+"""Sizes that are heights."""
 
 
 def _placed(kept: tuple[Thing, ...], word: str, number: int) -> tuple[Thing, ...]:

@@ -12,11 +12,15 @@ from physagent_studio.program.scene import Grounding
 
 @dataclass(frozen=True, slots=True)
 class Thing:
-    """A name of the case with the words it is made of and where it was clicked, pixels."""
+    """A name of the case with the words it is made of and where it was clicked, pixels.
+
+    extents: height and mean edge, m, where they are known.
+    """
 
     name: str
     words: tuple[str, ...]
     spots: tuple[tuple[float, float], ...] = ()
+    extents: tuple[float, float] | None = None
 
     @property
     def head(self) -> str:
@@ -45,13 +49,17 @@ def thing(name: str, grounding: Grounding = Grounding()) -> Thing:  # noqa: B008
 
 @dataclass(frozen=True)
 class Inventory:
-    """Everything that the case names, and the name of its ground."""
+    """Everything that the case names, and the name of its ground.
+
+    stacks: objects that stand on one another, from the lowest to the highest, where it is known.
+    """
 
     objects: tuple[Thing, ...]
     supports: tuple[Thing, ...] = ()
     landmarks: tuple[Thing, ...] = ()
     ground: str = "floor"
     nouns: frozenset[str] = field(default_factory=frozenset)
+    stacks: tuple[tuple[str, ...], ...] = ()
 
     def phrases(self) -> tuple[tuple[str, ...], ...]:
         """Names of several words that would confuse a word-by-word reading."""

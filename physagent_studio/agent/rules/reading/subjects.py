@@ -93,7 +93,16 @@ class Subjects:
     def _struck(self, clause: RawClause) -> Resolved | None:
         """ "The ball hits the pin and it tips over": what was hit, where such things fall over."""
         before = self.frames[-1] if self.frames else None
-        if before is None or clause.verb is None or not before.agent or not before.patient:
+        if before is None or clause.verb is None or not before.patient:
+            return None
+        aim = before.place("at", "toward", "against")
+        entry = v.VERBS.get(clause.verb.verb)
+        thrown = before.sense in ("throw", "kick", "push") and not before.agent
+        if thrown and aim is not None and aim.kind == "object" and entry is not None:
+            # "Someone throws the ball at the vase and it breaks": not what was thrown.
+            gives = entry.sense in ("break", "topple", "collapse") and clause.joint in ("and", "so")
+            return Resolved((aim.name,)) if gives else None
+        if not before.agent:
             return None
         if clause.verb.verb not in v.VERBS or clause.joint not in ("and", "so", ""):
             return None

@@ -145,7 +145,7 @@ SHARES: dict[str, tuple[float, float]] = {
 }  # fmt: skip
 """How much of a way is gone."""
 PRONOUNS = words_of(
-    "i we it that this they them itself themselves one others everything he she him"
+    "i we it that this they them itself themselves one others everything anything he she him"
 )
 AUXILIARIES = words_of(
     "is are was were be been being am has have had do does did will would shall should may "

@@ -31,7 +31,7 @@ from physagent_studio.agent.rules.senses.motion import (
     roll,
     slip,
 )
-from physagent_studio.agent.rules.senses.resting import be, end, stack, stay, stop
+from physagent_studio.agent.rules.senses.resting import be, end, slow, stack, stay, stop
 from physagent_studio.agent.rules.senses.turning import (
     flip,
     lose_balance,
@@ -65,7 +65,8 @@ SENSES: dict[str, Builder] = {
     "turn_around": turn_around, "reverse": reverse, "reach": reach, "strike": strike,
     "withdrawn": withdrawn, "cross": cross, "pass": cross, "enter": enter,
     "land": land, "approach": approach, "leave": leave, "miss": miss,
-    "lose_support": lose_support, "stop": stop, "settle": stop, "stay": stay, "rest": be,
+    "lose_support": lose_support, "stop": stop, "slow": slow, "settle": stop, "stay": stay,
+    "rest": be,
     "hang": be, "be": be, "end": end, "stack": stack, "wind": wind, "sway": sway, "bend": bend,
     "lean": lean, "collapse": collapse, "break": break_apart, "spread": spread,
     "deform": deform,

@@ -12,17 +12,36 @@ from physagent_studio.agent.rules.senses.common import (
 )
 from physagent_studio.agent.rules.senses.motion import move
 from physagent_studio.agent.rules.senses.yielding import collapse
-from physagent_studio.agent.rules.specs import Context, Spec, any_of, before, spec
+from physagent_studio.agent.rules.specs import Context, Spec, any_of, before, place_name, spec
 
 
 def hit(c: Context) -> list[Spec]:
     """Two objects touch."""
-    found = [*touch(c), *siblings(c)]
+    found = [*touch(c), *siblings(c), *_driven_to(c)]
     if c.frame.agent and ("hard" in c.frame.manner or "fast" in c.frame.manner):
         found.append(spec("speed_between", c.frame.agent[0], low=0.7))
     if c.frame.agent and c.frame.manner & {"gentle", "slow"}:
         found.append(spec("speed_between", c.frame.agent[0], low=0.01, high=1.5))
     return found or move(c)
+
+
+def _driven_to(c: Context) -> list[Spec]:
+    """ "Hits the black ball into the pocket": where what is hit gets to."""
+    found: list[Spec] = []
+    for relation, place in c.frame.places if c.frame.agent else ():
+        if relation not in ("in", "into", "toward", "over", "past") or place.kind != "landmark":
+            continue
+        mark = c.layout.state.landmark(place_name(place))
+        if mark is not None and mark.kind == "point" and relation in ("in", "into"):
+            found.append(spec("covers", c.subject, other=place.name, low=0.9, high=10.0))
+        elif relation in ("in", "into"):
+            found.append(spec("lands_in", c.subject, landmark=place.name))
+        elif relation == "toward":
+            far = c.length(0.5, 0.02, 0.2)
+            found.append(spec("moves", c.subject, distance=far, toward=place.name))
+        else:
+            found.append(spec("passes_over", c.subject, landmark=place.name))
+    return found
 
 
 def push(c: Context) -> list[Spec]:
@@ -76,6 +95,13 @@ def _struck_or_passed_on(c: Context, over: Spec) -> list[Spec]:
     return [any_of(*hits), over, caused]
 
 
+def touch_one(c: Context) -> list[Spec]:
+    """The agent touches one at least of those that it acts on."""
+    agents = [a for a in c.frame.agent if a not in c.frame.patient]
+    hits = [spec("contacts", a, other=p) for a in agents for p in c.frame.patient]
+    return [any_of(*hits)] if hits else []
+
+
 def knock_over(c: Context) -> list[Spec]:
     """The subject falls over; after it was hit, where something hits it."""
     if c.layout.is_ball(c.subject):
@@ -83,6 +109,8 @@ def knock_over(c: Context) -> list[Spec]:
     item = c.layout.state.object(c.subject)
     if item is not None and item.body.kind == "granular":
         return [*touch(c), *collapse(c), *sideways_fall(c)]
+    if any(c.layout.carrier(name) in c.frame.patient for name in c.frame.patient):
+        return [*touch_one(c), *collapse(c)]
     over = spec("topples", c.subject, tilt=45.0)
     if c.frame.agent and len(c.frame.patient) > 1:
         return [*_struck_or_passed_on(c, over), *siblings(c), *sideways_fall(c)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from physagent_studio.agent.rules.reading import Place
 from physagent_studio.agent.rules.senses.common import is_ground
 from physagent_studio.agent.rules.senses.extents import extents
-from physagent_studio.agent.rules.specs import START, Context, Spec, place_name, spec
+from physagent_studio.agent.rules.specs import START, Context, Spec, any_of, place_name, spec
 
 SIDES = {
     "behind": "behind", "in_front": "in_front", "left_of": "left", "right_of": "right",
@@ -18,7 +18,15 @@ _ENDING = ("fall", "land", "stop", "settle", "rest", "be", "end", "stay", "reach
 
 def beside(c: Context) -> list[Spec]:
     """The demands that do not depend on the sense of the verb."""
-    return [*_beginning(c), *_sides(c), *_share(c), *_through(c), *extents(c)]
+    return [
+        *_beginning(c),
+        *_sides(c),
+        *_share(c),
+        *_through(c),
+        *_around(c),
+        *extents(c),
+        *_alone(c),
+    ]
 
 
 def _beginning(c: Context) -> list[Spec]:
@@ -72,6 +80,36 @@ def _told_before(c: Context) -> Place | None:
         if place is not None and place.kind != "group" and not is_ground(c, place):
             return place
     return None
+
+
+def _alone(c: Context) -> list[Spec]:
+    """ "Only the small ball moves": nothing else does."""
+    if not c.frame.only or c.frame.agent or c.frame.sense not in ("move", "roll", "slide", "drift"):
+        return []
+    told = {n for f in c.reading.frames for n in (*f.patient, *f.agent)}
+    others = [o.name for o in c.layout.state.objects if o.name not in told]
+    return [spec("stays", name, distance=0.05, tilt=15.0) for name in others]
+
+
+def _around(c: Context) -> list[Spec]:
+    """ "Rolls around the plate": along a bent path, on three sides of it at least."""
+    found: list[Spec] = []
+    circles = c.frame.sense == "circle"
+    relations = ("around", "object") if circles else ("around",)
+    for relation, place in c.frame.places:
+        if relation not in relations or not _is_thing(c, place) or place.kind == "support":
+            continue
+        left, right, behind, front = (
+            spec("side_of", c.subject, other=place_name(place), side=side)
+            for side in ("left", "right", "behind", "in_front")
+        )
+        if circles:
+            found += [left, right, behind, front]
+            continue
+        across = Spec("all_of", {}, (left, right, any_of(behind, front)))
+        along = Spec("all_of", {}, (behind, front, any_of(left, right)))
+        found += [any_of(across, along), spec("path_bends", c.subject, angle=30.0)]
+    return found
 
 
 def _through(c: Context) -> list[Spec]:

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from physagent_studio.agent.rules.reading import EventFrame, Place
 from physagent_studio.agent.rules.senses.remaining import is_container, is_last
-from physagent_studio.agent.rules.specs import START, Context, Spec, any_of, place_name, spec
+from physagent_studio.agent.rules.specs import (
+    START,
+    Context,
+    Spec,
+    any_of,
+    forward,
+    place_name,
+    spec,
+    ways_of,
+)
+from physagent_studio.program.actions import Direction
 from physagent_studio.program.scene import Ramp
 
 FLAT_TILT = 20.0
@@ -77,6 +87,10 @@ def along(c: Context) -> list[Spec]:
             found.append(spec("contacts", c.subject, other=place.name, to_step=START))
         elif relation == "toward" and is_ground(c, place):
             found += _onto(c, "on", place)
+        elif relation == "along" and place.kind == "object" and place.name != c.subject:
+            # "Across the laptop": on it, and to its other side.
+            found.append(spec("contacts", c.subject, other=place.name))
+            found.append(spec("passes_over", c.subject, landmark=place.name, by=True))
         elif relation == "past" and place.kind != "group":
             found += _past(c, place)
         elif relation == "over" and place.kind != "group":
@@ -94,7 +108,10 @@ def along(c: Context) -> list[Spec]:
 def _past(c: Context, place: Place) -> list[Spec]:
     """What goes past a thing goes by it; what falls past it does not touch it."""
     if place.kind != "object":
-        return [spec("passes_over", c.subject, landmark=place_name(place))]
+        mark = c.layout.state.landmark(place_name(place))
+        beside = mark is not None and mark.kind in ("area", "point")
+        by = True if beside else None
+        return [spec("passes_over", c.subject, landmark=place_name(place), by=by)]
     if c.frame.sense in ("fall", "descend"):
         return [spec("contacts", c.subject, other=place.name, negated=True)]
     return [spec("passes_over", c.subject, landmark=place.name, by=True)]
@@ -206,7 +223,8 @@ def _onto(c: Context, relation: str, place: Place) -> list[Spec]:
             return [spec("lands_in", c.subject, landmark=name)]
     if c.layout.carrier(c.subject) == place.name and relation == "on" and was_raised(c):
         return [spec("reaches", c.subject, other=place.name)]
-    drops = c.frame.sense == "fall" and relation in ("on", "atop")
+    thrown = ("fall", "throw", "jump")
+    drops = c.frame.sense in thrown and relation in ("on", "atop")
     if drops and not is_ground(c, place) and place.kind in ("object", "support") and is_last(c):
         # "Drops onto the table" is not falling past its edge.
         return [spec("reaches", c.subject, other=name)]
@@ -257,11 +275,31 @@ def touch(c: Context) -> list[Spec]:
 def sideways_fall(c: Context) -> list[Spec]:
     """ "Topples to the left": its middle goes there."""
     frame = c.frame
-    if (frame.direction or frame.origin) in ("forward", "backward", "up", "down", "off"):
+    plain = frame.direction in (None, "up", "down", "off")
+    way = falling_way(c) or (frame.origin if plain else frame.direction)
+    if way in (None, "forward", "backward", "up", "down", "off"):
         return []
     far = c.length(0.25, 0.02, 0.2)
-    moved = [spec("moves", c.subject, distance=far, direction=w) for w in c.ways()]
+    ways = ways_of(way, frame, c.subject, c.layout)
+    moved = [spec("moves", c.subject, distance=far, direction=w) for w in ways]
     return [any_of(*moved)] if moved else []
+
+
+def falling_way(c: Context) -> Direction | None:
+    """ "Topples backwards", "falls on its face": things face who looks at them, and go over the
+    way that a blow comes."""
+    frame = c.frame
+    if frame.posture in ("supine", "prone"):
+        return "away" if frame.posture == "supine" else "toward_camera"
+    if frame.direction == "backward" and not frame.agent and not _was_struck(c):
+        return "away"
+    if frame.direction == "backward" and frame.agent:
+        return forward(frame, c.subject, c.layout)
+    return None
+
+
+def _was_struck(c: Context) -> bool:
+    return any(f.agent and c.subject in f.patient for f in c.earlier)
 
 
 def siblings(c: Context) -> list[Spec]:

@@ -95,7 +95,9 @@ def curve(c: Context) -> list[Spec]:
 
 def circle(c: Context) -> list[Spec]:
     """Goes round."""
-    return [spec("path_bends", c.subject, angle=150.0), *along(c)]
+    around = c.frame.place("object", "around")
+    angle = 270.0 if around is not None and around.kind == "object" else 150.0
+    return [spec("path_bends", c.subject, angle=angle), *along(c)]
 
 
 def fly(c: Context) -> list[Spec]:
@@ -234,7 +236,8 @@ def bounce(c: Context) -> list[Spec]:
     other = named or landed_on(c) or c.layout.ground()
     if c.frame.count is not None:
         return [spec("bounces", c.subject, other=other, times=c.frame.count)]
-    if c.layout.is_raised(c.subject) or other == c.layout.ground():
+    thing = c.layout.state.object(other) is not None and c.layout.carrier(c.subject) is not None
+    if not thing and (c.layout.is_raised(c.subject) or other == c.layout.ground()):
         return [spec("contacts", c.subject, other=other), spec("airborne", c.subject, seconds=0.1)]
     return [spec("contacts", c.subject, other=other), spec("leaves", c.subject, other=other)]
 

@@ -29,6 +29,7 @@ def stop(c: Context) -> list[Spec]:
             *([spec("moves", c.subject, distance=near, toward=name)] if there else []),
             spec("stops", c.subject),
             spec("stops_before", c.subject, before=name),
+            *_so_near(c, name),
         ]
     if place is not None and place.kind == "support" and not place.part:
         return [spec("stops", c.subject), spec("rests_on", c.subject, other=place.name)]
@@ -41,6 +42,19 @@ def stop(c: Context) -> list[Spec]:
     if place is not None and ramp is not None and ramp.name == place.name:
         found.append(spec("reaches", c.subject, other=place.name))
     return found
+
+
+def _so_near(c: Context, name: str) -> list[Spec]:
+    """ "Stops 5 cm before it"."""
+    if c.frame.distance is None:
+        return []
+    far = round(1.6 * c.frame.distance + 0.01, 3)
+    return [spec("stops", c.subject, near=name, distance=far)]
+
+
+def slow(c: Context) -> list[Spec]:
+    """ "Slows down and stops": it stops; how much slower it gets otherwise is not told."""
+    return [spec("stops", c.subject)] if any(f.sense == "stop" for f in c.later) else []
 
 
 _GOING_ON = words_of("move roll slide drift fall fly jump bounce accelerate reverse curve leave")

@@ -8,7 +8,7 @@ from physagent_studio.agent.rules.senses.common import (
     quality,
     sideways_fall,
 )
-from physagent_studio.agent.rules.specs import Context, Spec, any_of, spec
+from physagent_studio.agent.rules.specs import Context, Spec, any_of, place_name, spec
 
 
 def wind(c: Context) -> list[Spec]:
@@ -19,6 +19,9 @@ def wind(c: Context) -> list[Spec]:
     far = c.length(0.03, 0.01, 0.3) if gives else c.length(0.3, 0.02, 0.5)
     ways = c.ways() or (None,)
     moved = [spec("moves", c.subject, distance=far, direction=w) for w in ways]
+    toward = c.frame.place("toward")
+    if toward is not None and toward.kind != "group" and toward.name != c.subject:
+        moved = [spec("moves", c.subject, distance=far, toward=place_name(toward))]
     if any(f.sense in ("sway", "bend") or f.manner & {"rhythmic"} for f in c.reading.frames):
         bent = [spec("sways", c.subject, amplitude=2.0), spec("deforms", c.subject, strain=0.03)]
         return [any_of(*moved, *bent), *quality(c)]

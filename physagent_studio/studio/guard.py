@@ -18,7 +18,7 @@ import re
 import socket
 import threading
 import urllib.parse
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -58,7 +58,7 @@ VIEWER_STYLE = (
     b"html,body{background:transparent}</style></head>"
 )
 
-VIEWER_SCRIPT = "/viewer.js"
+VIEWER_SCRIPTS = ("/dressing.js", "/viewer.js")
 """What is put into viser's page, at the front of it: it has to run before viser does."""
 
 # What a browser has no business to ask for, since our page has no widgets of viser.
@@ -250,7 +250,7 @@ def answer(
         return None if known else _refuse("there is no such socket")
     if VIEWER_PATH.fullmatch(path):
         plain = replace(request, path="/index.html", headers=Headers())
-        return _viewer(client(connection, plain), pages(VIEWER_SCRIPT), host)
+        return _viewer(client(connection, plain), [pages(one) for one in VIEWER_SCRIPTS], host)
     page = pages(path)
     if page is None:
         return _response(http.HTTPStatus.NOT_FOUND, Page("text/plain", b"Not found"), host)
@@ -293,12 +293,12 @@ def _response(status: http.HTTPStatus, page: Page, host: str) -> Response:
     return Response(status.value, status.phrase, headers, page.body)
 
 
-def _viewer(response: Response | None, script: Page | None, host: str) -> Response:
-    """viser's client, our script before it, no panel, forbidden to speak with another server."""
+def _viewer(response: Response | None, scripts: Sequence[Page | None], host: str) -> Response:
+    """viser's client, our scripts before it, no panel, forbidden to speak with another server."""
     assert response is not None
     body = (response.body or b"").replace(b"</head>", VIEWER_STYLE, 1)
-    if script is not None:
-        body = body.replace(b"<head>", b"<head><script>" + script.body + b"</script>", 1)
+    ours = b"".join(b"<script>" + one.body + b"</script>" for one in scripts if one is not None)
+    body = body.replace(b"<head>", b"<head>" + ours, 1)
     headers = Headers(
         {
             "Content-Type": "text/html; charset=utf-8",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.resources import files
 
 import numpy as np
 
@@ -19,6 +20,11 @@ SHOWN = frozenset({"photo", "supports", "trails", "labels"})
 EMBED = 'window.__VISER_EMBED_DATA__="'
 """Where viser's standalone page holds its recording, in base64 up to the next quote."""
 
+DRESSES = """<script>%s;(() => { let inner; Object.defineProperty(window, "__viserMutable", {
+configurable: true, get: () => inner, set(state) { inner = state;
+state.scene.onBeforeRender = () => window.studioDress(state.nodeRefFromName); } }); })()</script>"""
+"""Has viser's standalone page put the photo on what deforms, like the studio's own."""
+
 QUIET = "<style>.mantine-Notifications-root{display:none!important}</style></head>"
 
 
@@ -30,8 +36,13 @@ class Recording:
     page: tuple[str, str]
 
 
-def record(snapshot: Snapshot, cancelled: Callable[[], bool] = lambda: False) -> Recording:
+def record(
+    snapshot: Snapshot, cancelled: Callable[[], bool] = lambda: False, *, paged: bool = False
+) -> Recording:
     """The round on view of a snapshot, frame by frame at the clip's playback speed.
+
+    paged: it is for the page that comes with it, which puts the photo on what deforms; other
+    players of a `.viser` file show that in its main colours.
 
     A server of viser's holds the scene meanwhile: on this machine, behind the guard, nobody in it.
 
@@ -43,7 +54,7 @@ def record(snapshot: Snapshot, cancelled: Callable[[], bool] = lambda: False) ->
         raise InputError("nothing was simulated yet, so there is nothing to record")
     server = open_server(0, lambda _path: None, _nobody)
     try:
-        stage = Stage(server, Hands(_nothing, _nothing, _nothing, _nothing))
+        stage = Stage(server, Hands(_nothing, _nothing, _nothing, _nothing), dressed=paged)
         clip = snapshot.program.clip
         view = View(shown=SHOWN)
         _look(server.initial_camera, pose_of(snapshot.program, "photo", _aspect(snapshot)))
@@ -67,8 +78,14 @@ def _packed(page: str) -> Recording:
     text, _, after = rest.partition('"')
     if not found:
         raise InputError("this version of viser makes no standalone page that is understood here")
+    before = before.replace("<head>", "<head>" + _dressing(), 1)
     after = after.replace("</head>", QUIET, 1)
     return Recording(base64.b64decode(text), (before + EMBED, '"' + after))
+
+
+def _dressing() -> str:
+    script = files("physagent_studio.studio") / "pages" / "dressing.js"
+    return DRESSES.replace("%s", script.read_text("utf-8"), 1)
 
 
 def _look(camera: object, pose: Pose) -> None:

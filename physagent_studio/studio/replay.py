@@ -83,7 +83,7 @@ def _round_of(desk: Desk, item: Round) -> tuple[ReplayRound, Recording | None]:
         return one, None
     scene, rollout = desk.session.scene(item.scene), desk.session.rollout(item.rollout)
     shown = Snapshot(revision=0, case=desk.case, program=item.program, scene=scene, rollout=rollout)
-    recording = record(shown, desk.control.cancelled)
+    recording = record(shown, desk.control.cancelled, paged=True)
     video = _video(desk, scene, rollout, item.program.clip.playback_fps)
     return replace(one, video=video, recording=recording.data), recording
 

@@ -9,6 +9,8 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Frame
 
+from physagent_studio.program import SetField
+from physagent_studio.workbench import commands
 from tests.browser.conftest import Desk, running
 from tests.browser.in_scene import view_of
 
@@ -79,3 +81,25 @@ def test_what_is_chosen_is_drawn_and_remembered(desk: Desk) -> None:
     desk.page.reload()
     desk.tab("Scene")
     assert desk.page.get_by_label("How to draw").input_value() == "full"
+
+
+def test_what_deforms_wears_the_photo(desk: Desk) -> None:
+    """viser has no textured mesh that bends: ours puts on the texture of its hidden rigid form."""
+    soft = SetField(path="scene.objects.red_ball.body", value={"kind": "soft"})
+    desk.workbench.post(commands.ApplyEdits((soft,), "soft"))
+    desk.until(lambda: desk.snapshot.rollout and desk.snapshot.rollout.vertices, "a soft ball")
+    view = view_of(desk)
+    worn = """() => {
+      const nodes = window.__viserMutable.nodeRefFromName;
+      window.__viserMutable.requestRender();
+      let drawn = null;
+      nodes['/deforming/red_ball/0']?.traverse(one => { if (!drawn && one.isMesh) drawn = one; });
+      const map = drawn?.material.map, uv = drawn?.geometry.attributes.uv;
+      return map && uv?.count === drawn.geometry.attributes.position.count ? map.image.width : 0;
+    }"""
+    wide = desk.until(lambda: view.evaluate(worn), "the photo on it")
+    scene = desk.snapshot.scene
+    assert scene is not None
+    texture = scene.meshes["red_ball"].texture
+    assert texture is not None
+    assert wide == texture.shape[1]

@@ -32,7 +32,7 @@ async def _echo(connection: ServerConnection) -> None:
 def _pages(path: str) -> Page | None:
     known = {
         "/": Page("text/html", b"<p>ours</p>"),
-        guard.VIEWER_SCRIPT: Page("text/javascript", b"window.ours = 1;"),
+        guard.VIEWER_SCRIPTS[-1]: Page("text/javascript", b"window.ours = 1;"),
     }
     return known.get(path)
 

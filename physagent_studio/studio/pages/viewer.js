@@ -47,6 +47,7 @@
   function prepare(state) {
     // A picture behind everything, as large as the canvas, which is never set; drawn all the same.
     if (state.backgroundMaterial) state.backgroundMaterial.visible = false;
+    state.scene.onBeforeRender = () => window.studioDress?.(state.nodeRefFromName);
     if (!light) return;
     // viser takes news in at the beginning of a frame and draws that frame without them. Taken in
     // as they come they are in the next one; viser does so itself while its page is hidden.
@@ -60,6 +61,7 @@
       const ratio = page * (moving ? LEVELS[level] : finest(state.canvas));
       if (painter.getPixelRatio() !== ratio) painter.setPixelRatio(ratio);
       solid(state.nodeRefFromName["/backdrop"]);
+      window.studioDress?.(state.nodeRefFromName);
     };
   }
 

@@ -1,7 +1,9 @@
 """Deformables, cloth and grains, drawn as they move: their meshes' vertices, frame by frame.
 
 viser can move the vertices of a plain mesh, not of a textured one. A textured thing is therefore
-drawn as a few plain meshes, one for each of its main colours.
+drawn as one plain mesh that puts on the texture of its hidden rigid form in the browser
+(`pages/dressing.js`), or, where that script does not run, as a few plain meshes, one for each of
+its main colours.
 """
 
 from __future__ import annotations
@@ -23,8 +25,10 @@ Picked = Callable[[str, str], None]
 class Deforming:
     """Owned by the stage; called by the studio's one thread."""
 
-    def __init__(self, server: viser.ViserServer, picked: Picked) -> None:
+    def __init__(self, server: viser.ViserServer, picked: Picked, dressed: bool) -> None:
+        """dressed: the page that shows it runs `dressing.js`."""
         self._server = server
+        self._dressed = dressed
         self._picked = picked
         self._rollout: Rollout | None = None
         self._frame = -1
@@ -76,9 +80,12 @@ class Deforming:
         self, name: str, mesh: Mesh, points: NDArray[np.float64]
     ) -> list[tuple[NDArray[np.int64], viser.MeshHandle]]:
         parts = []
-        colours, owner = colours_of(mesh)
+        colours, owner = colours_of(mesh, 1 if self._dressed else COLOURS)
         for number, colour in enumerate(colours):
             rows, faces = np.unique(mesh.faces[owner == number], return_inverse=True)
+            if self._dressed:
+                # All of them in their order, as the hidden form has them.
+                rows, faces = np.arange(len(mesh.vertices)), mesh.faces
             handle = self._server.scene.add_mesh_simple(
                 f"/deforming/{name}/{number}", points[rows].astype(np.float32),
                 faces.reshape(-1, 3).astype(np.uint32), color=colour, side="double",

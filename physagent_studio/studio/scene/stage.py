@@ -60,13 +60,14 @@ CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], 
 class Stage:
     """Draws objects, supports, trails, ghosts and marks."""
 
-    def __init__(self, server: viser.ViserServer, hands: Hands) -> None:
+    def __init__(self, server: viser.ViserServer, hands: Hands, *, dressed: bool = True) -> None:
+        """dressed: the page that shows it runs `pages/dressing.js`."""
         self._server = server
         self._picked = hands.picked
         self._marks = Marks(server, hands.edited, hands.later)
         self._ghosts = Ghosts(server)
         self._collisions = Collisions(server)
-        self._deforming = Deforming(server, hands.picked)
+        self._deforming = Deforming(server, hands.picked, dressed)
         self._furniture = Furniture(server, hands.picked)
         self._handles = Handles(server, hands.edited, hands.wished, hands.later)
         self._made_from: tuple[object, ...] = ()

@@ -74,6 +74,12 @@ class ContactView:
             codes = self.codes
         return codes[: self._data.ncon]
 
+    def normals(self) -> dict[tuple[int, int], FloatArray]:
+        """(3,) normal of one contact of each two geoms, the lower id first, that are close now."""
+        pairs, at = self.geoms().tolist(), self.at["frame"]
+        rows = self.numbers[: len(pairs), at : at + 3]
+        return {(min(two), max(two)): row for two, row in zip(pairs, rows, strict=True)}
+
     def geoms(self) -> IntArray:
         """(ncon, 2) ids of the geoms that are close to each other now."""
         count = self._data.ncon

@@ -5,15 +5,23 @@ and what it asks above μN also pushes the bodies apart. Asking for rest within 
 is right for an impact, which lasts no longer, but makes a sliding box hop: 25 mm at 2 m/s and
 μ = .4. Asked over `SLIDE` of a second it hops 0.4 mm and stops within 0.2 % of v²/2μg. So
 friction is hard where bodies meet, and gentle where they have been close already.
+
+Gentle friction keeps a slide as it is, whatever else happens to the body. Where something rocks
+or tumbles on its edges the next impact is due at a contact that is there already, and keeping
+the slide through it would push the body along its way: a box of restitution .7 gained a tenth of
+its energy in a bounce. So what rocks grips hard; with rest as the aim no impact gains energy.
 """
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from physagent_studio.program.rotations import matrix_of
 from physagent_studio.simulation.clouds import Cloud
 from physagent_studio.simulation.mj import Data
-from physagent_studio.simulation.model import Compiled
+from physagent_studio.simulation.model import MEETING, Compiled
 from physagent_studio.simulation.surfaces import FloatArray, IntArray
 from physagent_studio.simulation.touches import ContactLog
 
@@ -24,11 +32,12 @@ NOTHING: frozenset[int] = frozenset()
 
 
 class Grip:
-    """Keeps each pair's `solreffriction`: one value while it is apart, one once it is close.
+    """Keeps each pair's `solreffriction`: hard while it is apart or rocks, gentle once it is close.
 
     Close are pairs that touch or are closer than they can come in one engine step without an
     impact: now; engaged those of them that have touched since they came close. awaits: whether some
-    have not, or may not have where deformables or grains are about. loose: whether there are
+    have not, or may not have where deformables or grains are about. rocking: those that rock, see
+    `MEETING`. loose: whether there are
     deformables or grains, which come close and apart all the time. alone: whether of every two
     things that are close one is close to nothing else, all supports being one thing.
     """
@@ -45,19 +54,29 @@ class Grip:
         self._coded: dict[frozenset[int], frozenset[int]] = {}
         self._sets: dict[frozenset[int], frozenset[int]] = {NOTHING: NOTHING}
         self._bodies = compiled.pair_bodies.tolist()
+        model = compiled.model
+        ends = zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)
+        self._geoms = [(min(two), max(two)) for two in ends]
         self._objects = len(compiled.handles) if compiled.reach is not None else 0
         self._alone: dict[frozenset[int], bool] = {NOTHING: self._objects > 0}
         damping[:, 0] = -1.0
         damping[:, 1] = self._impact
-        self.now = self.engaged = NOTHING
+        objects = () if compiled.reach is None else compiled.reach.objects
+        # Where turning is kept in `qvel`, and from which square on it may rock.
+        self._turning = [
+            (index, at + 3, (MEETING / lever) ** 2, lever, place + 3)
+            for index, (place, at, _, lever) in enumerate(objects)
+            if lever > 0
+        ]
+        self.now = self.engaged = self.rocking = NOTHING
         self.awaits = self.loose
         self.alone = self._objects > 0
 
     def keep(self, state: FloatArray) -> None:
-        """Writes what a snapshot keeps: (npair,) 0 apart, 1 close, 2 engaged."""
+        """Writes what a snapshot keeps: (npair,) 0 apart, 1 close, 2 engaged, 2 more if rocking."""
         state[:] = 0
         for pair in self.now:
-            state[pair] = 1 + (pair in self.engaged)
+            state[pair] = 1 + (pair in self.engaged) + 2 * (pair in self.rocking)
 
     def gather(self, data: Data) -> None:
         """Adds the pairs that have come close in the engine step just done.
@@ -67,15 +86,17 @@ class Grip:
         """
         pairs = self._close(data)
         if not pairs <= self.now:
-            self._hold(self._one(pairs | self.now))
+            pairs = self._one(pairs | self.now)
+            self._hold(pairs, self._rocks(data, pairs))
 
     def update(self, data: Data) -> frozenset[int]:
         """Takes over which pairs are close at the end of a control step; those that are no more."""
         pairs = self._close(data)
-        if pairs is self.now:
+        rocking = self._rocks(data, pairs)
+        if pairs is self.now and rocking == self.rocking:
             return NOTHING
         parted = self.now - pairs
-        self._hold(pairs)
+        self._hold(pairs, rocking)
         return parted
 
     def note(self, data: Data, log: ContactLog, since: int) -> bool:
@@ -112,18 +133,46 @@ class Grip:
             pairs = pairs[(pairs >= 0) & (geoms >= 0).all(axis=1)]
         return frozenset(pairs.tolist())
 
-    def _hold(self, pairs: frozenset[int]) -> None:
-        damping = self._damping
-        for pair in self.now - pairs:
+    def _hold(self, pairs: frozenset[int], rocking: frozenset[int]) -> None:
+        was, gentle, damping = self.now - self.rocking, pairs - rocking, self._damping
+        for pair in was - gentle:
             damping[pair] = self._impact
-        for pair in pairs - self.now:
+        for pair in gentle - was:
             damping[pair] = self._slide
-        self.now = pairs
+        self.now, self.rocking = pairs, rocking
         alone = self._alone.get(pairs)
         if alone is None:
             alone = self._alone[pairs] = self._are_alone(pairs)
         self.alone = alone
         self._engage(pairs & self.engaged)
+
+    def _rocks(self, data: Data, pairs: frozenset[int]) -> frozenset[int]:
+        """Those of the pairs in which a point may come at the other body faster than `MEETING`."""
+        if not pairs or not self._turning:
+            return NOTHING
+        rates, lively = data.qvel.tolist(), {}
+        for index, at, limit, lever, place in self._turning:
+            a, b, c = rates[at : at + 3]
+            if a * a + b * b + c * c > limit:
+                # The engine keeps the angular velocity in the body frame.
+                turn = matrix_of(data.qpos[place : place + 4].tolist())
+                lively[index] = lever * (turn @ (a, b, c))
+        if not lively:
+            return NOTHING
+        normals = self._view.normals()
+        return frozenset(pair for pair in pairs if self._speed(pair, lively, normals) > MEETING)
+
+    def _speed(
+        self, pair: int, lively: dict[int, FloatArray], normals: dict[tuple[int, int], FloatArray]
+    ) -> float:
+        """m/s; turning about the normal brings nothing closer. lively: lever times rad/s."""
+        total, normal = 0.0, normals.get(self._geoms[pair])
+        for end in self._bodies[pair]:
+            if end in lively:
+                turning = lively[end]
+                about = 0.0 if normal is None else float(turning @ normal)
+                total += math.sqrt(max(float(turning @ turning) - about * about, 0.0))
+        return total
 
     def _are_alone(self, pairs: frozenset[int]) -> bool:
         if not self._objects:
@@ -140,5 +189,7 @@ class Grip:
 
     def restore(self, state: FloatArray) -> None:
         """Takes up where `keep` was called."""
-        self.engaged = frozenset(np.flatnonzero(state == 2).tolist())
-        self._hold(self._one(frozenset(np.flatnonzero(state).tolist())))
+        kept = state.tolist()
+        self.engaged = frozenset(pair for pair, value in enumerate(kept) if value in (2, 4))
+        rocking = frozenset(pair for pair, value in enumerate(kept) if value > 2)
+        self._hold(self._one(frozenset(np.flatnonzero(state).tolist())), rocking)

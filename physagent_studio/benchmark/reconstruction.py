@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from physagent_studio.benchmark.at_rest import movers, standing
 from physagent_studio.benchmark.bad_pictures import cost_of, make_all
 from physagent_studio.benchmark.lookalikes import scooter, stack
+from physagent_studio.benchmark.plates import plate_rows
 from physagent_studio.benchmark.ranker import Thing, ranking_rows, things_of
 from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
 from physagent_studio.benchmark.synthetic import Drawn, scene
@@ -57,7 +58,7 @@ class TrueMasks:
 
 def bench(cases: Path | None = None, out: Path | None = None) -> list[Row]:
     """All rows; the photographs are left out where `cases` or the reference outlines are absent."""
-    rows = [*_synthetic(), *_lookalikes(), *_ramps(), *_bad_pictures()]
+    rows = [*_synthetic(), *_lookalikes(), *_ramps(), *plate_rows(), *_bad_pictures()]
     if cases is not None and POLYGONS.is_file():
         rows += _photographs(cases)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -52,6 +52,22 @@ def lines_through(photo: Image, hole: BoolArray, found: Segments) -> FloatArray:
     return np.array(out).reshape(-1, 2, 2)
 
 
+def ways_into(hole: BoolArray, found: Segments, most: int = 8) -> FloatArray:
+    """Directions (N, 2) of the longest edges that run into the hole (H, W), no two alike."""
+    ends, ways = _heading_in(hole, found)
+    out: list[FloatArray] = []
+    for way in ways[np.argsort(-_lengths(ends, found), kind="stable")]:
+        if all(abs(float(way @ other)) < math.cos(BENT) for other in out):
+            out.append(way)
+    return np.array(out[:most]).reshape(-1, 2)
+
+
+def _lengths(tips: FloatArray, found: Segments) -> FloatArray:
+    """(N,) how long the edges with these tips (N, 2) are, pixels."""
+    long = np.linalg.norm(found.ends[:, 1] - found.ends[:, 0], axis=1)
+    return np.array([long[(found.ends == tip).all(2).any(1)].max() for tip in tips])
+
+
 def edges_of(
     photo: Image, hole: BoolArray, camera: Camera, supports: Sequence[Support]
 ) -> FloatArray:

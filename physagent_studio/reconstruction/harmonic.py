@@ -1,4 +1,4 @@
-"""Smooth fills: a membrane over a hole, and pictures put together from their gradients."""
+"""Fills: the nearest that no line cuts off, and pictures put together from their gradients."""
 
 from __future__ import annotations
 
@@ -28,20 +28,6 @@ def reduced(
     colour = cv2.resize(image * weight[..., None], size, interpolation=cv2.INTER_AREA)
     some = cv2.resize(weight, size, interpolation=cv2.INTER_AREA)
     return (colour / np.maximum(some, 1e-3)[..., None]).astype(np.float32), np.asarray(some < 0.99)
-
-
-def membrane(image: FloatImage, hole: BoolArray, side: int = 72) -> FloatImage:
-    """A smooth fill from the rim: Laplace's equation solved coarsely, then relaxed."""
-    factor = min(1.0, side / max(hole.shape))
-    if factor < 1:
-        size = (max(4, round(hole.shape[1] * factor)), max(4, round(hole.shape[0] * factor)))
-        small = membrane(*reduced(image, hole, size), side)
-        guess = cv2.resize(small, hole.shape[::-1], interpolation=cv2.INTER_LINEAR)
-        out = np.where(hole[..., None], guess, image).astype(np.float32)
-        for _ in range(10):
-            out[hole] = cv2.blur(out, (3, 3))[hole]
-        return out
-    return from_steps(image, hole)
 
 
 def nearest_along(image: FloatImage, hole: BoolArray, lines: FloatArray) -> FloatImage:

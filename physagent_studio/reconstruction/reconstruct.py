@@ -327,7 +327,7 @@ def _plate(
             return previous.plate
     hole = hole_of(list(masks.values()), image.shape[:2])
     lines = [lines_through(image, hole, found), edges_of(image, hole, camera, solid)]
-    return background(image, list(masks.values()), np.concatenate(lines))
+    return background(image, list(masks.values()), np.concatenate(lines), camera, found)
 
 
 def _support_meshes(state: SceneState) -> dict[str, Mesh]:

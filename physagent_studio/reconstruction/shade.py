@@ -14,18 +14,20 @@ from physagent_studio.records.case import Image
 FloatImage = NDArray[np.float32]
 SIDE = 208
 """Longer side of the picture in which shade is looked for."""
-DARKER = 9.0
+DARKER = 7.0
 """How much darker than lit ground shade is at least, in L* of 0 … 100."""
-FAINT = 2.5
+FAINT = 1.6
 """The same at its faint rim."""
-RIM = 0.12
-"""Width of that rim, as a share of the thing's size."""
+GRAINS = (3.0, 1.0)
+"""The same in units of how uneven the lit ground is itself."""
+REACH = 1.5
+"""How far from a thing its shade is looked for, in sizes of it."""
 ENDS = 6
 """Pixels far out on a side from which darkness reaches that far."""
 TINT = 9.0
 """How far its colour may differ from that of the ground for its lightness, in a*, b*."""
-ABOVE = 0.3
-"""Shade begins this share of a thing's height above its foot, at most."""
+ABOVE = (0.3, 0.9)
+"""Shade begins this share of a thing's height above its foot, and ends below that one."""
 
 
 def shaded(photo: Image, masks: Sequence[BoolArray], hole: BoolArray) -> BoolArray:
@@ -48,26 +50,36 @@ def _around(lab: FloatImage, own: BoolArray, inside: BoolArray) -> BoolArray:
     """Shade of one thing: dark, of the ground's colour, and joined to the thing at its foot."""
     x0, y0, x1, y1 = bounds(own)
     side = max(x1 - x0, y1 - y0)
-    low = np.zeros_like(own)
-    low[max(0, y1 - round(ABOVE * (y1 - y0))) :] = True
-    near = low & grow(own, round(0.8 * side)) & ~inside
+    rows = np.arange(own.shape[0])[:, None] * np.ones(own.shape[1])
+    low = rows >= y1 - round(ABOVE[0] * (y1 - y0))
+    ground = rows >= y1 - round(ABOVE[1] * (y1 - y0))
+    near = ground & grow(own, round(REACH * side)) & ~inside
     far = low & grow(own, round(1.2 * side)) & ~grow(own, round(0.25 * side)) & ~inside
     if np.count_nonzero(far) < 30 or not near.any():
         return np.zeros_like(own)
-    lit = _lit(lab, far | near)
+    lit, uneven = _lit(lab, far | (near & low))
     darker = lit[..., 0] - lab[..., 0]
     # In shade a colour keeps its hue and pales with its lightness.
     share = (lab[..., :1] / np.maximum(lit[..., :1], 1)).clip(0, 1)
     tint = np.abs(lab[..., 1:] - lit[..., 1:] * share).max(-1) < TINT
-    dark = near & (darker > DARKER) & tint
-    joined = dark | grow(own, 2) | inside
-    _, labels = cv2.connectedComponents(joined.astype(np.uint8))
-    mine = np.isin(labels, np.unique(labels[own])) & dark
+    dark = near & (darker > max(DARKER, GRAINS[0] * uneven)) & tint
+    mine = _joined_to(dark, own | inside, own, low)
     if _goes_on(mine, near & ~grow(own, round(0.55 * side)), x0, x1):
         return np.zeros_like(own)
     # Shade fades out: its faint rim belongs to it.
-    faint = np.asarray(cv2.blur(darker, (3, 3))) > FAINT
-    return grow(mine, 1) & near | grow(mine, max(2, round(RIM * side))) & near & faint & tint
+    smooth = np.asarray(cv2.blur(darker, (3, 3)))
+    faint = near & tint & (smooth > max(FAINT, GRAINS[1] * uneven))
+    wide = mine
+    for _ in range(max(2, side // 4)):
+        wide = mine | (grow(wide, 1) & faint)
+    return grow(wide, 1) & near
+
+
+def _joined_to(dark: BoolArray, through: BoolArray, own: BoolArray, low: BoolArray) -> BoolArray:
+    """What is dark and hangs together with the thing at its foot."""
+    joined = dark | ((grow(own, 2) | through) & low)
+    _, labels = cv2.connectedComponents(joined.astype(np.uint8))
+    return np.isin(labels, np.unique(labels[own & low])) & dark
 
 
 def _goes_on(dark: BoolArray, outer: BoolArray, left: int, right: int) -> bool:
@@ -76,8 +88,11 @@ def _goes_on(dark: BoolArray, outer: BoolArray, left: int, right: int) -> bool:
     return bool(rim[:, :left].sum() > ENDS and rim[:, right:].sum() > ENDS)
 
 
-def _lit(lab: FloatImage, ground: BoolArray) -> FloatImage:
-    """(H, W, 3) the ground without shade: a smooth surface through its lighter half."""
+def _lit(lab: FloatImage, ground: BoolArray) -> tuple[FloatImage, float]:
+    """(H, W, 3) the ground without shade, a smooth surface through its lighter half.
+
+    Also how uneven the lit ground is, in L*.
+    """
     rows, columns = np.nonzero(ground)
     scale = float(max(ground.shape))
     terms = np.stack([np.ones(len(rows)), columns / scale, rows / scale], 1)
@@ -90,5 +105,8 @@ def _lit(lab: FloatImage, ground: BoolArray) -> FloatImage:
         rest = values[:, 0] - terms @ fit[:, 0]
         spread = max(1.5 * float(np.median(np.abs(rest))), 2.0)
         weight = 1 / (1 + (rest / np.where(rest < 0, spread, 2 * spread)) ** 2)
+    rest = values[:, 0] - terms @ fit[:, 0]
+    # Shade makes the dark side of the spread wide, so it is the light side that tells.
+    uneven = 1.5 * float(np.median(np.abs(rest[rest > 0]))) if (rest > 0).any() else 0.0
     y, x = np.indices(ground.shape) / scale
-    return (np.stack([np.ones_like(x), x, y], -1) @ fit).astype(np.float32)
+    return (np.stack([np.ones_like(x), x, y], -1) @ fit).astype(np.float32), uneven

@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
+from physagent_studio.benchmark.plates import plate_of, scores, vacated
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Floor, Grounding, Mark, Slab, Support
 from physagent_studio.reconstruction.crossing import edges_of, lines_through
@@ -125,3 +126,17 @@ def test_the_same_picture_gives_the_same_plate():
     everything = np.ones(SHAPE, bool)
     assert (background(photo, [everything]) == 128).all()
     assert np.array_equal(background(photo, []), photo)
+
+
+@pytest.mark.parametrize("texture", ["boards", "lane"])
+def test_what_lies_on_the_ground_goes_on_in_perspective(texture: str):
+    item = vacated(texture, 0)
+    plate = plate_of(item)
+    hole = hole_of(item.masks, item.truth.shape[:2])
+    flat = fill(item.image, hole)
+    tone, contrast, _, shadow = scores(item, plate)
+    # Seen from above it is nearer to the truth than what the flat picture alone gives.
+    assert tone < scores(item, flat)[0]
+    assert tone < 8
+    assert contrast < 0.3
+    assert shadow < 5

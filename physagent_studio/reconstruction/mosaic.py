@@ -1,0 +1,167 @@
+"""A hole filled with a few large pieces of the picture, joined by their gradients."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.reconstruction.copies import level_shifts, rescaled, shift, shifts_in
+from physagent_studio.reconstruction.harmonic import nearest_along
+from physagent_studio.reconstruction.joining import View, blocked, joined, sources, taken
+from physagent_studio.reconstruction.masks import BoolArray, bounds, grow
+from physagent_studio.reconstruction.pieces import NEVER, Grid, choose
+
+FloatImage = NDArray[np.float32]
+FloatArray = NDArray[np.float64]
+PLACES = 1700
+"""Places on which pieces are chosen, at most."""
+MOST = 36
+"""Copies that are weighed against one another."""
+FINDING = 240
+"""Longer side of the picture in which candidates are looked for."""
+RIM = 2
+"""Width of the rim on which a copy is held against the photo, in places."""
+STRICT = 3.0
+"""What a mismatch at the rim counts beside one at a seam."""
+GUESS = 0.35
+"""What a mismatch with the first guess counts."""
+FAR = 6.0
+"""Price of a copy from one hole's size away."""
+COARSER = 12.0
+"""Price of a copy that has to be enlarged twice."""
+
+
+def mosaic(
+    part: FloatImage,
+    missing: BoolArray,
+    barred: BoolArray,
+    lines: FloatArray,
+    ways: FloatArray,
+    level: FloatArray | None,
+    share: float = 1.0,
+) -> FloatImage:
+    """The picture (H, W, 3) with its hole (H, W) filled.
+
+    barred: (H, W) the hole and what else shall not be copied. lines: (N, 2, 2) pixels, edges that
+    go on behind the hole. ways: (N, 2) directions of edges that run into it. level: (3, 3) from
+    pixels to a level plane, None for unknown. share: how much care it may take, 1 for a lone hole.
+    """
+    picture = View.of(part, missing, barred, FINDING)
+    guess = nearest_along(picture.image, picture.barred, lines * picture.ratio)
+    wide = cv2.resize(guess, missing.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    part = np.where(barred[..., None], wide, part).astype(np.float32)
+    copies = _candidates(picture, missing, lines, ways, level)
+    if not copies:
+        return part
+    label, used = _laid(View.of(part, missing, barred, _fine(missing, share)), lines, copies)
+    return joined(part, missing, barred, label, [copies[k] for k in used])
+
+
+def _fine(missing: BoolArray, share: float) -> float:
+    """The longer side of a picture in which the hole is as many places as pieces are chosen on."""
+    return max(missing.shape) * min(1.0, (PLACES * share / np.count_nonzero(missing)) ** 0.5)
+
+
+def _candidates(
+    view: View,
+    missing: BoolArray,
+    lines: FloatArray,
+    ways: FloatArray,
+    level: FloatArray | None,
+) -> list[FloatArray]:
+    """Copies (3, 3), in pixels."""
+    if not view.missing.any() or view.barred.all():
+        return []
+    x, y = 1 / view.ratio
+    found = [shift(*by) for by in shifts_in(view.image, view.missing, view.barred)]
+    if level is not None:
+        small = level @ np.diag([x, y, 1.0])
+        found += level_shifts(view.image, view.missing, view.barred, small)
+    out = [rescaled(copy, x, y) for copy in found]
+    x0, y0, x1, y1 = bounds(missing)
+    along = [(other - one) / max(float(np.linalg.norm(other - one)), 1e-9) for one, other in lines]
+    for way in (*along, *ways, np.array([1.0, 0.0])):
+        reach = min((x1 - x0) / max(abs(way[0]), 1e-6), (y1 - y0) / max(abs(way[1]), 1e-6))
+        out += [shift(*(sign * share * reach * way)) for sign in (1, -1) for share in (0.6, 1.05)]
+    return _distinct(out, missing)
+
+
+def _distinct(copies: Sequence[FloatArray], missing: BoolArray) -> list[FloatArray]:
+    """Without those that copy from nearly the same places as an earlier one."""
+    x0, y0, x1, y1 = bounds(missing)
+    spots = np.array([[x0, y0, 1], [x1, y0, 1], [x0, y1, 1], [x1, y1, 1]], float)
+    near = 0.012 * max(missing.shape)
+    out: list[FloatArray] = []
+    seen: list[FloatArray] = []
+    for copy in copies:
+        mapped = spots @ copy.T
+        place = mapped[:, :2] / np.where(np.abs(mapped[:, 2:]) < 1e-9, 1e-9, mapped[:, 2:])
+        if np.abs(place - spots[:, :2]).max() < 3:
+            continue
+        if all(np.abs(place - other).max() > near for other in seen):
+            out.append(copy)
+            seen.append(place)
+    return out
+
+
+def _laid(
+    view: View, lines: FloatArray, copies: Sequence[FloatArray]
+) -> tuple[NDArray[np.int64], list[int]]:
+    """Which piece (h, w) lies where on a coarse grid, -1 outside, and the copies in use."""
+    places = grow(view.missing, RIM)
+    rim = places & ~view.barred
+    guess = nearest_along(view.image, view.barred, lines * view.ratio)
+    feature = _features(view.image)
+    looks, prices = [], []
+    for copy in copies:
+        shown, price = _shown(feature, view.barred, rescaled(copy, *view.ratio), places)
+        off = np.abs(shown - feature[places]).sum(-1) * STRICT
+        wrong = np.abs(shown[:, :3] - guess[places]).sum(-1) * GUESS
+        price += np.where(view.missing[places], np.minimum(wrong, 30), 0)
+        price += np.where(rim[places], np.minimum(off, 400), 0)
+        looks.append(shown)
+        prices.append(price)
+    asked = np.array(prices, np.float32)
+    fitting = _fitting(asked[:, rim[places]])
+    some = np.array(looks, np.float32)[fitting]
+    chosen = fitting[choose(Grid.of(places), some, asked[fitting])]
+    used = sorted(set(chosen.tolist()))
+    label = np.full(places.shape, -1)
+    label[places] = np.searchsorted(used, chosen)
+    return label, used
+
+
+def _fitting(prices: FloatImage) -> NDArray[np.int64]:
+    """The copies that are among the best somewhere on the rim; prices: (K, R) there."""
+    if len(prices) <= MOST or not prices.shape[1]:
+        return np.arange(len(prices))
+    best = np.argsort(prices, axis=0, kind="stable")[:4]
+    votes = np.bincount(best.ravel(), minlength=len(prices))
+    return np.sort(np.argsort(-votes, kind="stable")[:MOST])
+
+
+def _features(image: FloatImage) -> FloatImage:
+    """(H, W, 5) colours and steps of lightness to the right and below."""
+    grey = image.mean(-1)
+    right = np.diff(grey, axis=1, append=grey[:, -1:])
+    down = np.diff(grey, axis=0, append=grey[-1:])
+    return np.dstack([image, right, down]).astype(np.float32)
+
+
+def _shown(
+    feature: FloatImage, barred: BoolArray, copy: FloatArray, places: BoolArray
+) -> tuple[FloatImage, FloatArray]:
+    """What a copy shows at the places (N, C) and what it costs to take it there (N,)."""
+    rows, columns = np.nonzero(places)
+    x, y, finer = sources(copy, columns, rows)
+    shown = taken(feature[..., :4], x, y)
+    last = taken(feature[..., 4], x, y)
+    size = max(np.ptp(rows), np.ptp(columns), 1)
+    away = np.hypot(x - columns, y - rows) / size
+    coarse = np.log2(1 / np.maximum(finer, 1e-3)) / 2
+    price = FAR * away + COARSER * np.maximum(coarse - 0.3, 0)
+    price = np.where(blocked(barred, x, y), NEVER, price)
+    return np.column_stack([shown, last]).astype(np.float32), price

@@ -16,7 +16,8 @@ class Material:
     .2–.4. For balls on turf they follow from how far one rolls: a golf ball let go at 1.83 m/s, 7
     to 12 ft on a green (stimpmeter), c = 7/10 v²/(g d) = .065–.11; a football down a ramp 1 m high,
     4 to 10 m on a pitch (FIFA, test method 03), c = 1 m / d = .1–.25, or down to two thirds of it
-    if the foot of the ramp takes its part. The other rows are set between these by likeness and may
+    if the foot of the ramp takes its part; a leather ball on grass here adds up to .1, where the
+    two meet. The other rows are set between these by likeness and may
     be off by a factor of two.
 
     Values are for everyday objects of the kind (a hollow plastic toy, not solid polymer).
@@ -47,7 +48,7 @@ MATERIALS: dict[str, Material] = {
     "water_filled": Material(1000, 0.40, 0.20, 0.020, "a full bottle or bag"),
     "leather": Material(75, 0.50, 0.70, 0.010, "an inflated ball: 0.43 kg at 22 cm diameter"),
     "fabric": Material(250, 0.60, 0.05, 0.030, "cotton cloth, bulk"),
-    "grass": Material(1200, 0.60, 0.30, 0.070, "turf as ground, cut short"),
+    "grass": Material(1200, 0.60, 0.30, 0.090, "turf as ground, cut short"),
     "carpet": Material(300, 0.65, 0.10, 0.030, "floor covering"),
     "concrete": Material(2400, 0.65, 0.35, 0.006, "paving"),
 }

@@ -15,12 +15,15 @@ from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.trace import EXTRA, SNAPSHOT, Trace
 from physagent_studio.simulation.world import World
 
+LAW = 2
+"""Counts up whenever the same program gives other bits, so that no older run is gone on from."""
+
 
 def setting_key(program: PhysicalProgram, structure: str, substeps: int) -> str:
-    """Hash of everything in a run but its actions."""
+    """Hash of everything in a run but its actions, the engine's version and our law's included."""
     scene = program.scene.model_dump_json(exclude={"camera", "horizon", "flags"})
     clip = program.clip.model_dump_json(exclude={"playback_fps"})
-    parts = (structure, scene, clip, str(substeps))
+    parts = (structure, scene, clip, str(substeps), mj.mj_versionString(), str(LAW))
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
 

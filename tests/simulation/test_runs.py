@@ -24,7 +24,7 @@ from physagent_studio.records.rollout_io import (
     rollout_to_bytes,
     save_rollout,
 )
-from physagent_studio.simulation import Simulator, resimulate, simulate
+from physagent_studio.simulation import Simulator, resimulate, resume, simulate
 
 ARRAYS = (
     "positions",
@@ -159,6 +159,19 @@ def test_a_run_whose_snapshots_are_of_another_version_is_not_gone_on_from():
     old = dataclasses.replace(before, snapshots=before.snapshots[:, :-1])
     edited = apply(busy(), [SetField(path="event.actions.push.duration", value=70)])
     assert digest(resimulate(edited, {}, old, 100)) == digest(simulate(edited))
+
+
+@pytest.mark.parametrize("of", ["engine", "law"])
+def test_a_run_of_another_engine_or_law_is_not_gone_on_from(of, monkeypatch):
+    with monkeypatch.context() as patch:
+        if of == "law":
+            patch.setattr(resume, "LAW", 1)
+        else:
+            patch.setattr(resume.mj, "mj_versionString", lambda: "3.0.0")
+        before = simulate(busy())
+    other = dataclasses.replace(before, positions=before.positions + 1)
+    edited = apply(busy(), [SetField(path="event.actions.push.duration", value=70)])
+    assert digest(resimulate(edited, {}, other, 100)) == digest(simulate(edited))
 
 
 def test_a_rollout_that_was_tampered_with_is_refused():

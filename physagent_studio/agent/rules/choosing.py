@@ -26,9 +26,38 @@ def schedule(reading: Reading, layout: Layout, clip: Clip) -> tuple[Action, ...]
         actions.append(act.place(name, place))
     layout = layout.with_places(raised)
     for task in tasks_of(reading, layout, clip):
+        wait = steps_to_wait(task.intent, reading, clip)
         for action in _script_for(task)(task):
-            actions += [a for a in [_fitted(action, clip, actions)] if a is not None]
+            later = _later(action, wait)
+            actions += [a for a in [_fitted(later, clip, actions)] if a is not None]
     return tuple(actions[:500])
+
+
+TURN = 80
+"""Steps that what is told to come next waits for what comes before."""
+
+
+def steps_to_wait(intent: Intent, reading: Reading, clip: Clip) -> int:
+    """How much later than the beginning a thing is set going, where the prompt says it: so many
+    seconds, or after what is told before it."""
+    own = next((f for f in intent.frames if f.sense not in ("be", "stay", "rest")), None)
+    if own is None:
+        return 0
+    if own.delay is not None:
+        return min(int(own.delay / clip.step_seconds), clip.steps - 2 * act.PUSH_STEPS)
+    index = next((i for i, f in enumerate(reading.frames) if f is own), 0)
+    earlier = [f for f in reading.frames[:index] if not f.negated]
+    alone = not any(intent.name in (*f.patient, *f.agent) for f in earlier)
+    if not own.sequel or not alone or intent.struck_by:
+        return 0
+    before = sum(f.sequel for f in earlier) + 1
+    return min(TURN * before, clip.steps // 2)
+
+
+def _later(action: Action, steps: int) -> Action:
+    if not steps or action.when is not None:
+        return action
+    return action.model_copy(update={"start_step": action.start_step + steps})
 
 
 def raised_places(reading: Reading, layout: Layout) -> dict[str, FloatArray]:
@@ -86,7 +115,9 @@ def _rank(intent: Intent, driven: list[Intent], layout: Layout) -> tuple[int, in
     """Place among the objects that share a frame with it, from top to bottom."""
     row = {n for f in intent.frames for n in (f.agent or f.patient)}
     alike = [i.name for i in driven if i.name in row]
-    ordered = sorted(alike, key=lambda n: -layout.position(n)[2])
+    first = {n for f in intent.frames for n in f.first}
+    last = {n for f in intent.frames for n in f.last}
+    ordered = sorted(alike, key=lambda n: (2 * (n in last) - (n in first), -layout.position(n)[2]))
     return ordered.index(intent.name), len(ordered)
 
 

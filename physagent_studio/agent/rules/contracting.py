@@ -280,10 +280,20 @@ class _Draft:
             label = spec.kind if spec.kind in ("in_turn", "together") else "any"
             return self._put({"kind": spec.kind, **data}, f"{label}_{data['of'][0]}", clause)
         if spec.kind == "before":
-            first, second = (self._state(part, clause) for part in spec.parts)
+            first, second = (self._told(part) or self._state(part, clause) for part in spec.parts)
             data |= {"first": first, "second": second}
             return self._put({"kind": "before", **data}, f"{first}_first", clause)
         return self._put({"kind": spec.kind, **data}, _label(spec), clause)
+
+    def _told(self, spec: Spec) -> str | None:
+        """The statement that says so already, in whatever clause; only plain ones."""
+        if spec.parts:
+            return None
+        plain = {"kind": spec.kind, **spec.fields}
+        for row in self.statements:
+            if {k: v for k, v in row.items() if k not in ("id", "clause")} == plain:
+                return row["id"]
+        return None
 
     def _put(self, data: dict[str, Any], label: str, clause: str) -> str:
         """The id of the statement; one that the clause has already is not written twice."""

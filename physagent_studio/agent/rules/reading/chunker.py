@@ -9,6 +9,7 @@ from physagent_studio.agent.rules.reading.measures import UNITS, amount_of
 from physagent_studio.agent.rules.reading.noun_phrases import NounPhrases, is_adjective
 from physagent_studio.agent.rules.reading.phrases import ADVERBIAL, ALWAYS, Chunk, NounPhrase
 from physagent_studio.agent.rules.reading.tokens import (
+    is_number,
     is_participle,
     looks_like_verb,
     singular,
@@ -92,6 +93,9 @@ class Chunker(NounPhrases):
             return not follows_name or "_" in word
         if (verb_base(previous) or "", word) in v.WITH_OBJECT:
             return True
+        if previous in ("below", "above", "underneath", "beneath") and is_number(self.word(i - 2)):
+            # "The two below stay".
+            return False
         behind = self.word(i - 2) == "the" and self.word(i - 3) in ("in", "on", "at")
         behind |= (self.word(i - 2), previous) == ("on", "top")
         closed = behind or previous in v.OTHERS or previous in v.NUMBERS or previous in v.DIRECTIONS

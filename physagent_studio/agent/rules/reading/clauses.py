@@ -76,6 +76,10 @@ def _resumed(found: Sequence[RawClause]) -> list[RawClause]:
         verb = clause.verb
         told = next((c for c in reversed(out) if c.verb is not None and c.verb.verb != "?"), None)
         alone = verb is not None and verb.verb == "?" and set(verb.word.split()) <= _ALONE
+        # "The hammer falls and the can follows": it does so too, after it.
+        follows = verb is not None and verb.verb == "follow" and not clause.objects
+        alone = alone or (follows and bool(clause.subjects))
+        clause = replace(clause, sequel=clause.sequel or follows)
         if verb is not None and alone and told is not None and told.verb is not None:
             again = replace(told.verb, start=verb.start, end=verb.end, negated=verb.negated)
             clause = replace(

@@ -19,7 +19,7 @@ def in_plain_words(tokens: Sequence[Token], nouns: frozenset[str]) -> Tokens:
     nouns: the words of the case's names.
     """
     found = _not_asked(tuple(tokens), nouns)
-    for rule in (_amounts, _compared, _performed, _unable, _slipped, _untouched, _instead):
+    for rule in (_sided, _amounts, _compared, _performed, _unable, _slipped, _untouched, _instead):
         found = rule(found, nouns)
     return found
 
@@ -231,6 +231,20 @@ def _slipped(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
             continue
         if verb_base(tokens[index - 1].text) in _LEAVING and tokens[index - 1].text not in nouns:
             out[index] = replace(tokens[index], text="off")
+    return tuple(out)
+
+
+def _sided(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
+    """ "The table's right edge": the right table edge."""
+    out = list(tokens)
+    for i in range(len(tokens) - 2):
+        side = tokens[i + 1].text in v.POSITIONS and tokens[i + 2].text in ("edge", "side", "end")
+        if (
+            side
+            and tokens[i].text in nouns
+            and tokens[i].end - tokens[i].start > len(tokens[i].text)
+        ):
+            out[i], out[i + 1] = tokens[i + 1], tokens[i]
     return tuple(out)
 
 

@@ -95,6 +95,10 @@ def details_of(
 ) -> Details:
     """Reads the adverbs and prepositional phrases of a clause; reports unknown words."""
     details = Details(unknown=unknown)
+    for phrase in objects if any(np.head in v.OTHERS for _, np in clause.places) else ():
+        # "Pulls the red one from under the others".
+        if (direct := resolve_objects(phrase, stock, talk)) is not None:
+            talk.mention(direct.names)
     for word in clause.adverbs:
         _adverb(word, details, talk)
     for phrase in (*objects, *clause.subjects):

@@ -50,6 +50,7 @@ class _Reader(Meanings):
     pending_manner: frozenset[str] = frozenset()
     pending_way: str | None = None
     pending_text: int | None = None
+    pending_rest: bool = False
 
     def take(self, clause: RawClause) -> None:
         """Adds the frames of one clause."""
@@ -64,6 +65,7 @@ class _Reader(Meanings):
             return
         if self._is_prelude(clause):
             self.pending_text = start
+            self.pending_rest = _of_the_rest(clause)
             return
         self.pending_text = None
         if self._says_nothing(clause):
@@ -81,7 +83,7 @@ class _Reader(Meanings):
                 other = replace(frame, patient=spared, negated=not frame.negated)
                 self.frames.append(replace(other, any_one=False, least=0, most=None))
         self.pending_cause, self.pending_manner, self.left_so = "", frozenset(), False
-        self.pending_way = None
+        self.pending_way, self.pending_rest = None, False
 
     def _named_force(self, clause: RawClause, clause_id: str) -> bool:
         """ "A gentle nudge to the top book": a push without a verb."""
@@ -219,7 +221,7 @@ class _Reader(Meanings):
             delay=details.delay,
             angle=details.angle,
             sequel=clause.sequel,
-            rest=_of_the_rest(clause),
+            rest=self.pending_rest or _of_the_rest(clause),
             negated=self._negated(clause),
             link=self._link(clause),
             leads=self._leads(clause),

@@ -67,6 +67,8 @@ def _stems(word: str) -> list[str]:
     stems: list[str] = []
     if word.endswith("ies") and len(word) > 4:
         stems.append(word[:-3] + "y")
+    if word.endswith("ied") and len(word) > 4:
+        stems.append(word[:-3] + "y")
     for ending in ("ing", "ed", "es", "s"):
         if word.endswith(ending) and len(word) > len(ending) + 1:
             stem = word[: -len(ending)]

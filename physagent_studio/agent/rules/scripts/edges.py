@@ -20,6 +20,7 @@ def off_edge(task: Task) -> list[Action]:
     size = task.layout.size(task.name)
     needed = math.sqrt(2 * mech.G * friction * distance) * 1.25
     speed = max(needed, distance / task.seconds(0.3), math.sqrt(mech.G * size) * 0.6)
+    speed = task.speed or speed
     vector = act.toward_or_along(speed, vector=way) if _is_oblique(way) else act.toward_or_along(
         speed, way=named_way(way)
     )  # fmt: skip

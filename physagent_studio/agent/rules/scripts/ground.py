@@ -130,6 +130,10 @@ def _ground_speed(task: Task, target: Place | None) -> float:
     rolls = task.layout.is_ball(task.name)
     slowing = mech.rolling_slowing(task.ground_rolling()) if rolls else mech.G * friction
     distance = task.way_to(target) if target is not None else max(4 * size, 0.5)
+    if task.speed is not None:
+        return task.speed
+    if task.far is not None and not task.intent.hits:
+        distance = task.far
     if task.intent.hits:
         distance = max(distance - size, 0.1)
     if task.passes() is not None:
@@ -196,6 +200,7 @@ def _brake(task: Task, target: Place | None, speed: float, start: int) -> list[A
     if not stops or not task.layout.is_ball(task.name):
         return []
     distance = task.way_to(target) if target is not None else 1.0
+    distance = task.far or distance
     slowing = max(speed * speed / max(distance, 0.05), 0.2)
     first = start + int(
         min(0.5 * distance / max(speed, 0.1), task.seconds(0.4)) / task.clip.step_seconds

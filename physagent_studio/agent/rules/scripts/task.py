@@ -83,8 +83,25 @@ class Task:
 
     @property
     def ends_short(self) -> bool:
-        """Whether it shall come to rest before the end of a way."""
-        return self.share is not None and self.share < 1
+        """Whether it shall come to rest before the end of a way, or after a way of its own."""
+        return (self.share is not None and self.share < 1) or self.far is not None
+
+    @property
+    def far(self) -> float | None:
+        """How far it shall go, where the prompt says it in numbers or with "a little", m."""
+        for frame in self.intent.frames:
+            if frame.place("off", "from") is not None or frame.sense in ("stop", "settle"):
+                continue
+            if frame.distance is not None:
+                return frame.distance
+            if "slight" in frame.manner:
+                return min(max(0.6 * self.layout.size(self.name), 0.03), 0.3)
+        return None
+
+    @property
+    def speed(self) -> float | None:
+        """How fast it shall go, where the prompt says it in numbers, m/s."""
+        return next((f.speed for f in self.intent.frames if f.speed is not None), None)
 
     def way_to(self, place: Place) -> float:
         """Horizontal way to a place, or the part of it that it shall cover, m."""

@@ -56,7 +56,10 @@ def _in_the_way(task: Task, other: str, way: FloatArray) -> bool:
 def spin_about(task: Task) -> list[Action]:
     """Turns about the vertical, or where it lies, about its own middle."""
     turns = next((f.count for f in task.intent.frames if f.count), 1) or 1
-    rate = mech.spin_for_flip(360.0 * turns + 30.0, task.seconds(0.5))
+    said = next((f.angle for f in task.intent.frames if f.angle is not None), None)
+    slight = any("slight" in f.manner for f in task.intent.frames)
+    angle = said or (30.0 if slight else 360.0 * turns + 30.0)
+    rate = mech.spin_for_flip(angle, task.seconds(0.5))
     steps = int(task.seconds(0.5) / task.clip.step_seconds)
     sign = -1.0 if task.way() == "right" else 1.0
     return [act.spin(task.name, UP * sign, rate, duration=steps)]

@@ -106,15 +106,19 @@ def along(c: Context) -> list[Spec]:
 
 
 def _past(c: Context, place: Place) -> list[Spec]:
-    """What goes past a thing goes by it; what falls past it does not touch it."""
+    """What goes past a thing goes by it, on the side that is said; what falls past it does not
+    touch it."""
+    side = c.frame.direction if c.frame.direction in ("left", "right") else None
+    there = [spec("side_of", c.subject, other=place_name(place), side=side)] if side else []
     if place.kind != "object":
         mark = c.layout.state.landmark(place_name(place))
         beside = mark is not None and mark.kind in ("area", "point")
         by = True if beside else None
-        return [spec("passes_over", c.subject, landmark=place_name(place), by=by)]
+        passed = spec("passes_over", c.subject, landmark=place_name(place), by=by)
+        return [passed, *there] if beside else [passed]
     if c.frame.sense in ("fall", "descend"):
         return [spec("contacts", c.subject, other=place.name, negated=True)]
-    return [spec("passes_over", c.subject, landmark=place.name, by=True)]
+    return [spec("passes_over", c.subject, landmark=place.name, by=True), *there]
 
 
 def _over(c: Context, place: Place) -> list[Spec]:
@@ -339,6 +343,8 @@ def posture(c: Context) -> list[Spec]:
         return [any_of(flat, spec("topples", c.subject, tilt=OVER_TILT))]
     if c.frame.posture == "upright":
         return [flat]
+    if c.frame.posture in ("supine", "prone"):
+        return [spec("topples", c.subject, tilt=SIDE_TILT), *sideways_fall(c)]
     if c.frame.posture == "side":
         return [spec("topples", c.subject, tilt=SIDE_TILT)]
     return [spec("topples", c.subject, tilt=135.0)] if c.frame.posture == "inverted" else []

@@ -7,6 +7,7 @@ from physagent_studio.agent.rules.senses.common import (
     keeps_standing,
     quality,
     sideways_fall,
+    touch,
 )
 from physagent_studio.agent.rules.specs import Context, Spec, any_of, place_name, spec
 
@@ -73,7 +74,8 @@ def _slowly(c: Context) -> list[Spec]:
 
 def break_apart(c: Context) -> list[Spec]:
     """At least one of its joints lets go, where it gets to if that is said."""
-    return [spec("breaks", c.subject), *(s for s in along(c) if s.kind == "contacts")]
+    onto = [s for s in along(c) if s.kind == "contacts"]
+    return [*touch(c), spec("breaks", c.subject), *onto]
 
 
 def spread(c: Context) -> list[Spec]:
@@ -89,5 +91,5 @@ def spread(c: Context) -> list[Spec]:
 
 
 def deform(c: Context) -> list[Spec]:
-    """Loses its shape."""
-    return [spec("deforms", c.subject, strain=0.05)]
+    """Loses its shape; by what is said to do it."""
+    return [*touch(c), spec("deforms", c.subject, strain=0.05)]

@@ -3,14 +3,19 @@
 A pair that starts out a hair inside one another is taken to touch at that depth: its contact
 force begins where it began (`margin = −depth`, so that nothing moves and no energy is added). A
 pair that starts deeper than that keeps the hair and comes apart slowly for the rest.
+
+An elastic body that stands or sticks out from where it is held is seen bent by its own weight: its
+first shape is taken to carry that already, so that it does not sag and sway before anything acts.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from physagent_studio.program import SceneState
+from physagent_studio.program import SceneObject, SceneState
+from physagent_studio.program.bodies import Plastic, Soft
 from physagent_studio.records import Alarm
+from physagent_studio.simulation.clouds import Cloud
 from physagent_studio.simulation.contact_law import combine, reference, touch_of
 from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.model import Compiled
@@ -18,14 +23,25 @@ from physagent_studio.simulation.model import Compiled
 HAIR = 0.08
 """Overlap that is tolerated for good, as a share of the thinner body's smallest extent."""
 
+HANGING = ("none", "top", "top_corners")
+"""Pins under which an elastic body's weight is left to act: it lies or hangs, and may swing."""
+
 SILENT = 0.001
 """Overlaps below this, m, are not worth an alarm."""
 
 
 def settle(compiled: Compiled, scene: SceneState, dt: float) -> list[Alarm]:
-    """Softens the pairs that overlap in the initial state; the data must be freshly reset."""
+    """Softens the pairs that overlap at first and lets elastic bodies carry their weight.
+
+    The data must be freshly reset.
+    """
     model, data = compiled.model, compiled.data
     mj.mj_forward(model, data)
+    for item, handle in zip(scene.objects, compiled.handles, strict=True):
+        if isinstance(handle, Cloud) and _stands(item):
+            dofs = (handle.velocity[handle.free][:, None] + np.arange(3)).ravel()
+            # At rest all that must be borne is the weight.
+            data.qfrc_applied[dofs] = data.qfrc_bias[dofs]
     alarms = []
     things = (*scene.objects, *scene.supports)
     for (a, b), (depth, pairs) in sorted(_overlaps(compiled).items()):
@@ -44,6 +60,11 @@ def settle(compiled: Compiled, scene: SceneState, dt: float) -> list[Alarm]:
         if depth > SILENT:
             alarms.append(_alarm(things[a].name, things[b].name, depth, hair))
     return alarms
+
+
+def _stands(item: SceneObject) -> bool:
+    """Whether it is held by a foot or a side and keeps its shape by its stiffness alone."""
+    return isinstance(item.body, Soft | Plastic) and item.body.pinned not in HANGING
 
 
 def _overlaps(compiled: Compiled) -> dict[tuple[int, int], tuple[float, list[int]]]:

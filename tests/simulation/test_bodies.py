@@ -210,6 +210,17 @@ def test_a_visual_mesh_follows_its_soft_body():
     assert shown[-1][:, 2].min() > -2e-3
 
 
+def test_what_stands_by_its_stiffness_sways_in_the_wind_and_not_without():
+    tree = soft(Soft(young=5e4, pinned="bottom"), Box(size=(0.1, 0.1, 0.8)), (0, 0, 0.4))
+    still = simulate(program([tree], [ground()], seconds=0.6))
+    assert np.ptp(dict(still.vertices)["it"], axis=0).max() < 1e-6
+    gust = ApplyForce(id="gust", name="it", force=(8, 0, 0), duration=20)
+    bent = dict(simulate(program([tree], [ground()], [gust], seconds=2.4)).vertices)["it"]
+    away = np.linalg.norm(bent - bent[0], axis=2).max(axis=1)
+    assert away.max() > 0.02
+    assert away[int(away.argmax()) :].min() < 0.3 * away.max()
+
+
 def test_what_a_mixed_scene_loses_is_said():
     ball = thing("ball", Sphere(radius=0.1), (1, 0, 0.5), restitution=0.8)
     rollout = simulate(program([BODIES["soft"], ball], [ground()], seconds=0.2))

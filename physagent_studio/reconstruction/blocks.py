@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Ramp, SceneState
 from physagent_studio.reconstruction.block import Block, Kind
 from physagent_studio.reconstruction.block_fit import Fit, fitted
 from physagent_studio.reconstruction.clicked_supports import shape_of
+from physagent_studio.reconstruction.flight import Flight
 from physagent_studio.reconstruction.layout import Stance
 from physagent_studio.reconstruction.masks import BoolArray, border_share, iou
 from physagent_studio.reconstruction.meshes import support_mesh
@@ -67,6 +69,7 @@ def on_blocks(
     stances: Mapping[str, Stance],
     on: Mapping[str, str],
     blocks: Mapping[str, Block],
+    flights: Mapping[str, Flight] = MappingProxyType({}),
 ) -> dict[str, str]:
     """What each thing stands on, where a foot that was taken to be on the ground is seen on the
     top of a block, or on a ramp that a person has marked, and nobody has said otherwise."""
@@ -75,10 +78,13 @@ def on_blocks(
     blocks = {**_marked_ramps(unit, state), **blocks}
     for name, stance in stances.items():
         item = state.object(name)
-        if on[name] != FLOOR or (item is not None and item.support is not None):
+        if on[name] not in (FLOOR, *blocks) or (item is not None and item.support is not None):
             continue
         carriers = [b for b, block in blocks.items() if block.carries(camera, stance.foot)]
-        out[name] = carriers[0] if carriers else on[name]
+        carriers += [f for f, flight in flights.items() if flight.carries(camera, stance.foot)]
+        # The upper of two steps hides what of the lower one is behind it.
+        high = {b: block.size[2] for b, block in blocks.items()}
+        out[name] = max(carriers, key=lambda b: high.get(b, 0.0), default=on[name])
     return out
 
 

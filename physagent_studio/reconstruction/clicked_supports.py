@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
 import cv2
 import numpy as np
@@ -16,7 +17,7 @@ from physagent_studio.program.scene import Ramp, SceneState, Slab, Support, Wall
 from physagent_studio.reconstruction.camera import usual_focal
 from physagent_studio.reconstruction.geometry import on_plane, on_upright_through
 from physagent_studio.reconstruction.masks import BoolArray
-from physagent_studio.reconstruction.names import Usual, support_height, support_kind
+from physagent_studio.reconstruction.names import RISER, Usual, support_height, support_kind
 from physagent_studio.reconstruction.ramps import Profile
 from physagent_studio.reconstruction.scale import FLOOR, Heights, Measured
 
@@ -26,6 +27,8 @@ BORDER = 4.0
 """Clicks this near to the border (pixels) show where an edge leaves the picture."""
 SQUARE = 0.1
 """Mean |cos| of corners up to which they pass for right angles."""
+TOY = 0.7
+"""Spread of the logarithm of the height of a step, where it may be one of a toy."""
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -110,8 +113,15 @@ def rises_of(state: SceneState, unit: Camera) -> dict[str, float]:
     return rises
 
 
-def on_one_floor(measured: Sequence[Measured], rises: Mapping[str, float]) -> list[Measured]:
-    """Sizes on tops of known rise told for the floor, and the usual heights of those tops."""
+def on_one_floor(
+    measured: Sequence[Measured],
+    rises: Mapping[str, float],
+    steps: Mapping[str, int] = MappingProxyType({}),
+) -> list[Measured]:
+    """Sizes on tops of known rise told for the floor, and the usual heights of those tops.
+
+    steps: which of them are the how many-th step of a flight.
+    """
     out = [
         replace(item, plane=FLOOR, units=item.units * (1 - rises[item.plane]))
         if item.plane in rises
@@ -120,7 +130,10 @@ def on_one_floor(measured: Sequence[Measured], rises: Mapping[str, float]) -> li
     ]
     for name, share in rises.items():
         usual = support_height(name)
-        if usual is not None:
+        if name in steps:
+            # Models of stairs are about as common in pictures as stairs.
+            out.append(Measured(name, FLOOR, share, Usual(RISER * steps[name], TOY)))
+        elif usual is not None:
             out.append(Measured(name, FLOOR, share, Usual(usual, 0.2)))
     return out
 

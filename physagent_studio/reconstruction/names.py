@@ -199,6 +199,9 @@ GROUND = frozenset(
 RAMPS = frozenset(["ramp", "slope", "incline", "chute", "slide", "wedge", "hill"])
 STAIRS = frozenset(["stairs", "steps", "staircase", "stairway", "stairwell", "stoop", "bleachers"])
 RAILS = frozenset(["rails", "tracks", "railway", "railroad", "railtrack", "traintrack"])
+RISER = 0.17
+"""Usual height of a step, m."""
+_NUMBERS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
 WALLS = frozenset(["wall", "backdrop", "fence"])
 
 
@@ -268,6 +271,15 @@ def support_height(name: str) -> float | None:
 def is_stairs(name: str) -> bool:
     """Whether a support of that name has several steps; one step or stair is a block."""
     return bool(STAIRS & set(re.findall(r"[a-z]+", name.lower())))
+
+
+def told_steps(text: str) -> int | None:
+    """How many steps words tell: "three_steps", "a flight of four stairs"; None for none."""
+    found = re.search(
+        rf"\b({'|'.join(_NUMBERS)})\s+(?:\w+\s+){{0,2}}?(?:steps|stairs|treads)\b",
+        text.lower().replace("_", " "),
+    )
+    return _NUMBERS.index(found.group(1)) + 2 if found else None
 
 
 def is_rails(name: str) -> bool:

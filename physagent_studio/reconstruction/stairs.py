@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 
 import numpy as np
 
@@ -12,16 +11,13 @@ from physagent_studio.program.scene import Ramp, SceneObject, Support
 from physagent_studio.program.stairs import Tread, treads_of
 from physagent_studio.reconstruction.geometry import CLEARANCE, on_plane
 from physagent_studio.reconstruction.layout import Stance
-from physagent_studio.reconstruction.names import is_stairs
+from physagent_studio.reconstruction.names import RISER, is_stairs, told_steps
 from physagent_studio.reconstruction.shapes import Base
 from physagent_studio.reconstruction.silhouette import in_world
 from physagent_studio.records.scene import Mesh
 
-RISER = 0.17
-"""Usual height of a step, m."""
 MOST = 40
 """Steps at most that are guessed from a height."""
-_NUMBERS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
 
 
 def with_steps(support: Support, ramp: Ramp) -> Ramp:
@@ -30,16 +26,11 @@ def with_steps(support: Support, ramp: Ramp) -> Ramp:
     With the uppermost edge alone their number follows from the name ("three_steps"), or from the
     usual height of a step.
     """
-    if not is_stairs(support.name):
+    if not is_stairs(support.name) or ramp.steps:
         return ramp
     edges = len(support.grounding.marked("top"))
-    count = edges if edges > 1 else _told(support.name) or round(ramp.rise / RISER)
+    count = edges if edges > 1 else told_steps(support.name) or round(ramp.rise / RISER)
     return ramp.model_copy(update={"steps": min(max(count, 2), MOST)})
-
-
-def _told(name: str) -> int | None:
-    words = re.findall(r"[a-z]+", name.lower())
-    return next((_NUMBERS.index(word) + 2 for word in words if word in _NUMBERS), None)
 
 
 def base_on(stance: Stance, camera: Camera, stairs: Ramp) -> Base:

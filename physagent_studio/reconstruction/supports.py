@@ -89,6 +89,8 @@ def _shape(
     if kind == "ramp":
         if len(clicks) == 3:
             return three_click_ramp(read.camera, clicks)
+        if support.name in read.flights:
+            return read.flights[support.name].ramp(read.camera.position[2])
         if support.name in read.blocks:
             return read.blocks[support.name].ramp(read.camera.position[2])
         profile = read.profiles.get(support.name)

@@ -19,6 +19,7 @@ from physagent_studio.reconstruction import clicked_supports
 from physagent_studio.reconstruction.block import Block
 from physagent_studio.reconstruction.blocks import blocks_of, on_blocks
 from physagent_studio.reconstruction.ellipses import level_circles
+from physagent_studio.reconstruction.flight import Flight, flights_of
 from physagent_studio.reconstruction.frames import find_frame
 from physagent_studio.reconstruction.geometry import depth_of, on_plane
 from physagent_studio.reconstruction.landmarks import LINES, OPENINGS, TARGETS, Shown
@@ -60,7 +61,8 @@ class Survey:
     in the air, the object or ramp that they hang above. root: the level plane of each stack.
     estimate: the horizon that the picture gives by itself, where one was stated unconfirmed.
     blocks: supports that are seen whole, in camera heights. vessels: objects open at the top.
-    basins: supports that are open vessels; `on`, `root` and `usual` tell of them too.
+    flights: stairs that are seen whole, likewise. basins: supports that are open vessels; `on`,
+    `root` and `usual` tell of them too.
     """
 
     camera: Camera
@@ -74,6 +76,7 @@ class Survey:
     shown: Shown = field(default_factory=Shown)
     estimate: camera_cues.Horizon | None = None
     blocks: Mapping[str, Block] = field(default_factory=dict)
+    flights: Mapping[str, Flight] = field(default_factory=dict)
     vessels: frozenset[str] = frozenset()
     basins: frozenset[str] = frozenset()
 
@@ -104,8 +107,10 @@ def survey(
     shown = _shown(image, state, case.prompt, covered)
     horizon = _horizon(image, state, stances, on, root, usual, found, shown, case.focal)
     unit = _unit_camera(case, state, (image.shape[1], image.shape[0]), horizon)
-    blocks = blocks_of(image, state, unit, offers, covered, profiles)
-    on = on_blocks(unit, state, stances, on, blocks)
+    steps, flights = flights_of(image, state, unit, offers, covered, case.prompt)
+    loose = _without(state, frozenset((*steps, *flights)))
+    blocks = {**blocks_of(image, loose, unit, offers, covered, profiles), **steps}
+    on = on_blocks(unit, state, stances, on, blocks, flights)
     root = {name: root_of(name, on) for name in stances}
     on = lifted(unit, state, stances, on, root, usual)
     root = {name: root_of(name, on) for name in stances}
@@ -116,7 +121,8 @@ def survey(
         for name in stances
     }
     measured = _measured(unit, stances, on, under, root, usual, profiles)
-    heights = _heights(state, unit, measured, blocks)
+    order = {name: index + 1 for index, name in enumerate(steps)}
+    heights = _heights(state, unit, measured, blocks, order)
     camera = state.camera or unit.model_copy(update={"position": (0.0, 0.0, heights.camera)})
     scale = heights.scale
     if scale.reference is None and usual:
@@ -140,16 +146,17 @@ def survey(
         shown=shown,
         estimate=estimate,
         blocks=blocks,
+        flights=flights,
         vessels=vessels - basins,
         basins=basins,
     )
 
 
-def _without(state: SceneState, basins: frozenset[str]) -> SceneState:
-    """The state without its open vessels: they are no level planes."""
-    if not basins:
+def _without(state: SceneState, names: frozenset[str]) -> SceneState:
+    """The state without some supports."""
+    if not names:
         return state
-    kept = tuple(item for item in state.supports if item.name not in basins)
+    kept = tuple(item for item in state.supports if item.name not in names)
     return state.model_copy(update={"supports": kept})
 
 
@@ -173,12 +180,16 @@ def _unit_camera(
 
 
 def _heights(
-    state: SceneState, unit: Camera, measured: list[Measured], blocks: Mapping[str, Block]
+    state: SceneState,
+    unit: Camera,
+    measured: list[Measured],
+    blocks: Mapping[str, Block],
+    steps: Mapping[str, int],
 ) -> Heights:
-    """Metres: the heights of the camera and of all level planes."""
+    """Metres: the heights of the camera and of all level planes. steps: see `on_one_floor`."""
     rises = {name: block.size[2] for name, block in blocks.items() if block.kind == "box"}
     rises |= clicked_supports.rises_of(state, unit)
-    measured = clicked_supports.on_one_floor(measured, rises)
+    measured = clicked_supports.on_one_floor(measured, rises, steps)
     slabs = {name: top for name, top in _usual_tops(state).items() if name not in rises}
     known = state.camera.position[2] if state.camera is not None else None
     return clicked_supports.with_rises(solve(measured, slabs, state.scale, known), rises)

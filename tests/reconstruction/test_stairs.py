@@ -1,7 +1,9 @@
 """Stairs: steps from clicks and names, bodies on their treads, balls that bounce down them."""
 
 import math
+from itertools import pairwise
 
+import cv2
 import numpy as np
 import pytest
 
@@ -17,12 +19,15 @@ from physagent_studio.program.scene import (
     Ramp,
     SceneObject,
     SceneState,
+    Slab,
     Sphere,
     Support,
 )
 from physagent_studio.program.shapes import depth_inside, gap, place_object, place_support
 from physagent_studio.program.stairs import treads_of
 from physagent_studio.reconstruction import photo_hash, reconstruct
+from physagent_studio.reconstruction.block import BOX, BOX_FACES, placed
+from physagent_studio.reconstruction.flight import Flight, flight_of
 from physagent_studio.reconstruction.meshes import mesh_of, support_mesh, volume_and_centre
 from physagent_studio.reconstruction.names import is_stairs, support_kind
 from physagent_studio.reconstruction.ramps import height_at
@@ -135,3 +140,87 @@ def test_a_reconstructed_ball_stands_on_its_tread():
     assert found.position is not None
     assert np.abs(np.array(found.position) - place).max() < 0.05
     assert all(one.ok for one in scene.findings if one.name == "contact")
+
+
+FLIGHTS = {
+    "from the side": Flight(x=0.30, y=2.1, tread=0.30, riser=0.15, width=0.8, yaw=math.pi, steps=3),
+    "from the front": Flight(x=0.1, y=1.9, tread=0.28, riser=0.13, width=0.9, yaw=1.75, steps=4),
+}
+
+
+def _steps_drawn(flight):
+    """A picture of a flight on the unit camera, faces in three tones, and the mask of each step."""
+    eye = CAMERA.model_copy(update={"position": (0.0, 0.0, 1.0)})
+    image = np.full((480, 640, 3), 118, np.uint8)
+    numbers = np.zeros((480, 640), np.uint8)
+    far = sorted(range(flight.steps), key=lambda k: -np.hypot(flight.block(k).x, flight.block(k).y))
+    for index in far:
+        pixels, _ = eye.project(placed(BOX, flight.block(index)))
+        turned = flight.block(index).yaw
+        sides = [(-1, 0, 2), (1, 0, 1), (0, 1, 3), (0, -1, 4)]
+        own = (-flight.block(index).x, -flight.block(index).y)
+        seen = [(0, 210)]
+        for along, across, face in sides:
+            way = turned if along else turned + math.pi / 2
+            sign = along or across
+            half = flight.block(index).size[0 if along else 1] / 2
+            if sign * (own[0] * math.cos(way) + own[1] * math.sin(way)) > half:
+                seen.append((face, 170 if along else 140))
+        for face, tone in seen:
+            corners = np.round(pixels[list(BOX_FACES[face])]).astype(np.int32)
+            cv2.fillConvexPoly(image, corners, (tone, tone - 20, tone - 50))
+            cv2.fillConvexPoly(numbers, corners, index + 1)
+    noise = np.random.default_rng(1).normal(0, 2, image.shape)
+    image = np.clip(image + noise, 0, 255).astype(np.uint8)
+    return eye, image, [numbers == k + 1 for k in range(flight.steps)]
+
+
+@pytest.mark.parametrize("true", FLIGHTS.values(), ids=FLIGHTS)
+def test_steps_clicked_singly_are_one_flight(true):
+    eye, image, masks = _steps_drawn(true)
+    nothing = np.zeros(image.shape[:2], bool)
+    found = flight_of(eye, image, masks, nothing, (true.steps,))
+    assert found is not None
+    assert (found.tread, found.riser) == pytest.approx((true.tread, true.riser), rel=0.08)
+    assert found.width == pytest.approx(true.width, rel=0.12)
+    assert abs(np.angle(np.exp(1j * (found.yaw - true.yaw)))) < math.radians(3)
+    assert (found.x, found.y) == pytest.approx((true.x, true.y), abs=0.03 * true.y)
+
+
+def test_the_number_of_steps_is_seen():
+    true = FLIGHTS["from the side"]
+    eye, image, masks = _steps_drawn(true)
+    whole = [np.any(masks, axis=0)]
+    found = flight_of(eye, image, whole, np.zeros(image.shape[:2], bool), (2, 3, 4))
+    assert found is not None
+    assert found.steps == true.steps
+    assert found.riser == pytest.approx(true.riser, rel=0.06)
+
+
+def test_single_steps_carry_and_join():
+    true = FLIGHTS["from the side"]
+    eye, image, masks = _steps_drawn(true)
+    names = ["step_1", "step_2", "step_3"]
+    spots = [np.argwhere(mask).mean(0) for mask in masks]
+    supports = tuple(
+        Support(name=name, grounding=Grounding(points=(Click(x=float(x), y=float(y)),)))
+        for name, (y, x) in zip(names, spots, strict=True)
+    )
+    foot = eye.project(np.array([[true.block(2).x, true.block(2).y, true.block(2).size[2]]]))[0][0]
+    y, x = np.indices(image.shape[:2])
+    ball = np.hypot(x - foot[0], y - (foot[1] - 22)) < 22
+    image = np.where(ball[..., None], np.array([200, 40, 40], np.uint8), image)
+    seen = {name: mask & ~ball for name, mask in zip(names, masks, strict=True)} | {"ball": ball}
+    click = Grounding(points=(Click(x=float(foot[0]), y=float(foot[1] - 22)),))
+    case = Case("t", image, photo_hash(image), (("ball", click),), supports, (), "It rolls.")
+    state = SceneState(
+        camera=CAMERA, supports=supports, objects=(SceneObject(name="ball", grounding=click),)
+    )
+    done = reconstruct(case, state, segmenter=TrueMasks(seen)).state
+    slabs = [item.shape for item in done.supports if isinstance(item.shape, Slab)]
+    tops = [slab.position[2] + slab.size[2] / 2 for slab in slabs]
+    assert tops == pytest.approx([1.3 * 0.15 * k for k in (1, 2, 3)], rel=0.07)
+    for one, other in pairwise(slabs):
+        apart = np.hypot(*np.subtract(other.position, one.position)[:2])
+        assert apart == pytest.approx((one.size[0] + other.size[0]) / 2, rel=1e-6)
+    assert [item.support for item in done.objects] == ["step_3"]

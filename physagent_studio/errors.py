@@ -49,10 +49,14 @@ class Problem:
 
 
 class ProgramError(InputError):
-    """A program that cannot be accepted; carries every problem found."""
+    """A program that cannot be accepted; carries every problem found.
 
-    def __init__(self, problems: tuple[Problem, ...]) -> None:
+    source: the file that it was read from, "" for none.
+    """
+
+    def __init__(self, problems: tuple[Problem, ...], *, source: str = "") -> None:
         self.problems = problems
+        self.source = source
         super().__init__("; ".join(str(problem) for problem in problems))
 
 

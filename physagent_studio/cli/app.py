@@ -5,13 +5,15 @@ Rooms are imported inside the commands, so that `--help` and `validate` answer a
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from physagent_studio.cli import output
-from physagent_studio.cli.guard import guarded
+from physagent_studio.cli.guard import BAD_INPUT, guarded
+from physagent_studio.errors import ProgramError
 
 app = typer.Typer(
     name="physagent",
@@ -134,13 +136,22 @@ def validate(
     from physagent_studio.cli.files import read_program
     from physagent_studio.program.preflight import preflight
 
-    parsed = read_program(program)
+    try:
+        parsed = read_program(program)
+    except ProgramError as error:
+        if not as_json:
+            raise
+        output.print_json({"valid": False, "problems": [asdict(one) for one in error.problems]})
+        raise typer.Exit(BAD_INPUT) from None
     findings = preflight(parsed)
     if as_json:
         rows = [{"path": item.path, "message": item.message} for item in findings]
         output.print_json({"valid": True, "hash": parsed.hash, "warnings": rows})
         return
-    counts = f"{len(parsed.scene.objects)} objects, {len(parsed.event.actions)} actions"
+    counts = (
+        f"{output.count(len(parsed.scene.objects), 'object')}, "
+        f"{output.count(len(parsed.event.actions), 'action')}"
+    )
     typer.echo(f"{program}: valid, {counts}")
     for item in findings:
         typer.echo(f"  note · {item.path}: {item.message}")

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from physagent_studio.benchmark import BENCHES, run_bench
 from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
+from physagent_studio.errors import InputError
 
 
 def measured(
@@ -23,6 +24,8 @@ def measured(
         return [shown(bench, f"physagent bench {bench}") for bench in (*BENCHES, "studio")]
     if name == "studio":
         return _studio()
+    if name not in BENCHES:
+        raise InputError(f"there is no bench '{name}'; benches: {', '.join((*BENCHES, 'studio'))}")
     return run_bench(
         name,
         cases=cases,

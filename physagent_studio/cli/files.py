@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from physagent_studio.errors import InputError
+from physagent_studio.errors import InputError, ProgramError
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.document import load_program
 
@@ -21,4 +21,7 @@ def read_program(path: Path) -> PhysicalProgram:
         raise InputError(f"{path} cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
         raise InputError(f"{path} is not UTF-8 text (byte {error.start})") from error
-    return load_program(text)
+    try:
+        return load_program(text)
+    except ProgramError as error:
+        raise ProgramError(error.problems, source=str(path)) from None

@@ -31,7 +31,7 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
             raise typer.Exit(CANCELLED) from None
         except ProgramError as error:
             for problem in error.problems:
-                _say(str(problem))
+                _say(f"{error.source}, {problem}" if error.source else str(problem))
             raise typer.Exit(BAD_INPUT) from None
         except Unclear as error:
             _say(str(error))

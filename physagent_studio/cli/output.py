@@ -53,14 +53,12 @@ def progress_control(quiet: bool) -> Iterator[Control]:
 
 def print_checks(checks: Sequence[Check]) -> None:
     """The contract as a checklist."""
-    table = Table("", "statement", "measured", "threshold", "margin", box=None, pad_edge=False)
+    table = Table("", "statement", "margin", box=None, pad_edge=False)
     for check in checks:
         mark = "[green]✓[/]" if check.ok else "[red]✗[/]"
         table.add_row(
             mark if check.demanded else "",
             escape(check.text) if check.demanded else f"[dim]  part: {escape(check.text)}[/]",
-            _number(check.measured, check.unit),
-            _number(check.threshold, check.unit),
             f"{check.margin:+.3g}",
         )
     Console().print(table)
@@ -85,11 +83,18 @@ def print_sessions(infos: Sequence[SessionInfo], as_json: bool) -> None:
         keys = ("id", "title", "prompt", "rounds", "outcome", "modified")
         print_json([{key: getattr(item, key) for key in keys} for item in infos])
         return
-    table = Table("session", "title", "rounds", "outcome", "changed", box=None, pad_edge=False)
+    if not infos:
+        print("no sessions yet; `physagent run` and `physagent studio` make them")
+        return
+    # The id is there to be copied: it is never cut, whatever the width of the terminal.
+    wide = max(len(item.id) for item in infos)
     for item in infos:
-        table.add_row(item.id, item.title, str(item.rounds), item.outcome, item.modified)
-    Console().print(table if infos else "no sessions yet")
+        said = f"{count(item.rounds, 'round')}, {item.outcome}"
+        print(
+            f"{item.id:<{wide}}  {item.modified[:16].replace('T', ' ')}  {said:<20}  {item.title}"
+        )
 
 
-def _number(value: float | None, unit: str) -> str:
-    return "–" if value is None else f"{value:.4g} {unit}".strip()
+def count(number: int, what: str) -> str:
+    """`1 round`, `2 rounds`."""
+    return f"{number} {what}{'' if number == 1 else 's'}"

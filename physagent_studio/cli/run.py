@@ -101,6 +101,11 @@ def _print(report: dict[str, Any], state: LoopState, as_json: bool) -> None:
         typer.echo(f"waiting for {waiting}: physagent studio {report['session']}")
     word = "realised" if report["realised"] else f"not realised ({report['outcome']})"
     typer.echo(
-        f"{word} after {report['rounds']} rounds, {report['simulations']} simulations, "
+        f"{word} after {output.count(report['rounds'], 'round')}, "
+        f"{output.count(report['simulations'], 'simulation')}, "
         f"{report['seconds']:.1f} s · session {report['session']}"
+    )
+    typer.echo(
+        f"look at it: physagent studio {report['session']} · "
+        f"video: physagent render {report['session']} --out clip.mp4"
     )

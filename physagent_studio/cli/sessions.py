@@ -14,7 +14,10 @@ from physagent_studio.workbench.rendering import export_rollout, render_rollout,
 
 def list_sessions(workspace: Path | None) -> tuple[SessionInfo, ...]:
     """All sessions of the workspace."""
-    return Store(workspace).list()
+    store = Store(workspace)
+    if store.root.exists() and not store.root.is_dir():
+        raise InputError(f"{store.root} is a file; a workspace is a folder")
+    return store.list()
 
 
 def render_session(

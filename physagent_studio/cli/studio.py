@@ -31,7 +31,7 @@ def run_studio(
     workbench = Workbench(store, agent=agent_name(agent))
     try:
         running = serve(workbench, host="127.0.0.1", port=port, open_browser=browser)
-        print(f"studio: {running.address}", flush=True)
+        print(f"studio: {running.address}  (Ctrl+C ends it; everything is kept)", flush=True)
         if opening is not None:
             workbench.post(opening)
         _until_interrupted()

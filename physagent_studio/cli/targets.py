@@ -41,9 +41,17 @@ def case_of(
     if not path.exists():
         raise InputError(f"{target} does not exist (a case folder or an image is needed)")
     if path.is_dir() or path.name in ("case.yaml", "case.yml"):
+        for option, given in (("--object", objects), ("--prompt", prompt.strip())):
+            if given:
+                raise InputError(
+                    f"{option} goes with an image; the case {target} has its own: write them into"
+                    " its case.yaml, or give its picture"
+                )
         return with_proposals(load_case(path, event), ask=ask)
     if path.suffix.lower() in PROGRAMS:
         raise InputError(f"{target} is a program; use `physagent simulate` or `physagent studio`")
+    if path.suffix.lower() not in IMAGES:
+        raise InputError(f"{target} is neither a case folder nor a picture ({', '.join(IMAGES)})")
     if not prompt.strip():
         raise InputError('an image needs the event in words: --prompt "the ball falls"')
     return case_in_words(path, prompt, parse_objects(objects), ask=ask)

@@ -214,7 +214,7 @@ _BOUNDS: dict[str, Callable[[Any], str]] = {
     ),
     "deforms": lambda s: f"by at least {number(100 * s.strain)} % of its size",
     "spreads": lambda s: f"to at least {number(s.factor, '×')} its footprint",
-    "sways": lambda s: f"at least {number(s.cycles)} times by ±{number(s.amplitude, '°')}",
+    "sways": lambda s: f"at least {'once' if s.cycles == 1 else number(s.cycles) + ' times'} by ±{number(s.amplitude, '°')}",
     "bounces": lambda s: f"by at least {number(s.height, 'm')}",
 }
 

@@ -162,7 +162,7 @@ class Store:
         near = sorted(path.parent for path in self._sessions().glob(f"{session_id}*/session.db"))
         if len(near) == 1:
             return near[0]
-        known = ", ".join(path.name for path in near[:5]) or "`physagent studio` lists them"
+        known = ", ".join(path.name for path in near[:5]) or "`physagent sessions` lists them"
         raise InputError(f"there is no session '{session_id}' in {self.root} ({known})")
 
 

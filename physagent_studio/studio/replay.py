@@ -13,6 +13,7 @@ from physagent_studio.program.document import dump_program
 from physagent_studio.records import Rollout, Round, Scene
 from physagent_studio.rendering import render_clip
 from physagent_studio.studio.panels.rounds import DECIDED, OUTCOMES, checklist_of, verdict_of
+from physagent_studio.studio.panels.words import speaker
 from physagent_studio.studio.pictures import jpeg_of
 from physagent_studio.studio.recording import Recording, record
 from physagent_studio.workbench import Snapshot
@@ -63,20 +64,21 @@ def replay_of(desk: Desk) -> bytes:
 
 def _round_of(desk: Desk, item: Round) -> tuple[ReplayRound, Recording | None]:
     assert item.assessment is not None
+    speak = speaker(item.program)
     one = ReplayRound(
         number=item.number,
         verdict=verdict_of(item),
         program=dump_program(item.program),
         checks=tuple(
             ReplayCheck(
-                ok=row["ok"], clause=row["clause"], text=row["text"], measured=row["measured"],
+                ok=row["ok"], clause=row["clause"], text=speak(row["text"]), measured=row["measured"],
                 frame=row["frame"], always=row["always"],
             )
             for row in checklist_of(item.assessment.checks, item.program)
         ),
-        diagnosis=tuple(one.text for one in item.assessment.diagnosis),
-        proposal=item.proposal.rationale if item.proposal else "",
-        changes=tuple(hunk.summary for hunk in item.proposal.hunks) if item.proposal else (),
+        diagnosis=tuple(speak(one.text) for one in item.assessment.diagnosis),
+        proposal=speak(item.proposal.rationale) if item.proposal else "",
+        changes=tuple(speak(one.summary) for one in item.proposal.hunks) if item.proposal else (),
         decided=_decided(item),
     )  # fmt: skip
     if item.scene is None or item.rollout is None:

@@ -93,7 +93,7 @@ def test_a_broken_program(
 ) -> None:
     path = tmp_path / "program.yaml"
     path.write_text(PROGRAM.replace("NAME", name).replace("FORCE", force).replace("START", start))
-    one_sentence(physagent("validate", str(path), home=tmp_path), "line ", *said)
+    one_sentence(physagent("validate", str(path), home=tmp_path), "program.yaml, line ", *said)
     out = tmp_path / "rollout.npz"
     one_sentence(physagent("simulate", str(path), "--out", str(out), home=tmp_path), *said)
     assert not out.exists()

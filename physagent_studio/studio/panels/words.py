@@ -83,6 +83,9 @@ def number(value: float | None) -> str:
 NOTHING = 1e-6
 """What is measured as less, in any unit, is nothing to a person."""
 
+COUNTED = frozenset({"swings", "joints"})
+"""Units that are counted: one of them is said without its s."""
+
 BOUND = re.compile(r" (≤|≥|<|>) ")
 AS_WORDS = {"≤": "at most", "≥": "at least", "<": "less than", ">": "more than"}
 
@@ -121,6 +124,8 @@ def _with_unit(value: float, unit: str) -> str:
         value = 0.0
     if unit == "m" and 0 < abs(value) < 0.01:
         value, unit = value * 1000, "mm"
+    if value == 1 and unit in COUNTED:
+        unit = unit.removesuffix("s")
     return f"{number(value)} {unit}".replace(" °", "°").strip()
 
 

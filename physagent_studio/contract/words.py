@@ -145,9 +145,9 @@ def _side(s: Any) -> tuple[str, str]:
     return _verb("gets", "get", f"{PLACES[s.side]} {s.other}")
 
 
-def times(count: int) -> str:
+def times(count: float) -> str:
     """ "once", "twice", "3 times"."""
-    return {1: "once", 2: "twice"}.get(count, f"{count} times")
+    return {1: "once", 2: "twice"}.get(count, f"{count:g} times")
 
 
 def _returns(s: Any) -> tuple[str, str]:
@@ -214,7 +214,7 @@ _BOUNDS: dict[str, Callable[[Any], str]] = {
     ),
     "deforms": lambda s: f"by at least {number(100 * s.strain)} % of its size",
     "spreads": lambda s: f"to at least {number(s.factor, '×')} its footprint",
-    "sways": lambda s: f"at least {'once' if s.cycles == 1 else number(s.cycles) + ' times'} by ±{number(s.amplitude, '°')}",
+    "sways": lambda s: f"at least {times(s.cycles)} by ±{number(s.amplitude, '°')}",
     "bounces": lambda s: f"by at least {number(s.height, 'm')}",
 }
 

@@ -71,8 +71,8 @@ def _round_of(desk: Desk, item: Round) -> tuple[ReplayRound, Recording | None]:
         program=dump_program(item.program),
         checks=tuple(
             ReplayCheck(
-                ok=row["ok"], clause=row["clause"], text=speak(row["text"]), measured=row["measured"],
-                frame=row["frame"], always=row["always"],
+                ok=row["ok"], clause=row["clause"], text=speak(row["text"]),
+                measured=row["measured"], frame=row["frame"], always=row["always"],
             )
             for row in checklist_of(item.assessment.checks, item.program)
         ),

@@ -8,9 +8,12 @@ from numpy.typing import NDArray
 from physagent_studio.contract.causes import caused, energy, physics_check
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.words import number
+from physagent_studio.program.boards import Size3, rails_of
 from physagent_studio.program.bodies import DEFORMABLE
-from physagent_studio.program.scene import Floor
+from physagent_studio.program.rotations import about_up, matrix_of
+from physagent_studio.program.scene import Floor, MeshedSupport, Ramp, Slab, SupportShape
 from physagent_studio.program.shapes import Placed, depth_inside, lowest, place_support
+from physagent_studio.program.stairs import treads_of
 from physagent_studio.records.judgement import Check
 
 FloatArray = NDArray[np.float64]
@@ -69,7 +72,8 @@ def _no_deep_penetration(facts: Facts) -> Check:
         extent = min(_extent(facts, a), _extent(facts, b))
         lasting = _lasting(grown, max(1, round(SUSTAINED_SECONDS / facts.dt)))
         soft = any(_is_soft(facts, index) for index in (a, b))
-        for values, share in ((lasting, YIELDING if soft else SUSTAINED), (grown, PEAK)):
+        blow = np.maximum(grown - _strides(facts, a, b), 0.0)
+        for values, share in ((lasting, YIELDING if soft else SUSTAINED), (blow, PEAK)):
             ratio = float(values.max()) / max(share * extent, 1e-3)
             if ratio > worst:
                 worst, measured = ratio, float(values.max())
@@ -80,6 +84,22 @@ def _no_deep_penetration(facts: Facts) -> Check:
     if ignored > 1e-3:
         text += f", beside {number(ignored * 1000)} mm from the start"
     return physics_check("penetration", text, 1.0 - worst, measured, threshold, "m", step)
+
+
+def _strides(facts: Facts, a: int, b: int) -> FloatArray:
+    """(S,) m that two bodies come closer within an engine step: so deep a blow starts, however
+    thin they are.
+    """
+    rollout, total = facts.rollout, np.zeros(facts.last + 1)
+    for index in (a, b):
+        if index < len(rollout.objects):
+            speeds = np.linalg.norm(rollout.velocities[: facts.last + 1, index], axis=-1)
+            reach = float(facts.outline(rollout.bodies[index]).size.max()) / 2
+            turning = np.linalg.norm(rollout.angular[: facts.last + 1, index], axis=-1)
+            total += speeds + reach * turning
+    # It may have been faster the step before, when it had not met anything yet.
+    total[1:] = np.maximum(total[1:], total[:-1])
+    return total * facts.dt / facts.program.clip.substeps
 
 
 def _is_soft(facts: Facts, index: int) -> bool:
@@ -124,7 +144,7 @@ def _no_sinking(facts: Facts) -> Check:
         for support in facts.program.scene.supports:
             if support.shape is None:
                 continue
-            depth = _depth(track.placed, place_support(support.shape), support.shape)
+            depth = _depth(track.placed, support.shape)
             grown = depth - max(float(depth[0]), 0.0)
             ratio = float(grown.max()) / allowed
             if ratio > max(worst, 0.1):
@@ -135,9 +155,39 @@ def _no_sinking(facts: Facts) -> Check:
     return physics_check("sink", text, 1.0 - worst, measured, threshold, "m", step)
 
 
-def _depth(body: Placed, support: Placed, shape: object) -> FloatArray:
+def _depth(body: Placed, shape: SupportShape) -> FloatArray:
     """(T,) depth of the lowest point below a floor; in other supports, of the centre, m."""
     assert body.outline is not None
     if isinstance(shape, Floor) and body.outline.exact:
         return shape.height - lowest(body)
-    return depth_inside(body.positions, support)
+    depths = [depth_inside(body.positions, place_support(solid)) for solid in _solids(shape)]
+    return np.max(depths, axis=0) if depths else np.full(len(body.positions), -np.inf)
+
+
+def _solids(shape: SupportShape) -> tuple[SupportShape, ...]:
+    """What of a support is solid; nothing of a mesh, of which only contacts tell."""
+    match shape:
+        case MeshedSupport():
+            return ()
+        case Slab(rail=rail) if rail is not None:
+            blocks = rails_of(shape)
+            return tuple(_block(shape.position, shape.yaw, *block) for block in blocks)
+        case Ramp(steps=steps) if steps > 0:
+            treads = treads_of(shape)
+            back = treads[-1].end
+            return tuple(
+                _block(
+                    shape.toe,
+                    shape.yaw,
+                    ((tread.start + back) / 2, 0.0, tread.top / 2),
+                    (back - tread.start, shape.width, tread.top),
+                )
+                for tread in treads
+            )
+    return (shape,)
+
+
+def _block(origin: Size3, yaw: float, place: Size3, size: Size3) -> Slab:
+    """A box in the frame of a support that stands at `origin` and is turned by `yaw`."""
+    middle = matrix_of(about_up(yaw)) @ np.array(place) + origin
+    return Slab(position=(float(middle[0]), float(middle[1]), float(middle[2])), size=size, yaw=yaw)

@@ -10,7 +10,7 @@ import numpy as np
 from physagent_studio.errors import SimulationError
 from physagent_studio.program import SceneObject, SceneState
 from physagent_studio.program.bodies import Breakable, Granular, Liquid
-from physagent_studio.program.scene import MeshedSupport, Vessel
+from physagent_studio.program.scene import Floor, MeshedSupport, Vessel, Wall
 from physagent_studio.records import Mesh
 from physagent_studio.simulation.clouds import Cloud
 from physagent_studio.simulation.contact_view import ContactView
@@ -20,7 +20,7 @@ from physagent_studio.simulation.grains import Swarm, add_grains, add_pieces, sw
 from physagent_studio.simulation.mj import Data, Model, Spec, mj
 from physagent_studio.simulation.model import REFERENCE_DENSITY, Compiled, Handle
 from physagent_studio.simulation.reach import Reach, reach_of
-from physagent_studio.simulation.solids import Solid
+from physagent_studio.simulation.solids import Hull, Solid
 from physagent_studio.simulation.surfaces import FloatArray
 
 MANY = 150
@@ -31,13 +31,16 @@ MANY = 150
 class _Plan:
     """What goes into a spec: geoms of each body, and whether they meet in pairs or can break.
 
-    rims: geoms that meet flat supports alone, and how wide their body is, m.
+    rims: geoms that meet flat supports alone, and how wide their body is, m. edged: geoms that
+    have edges; barrels: those that meet them alone.
     """
 
     geoms: list[list[str]] = field(default_factory=list)
     paired: list[bool] = field(default_factory=list)
     breaks: list[bool] = field(default_factory=list)
     rims: dict[str, float] = field(default_factory=dict)
+    edged: set[str] = field(default_factory=set)
+    barrels: set[str] = field(default_factory=set)
     flexes: dict[str, Flex] = field(default_factory=dict)
     swarms: dict[str, Swarm] = field(default_factory=dict)
 
@@ -75,6 +78,8 @@ def compile_model(
             plan.add(add_solid_support(spec, support.name, shape, support_solids[support.name]))
         else:
             plan.add(add_support(spec, support.name, shape))
+        if not isinstance(shape, Floor | Wall):
+            plan.edged |= set(plan.geoms[-1])
     pairs = _add_pairs(spec, plan, scene)
     _options(spec, plan)
     try:
@@ -97,13 +102,23 @@ def _add_thing(
             names = []
             if item.name not in plan.flexes:
                 names = _add_object(spec, item.name, solid, fixed)
-                rims = names[len(solid.pieces) :]
-                plan.rims |= dict.fromkeys(rims, float(solid.extent.max()))
+                _sort(plan, solid, names)
             plan.add(names)
             return
     plan.swarms[item.name] = swarm
     breaks = isinstance(item.body, Breakable)
     plan.add(list(swarm.geoms), paired=breaks, breaks=breaks)
+
+
+def _sort(plan: _Plan, solid: Solid, names: list[str]) -> None:
+    """Notes which geoms of an object have edges, and which meet only some kinds of geoms."""
+    pieces = dict(zip(names, solid.pieces, strict=False))
+    plan.edged |= {
+        n for n, piece in pieces.items() if isinstance(piece, Hull) or piece.kind == "box"
+    }
+    rims = names[len(pieces) : len(pieces) + len(solid.rims)]
+    plan.rims |= dict.fromkeys(rims, float(solid.extent.max()))
+    plan.barrels |= set(names[len(pieces) + len(rims) :])
 
 
 def _options(spec: Spec, plan: _Plan) -> None:
@@ -136,7 +151,8 @@ def _add_object(spec: Spec, name: str, solid: Solid, fixed: bool) -> list[str]:
     body.ipos = solid.mass.centre
     body.fullinertia = _six(solid.mass.inertia * REFERENCE_DENSITY)
     names = []
-    for number, piece in enumerate((*solid.pieces, *solid.rims)):
+    barrel = () if solid.barrel is None else (solid.barrel,)
+    for number, piece in enumerate((*solid.pieces, *solid.rims, *barrel)):
         names.append(f"object/{name}/{number}")
         add_piece(spec, body, names[-1], piece)
     if fixed:
@@ -186,12 +202,19 @@ def _add_pairs(spec: Spec, plan: _Plan, scene: SceneState) -> list[tuple[int, in
                 if width is not None and not is_flat(shapes[b], width):
                     continue
                 for other in plan.geoms[b][number + 1 if a == b else 0 :]:
-                    if other in plan.rims:
+                    if other in plan.rims or not _meet(plan, one, other):
                         continue
                     name = f"{one}|{other}"
                     spec.add_pair(name=name, geomname1=one, geomname2=other, condim=3)
                     found.append((a, b, name))
     return found
+
+
+def _meet(plan: _Plan, one: str, other: str) -> bool:
+    """Whether two geoms meet as far as barrels go."""
+    if one in plan.barrels:
+        return other in plan.edged
+    return other not in plan.barrels or one in plan.edged
 
 
 def _compiled(

@@ -247,7 +247,7 @@ def with_alarms(world: World, rollout: Rollout) -> Rollout:
         if item.body.kind not in ("rigid", "breakable"):
             extents[index] = np.nan
     limit = DEEP * np.minimum(extents[contacts["a"]], extents[contacts["b"]])
-    deep = contacts[contacts["depth"] > limit]
+    deep = contacts[contacts["depth"] > limit + _strides(world, rollout)]
     alarms: list[Alarm] = []
     for a, b in sorted({(row["a"].item(), row["b"].item()) for row in deep}):
         rows = deep[(deep["a"] == a) & (deep["b"] == b)]
@@ -259,6 +259,17 @@ def with_alarms(world: World, rollout: Rollout) -> Rollout:
     if not alarms:
         return rollout
     return dataclasses.replace(rollout, warnings=(*rollout.warnings, *alarms))
+
+
+def _strides(world: World, rollout: Rollout) -> FloatArray:
+    """(C,) m that the two bodies of each contact move towards each other in an engine step.
+
+    So deep a blow starts, however thin they are.
+    """
+    rows, count = rollout.contacts, len(rollout.objects)
+    speeds = np.zeros((len(rollout.positions), len(rollout.bodies)))
+    speeds[:, :count] = np.linalg.norm(rollout.velocities, axis=2)
+    return world.dt * (speeds[rows["step"], rows["a"]] + speeds[rows["step"], rows["b"]])
 
 
 def _join(previous: Rollout, tail: Rollout, contacts: np.ndarray, step: int) -> Rollout:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -64,6 +64,7 @@ class Solid:
     extent: (3,) m, size of the bounding box. shadows: (3,) m², silhouette areas along the body
     axes. kind: the primitive's name, or "mesh". note: a sentence about a lossy stand-in, or "".
     rims: pieces that stand for the body's outline where it meets a flat support, and only there.
+    barrel: a piece within the others that meets what has edges, beside them.
     """
 
     pieces: tuple[Piece, ...]
@@ -73,6 +74,7 @@ class Solid:
     kind: str = "mesh"
     note: str = ""
     rims: tuple[Primitive, ...] = ()
+    barrel: Primitive | None = None
 
 
 Decompose = Callable[[Surface], tuple[Surface, ...] | None]
@@ -127,7 +129,8 @@ def _primitive(shape: Shape | MeshedSupport) -> Solid | None:
             shadows = [2 * r * h, 2 * r * h, math.pi * r * r]
             moments, extent = [side, side, r * r / 2], [2 * r, 2 * r, h]
             volume = math.pi * r * r * h
-            return _exact("cylinder", (r, h / 2, 0), volume, moments, extent, shadows)
+            exact = _exact("cylinder", (r, h / 2, 0), volume, moments, extent, shadows)
+            return replace(exact, barrel=_barrel(r, h / 2))
         case Capsule(radius=r, height=h):
             return _capsule(r, max(h - 2 * r, 1e-6))
         case _:
@@ -165,6 +168,17 @@ def _exact(
 ) -> Solid:
     mass = MassProperties(volume, np.zeros(3), np.diag(moments) * volume)
     return Solid((Primitive(kind, size),), mass, np.array(extent), np.array(shadows), kind)
+
+
+def _barrel(radius: float, half: float) -> Primitive:
+    """What rolls over an edge for a cylinder.
+
+    MuJoCo takes the face's normal where a cylinder lies along the edge of a box, so that a can
+    that rolls off a table sinks into its edge; of capsules and ellipsoids it finds the true one.
+    """
+    if half > 1.05 * radius:
+        return Primitive("capsule", (radius, half - radius, 0.0))
+    return Primitive("ellipsoid", (radius, radius, half))
 
 
 def _frustum(shape: Frustum) -> Solid:

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from physagent_studio.benchmark.physics_scenes import ground, program, thing
+from physagent_studio.contract import measure
 from physagent_studio.program import SceneObject, Support
 from physagent_studio.program.actions import SetAngularVelocity, SetVelocity
-from physagent_studio.program.scene import Box, Floor, Ramp, Sphere
+from physagent_studio.program.rotations import about_axis
+from physagent_studio.program.scene import Box, Cylinder, Floor, Ramp, Sphere
 from physagent_studio.simulation import simulate
 
 
@@ -54,3 +56,18 @@ def test_what_does_not_roll_knows_no_rolling_resistance():
         for c in (0.0, 0.5)
     ]
     assert np.array_equal(ends[0].positions, ends[1].positions)
+
+
+@pytest.mark.parametrize(
+    "shape", [Cylinder(radius=0.06, height=0.15), Cylinder(radius=0.06, height=0.04)]
+)
+def test_a_can_that_rolls_over_edges_does_not_sink_into_them(shape):
+    lying = about_axis((1, 0, 0), np.pi / 2)
+    can = thing("can", shape, (0.7, 0, 0.66), rotation=lying)
+    stairs = ground("stairs", Ramp(toe=(0, 0, 0), yaw=0, run=0.75, rise=0.6, width=1, steps=4))
+    go = SetVelocity(id="go", name="can", velocity=(-0.4, 0, 0))
+    clip = program([can], [ground(), stairs], [go], seconds=2.0)
+    rollout = simulate(clip)
+    assert rollout.positions[-1, 0, 2] == pytest.approx(0.06, abs=1e-3)
+    assert rollout.penetration.max() < 2.5e-3
+    assert all(check.ok for check in measure(clip, rollout))

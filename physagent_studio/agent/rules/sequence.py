@@ -30,7 +30,8 @@ def afterwards(earlier: Sequence[Spec], later: Sequence[Spec]) -> Spec | None:
     subjects = {s.fields["subject"] for s in (*earlier, *later) if "subject" in s.fields}
     told = [s for s in moments_of(earlier) if len(subjects) > 1 or s.kind != "falls"]
     after = [s for s in moments_of(later) if len(subjects) > 1 or s.kind != "falls"]
-    first = next(iter(told), None)
+    turned = [s for s in earlier if s.kind == "rotates" and not any(_moves(m) for m in earlier)]
+    first = next(iter((*told, *turned)), None)
     second = next((s for s in after if s != first), None)
     if len(subjects) > 1:
         # One thing goes on moving; of two, the one that goes first can be told.

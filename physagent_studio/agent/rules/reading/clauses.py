@@ -54,7 +54,10 @@ def split(chunks: Sequence[Chunk]) -> tuple[RawClause, ...]:
         cut = next((i for i in range(verb + 1, end) if chunks[i].kind == "sub"), end)
         cut = _apposition(chunks, verb, cut)
         spared = _spared(chunks, verb, cut)
-        found.append(_clause(chunks, start, verb, spared))
+        then = _then(chunks, verb, spared)
+        found.append(_clause(chunks, start, verb, then))
+        if then < spared:
+            found.append(_again(found[-1], chunks[then:spared], then, spared))
         if spared < cut:
             found.append(_without(found[-1], chunks[spared:cut], spared, cut))
         if cut < end:
@@ -181,6 +184,26 @@ def _spared(chunks: Sequence[Chunk], verb: int, end: int) -> int:
         if following.kind == "adv" and following.word == "not" and chunks[index + 2].np is not None:
             return index
     return end
+
+
+def _then(chunks: Sequence[Chunk], verb: int, end: int) -> int:
+    """ "Hits the cup, then the box": where the verb goes on to another thing; else the end."""
+    for index in range(verb + 2, end - 1):
+        told = any(c.np is not None for c in chunks[verb + 1 : index]) or chunks[verb].passive
+        if (chunks[index].kind, chunks[index].word) != ("and", "then") or not told:
+            continue
+        if chunks[index + 1].kind == "np" and all(c.kind != "gap" for c in chunks[index:end]):
+            return index
+    return end
+
+
+def _again(told: RawClause, tail: Sequence[Chunk], start: int, end: int) -> RawClause:
+    """The same verb of the next thing, afterwards."""
+    things, places = _after_verb(tail)
+    passive = told.verb is not None and (told.verb.passive or not told.objects)
+    about = {"subjects": things} if passive else {"objects": things}
+    fresh = replace(told, places=places or told.places, lead=(), joint="then", sequel=True, **about)  # type: ignore[arg-type]
+    return replace(fresh, start=start, end=end)
 
 
 def _without(told: RawClause, tail: Sequence[Chunk], start: int, end: int) -> RawClause:

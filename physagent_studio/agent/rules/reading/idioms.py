@@ -19,7 +19,7 @@ def in_plain_words(tokens: Sequence[Token], nouns: frozenset[str]) -> Tokens:
     nouns: the words of the case's names.
     """
     found = _not_asked(tuple(tokens), nouns)
-    for rule in (_sided, _amounts, _compared, _performed, _unable, _slipped, _untouched, _instead):
+    for rule in (_sided, _performed, _amounts, _compared, _unable, _slipped, _untouched, _instead):
         found = rule(found, nouns)
     return found
 
@@ -143,7 +143,7 @@ _DONE = {
     "cartwheel": "somersault", "spin": "spin", "roll": "roll", "pirouette": "spin", "jump": "jump",
     "hop": "hop", "leap": "leap", "bounce": "bounce", "tumble": "tumble", "loop": "circle",
     "lap": "circle", "wobble": "wobble", "fall": "fall", "dive": "fall", "spill": "fall",
-    "twirl": "twirl",
+    "twirl": "twirl", "turn": "spin", "rotation": "spin", "revolution": "spin",
 }  # fmt: skip
 """What one does or takes, as the verb that says it."""
 

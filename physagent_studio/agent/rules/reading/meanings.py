@@ -48,6 +48,10 @@ class Meanings(Roles):
             sense, kind = "rest", "state"
         if verb.verb == "reverse" and any(p in _INTO for p, _ in clause.places):
             return "move", "move", clause.objects
+        into = any(p in ("into", "against") and self.is_object(np) for p, np in clause.places)
+        if verb.verb in ("smash", "burst", "plunge") and into and not clause.objects:
+            # "Smashes into the pot" is no breaking of its own.
+            return "hit", "act", clause.objects
         if verb.verb == "take" and clause.objects and any(p == "with" for p, _ in clause.places):
             # "Takes the plate with it".
             return "push", "act", clause.objects

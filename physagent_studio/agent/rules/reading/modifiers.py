@@ -372,6 +372,12 @@ def _place(
     preposition: str, phrase: NounPhrase, details: Details, stock: Inventory, talk: Discourse
 ) -> None:
     relation = v.RELATIONS.get(preposition)
+    side: Way | None = next((SIDES[a] for a in phrase.adjectives if a in SIDES), None)
+    if phrase.head == "side" and phrase.of is None and relation in ("off", "over") and side:
+        # "Off the right side", of whatever it stands on.
+        details.direction = side
+        details.places = (*details.places, ("off", Place("stack", "group")))
+        return
     phrase = _without_side(phrase, details)
     several = resolve_objects(phrase, stock, talk) if preposition not in ("to", "at") else None
     plain = several is not None and not several.any_one and not is_group(phrase, stock)

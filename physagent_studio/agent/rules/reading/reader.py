@@ -51,6 +51,7 @@ class _Reader(Meanings):
     pending_way: str | None = None
     pending_text: int | None = None
     pending_rest: bool = False
+    pending_denial: bool = False
 
     def take(self, clause: RawClause) -> None:
         """Adds the frames of one clause."""
@@ -66,6 +67,7 @@ class _Reader(Meanings):
         if self._is_prelude(clause):
             self.pending_text = start
             self.pending_rest = _of_the_rest(clause)
+            self.pending_denial = self._negated(clause)
             return
         self.pending_text = None
         if self._says_nothing(clause):
@@ -83,7 +85,7 @@ class _Reader(Meanings):
                 other = replace(frame, patient=spared, negated=not frame.negated)
                 self.frames.append(replace(other, any_one=False, least=0, most=None))
         self.pending_cause, self.pending_manner, self.left_so = "", frozenset(), False
-        self.pending_way, self.pending_rest = None, False
+        self.pending_way, self.pending_rest, self.pending_denial = None, False, False
 
     def _named_force(self, clause: RawClause, clause_id: str) -> bool:
         """ "A gentle nudge to the top book": a push without a verb."""
@@ -222,7 +224,7 @@ class _Reader(Meanings):
             angle=details.angle,
             sequel=clause.sequel,
             rest=self.pending_rest or _of_the_rest(clause),
-            negated=self._negated(clause),
+            negated=self._negated(clause) != self.pending_denial,
             link=self._link(clause),
             leads=self._leads(clause),
             begins=details.begins,

@@ -48,6 +48,9 @@ class Roles(Subjects):
             agent = subject.names if subject and frame.sense != "stay" else ()
             frame = replace(frame, agent=agent)
             subject = direct
+        elif kind == "move" and verb.passive and details.by:
+            # "Is squashed by the ball".
+            frame = replace(frame, agent=details.by)
         elif kind in ("move", "goto") and objects:
             place = details.object_places(objects, self.stock, self.talk)
             if frame.sense == "rise" and place:

@@ -112,7 +112,12 @@ def _ordinal(
         ordered = _placed(kept, side, len(kept))
         return (ordered[which if which < 0 else min(which, len(kept)) - 1],)
     fresh = tuple(t for t in kept if t.name not in talk.known)
-    if len(fresh) < len(kept):
+    told = len(kept) - len(fresh)
+    last = talk.mentions[-1] if talk.mentions else ()
+    if told == which and len(last) == 1 and last[0] in {t.name for t in kept}:
+        # Spoken of a moment ago, as the first, the second, …
+        return tuple(t for t in kept if t.name == last[0])
+    if told and which != 1:
         return fresh[:1] or kept[-1:]
     return (kept[which if which < 0 else min(which, len(kept)) - 1],)
 

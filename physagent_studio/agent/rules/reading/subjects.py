@@ -104,7 +104,7 @@ class Subjects:
             return Resolved((aim.name,)) if gives else None
         if not before.agent:
             return None
-        if clause.verb.verb not in v.VERBS or clause.joint not in ("and", "so", ""):
+        if clause.verb.verb not in v.VERBS or clause.joint not in ("and", "but", "so", ""):
             return None
         gives_way = (
             "topple", "fall", "collapse", "break", "flip", "lean", "sway", "spin", "turn", "rise",

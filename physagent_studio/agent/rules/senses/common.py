@@ -297,6 +297,8 @@ def falling_way(c: Context) -> Direction | None:
         return "away" if frame.posture == "supine" else "toward_camera"
     if frame.direction == "backward" and not frame.agent and not _was_struck(c):
         return "away"
+    if frame.direction == "forward" and frame.sense == "topple" and not _was_struck(c):
+        return "toward_camera" if not frame.agent else None
     if frame.direction == "backward" and frame.agent:
         return forward(frame, c.subject, c.layout)
     return None

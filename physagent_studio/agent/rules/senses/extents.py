@@ -8,6 +8,7 @@ from physagent_studio.agent.rules.specs import Context, Spec, spec
 STEP_SECONDS = 0.01
 _TRAVELS = words_of("move slide drift roll push pull slip fly reverse dislodge kick")
 _FALLS_ON = words_of("fall land bounce jump topple flip descend collapse leave float")
+_HITS = words_of("hit knock knock_over crush")
 _TURNS = words_of("spin turn turn_around rotate lean topple lose_balance")
 
 
@@ -48,7 +49,8 @@ def _as_fast(c: Context) -> list[Spec]:
     falls = any(f.sense in _FALLS_ON for f in (c.frame, *c.later))
     falls |= c.frame.place("off", "from", "down") is not None
     high = None if falls else round(1.5 * said, 3)
-    return [spec("speed_between", c.subject, low=round(0.6 * said, 3), high=high)]
+    who = c.frame.agent[0] if c.frame.agent and c.frame.sense in _HITS else c.subject
+    return [spec("speed_between", who, low=round(0.6 * said, 3), high=high)]
 
 
 def _not_earlier(c: Context) -> list[Spec]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from physagent_studio.agent.rules.reading import EventFrame
 from physagent_studio.agent.rules.reading.vocabulary import words_of
-from physagent_studio.agent.rules.senses.common import is_ball, posture, quality, still
+from physagent_studio.agent.rules.senses.common import is_ball, landed_on, posture, quality, still
 from physagent_studio.agent.rules.specs import START, Context, Spec, place_name, spec
 
 
@@ -74,6 +74,11 @@ def stay(c: Context) -> list[Spec]:
     """Does not move; "standing" alone only means that it does not fall over."""
     if c.frame.posture == "upright" and c.frame.place("in", "on") is None:
         return [spec("upright", c.subject, tilt=20.0)] if not is_ball(c) else still(c)
+    if _came_there(c):
+        # "Drops onto the box and stays there".
+        below = landed_on(c)
+        carried = [spec("rests_on", c.subject, other=below)] if below is not None else []
+        return [spec("stops", c.subject), *carried]
     found = still(c)
     on = c.frame.place("on", "atop")
     if on is not None and on.kind in ("support", "object") and not on.part:
@@ -81,6 +86,12 @@ def stay(c: Context) -> list[Spec]:
         if carried in (None, on.name):
             found.append(spec("rests_on", c.subject, other=on.name))
     return found
+
+
+def _came_there(c: Context) -> bool:
+    """Whether what stays has moved before, as it is told."""
+    moved = [f for f in c.earlier if f.sense in _GOING_ON and not f.negated and not f.any_one]
+    return c.frame.link == "then" and any(c.subject in f.patient for f in moved)
 
 
 def be(c: Context) -> list[Spec]:

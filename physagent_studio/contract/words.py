@@ -147,7 +147,7 @@ def _side(s: Any) -> tuple[str, str]:
 
 def times(count: float) -> str:
     """ "once", "twice", "3 times"."""
-    return {1: "once", 2: "twice"}.get(count, f"{count:g} times")
+    return {1.0: "once", 2.0: "twice"}.get(count, f"{count:g} times")
 
 
 def _returns(s: Any) -> tuple[str, str]:

@@ -31,7 +31,8 @@ def case_in_words(
     names = list(clicks) or [item.name for item in things_in(prompt)]
     if not names:
         raise InputError(
-            "the sentence names nothing that could be found in the photo; say where a thing is:"
+            "the sentence names nothing that could be found in the photo (it is read as English);"
+            " say where a thing is:"
             " --object name@x,y"
         )
     if all(clicks.get(name) for name in names):

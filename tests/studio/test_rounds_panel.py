@@ -8,13 +8,14 @@ from typing import Any
 import pytest
 
 from physagent_studio.assets import assets_dir
-from physagent_studio.program import Clause, PhysicalProgram, SceneObject, SceneState
+from physagent_studio.program import Clause, PhysicalProgram, SceneObject, SceneState, SetField
 from physagent_studio.program.contract import Contacts, Contract
+from physagent_studio.program.document import load_program
 from physagent_studio.program.scene import Sphere
 from physagent_studio.records import Check
 from physagent_studio.session import Store
 from physagent_studio.studio.panels.rounds import checklist_of, demands_of, merged, state_of
-from physagent_studio.studio.panels.words import figure
+from physagent_studio.studio.panels.words import edit_row, figure
 from physagent_studio.workbench import Workbench, commands
 
 
@@ -118,3 +119,16 @@ def test_a_round_that_waits_for_my_verdict_has_none_yet(tmp_path: Path) -> None:
     assert (refused["turn"], refused["rounds"][0]["verdict"]) == ("", "failed")
     assert "the ball is elsewhere" in refused["proposal"]["question"]
     workbench.close()
+
+
+@pytest.mark.parametrize(
+    ("quantity", "unit"), [("value", "N"), ("acceleration", "m/s²"), ("target_speed", "m/s")]
+)
+def test_a_strength_is_changed_in_the_unit_of_its_vector(quantity: str, unit: str) -> None:
+    program = load_program(
+        "scene: {objects: [{name: ball, shape: {kind: sphere, radius: 0.1}}]}\n"
+        "event: {actions: [{operator: ApplyForce, id: kick, name: ball, start_step: 0, duration: 5,"
+        f" force: {{magnitude: 0.3, direction: right, quantity: {quantity}}}}}]}}\n"
+    )
+    edit = SetField(path="event.actions.kick.force.magnitude", value=0.4)
+    assert edit_row(edit, program)["unit"] == unit

@@ -48,6 +48,8 @@ export function startDialogs(host) {
     things = [{ name: "object", clicks: [] }];
     at = 0;
     show();
+    // The field that had the focus is gone.
+    host.querySelector("textarea")?.focus({ preventScroll: true });
   }
 
   function click(event) {
@@ -100,6 +102,8 @@ export function startDialogs(host) {
   }
 
   on("library", () => { if (kind === "open") show(); });
+  // A click on the photo takes the focus out of the dialog; Escape closes it all the same.
+  addEventListener("keydown", (event) => { if (event.key === "Escape" && kind && !host.contains(document.activeElement)) close(); });
   const enter = (next, first) => {
     from = from || document.activeElement;
     kind = next;

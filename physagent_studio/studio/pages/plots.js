@@ -8,7 +8,7 @@ const COLORS = ["#2f6fed", "#d9482b", "#17885a", "#a15cd6", "#d97706", "#0e9384"
 export function startPlots(host) {
   let data = null, head = null;
   const off = new Set();
-  const W = 300, H = 120, L = 38, B = 16;
+  const W = 300, H = 120, L = 46, B = 16;
 
   function show() {
     if (!data) return;
@@ -50,4 +50,4 @@ export function startPlots(host) {
 }
 
 // Two figures of the range; what is nothing beside it is nothing.
-const nice = (value, range) => (Math.abs(value) < range * 1e-3 ? "0" : Math.abs(value) >= 100 ? value.toFixed(0) : Math.abs(value) < 1e-3 ? value.toExponential(0) : Number(value.toPrecision(2)).toString());
+const nice = (value, range) => (Math.abs(value) < range * 5e-3 ? "0" : Math.abs(value) >= 100 ? value.toFixed(0) : Math.abs(value) < 1e-3 ? value.toExponential(0) : Number(value.toPrecision(2)).toString());

@@ -16,13 +16,11 @@ from physagent_studio.program.actions import (
     SetVelocity,
 )
 from physagent_studio.records import ActionSpan, Rollout
-from physagent_studio.studio.panels.words import OPERATORS, number, plain, unit_of
+from physagent_studio.studio.panels.words import DIRECTED_UNITS, OPERATORS, number, plain, unit_of
 from physagent_studio.workbench import Snapshot
 
 INSTANT = (SetVelocity, SetPosition, SetOrientation)
 MARKS_PER_LANE = 80
-DIRECTED_UNITS = {"acceleration": "m/s²", "target_speed": "m/s"}
-"""What a directed vector's magnitude is counted in where it is not the quantity itself."""
 
 
 def state_of(snapshot: Snapshot) -> dict[str, Any]:

@@ -55,6 +55,9 @@ UNITS = {
     "seconds": "s",
 }
 
+DIRECTED_UNITS = {"acceleration": "m/s²", "target_speed": "m/s"}
+"""Units of a vector by meaning whose magnitude is not the quantity itself."""
+
 OPERATORS = {
     "SetVelocity": "Set velocity",
     "SetAngularVelocity": "Set spin",
@@ -194,7 +197,7 @@ def edit_row(edit: Edit, program: PhysicalProgram) -> dict[str, Any]:
             "before": short(before),
             "after": short(edit.value),
             "value": edit.value,
-            "unit": unit_of(edit.path),
+            "unit": _unit_in(program, edit.path),
         }
     if isinstance(edit, AddItem):
         return {
@@ -216,6 +219,19 @@ def place(path: str) -> str:
         if tuple(parts[:2]) == head:
             parts = parts[2:]
     return " · ".join(part.replace("_", " ") for part in parts)
+
+
+def _unit_in(program: PhysicalProgram, path: str) -> str:
+    """The unit of a field, as the vector that it belongs to has it."""
+    above, _, field = path.rpartition(".")
+    if field == "magnitude":
+        try:
+            vector = value_at(program, above)
+        except EditError:
+            vector = None
+        if isinstance(vector, dict) and vector.get("quantity") in DIRECTED_UNITS:
+            return DIRECTED_UNITS[vector["quantity"]]
+    return unit_of(path)
 
 
 def unit_of(path: str) -> str:

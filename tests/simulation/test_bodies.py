@@ -221,6 +221,16 @@ def test_what_stands_by_its_stiffness_sways_in_the_wind_and_not_without():
     assert away[int(away.argmax()) :].min() < 0.3 * away.max()
 
 
+def test_a_cloth_that_falls_over_a_box_comes_to_rest_on_it():
+    cloth = soft(Cloth(cells=8, pinned="none"), Box(size=(0.5, 0.5, 0.004)), (0, 0, 0.3))
+    box = thing("box", Box(size=(0.2, 0.2, 0.2)), (0, 0, 0.1), density=650)
+    rollout = simulate(program([cloth, box], [ground()], seconds=1.2))
+    assert rollout.kinetic[-10:, 0].max() < 0.02 * rollout.kinetic[:, 0].max()
+    assert dict(rollout.vertices)["it"][-1, :, 2].max() == pytest.approx(0.205, abs=0.01)
+    energy = (rollout.kinetic + rollout.potential)[:, 0]
+    assert energy.max() < 1.01 * energy[0]
+
+
 def test_what_a_mixed_scene_loses_is_said():
     ball = thing("ball", Sphere(radius=0.1), (1, 0, 0.5), restitution=0.8)
     rollout = simulate(program([BODIES["soft"], ball], [ground()], seconds=0.2))

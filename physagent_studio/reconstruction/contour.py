@@ -9,7 +9,7 @@ and inner radii are closed off in turn, so that an outline inside the object doe
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -37,23 +37,50 @@ class _Polar:
     cost: NDArray[np.float64]
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class _Job:
+    """An outline to be found: around what, how stiff, and how many inner radii are closed off."""
+
+    polar: _Polar
+    stiffness: int
+    closed: int
+
+
 def around(
     lab: NDArray[np.float32], centre: Pixel, outside: Sequence[Pixel] = ()
-) -> Iterator[BoolArray]:
-    """Outlines of all squeezes, closed radii and two stiffnesses around a point."""
+) -> list[BoolArray]:
+    """Outlines of all squeezes, closed radii and two stiffnesses around a point, in this order."""
     reach = float(np.hypot(*lab.shape[:2])) * 0.55
     radii = np.geomspace(3, reach, RADII)
+    jobs: list[_Job] = []
     for axes in SQUEEZES:
         polar = _polar(lab, centre, axes, radii, outside)
-        for closed in CLOSED:
-            for stiffness in (1, 2):
-                yield _outline(polar, lab.shape[:2], stiffness, closed)
+        jobs += [_Job(polar, stiffness, closed) for closed in CLOSED for stiffness in (1, 2)]
+    return _outlines(jobs, lab.shape[:2])
+
+
+def near(
+    lab: NDArray[np.float32],
+    masks: Sequence[BoolArray],
+    outside: Sequence[Pixel] = (),
+    grown: int = 0,
+) -> tuple[list[list[BoolArray]], list[list[BoolArray]]]:
+    """Outlines near that of each mask, and past a stripe or a seam of each of the first `grown`."""
+    jobs = [_again(lab, mask, outside) for mask in masks]
+    jobs += [_beyond(lab, mask, outside) for mask in masks[:grown]]
+    found = iter(_outlines([job for some in jobs for job in some], lab.shape[:2]))
+    made = [[next(found) for _ in some] for some in jobs]
+    return made[: len(masks)], made[len(masks) :]
 
 
 def again(
     lab: NDArray[np.float32], mask: BoolArray, outside: Sequence[Pixel] = ()
-) -> Iterator[BoolArray]:
+) -> list[BoolArray]:
     """Outlines near that of a mask, seen from its middle and at its proportions."""
+    return near(lab, [mask], outside)[0][0]
+
+
+def _again(lab: NDArray[np.float32], mask: BoolArray, outside: Sequence[Pixel]) -> list[_Job]:
     x0, y0, x1, y1 = bounds(mask)
     width, height = max(x1 - x0, 4) / 2, max(y1 - y0, 4) / 2
     mean = float(np.sqrt(width * height))
@@ -61,14 +88,12 @@ def again(
     centre = ((x0 + x1) / 2, (y0 + y1) / 2)
     radii = np.geomspace(max(0.35 * mean, 2.5), max(1.9 * mean, 6), RADII)
     polar = _polar(lab, centre, axes, radii, outside)
-    for stiffness in (1, 2, 3):
-        yield _outline(polar, lab.shape[:2], stiffness, 0)
+    return [_Job(polar, stiffness, 0) for stiffness in (1, 2, 3)]
 
 
-def beyond(
-    lab: NDArray[np.float32], mask: BoolArray, outside: Sequence[Pixel] = ()
-) -> Iterator[BoolArray]:
-    """Outlines that hold a mask and reach further on one side: past a stripe or a seam."""
+def _beyond(lab: NDArray[np.float32], mask: BoolArray, outside: Sequence[Pixel]) -> list[_Job]:
+    """Outlines that hold a mask and reach further on one side."""
+    jobs: list[_Job] = []
     x0, y0, x1, y1 = bounds(mask)
     width, height = x1 - x0, y1 - y0
     for dx, dy in ((0, -1), (0, 1), (-1, 0), (1, 0)):
@@ -81,7 +106,8 @@ def beyond(
             radii = np.geomspace(max(0.3 * mean, 2.5), max(1.6 * mean, 6), RADII)
             polar = _polar(lab, centre, axes, radii, outside)
             _include(polar, mask, (dx, dy))
-            yield _outline(polar, lab.shape[:2], 2, 0)
+            jobs.append(_Job(polar, 2, 0))
+    return jobs
 
 
 def _include(polar: _Polar, mask: BoolArray, side: tuple[int, int]) -> None:
@@ -138,41 +164,56 @@ def _polar(
     return _Polar(x, y, cost)
 
 
-def _outline(polar: _Polar, shape: tuple[int, int], stiffness: int, closed: int) -> BoolArray:
-    cost = polar.cost.copy()
-    cost[:, :closed] = 3.0
-    path = _best_path(cost, stiffness, int(_best_path(cost, stiffness, None)[0]))
+def _outlines(jobs: Sequence[_Job], shape: tuple[int, ...]) -> list[BoolArray]:
+    """The mask (H, W) of each outline; those of one stiffness are sought side by side."""
+    paths = np.zeros((len(jobs), ANGLES), np.int64)
+    for stiffness in sorted({job.stiffness for job in jobs}):
+        some = [k for k, job in enumerate(jobs) if job.stiffness == stiffness]
+        cost = np.stack([jobs[k].polar.cost for k in some])
+        for row, k in zip(cost, some, strict=True):
+            row[:, : jobs[k].closed] = 3.0
+        first = _best_paths(cost, stiffness, None)[:, 0]
+        paths[some] = _best_paths(cost, stiffness, first)
+    return [_filled(job.polar, path, shape) for job, path in zip(jobs, paths, strict=True)]
+
+
+def _filled(polar: _Polar, path: NDArray[np.int64], shape: tuple[int, ...]) -> BoolArray:
     index = np.arange(ANGLES)
     polygon = np.stack([polar.x[index, path], polar.y[index, path]], 1)
-    canvas = np.zeros(shape, np.uint8)
+    canvas = np.zeros(shape[:2], np.uint8)
     cv2.fillPoly(canvas, [np.round(polygon).astype(np.int32)], 1)
     return canvas.astype(bool)
 
 
-def _best_path(cost: NDArray[np.float64], stiffness: int, start: int | None) -> NDArray[np.int64]:
-    """Radius index per angle of the least costly path; closed if `start` is given."""
-    total = cost[0].copy()
+def _best_paths(
+    cost: NDArray[np.float64], stiffness: int, start: NDArray[np.int64] | None
+) -> NDArray[np.int64]:
+    """Radius index per angle of the least costly path through each (N, ANGLES, RADII) cost.
+
+    Closed ones if the radii (N,) are given at which they start.
+    """
+    count = np.arange(len(cost))
+    total = cost[:, 0].copy()
     if start is not None:
         total[:] = np.inf
-        total[start] = cost[0, start]
-    shifts = np.arange(-stiffness, stiffness + 1)
-    index = np.arange(RADII)
-    source = index[None] - shifts[:, None]
-    beyond = (source < 0) | (source >= RADII)
-    source = np.clip(source, 0, RADII - 1)
-    penalty = np.where(beyond, np.inf, 0.04 * np.abs(shifts)[:, None])
-    back = np.zeros((ANGLES, RADII), np.int64)
+        total[count, start] = cost[count, 0, start]
+    padded = np.full((len(cost), RADII + 2 * stiffness), np.inf)
+    back = np.zeros((ANGLES, len(cost), RADII), np.int8)
     for angle in range(1, ANGLES):
-        options = total[source] + penalty
-        choice = options.argmin(0)
-        back[angle] = index - shifts[choice]
-        total = cost[angle] + options[choice, index]
-    path = np.zeros(ANGLES, np.int64)
-    if start is None:
-        path[-1] = int(total.argmin())
-    else:
-        low, high = max(0, start - stiffness), min(RADII, start + stiffness + 1)
-        path[-1] = low + int(total[low:high].argmin())
+        padded[:, stiffness:-stiffness] = total
+        best = padded[:, 2 * stiffness :] + 0.04 * stiffness
+        for shift in range(1 - stiffness, stiffness + 1):
+            other = padded[:, stiffness - shift : stiffness - shift + RADII] + 0.04 * abs(shift)
+            less = other < best
+            back[angle][less] = shift + stiffness
+            best = np.minimum(best, other)
+        total = cost[:, angle] + best
+    path = np.zeros((len(cost), ANGLES), np.int64)
+    if start is not None:
+        away = np.abs(np.arange(RADII)[None] - start[:, None])
+        total = np.where(away <= stiffness, total, np.inf)
+    path[:, -1] = total.argmin(1)
     for angle in range(ANGLES - 1, 0, -1):
-        path[angle - 1] = back[angle, path[angle]]
+        at = path[:, angle]
+        path[:, angle - 1] = at - (back[angle, count, at].astype(np.int64) - stiffness)
     return path

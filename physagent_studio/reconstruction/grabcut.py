@@ -39,14 +39,18 @@ class Window:
 
 def cut(image: NDArray[np.uint8], trimap: NDArray[np.uint8], rounds: int = 3) -> BoolArray | None:
     """GrabCut from a trimap (`cv2.GC_*`); None where a side has no pixel. Repeats to the bit."""
-    sure_or_likely = np.isin(trimap, (cv2.GC_FGD, cv2.GC_PR_FGD))
+    sure_or_likely = _inside(trimap)
     if np.count_nonzero(sure_or_likely) < 10 or np.count_nonzero(~sure_or_likely) < 10:
         return None
     labels = trimap.copy()
     cv2.setRNGSeed(SEED)  # its k-means draws from the global generator
     background, foreground = np.zeros((1, 65)), np.zeros((1, 65))
     cv2.grabCut(image, labels, (0, 0, 0, 0), background, foreground, rounds, cv2.GC_INIT_WITH_MASK)
-    return np.isin(labels, (cv2.GC_FGD, cv2.GC_PR_FGD))
+    return _inside(labels)
+
+
+def _inside(labels: NDArray[np.uint8]) -> BoolArray:
+    return (labels == cv2.GC_FGD) | (labels == cv2.GC_PR_FGD)
 
 
 def side_by_side(work: Callable[[Item], Made], items: Sequence[Item]) -> list[Made]:

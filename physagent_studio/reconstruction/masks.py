@@ -41,8 +41,9 @@ def holding(mask: BoolArray, points: Sequence[Pixel], reach: int = 4) -> BoolArr
     """The connected parts of the mask that lie within `reach` pixels of a point."""
     if not len(points) or not mask.any():
         return mask
-    _, labels = cv2.connectedComponents(mask.astype(np.uint8))
-    kept: set[int] = set()
+    count, found = cv2.connectedComponents(mask.astype(np.uint8))
+    labels = np.asarray(found, np.int32)
+    kept = np.zeros(count, bool)
     rows, columns = mask.shape
     for x, y in points:
         column = int(np.clip(x, 0, columns - 1))
@@ -50,8 +51,9 @@ def holding(mask: BoolArray, points: Sequence[Pixel], reach: int = 4) -> BoolArr
         near = labels[
             max(0, row - reach) : row + reach + 1, max(0, column - reach) : column + reach + 1
         ]
-        kept.update(int(label) for label in np.unique(near) if label)
-    return np.isin(labels, sorted(kept)) if kept else np.zeros_like(mask)
+        kept[near.ravel()] = True
+    kept[0] = False
+    return kept[labels]
 
 
 def without_pinholes(mask: BoolArray, share: float) -> BoolArray:

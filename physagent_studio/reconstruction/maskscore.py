@@ -83,19 +83,19 @@ class Scorer:
             return out
         shared = _shared(drafts)
         area = np.diag(shared).astype(float)
-        likeness = shared / np.maximum(area[:, None] + area[None] - shared, 1)
+        alike = _iou_of(shared)
         family = np.array([draft.family for draft in drafts])
         # A region of one colour is often a part, and none the more a whole for being steady.
         voters = family != REGION
         count = max(int(voters.sum()), 1)
         for k, draft in enumerate(drafts):
             own = self.alone(draft)
-            agreement = float(likeness[k][voters & (family != family[k])].max(initial=0.0))
+            agreement = float(alike[k][voters & (family != family[k])].max(initial=0.0))
             within = shared[k] / np.maximum(area, 1)
             around = shared[k] / max(area[k], 1)
             holds = float(((within > 0.95) & (area < 0.7 * area[k]))[voters].sum()) / count
             held = float(((around > 0.95) & (area > 1.4 * area[k]))[voters].sum()) / count
-            like = float((likeness[k] > ALIKE)[voters].sum() - voters[k]) / count
+            like = float((alike[k] > ALIKE)[voters].sum() - voters[k]) / count
             values = own | {
                 "consensus": like,
                 "agreement": agreement,
@@ -127,6 +127,16 @@ class Scorer:
             # The draft is kept with its features, so that its id stays its own.
             self.known[id(draft)] = (draft, values)
         return self.known[id(draft)][1]
+
+
+def likeness(drafts: Sequence[Draft]) -> FloatArray:
+    """(N, N) IoU of any two drafts."""
+    return _iou_of(_shared(drafts))
+
+
+def _iou_of(shared: NDArray[np.int64]) -> FloatArray:
+    area = np.diag(shared).astype(float)
+    return shared / np.maximum(area[:, None] + area[None] - shared, 1)
 
 
 def _shared(drafts: Sequence[Draft]) -> NDArray[np.int64]:

@@ -17,8 +17,9 @@ from physagent_studio.reconstruction.grabcut import side_by_side
 from physagent_studio.reconstruction.masks import BoolArray
 from physagent_studio.reconstruction.maskscore import Scorer
 from physagent_studio.reconstruction.segmentation_box import box_drafts
+from physagent_studio.reconstruction.segmentation_choice import agreed
 from physagent_studio.reconstruction.segmentation_clicks import click_drafts
-from physagent_studio.reconstruction.segmentation_ranking import agreed, ranked
+from physagent_studio.reconstruction.segmentation_ranking import ranked
 from physagent_studio.reconstruction.segmentation_stack import stacked
 from physagent_studio.reconstruction.segmentation_task import (
     full_size,

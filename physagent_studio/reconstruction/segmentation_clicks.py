@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,6 @@ from numpy.typing import NDArray
 from physagent_studio.reconstruction import contour, grabcut
 from physagent_studio.reconstruction.masks import (
     BoolArray,
-    Pixel,
     holding,
     iou,
     smooth,
@@ -26,7 +26,13 @@ def click_drafts(
     small: NDArray[np.uint8], lab: NDArray[np.float32], task: Task, scorer: Scorer
 ) -> list[Draft]:
     """Drafts around the clicks, at all sizes; every one holds a click."""
-    windows = grabcut.at_scales(small, lab, task.inside, task.outside)
+    # Cuts run outside of Python: the first outlines are sought meanwhile.
+    with ThreadPoolExecutor(1) as pool:
+        cutting = pool.submit(grabcut.at_scales, small, lab, task.inside, task.outside)
+        middle = np.array(task.inside).mean(0)
+        around = contour.around(lab, (float(middle[0]), float(middle[1])), task.outside)
+        grown = regions(lab, task.inside)
+        windows = cutting.result()
     drafts: list[Draft] = []
     cleaned = [clean(window.mask, task) for window in windows]
     for k, (window, mask) in enumerate(zip(windows, cleaned, strict=True)):
@@ -34,7 +40,7 @@ def click_drafts(
             continue
         share = window_share(mask, window.box)
         drafts.append(Draft(mask, f"grabcut-{k}", "colour", share))
-    found = [(f"region-{k}", mask, REGION) for k, mask in enumerate(regions(lab, task.inside))]
+    found = [(f"region-{k}", mask, REGION) for k, mask in enumerate(grown)]
     if task.named is not None:
         found.append(("colour-word", holding(task.named, task.inside), "name"))
     for method, mask, family in found:
@@ -42,29 +48,31 @@ def click_drafts(
         if 12 < np.count_nonzero(part) < LARGEST * mask.size:
             drafts.append(Draft(part, method, family))
     whole = [draft for draft in drafts if draft.family != REGION]
-    contours = _contours(lab, task, whole, scorer)
+    contours = _contours(lab, task, whole, around, scorer)
     return drafts + contours + _recoloured(small, task, contours, scorer)
 
 
 def _contours(
-    lab: NDArray[np.float32], task: Task, drafts: Sequence[Draft], scorer: Scorer
+    lab: NDArray[np.float32],
+    task: Task,
+    drafts: Sequence[Draft],
+    around: Sequence[BoolArray],
+    scorer: Scorer,
 ) -> list[Draft]:
     """Contours around the clicks' middle, then again from the middles of the best masks."""
-    middle = np.array(task.inside).mean(0)
-    start: Pixel = (float(middle[0]), float(middle[1]))
-    out = _as_drafts(contour.around(lab, start, task.outside), "contour", task)
+    out = _as_drafts(around, "contour", task)
     for turn in range(2):
         best = distinct(ranked(scorer, [*drafts, *out], task), 5 if turn == 0 else 3, 0.85)
-        for draft, _ in best:
-            name = f"contour-again-{turn}"
-            out += _as_drafts(contour.again(lab, draft.mask, task.outside), name, task)
-        for draft, _ in best[:2]:
-            grown = contour.beyond(lab, draft.mask, task.outside)
-            out += _as_drafts(grown, f"contour-beyond-{turn}", task)
+        masks = [draft.mask for draft, _ in best]
+        again, beyond = contour.near(lab, masks, task.outside, grown=2)
+        for found in again:
+            out += _as_drafts(found, f"contour-again-{turn}", task)
+        for found in beyond:
+            out += _as_drafts(found, f"contour-beyond-{turn}", task)
     return out
 
 
-def _as_drafts(masks: Iterator[BoolArray], method: str, task: Task) -> list[Draft]:
+def _as_drafts(masks: Sequence[BoolArray], method: str, task: Task) -> list[Draft]:
     """Different masks that hold the clicks."""
     out: list[Draft] = []
     for mask in masks:
@@ -78,13 +86,15 @@ def _recoloured(
     small: NDArray[np.uint8], task: Task, drafts: Sequence[Draft], scorer: Scorer
 ) -> list[Draft]:
     """The best contours with their outline settled by colour."""
-    out: list[Draft] = []
-    for draft, _ in distinct(ranked(scorer, drafts, task), 4, 0.9):
+
+    def recoloured(draft: Draft) -> Draft:
         band = max(2, round(0.08 * float(np.sqrt(np.count_nonzero(draft.mask)))))
         mask = clean(snapped(small, draft.mask, band, 0.6), task)
-        if np.count_nonzero(mask) > 30:
-            out.append(Draft(mask, f"{draft.method}-colour", "contour"))
-    return out
+        return Draft(mask, f"{draft.method}-colour", "contour")
+
+    best = [draft for draft, _ in distinct(ranked(scorer, drafts, task), 4, 0.9)]
+    made = grabcut.side_by_side(recoloured, best)
+    return [draft for draft in made if np.count_nonzero(draft.mask) > 30]
 
 
 def clean(mask: BoolArray, task: Task) -> BoolArray:

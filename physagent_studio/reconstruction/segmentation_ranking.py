@@ -1,4 +1,4 @@
-"""Which drafts lead: the score of each, what the name and the box say, and the vote of its like."""
+"""Which drafts lead: the score of each, what the name and the box say."""
 
 from __future__ import annotations
 
@@ -10,17 +10,13 @@ from numpy.typing import NDArray
 from physagent_studio.reconstruction.masks import BoolArray, bounds, iou, solidity
 from physagent_studio.reconstruction.maskscore import Draft, Scorer
 from physagent_studio.reconstruction.segmentation_task import Task
-from physagent_studio.reconstruction.segmentation_variants import shadowed, variants
 
-CANDIDATES = 4
 DENIED = 0.5
 """What a draft loses that covers all clicks outside."""
 OTHER_COLOUR, MIXED = 0.3, 0.5
 """What a draft loses that has none of the named colour, and how much less of it costs nothing."""
 FULL, OPEN = 0.8, 0.5
 """What a draft of a slender thing loses that fills its hull, and how much of it may be filled."""
-ALMOST = 0.95
-"""IoU from which two masks need not both be offered."""
 
 
 def ranked(scorer: Scorer, drafts: Sequence[Draft], task: Task) -> list[tuple[Draft, float]]:
@@ -90,58 +86,6 @@ def _odd_colours(drafts: Sequence[Draft], named: BoolArray) -> NDArray[np.float6
 def _too_full(drafts: Sequence[Draft]) -> NDArray[np.float64]:
     """What drafts of poles and frames lose that fill the hull around them."""
     return np.array([FULL * max(solidity(draft.mask) - OPEN, 0.0) for draft in drafts])
-
-
-def agreed(
-    ranked: Sequence[tuple[Draft, float]], lab: NDArray[np.float32]
-) -> list[tuple[Draft, float]]:
-    """The best drafts that differ, each replaced by the vote of those that are like it.
-
-    Up to four: where methods agree, other readings of the first are offered (lab (H, W, 3)).
-    """
-    leaders = distinct(ranked, CANDIDATES, 0.8)
-    out: list[tuple[Draft, float]] = []
-    for leader, value in leaders:
-        like = [(d, v) for d, v in ranked if iou(d.mask, leader.mask) > 0.8]
-        weight = sum(v for _, v in like)
-        if len(like) < 3 or weight <= 0:
-            out.append((leader, value))
-            continue
-        share = sum(v * d.mask.astype(np.float32) for d, v in like) / weight
-        out.append((Draft(np.asarray(share > 0.5), leader.method, leader.family), value))
-    return _filled_up(out, ranked, lab)
-
-
-def _filled_up(
-    chosen: list[tuple[Draft, float]],
-    ranked: Sequence[tuple[Draft, float]],
-    lab: NDArray[np.float32],
-) -> list[tuple[Draft, float]]:
-    """Where few drafts differ much, those that differ a little, then variants of the first."""
-    more = list(ranked)
-    if chosen and len(chosen) < CANDIDATES:
-        first, value = chosen[0]
-        more += [(draft, 0.5 * value) for draft in variants(lab, first)]
-    for draft, value in more:
-        if len(chosen) == CANDIDATES:
-            break
-        if _differs(draft, chosen) and np.count_nonzero(draft.mask) > 12:
-            chosen.append((draft, min(value, chosen[-1][1])))
-    return _with_shade(chosen, lab)
-
-
-def _with_shade(
-    chosen: list[tuple[Draft, float]], lab: NDArray[np.float32]
-) -> list[tuple[Draft, float]]:
-    """The choice with the first mask and its shadow in it: in place of the last, if need be."""
-    shaded = shadowed(lab, chosen[0][0]) if len(chosen) == CANDIDATES else None
-    if shaded is None or not _differs(shaded, chosen):
-        return chosen
-    return [*chosen[:-1], (shaded, chosen[-1][1])]
-
-
-def _differs(draft: Draft, chosen: Sequence[tuple[Draft, float]]) -> bool:
-    return all(iou(draft.mask, other.mask) < ALMOST for other, _ in chosen)
 
 
 def distinct(

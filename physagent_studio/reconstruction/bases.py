@@ -11,7 +11,12 @@ from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Box, Ramp, SceneObject, Support, SupportShape
 from physagent_studio.reconstruction import stairs
 from physagent_studio.reconstruction.forms import highest
-from physagent_studio.reconstruction.geometry import metres_per_pixel, on_plane, on_upright
+from physagent_studio.reconstruction.geometry import (
+    metres_per_pixel,
+    on_plane,
+    on_upright,
+    on_upright_through,
+)
 from physagent_studio.reconstruction.layout import Stance
 from physagent_studio.reconstruction.ramps import height_at
 from physagent_studio.reconstruction.shapes import Base, Lying
@@ -19,6 +24,8 @@ from physagent_studio.reconstruction.silhouette import in_world
 from physagent_studio.reconstruction.survey import Survey
 from physagent_studio.records.scene import Mesh
 
+INNER = 0.3
+"""How far from the middle of a ramp things stand at most, as a share of its width."""
 HOLD_ON_OBJECT = 0.6
 """How strongly something on an object is taken to stand right above that object's middle."""
 
@@ -94,18 +101,28 @@ def _lying(below: SceneObject) -> Lying | None:
 
 
 def _on_the_ramp(stance: Stance, camera: Camera, ramp: Ramp) -> Base:
-    """Where the foot's ray meets the ramp's surface, kept away from its sides."""
-    x, y = float(on_upright(camera, [stance.foot], ramp.toe[1])[0, 0]), ramp.toe[1]
-    height = height_at(ramp, x, y) or 0.0
-    inner = 0.3 * ramp.width
-    for _ in range(6):
-        spot = on_plane(camera, [stance.foot], height)[0]
-        if not np.isfinite(spot).all():
-            break
-        y = float(np.clip(spot[1], ramp.toe[1] - inner, ramp.toe[1] + inner))
-        x = float(on_upright(camera, [stance.foot], y)[0, 0])
-        height = height_at(ramp, x, y) or height
-    return Base(x, y, height, 0.5)
+    """Where the foot's ray meets the slope or the level part behind it, kept away from the sides.
+
+    What is seen a little beyond the sides or ends of a ramp stands near them. On a ramp that is
+    seen from its side the depth is not told by the foot: there it is taken from the ramp.
+    """
+    ahead = np.array([math.cos(ramp.yaw), math.sin(ramp.yaw), 0.0])
+    side = np.array([-ahead[1], ahead[0], 0.0])
+    toe = np.asarray(ramp.toe, float)
+    slope = np.array([-ramp.rise * ahead[0], -ramp.rise * ahead[1], ramp.run])
+    spot = on_upright_through(camera, [stance.foot], toe, slope)[0]
+    if ramp.plateau > 0 and (not np.isfinite(spot).all() or (spot - toe) @ ahead > ramp.run):
+        spot = on_plane(camera, [stance.foot], ramp.toe[2] + ramp.rise)[0]
+    across = float((spot - toe) @ side) if np.isfinite(spot).all() else math.inf
+    if abs(across) > INNER * ramp.width:
+        # The plane along the ramp, as near to where the ray meets it as the ramp goes.
+        across = math.copysign(INNER * ramp.width, across if math.isfinite(across) else side[1])
+        spot = on_upright_through(camera, [stance.foot], toe + across * side, side)[0]
+    if not np.isfinite(spot).all():
+        spot = toe + ahead * ramp.run / 2
+    along = float(np.clip((spot - toe) @ ahead, 0.0, ramp.run + ramp.plateau))
+    x, y, _ = (float(v) for v in toe + along * ahead + across * side)
+    return Base(x, y, height_at(ramp, x, y) or ramp.toe[2], 0.5)
 
 
 def _in_the_air(

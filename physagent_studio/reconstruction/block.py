@@ -24,7 +24,10 @@ WEDGE = np.array(
 WEDGE_FACES = ((0, 1, 5, 4), (2, 3, 5, 4), (0, 2, 4), (1, 3, 5))
 """Corners of a unit box and of a unit wedge that rises along +x, and the corners of every face but
 the bottom, in turn."""
-Kind = Literal["box", "wedge"]
+Kind = Literal["box", "wedge", "slope"]
+"""A slope is a wedge of which only the upper side is in the region: its sides are in the shade."""
+CORNERS = {"box": BOX, "wedge": WEDGE, "slope": WEDGE[[0, 1, 5, 4]]}
+FACES = {"box": BOX_FACES, "wedge": WEDGE_FACES, "slope": ((0, 1, 2, 3),)}
 SLACK = 3.0
 """A foot this near to a top still stands on it, pixels."""
 
@@ -50,16 +53,18 @@ class Block:
             position=(self.x * height, self.y * height, size[2] / 2), size=size, yaw=self.yaw
         )
 
-    def carries(self, camera: Camera, pixel: tuple[float, float]) -> bool:
-        """Whether a pixel shows its top or slope; only the camera's directions count."""
+    def carries(self, camera: Camera, pixel: tuple[float, float], slack: float = SLACK) -> bool:
+        """Whether a pixel shows its top or slope, or lies nearer to it than slack (pixels).
+
+        Only the camera's directions count.
+        """
         unit = camera.model_copy(update={"position": (0.0, 0.0, 1.0)})
-        box = self.kind == "box"
-        top = (BOX_FACES if box else WEDGE_FACES)[0]
-        corners, depth = unit.project(placed(BOX if box else WEDGE, self)[list(top)])
+        top = FACES[self.kind][0]
+        corners, depth = unit.project(placed(CORNERS[self.kind], self)[list(top)])
         if depth.min() <= 0:
             return False
         outline = cv2.convexHull(corners.astype(np.float32))
-        return cv2.pointPolygonTest(outline, (float(pixel[0]), float(pixel[1])), True) >= -SLACK
+        return cv2.pointPolygonTest(outline, (float(pixel[0]), float(pixel[1])), True) >= -slack
 
     def ramp(self, height: float) -> Ramp:
         """A wedge in metres, for a camera `height` m above the ground."""

@@ -20,9 +20,9 @@ from scipy.optimize import minimize
 from physagent_studio.program.camera import Camera
 from physagent_studio.reconstruction.block import (
     BOX,
-    BOX_FACES,
+    CORNERS,
+    FACES,
     WEDGE,
-    WEDGE_FACES,
     Block,
     FloatArray,
     Kind,
@@ -41,7 +41,8 @@ EDGES = 0.4
 REFINED = 6
 """How many of the best beginnings are refined."""
 _TURNS = (-0.6, -0.35, -0.15, 0.0, 0.15, 0.35, 0.6)
-_QUARTERS = {"box": (0.0,), "wedge": (0.0, math.pi, math.pi / 2, -math.pi / 2)}
+_ALL_WAYS = (0.0, math.pi, math.pi / 2, -math.pi / 2)
+_QUARTERS: dict[Kind, tuple[float, ...]] = {"box": (0.0,), "wedge": _ALL_WAYS, "slope": _ALL_WAYS}
 
 
 def fitted(fit: Fit, least: tuple[float, float]) -> FloatArray | None:
@@ -147,7 +148,7 @@ class Fit:
 
     def _pixels(self, block: Block) -> FloatArray | None:
         """(N, 2) corners in the working picture; None where one lies behind the camera."""
-        world = placed(BOX if self.kind == "box" else WEDGE, block)
+        world = placed(CORNERS[self.kind], block)
         pixels, depth = self.camera.project(world)
         return None if depth.min() < 0.02 else pixels * self.scale
 
@@ -192,11 +193,10 @@ class Fit:
         cos, sin = math.cos(block.yaw), math.sin(block.yaw)
         eye = np.array([-block.x, -block.y])
         own = np.array([cos * eye[0] + sin * eye[1], -sin * eye[0] + cos * eye[1], 1.0])
-        box = self.kind == "box"
-        local = (BOX if box else WEDGE) * block.size
-        inside = local.mean(0)
+        local = CORNERS[self.kind] * block.size
+        inside = (BOX if self.kind == "box" else WEDGE).mean(0) * block.size
         found: dict[tuple[int, int], None] = {}
-        for corners in BOX_FACES if box else WEDGE_FACES:
+        for corners in FACES[self.kind]:
             first, second, third = local[list(corners[:3])]
             normal = np.cross(second - first, third - second)
             outward = normal if normal @ (first - inside) > 0 else -normal

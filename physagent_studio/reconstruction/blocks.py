@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
+
+import numpy as np
 
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Ramp, SceneState
@@ -28,6 +31,10 @@ LOOSE = (0.88, 0.55)
 """The same for a ramp that its edges alone explain badly."""
 DECIDEDLY = 0.3
 """How much better a wedge has to cover the region than the ramp by its edges."""
+CLEAR = (0.95, 0.85)
+"""A slope that covers its region so well, edges so near, needs no other region."""
+WHOLE = 0.06
+"""What a region gains that is e times as large."""
 LEAST_AREA = 0.004
 """Share of the picture that a region must cover."""
 LARGEST_CUT = 0.03
@@ -41,12 +48,14 @@ def blocks_of(
     offers: Mapping[str, Sequence[BoolArray]],
     covered: BoolArray,
     profiles: Mapping[str, Profile],
+    standing: Mapping[str, Sequence[Stance]] = MappingProxyType({}),
 ) -> dict[str, Block]:
     """The boxes and wedges of the supports with open shapes that are seen whole.
 
     Where a person has marked the top, this tells that it is no board on legs.
 
-    profiles: outlines of ramps by their edges; a wedge has to show decidedly better.
+    profiles: outlines of ramps by their edges; a wedge has to show decidedly better. standing: what
+    stands on each support: a box that does not carry all of it is only part of the support.
     """
     unit = camera.model_copy(update={"position": (0.0, 0.0, 1.0)})
     found: dict[str, Block] = {}
@@ -58,9 +67,17 @@ def blocks_of(
         rival = _shown(unit, profiles.get(support.name), masks, covered)
         loose = kind == "wedge" and rival is not None
         best = best_block(unit, image, masks, covered, kind, LOOSE if loose else STRICT)
+        if best is not None and kind == "box":
+            on_it = standing.get(support.name, ())
+            best = best if all(_carries(best[0], camera, one) for one in on_it) else None
         if best is not None and (rival is None or best[1] > rival + DECIDEDLY):
             found[support.name] = best[0]
     return found
+
+
+def _carries(block: Block, camera: Camera, stance: Stance) -> bool:
+    """Whether a thing may stand on a block: what stands at an edge is seen a little beyond it."""
+    return block.carries(camera, stance.foot, 0.25 * stance.width)
 
 
 def on_blocks(
@@ -133,13 +150,24 @@ def best_block(
     first. covered: (H, W) pixels of things in front of it, which may hide any of it. least:
     overlap, and share of edges on edges of the picture, that are asked for.
     """
-    best, cheapest = None, math.inf
-    for mask in masks:
-        fit = Fit.of(camera, image, mask & ~covered, covered, kind)
-        values = fitted(fit, least) if _is_whole(mask & ~covered) else None
-        if values is not None and fit.cost(values) < cheapest:
-            block, cheapest = fit.block(values), fit.cost(values)
+    best, cheapest, enough = None, math.inf, 0
+    kinds: tuple[Kind, ...] = ("wedge", "slope") if kind == "wedge" else (kind,)
+    if kind == "wedge":
+        # Part of a slope is a slope: the largest region that is one counts.
+        masks = sorted(masks, key=np.count_nonzero, reverse=True)
+    for mask, one in itertools.product(masks, kinds):
+        region = mask & ~covered
+        size = int(np.count_nonzero(region))
+        fit = Fit.of(camera, image, region, covered, one)
+        values = fitted(fit, least) if size > enough and _is_whole(region) else None
+        if values is None:
+            continue
+        cost = fit.cost(values) - (WHOLE * math.log(size) if kind == "wedge" else 0.0)
+        if cost < cheapest:
+            block, cheapest = fit.block(values), cost
             best = (block, fit.overlap(block))
+            if kind == "wedge" and best[1] > CLEAR[0] and fit.on_edges(block) > CLEAR[1]:
+                enough = max(enough, size - 1)
     return best
 
 

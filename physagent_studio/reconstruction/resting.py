@@ -2,19 +2,34 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
-from physagent_studio.program.scene import Ramp, SceneObject, Slab, Support
+import numpy as np
+
+from physagent_studio.program.base import Position
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import (
+    Ramp,
+    SceneObject,
+    Slab,
+    Sphere,
+    Support,
+    SupportShape,
+)
 from physagent_studio.reconstruction import rails, stairs
 from physagent_studio.reconstruction.bases import shape_of
 from physagent_studio.reconstruction.contact import vertical_gap
 from physagent_studio.reconstruction.forms import Form, lowest
-from physagent_studio.reconstruction.geometry import CLEARANCE
+from physagent_studio.reconstruction.geometry import CLEARANCE, on_upright_through
 from physagent_studio.reconstruction.ramps import height_at
 from physagent_studio.reconstruction.silhouette import in_world
 from physagent_studio.reconstruction.steady import nudged
 from physagent_studio.reconstruction.survey import Survey
 from physagent_studio.records.scene import Mesh
+
+FLATTEST = 0.15
+"""Least sine of the angle under which a slope is seen, to tell where on it a ball lies."""
 
 
 def settled(
@@ -42,6 +57,9 @@ def settled(
         elif isinstance(under, Slab) and under.rail is not None:
             position = rails.standing(trial, form.mesh, under)
         else:
+            ball = _ball_on_slope(trial, form, read.camera, under)
+            position = ball or position
+            trial = trial.model_copy(update={"position": position})
             z = _resting_z(trial, form.mesh, read, supports, done)
             position = (position[0], position[1], z)
     elif item.position is None and (below := read.under.get(item.name)) is not None:
@@ -51,6 +69,33 @@ def settled(
         position = (position[0], position[1], max(position[2], rest))
     update["position"] = position
     return item.model_copy(update=update)
+
+
+def _ball_on_slope(
+    item: SceneObject, form: Form, camera: Camera, under: SupportShape | None
+) -> Position | None:
+    """Where a ball on a slope shows in the same place; None where the slope is seen edge-on.
+
+    Its lowest point is not where it touches the slope: its middle lies a radius off the slope.
+    """
+    ball = form.shape
+    if not isinstance(ball, Sphere) or not isinstance(under, Ramp) or item.position is None:
+        return None
+    ahead = np.array([math.cos(under.yaw), math.sin(under.yaw), 0.0])
+    normal = np.array([*(-under.rise * ahead[:2]), under.run])
+    normal /= np.linalg.norm(normal)
+    pixel, _ = camera.project(np.array([item.position]))
+    ray = camera.rays(pixel)[0]
+    if -float(ray @ normal) < FLATTEST * float(np.linalg.norm(ray)):
+        return None
+    middle = np.asarray(under.toe) + ball.radius * normal
+    spot = on_upright_through(camera, pixel, middle, normal)[0]
+    off = spot - np.asarray(under.toe)
+    across = abs(float(off @ (-ahead[1], ahead[0], 0.0)))
+    if not 0 <= float(off @ ahead) <= under.run or across > under.width / 2:
+        return None
+    x, y, z = (float(v) for v in spot)
+    return x, y, z
 
 
 def _resting_z(

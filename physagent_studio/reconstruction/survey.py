@@ -109,7 +109,11 @@ def survey(
     unit = _unit_camera(case, state, (image.shape[1], image.shape[0]), horizon)
     steps, flights = flights_of(image, state, unit, offers, covered, case.prompt)
     loose = _without(state, frozenset((*steps, *flights)))
-    blocks = {**blocks_of(image, loose, unit, offers, covered, profiles), **steps}
+    standing = {
+        support.name: [stance for name, stance in stances.items() if on[name] == support.name]
+        for support in loose.supports
+    }
+    blocks = {**blocks_of(image, loose, unit, offers, covered, profiles, standing), **steps}
     on = on_blocks(unit, state, stances, on, blocks, flights)
     root = {name: root_of(name, on) for name in stances}
     on = lifted(unit, state, stances, on, root, usual)

@@ -80,6 +80,12 @@ def stacked(
     return out
 
 
+def companions(groundings: Sequence[tuple[str, Grounding]], name: str) -> tuple[str, ...]:
+    """The things marked as layers of one stack with that of a name, itself included; or none."""
+    found = (tuple(spots) for spots in _groups(groundings) if name in spots)
+    return next(found, ())
+
+
 def alone(offers: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
     """The candidates that a thing's own clicks give."""
     return tuple(offer for offer in offers if offer.method != METHOD)

@@ -23,11 +23,15 @@ class FindMasks(Frozen):
 
 
 class TakeMask(Frozen):
-    """The grounding of an object or support as the person wants it; a new name is an object."""
+    """The grounding of an object or support as the person wants it; a new name is an object.
+
+    layer: what is wanted is the layer of a stack that the clicks on all of the stack give.
+    """
 
     do: Literal["mask"] = "mask"
     name: Name
     grounding: Grounding
+    layer: bool = False
 
 
 class FindEdge(Frozen):

@@ -43,7 +43,9 @@ def take_mask(intent: intents_photo.TakeMask, studio: Studio, browser: int) -> N
     name, grounding = intent.name, intent.grounding
     _post(
         studio,
-        lambda s: photo_edits.mask_edits(s.program, case, s.state.pinned, name, grounding),
+        lambda s: photo_edits.mask_edits(
+            s.program, case, s.state.pinned, name, grounding, layer=intent.layer
+        ),
         f"mask of {name}",
     )
 

@@ -40,11 +40,18 @@ FAR = 8.0
 
 
 def mask_edits(
-    program: PhysicalProgram, case: Case, pinned: Collection[str], name: str, grounding: Grounding
+    program: PhysicalProgram,
+    case: Case,
+    pinned: Collection[str],
+    name: str,
+    grounding: Grounding,
+    *,
+    layer: bool = False,
 ) -> tuple[Edit, ...]:
     """A person's mask: clicks, box, strokes and the chosen candidate of an object or support.
 
-    A name that is not there yet becomes an object. Raises InputError for clicks outside the
+    A name that is not there yet becomes an object. layer: it is a layer of a stack, which the
+    clicks on the others go on to tell apart. Raises InputError for clicks outside the
     picture, and for a grounding that shows nothing.
     """
     scene = program.scene
@@ -57,7 +64,8 @@ def mask_edits(
     else:
         path = f"scene.objects.{name}"
         said = [(o.name, o.grounding) for o in scene.objects if o.name != name]
-        grounding = settled(name, [*said, (name, grounding)])
+        if not layer:
+            grounding = settled(name, [*said, (name, grounding)])
         item = scene.object(name)
         if item is None:
             return (AddItem(path="scene.objects", item=_new_object(case, name, grounding)),)

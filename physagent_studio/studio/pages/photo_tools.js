@@ -70,7 +70,8 @@ export function makeTools({ stage, data, changed }) {
     const one = state.pending;
     if (!one || one.sent || (one.masks.length && index >= one.masks.length)) return;
     one.chosen = index;
-    one.sent = send({ do: "mask", name: one.name, grounding: { ...one.grounding, candidate: index } });
+    const { candidate = index, layer = false } = one.masks[index] || {};
+    one.sent = send({ do: "mask", name: one.name, grounding: { ...one.grounding, candidate }, layer });
     changed();
   }
 

@@ -48,7 +48,7 @@ export function makeProposal(show, focus) {
     if (p.id !== proposal) { proposal = p.id; off = new Set(); values = new Map(); mode = ""; text = ""; answer = ""; }
     const label = edited() ? "Accept edited" : off.size ? "Accept selected" : "Accept";
     return h("div", { class: "card accent stack", key: `proposal-${p.id}`, style: "margin-top:16px", "aria-label": "Proposal", role: "group" },
-      h("div", { class: "row wrap", style: "gap:4px 8px" }, h("span", { class: "title grow", style: "white-space:nowrap" }, "Proposed repair"), h("span", { class: "chip accent clip", title: p.factor }, p.factor)),
+      h("div", { class: "row wrap", style: "gap:4px 8px" }, h("span", { class: "title", style: "white-space:nowrap;flex:1 0 auto" }, "Proposed repair"), h("span", { class: "chip accent clip", title: p.factor }, p.factor)),
       h("p", {}, p.rationale),
       p.question ? asked(p) : null,
       p.verified ? h("div", { class: "strip warn" }, "This changes something that was already verified.") : null,

@@ -19,7 +19,7 @@ export function startTimeline(host) {
   let data = null, head = null, drag = null, tip = null, zoom = 1;
   const { actionItems, addItems, closeMenu, openMenu, remove } = startMenus(() => ({ data, head }));
 
-  const gutter = () => Math.min(130, Math.max(70, box.clientWidth * 0.16));
+  const gutter = () => Math.min(130, Math.max(84, box.clientWidth * 0.22));
   const width = () => Math.max(50, (box.clientWidth - gutter() - 18) * zoom);
   const x = (step) => gutter() + (step / Math.max(data.steps, 1)) * width();
   const step = (clientX) => {
@@ -35,11 +35,11 @@ export function startTimeline(host) {
   function transport() {
     if (!head) return;
     draw(top,
-      iconButton("first", "To the start (Home)", () => scrub(0)),
+      iconButton("first", "To the start (Home)", () => scrub(0), { "data-end": "first" }),
       iconButton("back", "One frame back (←)", () => scrubBy(-1)),
       iconButton(head.playing ? "pause" : "play", head.playing ? "Pause (Space)" : "Play (Space)", () => send({ do: "play" }), { class: "b main icon", disabled: !head.ready }),
       iconButton("on", "One frame on (→)", () => scrubBy(1)),
-      iconButton("last", "To the end (End)", () => scrub(head.frames - 1)),
+      iconButton("last", "To the end (End)", () => scrub(head.frames - 1), { "data-end": "last" }),
       iconButton("loop", "Repeat (L)", () => send({ do: "loop", on: !head.loop, start: head.loopStart, end: head.loopEnd }), { "aria-pressed": String(head.loop) }),
       h("select", { value: String(head.speed), "aria-label": "Speed", style: "width:62px", onchange: (e) => send({ do: "speed", factor: Number(e.target.value) }) },
         SPEEDS.map((one) => h("option", { value: String(one) }, one < 1 ? `1/${1 / one}×` : `${one}×`))),

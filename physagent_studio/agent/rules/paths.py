@@ -38,7 +38,7 @@ def clearance(
     points = _arc(start, goal, turn)
     gaps = [math.inf]
     for other in spared:
-        if not layout.has(other) or other == name:
+        if layout.placed(other) is None or other == name:
             continue
         away = np.linalg.norm(points[:, :2] - layout.position(other)[:2], axis=1)
         gaps.append(float(away.min()) - _reach(layout, name) - _reach(layout, other))

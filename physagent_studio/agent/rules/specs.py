@@ -107,6 +107,19 @@ def ways_of(
     return ()
 
 
+def over_way(frame: EventFrame, subject: str) -> Direction | None:
+    """Where a thing falls that falls over backwards, forwards, on its back or its face: it faces
+    who looks at it. None where that is not said, or where something else knocks it over."""
+    if frame.agent or subject not in frame.patient:
+        return None
+    if frame.posture in ("supine", "prone"):
+        return "away" if frame.posture == "supine" else "toward_camera"
+    if frame.sense not in ("topple", "lean", "lose_balance", "tip_over"):
+        return None
+    ways: dict[str, Direction] = {"backward": "away", "forward": "toward_camera"}
+    return ways.get(frame.direction or "")
+
+
 def forward(frame: EventFrame, subject: str, layout: Layout) -> Direction:
     """The way a pusher points, else down the slope, else away from the camera."""
     for agent in frame.agent:

@@ -12,10 +12,14 @@ from physagent_studio.agent.rules.layout import WAYS
 from physagent_studio.agent.rules.scripts.task import Task
 from physagent_studio.agent.rules.specs import place_name
 from physagent_studio.program.actions import Action, Direction
+from physagent_studio.program.scene import Slab
 
 
 def through_air(task: Task) -> list[Action]:
     """Thrown or kicked so that it is at its target after a comfortable flight."""
+    hurdle = task.intent.place("over", senses=("throw", "kick", "fly"))
+    if hurdle is not None and hurdle.kind == "object" and task.layout.has(hurdle.name):
+        return [_over(task, hurdle.name)]
     target = task.target()
     if target is None:
         speed = 4.0 if not task.intent.manner("gentle", "slow") else 2.0
@@ -25,6 +29,10 @@ def through_air(task: Task) -> list[Action]:
     layout = task.layout
     distance = task.distance_to(target)
     rise = float(layout.position(place_name(target))[2] - layout.position(task.name)[2])
+    support = layout.state.support(target.name)
+    if support is not None and isinstance(support.shape, Slab) and not target.part:
+        # Onto its top.
+        rise += (support.shape.size[2] + layout.height(task.name)) / 2
     if target.kind == "object" and task.intent.has("land", "jump", "fall"):
         # Onto its top, and not against its side.
         rise += (layout.height(target.name) + layout.height(task.name)) / 2

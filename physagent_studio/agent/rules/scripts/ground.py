@@ -8,12 +8,13 @@ import numpy as np
 
 from physagent_studio.agent.rules import actions as act
 from physagent_studio.agent.rules import mechanics as mech
-from physagent_studio.agent.rules.layout import WAYS, FloatArray, level, unit
+from physagent_studio.agent.rules.layout import WAYS, FloatArray, Layout, level, unit
 from physagent_studio.agent.rules.paths import arc_length, clearance, free_turn
 from physagent_studio.agent.rules.reading import Place
 from physagent_studio.agent.rules.scripts.task import FASTEST, UP, Task
 from physagent_studio.agent.rules.specs import place_name
 from physagent_studio.program.actions import Action, Directed, Direction
+from physagent_studio.program.scene import Slab
 
 
 def along_ground(task: Task) -> list[Action]:
@@ -38,10 +39,25 @@ def spared(task: Task, target: Place | None) -> list[str]:
     """Things on the ground that it is not meant to touch on its way."""
     meant = {task.name, *task.intent.hits, target.name if target is not None else ""}
     base = task.layout.carrier(task.name)
-    return [
+    things = [
         item.name
         for item in task.layout.state.objects
         if item.name not in meant and task.layout.carrier(item.name) == base
+    ]
+    return things + [name for name in _blocks(task.layout, task.name) if name not in meant]
+
+
+def _blocks(layout: Layout, name: str) -> list[str]:
+    """Slabs that stand in the way of what moves on the ground: tables without room below."""
+    if layout.carrier(name) != layout.ground():
+        return []
+    top = float(layout.position(name)[2]) + layout.height(name) / 2
+    return [
+        support.name
+        for support in layout.state.supports
+        if isinstance(support.shape, Slab)
+        and support.shape.position[2] - support.shape.size[2] / 2 < top
+        and support.shape.position[2] + support.shape.size[2] / 2 > top / 2
     ]
 
 

@@ -11,7 +11,7 @@ from physagent_studio.agent.rules.intents import Intent
 from physagent_studio.agent.rules.layout import WAYS, Layout, level, named_way
 from physagent_studio.agent.rules.reading import Place
 from physagent_studio.agent.rules.reading.vocabulary import words_of
-from physagent_studio.agent.rules.specs import place_name, spot_name, ways_of
+from physagent_studio.agent.rules.specs import over_way, place_name, spot_name, ways_of
 from physagent_studio.program.actions import Direction
 from physagent_studio.program.program import Clip
 from physagent_studio.program.scene import Ramp
@@ -48,6 +48,11 @@ class Task:
 
     def way(self) -> Direction | None:
         """The named direction that is said, as the scene lies."""
+        over: Direction | None = next(
+            (w for f in self.intent.frames if (w := over_way(f, self.name))), None
+        )
+        if over is not None:
+            return over
         said = self.intent.way()
         frame = next((f for f in self.intent.frames if said in (f.direction, f.origin)), None)
         if said is None or frame is None:

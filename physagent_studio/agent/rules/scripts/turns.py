@@ -69,9 +69,13 @@ def there_and_back(task: Task) -> list[Action]:
     """Goes one way, and half through the clip is pushed the other way."""
     way = task.way()
     named = way if way in ("left", "right", "away", "toward_camera") else "away"
-    speed = max(0.6, 2 * task.layout.size(task.name))
+    speed = task.speed or max(0.6, 2 * task.layout.size(task.name))
     slowing = 0.0 if task.layout.is_ball(task.name) else mech.G * task.ground_friction()
     turn = int(min(0.4, 0.8 * speed / max(slowing, 1e-3)) * task.clip.steps)
+    if task.far is not None:
+        # As fast as takes it there by a third of the clip.
+        speed = task.speed or mech.speed_to_arrive(task.far, task.seconds(0.33), slowing)
+        turn = int(0.36 * task.clip.steps)
     there = act.push(task.name, act.toward_or_along(speed, way=named), start=task.delay)
     back = act.toward_or_along(2.5 * speed, vector=-WAYS[named])
     return [there, act.push(task.name, back, start=max(turn, 20), duration=15, label="back")]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from physagent_studio.agent.rules.intents import met
 from physagent_studio.agent.rules.reading import EventFrame, Place
 from physagent_studio.agent.rules.senses.remaining import is_container, is_last
 from physagent_studio.agent.rules.specs import (
@@ -10,6 +11,7 @@ from physagent_studio.agent.rules.specs import (
     Spec,
     any_of,
     forward,
+    over_way,
     place_name,
     spec,
     ways_of,
@@ -290,17 +292,11 @@ def sideways_fall(c: Context) -> list[Spec]:
 
 
 def falling_way(c: Context) -> Direction | None:
-    """ "Topples backwards", "falls on its face": things face who looks at them, and go over the
-    way that a blow comes."""
-    frame = c.frame
-    if frame.posture in ("supine", "prone"):
-        return "away" if frame.posture == "supine" else "toward_camera"
-    if frame.direction == "backward" and not frame.agent and not _was_struck(c):
-        return "away"
-    if frame.direction == "forward" and frame.sense == "topple" and not _was_struck(c):
-        return "toward_camera" if not frame.agent else None
-    if frame.direction == "backward" and frame.agent:
-        return forward(frame, c.subject, c.layout)
+    """ "Topples backwards", "falls on its face"; away from what knocks it over backwards."""
+    if not _was_struck(c) and (way := over_way(c.frame, c.subject)) is not None:
+        return way
+    if c.frame.direction == "backward" and c.frame.agent:
+        return forward(c.frame, c.subject, c.layout)
     return None
 
 
@@ -333,6 +329,10 @@ def struck_before(c: Context) -> list[Spec]:
             return [spec("contacts", frame.agent[0], other=c.subject)]
         if c.subject in frame.agent and frame.patient:
             return [spec("contacts", c.subject, other=frame.patient[0])]
+    for frame in c.reading.frames[: c.index]:
+        # "Slides into the cup, which tips over".
+        if c.subject in met(frame) and not frame.any_one and len(frame.patient) == 1:
+            return [spec("contacts", frame.patient[0], other=c.subject)]
     return []
 
 

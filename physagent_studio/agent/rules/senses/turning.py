@@ -91,6 +91,12 @@ def turn_around(c: Context) -> list[Spec]:
     return [spec("rotates", c.subject, angle=angle, axis=(0.0, 0.0, 1.0))]
 
 
+def _blow_before(c: Context) -> list[Spec]:
+    """ "They collide and each rolls back": the blow that the clause before tells of."""
+    told = c.earlier[-1] if c.earlier else None
+    return struck_before(c) if told is not None and told.sense == "hit" else []
+
+
 def reverse(c: Context) -> list[Spec]:
     """Goes back where it came from, or another way; first the way that is said."""
     times = c.frame.count
@@ -99,6 +105,8 @@ def reverse(c: Context) -> list[Spec]:
     if ways:
         far = c.length(0.5, 0.02, 0.2)
         return [before(spec("moves", c.subject, distance=far, direction=ways[0]), back)]
+    if blow := _blow_before(c):
+        return [back, before(blow[0], back)]
     following = c.reading.frames[c.index + 1 : c.index + 2]
     if following and following[0].link == "after" and following[0].sense == "reach":
         reached = arrival(c, following[0])

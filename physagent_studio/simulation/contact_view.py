@@ -74,11 +74,17 @@ class ContactView:
             codes = self.codes
         return codes[: self._data.ncon]
 
-    def normals(self) -> dict[tuple[int, int], FloatArray]:
-        """(3,) normal of one contact of each two geoms, the lower id first, that are close now."""
-        pairs, at = self.geoms().tolist(), self.at["frame"]
-        rows = self.numbers[: len(pairs), at : at + 3]
-        return {(min(two), max(two)): row for two, row in zip(pairs, rows, strict=True)}
+    def spots(self) -> dict[tuple[int, int], tuple[FloatArray, FloatArray]]:
+        """Point and normal, (3,) each, of one contact of each two geoms that are close now.
+
+        The lower geom's id comes first.
+        """
+        pairs, at, to = self.geoms().tolist(), self.at["pos"], self.at["frame"]
+        rows = self.numbers[: len(pairs)]
+        return {
+            (min(two), max(two)): (row[at : at + 3], row[to : to + 3])
+            for two, row in zip(pairs, rows, strict=True)
+        }
 
     def geoms(self) -> IntArray:
         """(ncon, 2) ids of the geoms that are close to each other now."""

@@ -9,7 +9,8 @@ friction is hard where bodies meet, and gentle where they have been close alread
 Gentle friction keeps a slide as it is, whatever else happens to the body. Where something rocks
 or tumbles on its edges the next impact is due at a contact that is there already, and keeping
 the slide through it would push the body along its way: a box of restitution .7 gained a tenth of
-its energy in a bounce. So what rocks grips hard; with rest as the aim no impact gains energy.
+its energy in a bounce. So what rocks rather than slides grips hard, as an impact of that speed
+would stop the slide: with rest as the aim no impact gains energy.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import math
 
 import numpy as np
 
-from physagent_studio.program.rotations import matrix_of
+from physagent_studio.program.rotations import cross, matrix_of
 from physagent_studio.simulation.clouds import Cloud
 from physagent_studio.simulation.mj import Data
 from physagent_studio.simulation.model import MEETING, Compiled
@@ -27,6 +28,9 @@ from physagent_studio.simulation.touches import ContactLog
 
 SLIDE = 1 / 120
 """s in which friction would stop the slip of a lasting contact."""
+
+TUMBLING = 0.25
+"""Share of the slide from which on what turning does matters more."""
 
 NOTHING: frozenset[int] = frozenset()
 
@@ -61,11 +65,11 @@ class Grip:
         self._alone: dict[frozenset[int], bool] = {NOTHING: self._objects > 0}
         damping[:, 0] = -1.0
         damping[:, 1] = self._impact
-        objects = () if compiled.reach is None else compiled.reach.objects
+        self._objects_at = () if compiled.reach is None else compiled.reach.objects
         # Where turning is kept in `qvel`, and from which square on it may rock.
         self._turning = [
-            (index, at + 3, (MEETING / lever) ** 2, lever, place + 3)
-            for index, (place, at, _, lever) in enumerate(objects)
+            (index, at + 3, (0.5 * MEETING / lever) ** 2)
+            for index, (_, at, _, lever) in enumerate(self._objects_at)
             if lever > 0
         ]
         self.now = self.engaged = self.rocking = NOTHING
@@ -150,29 +154,49 @@ class Grip:
         """Those of the pairs in which a point may come at the other body faster than `MEETING`."""
         if not pairs or not self._turning:
             return NOTHING
-        rates, lively = data.qvel.tolist(), {}
-        for index, at, limit, lever, place in self._turning:
-            a, b, c = rates[at : at + 3]
-            if a * a + b * b + c * c > limit:
-                # The engine keeps the angular velocity in the body frame.
-                turn = matrix_of(data.qpos[place : place + 4].tolist())
-                lively[index] = lever * (turn @ (a, b, c))
+        rates = data.qvel.tolist()
+        lively = {
+            index
+            for index, at, limit in self._turning
+            if (a := rates[at]) * a + (b := rates[at + 1]) * b + (c := rates[at + 2]) * c > limit
+        }
         if not lively:
             return NOTHING
-        normals = self._view.normals()
-        return frozenset(pair for pair in pairs if self._speed(pair, lively, normals) > MEETING)
+        spots = self._view.spots()
+        met = {pair: self._bodies[pair] for pair in pairs}
+        return frozenset(
+            pair
+            for pair, two in met.items()
+            if not lively.isdisjoint(two) and self._tumbles(data, two, spots.get(self._geoms[pair]))
+        )
 
-    def _speed(
-        self, pair: int, lively: dict[int, FloatArray], normals: dict[tuple[int, int], FloatArray]
-    ) -> float:
-        """m/s; turning about the normal brings nothing closer. lively: lever times rad/s."""
-        total, normal = 0.0, normals.get(self._geoms[pair])
-        for end in self._bodies[pair]:
-            if end in lively:
-                turning = lively[end]
-                about = 0.0 if normal is None else float(turning @ normal)
-                total += math.sqrt(max(float(turning @ turning) - about * about, 0.0))
-        return total
+    def _tumbles(
+        self, data: Data, two: list[int], spot: tuple[FloatArray, FloatArray] | None
+    ) -> bool:
+        """Whether turning brings two bodies together, and not only while they slide.
+
+        spot: point and normal of their contact, None where they are apart at the moment.
+        """
+        closing, slip = 0.0, np.zeros(3)
+        for sign, end in zip((1, -1), two, strict=True):
+            if end >= len(self._objects_at):
+                continue
+            place, at, _, lever = self._objects_at[end]
+            # The engine keeps the angular velocity in the body frame.
+            turn = matrix_of(data.qpos[place + 3 : place + 7].tolist())
+            turning = turn @ data.qvel[at + 3 : at + 6]
+            if spot is None:
+                closing += lever * math.sqrt(turning @ turning)
+                continue
+            point, normal = spot
+            # Turning about the normal brings nothing closer.
+            about = float(turning @ normal)
+            closing += lever * math.sqrt(max(float(turning @ turning) - about * about, 0.0))
+            arm = point - data.qpos[place : place + 3]
+            slip += sign * (data.qvel[at : at + 3] + cross(turning, arm))
+        if spot is not None:
+            slip -= spot[1] * float(slip @ spot[1])
+        return closing > max(MEETING, TUMBLING * math.sqrt(slip @ slip))
 
     def _are_alone(self, pairs: frozenset[int]) -> bool:
         if not self._objects:

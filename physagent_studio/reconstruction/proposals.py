@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import cv2
 import numpy as np
@@ -64,6 +65,7 @@ class _Blob:
     area: float
     contrast: float
     round: float
+    long: float
 
 
 def propose(image: Image, wanted: Sequence[Sought]) -> tuple[Proposed, ...]:
@@ -88,11 +90,29 @@ def propose(image: Image, wanted: Sequence[Sought]) -> tuple[Proposed, ...]:
     chosen = _assigned(grades)
     _by_base(grades, wanted, blobs, chosen)
     chosen = _assigned(grades)
-    made = [
-        _proposed(item, row, blobs, chosen, index, factor)
-        for index, (item, row) in enumerate(zip(wanted, grades, strict=True))
-    ]
-    return tuple(_all_or_none(made, wanted))
+    return tuple(_all_or_none(_told_apart(wanted, grades, blobs, chosen, factor), wanted))
+
+
+def _told_apart(
+    wanted: Sequence[Sought],
+    grades: NDArray,
+    blobs: Sequence[_Blob],
+    chosen: Mapping[int, int],
+    factor: float,
+) -> list[Proposed]:
+    """The proposals; only the place of a thing that is clear is none for the others."""
+    clear = set(chosen)
+    while True:
+        taken = {chosen[k] for k in clear}
+        made = [
+            _proposed(item, row, blobs, chosen.get(index), taken, factor)
+            for index, (item, row) in enumerate(zip(wanted, grades, strict=True))
+        ]
+        still = {k for k in clear if made[k].clear}
+        still -= _mixed_up(grades, {k: chosen[k] for k in still})
+        if still == clear:
+            return [replace(one, clear=k in clear) for k, one in enumerate(made)]
+        clear = still
 
 
 def _colours(item: Sought) -> tuple[str, ...]:
@@ -173,8 +193,20 @@ def _blob(lab: NDArray[np.float32], mask: BoolArray) -> _Blob:
     evenness = min(width, height) / max(width, height)
     roundness = max(0.0, 1 - 2.5 * abs(full - 1)) * evenness
     return _Blob(
-        mask, (x0, y0, x1, y1), area / mask.size, float(np.tanh(step / 35)), float(roundness)
+        mask,
+        (x0, y0, x1, y1),
+        area / mask.size,
+        float(np.tanh(step / 35)),
+        float(roundness),
+        _length(mask),
     )
+
+
+def _length(mask: BoolArray) -> float:
+    """0 … 1: 0 up to two and a half times as long as wide, 1 from seven times."""
+    _, size, _ = cv2.minAreaRect(cv2.findNonZero(mask.astype(np.uint8)))
+    ratio = (max(size) + 1) / (min(size) + 1)
+    return float(np.clip(np.log(ratio / 2.5) / np.log(7 / 2.5), 0, 1))
 
 
 # --- grades ------------------------------------------------------------------------------------
@@ -192,8 +224,11 @@ def _grade(
         inside = float(found[blob.mask].mean())
         beyond = float(found[ring].mean()) if ring.any() else 0.0
         parts.append((said, inside * (1 - 0.6 * beyond)))
-    if usual_size(item.head).shapes[:1] == ("sphere",):
+    usual = usual_size(item.head).shapes[:1]
+    if usual == ("sphere",):
         parts.append((0.25, blob.round))
+    elif usual == ("capsule",):
+        parts.append((0.25, blob.long))
     if item.side:
         parts.append((0.15, _side_fit(item.side, blob, shape)))
     return sum(weight * value for weight, value in parts) / sum(weight for weight, _ in parts)
@@ -256,20 +291,29 @@ def _proposed(
     item: Sought,
     row: NDArray,
     blobs: Sequence[_Blob],
-    chosen: Mapping[int, int],
-    index: int,
+    first: int | None,
+    taken: set[int],
     factor: float,
 ) -> Proposed:
-    if index not in chosen:
+    """One thing's places. first: the blob that it got. taken: blobs that are clearly others."""
+    if first is None:
         return Proposed(item.name, (), False)
-    first = chosen[index]
-    taken = set(chosen.values()) - {first}
     order = [int(k) for k in np.argsort(-row, kind="stable") if int(k) != first]
     free = [k for k in order if k not in taken and not _same_place(blobs[k], blobs[first])]
     rest = float(row[free[0]]) if free else 0.0
     clear = bool(_is_told(item) and row[first] > GOOD and row[first] - rest > MARGIN)
     spots = tuple(_spot(blobs[k], float(row[k]), factor) for k in (first, *free[: SHOWN - 1]))
     return Proposed(item.name, spots, clear)
+
+
+def _mixed_up(grades: NDArray, chosen: Mapping[int, int]) -> set[int]:
+    """Things that fit the places of one another about as well as their own: a tree and a plant."""
+    found: set[int] = set()
+    for (one, a), (other, b) in combinations(chosen.items(), 2):
+        kept, swapped = grades[one, a] + grades[other, b], grades[one, b] + grades[other, a]
+        if kept - swapped < MARGIN:
+            found |= {one, other}
+    return found
 
 
 def _all_or_none(made: Sequence[Proposed], wanted: Sequence[Sought]) -> list[Proposed]:

@@ -92,3 +92,36 @@ def test_of_like_things_the_words_of_place_and_size_tell_which(name: str, place:
     image = cv2.GaussianBlur(image, (0, 0), 1.0) + rng.normal(0, 2, image.shape)
     (found,) = propose(np.clip(image, 0, 255).astype(np.uint8), [sought_by(name)])
     assert abs(found.spots[0].x - place) < 20
+
+
+def _drawn(*boxes):
+    """A grey picture with upright boxes (x0, y0, x1, y1, colour)."""
+    image = np.full((240, 400, 3), 170, np.uint8)
+    for x0, y0, x1, y1, colour in boxes:
+        image[y0:y1, x0:x1] = colour
+    return image
+
+
+def test_things_that_fit_each_others_places_are_asked_for():
+    image = _drawn((60, 90, 110, 160, (60, 130, 60)), (260, 80, 320, 160, (60, 130, 60)))
+    both = propose(image, [sought_by("tree"), sought_by("plant")])
+    assert len({one.spots[0].x for one in both}) == 2
+    assert not any(one.clear for one in both)
+
+
+def test_a_place_counts_as_taken_only_where_that_is_clear():
+    # A robot may be either; what is green is then not known to be the only green thing.
+    image = _drawn((60, 90, 110, 160, (60, 150, 60)), (260, 80, 320, 160, (70, 150, 60)))
+    green, robot = propose(image, [sought_by("green_box"), sought_by("robot")])
+    assert not green.clear
+    assert not robot.clear
+    image[80:160, 260:320] = (190, 50, 50)
+    green, robot = propose(image, [sought_by("green_box"), sought_by("robot")])
+    assert green.clear
+
+
+def test_a_pen_is_long():
+    blue = (50, 70, 170)
+    image = _drawn((60, 90, 130, 140, blue), (240, 120, 330, 129, blue))
+    (pen,) = propose(image, [sought_by("blue_pen")])
+    assert 240 < pen.spots[0].x < 330

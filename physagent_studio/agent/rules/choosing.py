@@ -220,6 +220,7 @@ def _by_sense(task: Task) -> Script:
     table: tuple[tuple[tuple[str, ...], Script], ...] = (
         (("jump",), scripts.leap),
         (("bounce",), _bouncing(task)),
+        (_OVER if _tips_onto(task) else (), scripts.tip),
         (("knock_over", "tip_over") if intent.hits else (), scripts.along_ground),
         (("reverse",) if not intent.hits else (), scripts.turn_back),
         (_GROUND, scripts.along_ground),
@@ -244,6 +245,25 @@ def _by_sense(task: Task) -> Script:
         if intent.has(*senses):
             return _unless_toppling(task, senses, script)
     return _nothing
+
+
+_OVER = ("topple", "lose_balance", "fall")
+
+
+def _tips_onto(task: Task) -> bool:
+    """ "The first domino falls and knocks down the next": it stands within reach of it."""
+    layout, hits = task.layout, task.intent.hits
+    if not hits or not _can_only_topple_here(task) or not layout.has(hits[0]):
+        return False
+    if task.intent.has("roll", "slide", "move", "drift", "hit", "push"):
+        return False
+    return layout.gap(task.name, hits[0]) < layout.height(task.name)
+
+
+def _can_only_topple_here(task: Task) -> bool:
+    layout = task.layout
+    own = [f for f in task.intent.frames if f.sense in _OVER and task.name in f.patient]
+    return bool(own) and layout.carrier(task.name) is not None and not layout.is_ball(task.name)
 
 
 def _bouncing(task: Task) -> Script:

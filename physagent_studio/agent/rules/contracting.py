@@ -6,16 +6,18 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from physagent_studio.agent.rules.intents import prevented
+from physagent_studio.agent.rules.intents import met, prevented
 from physagent_studio.agent.rules.layout import Layout
 from physagent_studio.agent.rules.reading import EventFrame, Place, Reading
-from physagent_studio.agent.rules.reading.vocabulary import SHARES
+from physagent_studio.agent.rules.reading.vocabulary import SHARES, words_of
 from physagent_studio.agent.rules.senses import SENSES
 from physagent_studio.agent.rules.senses.beside import beside
 from physagent_studio.agent.rules.sequence import afterwards, matched, ranked
 from physagent_studio.agent.rules.specs import Context, Spec, place_name
 from physagent_studio.program.contract import Contract
 
+_GIVING_WAY = words_of("topple fall collapse flip lean lose_balance knock_over")
+"""What happens to a thing because something hits it."""
 _WHERE = ("on", "in", "at", "from", "along", "over", "down", "object")
 """Relations to what a thing stands on that only say where the event happens."""
 BEGINNING = 12
@@ -168,7 +170,9 @@ class _Draft:
         told = any(one.kind == "before" for group in groups for one in group)
         if main is None or build is None or main.negated or told or not main.patient:
             return
-        if frame.link not in ("before", "after", "once"):
+        blow = frame.link == "as" and (frame.sense == "hit" or bool(met(frame)))
+        caused = blow and main.sense in _GIVING_WAY and not frame.leads
+        if frame.link not in ("before", "after", "once") and not caused:
             return
         earlier = list(build(self._context(at, main, main.patient[0])))
         mine = next((s for s in _events(groups[0] if groups else []) if s not in earlier), None)

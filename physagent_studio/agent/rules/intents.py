@@ -110,10 +110,10 @@ def intents_of(reading: Reading) -> dict[str, Intent]:
         for name in meant(frame):
             intent(name).frames.append(frame)
             for other in met(frame):
-                _hit(name, other, intent)
+                _hit(frame, name, other, intent)
     for frame in reading.frames:
         struck = [n for n in frame.patient if n in found and found[n].struck_by]
-        if struck and not frame.agent and frame.sense in _GIVING_WAY:
+        if struck and not frame.agent and frame.sense in (*_GIVING_WAY, "collapse"):
             # "The ball hits the first one, and three of them fall": by one another.
             for name in (n for n in frame.patient if n in found and n not in struck):
                 found[name].struck_by += struck
@@ -159,7 +159,7 @@ def _struck(frame: EventFrame, intent) -> None:  # noqa: ANN001 - a local functi
     for patient in meant(frame):
         other = intent(patient)
         if not other.struck_by:
-            other.untouched = len(other.frames)
+            other.untouched = 0 if told_later(frame) else len(other.frames)
         other.struck_by += [a for a in frame.agent if a != patient]
 
 
@@ -176,12 +176,17 @@ def met(frame: EventFrame) -> tuple[str, ...]:
     return tuple(p.name for p in found if not is_container(p.name) and p.name not in frame.patient)
 
 
-def _hit(name: str, other: str, intent) -> None:  # noqa: ANN001 - a local function
+def _hit(frame: EventFrame, name: str, other: str, intent) -> None:  # noqa: ANN001 - a local function
     one, struck = intent(name), intent(other)
     one.hits += [other] if other not in one.hits else []
     if not struck.struck_by:
-        struck.untouched = len(struck.frames)
+        struck.untouched = 0 if told_later(frame) else len(struck.frames)
     struck.struck_by.append(name)
+
+
+def told_later(frame: EventFrame) -> bool:
+    """ "The tower collapses when the truck hits it": the cause is told after what it does."""
+    return frame.link in ("as", "after", "because", "since", "once") and not frame.leads
 
 
 def moving_frames(intent: Intent) -> list[EventFrame]:

@@ -102,7 +102,8 @@ def _strength(action: Action) -> Iterable[Knob]:
     elif (vector := _vector(action)) is not None:
         path = f"{base}.{VECTORS[action.operator]}"
         if isinstance(vector, Directed):
-            yield _ratio(f"{path}.magnitude", "magnitude", action.name, vector.magnitude)
+            fastest = BELIEVABLE if vector.quantity == "target_speed" else math.inf
+            yield _ratio(f"{path}.magnitude", "magnitude", action.name, vector.magnitude, fastest)
         else:
             yield _scaled_vector(path, action.name, vector)
 
@@ -156,11 +157,15 @@ def _timing(action: Action, program: PhysicalProgram) -> Iterable[Knob]:
         )  # fmt: skip
 
 
-def _ratio(path: str, factor: str, target: str, value: float) -> Knob:
+BELIEVABLE = 12.0
+"""No search sends a thing off faster than this, m/s, unless it is so already."""
+
+
+def _ratio(path: str, factor: str, target: str, value: float, most: float = math.inf) -> Knob:
     size = abs(value) or 0.1
     sign = -1.0 if value < 0 else 1.0
     return Knob(
-        path, factor, target, size, size * 0.02, min(size * 40, 9e6), 0.25, True,
+        path, factor, target, size, size * 0.02, min(size * 40, 9e6, max(most, size)), 0.25, True,
         lambda v: (SetField(path=path, value=sign * v),),
     )  # fmt: skip
 

@@ -16,7 +16,7 @@ from physagent_studio.program.actions import Action, Direction
 def tip(task: Task) -> list[Action]:
     """A push at the top that brings its centre over its lower edge."""
     layout = task.layout
-    way = WAYS[task.way() or _free_way(task)]
+    way = WAYS[task.way() or _onto(task) or _free_way(task)]
     if abs(way[2]) > 0.5:
         way = WAYS["right"]
     height = layout.height(task.name)
@@ -25,6 +25,14 @@ def tip(task: Task) -> list[Action]:
     force = act.toward_or_along(max(speed, 0.3), way=named_way(way))
     point = act.top_point(layout, task.name)
     return [act.push(task.name, force, start=task.delay, duration=15, point=point, label="tip")]
+
+
+def _onto(task: Task) -> Direction | None:
+    """Towards what it shall knock down as it falls."""
+    if not task.intent.hits or not task.layout.has(task.intent.hits[0]):
+        return None
+    other = task.layout.position(task.intent.hits[0])
+    return named_way(level(other - task.layout.position(task.name)))
 
 
 def _free_way(task: Task) -> Direction:

@@ -33,8 +33,9 @@ def _driven_to(c: Context) -> list[Spec]:
             continue
         mark = c.layout.state.landmark(place_name(place))
         if mark is not None and mark.kind == "point" and relation in ("in", "into"):
-            found.append(spec("covers", c.subject, other=place.name, low=0.9, high=10.0))
-        elif relation in ("in", "into"):
+            # Nothing can be inside a point: that stays untested, and is shown so.
+            continue
+        if relation in ("in", "into"):
             found.append(spec("lands_in", c.subject, landmark=place.name))
         elif relation == "toward":
             far = c.length(0.5, 0.02, 0.2)

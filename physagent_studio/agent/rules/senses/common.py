@@ -120,7 +120,11 @@ def _past(c: Context, place: Place) -> list[Spec]:
         return [passed, *there] if beside else [passed]
     if c.frame.sense in ("fall", "descend"):
         return [spec("contacts", c.subject, other=place.name, negated=True)]
-    return [spec("passes_over", c.subject, landmark=place.name, by=True), *there]
+    passed = [spec("passes_over", c.subject, landmark=place.name, by=True), *there]
+    if c.frame.sense in ("fly", "throw", "kick"):
+        # What flies past a thing does not bounce off it.
+        passed.append(spec("contacts", c.subject, other=place.name, negated=True))
+    return passed
 
 
 def _over(c: Context, place: Place) -> list[Spec]:

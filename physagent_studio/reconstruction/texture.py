@@ -14,6 +14,8 @@ from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Mesh
 
 FloatArray = NDArray[np.float64]
+RING = 0.05
+"""Width of the outline's outer ring, as a share of the outline's smaller extent."""
 
 
 def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, mesh: Mesh) -> Mesh:
@@ -21,7 +23,9 @@ def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, m
 
     Faces that look at the camera carry the pixel that they project to. The others carry what
     their mirror image in the upright plane through the object's middle projects to, so that the
-    far side continues the near one without a seam.
+    far side continues the near one without a seam. There the outermost ring of the outline, in
+    which little of the surface is much stretched and the surroundings shine through, gives
+    way to what lies as far inside of it.
     """
     if not mask.any():
         return mesh
@@ -30,7 +34,9 @@ def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, m
     place = np.asarray(item.position)
     world = vertices @ matrix_of(item.rotation).T + place
     shown = np.where(hidden[:, None], _mirrored(camera, world, place), world)
-    uv = camera.project(shown)[0] - origin
+    uv = camera.project(shown)[0]
+    uv[hidden] = _folded(uv[hidden], mask)
+    uv = uv - origin
     edge = np.array([texture.shape[1], texture.shape[0]])
     return Mesh(vertices, faces, np.clip(uv, 0.5, edge - 0.5), texture, _mean_color(photo, mask))
 
@@ -51,17 +57,40 @@ def padded_crop(photo: Image, mask: BoolArray) -> tuple[Image, tuple[int, int]]:
     core = shrink(own, 1)
     thin = own & ~cv2.dilate(core.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
     core = core | thin
-    _, labels = cv2.distanceTransformWithLabels(
-        (~core).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    spots = np.argwhere(core)
-    nearest = np.zeros((int(labels.max()) + 1, 2), int)
-    labels = labels.astype(np.int64)
-    nearest[labels[core]] = spots
-    source = nearest[labels]
+    source = _nearest(core)
     filled = part[source[..., 0], source[..., 1]]
     soft = cv2.GaussianBlur(filled, (0, 0), 1.5)
     return np.where(core[..., None], filled, soft).astype(np.uint8), (left, top)
+
+
+def _folded(pixels: FloatArray, mask: BoolArray) -> FloatArray:
+    """Pixels (N, 2) of a mask's outer ring reflected at the ring's inner border."""
+    x0, y0, x1, y1 = bounds(mask)
+    core = shrink(mask, max(1, round(RING * min(x1 - x0, y1 - y0))))
+    if not core.any() or not len(pixels):
+        return pixels
+    nearest = _nearest(core)
+    x = np.clip(pixels[:, 0].astype(int), 0, mask.shape[1] - 1)
+    y = np.clip(pixels[:, 1].astype(int), 0, mask.shape[0] - 1)
+    border = nearest[y, x][:, ::-1] + 0.5
+    outside = ~core[y, x]
+    folded = 2 * border - pixels
+    # Where the outline is narrow the reflection leaves it again: its middle will do.
+    column = np.clip(folded[:, 0].astype(int), 0, mask.shape[1] - 1)
+    row = np.clip(folded[:, 1].astype(int), 0, mask.shape[0] - 1)
+    folded = np.where(core[row, column][:, None], folded, border)
+    return np.where(outside[:, None], folded, pixels)
+
+
+def _nearest(core: BoolArray) -> NDArray[np.int64]:
+    """(H, W, 2) row and column of the nearest pixel of the core."""
+    _, labels = cv2.distanceTransformWithLabels(
+        (~core).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    labels = labels.astype(np.int64)
+    nearest = np.zeros((int(labels.max()) + 1, 2), np.int64)
+    nearest[labels[core]] = np.argwhere(core)
+    return nearest[labels]
 
 
 def _mean_color(photo: Image, mask: BoolArray) -> tuple[int, int, int]:

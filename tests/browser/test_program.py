@@ -117,6 +117,17 @@ def test_a_program_built_by_hand_without_a_photo(waiting: Desk) -> None:
     assert [one.kind for one in waiting.snapshot.checks if not one.always_on] == ["moves"]
     waiting.button("Run my edits").click()
     waiting.until(lambda: waiting.snapshot.state.rounds, "a round")
+    waiting.idle()
+    # Quick clicks come before the scene that the first of them makes: each is a thing of its own.
+    waiting.tab("Scene")
+    waiting.button("Cone").evaluate("button => { for (let i = 0; i < 3; i += 1) button.click(); }")
+    scene = waiting.until(
+        lambda: waiting.snapshot.program.scene.object("cone_3") and waiting.snapshot.program.scene,
+        "three cones",
+    )
+    places = {item.position for item in scene.objects if item.name.startswith("cone")}
+    assert len(places) == 3
+    assert not waiting.snapshot.notices
 
 
 def test_the_inspector_changes_a_shape_and_lets_an_action_wait(waiting: Desk) -> None:

@@ -4,7 +4,7 @@ import { button, draw, dropping, h, keepInside, say } from "./dom.js";
 import { makeShelf } from "./shelf.js";
 import { on, send } from "./wire.js";
 
-const MAX_PHOTO = 16 * 2 ** 20;
+const MAX_PHOTO = 16 * 2 ** 20, LONGEST = 4000;
 const COLORS = ["#2f6fed", "#d9482b", "#17885a", "#a15cd6", "#d97706", "#0e9384", "#c0398c", "#667085"];
 
 export function startDialogs(host) {
@@ -63,6 +63,7 @@ export function startDialogs(host) {
   function lacks() {
     const wrong = things.find((one) => one.clicks.length && !/^[A-Za-z0-9_][A-Za-z0-9_-]{0,63}$/.test(tidy(one.name)));
     if (wrong) return `“${wrong.name}” cannot be a name: letters from a to z, digits, - and _, at most 64.`;
+    if (prompt.length > LONGEST) return `The sentence has ${prompt.length} characters; at most ${LONGEST} are allowed.`;
     return prompt.trim() ? "" : "Say what shall happen, in a sentence.";
   }
   const ready = () => photo && !lacks();

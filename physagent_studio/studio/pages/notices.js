@@ -4,6 +4,7 @@ import { draw, h } from "./dom.js";
 import { on, send } from "./wire.js";
 
 const STAY = { info: 5000, warning: 9000, error: 14000 };
+const MOST = 4; // lasting ones on view; what is behind them comes up as they are put away
 const OFFERED = 20000; // something can be done about it, so it waits longer
 
 export function startNotices(host) {
@@ -12,12 +13,20 @@ export function startNotices(host) {
   let line = true;
   let count = 0;
 
+  // The same said again is one notice that counts; putting it away puts all of them away.
+  function held() {
+    const groups = new Map();
+    for (const one of lasting) groups.set(`${one.level} ${one.text}`, [...(groups.get(`${one.level} ${one.text}`) || []), one]);
+    const all = [...groups.values()].map((same) => ({ ...same[0], times: same.length, close: () => { for (const one of same) send({ do: "dismiss", id: one.id }); } }));
+    return all.slice(-MOST);
+  }
+
   const show = () =>
     draw(host,
       line ? null : h("div", { class: "notice warning", key: "line" }, h("div", { class: "grow" }, "The studio does not answer. This page goes on as soon as it does.")),
-      [...lasting.map((one) => ({ ...one, close: () => send({ do: "dismiss", id: one.id }) })), ...passing].map((one) =>
+      [...held(), ...passing].map((one) =>
         h("div", { class: `notice ${one.level}`, key: one.key || `w${one.id}`, role: one.level === "error" ? "alert" : "status" },
-          h("div", { class: "grow pre" }, one.text),
+          h("div", { class: "grow pre" }, one.text, one.times > 1 ? h("span", { class: "muted" }, ` (${one.times} times)`) : null),
           one.offer ? h("button", { class: "b small", type: "button", onclick: () => { send(one.do); one.close(); } }, one.offer) : null,
           h("button", { class: "b quiet small", type: "button", "aria-label": "Dismiss", onclick: one.close }, "✕"))));
 

@@ -48,13 +48,13 @@ export function makeProposal(show, focus) {
     if (p.id !== proposal) { proposal = p.id; off = new Set(); values = new Map(); mode = ""; text = ""; answer = ""; }
     const label = edited() ? "Accept edited" : off.size ? "Accept selected" : "Accept";
     return h("div", { class: "card accent stack", key: `proposal-${p.id}`, style: "margin-top:16px", "aria-label": "Proposal", role: "group" },
-      h("div", { class: "row wrap", style: "gap:4px 8px" }, h("span", { class: "title", style: "white-space:nowrap;flex:1 0 auto" }, "Proposed repair"), h("span", { class: "chip accent clip", title: p.factor }, p.factor)),
+      h("div", { class: "row wrap", style: "gap:4px 8px" }, h("span", { class: "title", style: "white-space:nowrap;flex:1 0 auto" }, p.hunks.length ? "Proposed repair" : "No repair found"), p.hunks.length ? h("span", { class: "chip accent clip", title: p.factor }, p.factor) : null),
       h("p", {}, p.rationale),
       p.question ? asked(p) : null,
       p.verified ? h("div", { class: "strip warn" }, "This changes something that was already verified.") : null,
-      p.preview ? outcome(p.preview) : null,
+      p.preview && p.hunks.length ? outcome(p.preview) : null,
       p.hunks.map((one) => hunk(p, one)),
-      h("div", { class: "row muted", style: "font-size:12px" }, h("span", {}, `Confidence ${p.confidence} %`), h("span", { class: "grow bar" }, h("i", { style: `width:${p.confidence}%` })), p.simulations ? h("span", { class: "num" }, say(p.simulations, "trial")) : null),
+      !p.hunks.length ? null : h("div", { class: "row muted", style: "font-size:12px" }, h("span", {}, `Confidence ${p.confidence} %`), h("span", { class: "grow bar" }, h("i", { style: `width:${p.confidence}%` })), p.simulations ? h("span", { class: "num" }, say(p.simulations, "trial")) : null),
       draft ? h("div", { class: "strip warn" }, "You have edits of your own. Deciding here leaves them behind; undo brings them back.") : null,
       h("div", { class: sent ? "decide off" : "decide", "aria-disabled": sent ? "true" : null },
       sent ? h("div", { class: "strip", role: "status" }, `${DONE[sent]}; what follows is worked out…`) : null,

@@ -25,12 +25,16 @@ const NEW = [
 
 export function startScene(host, bar, banner, meshFile, inspect) {
   let data = null;
+  // What was added and is not in the scene yet: quick clicks come before it.
+  const given = new Set();
   const add = (list, text, make) => {
     const stem = { Ground: "floor" }[text] || text.toLowerCase();
-    const known = new Set(data.things.map((one) => one.name));
+    const known = new Set([...data.things.map((one) => one.name), ...given]);
     let name = stem;
     for (let count = 2; known.has(name); count += 1) name = `${stem}_${count}`;
-    const { x, y, ground, on: under, size } = list === "objects" ? data.spot : data.groundSpot, neat = (value) => Number(value.toPrecision(4));
+    const { x: free, y, ground, on: under, size } = list === "objects" ? data.spot : data.groundSpot, neat = (value) => Number(value.toPrecision(4));
+    const x = free + given.size * 1.5 * size;
+    given.add(name);
     const item = make((part) => neat(part * size), (a, b, c) => [neat(x + a * size), neat(y + b * size), neat(ground + c * size)]);
     if (edit([{ op: "add", path: `scene.${list}`, item: { name, source: "person", ...(list === "objects" && under ? { support: under } : {}), ...item } }], `added ${name}`)) send({ do: "select", kind: list === "objects" ? "object" : "support", name });
   };
@@ -44,6 +48,7 @@ export function startScene(host, bar, banner, meshFile, inspect) {
 
   on("scene", (next) => {
     data = next;
+    for (const one of data.things) given.delete(one.name);
     draw(host,
       h("div", { class: "head" }, "Show"),
       h("div", { class: "stack", style: "gap:5px" }, data.switches.map((one) => h("label", { class: "row" }, h("input", { type: "checkbox", checked: one.on, onchange: () => send({ do: "show", what: one.what, on: !one.on }) }), one.text)), drawingChoice()),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+import cv2
 import numpy as np
 
 from physagent_studio.program.camera import Camera
@@ -24,6 +25,8 @@ from physagent_studio.reconstruction.silhouette import in_world
 from physagent_studio.reconstruction.survey import Survey
 from physagent_studio.records.scene import Mesh
 
+FLAT_TOPPED, WIDE = ("box", "cylinder", "frustum"), 1.6
+"""Forms with a level top, and how much wider it is where a thing may stand anywhere on it."""
 INNER = 0.3
 """How far from the middle of a ramp things stand at most, as a share of its width."""
 HOLD_ON_OBJECT = 0.6
@@ -48,6 +51,9 @@ def base_of(
         if inside is not None:
             return inside
         z = below.position[2] + highest(mesh, below.rotation)
+        wide = _on_a_wide_top(stance, read.camera, below, mesh, z)
+        if wide is not None:
+            return wide
         x = float(on_upright(read.camera, [stance.foot], below.position[1])[0, 0])
         # Round things balance only right above each other; flat ones may be shifted.
         round_both = is_round(read, stance.name) and below.shape.kind != "box"
@@ -62,6 +68,25 @@ def base_of(
     spot = on_plane(read.camera, [stance.foot], top)[0]
     if not np.isfinite(spot).all():
         return _in_the_air(stance, read, supports, done)
+    return Base(float(spot[0]), float(spot[1]), top)
+
+
+def _on_a_wide_top(
+    stance: Stance, camera: Camera, below: SceneObject, mesh: Mesh, top: float
+) -> Base | None:
+    """Where the foot is seen on a flat top that is decidedly wider than the thing (a plate)."""
+    if below.shape is None or below.shape.kind not in FLAT_TOPPED:
+        return None
+    spot = on_plane(camera, [stance.foot], top)[0]
+    if not np.isfinite(spot).all():
+        return None
+    world = in_world(below, mesh)
+    rim = world[world[:, 2] > top - 0.03 * float(np.ptp(world[:, 2])), :2].astype(np.float32)
+    width = stance.width * metres_per_pixel(camera, spot)
+    narrow = float(min(cv2.minAreaRect(rim)[1]))
+    inside = cv2.pointPolygonTest(cv2.convexHull(rim), (float(spot[0]), float(spot[1])), False)
+    if narrow < WIDE * width or inside < 0:
+        return None
     return Base(float(spot[0]), float(spot[1]), top)
 
 

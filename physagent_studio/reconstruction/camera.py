@@ -46,10 +46,15 @@ class Standing:
 
 @dataclass(frozen=True, slots=True)
 class Disc:
-    """A circle on a level plane: row of its middle, height over width of its ellipse."""
+    """A circle on a level plane: row of its middle, height over width of its ellipse.
+
+    sigma: how surely it tells the slope of the view, degrees. either: it may be seen from below.
+    """
 
     row: float
     flatness: float
+    sigma: float = 2.0
+    either: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +139,10 @@ def _roundness(grid: FloatArray, rows: int, focal: float, discs: Sequence[Disc])
     for disc in discs:
         seen = pitch + math.atan2(disc.row - rows / 2, focal)
         slope = math.asin(min(max(disc.flatness, 0.01), 0.999))
-        off = (seen - slope) / math.radians(2)
+        away = (
+            np.minimum(np.abs(seen - slope), np.abs(seen + slope)) if disc.either else seen - slope
+        )
+        off = away / math.radians(disc.sigma)
         votes -= 2 * np.log1p(0.25 * off**2)
     return votes
 

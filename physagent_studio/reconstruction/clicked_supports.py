@@ -120,7 +120,8 @@ def on_one_floor(
 ) -> list[Measured]:
     """Sizes on tops of known rise told for the floor, and the usual heights of those tops.
 
-    steps: which of them are the how many-th step of a flight.
+    steps: which of them are the how many-th step of a flight; 0 for boards of a shelf, whose
+    height tells nothing.
     """
     out = [
         replace(item, plane=FLOOR, units=item.units * (1 - rises[item.plane]))
@@ -130,6 +131,8 @@ def on_one_floor(
     ]
     for name, share in rises.items():
         usual = support_height(name)
+        if steps.get(name) == 0:
+            continue
         if name in steps:
             # Models of stairs are about as common in pictures as stairs.
             out.append(Measured(name, FLOOR, share, Usual(RISER * steps[name], TOY)))

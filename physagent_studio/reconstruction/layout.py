@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
+import cv2
 import numpy as np
 
 from physagent_studio.reconstruction.camera import Disc
@@ -23,6 +24,8 @@ _ORDER = {"top": 0, "upper": 0, "topmost": 0, "uppermost": 0, "first": 1, "secon
 _ORDER |= {"middle": 10, "centre": 10, "center": 10, "fourth": 4, "fifth": 5, "sixth": 6}
 _ORDER |= {"lower": 20, "bottom": 21, "lowest": 21, "bottommost": 21}
 """Words that say where in a stack a thing is, from above."""
+FOOT, NOTCHED = 0.2, 0.9
+"""Share of a thing's height that is its foot; how much of it lies within another's outline."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,13 +153,26 @@ def _directly_below(name: str, mask: BoolArray, masks: Mapping[str, BoolArray]) 
         centred = ox0 <= (x0 + x1) / 2 <= ox1
         if (
             share > 0.3
-            and deep < 0.5
+            and (deep < 0.5 or (deep < 1 and _is_notched(mask, below)))
             and centred
             and oy1 > y1
             and (best is None or share > best[0])
         ):
             best = (share, other)
     return best[1] if best else None
+
+
+def _is_notched(mask: BoolArray, other: BoolArray) -> bool:
+    """Whether the foot of a thing cuts into another's outline: it stands on that, not behind it.
+
+    As an orange on a plate. What hides the foot of a thing is whole itself.
+    """
+    corners = np.argwhere(other)[:, ::-1].astype(np.int32)
+    hull = cv2.fillConvexPoly(np.zeros(mask.shape, np.uint8), cv2.convexHull(corners), 1)
+    _, y0, _, y1 = bounds(mask)
+    low = mask.copy()
+    low[: y1 - max(3, round(FOOT * (y1 - y0)))] = False
+    return float(hull[low].mean()) > NOTCHED
 
 
 def _across_gap(

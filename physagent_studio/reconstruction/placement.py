@@ -232,6 +232,7 @@ def _offers(
             other
             for name, other in ground.masks.items()
             if name != item.name
+            and (read.on[item.name] != name or name in read.vessels or name in read.basins)
             and not (is_round(read, item.name) and read.on.get(name) == item.name)
         ]
         hidden = np.any(others, axis=0) if others else None

@@ -28,6 +28,8 @@ from physagent_studio.reconstruction.steady import nudged
 from physagent_studio.reconstruction.survey import Survey
 from physagent_studio.records.scene import Mesh
 
+LEVEL = 0.08
+"""Difference of heights, as a share of them, up to which two things carry a third together."""
 FLATTEST = 0.15
 """Least sine of the angle under which a slope is seen, to tell where on it a ball lies."""
 
@@ -49,8 +51,15 @@ def settled(
     if (item.position is None or fresh) and on != "air":
         trial = item.model_copy(update={**update, "position": position})
         if on in done and not fresh:
-            trial = trial.model_copy(update={"position": nudged(trial, *done[on])})
+            beside = _as_high(on, done, trial, form.mesh)
+            trial = trial.model_copy(update={"position": nudged(trial, *done[on], beside)})
             position = trial.position or position
+            # Of several it stands on, the highest is what it touches.
+            tops = {on: done[on], **{other.name: (other, body) for other, body in beside}}
+            if item.support is None:
+                on = max(tops, key=lambda name: _top_of(*tops[name]))
+            update["support"] = on
+            trial = trial.model_copy(update={"support": on})
         under = shape_of(on, supports)
         if isinstance(under, Ramp) and under.steps:
             position = stairs.standing(trial, form.mesh, under)
@@ -69,6 +78,25 @@ def settled(
         position = (position[0], position[1], max(position[2], rest))
     update["position"] = position
     return item.model_copy(update=update)
+
+
+def _as_high(
+    on: str, done: Mapping[str, tuple[SceneObject, Mesh]], item: SceneObject, mesh: Mesh
+) -> list[tuple[SceneObject, Mesh]]:
+    """What else a thing may stand on: others as high as what it stands on, that it reaches over."""
+    top, own = _top_of(*done[on]), in_world(item, mesh)
+    found = []
+    for name, (other, body) in done.items():
+        world = in_world(other, body)
+        tall = float(np.ptp(world[:, 2]))
+        shared = np.minimum(own.max(0), world.max(0)) - np.maximum(own.min(0), world.min(0))
+        if name != on and abs(_top_of(other, body) - top) < LEVEL * tall and (shared[:2] > 0).all():
+            found.append((other, body))
+    return found
+
+
+def _top_of(item: SceneObject, mesh: Mesh) -> float:
+    return float(in_world(item, mesh)[:, 2].max())
 
 
 def _ball_on_slope(
@@ -109,9 +137,12 @@ def _resting_z(
     assert item.position is not None
     on = item.support
     if on is not None and on in done:
-        below, body = done[on]
-        gap = vertical_gap(in_world(item, mesh), mesh.faces, in_world(below, body), body.faces)
-        return item.position[2] - (gap or 0.0) + CLEARANCE
+        world = in_world(item, mesh)
+        gaps = [
+            vertical_gap(world, mesh.faces, in_world(below, body), body.faces)
+            for below, body in (done[on], *_as_high(on, done, item, mesh))
+        ]
+        return item.position[2] - min((g for g in gaps if g is not None), default=0.0) + CLEARANCE
     shape = shape_of(on, supports)
     if isinstance(shape, Ramp):
         return _on_ramp(item, mesh, shape) + CLEARANCE

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from physagent_studio.reconstruction.camera import Disc
@@ -15,6 +17,8 @@ OFF = 0.012
 """How far the silhouette may lie off the ellipse, root mean square, as a share of its width."""
 FLATTEST, ROUNDEST = 0.06, 0.9
 """Height over width of an ellipse that says something."""
+SURE = 1.5
+"""How surely a rim tells the slope at which it is seen, degrees."""
 WIDEST = 0.96
 """Share of the width of the whole that the rim has: such things are widest there."""
 NARROWEST = 24
@@ -33,26 +37,20 @@ def rim_of(mask: BoolArray) -> Disc | None:
     if x1 - x0 < NARROWEST:
         return None
     part = mask[y0:y1, x0:x1]
-    columns = np.arange(x1 - x0) + 0.5
-    top = np.where(part.any(0), part.argmax(0), np.nan).astype(float)
-    best: tuple[float, Disc] | None = None
-    for row in range(2, min(y1 - y0, round(0.6 * (x1 - x0)))):
-        wide = np.flatnonzero(part[row])
-        if len(wide) < WIDEST * (x1 - x0):
-            continue
-        left, right = float(wide[0]), float(wide[-1] + 1)
-        half, middle = (right - left) / 2, (left + right) / 2
-        # Near its ends an ellipse is steep, and a pixel to the side is many pixels down.
-        across = (columns - middle) / half
-        inner = np.abs(across) < 0.93
-        high = float(np.nanmin(top[inner])) if np.isfinite(top[inner]).any() else np.nan
-        rise = row + 0.5 - high
-        if not np.isfinite(rise) or rise <= 0:
-            continue
-        ellipse = row + 0.5 - rise * np.sqrt(1 - across[inner] ** 2)
-        off = float(np.sqrt(np.nanmean((top[inner] - ellipse) ** 2))) / (2 * half)
-        if best is None or off < best[0]:
-            best = (off, Disc(y0 + row + 0.5, rise / half))
-    if best is None or best[0] > OFF + 0.7 / (x1 - x0):
+    wide = np.flatnonzero(part.sum(1) >= WIDEST * (x1 - x0))
+    if not len(wide):
         return None
-    return best[1] if FLATTEST < best[1].flatness < ROUNDEST else None
+    ends = np.flatnonzero(part[wide[0]])
+    half, middle = (ends[-1] + 1 - ends[0]) / 2, (ends[-1] + 1 + ends[0]) / 2
+    # Near its ends an ellipse is steep, and a pixel to the side is many pixels down.
+    across = (np.arange(x1 - x0) + 0.5 - middle) / half
+    inner = (np.abs(across) < 0.93) & part.any(0)
+    bulge = np.sqrt(1 - across[inner] ** 2)
+    top = part.argmax(0)[inner].astype(float)
+    (row, rise), *_ = np.linalg.lstsq(np.column_stack([np.ones_like(bulge), -bulge]), top)
+    off = float(np.sqrt(np.mean((top - row + rise * bulge) ** 2))) / (2 * half)
+    flatness = float(rise) / half
+    if off > OFF + 0.3 / half or not -FLATTEST < flatness < ROUNDEST or row > 1.2 * (x1 - x0):
+        return None
+    sigma = math.hypot(SURE, math.degrees(1 / half))
+    return Disc(y0 + float(row), max(flatness, 0.0), sigma, either=True)

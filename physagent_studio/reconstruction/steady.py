@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import cv2
 import numpy as np
@@ -22,15 +22,21 @@ OVERHANG = 0.5
 """Largest share of its width by which a thing may be held to hang over a seen edge."""
 
 
-def nudged(item: SceneObject, below: SceneObject, mesh: Mesh) -> tuple[float, float, float]:
+def nudged(
+    item: SceneObject,
+    below: SceneObject,
+    mesh: Mesh,
+    beside: Sequence[tuple[SceneObject, Mesh]] = (),
+) -> tuple[float, float, float]:
     """The position of an object with its centre of mass over the top of what carries it.
 
-    mesh: of `below`, body frame. It is moved level and no farther than needed; one that lies well
-    is left where it is.
+    mesh: of `below`, body frame. beside: what carries it too (a can on two others). It is moved
+    level and no farther than needed; one that lies well is left where it is.
     """
     assert item.position is not None
     x, y, z = item.position
-    top = _top(in_world(below, mesh)).astype(np.float32)
+    tops = [_top(in_world(one, body)) for one, body in ((below, mesh), *beside)]
+    top = np.vstack(tops).astype(np.float32)
     hull = cv2.convexHull(top)
     narrow = float(min(cv2.minAreaRect(top)[1]))
     if len(hull) < 3 or narrow <= 0:

@@ -36,6 +36,7 @@ from physagent_studio.reconstruction.names import (
 from physagent_studio.reconstruction.painted import painted_lines
 from physagent_studio.reconstruction.ramps import Profile, find_profile
 from physagent_studio.reconstruction.scale import FLOOR, Heights, Measured, is_stated, solve
+from physagent_studio.reconstruction.shelves import boards_of, on_boards, shelf_rises
 from physagent_studio.reconstruction.standing import (
     ground_pixel,
     lifted,
@@ -102,13 +103,14 @@ def survey(
     usual = {name: _usual(name, case.prompt, state.scale) for name in stances}
     usual = as_toys(usual, {name: stance.extent for name, stance in stances.items()})
     profiles = _profiles(state, found, (image.shape[1], image.shape[0]))
-    on = standing_on(state, stances, regions, profiles)
+    boards = boards_of(state, image.shape[0])
+    on = on_boards(boards, state, stances, standing_on(state, stances, regions, profiles))
     root = {name: root_of(name, on) for name in stances}
     shown = _shown(image, state, case.prompt, covered)
     horizon = _horizon(image, state, stances, on, root, usual, found, shown, case.focal)
     unit = _unit_camera(case, state, (image.shape[1], image.shape[0]), horizon)
     steps, flights = flights_of(image, state, unit, offers, covered, case.prompt)
-    loose = _without(state, frozenset((*steps, *flights)))
+    loose = _without(state, frozenset((*steps, *flights, *boards)))
     standing = {
         support.name: [stance for name, stance in stances.items() if on[name] == support.name]
         for support in loose.supports
@@ -126,7 +128,8 @@ def survey(
     }
     measured = _measured(unit, stances, on, under, root, usual, profiles)
     order = {name: index + 1 for index, name in enumerate(steps)}
-    heights = _heights(state, unit, measured, blocks, order)
+    shelved = shelf_rises(boards, unit, stances, on, usual)
+    heights = _heights(state, unit, measured, blocks, order, shelved)
     camera = state.camera or unit.model_copy(update={"position": (0.0, 0.0, heights.camera)})
     scale = heights.scale
     if scale.reference is None and usual:
@@ -189,11 +192,17 @@ def _heights(
     measured: list[Measured],
     blocks: Mapping[str, Block],
     steps: Mapping[str, int],
+    shelved: Mapping[str, float],
 ) -> Heights:
-    """Metres: the heights of the camera and of all level planes. steps: see `on_one_floor`."""
+    """Metres: the heights of the camera and of all level planes.
+
+    steps: see `on_one_floor`. shelved: boards of a shelf, as shares of the camera's height.
+    """
     rises = {name: block.size[2] for name, block in blocks.items() if block.kind == "box"}
-    rises |= clicked_supports.rises_of(state, unit)
-    measured = clicked_supports.on_one_floor(measured, rises, steps)
+    rises |= {**clicked_supports.rises_of(state, unit), **shelved}
+    measured = clicked_supports.on_one_floor(
+        measured, rises, {**steps, **dict.fromkeys(shelved, 0)}
+    )
     slabs = {name: top for name, top in _usual_tops(state).items() if name not in rises}
     known = state.camera.position[2] if state.camera is not None else None
     return clicked_supports.with_rises(solve(measured, slabs, state.scale, known), rises)

@@ -53,7 +53,9 @@ def _gone_into(noun: str, prompt: str) -> bool:
         verb = found.group("verb") or ""
         if re.match(rf"(?:{_BLOWS})", verb):
             continue
-        if noun in words_of(found.group("what").replace(" ", "_")):
+        # "Into the pyramid of cans" is into the pyramid.
+        what = re.split(r"\b(?:of|with|and|on|near|behind)\b", found.group("what"))[0]
+        if noun in words_of(what.strip().replace(" ", "_")):
             return True
     return False
 

@@ -122,3 +122,24 @@ def test_what_stands_in_another_is_moved_out_with_what_it_carries():
     assert moved_apart(items, meshes, frozenset()) == {}
     beside = far.model_copy(update={"position": (0.0, 2.301, 0.15)})
     assert moved_apart({"near": near, "far": beside}, meshes, frozenset(items)) == {}
+
+
+def test_what_stands_on_two_things_stays_between_them():
+    cans = [_box(name, (0.06, 0.06, 0.1), (x, 1.0, 0.05)) for name, x in (("a", 0.0), ("b", 0.07))]
+    top = _box("top", (0.06, 0.06, 0.1), (0.035, 1.0, 0.15))
+    beside = [(cans[1], _mesh(cans[1]))]
+    assert nudged(top, cans[0], _mesh(cans[0]), beside) == top.position
+    assert nudged(top, cans[0], _mesh(cans[0]))[0] < 0.03
+
+
+def test_what_stands_on_a_plate_is_told_from_what_is_behind_it():
+    y, x = np.indices((200, 300))
+    orange = np.hypot(x - 150, y - 90) < 25
+    plate = (((x - 140) / 90) ** 2 + ((y - 105) / 40) ** 2 < 1) & ~orange
+    found = read({"orange": orange, "plate": plate}, "")
+    assert found["orange"].on == "plate"
+    assert found["plate"].on is None
+    box = (abs(x - 150) < 60) & (abs(y - 140) < 45)
+    behind = (abs(x - 150) < 25) & (y > 20) & (y < 130) & ~box
+    found = read({"bottle": behind & (y < 96), "box": box}, "")
+    assert found["box"].on is None

@@ -45,6 +45,7 @@ FALLS = "The ball falls into the {}."
         ("red_box", "An orange lands in the red box and stays there.", True),
         ("ball", "The ball falls into the cup.", False),
         ("cup", "The ball falls into the cup.", True),
+        ("red_can", "The ball rolls into the pyramid of cans.", False),
         ("pumpkin", "The knife is stuck in the pumpkin.", False),
     ],
 )

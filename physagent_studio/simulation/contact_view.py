@@ -74,17 +74,13 @@ class ContactView:
             codes = self.codes
         return codes[: self._data.ncon]
 
-    def spots(self) -> dict[tuple[int, int], tuple[FloatArray, FloatArray]]:
-        """Point and normal, (3,) each, of one contact of each two geoms that are close now.
-
-        The lower geom's id comes first.
-        """
-        pairs, at, to = self.geoms().tolist(), self.at["pos"], self.at["frame"]
-        rows = self.numbers[: len(pairs)]
-        return {
-            (min(two), max(two)): (row[at : at + 3], row[to : to + 3])
-            for two, row in zip(pairs, rows, strict=True)
-        }
+    def spot(self, geoms: tuple[int, int]) -> tuple[list[float], list[float]] | None:
+        """Point and normal of one contact of two geoms, the lower id first; None if apart."""
+        for row, (one, other) in enumerate(self.geoms().tolist()):
+            if geoms in ((one, other), (other, one)):
+                values, at, to = self.numbers[row].tolist(), self.at["pos"], self.at["frame"]
+                return values[at : at + 3], values[to : to + 3]
+        return None
 
     def geoms(self) -> IntArray:
         """(ncon, 2) ids of the geoms that are close to each other now."""

@@ -19,7 +19,6 @@ import math
 
 import numpy as np
 
-from physagent_studio.program.rotations import cross, matrix_of
 from physagent_studio.simulation.clouds import Cloud
 from physagent_studio.simulation.mj import Data
 from physagent_studio.simulation.model import MEETING, Compiled
@@ -66,9 +65,9 @@ class Grip:
         damping[:, 0] = -1.0
         damping[:, 1] = self._impact
         self._objects_at = () if compiled.reach is None else compiled.reach.objects
-        # Where turning is kept in `qvel`, and from which square on it may rock.
+        # Where turning is kept in `qvel`, and what it is multiplied by to be a speed.
         self._turning = [
-            (index, at + 3, (0.5 * MEETING / lever) ** 2)
+            (index, at + 3, lever)
             for index, (_, at, _, lever) in enumerate(self._objects_at)
             if lever > 0
         ]
@@ -154,49 +153,61 @@ class Grip:
         """Those of the pairs in which a point may come at the other body faster than `MEETING`."""
         if not pairs or not self._turning:
             return NOTHING
-        rates = data.qvel.tolist()
-        lively = {
-            index
-            for index, at, limit in self._turning
-            if (a := rates[at]) * a + (b := rates[at + 1]) * b + (c := rates[at + 2]) * c > limit
-        }
+        rates, lively = data.qvel.tolist(), {}
+        for index, at, lever in self._turning:
+            a, b, c = rates[at], rates[at + 1], rates[at + 2]
+            speed = lever * math.sqrt(a * a + b * b + c * c)
+            if speed > MEETING / 2:
+                lively[index] = speed
         if not lively:
             return NOTHING
-        spots = self._view.spots()
-        met = {pair: self._bodies[pair] for pair in pairs}
+        fast = [
+            (pair, two)
+            for pair in pairs
+            if lively.get((two := self._bodies[pair])[0], 0.0) + lively.get(two[1], 0.0) > MEETING
+        ]
+        if not fast:
+            return NOTHING
+        places = data.qpos.tolist()
         return frozenset(
             pair
-            for pair, two in met.items()
-            if not lively.isdisjoint(two) and self._tumbles(data, two, spots.get(self._geoms[pair]))
+            for pair, two in fast
+            if self._tumbles(places, rates, two, self._view.spot(self._geoms[pair]))
         )
 
     def _tumbles(
-        self, data: Data, two: list[int], spot: tuple[FloatArray, FloatArray] | None
+        self,
+        places: list[float],
+        rates: list[float],
+        two: list[int],
+        spot: tuple[list[float], list[float]] | None,
     ) -> bool:
         """Whether turning brings two bodies together, and not only while they slide.
 
-        spot: point and normal of their contact, None where they are apart at the moment.
+        places, rates: `qpos`, `qvel`. spot: point and normal of their contact, None where they
+        are apart at the moment. Plain numbers: it is asked often, for a body or two.
         """
-        closing, slip = 0.0, np.zeros(3)
+        if spot is None:
+            return True
+        (px, py, pz), (nx, ny, nz) = spot
+        closing = sx = sy = sz = 0.0
         for sign, end in zip((1, -1), two, strict=True):
             if end >= len(self._objects_at):
                 continue
             place, at, _, lever = self._objects_at[end]
-            # The engine keeps the angular velocity in the body frame.
-            turn = matrix_of(data.qpos[place + 3 : place + 7].tolist())
-            turning = turn @ data.qvel[at + 3 : at + 6]
-            if spot is None:
-                closing += lever * math.sqrt(turning @ turning)
-                continue
-            point, normal = spot
+            x, y, z, *turn = places[place : place + 7]
+            u, v, w, *spin = rates[at : at + 6]
+            a, b, c = _turned(turn, spin)
             # Turning about the normal brings nothing closer.
-            about = float(turning @ normal)
-            closing += lever * math.sqrt(max(float(turning @ turning) - about * about, 0.0))
-            arm = point - data.qpos[place : place + 3]
-            slip += sign * (data.qvel[at : at + 3] + cross(turning, arm))
-        if spot is not None:
-            slip -= spot[1] * float(slip @ spot[1])
-        return closing > max(MEETING, TUMBLING * math.sqrt(slip @ slip))
+            i, j, k = b * nz - c * ny, c * nx - a * nz, a * ny - b * nx
+            closing += lever * math.sqrt(i * i + j * j + k * k)
+            x, y, z = px - x, py - y, pz - z
+            sx += sign * (u + b * z - c * y)
+            sy += sign * (v + c * x - a * z)
+            sz += sign * (w + a * y - b * x)
+        along = sx * nx + sy * ny + sz * nz
+        slip = math.sqrt(max(sx * sx + sy * sy + sz * sz - along * along, 0.0))
+        return closing > max(MEETING, TUMBLING * slip)
 
     def _are_alone(self, pairs: frozenset[int]) -> bool:
         if not self._objects:
@@ -217,3 +228,11 @@ class Grip:
         self.engaged = frozenset(pair for pair, value in enumerate(kept) if value in (2, 4))
         rocking = frozenset(pair for pair, value in enumerate(kept) if value > 2)
         self._hold(self._one(frozenset(np.flatnonzero(state).tolist())), rocking)
+
+
+def _turned(turn: list[float], spin: list[float]) -> tuple[float, float, float]:
+    """An angular velocity, which the engine keeps in the body frame, in the world's. turn: wxyz."""
+    w, x, y, z = turn
+    a, b, c = spin
+    i, j, k = 2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)
+    return a + w * i + y * k - z * j, b + w * j + z * i - x * k, c + w * k + x * j - y * i

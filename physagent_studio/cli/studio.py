@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import signal
+import tempfile
 import threading
 from pathlib import Path
 
 from physagent_studio.assets import assets_dir
 from physagent_studio.cli.files import read_program
 from physagent_studio.cli.targets import PROGRAMS, agent_name, case_of, is_session, parse_objects
+from physagent_studio.errors import InputError
 from physagent_studio.session import Store
 from physagent_studio.workbench import Workbench, commands
 
@@ -27,6 +29,7 @@ def run_studio(
     from physagent_studio.studio import serve
 
     store = Store(workspace)
+    _check_writable(store.root)
     opening = _opening(target, event, prompt, tuple(objects), store)
     workbench = Workbench(store, agent=agent_name(agent))
     try:
@@ -38,6 +41,18 @@ def run_studio(
         running.stop()
     finally:
         workbench.close()
+
+
+def _check_writable(root: Path) -> None:
+    """Said before anything is served, not when the first session is made."""
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=root).close()
+    except OSError as error:
+        raise InputError(
+            f"the workspace {root} cannot be written: {error.strerror}; choose another with"
+            " --workspace or PHYSAGENT_HOME"
+        ) from error
 
 
 SHOWN_FIRST = "block_stays_standing"

@@ -55,6 +55,7 @@ def test_problems_of_a_program_for_machines(tmp_path: Path) -> None:
         (("run", "{note}", "--prompt", "The ball falls."), "neither a case folder nor a picture"),
         (("render", "gone", "--out", "x.mp4"), "`physagent sessions` lists them"),
         (("bench", "gone"), "studio"),
+        (("studio", "--no-browser", "--workspace", "{note}"), "choose another with --workspace"),
     ],
 )
 def test_what_cannot_be_comes_with_a_remedy(

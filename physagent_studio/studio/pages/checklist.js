@@ -41,13 +41,13 @@ export function makeChecklist(show, focus) {
     // While there is something to decide, what holds is folded away, so that the proposal is near;
     // so is what holds in the reconstruction, which is not what the sentence speaks of.
     const holds = contract.filter((c) => c.ok || (c.seen && c.part));
-    const counted = contract.filter((c) => !c.part);
+    const counted = contract.filter((c) => !c.part), held = counted.filter((c) => c.ok).length;
     const fold = Boolean(folds()) && !unfolded && holds.length > 0;
     const what = contract.some((c) => c.seen) ? "check" : "demand";
     return h("div", { class: "section" },
       h("div", { class: "head" }, "Checklist", h("span", { class: "push num" }, `${counted.filter((c) => c.ok).length} of ${counted.length}`)),
       h("div", { role: "list", "aria-label": "Checklist" }, (fold ? contract.filter((c) => !holds.includes(c)) : contract).map(check)),
-      folds() && holds.length ? h("p", { style: "padding:4px" }, h("button", { class: "link", type: "button", onclick: () => { unfolded = !unfolded; show(); } }, fold ? `${say(holds.length, what)} ${holds.length === 1 ? "holds" : "hold"}: show` : "Show only what fails")) : null,
+      folds() && holds.length ? h("p", { style: "padding:4px" }, h("button", { class: "link", type: "button", onclick: () => { unfolded = !unfolded; show(); } }, fold ? `${say(held, what)} ${held === 1 ? "holds" : "hold"}: show` : "Show only what fails")) : null,
       broken.map(check),
       fold ? null : demand(),
       fold ? null : h("p", { class: "faint", style: "padding:4px" }, broken.length || !always.length ? "" : `Physics holds: ${say(always.length, "check")} passed.`));

@@ -8,7 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from physagent_studio.benchmark import physics_bodies, physics_programs, physics_speed
+from physagent_studio.benchmark import (
+    physics_bodies,
+    physics_bounces,
+    physics_programs,
+    physics_speed,
+)
 from physagent_studio.benchmark.physics_scenes import EARTH, STILL, ground, program, thing
 from physagent_studio.benchmark.rows import Row, at_most
 from physagent_studio.program.actions import (
@@ -234,6 +239,7 @@ FIGURES: dict[str, Callable[[], list[Row]]] = {
     "rolling": rolling,
     "rolling_resistance": rolling_resistance,
     "restitution": restitution,
+    "bounces": physics_bounces.bounces,
     "topple": topple,
     "stack": stack,
     "mass_ratio": mass_ratio,

@@ -193,7 +193,10 @@ def _is_opening(name: str, layout: Layout) -> bool:
 
 def _leaves_support(task: Task) -> bool:
     """Whether it shall come off what carries it, and something below can catch it."""
-    intent, layout = task.intent, task.layout
+    layout = task.layout
+    # What it knocks off the table is not told of itself.
+    own = [f for f in task.intent.frames if task.name not in f.agent]
+    intent = Intent(task.name, own)
     off = intent.place("off", "from")
     edge = intent.place("object", "over", "past")
     over_edge = edge is not None and edge.part == "edge"

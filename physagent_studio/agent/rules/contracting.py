@@ -174,7 +174,8 @@ class _Draft:
         caused = blow and main.sense in _GIVING_WAY and not frame.leads
         if frame.link not in ("before", "after", "once") and not caused:
             return
-        earlier = list(build(self._context(at, main, main.patient[0])))
+        told_of = [list(build(self._context(at, main, name))) for name in main.patient]
+        earlier = next((specs for specs in told_of if _events(specs)), told_of[0])
         mine = next((s for s in _events(groups[0] if groups else []) if s not in earlier), None)
         other = next((s for s in _events(earlier) if s != mine), None)
         if mine is not None and other is not None:

@@ -137,9 +137,12 @@ def test_a_new_session_from_a_photo_by_clicks_alone(waiting: Desk, repository: P
     picture.click(position={"x": 180 * scale, "y": 354 * scale})
     page.get_by_label("Name 1").fill("red_ball")
     waiting.button("Another thing").click()
-    page.get_by_label("Name 2").fill("wooden_block")
     picture.click(position={"x": 503 * scale, "y": 222 * scale})
     page.get_by_label("Sentence").fill("The red ball rolls to the right and hits the wooden block.")
+    expect(page.get_by_text("Call thing 2 what the sentence calls it")).to_be_visible()
+    page.get_by_label("Name 2").fill("bälle")
+    expect(page.get_by_text("“bälle” cannot be a name")).to_be_visible()
+    page.get_by_label("Name 2").fill("wooden_block")
     old, store = waiting.snapshot.session_id, waiting.workbench.store
     count = len(store.list())
     start = page.get_by_role("dialog").get_by_role("button", name="Start", exact=True)

@@ -64,7 +64,9 @@ export function startDialogs(host) {
     const wrong = things.find((one) => one.clicks.length && !/^[A-Za-z0-9_][A-Za-z0-9_-]{0,63}$/.test(tidy(one.name)));
     if (wrong) return `“${wrong.name}” cannot be a name: letters from a to z, digits, - and _, at most 64.`;
     if (prompt.length > LONGEST) return `The sentence has ${prompt.length} characters; at most ${LONGEST} are allowed.`;
-    return prompt.trim() ? "" : "Say what shall happen, in a sentence.";
+    if (!prompt.trim()) return "Say what shall happen, in a sentence.";
+    const unnamed = things.findIndex((one) => one.clicks.length && /^object(_\d+)?$/.test(tidy(one.name)) && !prompt.toLowerCase().includes(one.name.trim().replaceAll("_", " ")));
+    return unnamed < 0 ? "" : `Call thing ${unnamed + 1} what the sentence calls it, so that it is known which one is meant.`;
   }
   const ready = () => photo && !lacks();
   const tidy = (name) => name.trim().replace(/\s+/g, "_");
@@ -83,7 +85,7 @@ export function startDialogs(host) {
       problem ? h("div", { class: "strip bad", style: "margin-bottom:10px" }, problem) : null,
       !photo ? h("label", { class: "entry drop", ...dropping(take) },
         h("span", { class: "muted" }, h("b", {}, "Choose a photo"), " · PNG, JPEG or WebP"), h("input", { type: "file", accept: "image/png,image/jpeg,image/webp", "aria-label": "Photo", onchange: (e) => take(e.target.files[0]) })) : [
-        h("p", { class: "muted", style: "margin-bottom:8px" }, "Click on each thing that takes part; Shift+click marks what does not belong to it. Without any click, what the sentence names is looked for."),
+        h("p", { class: "muted", style: "margin-bottom:8px" }, "Click on each thing that takes part and call it what the sentence calls it; Shift+click marks what does not belong to it. Without any click, what the sentence names is looked for."),
         h("div", { class: "photo", style: `cursor:crosshair;margin-inline:auto;width:min(100%, ${(36 * photo.width / photo.height).toFixed(2)}vh)`, "data-photo": true, onclick: click, oncontextmenu: (e) => { e.preventDefault(); click(e); } },
           h("img", { src: photo.url, alt: "Your photo", draggable: "false" }),
           h("svg", { viewBox: `0 0 ${photo.width} ${photo.height}`, preserveAspectRatio: "none", "pointer-events": "none" }, things.flatMap((one, i) => one.clicks.map((c) => h("circle", { cx: c.x, cy: c.y, r: photo.width / 130, fill: c.label ? COLORS[i % 8] : "#fff", stroke: c.label ? "#fff" : COLORS[i % 8], "stroke-width": photo.width / 400 }))))),
@@ -91,7 +93,7 @@ export function startDialogs(host) {
         h("div", { class: "stack" }, things.map((one, i) => h("div", { class: "row", key: `t${i}` },
           h("input", { type: "radio", name: "thing", checked: i === at, "aria-label": `Mark ${one.name}`, onchange: () => { at = i; show(); } }),
           h("span", { class: "dot", style: `background:${COLORS[i % 8]}` }),
-          h("input", { type: "text", value: one.name, "aria-label": `Name ${i + 1}`, oninput: (e) => { one.name = e.target.value; }, onfocus: () => { if (at !== i) { at = i; show(); } }, onchange: show }),
+          h("input", { type: "text", value: one.name, "aria-label": `Name ${i + 1}`, oninput: (e) => { one.name = e.target.value; show(); }, onfocus: () => { if (at !== i) { at = i; show(); } }, onchange: show }),
           h("span", { class: "muted num", style: "white-space:nowrap" }, say(one.clicks.length, "click")),
           button("Clear", () => { one.clicks = []; show(); }, { class: "b quiet small" }),
           things.length > 1 ? button("Remove", () => { things.splice(i, 1); at = Math.min(at, things.length - 1); show(); }, { class: "b quiet small" }) : null)),

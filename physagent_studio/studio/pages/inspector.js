@@ -16,7 +16,7 @@ export function startInspector(host) {
       data.facts && data.facts.length ? h("div", { class: "facts strip num", style: "margin-bottom:12px" }, data.facts.map((one) => [h("span", { class: "muted" }, one.what), h("span", {}, one.is, " ", h("span", { class: "faint" }, one.unit))])) : null,
       data.kind === "object" && !data.readOnly && later() ? button("It should be elsewhere now…", () => send({ do: "show", what: "gizmo", on: true }), { class: "b small", style: "margin-bottom:10px", title: "Drag the handle in the scene to where it should be at this frame; a repair that brings it there is searched" }) : null,
       h("div", { class: "form", key: data.path }, data.fields.map((one) => field(one))),
-      data.actions && data.actions.length ? [h("div", { class: "head" }, "Actions"), h("div", { class: "row wrap" }, data.actions.map((id) => button(id, () => send({ do: "select", kind: "action", name: id }), { class: "b small" })))] : null,
+      data.actions && data.actions.length ? [h("div", { class: "head" }, "Actions"), h("div", { class: "row wrap" }, data.actions.map((id) => button(id.replaceAll("_", " "), () => send({ do: "select", kind: "action", name: id }), { class: "b small" })))] : null,
     ];
   }
 

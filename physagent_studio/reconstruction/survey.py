@@ -9,36 +9,33 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from physagent_studio.program.base import Source
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Scale, SceneState, Support
 from physagent_studio.reconstruction import camera as camera_cues
 from physagent_studio.reconstruction import clicked_supports
+from physagent_studio.reconstruction.aloft import before_no_ground
 from physagent_studio.reconstruction.block import Block
 from physagent_studio.reconstruction.blocks import blocks_of, on_blocks
 from physagent_studio.reconstruction.ellipses import level_circles
 from physagent_studio.reconstruction.flight import Flight, flights_of
 from physagent_studio.reconstruction.frames import find_frame
-from physagent_studio.reconstruction.geometry import depth_of, on_plane
 from physagent_studio.reconstruction.landmarks import LINES, OPENINGS, TARGETS, Shown
 from physagent_studio.reconstruction.layout import Stance
+from physagent_studio.reconstruction.levels import heights_of, measured_of
 from physagent_studio.reconstruction.lines import Segments
 from physagent_studio.reconstruction.masks import BoolArray
 from physagent_studio.reconstruction.names import (
     Usual,
-    support_height,
     support_kind,
     usual_size,
     words_of,
 )
 from physagent_studio.reconstruction.painted import painted_lines
 from physagent_studio.reconstruction.ramps import Profile, find_profile
-from physagent_studio.reconstruction.scale import FLOOR, Heights, Measured, is_stated, solve
+from physagent_studio.reconstruction.scale import FLOOR, is_stated
 from physagent_studio.reconstruction.shelves import boards_of, on_boards, shelf_rises
 from physagent_studio.reconstruction.standing import (
-    ground_pixel,
     lifted,
     root_of,
     standing_on,
@@ -50,8 +47,6 @@ from physagent_studio.records.case import Case, Image
 
 GOAL, GOAL_HEIGHT, GOAL_SPREAD = "goal", 2.3, 0.15
 """Goals are 2.44 m high, smaller ones 2 m."""
-USUAL_TOP = 0.6
-"""Height of a slab whose name says nothing, m."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -105,9 +100,11 @@ def survey(
     profiles = _profiles(state, found, (image.shape[1], image.shape[0]))
     boards = boards_of(state, image.shape[0])
     on = on_boards(boards, state, stances, standing_on(state, stances, regions, profiles))
+    groundless = before_no_ground(image, stances, covered)
     root = {name: root_of(name, on) for name in stances}
     shown = _shown(image, state, case.prompt, covered)
-    horizon = _horizon(image, state, stances, on, root, usual, found, shown, case.focal)
+    seen = {n: "air" if n in groundless and below == FLOOR else below for n, below in on.items()}
+    horizon = _horizon(image, state, stances, seen, root, usual, found, shown, case.focal)
     unit = _unit_camera(case, state, (image.shape[1], image.shape[0]), horizon)
     steps, flights = flights_of(image, state, unit, offers, covered, case.prompt)
     loose = _without(state, frozenset((*steps, *flights, *boards)))
@@ -118,7 +115,7 @@ def survey(
     blocks = {**blocks_of(image, loose, unit, offers, covered, profiles, standing), **steps}
     on = on_blocks(unit, state, stances, on, blocks, flights)
     root = {name: root_of(name, on) for name in stances}
-    on = lifted(unit, state, stances, on, root, usual)
+    on = lifted(unit, state, stances, on, root, usual, groundless)
     root = {name: root_of(name, on) for name in stances}
     under = {
         name: stances[name].over or support_under(stances[name], profiles)
@@ -126,10 +123,10 @@ def survey(
         else None
         for name in stances
     }
-    measured = _measured(unit, stances, on, under, root, usual, profiles)
+    measured = measured_of(unit, stances, on, under, root, usual, profiles)
     order = {name: index + 1 for index, name in enumerate(steps)}
     shelved = shelf_rises(boards, unit, stances, on, usual)
-    heights = _heights(state, unit, measured, blocks, order, shelved)
+    heights = heights_of(state, unit, measured, blocks, order, shelved)
     camera = state.camera or unit.model_copy(update={"position": (0.0, 0.0, heights.camera)})
     scale = heights.scale
     if scale.reference is None and usual:
@@ -186,28 +183,6 @@ def _unit_camera(
     )
 
 
-def _heights(
-    state: SceneState,
-    unit: Camera,
-    measured: list[Measured],
-    blocks: Mapping[str, Block],
-    steps: Mapping[str, int],
-    shelved: Mapping[str, float],
-) -> Heights:
-    """Metres: the heights of the camera and of all level planes.
-
-    steps: see `on_one_floor`. shelved: boards of a shelf, as shares of the camera's height.
-    """
-    rises = {name: block.size[2] for name, block in blocks.items() if block.kind == "box"}
-    rises |= {**clicked_supports.rises_of(state, unit), **shelved}
-    measured = clicked_supports.on_one_floor(
-        measured, rises, {**steps, **dict.fromkeys(shelved, 0)}
-    )
-    slabs = {name: top for name, top in _usual_tops(state).items() if name not in rises}
-    known = state.camera.position[2] if state.camera is not None else None
-    return clicked_supports.with_rises(solve(measured, slabs, state.scale, known), rises)
-
-
 def _horizon_source(state: SceneState) -> Source:
     if state.horizon is None:
         return "estimated"
@@ -231,17 +206,6 @@ def _profiles(state: SceneState, found: Segments, size: tuple[int, int]) -> dict
             if profile is not None:
                 out[support.name] = profile
     return out
-
-
-def _usual_tops(state: SceneState) -> dict[str, float]:
-    """Level planes above the floor: the tops of slabs, given or usual."""
-    tops: dict[str, float] = {}
-    for support in state.supports:
-        if support.shape is not None and support.shape.kind == "box":
-            tops[support.name] = support.shape.position[2] + support.shape.size[2] / 2
-        elif support.shape is None and support_kind(support.name) == "slab":
-            tops[support.name] = support_height(support.name) or USUAL_TOP
-    return tops
 
 
 def _horizon(
@@ -301,37 +265,6 @@ def _shown(image: Image, state: SceneState, prompt: str, covered: BoolArray) -> 
 def _in_air(stance: Stance, on: str) -> bool:
     """In the air so far as words can tell."""
     return on == "air" or (on == FLOOR and stance.aloft)
-
-
-def _measured(
-    unit: Camera,
-    stances: Mapping[str, Stance],
-    on: Mapping[str, str],
-    under: Mapping[str, str | None],
-    root: Mapping[str, str],
-    usual: Mapping[str, Usual],
-    profiles: Mapping[str, Profile],
-) -> list[Measured]:
-    """Sizes in units of the camera's height above each object's plane.
-
-    `unit` may have any height above z = 0; sizes are divided by it.
-    """
-    above = unit.position[2]
-    out: list[Measured] = []
-    for name, stance in stances.items():
-        foot = ground_pixel(name, stances, on, under, profiles)
-        if foot is None:
-            continue
-        place = on_plane(unit, [foot], 0.0)[0]
-        if not np.isfinite(place).all():
-            continue
-        units = stance.extent * depth_of(unit, place) / unit.focal / above
-        plane = FLOOR if root[name] in ("air", *profiles) else root[name]
-        seen = usual[name]
-        if on[name] == "air" or on[name] in stances:
-            seen = replace(seen, spread=seen.spread + 0.1)
-        out.append(Measured(name, plane, units, seen))
-    return out
 
 
 def is_ground(support: Support) -> bool:

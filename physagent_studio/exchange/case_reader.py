@@ -120,7 +120,11 @@ class CaseReader:
                 raise self.fail(place, f"object '{name}' needs a click inside it, or a box")
             found.append((name, grounding))
         if not found:
-            raise self.fail(("objects",), "objects must name at least one object with its clicks")
+            raise self.fail(
+                ("objects",),
+                "objects must name at least one object: `ball: {points: [[x, y, 1]]}`,"
+                " or `ball: {}` to have it found by its name",
+            )
         return tuple(found)
 
     def supports(self, size: tuple[int, int]) -> tuple[Support, ...]:

@@ -16,15 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from physagent_studio.reconstruction.blobs import Blob, blobs_of
 from physagent_studio.reconstruction.colours import MATERIALS, USUAL, likeness
 from physagent_studio.reconstruction.masks import (
-    BoolArray,
     FloatArray,
-    border_share,
-    bounds,
     grow,
-    iou,
-    without_pinholes,
 )
 from physagent_studio.reconstruction.names import usual_size
 from physagent_studio.reconstruction.sought import Sought
@@ -32,8 +28,6 @@ from physagent_studio.records.case import Image
 
 SIDE = 200
 """Longest side in pixels of the picture on which blobs are found."""
-MOST = 40
-"""How many blobs are graded."""
 GOOD, MARGIN = 0.6, 0.15
 """Grade of a clear proposal, and how far it must lie before the next that is still free."""
 SHOWN = 4
@@ -58,16 +52,6 @@ class Proposed:
     clear: bool
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Blob:
-    mask: BoolArray
-    box: tuple[int, int, int, int]
-    area: float
-    contrast: float
-    round: float
-    long: float
-
-
 def propose(image: Image, wanted: Sequence[Sought]) -> tuple[Proposed, ...]:
     """Where each wanted thing may be; no two get the same first place.
 
@@ -82,7 +66,7 @@ def propose(image: Image, wanted: Sequence[Sought]) -> tuple[Proposed, ...]:
     small = np.ascontiguousarray(small).astype(np.uint8)
     lab = cv2.cvtColor(cv2.GaussianBlur(small, (0, 0), 1.0), cv2.COLOR_RGB2LAB).astype(np.float32)
     maps = {item.name: likeness(small, _colours(item)) for item in wanted if _colours(item)}
-    blobs = _blobs(lab, maps)
+    blobs = blobs_of(lab, maps)
     if not blobs:
         return tuple(Proposed(item.name, (), False) for item in wanted)
     grades = np.array([[_grade(item, blob, maps, lab.shape) for blob in blobs] for item in wanted])
@@ -96,7 +80,7 @@ def propose(image: Image, wanted: Sequence[Sought]) -> tuple[Proposed, ...]:
 def _told_apart(
     wanted: Sequence[Sought],
     grades: NDArray,
-    blobs: Sequence[_Blob],
+    blobs: Sequence[Blob],
     chosen: Mapping[int, int],
     factor: float,
 ) -> list[Proposed]:
@@ -125,95 +109,11 @@ def _colours(item: Sought) -> tuple[str, ...]:
     return USUAL.get(item.head, ())
 
 
-# --- blobs -------------------------------------------------------------------------------------
-
-
-def _blobs(lab: NDArray[np.float32], maps: Mapping[str, FloatArray]) -> list[_Blob]:
-    """Connected parts of one colour, or that stand out; overlapping ones once, best first."""
-    masks: list[BoolArray] = []
-    for found in maps.values():
-        for level in (0.35, 0.7):
-            masks += _parts(np.asarray(found > level))
-    salient = _salience(lab)
-    for level in (0.25, 0.4, 0.55, 0.7):
-        masks += _parts(np.asarray(salient > level))
-    made = sorted((_blob(lab, mask) for mask in masks), key=lambda blob: -blob.contrast)
-    kept: list[_Blob] = []
-    for blob in made:
-        if all(iou(blob.mask, other.mask) < 0.6 for other in kept):
-            kept.append(blob)
-        if len(kept) == MOST:
-            break
-    return kept
-
-
-def _parts(mask: BoolArray) -> list[BoolArray]:
-    """Connected parts of a sensible size that are no frame around the picture."""
-    kernel = np.ones((3, 3), np.uint8)
-    opened = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, kernel)
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(opened)
-    out: list[BoolArray] = []
-    for label in range(1, count):
-        share = stats[label, cv2.CC_STAT_AREA] / mask.size
-        if not 0.0006 < share < 0.3:
-            continue
-        part = without_pinholes(labels == label, 0.5)
-        if border_share(part) < 0.3:
-            out.append(part)
-    return out
-
-
-def _salience(lab: NDArray[np.float32]) -> FloatArray:
-    """(H, W) 0 … 1: distance in colour from what the picture's rim and its rows show."""
-    rows, columns = lab.shape[:2]
-    rim = max(3, min(rows, columns) // 12)
-    frame = np.ones((rows, columns), bool)
-    frame[rim:-rim, rim:-rim] = False
-    cv2.setRNGSeed(20)
-    stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 20, 0.5)
-    samples = lab[frame][:: max(1, int(frame.sum()) // 4000)]
-    start = np.zeros((len(samples), 1), np.int32)
-    _, labels, centres = cv2.kmeans(samples, 6, start, stop, 2, cv2.KMEANS_PP_CENTERS)
-    share = np.bincount(labels.ravel(), minlength=6) / len(labels)
-    far = np.full((rows, columns), np.inf, np.float32)
-    for centre, weight in zip(centres, share, strict=True):
-        if weight > 0.04:
-            far = np.minimum(far, np.linalg.norm((lab - centre) * (0.7, 1.3, 1.3), axis=2))
-    far = cv2.GaussianBlur(far.astype(np.float32), (0, 0), 1.5)
-    return np.asarray(far / max(float(np.percentile(far, 99.5)), 12.0), np.float32)
-
-
-def _blob(lab: NDArray[np.float32], mask: BoolArray) -> _Blob:
-    x0, y0, x1, y1 = bounds(mask)
-    area = int(np.count_nonzero(mask))
-    ring = grow(mask, max(2, round(0.15 * float(np.sqrt(area))))) & ~grow(mask, 1)
-    step = np.linalg.norm(lab[mask].mean(0) - lab[ring].mean(0)) if ring.any() else 0.0
-    width, height = x1 - x0, y1 - y0
-    full = area / max(np.pi / 4 * width * height, 1.0)
-    evenness = min(width, height) / max(width, height)
-    roundness = max(0.0, 1 - 2.5 * abs(full - 1)) * evenness
-    return _Blob(
-        mask,
-        (x0, y0, x1, y1),
-        area / mask.size,
-        float(np.tanh(step / 35)),
-        float(roundness),
-        _length(mask),
-    )
-
-
-def _length(mask: BoolArray) -> float:
-    """0 … 1: 0 up to two and a half times as long as wide, 1 from seven times."""
-    _, size, _ = cv2.minAreaRect(cv2.findNonZero(mask.astype(np.uint8)))
-    ratio = (max(size) + 1) / (min(size) + 1)
-    return float(np.clip(np.log(ratio / 2.5) / np.log(7 / 2.5), 0, 1))
-
-
 # --- grades ------------------------------------------------------------------------------------
 
 
 def _grade(
-    item: Sought, blob: _Blob, maps: Mapping[str, FloatArray], shape: tuple[int, ...]
+    item: Sought, blob: Blob, maps: Mapping[str, FloatArray], shape: tuple[int, ...]
 ) -> float:
     """How well a blob fits a thing, 0 … 1."""
     parts = [(0.3, blob.contrast), (0.12, _size_fit(blob.area))]
@@ -239,7 +139,7 @@ def _size_fit(area: float) -> float:
     return float(np.exp(-0.5 * (np.log(area / 0.015) / 1.4) ** 2))
 
 
-def _side_fit(side: str, blob: _Blob, shape: tuple[int, ...]) -> float:
+def _side_fit(side: str, blob: Blob, shape: tuple[int, ...]) -> float:
     x = (blob.box[0] + blob.box[2]) / 2 / shape[1]
     y = (blob.box[1] + blob.box[3]) / 2 / shape[0]
     middle = 1 - 2 * abs(x - 0.5)
@@ -247,7 +147,7 @@ def _side_fit(side: str, blob: _Blob, shape: tuple[int, ...]) -> float:
 
 
 def _by_order(
-    grades: NDArray, wanted: Sequence[Sought], blobs: Sequence[_Blob], shape: tuple[int, ...]
+    grades: NDArray, wanted: Sequence[Sought], blobs: Sequence[Blob], shape: tuple[int, ...]
 ) -> None:
     """The large, the small, the left one of a kind: in order, of those that fit about as well."""
     for row, item in zip(grades, wanted, strict=True):
@@ -265,7 +165,7 @@ def _ranked(row: NDArray, order: Sequence[int], most: float) -> None:
 
 
 def _by_base(
-    grades: NDArray, wanted: Sequence[Sought], blobs: Sequence[_Blob], chosen: Mapping[int, int]
+    grades: NDArray, wanted: Sequence[Sought], blobs: Sequence[Blob], chosen: Mapping[int, int]
 ) -> None:
     """Things that rest on another: those blobs gain that stand on where it was found."""
     for index, item in enumerate(wanted):
@@ -290,7 +190,7 @@ def _assigned(grades: NDArray) -> dict[int, int]:
 def _proposed(
     item: Sought,
     row: NDArray,
-    blobs: Sequence[_Blob],
+    blobs: Sequence[Blob],
     first: int | None,
     taken: set[int],
     factor: float,
@@ -331,14 +231,14 @@ def _is_told(item: Sought) -> bool:
     return bool(item.colours) or item.head in USUAL
 
 
-def _same_place(one: _Blob, other: _Blob) -> bool:
+def _same_place(one: Blob, other: Blob) -> bool:
     """Whether two blobs are readings of the same thing: one holds most of the other."""
     shared = int(np.count_nonzero(one.mask & other.mask))
     smaller = min(np.count_nonzero(one.mask), np.count_nonzero(other.mask))
     return bool(shared > 0.6 * smaller)
 
 
-def _spot(blob: _Blob, grade: float, factor: float) -> Spot:
+def _spot(blob: Blob, grade: float, factor: float) -> Spot:
     depth = cv2.distanceTransform(np.pad(blob.mask, 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
     row, column = divmod(int(depth.argmax()), depth.shape[1])
     x0, y0, x1, y1 = (round(value / factor, 1) for value in blob.box)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache, lru_cache
 
 import pytest
 
@@ -23,26 +24,46 @@ SPEED = "event.actions.push_bowling_ball.force.magnitude"
 AZIMUTH = "event.actions.push_bowling_ball.force.azimuth"
 
 
+@lru_cache(maxsize=128)
+def _tried(written: str) -> Trial:
+    """What came of a program: searches of several tests try the same ones."""
+    program = PhysicalProgram.model_validate_json(written)
+    run = simulate(program, {})
+    return Trial(run, measure(program, run))
+
+
+def try_out(candidate: PhysicalProgram) -> Trial:
+    """Runs and measures a candidate; one that was run before comes back as it was."""
+    return _tried(candidate.model_dump_json())
+
+
+def unchanged(program: PhysicalProgram) -> PhysicalProgram:
+    """As the generator writes it."""
+    return program
+
+
 def situation_of(
     stage_name: str,
     prompt: str,
-    change: Callable[[PhysicalProgram], PhysicalProgram] = lambda program: program,
+    change: Callable[[PhysicalProgram], PhysicalProgram] = unchanged,
     memory: Memory | None = None,
 ) -> Situation:
     """The situation after a first round whose program was spoilt by `change`."""
+    return replace(_situation(stage_name, prompt, change), memory=memory or Memory())
+
+
+@cache
+def _situation(
+    stage_name: str, prompt: str, change: Callable[[PhysicalProgram], PhysicalProgram]
+) -> Situation:
     stage = STAGES[stage_name]
     case = stage.case(prompt)
     program = change(RuleGenerator().first(case, stage.reconstruct))
     scene = stage.reconstruct(program.scene)
-    rollout = simulate(program, {})
-    evidence = RolloutEvidence(program, scene, rollout, measure(program, rollout))
-
-    def try_out(candidate: PhysicalProgram) -> Trial:
-        run = simulate(candidate, {})
-        return Trial(run, measure(candidate, run))
-
+    trial = try_out(program)
+    evidence = RolloutEvidence(program, scene, trial.rollout, trial.checks)
     assessment = RuleVerifier().judge(evidence, prompt)
-    return Situation(case, program, scene, rollout, assessment, memory or Memory(), try_out)
+    return Situation(case, program, scene, trial.rollout, assessment, Memory(), try_out)
 
 
 def missing(program: PhysicalProgram) -> PhysicalProgram:
@@ -88,6 +109,9 @@ def test_too_slow_is_repaired_by_speed() -> None:
 
 def test_the_same_situation_gives_the_same_proposal() -> None:
     first = RulePlanner(limit=30).propose(situation_of("lane", HITS, missing))
+    # Everything is generated, run and measured anew.
+    _situation.cache_clear()
+    _tried.cache_clear()
     again = RulePlanner(limit=30).propose(situation_of("lane", HITS, missing))
     assert first == again
 

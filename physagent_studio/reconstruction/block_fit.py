@@ -38,6 +38,8 @@ LEAST_RISE = 0.08
 """Lower things (shares of the camera's height) may as well be a board on legs."""
 EDGES = 0.4
 """Weight of the edges beside the overlap."""
+FOUR_SIDED = 0.88
+"""Least share of a region's hull that four corners of it span, for a slope."""
 REFINED = 6
 """How many of the best beginnings are refined."""
 _TURNS = (-0.6, -0.35, -0.15, 0.0, 0.15, 0.35, 0.6)
@@ -47,7 +49,7 @@ _QUARTERS: dict[Kind, tuple[float, ...]] = {"box": (0.0,), "wedge": _ALL_WAYS, "
 
 def fitted(fit: Fit, least: tuple[float, float]) -> FloatArray | None:
     """The parameters that fit a region, or None where it is no box on the ground."""
-    if fit.filled() < least[0] - 0.02:
+    if fit.filled() < least[0] - 0.02 or (fit.kind == "slope" and fit.four_sided() < FOUR_SIDED):
         return None
     starts = sorted(fit.beginnings(), key=fit.cost)[:REFINED]
     if not starts:
@@ -109,6 +111,17 @@ class Fit:
         points = np.argwhere(self.region)[:, ::-1].astype(np.float32) + 0.5
         hull = self._filled(np.asarray(cv2.convexHull(points), np.float32)) & self.care
         return float((self.region & hull).sum() / max(hull.sum(), 1))
+
+    def four_sided(self) -> float:
+        """How much of its convex hull the best of its four-cornered outlines fills."""
+        points = np.argwhere(self.region)[:, ::-1].astype(np.float32) + 0.5
+        hull = cv2.convexHull(points)
+        length = cv2.arcLength(hull, True)
+        for share in np.linspace(0.005, 0.1, 20):
+            corners = cv2.approxPolyDP(hull, float(share) * length, True)
+            if len(corners) <= 4:
+                return float(cv2.contourArea(corners) / max(cv2.contourArea(hull), 1e-9))
+        return 0.0
 
     def _filled(self, hull: NDArray[np.float32]) -> BoolArray:
         canvas = np.zeros(self.region.shape, np.uint8)

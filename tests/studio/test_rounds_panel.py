@@ -15,7 +15,7 @@ from physagent_studio.program.scene import Sphere
 from physagent_studio.records import Check
 from physagent_studio.session import Store
 from physagent_studio.studio.panels.rounds import checklist_of, demands_of, merged, state_of
-from physagent_studio.studio.panels.words import edit_row, figure
+from physagent_studio.studio.panels.words import edit_row, figure, speaker
 from physagent_studio.workbench import Workbench, commands
 
 
@@ -132,3 +132,9 @@ def test_a_strength_is_changed_in_the_unit_of_its_vector(quantity: str, unit: st
     )
     edit = SetField(path="event.actions.kick.force.magnitude", value=0.4)
     assert edit_row(edit, program)["unit"] == unit
+
+
+def test_shares_are_said_in_per_cent() -> None:
+    speak = speaker(PhysicalProgram())
+    assert speak("ball covers its mask with IoU 0.98") == "ball covers its mask to 98 %"
+    assert speak("ball covers its mask with IoU 1") == "ball covers its mask to 100 %"

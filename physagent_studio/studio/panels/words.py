@@ -146,6 +146,7 @@ def short(value: Any) -> str:
 
 
 MISSED = re.compile(r"([^:;,]+?) (≤|≥|<|>) ([^:;,]+): no\b")
+IOU = re.compile(r"\bwith IoU (\d(?:\.\d+)?)")
 MINUS = re.compile(r"(?<![\w.])-(?=\d)")
 SAID = frozenset({"text", "found", "also", "rationale", "summary", "question", "reason", "problem"})
 """Keys of what is written for a person to read."""
@@ -161,6 +162,7 @@ def speaker(program: PhysicalProgram) -> Callable[[str], str]:
     known = re.compile(rf"(?<![\w.])(?:{'|'.join(longest_first)})(?![\w.]*\w)")
 
     def speak(text: str) -> str:
+        text = IOU.sub(lambda m: f"to {100 * float(m[1]):.0f} %", text)
         text = MISSED.sub(lambda m: f"{m[1]}, not {AS_WORDS[m[2]]} {m[3]}", MINUS.sub("−", text))
         return known.sub(lambda m: m[0].replace("_", " "), text) if longest_first else text
 

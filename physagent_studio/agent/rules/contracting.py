@@ -295,10 +295,17 @@ class _Draft:
         if spec.parts:
             return None
         plain = {"kind": spec.kind, **spec.fields}
-        for row in self.statements:
+        serving = self._serving()
+        for row in (one for one in self.statements if one["id"] not in serving):
             if {k: v for k, v in row.items() if k not in ("id", "clause")} == plain:
                 return row["id"]
         return None
+
+    def _serving(self) -> set[str]:
+        """Ids of what only serves a composite, and is not demanded by itself."""
+        named = {name for row in self.statements for name in row.get("of", ())}
+        pairs = [row for row in self.statements if row["kind"] == "before" and row["id"] in named]
+        return named | {row[end] for row in pairs for end in ("first", "second")}
 
     def _put(self, data: dict[str, Any], label: str, clause: str) -> str:
         """The id of the statement; one that the clause has already is not written twice."""

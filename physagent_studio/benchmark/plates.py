@@ -172,9 +172,14 @@ def _steps(picture: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def plate_rows() -> list[Row]:
-    """The rows of the bench: the median over textures and seeds of each error."""
+    """The rows of the bench: errors over textures and seeds.
+
+    Means but for shadow, where it is the median: on chequered tiles it is not told from the tiles.
+    """
     made = [vacated(texture, seed) for texture in TEXTURES for seed in range(SEEDS)]
-    tone, contrast, seam, shadow = np.median([scores(m, plate_of(m)) for m in made], axis=0)
+    errors = np.array([scores(m, plate_of(m)) for m in made])
+    tone, contrast, seam, _ = errors.mean(0)
+    shadow = np.median(errors[:, 3])
     return [
         at_most("plates: error of tone where things stood", float(tone), 7.5, "grey levels"),
         at_most("plates: error of contrast there", float(contrast), 0.25, "octaves"),

@@ -25,6 +25,31 @@ SIDE = 260
 """Longer side of the flattened plane, pixels."""
 
 
+class _Searched:
+    """A picture (H, W, 3) in which patches are looked for; whole: where one may be copied from."""
+
+    def __init__(self, image: FloatImage, whole: BoolArray) -> None:
+        self.image = image
+        self.square = (image * image).sum(-1)
+        self.level = image.mean(-1)
+        self.whole = whole
+
+    def unlike(self, patch: FloatImage, mask: FloatImage) -> FloatImage:
+        """(h, w) how unlike the patch each place is; infinite where it may not be copied from.
+
+        mask: which of the patch's pixels count. A difference in brightness counts for less.
+        """
+        count = float(mask.sum())
+        masked = patch * mask[..., None]
+        square = cv2.matchTemplate(self.square, mask, cv2.TM_CCORR)
+        square -= 2 * cv2.matchTemplate(self.image, masked, cv2.TM_CCORR)
+        square = (square + float((masked * patch).sum())) / count
+        mean = cv2.matchTemplate(self.level, mask, cv2.TM_CCORR) / count
+        lifted = np.minimum(np.abs(mean - masked.sum() / (3 * count)), LIFT)
+        cost = square - 0.8 * 3 * lifted**2
+        return np.where(self.whole, cost, np.inf).astype(np.float32)
+
+
 def shift(x: float, y: float) -> FloatArray:
     """The copy (3, 3) of what lies (x, y) pixels away."""
     return np.array([[1, 0, x], [0, 1, y], [0, 0, 1]], float)
@@ -43,14 +68,18 @@ def shifts_in(image: FloatImage, hole: BoolArray, barred: BoolArray) -> list[Flo
     x0, y0, x1, y1 = bounds(hole)
     half = int(np.clip(0.16 * max(x1 - x0, y1 - y0), 6, 28))
     usable = np.pad((~barred).astype(np.float32), half)
-    framed = np.pad(image, ((half, half), (half, half), (0, 0)), mode="edge")
+    # Around zero, so that sums of squares stay small.
+    framed = np.pad(image - np.float32(128), ((half, half), (half, half), (0, 0)), mode="edge")
+    side = 2 * half + 1
+    inside = cv2.boxFilter(usable, -1, (side, side), borderType=cv2.BORDER_CONSTANT)
+    seen = _Searched(framed, inside[half:-half, half:-half] > 0.97)
     out = []
     for x, y in _along_rim(hole, half):
-        box = slice(y, y + 2 * half + 1), slice(x, x + 2 * half + 1)
+        box = slice(y, y + side), slice(x, x + side)
         mask = usable[box]
         if not 0.15 * mask.size < mask.sum() < mask.size:
             continue
-        cost = _unlike(framed, usable, framed[box], mask)
+        cost = seen.unlike(framed[box], mask)
         for _ in range(BEST):
             row, column = np.unravel_index(int(cost.argmin()), cost.shape)
             if not np.isfinite(cost[row, column]):
@@ -86,20 +115,6 @@ def _between(cost: FloatImage, row: int, column: int) -> tuple[float, float]:
         whole = np.isfinite(bent) and bent > 1e-6
         out.append(float(np.clip(0.5 * (low - high) / bent, -0.5, 0.5)) if whole else 0.0)
     return out[0], out[1]
-
-
-def _unlike(
-    image: FloatImage, usable: FloatImage, patch: FloatImage, mask: FloatImage
-) -> FloatImage:
-    """(H, W) how unlike the patch each place is; infinite where it lies in the hole."""
-    count = float(mask.sum())
-    three = np.repeat(mask[..., None], 3, -1)
-    square = cv2.matchTemplate(image, patch, cv2.TM_SQDIFF, mask=three) / count
-    mean = cv2.matchTemplate(image, three, cv2.TM_CCORR) / (3 * count)
-    level = (patch * three).sum() / (3 * count)
-    lifted = np.minimum(np.abs(mean - level), LIFT)
-    whole = cv2.matchTemplate(usable, np.ones_like(mask), cv2.TM_CCORR) / mask.size
-    return np.where(whole > 0.97, square - 0.8 * 3 * lifted**2, np.inf).astype(np.float32)
 
 
 def level_shifts(

@@ -18,9 +18,9 @@ FloatImage = NDArray[np.float32]
 FloatArray = NDArray[np.float64]
 PLACES = 3200
 """Places on which pieces are chosen, at most."""
-MOST = 36
+MOST = 40
 """Copies that are weighed against one another."""
-FINDING = 240
+FINDING = 220
 """Longer side of the picture in which candidates are looked for."""
 SHARES = (0.3, 0.6, 1.05)
 """Shifts along lines, as shares of the hole's extent."""
@@ -28,9 +28,13 @@ RIM = 2
 """Width of the rim on which a copy is held against the photo, in places."""
 STRICT = 3.0
 """What a mismatch at the rim counts beside one at a seam."""
-WRONG = 1500.0
+WRONG = 900.0
 """The most that a place on the rim costs: there may be something on it that does not belong."""
-GUESS = 0.35
+PATTERN = 100.0
+"""How far from the first guess a pattern may be at no cost, grey levels of three colours."""
+STRAYED = 80.0
+"""The most that a mismatch with the first guess costs."""
+GUESS = 0.6
 """What a mismatch with the first guess counts."""
 FAR = 6.0
 """Price of a copy from one hole's size away."""
@@ -124,12 +128,17 @@ def _laid(
     rim = places & ~view.barred
     guess = nearest_along(view.image, view.barred, lines * view.ratio)
     feature = _features(view.image)
+    soft = [cv2.GaussianBlur(v, (0, 0), 2.0) for v in (view.image, guess)]
+    broad = soft[1][places]
+    rows, columns = np.nonzero(places)
     looks, prices = [], []
     for copy in copies:
         shown, price = _shown(feature, view.barred, rescaled(copy, *view.ratio), places)
         off = np.abs(shown - feature[places]).sum(-1) * STRICT
-        wrong = np.abs(shown[:, :3] - guess[places]).sum(-1) * GUESS
-        price += np.where(view.missing[places], np.minimum(wrong, 30), 0)
+        x, y, _ = sources(rescaled(copy, *view.ratio), columns, rows)
+        wrong = np.abs(taken(np.asarray(soft[0], np.float32), x, y) - broad).sum(-1)
+        wrong = GUESS * np.maximum(wrong - PATTERN, 0)
+        price += np.where(view.missing[places], np.minimum(wrong, STRAYED), 0)
         price += np.where(rim[places], np.minimum(off, WRONG), 0)
         looks.append(shown)
         prices.append(price)

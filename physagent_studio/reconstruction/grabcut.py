@@ -94,8 +94,12 @@ def at_scales(
     inside: Sequence[Pixel],
     outside: Sequence[Pixel],
     scales: int = 6,
+    *,
+    filling: bool = True,
 ) -> list[Window]:
     """Candidates for windows of several sizes and proportions. Pixels are those of `image`.
+
+    filling: whether the largest window, almost all of the picture, is one of them.
 
     Square windows start from the clicks' colours. Wide and tall ones start from everything
     inside, for things of many colours: what the surroundings do not explain is the object.
@@ -104,6 +108,7 @@ def at_scales(
     spots = np.array(inside)
     low, high = spots.min(0), spots.max(0)
     guesses = [(share, SQUARE) for share in np.geomspace(0.07, 0.95, scales)]
+    guesses = guesses if filling else guesses[:-1]
     guesses += [(share, window) for share in (0.18, 0.36) for window in OBLONG]
 
     def guess(one: tuple[float, tuple[float, float, float]]) -> Window | None:

@@ -19,6 +19,7 @@ from physagent_studio.reconstruction.maskscore import Scorer
 from physagent_studio.reconstruction.segmentation_box import box_drafts
 from physagent_studio.reconstruction.segmentation_choice import agreed
 from physagent_studio.reconstruction.segmentation_clicks import click_drafts
+from physagent_studio.reconstruction.segmentation_closeup import Look, merged, piece_for
 from physagent_studio.reconstruction.segmentation_ranking import ranked
 from physagent_studio.reconstruction.segmentation_stack import stacked
 from physagent_studio.reconstruction.segmentation_task import (
@@ -89,17 +90,29 @@ class EmbeddedSegmenter:
         height, width = image.shape[:2]
         box = grounding.box
         part = (0, 0, width, height) if box is None else part_around(box, image.shape)
+        look = self._look(image, name, grounding, part)
+        best = [(item, look.view) for item in look.found]
+        piece = None if box is not None else piece_for(look, grounding, image.shape)
+        if piece is not None:
+            best = merged(look, self._look(image, name, grounding, piece))
+        return tuple(side_by_side(lambda one: full_size(image, *one), best))
+
+    def _look(
+        self, image: Image, name: str, grounding: Grounding, part: tuple[int, int, int, int]
+    ) -> Look:
+        """What is found on a part (x0, y0, x1, y1) of the picture."""
         view = view_of(image, part, self.side)
         task = task_of(name, grounding, view)
         if not task.inside and task.box is None:
-            return ()
+            return Look(view, [])
         scorer = Scorer(view.lab, task.inside)
         if task.box is None:
-            drafts = click_drafts(view.small, view.lab, task, scorer)
+            # What was small on the whole picture does not fill a piece of it.
+            piece = (part[2] - part[0], part[3] - part[1]) != (image.shape[1], image.shape[0])
+            drafts = click_drafts(view.small, view.lab, task, scorer, filling=not piece)
         else:
             drafts = box_drafts(view.small, view.lab, task, task.box, scorer)
-        best = agreed(ranked(scorer, drafts, task), view.lab)
-        return tuple(side_by_side(lambda item: full_size(image, item, view), best))
+        return Look(view, agreed(ranked(scorer, drafts, task), view.lab))
 
 
 def apart(groundings: Sequence[tuple[str, Grounding]]) -> list[tuple[str, Grounding]]:

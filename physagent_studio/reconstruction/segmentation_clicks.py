@@ -23,12 +23,22 @@ from physagent_studio.reconstruction.segmentation_task import Task, snapped
 
 
 def click_drafts(
-    small: NDArray[np.uint8], lab: NDArray[np.float32], task: Task, scorer: Scorer
+    small: NDArray[np.uint8],
+    lab: NDArray[np.float32],
+    task: Task,
+    scorer: Scorer,
+    *,
+    filling: bool = True,
 ) -> list[Draft]:
-    """Drafts around the clicks, at all sizes; every one holds a click."""
+    """Drafts around the clicks, at all sizes; every one holds a click.
+
+    filling: whether a thing may fill almost all of the view.
+    """
     # Cuts run outside of Python: the first outlines are sought meanwhile.
     with ThreadPoolExecutor(1) as pool:
-        cutting = pool.submit(grabcut.at_scales, small, lab, task.inside, task.outside)
+        cutting = pool.submit(
+            grabcut.at_scales, small, lab, task.inside, task.outside, filling=filling
+        )
         middle = np.array(task.inside).mean(0)
         around = contour.around(lab, (float(middle[0]), float(middle[1])), task.outside)
         grown = regions(lab, task.inside)

@@ -18,7 +18,7 @@ from physagent_studio.exchange import annotated, read_lessons
 from physagent_studio.records import LoopState
 from physagent_studio.records.loop_state import ROLES
 from physagent_studio.session import Session, Store
-from physagent_studio.workbench.commands import SetRoles
+from physagent_studio.workbench.commands import TakeRole
 from physagent_studio.workbench.desk import Desk
 from physagent_studio.workbench.report import report_of
 
@@ -56,8 +56,8 @@ def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
             desk = Desk(session, control, evidence=request.frames, agent=agent)
             if not as_json:
                 typer.echo(f"session {session.id}")
-            if request.by_hand:
-                desk.handle(SetRoles(in_order(request.by_hand)))
+            for role in in_order(request.by_hand):
+                desk.handle(TakeRole(role))
             desk.advance(policy=request.policy)
         report = report_of(desk.state, session, time.perf_counter() - started)
     finally:

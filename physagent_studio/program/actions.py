@@ -195,10 +195,11 @@ class ApplyAngledForce(_Action):
 class ApplyDisturbance(_Action):
     """A perturbation at the centre of mass with a closed form of time and seed.
 
-    wind: drag of air that moves with `amplitude` m/s along `direction`, by the body's silhouette.
+    wind: drag of air that moves with `amplitude` m/s along `direction`, by the body's silhouette;
+    with a `frequency` it comes in gusts, from calm to `amplitude` and back.
     gust: a force that swells and ebbs once over the duration. bump: a short push, up by default.
     side: to and fro along `direction`. shake: a sine on each axis. jitter: seeded noise on each
-    axis. amplitude: N but for wind. frequency: Hz, for side, shake and jitter. The direction is
+    axis. amplitude: N but for wind. frequency: Hz, for wind, side, shake and jitter. The direction is
     right, +x, if none is given.
     """
 

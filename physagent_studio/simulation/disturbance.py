@@ -43,8 +43,15 @@ def disturbance(
 ) -> FloatArray:
     """Force (3,) in N at `time` s after the start of a window of `total` s."""
     if action.model == "wind":
-        return drag.force(action.amplitude * axis_of(action) - velocity)
+        return drag.force(_air(action, time) * axis_of(action) - velocity)
     return action.amplitude * _SHAPES[action.model](action, time, total)
+
+
+def _air(action: ApplyDisturbance, time: float) -> float:
+    """Speed of the air, m/s: steady, or in gusts that swell to the amplitude and ebb to calm."""
+    if action.frequency is None:
+        return action.amplitude
+    return action.amplitude * (1 - math.cos(2 * math.pi * action.frequency * time)) / 2
 
 
 def axis_of(action: ApplyDisturbance) -> FloatArray:

@@ -183,8 +183,8 @@ def _(intent: intents.Policy, studio: Studio, browser: int) -> None:
 
 
 @carry_out.register
-def _(intent: intents.Roles, studio: Studio, browser: int) -> None:
-    studio.workbench.post(commands.SetRoles(intent.names))
+def _(intent: intents.Role, studio: Studio, browser: int) -> None:
+    studio.workbench.post(commands.TakeRole(intent.name, intent.on))
 
 
 @carry_out.register

@@ -154,11 +154,12 @@ class Policy(Frozen):
     name: PolicyName
 
 
-class Roles(Frozen):
-    """Which roles a person plays from now on."""
+class Role(Frozen):
+    """A person plays this role from now on, or (`on` false) no longer."""
 
-    do: Literal["roles"] = "roles"
-    names: Annotated[tuple[RoleName, ...], Field(max_length=3)]
+    do: Literal["role"] = "role"
+    name: RoleName
+    on: bool
 
 
 class Budget(Frozen):
@@ -297,7 +298,7 @@ class Video(Frozen):
 
 Intent = Annotated[
     Play | Scrub | Speed | Loop | Select | Show | Look | Bookmark | Viewer | Compare
-    | StepOn | Cancel | DecideOn | Overrule | Policy | Roles | Budget | PinFact | ShowRound | Fork
+    | StepOn | Cancel | DecideOn | Overrule | Policy | Role | Budget | PinFact | ShowRound | Fork
     | Change | Remove | Try | Wish | WriteText | DropDraft | Undo
     | OpenKnown | OpenBare | NewCase | RenameTo | Dismiss | Video | ShelfIntent
     | PhotoIntent | MeshIntent,

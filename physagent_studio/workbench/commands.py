@@ -153,10 +153,11 @@ class SetPolicy:
 
 
 @dataclass(frozen=True, slots=True)
-class SetRoles:
-    """Which roles a person plays from now on; the agent plays the others."""
+class TakeRole:
+    """A person plays this role from now on, or (`on` false) the agent does again."""
 
-    by_hand: tuple[RoleName, ...]
+    role: RoleName
+    on: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -245,7 +246,7 @@ Command = (
     | ForkFrom
     | OverruleVerdict
     | SetPolicy
-    | SetRoles
+    | TakeRole
     | SetBudget
     | Pin
     | Unpin

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from physagent_studio.agent import loop
 from physagent_studio.agent.by_hand import in_order, without_schedule
 from physagent_studio.errors import InputError
@@ -101,15 +99,15 @@ def overruled(state: LoopState, override: Override) -> LoopState:
     return after
 
 
-def with_roles(state: LoopState, roles: Sequence[RoleName]) -> LoopState:
-    """The state in which a person plays these roles, and the agent the others.
+def with_role(state: LoopState, role: RoleName, *, on: bool) -> LoopState:
+    """The state in which a person plays this role too, or the agent does again.
 
     A first program that has not run yet is given up to a person in the generator's role: its
     scene and demands become the draft, with nothing scheduled.
     """
-    taken = in_order(roles)
-    head, update = state.current, dict[str, object](by_hand=taken)
-    new = "generator" in taken and "generator" not in state.by_hand
+    others = [one for one in state.by_hand if one != role]
+    head, update = state.current, dict[str, object](by_hand=in_order([*others, *[role] * on]))
+    new = role == "generator" and on and "generator" not in state.by_hand
     if new and head is not None and state.draft is None and not _has_run(state):
         update["draft"] = without_schedule(head.program)
     return state.model_copy(update=update)

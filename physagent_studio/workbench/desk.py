@@ -304,8 +304,8 @@ class Desk:
         self._save(self.state.model_copy(update={"policy": command.policy}), "policy")
 
     @handle.register
-    def _(self, command: commands.SetRoles) -> None:
-        self._save(deciding.with_roles(self.state, command.by_hand), "roles")
+    def _(self, command: commands.TakeRole) -> None:
+        self._save(deciding.with_role(self.state, command.role, on=command.on), "role")
 
     @handle.register
     def _(self, command: commands.SetBudget) -> None:

@@ -11,7 +11,7 @@ from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.program import PhysicalProgram, SetField, apply
 from physagent_studio.records import Decision, LoopState, Override, Proposal
 from physagent_studio.records.loop_state import RoleName
-from physagent_studio.workbench.deciding import forked, overruled, with_roles
+from physagent_studio.workbench.deciding import forked, overruled, with_role
 from tests.agent.lane import AIM, SPEED, Loop, Weak
 
 
@@ -124,11 +124,11 @@ def test_the_planner_is_not_asked_and_my_edits_are_the_next_round() -> None:
 
 def test_a_role_that_is_given_back_is_played_by_the_agent_again() -> None:
     loop = by("planner")
-    loop.state = with_roles(loop.state, ())
+    loop.state = with_role(loop.state, "planner", on=False)
     loop.go_on()
     assert loop.state.rounds[0].proposal is not None
     waiting = by("verifier")
-    taken_back = with_roles(waiting.state, ())
+    taken_back = with_role(waiting.state, "verifier", on=False)
     assert advance(taken_back, waiting.crew, waiting.bench).phase == "simulate"
 
 

@@ -200,6 +200,20 @@ def test_wind_carries_a_ball_towards_its_own_speed():
     assert rollout.velocities[-1, 0, 0] == pytest.approx(exact, rel=2e-3)
 
 
+def test_wind_in_gusts_swells_to_its_speed_and_ebbs():
+    wind = ApplyDisturbance(
+        id="wind", name="ball", model="wind", amplitude=5, frequency=2.5, duration=80
+    )
+    rollout = free(wind, objects=[ball(density=2000)])
+    # Slow against the air: m v = k A² ∫ ((1 − cos ω t) / 2)² dt, 3/8 of the time in full gusts.
+    k = 0.5 * 1.204 * 0.47 * math.pi * RADIUS**2
+    mass = 2000 * 4 / 3 * math.pi * RADIUS**3
+    speed = rollout.velocities[:, 0, 0]
+    assert speed[80] == pytest.approx(k * 25 * 0.375 * 0.8 / mass, rel=5e-3)
+    calm, blown = speed[41] - speed[39], speed[21] - speed[19]
+    assert calm < 0.02 * blown
+
+
 def test_set_position_and_orientation_stop_the_object():
     turn = about_axis((0, 1, 0), 0.7)
     rollout = free(

@@ -107,8 +107,8 @@ def test_a_scene_that_matches_is_no_failed_event(tmp_path: Path) -> None:
 
 def test_a_round_that_waits_for_my_verdict_has_none_yet(tmp_path: Path) -> None:
     workbench = Workbench(Store(tmp_path), evidence=False)
-    roles = commands.SetRoles(("verifier",))
-    for command in (commands.OpenCase(assets_dir() / "demo"), roles, commands.ForkFrom("r1")):
+    role = commands.TakeRole("verifier")
+    for command in (commands.OpenCase(assets_dir() / "demo"), role, commands.ForkFrom("r1")):
         workbench.post(command)
     assert workbench.wait(60)
     waiting = state_of(workbench.snapshot())

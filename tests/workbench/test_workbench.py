@@ -171,7 +171,7 @@ def test_a_verdict_can_be_overruled(bench: Workbench) -> None:
 
 def test_a_verdict_that_is_mine_to_give_is_waited_for(bench: Workbench) -> None:
     opened(bench)
-    state = after(bench, commands.SetRoles(("verifier",)), commands.Run()).state
+    state = after(bench, commands.TakeRole("verifier"), commands.Run()).state
     assert (state.phase, state.policy) == ("judge", "ask")
     state = after(bench, commands.OverruleVerdict(True)).state
     assert state.current is not None
@@ -187,7 +187,7 @@ def test_a_first_program_that_is_mine_to_write_is_laid_out(tmp_path: Path) -> No
     snapshot = after(workbench, commands.OpenCase(assets_dir() / "demo"))
     written = snapshot.program
     assert written.event.actions
-    laid_out = after(workbench, commands.SetRoles(("generator",)))
+    laid_out = after(workbench, commands.TakeRole("generator"))
     assert laid_out.has_draft
     assert laid_out.program.event.actions == ()
     assert laid_out.program.scene == written.scene

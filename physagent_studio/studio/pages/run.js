@@ -61,13 +61,12 @@ export function startRun(host, dialogs) {
 // Which roles the person plays; the agent plays the others.
 function roles(run, unfolded, unfold) {
   const chosen = (role) => run.byHand.includes(role);
-  const toggled = (role) => (chosen(role) ? run.byHand.filter((one) => one !== role) : [...run.byHand, role]);
   const mine = ROLES.filter(([role]) => chosen(role)).map(([, text]) => text.toLowerCase());
   return h("div", { class: "roles" },
-    h("button", { class: "link", type: "button", "aria-expanded": String(unfolded), onclick: unfold, title: "Roles that you take over for good: the program waits for you there" }, mine.length ? `By me: ${mine.join(", ")}` : "By me: nothing but decisions"),
+    h("button", { class: "link", type: "button", "aria-expanded": String(unfolded), onclick: unfold, title: "Roles that you take over for good: the program waits for you there" }, `My part: ${["decisions", ...mine].join(", ")}`),
     unfolded ? h("div", { class: "row wrap", role: "group", "aria-label": "What I do myself" },
       ROLES.map(([role, text, title]) => h("button", { class: "b small", key: role, type: "button", title: role === "generator" && run.started ? "The first program has run already" : title,
-        disabled: role === "generator" && run.started && !chosen(role), "aria-pressed": String(chosen(role)), onclick: () => send({ do: "roles", names: toggled(role) }) }, text))) : null);
+        disabled: role === "generator" && run.started && !chosen(role), "aria-pressed": String(chosen(role)), onclick: () => send({ do: "role", name: role, on: !chosen(role) }) }, text))) : null);
 }
 
 const passed = (since) => { const seconds = Math.floor((Date.now() - since) / 1000); return seconds < 2 ? "" : `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}`; };

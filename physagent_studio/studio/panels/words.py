@@ -231,8 +231,9 @@ def _unit_in(program: PhysicalProgram, path: str) -> str:
             vector = value_at(program, above)
         except EditError:
             vector = None
-        if isinstance(vector, dict) and vector.get("quantity") in DIRECTED_UNITS:
-            return DIRECTED_UNITS[vector["quantity"]]
+        quantity = vector.get("quantity") if isinstance(vector, dict) else None
+        if isinstance(quantity, str) and quantity in DIRECTED_UNITS:
+            return DIRECTED_UNITS[quantity]
     return unit_of(path)
 
 

@@ -12,7 +12,9 @@ from physagent_studio.agent.rules.layout import WAYS
 from physagent_studio.agent.rules.scripts.task import Task
 from physagent_studio.agent.rules.specs import place_name
 from physagent_studio.program.actions import Action, Direction
-from physagent_studio.program.scene import Slab
+from physagent_studio.program.bodies import Cloth
+from physagent_studio.program.materials import MATERIALS
+from physagent_studio.program.scene import SceneObject, Slab
 
 
 def through_air(task: Task) -> list[Action]:
@@ -133,15 +135,25 @@ def in_wind(task: Task) -> list[Action]:
     strong = task.intent.manner("hard", "fast")
     gentle = task.intent.manner("gentle", "slow")
     speed = 14.0 if strong else 4.0 if gentle else 7.0
+    item = task.layout.state.object(task.name)
+    if item is not None and isinstance(item.body, Cloth):
+        speed = _lifting_wind(item, item.body, 60.0 if strong else 20.0 if gentle else 40.0)
     if not gentle and not task.intent.has("sway", "bend"):
         speed = max(speed, _carrying_wind(task, named))
     rhythm = task.intent.manner("rhythmic", "continuous") or task.intent.has("sway")
+    # What only gives way comes to rest in a steady wind; gusts keep it going.
+    gives = item is not None and item.body.kind in ("soft", "cloth", "rope")
+    frequency = (1.0 if rhythm else 0.6) if gives else None
     return [
-        act.blow(
-            task.name, "wind", speed, named, frequency=1.0 if rhythm else 0.6,
-            duration=task.clip.steps,
-        )
-    ]  # fmt: skip
+        act.blow(task.name, "wind", speed, named, frequency=frequency, duration=task.clip.steps)
+    ]
+
+
+def _lifting_wind(item: SceneObject, body: Cloth, angle: float) -> float:
+    """Wind that holds a hanging sheet at an angle, degrees, from upright: drag = weight · tan."""
+    density = item.density if item.density is not None else MATERIALS[item.material].density
+    weight = density * body.thickness * mech.G
+    return min(max(math.sqrt(2 * weight * math.tan(math.radians(angle)) / 1.2), 0.5), 20.0)
 
 
 def _carrying_wind(task: Task, way: Direction) -> float:

@@ -12,6 +12,7 @@ from physagent_studio.agent.rules.senses.common import (
     was_raised,
 )
 from physagent_studio.agent.rules.senses.turning import topple
+from physagent_studio.agent.rules.senses.yielding import wind
 from physagent_studio.agent.rules.specs import (
     START,
     Context,
@@ -26,7 +27,11 @@ from physagent_studio.program.actions import Direction
 
 
 def move(c: Context) -> list[Spec]:
-    """Moves, slides, drifts, flies."""
+    """Moves, slides, drifts, flies; what the wind moves and is held gives way to it."""
+    item = c.layout.state.object(c.subject)
+    held = item is not None and item.body.kind in ("soft", "cloth", "rope")
+    if c.frame.cause == "wind" and held:
+        return wind(c)
     return [*travel(c), *along(c), *manner(c), *bent_path(c), *_while_descending(c)]
 
 

@@ -199,8 +199,8 @@ class ApplyDisturbance(_Action):
     with a `frequency` it comes in gusts, from calm to `amplitude` and back.
     gust: a force that swells and ebbs once over the duration. bump: a short push, up by default.
     side: to and fro along `direction`. shake: a sine on each axis. jitter: seeded noise on each
-    axis. amplitude: N but for wind. frequency: Hz, for wind, side, shake and jitter. The direction is
-    right, +x, if none is given.
+    axis. amplitude: N but for wind. frequency: Hz, for wind, side, shake and jitter. The
+    direction is right, +x, if none is given.
     """
 
     operator: Literal["ApplyDisturbance"] = "ApplyDisturbance"

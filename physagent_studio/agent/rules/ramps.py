@@ -53,6 +53,8 @@ def friction_for(task: Task) -> float | None:
     return round(float(np.clip(wanted * wanted / max(own, 0.02), 0.005, 3.0)), 4)
 
 
+FIRM = 1.3
+"""Least friction of what shall stop on a slope, as a multiple of what just holds it there."""
 STOP_AT = 0.7
 """Where on the slope a thing stops that shall stop "near the lower end", as a part of the way."""
 
@@ -80,6 +82,11 @@ def _stopping(task: Task) -> tuple[float, float]:
         energy = speed**2 / 2 + mech.G * math.sin(angle) * way
         friction = energy / (mech.G * (flat + math.cos(angle) * way))
         speed = min(max(least, 1.2 * mech.speed_to_stop(flat, friction)), 2.0)
+    # On a slope that nearly bears it a thing slides on for ever, or not at all.
+    if friction < (firm := FIRM * math.tan(angle)):
+        friction = firm
+        lost = firm * (flat + math.cos(angle) * way) - math.sin(angle) * way
+        speed = min(math.sqrt(2 * mech.G * lost), 2.0)
     return speed, friction
 
 

@@ -23,6 +23,8 @@ from physagent_studio.reconstruction.segmentation_variants import VARIANT
 
 SURE = 0.72
 """Estimated IoU of the first mask from which there is no doubt."""
+CLEARER = 0.05
+"""By how much the closer look has to be surer to lead: from close by, estimates scatter more."""
 SMALL = 0.3
 """Longer side of the first mask, as a share of the picture's, from which a thing is large."""
 PIECE = 0.45
@@ -61,7 +63,7 @@ def merged(far: Look, near: Look) -> list[tuple[Scored, View]]:
     """Up to four masks of two looks, each with its view: the surer look leads, both have a say."""
     if not near.found:
         return [(item, far.view) for item in far.found]
-    leads = near.found[0][1] > far.found[0][1]
+    leads = near.found[0][1] > far.found[0][1] + CLEARER
     shaded = [item for item in (near if leads else far).found if item[0].method == "with shadow"]
     out: list[tuple[Scored, View]] = []
     kept: list[BoolArray] = []

@@ -78,7 +78,7 @@ class Store:
         for path in self._sessions().glob("*/session.db"):
             try:
                 found.append(self._info(path))
-            except (sqlite3.DatabaseError, InputError):
+            except (sqlite3.DatabaseError, InputError, FileNotFoundError):
                 continue
         return tuple(sorted(found, key=lambda item: item.modified, reverse=True))
 
@@ -135,6 +135,8 @@ class Store:
         stats = [item.stat() for item in (path, path.with_name("session.db-wal")) if item.exists()]
         # Reading makes a journal as well, but an empty one.
         stats = [one for one in stats if one.st_size]
+        if not stats:
+            raise InputError(f"the session {path.parent.name} is only being made")
         stamp = tuple(number for one in stats for number in (one.st_mtime_ns, one.st_size))
         if path not in self._known or self._known[path][0] != stamp:
             changed = max(one.st_mtime for one in stats)

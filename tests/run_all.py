@@ -25,6 +25,8 @@ class Step(NamedTuple):
 
 QUICK = ["-m", "not slow"]
 """What pytest runs where nothing else is asked for."""
+# Tests of one file share what is dear to make, so a file stays with one process.
+SHARED = ["-n", str(min(os.cpu_count() or 1, 4)), "--dist", "loadfile"]
 
 
 def steps(pytest_words: list[str]) -> list[Step]:
@@ -40,7 +42,14 @@ def steps(pytest_words: list[str]) -> list[Step]:
         # The big doses have a marker; words of one's own decide for themselves.
         Step(
             "pytest",
-            [*python, "pytest", "-q", "--ignore=tests/packaging", *(pytest_words or QUICK)],
+            [
+                *python,
+                "pytest",
+                "-q",
+                "--ignore=tests/packaging",
+                *SHARED,
+                *(pytest_words or QUICK),
+            ],
         ),
     ]
 

@@ -5,14 +5,16 @@ Rooms are imported inside the commands, so that `--help` and `validate` answer a
 
 from __future__ import annotations
 
+import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from typer.main import get_command
 
 from physagent_studio.cli import output
-from physagent_studio.cli.guard import BAD_INPUT, guarded
+from physagent_studio.cli.guard import BAD_INPUT, guarded, our_fault
 from physagent_studio.errors import ProgramError
 
 app = typer.Typer(
@@ -42,7 +44,9 @@ Objects = Annotated[
 
 def main() -> None:
     """Entry point of the console script."""
-    app()
+    sys.excepthook = our_fault
+    # Calling `app` itself would put typer's hook in the place of ours.
+    get_command(app)()
 
 
 def _version(wanted: bool) -> None:

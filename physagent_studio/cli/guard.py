@@ -6,6 +6,7 @@ import functools
 import os
 import sys
 from collections.abc import Callable
+from types import TracebackType
 from typing import ParamSpec, TypeVar
 
 import typer
@@ -20,7 +21,7 @@ OUR_FAULT, BAD_INPUT, NOT_REALISED, WAITING, CANCELLED = 1, 2, 3, 4, 130
 
 
 def guarded(command: Callable[P, R]) -> Callable[P, R]:
-    """Wraps a command so that a person never sees a traceback (`PHYSAGENT_DEBUG=1` shows it)."""
+    """Wraps a command so that what a person can do something about is one sentence."""
 
     @functools.wraps(command)
     def wrapper(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -43,15 +44,16 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
             # The reader of our output is gone; nothing more can be said to it.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             raise typer.Exit(OUR_FAULT) from None
-        except (typer.Exit, typer.Abort):
-            raise
-        except Exception as error:
-            if os.environ.get("PHYSAGENT_DEBUG"):
-                raise
-            _say(f"this is our fault: {error!r}; PHYSAGENT_DEBUG=1 shows where")
-            raise typer.Exit(OUR_FAULT) from None
 
     return wrapper
+
+
+def our_fault(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+    """As `sys.excepthook`: what nobody expected ends in one sentence, with exit code 1."""
+    if os.environ.get("PHYSAGENT_DEBUG"):
+        sys.__excepthook__(kind, error, trace)
+    else:
+        _say(f"this is our fault: {error!r}; PHYSAGENT_DEBUG=1 shows where")
 
 
 def _say(text: str) -> None:

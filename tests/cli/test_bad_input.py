@@ -132,3 +132,26 @@ def test_a_malformed_object_word(tmp_path: Path) -> None:
         "run", str(picture), "--prompt", "The ball falls.", "--object", "ball", home=tmp_path
     )
     one_sentence(result, "name@x,y")
+
+
+UNEXPECTED = """
+import sys
+from physagent_studio.cli import files, main
+
+def broken(path):
+    raise RuntimeError("the moon is in the way")
+
+files.read_program = broken
+sys.argv = ["physagent", "validate", "program.yaml"]
+main()
+"""
+
+
+@pytest.mark.parametrize("debug", ["", "1"])
+def test_what_nobody_expected_is_one_sentence_and_exit_1(debug: str) -> None:
+    command = [sys.executable, "-c", UNEXPECTED]
+    environment = {"PATH": "/usr/bin:/bin", "PHYSAGENT_DEBUG": debug}
+    result = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=120)
+    assert result.returncode == 1
+    assert "the moon is in the way" in result.stderr
+    assert ("Traceback" in result.stderr) == bool(debug)

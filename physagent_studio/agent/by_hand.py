@@ -40,9 +40,6 @@ def in_order(roles: Iterable[str]) -> tuple[RoleName, ...]:
 
 
 def without_schedule(program: PhysicalProgram) -> PhysicalProgram:
-    """Scene and demands, with nothing scheduled yet: what a person in the generator's role fills.
-
-    Where a demand speaks of an action, the person states it anew with the action.
-    """
+    """Scene and demands with nothing scheduled yet, for a person in the generator's role."""
     event = program.event.model_copy(update={"actions": ()})
     return program.model_copy(update={"event": event})

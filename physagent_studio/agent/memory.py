@@ -139,11 +139,11 @@ _NOWHERE = object()
 
 
 def verified_paths(path: tuple[Round, ...]) -> tuple[str, ...]:
-    """Paths of the scene that stage 1 has passed on the way to the head."""
+    """Paths of the scene that stage 1 has passed at the head, a person's word going first."""
     last = path[-1] if path else None
     if last is None or last.assessment is None:
         return ()
-    if last.assessment.stage == "reconstruction" and not last.assessment.passed:
+    if last.assessment.stage == "reconstruction" and not last.scene_holds:
         return ()
     scene = last.program.scene
     found = ["scene.camera"]

@@ -6,6 +6,7 @@ import pytest
 
 from physagent_studio.agent.by_hand import turn_of, waits_for, without_schedule
 from physagent_studio.agent.loop import add_round, advance
+from physagent_studio.agent.memory import memory_of
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.program import PhysicalProgram, SetField, apply
@@ -104,6 +105,14 @@ def test_a_scene_that_i_refuse_is_never_simulated() -> None:
     assert current.proposal is not None
     assert "the ball is too small" in current.proposal.question
     assert (loop.rollouts, current.simulations) == ({}, 0)
+
+
+def test_what_i_say_of_the_scene_decides_what_counts_as_verified() -> None:
+    loop = by("verifier")
+    gives(loop, False, "the ball is too small")
+    assert memory_of(loop.state).verified == ()
+    loop.state = overruled(loop.state, Override(passed=True, author="person", at=""))
+    assert "scene.objects.bowling_ball.position" in memory_of(loop.state).verified
 
 
 def test_the_planner_is_not_asked_and_my_edits_are_the_next_round() -> None:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from physagent_studio.agent.rules.reading import vocabulary as v
+from physagent_studio.agent.rules.reading.expressions import ADVERBIAL
 from physagent_studio.agent.rules.reading.measures import UNITS, amount_of
 from physagent_studio.agent.rules.reading.noun_phrases import NounPhrases, is_adjective
-from physagent_studio.agent.rules.reading.phrases import ADVERBIAL, ALWAYS, Chunk, NounPhrase
+from physagent_studio.agent.rules.reading.phrases import Chunk, NounPhrase
 from physagent_studio.agent.rules.reading.tokens import (
     is_number,
     is_participle,
@@ -15,6 +16,9 @@ from physagent_studio.agent.rules.reading.tokens import (
     singular,
     verb_base,
 )
+
+ALWAYS = v.words_of("assoonas while when because although though whereas whilst")
+"""Subordinators that are nothing else, so that a clause begins even where its verb is unknown."""
 
 
 @dataclass(frozen=True)

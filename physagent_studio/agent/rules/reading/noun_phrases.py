@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from physagent_studio.agent.rules.reading import vocabulary as v
-from physagent_studio.agent.rules.reading.phrases import ADVERBIAL, NounPhrase
+from physagent_studio.agent.rules.reading.expressions import ADVERBIAL
+from physagent_studio.agent.rules.reading.phrases import NounPhrase
 from physagent_studio.agent.rules.reading.tokens import (
     Token,
     is_number,

@@ -9,11 +9,12 @@ from itertools import zip_longest
 from physagent_studio.agent.rules.reading import vocabulary as v
 from physagent_studio.agent.rules.reading.chunker import Chunker
 from physagent_studio.agent.rules.reading.clauses import RawClause, split
+from physagent_studio.agent.rules.reading.expressions import join_fixed
 from physagent_studio.agent.rules.reading.frames import EventFrame, ReadClause, Reading
 from physagent_studio.agent.rules.reading.meanings import Meanings
 from physagent_studio.agent.rules.reading.modifiers import Details, details_of
 from physagent_studio.agent.rules.reading.names import Resolved, resolve_objects
-from physagent_studio.agent.rules.reading.phrases import Chunk, NounPhrase, join_fixed
+from physagent_studio.agent.rules.reading.phrases import Chunk, NounPhrase
 from physagent_studio.agent.rules.reading.places import extent_of
 from physagent_studio.agent.rules.reading.rewriting import rewritten
 from physagent_studio.agent.rules.reading.spelling import corrected

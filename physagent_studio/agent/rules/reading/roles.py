@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 from physagent_studio.agent.rules.reading import vocabulary as v
 from physagent_studio.agent.rules.reading.clauses import RawClause
+from physagent_studio.agent.rules.reading.details import Details, is_measure
 from physagent_studio.agent.rules.reading.frames import EventFrame
-from physagent_studio.agent.rules.reading.modifiers import Details, is_measure
 from physagent_studio.agent.rules.reading.names import Resolved, resolve_objects
 from physagent_studio.agent.rules.reading.phrases import Chunk, NounPhrase
 from physagent_studio.agent.rules.reading.places import resolve_place

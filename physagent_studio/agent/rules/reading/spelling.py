@@ -13,7 +13,7 @@ from dataclasses import replace
 from functools import cache
 
 from physagent_studio.agent.rules.reading import vocabulary as v
-from physagent_studio.agent.rules.reading.phrases import FIXED
+from physagent_studio.agent.rules.reading.expressions import FIXED
 from physagent_studio.agent.rules.reading.tokens import Token, singular, verb_base
 
 SHORT, LONG = 4, 6

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from physagent_studio.agent.rules.senses.common import (
-    along,
     siblings,
     sideways_fall,
     struck_before,
@@ -11,6 +10,7 @@ from physagent_studio.agent.rules.senses.common import (
     travel,
 )
 from physagent_studio.agent.rules.senses.motion import move
+from physagent_studio.agent.rules.senses.whereabouts import along
 from physagent_studio.agent.rules.senses.yielding import collapse
 from physagent_studio.agent.rules.specs import Context, Spec, any_of, before, place_name, spec
 

@@ -5,13 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from physagent_studio.agent.rules.reading import EventFrame, Place
-from physagent_studio.agent.rules.senses.common import (
-    arrival,
-    is_ground,
-    off,
-    posture,
-)
+from physagent_studio.agent.rules.senses.common import arrival, posture
 from physagent_studio.agent.rules.senses.remaining import is_container, is_last
+from physagent_studio.agent.rules.senses.whereabouts import is_ground, off
 from physagent_studio.agent.rules.specs import Context, Spec, before, place_name, spec
 
 

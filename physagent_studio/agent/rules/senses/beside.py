@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from physagent_studio.agent.rules.reading import Place
-from physagent_studio.agent.rules.senses.common import is_ground
 from physagent_studio.agent.rules.senses.extents import extents
+from physagent_studio.agent.rules.senses.whereabouts import is_ground
 from physagent_studio.agent.rules.specs import START, Context, Spec, any_of, place_name, spec
 
 SIDES = {

@@ -3,15 +3,9 @@
 from __future__ import annotations
 
 from physagent_studio.agent.rules.layout import level, named_way
-from physagent_studio.agent.rules.senses.common import (
-    along,
-    bent_path,
-    landed_on,
-    manner,
-    travel,
-    was_raised,
-)
+from physagent_studio.agent.rules.senses.common import bent_path, manner, travel
 from physagent_studio.agent.rules.senses.turning import topple
+from physagent_studio.agent.rules.senses.whereabouts import along, landed_on, was_raised
 from physagent_studio.agent.rules.senses.yielding import wind
 from physagent_studio.agent.rules.specs import (
     START,

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from physagent_studio.agent.rules.reading import EventFrame
 from physagent_studio.agent.rules.reading.vocabulary import words_of
-from physagent_studio.agent.rules.senses.common import is_ball, landed_on, posture, quality, still
+from physagent_studio.agent.rules.senses.common import is_ball, posture, quality, still
+from physagent_studio.agent.rules.senses.whereabouts import landed_on
 from physagent_studio.agent.rules.specs import START, Context, Spec, place_name, spec
 
 

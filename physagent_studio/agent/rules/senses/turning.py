@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from physagent_studio.agent.rules.senses.common import (
-    along,
     arrival,
     posture,
     siblings,
@@ -11,6 +10,7 @@ from physagent_studio.agent.rules.senses.common import (
     struck_before,
     touch,
 )
+from physagent_studio.agent.rules.senses.whereabouts import along
 from physagent_studio.agent.rules.specs import Context, Spec, any_of, before, spec
 
 SIDE_TILT = 60.0

@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-from physagent_studio.agent.rules.senses.common import (
-    along,
-    keeps_standing,
-    quality,
-    sideways_fall,
-    touch,
-)
+from physagent_studio.agent.rules.senses.common import keeps_standing, quality, sideways_fall, touch
+from physagent_studio.agent.rules.senses.whereabouts import along
 from physagent_studio.agent.rules.specs import Context, Spec, any_of, place_name, spec
 
 

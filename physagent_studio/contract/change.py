@@ -48,7 +48,7 @@ def _peak(values: FloatArray, steps: NDArray[np.intp], threshold: float, unit: s
 
 
 def deforms(statement: Deforms, facts: Facts, window: Window) -> Outcome:
-    """Greatest change of the distance between its points, in parts of its size.
+    """Greatest change of the distance between its points, in per cent of its size.
 
     Distances do not see where the object is or how it is turned. The 99th percentile keeps one
     stray vertex from deciding.
@@ -62,8 +62,8 @@ def deforms(statement: Deforms, facts: Facts, window: Window) -> Outcome:
     pairs = np.concatenate([(one + count // k) % count for k in (2, 3, 5, 7)])
     apart = np.linalg.norm(vertices[:, np.tile(one, 4)] - vertices[:, pairs], axis=-1)
     size = max(float(np.ptp(vertices[0], axis=0).max()), 1e-6)
-    strain = np.percentile(np.abs(apart - apart[0]), 99, axis=1) / size
-    return _peak(strain, steps, statement.strain, "")
+    strain = 100 * np.percentile(np.abs(apart - apart[0]), 99, axis=1) / size
+    return _peak(strain, steps, 100 * statement.strain, "%")
 
 
 def spreads(statement: Spreads, facts: Facts, window: Window) -> Outcome:

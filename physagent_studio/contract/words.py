@@ -7,6 +7,7 @@ from typing import Any
 
 from physagent_studio.program.contract import Statement
 from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.program.statements import SpeedBetween
 
 COMPOSITES = ("all_of", "any_of", "count_of", "before", "in_turn", "together")
 """Kinds that speak of other statements."""
@@ -69,6 +70,8 @@ def window_text(statement: Statement, program: PhysicalProgram) -> str:
     """Which part of the clip it speaks of, if not all of it."""
     per = program.clip.steps_per_frame
     start, end = statement.from_step, statement.to_step
+    if not start and end is not None and end < per:
+        return ", to begin with"
     if start and end is not None:
         return f", between frames {start // per} and {end // per}"
     if start:
@@ -112,10 +115,6 @@ def _how_many(statement: Any) -> str:
     if high == len(statement.of):
         return f"at least {low}"
     return f"at most {high}" if low == 0 else f"{low} to {high}"
-
-
-def _pair(plain: str, denied: str) -> tuple[str, str]:
-    return plain, denied
 
 
 def _verb(verb: str, base: str, rest: str = "") -> tuple[str, str]:
@@ -164,6 +163,24 @@ def _bends(s: Any) -> tuple[str, str]:
     return _verb("bends its path", "bend its path", "" if s.side == "either" else SIDES[s.side])
 
 
+_ANY_SPEED = SpeedBetween.model_fields["high"].default
+
+
+def _speed(s: Any) -> tuple[str, str]:
+    if s.high >= _ANY_SPEED:
+        return _verb("gets", "get", "fast enough")
+    if s.low == 0:
+        return "stays slow enough", "gets faster"
+    return "has the right top speed", "has another top speed"
+
+
+def _speeds(s: Any) -> str:
+    if s.high >= _ANY_SPEED:
+        return f"at least {number(s.low, 'm/s')}"
+    top = number(s.high, "m/s")
+    return f"at most {top}" if s.low == 0 else f"{number(s.low)} to {top}"
+
+
 _CLAIMS: dict[str, Callable[[Any], tuple[str, str]]] = {
     "moves": _moves,
     "falls": lambda s: _verb("falls", "fall"),
@@ -181,7 +198,7 @@ _CLAIMS: dict[str, Callable[[Any], tuple[str, str]]] = {
     "rotates": lambda s: _verb("turns", "turn"),
     "flips": lambda s: _verb("flips", "flip", SIDES[s.direction] if s.direction else ""),
     "upright": lambda s: _verb("stands", "stand", "upright at the end"),
-    "speed_between": lambda s: _pair("has the right top speed", "has another top speed"),
+    "speed_between": _speed,
     "path_bends": _bends,
     "reverses": _returns,
     "descends_slowly": lambda s: _verb("comes", "come", "down slowly"),
@@ -206,7 +223,7 @@ _BOUNDS: dict[str, Callable[[Any], str]] = {
     "rotates": lambda s: f"by at least {number(s.angle, '°')}",
     "flips": lambda s: f"by at least {number(s.angle, '°')}",
     "upright": lambda s: f"tilts at most {number(s.tilt, '°')}",
-    "speed_between": lambda s: f"{number(s.low)} to {number(s.high, 'm/s')}",
+    "speed_between": _speeds,
     "path_bends": lambda s: f"by at least {number(s.angle, '°')}",
     "reverses": lambda s: f"by at least {number(s.angle, '°')}",
     "descends_slowly": lambda s: (

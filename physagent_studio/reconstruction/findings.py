@@ -76,8 +76,16 @@ def _camera(camera: Camera) -> Finding:
         "picture heights",
         share <= LARGEST_SIGMA,
         "camera",
-        f"the horizon is at row {camera.horizon:.0f} ({how})",
+        f"the horizon is {_row(camera)} ({how})",
     )
+
+
+def _row(camera: Camera) -> str:
+    """ "at row 120", "18 px above the picture"."""
+    over, under = -camera.horizon, camera.horizon - camera.size[1]
+    if over > 0:
+        return f"{over:.0f} px above the picture"
+    return f"{under:.0f} px below the picture" if under > 0 else f"at row {camera.horizon:.0f}"
 
 
 def _points(item: SceneObject, mask: BoolArray | None) -> Finding:

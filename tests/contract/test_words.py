@@ -41,6 +41,22 @@ def test_describe_needs_no_rollout(stage):
     ]
 
 
+def test_a_bound_on_one_side_is_said_as_one(stage):
+    fast, slow, both = (
+        {"kind": "speed_between", "subject": "ball", **bounds}
+        for bounds in ({"low": 0.7}, {"high": 1}, {"low": 0.02, "high": 1})
+    )
+    first = {"kind": "contacts", "subject": "ball", "other": "cube", "to_step": 1}
+    rows = [{"id": f"s{n}", **row} for n, row in enumerate((fast, slow, both, first))]
+    program = stage.program(*rows)
+    assert [describe(one, program) for one in program.contract.statements] == [
+        "ball gets fast enough (at least 0.7 m/s)",
+        "ball stays slow enough (at most 1 m/s)",
+        "ball has the right top speed (0.02 to 1 m/s)",
+        "ball touches cube, to begin with",
+    ]
+
+
 def test_a_measured_number_is_in_every_text(stage, time):
     stage.path("ball", z=1 - np.minimum(time, 0.5))
     assert stage.check("falls", subject="ball").text == "ball falls 0.5 m ≥ 0.02 m: yes, frame 0"

@@ -101,7 +101,7 @@ export function startRounds(host, showPlots, showPhoto) {
     const clauses = data.draft ? [] : shown.clauses;
     if (!notes.length && !findings.length && !criteria.length && !clauses.length) return null;
     return h("div", { class: "section" },
-      notes.length || findings.length ? h("div", { class: "head" }, "What went wrong") : null,
+      notes.length || findings.length ? h("div", { class: "head" }, shown.verdict === "failed" ? "What went wrong" : "Good to know") : null,
       h("ul", { class: "stack" },
         notes.map((one) => h("li", {}, one.text.replace(` at frame ${one.frame}`, " at"), " ", one.frame === null ? null : h("button", { class: "link num", type: "button", onclick: () => scrub(one.frame) }, `frame ${one.frame}`))),
         findings.map((one) => h("li", {}, one.text))),

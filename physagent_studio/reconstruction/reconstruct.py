@@ -32,7 +32,6 @@ from physagent_studio.reconstruction import (
     supports,
 )
 from physagent_studio.reconstruction.bare import scene_without_photo
-from physagent_studio.reconstruction.crossing import edges_of, lines_through
 from physagent_studio.reconstruction.layout import Stance
 from physagent_studio.reconstruction.lines import Segments, segments
 from physagent_studio.reconstruction.marked import candidates_of, regions_of
@@ -40,8 +39,8 @@ from physagent_studio.reconstruction.meshes import support_mesh
 from physagent_studio.reconstruction.offers import ranked, ranking
 from physagent_studio.reconstruction.parts import with_parts
 from physagent_studio.reconstruction.placement import Placed, place_all
-from physagent_studio.reconstruction.plate import background, hole_of
 from physagent_studio.reconstruction.sameness import same_sight, scene_hash
+from physagent_studio.reconstruction.scene_plate import scene_plate
 from physagent_studio.reconstruction.segmentation import Segmenter, choose
 from physagent_studio.reconstruction.steady import reaching
 from physagent_studio.reconstruction.stored import stated_mesh
@@ -158,7 +157,7 @@ def _look(
     run.at("textures", 0.78)
     meshes = _skins(image, sight, placed, assets)
     run.at("background", 0.82)
-    plate = _plate(image, masks, previous, sight.found, camera, done.supports)
+    plate = scene_plate(image, masks, sight.found, camera, done.supports, previous)
     run.at("checks", 0.97)
     fixed = _support_meshes(done)
     checks = findings.measure(done, masks, meshes, fixed, sight.read.estimate, image)
@@ -310,24 +309,6 @@ def _proposals(state: SceneState) -> list[str]:
         if item.grounding.proposed
         for click in item.grounding.points[:1]
     ]
-
-
-def _plate(
-    image: Image,
-    masks: Mapping[str, BoolArray],
-    previous: Scene | None,
-    found: Segments,
-    camera: Camera,
-    solid: tuple[Support, ...],
-) -> Image:
-    """The background; that of an earlier scene if the objects are the same."""
-    if previous is not None and previous.plate is not None and previous.photo is not None:
-        same = previous.masks.keys() == masks.keys() and np.array_equal(previous.photo, image)
-        if same and all(np.array_equal(previous.masks[name], masks[name]) for name in masks):
-            return previous.plate
-    hole = hole_of(list(masks.values()), image.shape[:2])
-    lines = [lines_through(image, hole, found), edges_of(image, hole, camera, solid)]
-    return background(image, list(masks.values()), np.concatenate(lines), camera, found)
 
 
 def _support_meshes(state: SceneState) -> dict[str, Mesh]:

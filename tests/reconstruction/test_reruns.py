@@ -18,6 +18,8 @@ from physagent_studio.program.scene import (
     Support,
 )
 from physagent_studio.reconstruction import photo_hash, reconstruct
+from physagent_studio.reconstruction.lines import segments
+from physagent_studio.reconstruction.scene_plate import scene_plate
 from physagent_studio.records.case import Case
 from physagent_studio.records.scene import Scene
 
@@ -101,7 +103,7 @@ def test_corrections_survive_and_what_is_open_follows(drawn, corrected, edit):
     else:
         assert min(moved) > 0.02
         assert after.state.landmarks[0].points != before.state.landmarks[0].points
-    assert after.plate is before.plate
+    assert (after.plate is before.plate) == (edit != "horizon")
 
 
 def test_a_typed_horizon_turns_a_camera_that_is_there(corrected):
@@ -116,6 +118,14 @@ def test_a_typed_horizon_turns_a_camera_that_is_there(corrected):
     assert after.state.camera.focal == before.state.camera.focal
     assert after.state.camera.confirmed
     assert after.state.objects[0] == before.state.objects[0]
+    # The ground runs otherwise through the photo: it is filled in anew, as if for the first time.
+    found = segments(case.image)
+    fresh = scene_plate(
+        case.image, after.masks, found, after.state.camera, after.state.supports, None
+    )
+    assert after.plate is not None
+    assert np.array_equal(after.plate, fresh)
+    assert not np.array_equal(after.plate, before.plate)
 
 
 def test_what_no_picture_shows_changes_nothing_that_it_shows(corrected):

@@ -76,30 +76,35 @@ class Calm:
         if self._wait:
             self._wait -= 1
             if grip.awaits:
-                grip.note(data, log, since)
+                grip.note(log, since)
             return
         steps = 0
-        if grip.note(data, log, since) and self.reach is not None:
+        if grip.note(log, since) and self.reach is not None:
             steps = self._steps(self.reach, data, grip, self._haste + gain)
         self.until = step + steps
         self._patience = 0 if steps else min(self._patience + 1, PATIENCE)
         self._wait = self._patience
 
     def _steps(self, reach: Reach, data: Data, grip: Grip, haste: float) -> int:
-        places, rates = data.qpos.tolist(), data.qvel.tolist()
-        engaged = grip.engaged
+        rates, engaged = data.qvel.tolist(), grip.engaged
         if not grip.alone and reach.rocks(engaged, rates, self._gentle):
             return 0
-        speeds = reach.speeds(rates)
+        spheres = reach.spheres(data.qpos.tolist(), rates)
         if not engaged.isdisjoint(reach.between):
             # Objects that touch each other may hand on their speed.
-            speeds = [1.5 * max(speeds)] * len(speeds)
+            most = 1.5 * max(speed for *_, speed in spheres)
+            spheres = [(*ball, most) for *ball, _ in spheres]
         step, best, near = self._step_seconds, LONGEST * self._step_seconds, 0
-        for meeting, bound in reach.gaps(places, engaged):
-            closing = speeds[meeting.one]
-            if meeting.other >= 0:
-                closing += speeds[meeting.other]
-            if bound > (closing + haste * best) * best:
+        for meeting in reach.meetings:
+            x, y, z, radius, closing = spheres[meeting.one]
+            if meeting.other < 0:
+                bound = max([a * x + b * y + c * z - d for a, b, c, d in meeting.planes]) - radius
+            else:
+                u, v, w, size, speed = spheres[meeting.other]
+                x, y, z = x - u, y - v, z - w
+                bound = math.sqrt(x * x + y * y + z * z) - size - radius
+                closing += speed
+            if bound > (closing + haste * best) * best or meeting.pairs <= engaged:
                 continue
             seconds = time_to_meet(bound, closing, haste)
             if seconds < 2 * step:
@@ -107,7 +112,8 @@ class Calm:
                 seconds = self._measured(data, reach, meeting, engaged, closing, haste)
                 if seconds < step or near > MANY:
                     return 0
-            best = min(best, seconds)
+            if seconds < best:
+                best = seconds
         return int(best / step + 1e-9)
 
     def _measured(

@@ -66,18 +66,22 @@ class ContactView:
         both = contact.geom.view(np.int64)
         self.codes = as_strided(both, (capacity,), (size,), writeable=False)
 
-    def now(self) -> NDArray[np.int64]:
-        """(ncon,) the codes that are valid now."""
-        codes = self.codes
-        if not len(codes) and self._data.ncon:
+    def now(self, count: int) -> NDArray[np.int64]:
+        """(count,) the codes of the first contacts; count: positive, no more than there are."""
+        if not len(self.codes):
             self.bind()
-            codes = self.codes
-        return codes[: self._data.ncon]
+        return self.codes[:count]
 
-    def spot(self, geoms: tuple[int, int]) -> tuple[list[float], list[float]] | None:
-        """Point and normal of one contact of two geoms, the lower id first; None if apart."""
-        for row, (one, other) in enumerate(self.geoms().tolist()):
-            if geoms in ((one, other), (other, one)):
+    @staticmethod
+    def coded(geoms: IntArray) -> NDArray[np.int64]:
+        """(n,) the codes of (n, 2) geoms, in this order."""
+        return np.ascontiguousarray(geoms, np.int32).view(np.int64).ravel()
+
+    def spot(self, codes: tuple[int, int]) -> tuple[list[float], list[float]] | None:
+        """Point and normal of one contact of two geoms, coded both ways round; None if apart."""
+        count = self._data.ncon
+        for row, code in enumerate(self.now(count).tolist() if count else ()):
+            if code in codes:
                 values, at, to = self.numbers[row].tolist(), self.at["pos"], self.at["frame"]
                 return values[at : at + 3], values[to : to + 3]
         return None

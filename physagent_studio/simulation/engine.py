@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Callable
 from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 
@@ -15,11 +16,14 @@ from physagent_studio.records import Alarm
 from physagent_studio.simulation.measure import rollout_of
 from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.schedule import Slot
-from physagent_studio.simulation.trace import EXTRA, SNAPSHOT, Trace
+from physagent_studio.simulation.trace import SNAPSHOT, Trace
 from physagent_studio.simulation.world import World
 
 FASTEST = 5e3
 """m/s or rad/s above which a state is absurd and the run has blown up."""
+
+Reached: TypeAlias = Callable[[int], bool]
+"""What is done at the beginning of a control step; False where the run ends there."""
 
 
 def run(
@@ -30,30 +34,35 @@ def run(
     progress: Callable[[float], None] | None,
 ) -> None:
     """Runs the control steps from `first` to the end of the clip, or to a blow-up."""
-    clip, data = world.program.clip, world.data
-    places, rates = data.qpos, data.qvel
-    step = first
-    while True:
-        trace.positions[step], trace.velocities[step] = places, rates
-        if step % clip.steps_per_frame == 0:
-            trace.rows = step + 1
-            if not _sound(world, trace, step):
-                return
-            _report(cancelled, progress, step / clip.steps)
-            _snapshot(world, trace, step // clip.steps_per_frame)
-        if step == clip.steps:
-            break
-        trace.rows = step + 1
+    steps, step = world.program.clip.steps, first
+    reached = partial(_reached, world, trace, partial(_report, cancelled, progress))
+    while reached(step):
+        if step == steps:
+            _finish(world, trace)
+            return
         _edges(world, trace, step)
-        step = _advance(world, trace, step)
-    _finish(world, trace)
+        step = _advance(world, trace, step, reached)
+
+
+def _reached(world: World, trace: Trace, report: Callable[[float], None], step: int) -> bool:
+    """Writes the state down, at a frame with all that it takes to go on from it."""
+    if trace.over:
+        return False
+    clip, data = world.program.clip, world.data
+    trace.positions[step], trace.velocities[step] = data.qpos, data.qvel
+    trace.rows = step + 1
+    if step % clip.steps_per_frame == 0:
+        if not _sound(world, trace, step):
+            return False
+        report(step / clip.steps)
+        _snapshot(world, trace, step // clip.steps_per_frame)
+    return True
 
 
 def _snapshot(world: World, trace: Trace, frame: int) -> None:
-    states, rest = trace.columns
-    mj.mj_getState(world.compiled.model, world.data, states[frame], SNAPSHOT)
-    rest[frame, :EXTRA] = (trace.count, trace.acting, *trace.calm.state)
-    trace.grip.keep(rest[frame, EXTRA:])
+    mj.mj_getState(world.compiled.model, world.data, trace.states[frame], SNAPSHOT)
+    extra = (trace.count, trace.acting, *trace.calm.state)
+    trace.pending.append((frame, extra, trace.grip.state))
     trace.memories[frame:] = [_memory(world, trace)]
 
 
@@ -91,7 +100,7 @@ def _edges(world: World, trace: Trace, step: int) -> None:
     if step == 0:
         for item in world.program.scene.objects:
             world.half_kick(item.name)
-        trace.grip.update(world.data)
+        trace.grip.update(world.data.ncon)
         trace.fracture.follow(world.data)
     if schedule.is_conditional:
         if schedule.awaits_contact and step:
@@ -128,7 +137,7 @@ def _touched(world: World, trace: Trace, a: str, b: str) -> int | None:
     return trace.first_touch.get((one, other))
 
 
-def _advance(world: World, trace: Trace, step: int) -> int:
+def _advance(world: World, trace: Trace, step: int, reached: Reached) -> int:
     """Goes on from a control step, as far as nothing of ours can act; returns the next one."""
     schedule, calm = trace.schedule, trace.calm
     busy = [slot for slot in schedule.active if slot.effect.acts] if schedule.active else []
@@ -139,8 +148,7 @@ def _advance(world: World, trace: Trace, step: int) -> int:
     if fine:
         _step_by_step(world, trace, step, _pushes(world, fine, step))
     elif step < calm.until:
-        quiet = not busy and step > 0 and not schedule.has_edge(step)
-        step = _stretch(world, trace, step, quiet) - 1
+        step = _stretch(world, trace, step, bool(busy), reached) - 1
     else:
         if not busy and step > 0 and not schedule.has_edge(step):
             trace.log.undisturbed.append(step)
@@ -149,7 +157,7 @@ def _advance(world: World, trace: Trace, step: int) -> int:
     if trace.fracture.watches:
         trace.releases += trace.fracture.release(world.data, trace.log.blows(first), step)
     if step + 1 >= calm.until:
-        gain = sum(slot.effect.most_gain(world) for slot in busy)
+        gain = sum(slot.effect.most_gain(world) for slot in busy) if busy else 0.0
         if fine or math.isinf(gain):
             calm.end(step + 1)
         else:
@@ -178,39 +186,42 @@ def _pushes(world: World, fine: list[Slot], step: int) -> Callable[[int], None]:
     return before
 
 
-def _stretch(world: World, trace: Trace, step: int, quiet: bool) -> int:
+def _stretch(world: World, trace: Trace, step: int, busy: bool, reached: Reached) -> int:
     """Control steps as a whole, see `calm`, as many as can follow each other; returns the next.
 
-    quiet: whether no action is at work.
+    busy: whether an action is at work.
     """
     model, data, grip, log = world.compiled.model, world.data, trace.grip, trace.log
-    places, rates, substeps = data.qpos, data.qvel, trace.substeps
-    stop = _stop(world, trace, step) if quiet else step + 1
+    go_on, substeps, per = mj.mj_step, trace.substeps, world.program.clip.steps_per_frame
+    places, rates, positions, velocities = data.qpos, data.qvel, trace.positions, trace.velocities
+    quiet = not busy and step > 0 and not trace.schedule.has_edge(step)
+    stop, close = step + 1 if busy else _stop(trace, step), grip.now
     while True:
-        mj.mj_step(model, data, substeps)
-        was, first = grip.now, step * substeps
-        parted = grip.update(data)
+        go_on(model, data, substeps)
+        first, count = step * substeps, data.ncon
+        parted = grip.update(count)
         if quiet:
             log.undisturbed.append(step)
         step += 1
-        if grip.now is not was:
+        if grip.now is not close:
             log.part(data, first, parted)
             trace.calm.end(step)
             stop = step
-        log.read(data, first, grip.alone and quiet and not parted)
-        if step >= stop:
-            break
-        trace.positions[step], trace.velocities[step] = places, rates
-    trace.count, trace.acting = data.ncon, data.nefc
-    return step
+        log.read(data, count, first, quiet and grip.alone and not parted)
+        if step < stop and step % per:
+            positions[step], velocities[step] = places, rates
+        else:
+            trace.count, trace.acting = count, data.nefc
+            if step >= stop or not reached(step):
+                return step
+        quiet = True
 
 
-def _stop(world: World, trace: Trace, step: int) -> int:
+def _stop(trace: Trace, step: int) -> int:
     """The next control step before which something must be looked at."""
     if trace.schedule.is_conditional or trace.fracture.watches:
         return step + 1
-    per = world.program.clip.steps_per_frame
-    return min(trace.calm.until, step - step % per + per, trace.schedule.next_edge(step))
+    return min(trace.calm.until, trace.schedule.next_edge(step))
 
 
 def _step_by_step(
@@ -220,21 +231,21 @@ def _step_by_step(
     model, data, grip = world.compiled.model, world.data, trace.grip
     go_on, read, first = mj.mj_step, trace.log.read, step * trace.substeps
     close, acting, fresh = trace.count, trace.acting, True
-    for tick in range(trace.substeps):
+    for tick in range(first, first + trace.substeps):
         if before is not None:
-            before(tick)
+            before(tick - first)
         go_on(model, data)
         count, rows = data.ncon, data.nefc
         if count != close or rows != acting:
-            grip.gather(data)
+            grip.gather(count)
         # While a close pair has not touched, any step may be its impact, and neither count nor
         # rows need tell: a foot that lifts in the same step takes away what the impact adds.
         grown = grip.awaits and (rows > acting or not grip.loose)
         if fresh or grown:
-            read(data, first + tick)
+            read(data, count, tick)
             fresh = grown
         close, acting = count, rows
-    grip.update(data)
+    grip.update(close)
     trace.count, trace.acting = close, acting
 
 
@@ -267,7 +278,7 @@ def _sound(world: World, trace: Trace, step: int) -> bool:
     )
     name = _object_at(world, column)
     trace.alarms.append(Alarm(row, "blow_up", _diagnosis(trace, row, name)))
-    trace.rows = max(row, 1)
+    trace.rows, trace.over = max(row, 1), True
     return False
 
 

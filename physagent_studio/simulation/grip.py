@@ -16,11 +16,12 @@ would stop the slide: with rest as the aim no impact gains energy.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import TypeAlias
 
 import numpy as np
 
 from physagent_studio.simulation.clouds import Cloud
-from physagent_studio.simulation.mj import Data
 from physagent_studio.simulation.model import MEETING, Compiled
 from physagent_studio.simulation.surfaces import FloatArray, IntArray
 from physagent_studio.simulation.touches import ContactLog
@@ -32,6 +33,9 @@ TUMBLING = 0.25
 """Share of the slide from which on what turning does matters more."""
 
 NOTHING: frozenset[int] = frozenset()
+
+GripState: TypeAlias = tuple[frozenset[int], frozenset[int], frozenset[int]]
+"""The pairs that are close, those that are engaged and those that rock."""
 
 
 class Grip:
@@ -53,68 +57,89 @@ class Grip:
         self._impact = -1.0 / dt
         self._slide = max(-1.0 / SLIDE, 0.5 * self._impact)
         self.loose = any(isinstance(handle, Cloud) for handle in compiled.handles)
-        self._known: dict[bytes, frozenset[int]] = {b"": NOTHING}
+        self._known: dict[bytes, frozenset[int]] = {}
         self._coded: dict[frozenset[int], frozenset[int]] = {}
         self._sets: dict[frozenset[int], frozenset[int]] = {NOTHING: NOTHING}
         self._bodies = compiled.pair_bodies.tolist()
         model = compiled.model
-        ends = zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)
-        self._geoms = [(min(two), max(two)) for two in ends]
+        ends = np.stack([model.pair_geom1, model.pair_geom2], 1)
+        both = [compiled.contacts.coded(two).tolist() for two in (ends, ends[:, ::-1])]
+        self._codes = list(zip(*both, strict=True))
         self._objects = len(compiled.handles) if compiled.reach is not None else 0
         self._alone: dict[frozenset[int], bool] = {NOTHING: self._objects > 0}
         damping[:, 0] = -1.0
         damping[:, 1] = self._impact
         self._objects_at = () if compiled.reach is None else compiled.reach.objects
-        # Where turning is kept in `qvel`, and what it is multiplied by to be a speed.
+        self._things = 1 + max((max(two) for two in self._bodies), default=0)
+        # The engine's state stays where it is in memory.
+        self._places, self._rates = compiled.data.qpos, compiled.data.qvel
+        # Where turning is kept in `qvel`, and its square below which nothing rocks.
         self._turning = [
-            (index, at + 3, lever)
-            for index, (_, at, _, lever) in enumerate(self._objects_at)
+            (at + 3, 0.99 * (MEETING / 2 / lever) ** 2)
+            for _, at, _, lever in self._objects_at
             if lever > 0
         ]
         self.now = self.engaged = self.rocking = NOTHING
         self.awaits = self.loose
         self.alone = self._objects > 0
 
-    def keep(self, state: FloatArray) -> None:
-        """Writes what a snapshot keeps: (npair,) 0 apart, 1 close, 2 engaged, 2 more if rocking."""
-        state[:] = 0
-        for pair in self.now:
-            state[pair] = 1 + (pair in self.engaged) + 2 * (pair in self.rocking)
+    @property
+    def state(self) -> GripState:
+        """What a snapshot keeps, see `rows`."""
+        return self.now, self.engaged, self.rocking
 
-    def gather(self, data: Data) -> None:
+    def rows(self, states: Sequence[GripState]) -> FloatArray:
+        """(len(states), npair) 0 apart, 1 close, 2 engaged, 2 more if rocking."""
+        known = {state: index for index, state in enumerate(dict.fromkeys(states))}
+        table = np.zeros((len(known), len(self._bodies)))
+        for row, (now, engaged, rocking) in zip(table, known, strict=True):
+            row[list(now)] = 1
+            row[list(engaged)] += 1
+            row[list(rocking)] += 2
+        return table[[known[state] for state in states]]
+
+    def gather(self, count: int) -> None:
         """Adds the pairs that have come close in the engine step just done.
 
         What parts stays gentle to the end of its control step: a hop of a hundredth of a second
-        is part of sliding or rolling, its landing no impact of its own.
+        is part of sliding or rolling, its landing no impact of its own. count: of the contacts
+        that there are.
         """
-        pairs = self._close(data)
-        if not pairs <= self.now:
+        pairs = self._close(count)
+        if pairs is not self.now and not pairs <= self.now:
             pairs = self._one(pairs | self.now)
-            self._hold(pairs, self._rocks(data, pairs))
+            self._hold(pairs, self._rocks(pairs) if self._turning else NOTHING)
 
-    def update(self, data: Data) -> frozenset[int]:
-        """Takes over which pairs are close at the end of a control step; those that are no more."""
-        pairs = self._close(data)
-        rocking = self._rocks(data, pairs)
+    def update(self, count: int) -> frozenset[int]:
+        """Takes over which pairs are close at the end of a control step; those that are no more.
+
+        count: of the contacts that there are.
+        """
+        pairs = self._close(count)
+        rocking = self._rocks(pairs) if pairs and self._turning else NOTHING
         if pairs is self.now and rocking == self.rocking:
             return NOTHING
         parted = self.now - pairs
         self._hold(pairs, rocking)
         return parted
 
-    def note(self, data: Data, log: ContactLog, since: int) -> bool:
-        """Notes which pairs have touched since an engine step; True if all that are close have."""
-        self.update(data)
+    def note(self, log: ContactLog, since: int) -> bool:
+        """Notes which pairs have touched since an engine step; True if all that are close have.
+
+        Which are close must be known from `update` already.
+        """
         if self.now and self.awaits:
             touched = self._pairs(log.active_geoms(since)) & self.now
             self._engage(touched | self.engaged)
         return not self.awaits
 
-    def _close(self, data: Data) -> frozenset[int]:
+    def _close(self, count: int) -> frozenset[int]:
         """The pairs that are close now; equal sets are one object."""
         if self.loose:
             return self._one(self._pairs(self._view.geoms()))
-        now = self._view.now()
+        if not count:
+            return NOTHING
+        now = self._view.now(count)
         key = now.tobytes()
         pairs = self._known.get(key)
         if pairs is None:
@@ -149,30 +174,35 @@ class Grip:
         self.alone = alone
         self._engage(pairs & self.engaged)
 
-    def _rocks(self, data: Data, pairs: frozenset[int]) -> frozenset[int]:
+    def _rocks(self, pairs: frozenset[int]) -> frozenset[int]:
         """Those of the pairs in which a point may come at the other body faster than `MEETING`."""
-        if not pairs or not self._turning:
-            return NOTHING
-        rates, lively = data.qvel.tolist(), {}
-        for index, at, lever in self._turning:
-            a, b, c = rates[at], rates[at + 1], rates[at + 2]
+        rates = self._rates.tolist()
+        for at, most in self._turning:
+            a, b, c = rates[at : at + 3]
+            if a * a + b * b + c * c > most:
+                return self._rocking(pairs, rates)
+        return NOTHING
+
+    def _rocking(self, pairs: frozenset[int], rates: list[float]) -> frozenset[int]:
+        """`_rocks` where something turns fast enough. rates: `qvel`."""
+        lively = [0.0] * self._things
+        for index, (_, at, _, lever) in enumerate(self._objects_at):
+            a, b, c = rates[at + 3 : at + 6]
             speed = lever * math.sqrt(a * a + b * b + c * c)
             if speed > MEETING / 2:
                 lively[index] = speed
-        if not lively:
-            return NOTHING
-        fast = [
-            (pair, two)
-            for pair in pairs
-            if lively.get((two := self._bodies[pair])[0], 0.0) + lively.get(two[1], 0.0) > MEETING
-        ]
+        fast = []
+        for pair in pairs:
+            one, other = self._bodies[pair]
+            if lively[one] + lively[other] > MEETING:
+                fast.append(pair)
         if not fast:
             return NOTHING
-        places = data.qpos.tolist()
+        places = self._places.tolist()
         return frozenset(
             pair
-            for pair, two in fast
-            if self._tumbles(places, rates, two, self._view.spot(self._geoms[pair]))
+            for pair in fast
+            if self._tumbles(places, rates, self._bodies[pair], self._view.spot(self._codes[pair]))
         )
 
     def _tumbles(
@@ -223,7 +253,7 @@ class Grip:
         self.awaits = self.loose or len(pairs) < len(self.now)
 
     def restore(self, state: FloatArray) -> None:
-        """Takes up where `keep` was called."""
+        """Takes up a row of `rows`."""
         kept = state.tolist()
         self.engaged = frozenset(pair for pair, value in enumerate(kept) if value in (2, 4))
         rocking = frozenset(pair for pair, value in enumerate(kept) if value > 2)

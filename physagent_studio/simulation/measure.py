@@ -65,16 +65,11 @@ def _own(world: World, trace: Trace, setting: str) -> Rollout:
         warnings=tuple(trace.alarms),
         releases=tuple(trace.releases),
         versions=versions(),
-        snapshots=_snapshots(trace),
+        snapshots=trace.snapshots_so_far(),
         memories=tuple(trace.memories),
         actions=action_keys(program),
         setting=setting,
     )
-
-
-def _snapshots(trace: Trace) -> FloatArray:
-    filled = len(trace.memories)
-    return trace.snapshots if filled == len(trace.snapshots) else trace.snapshots[:filled].copy()
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)

@@ -8,7 +8,7 @@ look at them costs less than the first array operation.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +21,8 @@ MANY_FACES = 60
 """Faces from which on the hull of a support counts as its bounding box."""
 
 Plane = tuple[float, float, float, float]
+Sphere = tuple[float, float, float, float, float]
+"""About an object: its middle and radius, m, and a speed that no point of it exceeds, m/s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,12 +53,14 @@ class Reach:
     meetings: tuple[Meeting, ...]
     between: frozenset[int]
 
-    def speeds(self, rates: list[float]) -> list[float]:
-        """m/s that no point of each object exceeds. rates: `qvel`."""
+    def spheres(self, places: list[float], rates: list[float]) -> list[Sphere]:
+        """Of each object. places: `qpos`. rates: `qvel`."""
         found = []
-        for _, at, radius, _ in self.objects:
-            x, y, z, a, b, c = rates[at : at + 6]
-            found.append((x * x + y * y + z * z) ** 0.5 + radius * (a * a + b * b + c * c) ** 0.5)
+        for at, to, radius, _ in self.objects:
+            x, y, z, a, b, c = rates[to : to + 6]
+            speed = math.sqrt(x * x + y * y + z * z) + radius * math.sqrt(a * a + b * b + c * c)
+            x, y, z = places[at : at + 3]
+            found.append((x, y, z, radius, speed))
         return found
 
     def rocks(self, engaged: frozenset[int], rates: list[float], limit: float) -> bool:
@@ -75,27 +79,6 @@ class Reach:
             for item in self.meetings
             if not item.pairs.isdisjoint(engaged)
         )
-
-    def gaps(self, places: list[float], engaged: frozenset[int]) -> Iterator[tuple[Meeting, float]]:
-        """Every meeting that is not engaged, with a distance in m that is at least there.
-
-        places: `qpos`. engaged: contact pairs that touch.
-        """
-        spheres = [(*places[at : at + 3], radius) for at, _, radius, _ in self.objects]
-        for meeting in self.meetings:
-            if engaged and meeting.pairs <= engaged:
-                continue
-            x, y, z, radius = spheres[meeting.one]
-            if meeting.other < 0:
-                gap = -1e9
-                for a, b, c, d in meeting.planes:
-                    away = a * x + b * y + c * z - d
-                    gap = away if away > gap else gap
-            else:
-                u, v, w, size = spheres[meeting.other]
-                x, y, z = x - u, y - v, z - w
-                gap = (x * x + y * y + z * z) ** 0.5 - size
-            yield meeting, gap - radius
 
     def approach(self, meeting: Meeting, rates: list[float], ends: list[float]) -> float:
         """m/s at which a plane between two bodies can be used up from both sides, not negative.

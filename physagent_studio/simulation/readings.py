@@ -35,14 +35,13 @@ class Readings:
         self._forces: FloatArray = np.empty(0)
         self._end = self._stop = 0
 
-    def add(self, data: Data, tick: int, forces: bool) -> None:
-        """Takes down all contacts there are now. forces: whether those of the solver too."""
-        count, view = data.ncon, self._view
+    def add(self, data: Data, count: int, tick: int, forces: bool) -> None:
+        """Takes down all contacts there are now, `count`. forces: whether the solver's too."""
         if count:
-            if not len(view.codes):
-                view.bind()
-            start, end = self._end, self._end + count
+            view, start = self._view, self._end
+            end = start + count
             if end > len(self._numbers):
+                view.bind()
                 self._room(count)
             self._numbers[start:end] = view.numbers[:count]
             self._integers[start:end] = view.integers[:count]

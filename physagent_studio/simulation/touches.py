@@ -85,18 +85,19 @@ class ContactLog:
         self._readings = Readings(compiled.contacts)
         self.undisturbed: list[int] = []
 
-    def read(self, data: Data, tick: int, known: bool = False) -> None:
+    def read(self, data: Data, count: int, tick: int, known: bool = False) -> None:
         """Keeps the contacts of the engine step just done, as those of engine step `tick`.
 
-        known: whether all their impulses will follow from momenta, so that forces are not needed.
+        count: how many there are. known: whether all their impulses will follow from momenta, so
+        that forces are not needed.
         """
-        if data.ncon > MANY:
+        if count > MANY:
             # A heap touches itself thousands of times: only what it does to others is kept.
             flex = np.asarray(data.contact.flex) if self._flexible else None
             bodies = self._bodies(self._view.geoms(), flex)
             self._readings.add_some(data, tick, bodies[:, 0] != bodies[:, 1])
         else:
-            self._readings.add(data, tick, not known)
+            self._readings.add(data, count, tick, not known)
 
     def part(self, data: Data, tick: int, pairs: frozenset[int]) -> None:
         """Keeps pairs that were close before engine step `tick` and have come apart since.

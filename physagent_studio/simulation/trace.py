@@ -11,7 +11,7 @@ from physagent_studio.records import Alarm, Rollout
 from physagent_studio.records.rollout import Release
 from physagent_studio.simulation.calm import Calm
 from physagent_studio.simulation.fracture import Fracture
-from physagent_studio.simulation.grip import Grip
+from physagent_studio.simulation.grip import Grip, GripState
 from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.model import Compiled
 from physagent_studio.simulation.schedule import Schedule
@@ -29,8 +29,10 @@ class Trace:
     """What the loop writes: raw states per control step and snapshots per frame.
 
     positions: (S+1, nq). velocities: (S+1, nv). snapshots: (frames, engine state, extra, grip).
-    engine_size: numbers in the engine's state; columns: the snapshots cut there. memories: per
-    frame; memory: the last one and what it depended on. rows: how many rows are valid. count,
+    engine_size: numbers in the engine's state; states: the part of each snapshot that holds it.
+    pending: what the other parts will hold, by frame, see `snapshots_so_far`. memories: per frame;
+    memory: the last one and what it depended on. rows: how many rows are valid. over: whether
+    the run ended early. count,
     acting: contacts and constraint rows of the last engine step. first_touch: control step by
     pair. came_true: control step by id of the waiting action. releases: joints that let go. head:
     the earlier run that stands for the rows up to `first`, which are not filled here.
@@ -47,6 +49,7 @@ class Trace:
     substeps: int
     engine_size: int
     rows: int = 0
+    over: bool = False
     count: int = 0
     acting: int = 0
     memories: list[str] = field(default_factory=list)
@@ -57,11 +60,22 @@ class Trace:
     came_true: dict[str, int] = field(default_factory=dict)
     head: Rollout | None = None
     first: int = 0
-    columns: tuple[FloatArray, FloatArray] = field(init=False)
+    states: list[FloatArray] = field(init=False)
+    pending: list[tuple[int, tuple[int, ...], GripState]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        size = self.engine_size
-        self.columns = self.snapshots[:, :size], self.snapshots[:, size:]
+        self.states = list(self.snapshots[:, : self.engine_size])
+
+    def snapshots_so_far(self) -> FloatArray:
+        """(frames reached, K): the snapshots, with what was left to be written into them."""
+        if self.pending:
+            frames, extras, grips = zip(*self.pending, strict=True)
+            rest = self.snapshots[frames[0] : frames[-1] + 1, self.engine_size :]
+            rest[:, :EXTRA] = extras
+            rest[:, EXTRA:] = self.grip.rows(grips)
+            self.pending.clear()
+        filled = len(self.memories)
+        return self.snapshots if filled == len(self.snapshots) else self.snapshots[:filled].copy()
 
 
 def new_trace(program: PhysicalProgram, compiled: Compiled, substeps: int) -> Trace:

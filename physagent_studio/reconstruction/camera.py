@@ -1,8 +1,9 @@
 """The camera from the picture: where the horizon is, and how sure that is.
 
-Several cues vote on the row of the horizon: edges that meet in a vanishing point, things of
-known size that stand at different depths, what stands on the ground lies below it, and the way
-people hold cameras. The answer is the best row and the spread of the votes.
+Several cues vote on the row of the horizon and the focal length: edges of right-angled things,
+circles seen as ellipses, things of known size that stand at different depths, what stands on the
+ground lies below it, and the way people hold cameras. The answer is the best row
+and the spread of the votes.
 """
 
 from __future__ import annotations
@@ -13,8 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
-from physagent_studio.reconstruction.lines import Segments, level_transitions, meeting_points
+from physagent_studio.reconstruction import right_angles
+from physagent_studio.reconstruction.lines import Segments, level_transitions
 from physagent_studio.records.case import Image
 
 FloatArray = NDArray[np.float64]
@@ -27,6 +30,9 @@ EYE_LEVEL_SPREAD = 0.9
 """Height of a camera above what it looks at, m, and the spread of its logarithm."""
 FOCAL_SPREAD = 0.4
 """Standard deviation of the logarithm of the focal length."""
+
+EDGES = 0.5
+"""Weight of the edges of right-angled things: edges side by side are not independent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,23 +84,26 @@ def estimate(
     limits: Sequence[float] = (),
     discs: Sequence[Disc] = (),
     focal: float | None = None,
+    angles: Sequence[right_angles.Edges] | None = None,
 ) -> Horizon:
     """The horizon and focal length of a picture.
 
     found: its straight edges. standing: things on level planes. limits: rows of further
     points that certainly lie on a level plane, hence below the horizon. discs: circles on level
-    planes. focal: pixels, where it is known.
+    planes. focal: pixels, where it is known. angles: the edges of each right-angled thing;
+    without them all of `found` are taken to belong to one.
     """
     rows, columns = image.shape[:2]
+    if angles is None:
+        angles = right_angles.edges_by_thing(found, (columns, rows), ())
     grid = np.arange(-3.0 * rows, 1.1 * rows, 2.0)
-    shared = _vanishing(grid, found, (columns, rows))
-    shared += _below(grid, [item.foot for item in standing], rows, 0.02)
+    shared = _below(grid, [item.foot for item in standing], rows, 0.02)
     shared += _below(grid, limits, rows, 0.0)
     shared += _sizes(grid, standing)
     shared += _eye_level(grid, standing)
     shared += _shore(grid, image, rows)
     usual = usual_focal((columns, rows))
-    factors = np.exp(np.linspace(-0.35, 1.3, 12)) if focal is None else np.array([focal / usual])
+    factors = _factors(focal, usual, finely=len(angles) > 0)
     votes = np.stack(
         [
             shared
@@ -104,6 +113,7 @@ def estimate(
             for factor in factors
         ]
     )
+    votes += _right_angles(grid, rows, usual * factors, angles)
     best = np.unravel_index(int(votes.argmax()), votes.shape)
     row = float(grid[best[1]])
     weight = np.exp(votes - votes.max())
@@ -113,23 +123,32 @@ def estimate(
     return Horizon(row, max(math.sqrt(float(spread)), 1.0), usual * float(factors[best[0]]))
 
 
+def _factors(focal: float | None, usual: float, *, finely: bool) -> FloatArray:
+    """Focal lengths to try, as shares of the usual one."""
+    if focal is not None:
+        return np.array([focal / usual])
+    return np.exp(np.linspace(-0.35, 1.3, 34 if finely else 12))
+
+
+def _right_angles(
+    grid: FloatArray, rows: int, focals: FloatArray, angles: Sequence[right_angles.Edges]
+) -> FloatArray:
+    """(F, R) what the edges of right-angled things say of each focal length and row."""
+    votes = np.zeros((len(focals), len(grid)))
+    if not angles:
+        return votes
+    pitches = right_angles.PITCHES
+    for vote, focal, own in zip(votes, focals, right_angles.votes(angles, focals), strict=True):
+        tilt = np.clip(np.arctan2(rows / 2 - grid, focal), pitches[0], pitches[-1])
+        vote += EDGES * CubicSpline(pitches, own)(tilt)
+    return votes
+
+
 def _posture(grid: FloatArray, rows: int, focal: float) -> FloatArray:
     """Log prior of the pitch, with a heavy tail for views from above."""
     pitch = np.arctan2(rows / 2 - grid, focal)
     off = (pitch - PITCH) / PITCH_SPREAD
     return np.where(off > 0, -np.log1p(off**2 / 3) * 2, -0.5 * off**2)
-
-
-def _vanishing(grid: FloatArray, found: Segments, size: tuple[int, int]) -> FloatArray:
-    """Edges of level things meet on the horizon; some meet elsewhere, so it is a soft vote."""
-    votes = np.zeros_like(grid)
-    anywhere = 1 / float(np.ptp(grid))
-    for _, y, spread, weight in meeting_points(found, size):
-        sigma = math.hypot(spread, 0.015 * size[1])
-        hit = np.exp(-0.5 * ((grid - y) / sigma) ** 2) / (sigma * math.sqrt(2 * math.pi))
-        share = min(0.7, 1.2 * float(weight))
-        votes += np.log((1 - share) * anywhere + share * hit) - math.log(anywhere)
-    return votes
 
 
 def _roundness(grid: FloatArray, rows: int, focal: float, discs: Sequence[Disc]) -> FloatArray:

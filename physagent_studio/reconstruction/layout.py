@@ -13,12 +13,19 @@ import numpy as np
 from physagent_studio.reconstruction.camera import Disc
 from physagent_studio.reconstruction.masks import BoolArray, bounds
 from physagent_studio.reconstruction.names import words_of
-from physagent_studio.reconstruction.rims import has_a_rim, rim_of
+from physagent_studio.reconstruction.rims import (
+    base_of,
+    has_a_rim,
+    rim_of,
+    stands_on_a_disc,
+    top_of,
+)
 
 _ALOFT = re.compile(
     r"\b(hang\w*|hung|hover\w*|float\w*|suspend\w*|dangl\w*|levitat\w*"
     r"|mid-?air|in the air|airborne)\b"
 )
+_LEANING = re.compile(r"\b(lean(?:s|ing|t|ed)?|propped|tilted|aslant|askew)\b")
 
 _ORDER = {"top": 0, "upper": 0, "topmost": 0, "uppermost": 0, "first": 1, "second": 2, "third": 3}
 _ORDER |= {"middle": 10, "centre": 10, "center": 10, "fourth": 4, "fifth": 5, "sixth": 6}
@@ -34,7 +41,8 @@ class Stance:
 
     box: (x0, y0, x1, y1). foot: middle of its lowest part. on: the object that it stands on,
     seen directly under it. over: the object below it across a gap. aloft: the words say that
-    it hangs or floats. rim: the level circle that ends it above, where name and outline show one.
+    it hangs or floats. leans: they say that it leans. rim: the level circle that ends it above,
+    where name and outline show one. disc: likewise the one that it stands on.
     """
 
     name: str
@@ -43,7 +51,9 @@ class Stance:
     on: str | None = None
     over: str | None = None
     aloft: bool = False
+    leans: bool = False
     rim: Disc | None = None
+    disc: Disc | None = None
 
     @property
     def width(self) -> int:
@@ -71,9 +81,18 @@ def read(masks: Mapping[str, BoolArray], prompt: str) -> dict[str, Stance]:
         foot = foot_of(mask)
         on = _directly_below(name, mask, masks)
         over = None if on else _across_gap(name, box, masks)
-        rim = rim_of(mask) if has_a_rim(name) else None
-        found[name] = Stance(name, box, foot, on, over, is_aloft(name, masks, prompt), rim)
+        rim, disc = _discs(name, mask)
+        aloft, leans = (_is_said(how, name, masks, prompt) for how in (_ALOFT, _LEANING))
+        found[name] = Stance(name, box, foot, on, over, aloft, leans, rim, disc)
     return {**found, **_named_stacks(found)}
+
+
+def _discs(name: str, mask: BoolArray) -> tuple[Disc | None, Disc | None]:
+    """The level circles that end a thing above and below, where name and outline show them."""
+    rim = rim_of(mask) if has_a_rim(name) else None
+    if not stands_on_a_disc(name):
+        return rim, None
+    return rim or top_of(mask), base_of(mask)
 
 
 def _named_stacks(found: Mapping[str, Stance]) -> dict[str, Stance]:
@@ -195,13 +214,18 @@ def _across_gap(
 
 def is_aloft(name: str, names: Mapping[str, object], prompt: str) -> bool:
     """Whether the sentence says, near the object's own name, that it hangs or floats."""
+    return _is_said(_ALOFT, name, names, prompt)
+
+
+def _is_said(how: re.Pattern[str], name: str, names: Mapping[str, object], prompt: str) -> bool:
+    """Whether words of the sentence are said of an object: its name is the nearest to them."""
     noun = (words_of(name) or ("",))[-1]
-    if len(names) == 1 and _ALOFT.search(prompt.lower()):
+    if len(names) == 1 and how.search(prompt.lower()):
         # There is nothing else in the picture that the words could mean.
         return True
     others = {(words_of(other) or ("",))[-1] for other in names if other != name} - {noun}
     for sentence in re.split(r"[.;]", prompt.lower()):
-        for hit in _ALOFT.finditer(sentence):
+        for hit in how.finditer(sentence):
             around = sentence[max(0, hit.start() - 60) : hit.end() + 40]
             owners = [word for word in (noun, *others) if word and word in around]
             if owners:

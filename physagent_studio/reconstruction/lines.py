@@ -1,4 +1,4 @@
-"""Straight edges of the picture, the points where they meet, and lines across it."""
+"""Straight edges of the picture, and lines across it."""
 
 from __future__ import annotations
 
@@ -17,17 +17,20 @@ FloatArray = NDArray[np.float64]
 class Segments:
     """N straight edges: ends (N, 2, 2) pixels, length (N,), angle (N,) in −π/2 … π/2,
 
-    image y down, contrast (N,) grey levels across the edge.
+    image y down, contrast (N,) grey levels across the edge, bend (N,) how much its direction
+    changes from end to end, rad: pieces of round outlines are bent.
     """
 
     ends: FloatArray
     length: FloatArray
     angle: FloatArray
     contrast: FloatArray
+    bend: FloatArray
 
     def only(self, keep: NDArray) -> Segments:
         """The segments that a boolean or index array selects."""
-        return Segments(self.ends[keep], self.length[keep], self.angle[keep], self.contrast[keep])
+        values = (self.ends, self.length, self.angle, self.contrast, self.bend)
+        return Segments(*(value[keep] for value in values))
 
 
 def segments(image: Image, shortest: float = 0.03) -> Segments:
@@ -43,7 +46,8 @@ def segments(image: Image, shortest: float = 0.03) -> Segments:
     ends[flip] = ends[flip][:, ::-1]
     delta[flip] *= -1
     angle = np.arctan2(delta[:, 1], delta[:, 0])
-    result = Segments(ends, length, angle, _contrast(image, ends, delta, length))
+    contrast = _contrast(image, ends, delta, length)
+    result = Segments(ends, length, angle, contrast, _bend(grey, ends, delta))
     return result.only(np.argsort(-length, kind="stable"))
 
 
@@ -62,6 +66,29 @@ def _contrast(image: Image, ends: FloatArray, delta: FloatArray, length: FloatAr
 
     step = sample(middle + 2.5 * normal[:, None]) - sample(middle - 2.5 * normal[:, None])
     return np.median(np.linalg.norm(step, axis=2), axis=1).astype(float)
+
+
+def _bend(grey: NDArray, ends: FloatArray, delta: FloatArray) -> FloatArray:
+    """How much the brightness gradient turns along each edge, rad.
+
+    A straight line through its direction at points along the edge, each counted by how clear the
+    edge is there; directions that differ by half a turn are the same.
+    """
+    if not len(ends):
+        return np.zeros(0)
+    soft = cv2.GaussianBlur(grey, (0, 0), 1.2).astype(np.float32)
+    steps = [cv2.Sobel(soft, cv2.CV_32F, dx, 1 - dx, ksize=3) for dx in (1, 0)]
+    share = np.linspace(0.1, 0.9, 16)
+    spots = (ends[:, :1] + share[None, :, None] * delta[:, None]).astype(np.float32)
+    x, y = (cv2.remap(step, spots[..., 0], spots[..., 1], cv2.INTER_LINEAR) for step in steps)
+    across = np.stack([-delta[:, 1], delta[:, 0]], 1) / np.linalg.norm(delta, axis=1)[:, None]
+    along = x * across[:, 1:] - y * across[:, :1]
+    over = x * across[:, :1] + y * across[:, 1:]
+    turn = np.arctan2(along * np.sign(over), np.abs(over) + 1e-9)
+    weight = over**2 + 1e-6
+    where = share[None] - (weight * share).sum(1, keepdims=True) / weight.sum(1, keepdims=True)
+    slope = (weight * where * turn).sum(1) / (weight * where**2).sum(1)
+    return np.abs(slope).astype(float)
 
 
 def _grown(along: FloatArray, half: float) -> tuple[float, float]:
@@ -93,76 +120,6 @@ def joined(used: Segments, most: int = 40) -> tuple[FloatArray, FloatArray]:
         ends.append([middle + reach[0] * direction, middle + reach[1] * direction])
         lengths.append(float((along[inside, 1] - along[inside, 0]).sum()))
     return np.array(ends).reshape(-1, 2, 2), np.array(lengths)
-
-
-def meeting_points(found: Segments, size: tuple[int, int], most: int = 60) -> FloatArray:
-    """Vanishing points (M, 4): x, y, spread of y in pixels, weight 0 … 1; M ≤ 4, best first.
-
-    Found by trying the crossings of all pairs of long, slanted edges and counting the edges
-    that point there. Weight is the share of the slanted edges' length that does, less where
-    only few edges do, for three lines often meet by chance. The spread
-    follows from the edges' own directions being known to about a degree.
-    """
-    slanted = (np.abs(found.angle) > np.radians(3)) & (np.abs(found.angle) < np.radians(75))
-    used = found.only(np.flatnonzero(slanted)[:most])
-    count = len(used.length)
-    if count < 3:
-        return np.zeros((0, 4))
-    homogeneous = np.concatenate([used.ends, np.ones((count, 2, 1))], 2)
-    lines = np.cross(homogeneous[:, 0], homogeneous[:, 1])
-    lines = lines / np.hypot(lines[:, 0], lines[:, 1])[:, None]
-    first, second = np.triu_indices(count, 1)
-    crossing = np.cross(lines[first], lines[second])
-    fine = np.abs(crossing[:, 2]) > 1e-6
-    spots = crossing[fine, :2] / crossing[fine, 2:]
-    width, height = size
-    spots = spots[(np.abs(spots[:, 1] - height / 2) < 2.5 * height)]
-    spots = spots[np.abs(spots[:, 0] - width / 2) < 6 * width]
-    points: list[tuple[float, float, float, float]] = []
-    free = np.ones(count, bool)
-    # Grain and dirt are short of contrast; edges of things are not.
-    mass = used.length * np.clip(used.contrast / 20, 0.05, 1)
-    total, diagonal = mass.sum(), np.hypot(width, height)
-    for _ in range(4):
-        if not len(spots) or np.count_nonzero(free) < 3:
-            break
-        votes = _pointing(used, spots) & free
-        weight = (votes * mass).sum(1)
-        weight[votes.sum(1) < 3] = 0
-        best = int(weight.argmax())
-        if weight[best] < 0.12 * total:
-            break
-        mine = votes[best]
-        x, y, sigma = _refined(lines[mine], used.ends[mine].mean(1), spots[best])
-        several = min(1.0, (np.count_nonzero(mine) - 2) / 4)
-        points.append((x, y, sigma, float(several * weight[best] / max(total, 0.8 * diagonal))))
-        free &= ~mine
-    return np.array(points).reshape(-1, 4)
-
-
-def _pointing(used: Segments, spots: FloatArray) -> NDArray[np.bool_]:
-    """(S, N): whether segment n points at spot s within 1.5°, and does not contain it."""
-    middle = used.ends.mean(1)
-    toward = spots[:, None] - middle[None]
-    distance = np.hypot(toward[..., 0], toward[..., 1])
-    direction = np.stack([np.cos(used.angle), np.sin(used.angle)], 1)
-    off = np.abs(toward[..., 0] * direction[:, 1] - toward[..., 1] * direction[:, 0])
-    near = off < np.sin(np.radians(1.5)) * np.maximum(distance, 1)
-    return near & (distance > 0.75 * used.length)
-
-
-def _refined(
-    lines: FloatArray, middles: FloatArray, spot: FloatArray
-) -> tuple[float, float, float]:
-    """The point nearest to a bundle of unit lines, and the standard deviation of its y."""
-    noise = np.radians(0.8) * np.maximum(np.linalg.norm(middles - spot, axis=1), 20.0)
-    weighted = lines / noise[:, None]
-    information = weighted[:, :2].T @ weighted[:, :2] + 1e-12 * np.eye(2)
-    covariance = np.linalg.inv(information)
-    x, y = covariance @ (-weighted[:, :2].T @ weighted[:, 2])
-    residual = weighted @ np.array([x, y, 1.0])
-    misfit = float((residual**2).sum()) / max(len(lines) - 2, 1)
-    return float(x), float(y), float(np.sqrt(covariance[1, 1] * max(1.0, misfit)))
 
 
 def level_transitions(image: Image) -> list[tuple[float, float]]:

@@ -42,6 +42,7 @@ from physagent_studio.reconstruction.placement import Placed, place_all
 from physagent_studio.reconstruction.sameness import same_sight, scene_hash
 from physagent_studio.reconstruction.scene_plate import scene_plate
 from physagent_studio.reconstruction.segmentation import Segmenter, choose
+from physagent_studio.reconstruction.sighting import Look
 from physagent_studio.reconstruction.steady import reaching
 from physagent_studio.reconstruction.stored import stated_mesh
 from physagent_studio.reconstruction.survey import Survey, survey
@@ -203,7 +204,8 @@ def _seen(
         item.name: [offer.mask for offer in candidates.get(item.name, ())]
         for item in state.supports
     }
-    read = survey(case, image, state, stances, regions, found, covered, offers, hollow)
+    look = Look(image, stances, chosen, regions, found, covered, offers)
+    read = survey(case, state, look, hollow)
     pools = {name: mask for name, mask in chosen.items() if name in hollow}
     return _Sight(candidates, masks, pools, regions, found, stances, read)
 

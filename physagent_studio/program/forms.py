@@ -106,12 +106,14 @@ class Revolved(Frozen):
 class Inflated(Frozen):
     """The object's mask inflated along camera rays; `thickness` scales depth to width.
 
-    `size` is the bounding box (x, y, z) of the result in the body frame, metres.
+    `size` is the bounding box (x, y, z) of the result in the body frame, metres. `flat`: the thing
+    lies, so that its outline is that of the level plane rather than of an upright one.
     """
 
     kind: Literal["inflated"] = "inflated"
     size: Size
     thickness: Annotated[float, Field(gt=0, le=5)] = 1.0
+    flat: bool = False
 
 
 class Meshed(Frozen):

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +16,7 @@ from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene import Capsule, Ellipsoid, Inflated, Revolved, Shape, Sphere
 from physagent_studio.reconstruction.geometry import metres_per_pixel, on_plane, on_upright
 from physagent_studio.reconstruction.inflation import inflated_mesh, natural_depth, upright_extent
+from physagent_studio.reconstruction.lying import fit_lying, lies
 from physagent_studio.reconstruction.masks import BoolArray, bounds, iou
 from physagent_studio.reconstruction.meshes import capsule_profile, mesh_of
 from physagent_studio.reconstruction.names import Usual
@@ -28,6 +30,8 @@ FloatArray = NDArray[np.float64]
 PRIMITIVES = ("sphere", "ellipsoid", "cylinder", "frustum", "capsule", "box", "bowl")
 REVOLVED_COST = 0.04
 INFLATED_COST = 0.07
+THIN_FROM, THICK_FROM = 12.0, 30.0
+"""Least angle, degrees, at which one looks down on what is taken to lie, be it thin or thick."""
 FLAT_FROM = 0.94
 """Share of a round body's half height where the flats of a stack begin."""
 
@@ -64,15 +68,24 @@ def forms(
     if kind is None or not only:
         wanted = tuple(dict.fromkeys((*wanted, *_worth_trying(mask, usual, hidden))))
     primitives = [kind for kind in PRIMITIVES if kind in wanted]
-    found = [_form_of(fit) for fit in fit_all(camera, mask, base, primitives, usual.shapes, hidden)]
+    fits = fit_all(camera, mask, base, primitives, usual.shapes, hidden)
+    standing = max((fit.iou for fit in fits), default=0.0)
+    fits += fit_lying(camera, mask, base, primitives, usual.shapes, hidden, standing)
+    found = [_form_of(fit) for fit in fits]
     if "torus" in wanted:
         ring = fit_ring(camera, mask, base, usual.shapes, hidden)
         found += [_form_of(ring)] if ring is not None else []
     if "revolved" in wanted:
         found += _revolved_form(camera, mask, base, usual)
     if "inflated" in wanted or not found:
-        found.append(_inflated_form(camera, mask, base, usual))
-    return sorted(found, key=lambda form: (form.kind != kind, -form.merit))
+        lying = flat_form(camera, mask, base, usual)
+        found.append(lying or _inflated_form(camera, mask, base, usual))
+    found.sort(key=lambda form: (form.kind != kind, -form.merit))
+    best: dict[str, Form] = {}
+    for form in found:
+        # Of a kind that stands or lies the better one.
+        best.setdefault(form.kind, form)
+    return list(best.values())
 
 
 def _form_of(fit: Fit) -> Form:
@@ -84,8 +97,10 @@ def _form_of(fit: Fit) -> Form:
 def with_flats(form: Form) -> Form:
     """A round body with small flats at its poles, as fruit has: it can carry and be carried.
 
-    Its height and width stay; other bodies stay as they are.
+    Its height and width stay; other bodies stay as they are, and so does what lies.
     """
+    if lies(form.rotation):
+        return form
     if isinstance(form.shape, Capsule):
         whole = np.array(capsule_profile(form.shape))
     elif isinstance(form.shape, Sphere | Ellipsoid):
@@ -105,6 +120,8 @@ def with_flats(form: Form) -> Form:
 def balances_on_a_point(form: Form) -> bool:
     """Whether a round body stands on its end, where it would fall over without a flat there."""
     shape = form.shape
+    if lies(form.rotation):
+        return False
     if isinstance(shape, Capsule):
         return shape.height > 2.05 * shape.radius
     return isinstance(shape, Ellipsoid) and shape.radii[2] > 1.15 * min(shape.radii[:2])
@@ -209,6 +226,40 @@ def _inflated_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) ->
     value = iou(silhouette(camera, mesh.vertices + np.array(place), mesh.faces), mask)
     merit = value - INFLATED_COST + PRIOR * ("inflated" in usual.shapes)
     return Form("inflated", shape, mesh, place, IDENTITY, value, merit)
+
+
+def flat_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) -> Form | None:
+    """The mask inflated where it lies on the level plane; None for what is not known to lie.
+
+    Seen from too low, what is thick hides how far it reaches along the ground.
+    """
+    if usual.lies is None or base.free_z or base.hold >= 1:
+        return None
+    x0, y0, x1, y1 = bounds(mask)
+    down = -float(camera.rays(np.array([[(x0 + x1) / 2, (y0 + y1) / 2]]))[0, 2])
+    away = float(np.linalg.norm(camera.rays(np.array([[(x0 + x1) / 2, (y0 + y1) / 2]]))[0]))
+    if down / away < math.sin(math.radians(THIN_FROM if usual.lies <= 0.1 else THICK_FROM)):
+        return None
+    round_half = natural_depth(mask) / 2 * metres_per_pixel(camera, (base.x, base.y, base.z))
+    length = float(np.ptp(on_plane(camera, _corners(mask), base.z), axis=0)[:2].max())
+    half = min(round_half, usual.lies * length / 2)
+    spots = on_plane(camera, _corners(mask), base.z + half)
+    if not np.isfinite(spots).all() or not half > 0:
+        return None
+    low, high = spots.min(0), spots.max(0)
+    size = (float(high[0] - low[0]), float(high[1] - low[1]), 2 * half)
+    shape = Inflated(size=size, flat=True)
+    mesh = inflated_mesh(mask, camera, shape)
+    place = _centred(mesh, (float(low[0] + high[0]) / 2, float(low[1] + high[1]) / 2), base.z)
+    value = iou(silhouette(camera, mesh.vertices + np.array(place), mesh.faces), mask)
+    merit = value - INFLATED_COST + PRIOR
+    return Form("inflated", shape, mesh, place, IDENTITY, value, merit)
+
+
+def _corners(mask: BoolArray) -> FloatArray:
+    """Points (N, 2) of the mask's outline."""
+    outlines, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    return np.vstack(outlines)[:, 0].astype(float) + 0.5
 
 
 def _centred(mesh: Mesh, middle: tuple[float, float], foot: float) -> tuple[float, float, float]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Inflated
 from physagent_studio.reconstruction.footing import across_the_feet, levelled
-from physagent_studio.reconstruction.geometry import depth_of, on_upright_through
+from physagent_studio.reconstruction.geometry import depth_of, on_plane, on_upright_through
 from physagent_studio.reconstruction.legs import split_legs
 from physagent_studio.reconstruction.masks import BoolArray, bounds
 from physagent_studio.reconstruction.meshes import volume_and_centre
@@ -39,7 +39,8 @@ def inflated_mesh(mask: BoolArray, camera: Camera, shape: Inflated) -> Mesh:
     It depends on where the mask lies in the picture and on how the camera looks, not on how far
     away the object is, so that moving the object does not change its body.
     """
-    vertices, faces = _upright(mask, camera, shape.size[1] / max(shape.size[0], 1e-9))
+    lay, part = (_level, 2) if shape.flat else (_upright, 1)
+    vertices, faces = lay(mask, camera, shape.size[part] / max(shape.size[0], 1e-9))
     low, high = vertices.min(0), vertices.max(0)
     scale = np.array(shape.size) / np.maximum(high - low, 1e-12)
     vertices = levelled((vertices - (low + high) / 2) * scale, faces.astype(np.int32))
@@ -98,6 +99,22 @@ def _upright(
             return _on_legs(body, legs, _plane(mask, camera), most)
     thick = thickness(sheet, most)
     push = thick[:, None] * ahead[None]
+    return closed(np.vstack([flat - push, flat + push]), sheet, thick)
+
+
+def _level(
+    mask: BoolArray, camera: Camera, depth_share: float
+) -> tuple[FloatArray, NDArray[np.int64]]:
+    """World vertices around a level plane one unit below the camera, and faces.
+
+    depth_share: extent of the result along z as a share of that along x.
+    """
+    sheet = sheet_of(mask)
+    flat = on_plane(camera, sheet.pixels, camera.position[2] - 1.0)
+    pixel = depth_of(camera, flat.mean(axis=0)) / camera.focal
+    half = depth_share * float(np.ptp(flat[:, 0])) / 2 / pixel
+    thick = thickness(sheet, half)
+    push = thick[:, None] * np.array([[0.0, 0.0, -pixel]])
     return closed(np.vstack([flat - push, flat + push]), sheet, thick)
 
 

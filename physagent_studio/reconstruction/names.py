@@ -21,7 +21,8 @@ class Usual:
     """metres: longer visible side. spread: of its logarithm. shapes: likely ones, best first.
 
     depth: usual extent away from the viewer as a share of the width; None for round things.
-    aspect: usual height over width as it stands, and the spread of its logarithm.
+    aspect: usual height over width as it stands, and the spread of its logarithm. lies: of what
+    lies rather than stands, its thickness over its length; 1 for what is as thick as it is wide.
     """
 
     metres: float
@@ -30,6 +31,7 @@ class Usual:
     known: bool = True
     depth: float | None = None
     aspect: tuple[float, float] | None = None
+    lies: float | None = None
 
 
 UNKNOWN = Usual(0.3, 1.0, (), False)
@@ -84,7 +86,8 @@ _add(0.08, 0.12, ("sphere", "ellipsoid", "revolved"), "apple", "orange", "peach"
 _add(0.08, 0.12, ("ellipsoid", "revolved"), "persimmon", "tomato", "onion", "lemon", "lime")
 _add(0.10, 0.2, ("ellipsoid", "revolved"), "pear", "potato", "mango", "avocado", "kiwi")
 _add(0.06, 0.1, ("ellipsoid",), "egg", "plum", "apricot", "fig", "walnut")
-_add(0.03, 0.3, ("ellipsoid",), "strawberry", "cherry", "grape", "nut", "olive", "coin")
+_add(0.03, 0.3, ("ellipsoid",), "strawberry", "cherry", "grape", "nut", "olive")
+_add(0.024, 0.15, ("cylinder",), "coin", "button", "token", "medal", "poker chip", "bottle cap")
 _add(0.19, 0.15, FREE, "banana", "carrot", "cucumber", "corn")
 _add(1.2, 0.3, FREE, "table", "desk", "coffee table", "dining table", "workbench")
 _add(0.6, 0.3, FREE, "nightstand", "side table", "bedside table", "cart", "trolley", "stroller")
@@ -95,13 +98,19 @@ _add(0.12, 0.15, TURNED, "mug", "cup", "teacup")
 _add(0.15, 0.2, TURNED, "glass", "tumbler", "wine glass", "goblet", "candle", "lantern")
 _add(0.25, 0.15, TURNED, "bottle", "vase", "jug", "pitcher", "thermos", "flask")
 _add(0.17, 0.25, ("revolved", "frustum"), "bowl", "basket", "teapot", "kettle", "pot")
-_add(0.26, 0.15, ("cylinder", "revolved"), "plate", "dish", "saucer", "pan", "frisbee", "disc")
+_add(0.26, 0.15, ("cylinder", "revolved"), "plate", "dish", "pan", "frisbee", "disc")
+_add(0.15, 0.12, ("cylinder", "revolved"), "saucer", "coaster", "lid", "pizza", "pancake")
 _add(0.62, 0.15, ("torus", "cylinder"), "tyre", "tire", "wheel", "lifebuoy", "life buoy")
 _add(0.09, 0.2, ("torus",), "doughnut", "donut", "bagel", "bracelet", "bangle", "sprinkled donut")
 _add(0.2, 0.6, ("torus",), "ring", "quoit", "washer", "hoop")
 _add(0.9, 0.2, ("torus",), "hula hoop", "inner tube", "swim ring", "inflatable ring", "rubber ring")
 _add(0.4, 0.3, ("torus",), "wreath", "steering wheel")
-_add(0.16, 0.2, ("capsule", "cylinder"), "pen", "pencil", "marker", "spoon", "fork", "knife")
+_add(0.16, 0.2, ("cylinder", "capsule"), "pen", "pencil", "marker", "crayon", "screwdriver")
+_add(0.05, 0.2, ("cylinder", "capsule"), "battery", "cork", "lipstick", "cigarette", "thimble")
+_add(0.4, 0.4, ("cylinder", "capsule"), "log", "tube", "pipe", "rolling pin", "rod")
+_add(0.18, 0.25, ("capsule", "cylinder"), "sausage", "hot dog", "baguette", "roller")
+_add(0.18, 0.2, FREE, "spoon", "fork", "knife", "key", "scissors", "comb", "toothbrush", "wrench")
+_add(0.2, 0.4, FREE, "leaf", "feather", "glove", "fish", "snake")
 _add(0.9, 0.3, FREE, "umbrella", "broom", "ladder", "lamp", "guitar", "sign")
 _add(0.8, 0.3, FREE, "suit", "dress", "coat", "jacket", "shirt", "clothes", "costume", "towel")
 _add(0.5, 0.5, FREE, "flag", "cloth", "curtain", "blanket", "kite", "pillow", "bag", "backpack")
@@ -133,6 +142,10 @@ _ASPECT |= {"apple": (1.0, 0.1), "egg": (1.1, 0.25), "cone": (1.4, 0.3), "barrel
 _ASPECT |= {"bin": (1.5, 0.3), "bucket": (1.0, 0.2), "person": (2.8, 0.3), "snowman": (1.7, 0.3)}
 _ASPECT |= {"stool": (0.9, 0.35), "chair": (1.6, 0.3), "vase": (1.8, 0.4), "tree": (1.1, 0.4)}
 _ASPECT |= {"scooter": (0.95, 0.25), "car": (0.55, 0.3), "suit": (1.4, 0.4), "house": (1.0, 0.3)}
+
+_LIES = {"spoon": 0.04, "fork": 0.04, "knife": 0.04, "key": 0.04, "scissors": 0.04, "comb": 0.03}
+_LIES |= {"toothbrush": 0.06, "wrench": 0.04, "leaf": 0.03, "feather": 0.04, "glove": 0.15}
+_LIES |= {"banana": 1.0, "carrot": 1.0, "cucumber": 1.0, "corn": 1.0, "snake": 1.0, "fish": 0.3}
 
 _TIMES = {"toy": 0.35, "tiny": 0.5, "mini": 0.5, "miniature": 0.35, "small": 0.75, "little": 0.75}
 _TIMES |= {"big": 1.3, "large": 1.4, "huge": 1.8, "giant": 2.5, "sand": 0.3, "paper": 0.6}
@@ -241,7 +254,8 @@ def usual_size(name: str, context: str = "") -> Usual:
                 aspect = next((_ASPECT[w] for w in reversed(words) if w in _ASPECT), None)
                 if aspect is None and found.shapes[:1] == ("sphere",):
                     aspect = (1.0, 0.08)
-                return replace(_sized(found, before), depth=depth, aspect=aspect)
+                lies = next((_LIES[w] for w in reversed(words) if w in _LIES), None)
+                return replace(_sized(found, before), depth=depth, aspect=aspect, lies=lies)
     return UNKNOWN
 
 

@@ -33,6 +33,7 @@ from physagent_studio.reconstruction.geometry import (
 from physagent_studio.reconstruction.inflation import inflated_mesh
 from physagent_studio.reconstruction.layout import Stance
 from physagent_studio.reconstruction.likeness import alike, kind_name
+from physagent_studio.reconstruction.lying import lies
 from physagent_studio.reconstruction.masks import BoolArray, bounds
 from physagent_studio.reconstruction.meshes import mesh_of
 from physagent_studio.reconstruction.resting import settled
@@ -125,7 +126,7 @@ def _apart(
     items: Mapping[str, SceneObject], meshes: Mapping[str, Mesh], free: frozenset[str]
 ) -> dict[str, SceneObject]:
     """The objects with those moved that stood in one another. On slopes nothing is moved."""
-    level = frozenset(n for n in free if matrix_of(items[n].rotation)[2, 2] > LEVEL)
+    level = frozenset(n for n in free if _is_level(items[n]))
     out = dict(items)
     for name, (x, y) in moved_apart(items, meshes, level).items():
         position = items[name].position
@@ -133,6 +134,11 @@ def _apart(
         place = (position[0] + x, position[1] + y, position[2])
         out[name] = items[name].model_copy(update={"position": place})
     return out
+
+
+def _is_level(item: SceneObject) -> bool:
+    """Whether it stands or lies as on level ground."""
+    return matrix_of(item.rotation)[2, 2] > LEVEL or lies(item.rotation)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -112,7 +112,7 @@ def fit_all(
     return sorted(graded, key=lambda fit: -fit.merit)
 
 
-def _sphere_rim(eye: FloatArray, centre: FloatArray, radii: FloatArray) -> FloatArray:
+def sphere_rim(eye: FloatArray, centre: FloatArray, radii: FloatArray) -> FloatArray:
     """Points (40, 3) of an ellipsoid's contour as seen from `eye`."""
     view = (eye - centre) / radii
     far = float(np.linalg.norm(view))
@@ -132,15 +132,15 @@ def _outline(kind: str, q: FloatArray, eye: FloatArray) -> FloatArray:
     foot = q[:3]
     size = np.exp(np.minimum(q[3:6], 8))
     if kind == "sphere":
-        return _sphere_rim(eye, foot + np.array([0, 0, size[0]]), np.full(3, size[0]))
+        return sphere_rim(eye, foot + np.array([0, 0, size[0]]), np.full(3, size[0]))
     if kind == "ellipsoid":
-        return _sphere_rim(eye, foot + np.array([0, 0, size[1]]), size[[0, 0, 1]])
+        return sphere_rim(eye, foot + np.array([0, 0, size[1]]), size[[0, 0, 1]])
     if kind == "capsule":
         radius, straight = size[0], size[1]
         low = foot + np.array([0, 0, radius])
         high = low + np.array([0, 0, straight])
         ball = np.full(3, radius)
-        return np.vstack([_sphere_rim(eye, low, ball), _sphere_rim(eye, high, ball)])
+        return np.vstack([sphere_rim(eye, low, ball), sphere_rim(eye, high, ball)])
     if kind in ("cylinder", "frustum"):
         top = size[2] if kind == "frustum" else size[0]
         rings = [

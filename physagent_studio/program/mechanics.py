@@ -17,10 +17,11 @@ from physagent_studio.program.actions import (
     SetVelocity,
     duration_of,
 )
+from physagent_studio.program.bodies import Cloth, Rope
 from physagent_studio.program.materials import MATERIALS, Material
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.scene import SceneObject, SceneState, Support
-from physagent_studio.program.shapes import Placed, place_object, place_support
+from physagent_studio.program.shapes import Placed, outline_of, place_object, place_support
 from physagent_studio.program.volumes import volume_of
 
 DIRECTIONS: dict[str, tuple[float, float, float]] = {
@@ -39,11 +40,20 @@ def row_of(item: SceneObject | Support) -> Material:
 
 
 def mass_of(item: SceneObject) -> float | None:
-    """Mass in kg, or None while the shape is open."""
+    """Mass in kg, or None while the shape is open. Sheets and ropes weigh what they are thick."""
     if item.shape is None:
         return None
     density = row_of(item).density if item.density is None else item.density
-    return density * volume_of(item.shape)
+    if not isinstance(item.body, Cloth | Rope):
+        return density * volume_of(item.shape)
+    long, wide, _ = sorted((float(side) for side in outline_of(item.shape).size), reverse=True)
+    thick = item.body.thickness
+    return density * (long * wide * thick if isinstance(item.body, Cloth) else _rod(long, thick))
+
+
+def _rod(length: float, thickness: float) -> float:
+    """Volume of a round rope, m³."""
+    return math.pi / 4 * thickness**2 * length
 
 
 def friction_between(first: SceneObject | Support, second: SceneObject | Support) -> float:

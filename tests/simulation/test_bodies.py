@@ -15,6 +15,7 @@ from physagent_studio.program.actions import (
     SetVelocity,
 )
 from physagent_studio.program.bodies import Breakable, Cloth, Granular, Liquid, Plastic, Rope, Soft
+from physagent_studio.program.mechanics import mass_of
 from physagent_studio.program.rotations import about_axis, angle_between
 from physagent_studio.program.scene import (
     Box,
@@ -28,6 +29,7 @@ from physagent_studio.program.scene import (
 )
 from physagent_studio.records import Mesh
 from physagent_studio.simulation import convex, resimulate, simulate
+from physagent_studio.simulation.flexes import flex_of
 from physagent_studio.simulation.solids import solid_of
 from physagent_studio.simulation.surfaces import box_surface, ellipsoid_surface, mass_properties
 
@@ -58,6 +60,18 @@ def test_mass_properties_agree_between_shapes(exact, round_shape):
     assert other.volume == pytest.approx(one.volume, rel=0.005)
     assert np.diag(other.inertia) == pytest.approx(np.diag(one.inertia), rel=0.01)
     assert other.centre == pytest.approx([0, 0, 0], abs=1e-12)
+
+
+@pytest.mark.parametrize("body", [Cloth(thickness=0.003), Rope(thickness=0.02)])
+def test_sheets_and_ropes_are_counted_with_the_mass_that_runs(body):
+    item = thing("it", Box(size=(0.5, 0.02, 0.9)), (0, 0, 1), density=300).model_copy(
+        update={"body": body}
+    )
+    flex = flex_of(item, of(item.shape), None)
+    assert flex is not None
+    assert mass_of(item) == pytest.approx(300 * flex.volume)
+    if isinstance(body, Cloth):
+        assert mass_of(item) == pytest.approx(300 * 0.5 * 0.9 * 0.003)
 
 
 def test_a_meshed_box_weighs_as_a_box():

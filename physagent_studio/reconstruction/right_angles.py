@@ -39,6 +39,8 @@ ONE_LINE = 2.5
 """Pixels by which the pieces of one line lie off it."""
 STRAY = 0.15
 """Share of groups that are no right-angled thing at all."""
+STRAIGHT = 0.25
+"""Share of pictures whose upright edges were made parallel."""
 MOST, TURNS = 36, 14
 """Edges that are looked at for each thing, and how many of them say how it may be turned."""
 PITCHES = np.radians(np.arange(-12.0, 88.0, 1.0))
@@ -117,18 +119,30 @@ def _edges(found: Segments, size: tuple[int, int]) -> Edges:
 
 
 def votes(groups: Sequence[Edges], focals: FloatArray) -> FloatArray:
-    """(F, P) log likelihood ratios of focal lengths, pixels, and PITCHES against chance."""
-    out = np.zeros((len(focals), len(PITCHES)))
+    """(F, P) log likelihood ratios of focal lengths, pixels, and PITCHES against chance.
+
+    Upright edges may have been made parallel to the sides of the picture: shifted lenses and
+    programs do so, and what is cut out of a picture looks alike. Then they say nothing of either.
+    """
+    seen = np.zeros((len(focals), len(PITCHES)))
+    straightened = np.zeros_like(seen)
     for group in groups:
         own = np.array([_evidence(group, focal) for focal in focals])
-        out += np.logaddexp(math.log(1 - STRAY) + own, math.log(STRAY))
-    return out
+        own = np.logaddexp(math.log(1 - STRAY) + own, math.log(STRAY))
+        seen += own[:, 0]
+        straightened += own[:, 1]
+    return np.logaddexp(math.log(1 - STRAIGHT) + seen, math.log(STRAIGHT) + straightened)
 
 
 def _evidence(edges: Edges, focal: float) -> FloatArray:
-    """(P,) log of how much better right angles explain the edges than chance does."""
+    """(2, P) log of how much better right angles explain the edges than chance does: upright
+
+    edges as they are seen, and made parallel.
+    """
     normal, along = _planes(edges, focal)
     upward = _density(normal[..., 2], along[..., 2], edges.sigma)
+    run = edges.ends[:, 1] - edges.ends[:, 0]
+    parallel = np.broadcast_to(_density(run[:, 0], run[:, 1], edges.sigma), upward.shape)
     flat = np.hypot(normal[..., 0], normal[..., 1])
     chosen = slice(0, TURNS)
     x = -normal[:, chosen, 1] / np.maximum(flat[:, chosen], 1e-9)
@@ -138,11 +152,16 @@ def _evidence(edges: Edges, focal: float) -> FloatArray:
         off = normal[:, None, :, 0] * u[..., None] + normal[:, None, :, 1] * v[..., None]
         run = along[:, None, :, 0] * u[..., None] + along[:, None, :, 1] * v[..., None]
         level += _density(off, run, edges.sigma)
-    # An edge says as much for any turn as any other edge; those of the turn itself say nothing.
-    share = (upward[:, None] + level) / 3 / edges.chance
+    return np.stack([_over_turns(level + up[:, None], edges) for up in (upward, parallel)])
+
+
+def _over_turns(density: FloatArray, edges: Edges) -> FloatArray:
+    """(P,) from (P, turns, N) densities of three directions together, the turns taken alike."""
+    share = density / 3 / edges.chance
     ratio = np.log(1 - edges.trust + edges.trust * share)
     total = ratio.sum(2)
-    own = np.arange(x.shape[1])
+    # An edge says as much for any turn as any other edge; that of the turn itself says nothing.
+    own = np.arange(ratio.shape[1])
     total -= np.maximum(ratio[:, own, own], 0.0)
     best = total.max(1)
     return best + np.log(np.exp(total - best[:, None]).mean(1))

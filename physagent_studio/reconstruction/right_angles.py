@@ -39,8 +39,8 @@ ONE_LINE = 2.5
 """Pixels by which the pieces of one line lie off it."""
 STRAY = 0.15
 """Share of groups that are no right-angled thing at all."""
-STRAIGHT = 0.25
-"""Share of pictures whose upright edges were made parallel."""
+STRAIGHT, STEEPEST = 0.25, math.radians(10.0)
+"""Share of level pictures whose upright edges were made parallel; the tilt by which it falls."""
 MOST, TURNS = 36, 14
 """Edges that are looked at for each thing, and how many of them say how it may be turned."""
 PITCHES = np.radians(np.arange(-12.0, 88.0, 1.0))
@@ -131,7 +131,8 @@ def votes(groups: Sequence[Edges], focals: FloatArray) -> FloatArray:
         own = np.logaddexp(math.log(1 - STRAY) + own, math.log(STRAY))
         seen += own[:, 0]
         straightened += own[:, 1]
-    return np.logaddexp(math.log(1 - STRAIGHT) + seen, math.log(STRAIGHT) + straightened)
+    share = STRAIGHT * np.exp(-0.5 * (PITCHES / STEEPEST) ** 2)
+    return np.logaddexp(np.log(1 - share) + seen, np.log(share) + straightened)
 
 
 def _evidence(edges: Edges, focal: float) -> FloatArray:

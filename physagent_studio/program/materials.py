@@ -51,6 +51,7 @@ MATERIALS: dict[str, Material] = {
     "grass": Material(1200, 0.60, 0.30, 0.090, "turf as ground, cut short"),
     "carpet": Material(300, 0.65, 0.10, 0.030, "floor covering"),
     "concrete": Material(2400, 0.65, 0.35, 0.006, "paving"),
+    "foliage": Material(3, 0.60, 0.10, 0.030, "a plant and the air in its outline, see `plants`"),
 }
 
 

@@ -70,7 +70,7 @@ def forms(
     primitives = [kind for kind in PRIMITIVES if kind in wanted]
     fits = fit_all(camera, mask, base, primitives, usual.shapes, hidden)
     standing = max((fit.iou for fit in fits), default=0.0)
-    fits += fit_lying(camera, mask, base, primitives, usual.shapes, hidden, standing)
+    fits += fit_lying(camera, mask, base, primitives, usual, hidden, standing)
     found = [_form_of(fit) for fit in fits]
     if "torus" in wanted:
         ring = fit_ring(camera, mask, base, usual.shapes, hidden)

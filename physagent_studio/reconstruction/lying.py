@@ -19,6 +19,7 @@ from physagent_studio.program.rotations import about_axis, about_up, matrix_of, 
 from physagent_studio.program.scene import Capsule, Cylinder, Shape
 from physagent_studio.reconstruction.geometry import metres_per_pixel, on_plane, on_upright
 from physagent_studio.reconstruction.masks import BoolArray
+from physagent_studio.reconstruction.names import Usual
 from physagent_studio.reconstruction.shapes import COST, PRIOR, Base, Fit, sphere_rim
 from physagent_studio.reconstruction.target import Target
 
@@ -82,29 +83,29 @@ def fit_lying(
     mask: BoolArray,
     base: Base,
     kinds: Sequence[str],
-    suggested: Sequence[str],
+    usual: Usual,
     hidden: BoolArray | None = None,
     standing: float = 0.0,
 ) -> list[Fit]:
     """Lying cylinders and capsules in place; none where the mask is not long.
 
     Arguments as of `shapes.fit_all`. standing: IoU of the best form that stands; where that is
-    good and the mask's axis leads up, nothing is tried.
+    good and the mask's axis leads up, only what is known to lie is tried.
     """
     axis = axis_of(mask)
     if axis.length < LONG * axis.width:
         return []
     leaning = leans(camera, axis, base)
-    if not leaning and standing > GOOD:
+    if not leaning and standing > GOOD and usual.lies is None:
         return []
-    cost = LIES if leaning else LIES_AWAY
+    cost = 0.0 if usual.lies is not None else LIES if leaning else LIES_AWAY
     target = Target.of(mask, hidden)
     first = _start(camera, axis, base)
     found = []
     for kind in (kind for kind in KINDS if kind in kinds):
         fit = None if first is None else _fit(camera, target, base, kind, first)
         if fit is not None:
-            merit = fit.iou - COST[kind] - cost + PRIOR * (kind in suggested)
+            merit = fit.iou - COST[kind] - cost + PRIOR * (kind in usual.shapes)
             found.append(Fit(fit.shape, fit.position, fit.rotation, fit.iou, merit))
     return found
 

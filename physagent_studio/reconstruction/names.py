@@ -145,6 +145,8 @@ _ASPECT |= {"scooter": (0.95, 0.25), "car": (0.55, 0.3), "suit": (1.4, 0.4), "ho
 
 _LIES = {"spoon": 0.04, "fork": 0.04, "knife": 0.04, "key": 0.04, "scissors": 0.04, "comb": 0.03}
 _LIES |= {"toothbrush": 0.06, "wrench": 0.04, "leaf": 0.03, "feather": 0.04, "glove": 0.15}
+_LIES |= dict.fromkeys(("pipe", "rod", "sausage", "hot dog", "baguette"), 1.0)
+_LIES |= dict.fromkeys(("pen", "pencil", "marker", "crayon", "screwdriver", "log"), 1.0)
 _LIES |= {"banana": 1.0, "carrot": 1.0, "cucumber": 1.0, "corn": 1.0, "snake": 1.0, "fish": 0.3}
 
 _TIMES = {"toy": 0.35, "tiny": 0.5, "mini": 0.5, "miniature": 0.35, "small": 0.75, "little": 0.75}

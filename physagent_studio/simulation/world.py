@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from physagent_studio.program import PhysicalProgram
+from physagent_studio.program.bodies import FLUTTER
+from physagent_studio.program.plants import FOLIAGE
 from physagent_studio.simulation.disturbance import Drag
 from physagent_studio.simulation.mj import Data, mj
 from physagent_studio.simulation.model import Compiled
@@ -20,6 +22,9 @@ IMPACT = 50.0
 
 DRAG = {"sphere": 0.47, "ellipsoid": 0.5, "box": 1.05, "cylinder": 1.0, "capsule": 0.8}
 """Drag coefficients at everyday Reynolds numbers (Hoerner 1965); 1.0 for other shapes."""
+
+CROWN = 0.8
+"""The same for the outline of a plant in light air, see `disturbance.LEAVES`."""
 
 
 @dataclass(eq=False, slots=True)
@@ -113,5 +118,12 @@ class World:
 
     def drag(self, name: str) -> Drag:
         """How the object catches the wind now."""
-        solid = self.compiled.solids[self.names[name]]
-        return Drag(DRAG.get(solid.kind, 1.0), self.part(name).rotation(), solid.shadows)
+        index = self.names[name]
+        solid, turn = self.compiled.solids[index], self.part(name).rotation()
+        item = self.program.scene.objects[index]
+        if item.material == FOLIAGE:
+            return Drag(CROWN, turn, solid.shadows, leafy=True)
+        shadows = solid.shadows
+        if item.body.kind == "cloth":
+            shadows = np.maximum(shadows, FLUTTER * shadows.max())
+        return Drag(DRAG.get(solid.kind, 1.0), turn, shadows)

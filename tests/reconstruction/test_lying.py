@@ -54,7 +54,7 @@ LONG = {"cylinder": Cylinder(radius=0.02, height=0.2), "capsule": Capsule(radius
 def test_a_lying_body_is_found_where_it_lies(pitch, turn, kind):
     shape = LONG[kind]
     view, mask, base, middle = seen(pitch, shape, turn)
-    (fit,) = fit_lying(view, mask, base, (kind,), ())
+    (fit,) = fit_lying(view, mask, base, (kind,), UNKNOWN)
     way = [math.cos(math.radians(turn)), math.sin(math.radians(turn)), 0.0]
     assert lies(fit.rotation)
     assert abs(matrix_of(fit.rotation)[:, 2] @ way) > math.cos(math.radians(5))

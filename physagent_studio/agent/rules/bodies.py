@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 
-from physagent_studio.agent.rules.layout import Layout
-from physagent_studio.agent.rules.look import is_loose, is_rooted, is_sheet
+from physagent_studio.agent.rules.layout import WAYS, Layout
+from physagent_studio.agent.rules.look import is_flag, is_loose, is_rooted, is_sheet
 from physagent_studio.agent.rules.mechanics import G
 from physagent_studio.agent.rules.reading import EventFrame, Reading
 from physagent_studio.program.bodies import Body, Breakable, Cloth, Granular, Soft
+from physagent_studio.program.plants import plant_body
 
 GRAINS = 120
 """Enough to be seen to flow, few enough that a search can run them many times."""
+
+FLAG_CLOTH = 0.0008
+"""m: with the density of fabric 200 g/m², as bunting weighs."""
 
 
 def bodies_for(reading: Reading, layout: Layout) -> dict[str, Body]:
@@ -39,13 +43,27 @@ def _body(frame: EventFrame, name: str, layout: Layout) -> Body | None:
         return Granular(grains=GRAINS, cohesion=0.01)
     if sense in ("collapse", "break", "crush"):
         return Breakable(cuts=(2, 1, 3), release_impulse=round(_blow(frame, name, layout), 4))
+    if sense in ("wind", "sway", "bend") and is_flag(name):
+        # It streams away from its pole, which is where the wind comes from.
+        side = "right" if frame.direction == "left" else "left"
+        return Cloth(pinned=side, thickness=FLAG_CLOTH)
     if sense in ("wind", "sway", "bend") and is_sheet(name):
         return Cloth(pinned="top")
     if sense in ("wind", "sway", "bend", "lean") and is_rooted(name):
-        return Soft(pinned="bottom", young=3e5)
+        return _plant(name, layout)
     if sense == "deform":
         return Soft(young=1e5)
     return None
+
+
+def _plant(name: str, layout: Layout) -> Soft:
+    """What grows, by its height and how broad it is."""
+    item = layout.state.object(name)
+    kind = "" if item is None or item.shape is None else item.shape.kind
+    sides = (WAYS["right"], WAYS["away"])
+    wide, deep = (layout.extent(name, way) + layout.extent(name, -way) for way in sides)
+    height = max(layout.height(name), 0.01)
+    return plant_body(kind, height, max(math.sqrt(wide * deep), 0.02 * height))
 
 
 def _blow(frame: EventFrame, name: str, layout: Layout) -> float:

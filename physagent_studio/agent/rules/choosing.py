@@ -128,7 +128,7 @@ def _rank(intent: Intent, driven: list[Intent], layout: Layout) -> tuple[int, in
 
 def _script_for(task: Task) -> Script:
     intent, layout = task.intent, task.layout
-    if intent.has("wind"):
+    if intent.has("wind") or _is_blown(task):
         return scripts.in_wind
     if intent.has("withdrawn"):
         return scripts.let_go
@@ -266,7 +266,7 @@ def _tips_onto(task: Task) -> bool:
 def _can_only_topple_here(task: Task) -> bool:
     layout = task.layout
     own = [f for f in task.intent.frames if f.sense in _OVER and task.name in f.patient]
-    return bool(own) and layout.carrier(task.name) is not None and not layout.is_ball(task.name)
+    return bool(own) and layout.carrier(task.name) is not None and not layout.rolls(task.name)
 
 
 def _bouncing(task: Task) -> Script:
@@ -281,7 +281,7 @@ def _bouncing(task: Task) -> Script:
 def _can_only_topple(task: Task) -> bool:
     """ "The pins fall": what stands on the ground and is no ball."""
     layout = task.layout
-    return not layout.is_raised(task.name) and not layout.is_ball(task.name)
+    return not layout.is_raised(task.name) and not layout.rolls(task.name)
 
 
 _GROUND = tuple(
@@ -301,7 +301,7 @@ def _unless_toppling(task: Task, senses: tuple[str, ...], script: Script) -> Scr
 
 def _is_stiff(task: Task) -> bool:
     item = task.layout.state.object(task.name)
-    return item is not None and item.body.kind == "rigid" and not task.layout.is_ball(task.name)
+    return item is not None and item.body.kind == "rigid" and not task.layout.rolls(task.name)
 
 
 def _on_level(task: Task) -> bool:
@@ -309,6 +309,14 @@ def _on_level(task: Task) -> bool:
     layout = task.layout
     stands = layout.carrier(task.name) is not None and layout.downhill(task.name) is None
     return stands and not task.intent.has("fall", "land", "descend", "lose_support")
+
+
+def _is_blown(task: Task) -> bool:
+    """Whether it sways or bends, gives way and nothing but the air is told to move it."""
+    item, intent = task.layout.state.object(task.name), task.intent
+    gives = item is not None and item.body.kind in ("soft", "cloth")
+    moved = intent.struck_by or any(f.agent or f.cause not in ("", "wind") for f in intent.frames)
+    return gives and intent.has("sway", "bend") and not moved
 
 
 def _nothing(task: Task) -> list[Action]:

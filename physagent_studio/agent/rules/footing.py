@@ -56,7 +56,12 @@ def _weighed(item: SceneObject) -> SceneObject:
 def _deep_enough(item: SceneObject) -> SceneObject:
     shape = item.shape
     stands = item.support not in (None, "air") and not is_sheet(item.name)
-    if not isinstance(shape, Inflated) or shape.flat or not stands or item.source in ("given", "person"):
+    if (
+        not isinstance(shape, Inflated)
+        or shape.flat
+        or not stands
+        or item.source in ("given", "person")
+    ):
         return item
     width, depth, height = shape.size
     wanted = 0.9 * min(width, height)

@@ -35,6 +35,10 @@ WAYS: dict[Direction, FloatArray] = {
     "away": np.array([0, 1.0, 0]),
     "toward_camera": np.array([0, -1.0, 0]),
 }
+LEVEL = math.sin(math.radians(5))
+"""Greatest upward part of an axis that counts as level."""
+LONG = 0.7
+"""Least length over width of what is round and cannot stand on its edge as a disc does."""
 OPPOSITE: dict[Direction, Direction] = {
     "left": "right", "right": "left", "up": "down", "down": "up", "away": "toward_camera",
     "toward_camera": "away",
@@ -142,10 +146,19 @@ class Layout:
         up = WAYS["up"]
         return self.extent(name, up) + self.extent(name, -up)
 
-    def is_ball(self, name: str) -> bool:
-        """Whether it rolls any way and has no up side."""
+    def rolls(self, name: str) -> bool:
+        """Whether it rolls and has no up side: a ball, or what is long and round and lies."""
         item = self.state.object(name)
-        return item is not None and item.shape is not None and outline_of(item.shape).is_ball
+        if item is None or item.shape is None:
+            return False
+        outline = outline_of(item.shape)
+        if outline.is_ball or outline.axis is None or outline.rings is None:
+            return outline.is_ball
+        axis = np.array(outline.axis)
+        along = float(outline.support([axis])[0] @ axis)
+        across = np.roll(axis, 1)
+        wide = float(outline.support([across])[0] @ across)
+        return abs(float(matrix_of(item.rotation)[2] @ axis)) < LEVEL and along > LONG * wide
 
     def mass(self, name: str) -> float:
         """Mass estimate, kg."""

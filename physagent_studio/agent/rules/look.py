@@ -104,6 +104,11 @@ def is_sheet(name: str) -> bool:
     )
 
 
+def is_flag(name: str) -> bool:
+    """Whether it is a cloth that is held along one side."""
+    return bool({"flag", "pennant", "ensign"} & set(name.lower().split("_")))
+
+
 def is_rooted(name: str) -> bool:
     """Whether it grows out of the ground."""
     rooted = words_of("tree plant flower grass bush palm bamboo reed stalk sapling pine oak")

@@ -37,7 +37,7 @@ def ways_ahead(task: Task) -> tuple[float, float]:
 def friction_for(task: Task) -> float | None:
     """Friction of the object that lets it run, or stops it where it shall; None: as it is."""
     ramp = task.layout.ramp_below(task.name)
-    if ramp is None or task.layout.is_ball(task.name):
+    if ramp is None or task.layout.rolls(task.name):
         return None
     if isinstance(ramp.shape, Ramp) and ramp.shape.steps:
         return None

@@ -32,12 +32,16 @@ CAMERA = Camera.from_horizon((832, 480), 120.0, 1.2, source="given", confirmed=T
 
 @dataclass(frozen=True)
 class Stage:
-    """objects: shape, position, what it stands on. landmarks: kind and world points."""
+    """objects: shape, position, what it stands on. landmarks: kind and world points.
+
+    turns: rotations of the objects that are turned.
+    """
 
     name: str
     objects: Mapping[str, tuple[Shape, Spot, str]]
     supports: Mapping[str, SupportShape] = field(default_factory=dict)
     landmarks: Mapping[str, tuple[str, tuple[Spot, ...]]] = field(default_factory=dict)
+    turns: Mapping[str, tuple[float, float, float, float]] = field(default_factory=dict)
 
     def case(self, prompt: str) -> Case:
         """The case: names, clicks where the things are seen, and the prompt."""
@@ -84,9 +88,11 @@ class Stage:
 
     def _object(self, item: SceneObject) -> SceneObject:
         shape, spot, below = self.objects[item.name]
-        return item.model_copy(
-            update={"shape": shape, "position": spot, "support": item.support or below}
-        )
+        update: dict[str, object] = {"shape": shape, "position": spot}
+        update |= {"support": item.support or below}
+        if item.name in self.turns:
+            update["rotation"] = self.turns[item.name]
+        return item.model_copy(update=update)
 
 
 def _box(x: float, y: float, z: float) -> Box:

@@ -12,8 +12,9 @@ from physagent_studio.agent.rules.layout import WAYS
 from physagent_studio.agent.rules.scripts.task import Task
 from physagent_studio.agent.rules.specs import place_name
 from physagent_studio.program.actions import Action, Direction
-from physagent_studio.program.bodies import Cloth
+from physagent_studio.program.bodies import FLUTTER, Cloth
 from physagent_studio.program.materials import MATERIALS
+from physagent_studio.program.plants import FOLIAGE, sway_frequency
 from physagent_studio.program.scene import SceneObject, Slab
 
 
@@ -136,6 +137,9 @@ def in_wind(task: Task) -> list[Action]:
     gentle = task.intent.manner("gentle", "slow")
     speed = 14.0 if strong else 4.0 if gentle else 7.0
     item = task.layout.state.object(task.name)
+    if item is not None and item.material == FOLIAGE:
+        # Beaufort 4, 5 and 8: thin branches move, small trees sway, twigs break off trees.
+        speed = 20.0 if strong else 6.0 if gentle else 10.0
     if item is not None and isinstance(item.body, Cloth):
         speed = _lifting_wind(item, item.body, 60.0 if strong else 20.0 if gentle else 40.0)
     if not gentle and not task.intent.has("sway", "bend"):
@@ -144,16 +148,24 @@ def in_wind(task: Task) -> list[Action]:
     # What only gives way comes to rest in a steady wind; gusts keep it going.
     gives = item is not None and item.body.kind in ("soft", "cloth", "rope")
     frequency = (1.0 if rhythm else 0.6) if gives else None
+    if item is not None and item.material == FOLIAGE:
+        # Of the gusts that blow a plant answers to those that come as often as it sways.
+        frequency = round(min(max(sway_frequency(task.layout.height(task.name)), 0.5), 1.5), 2)
     return [
         act.blow(task.name, "wind", speed, named, frequency=frequency, duration=task.clip.steps)
     ]
 
 
 def _lifting_wind(item: SceneObject, body: Cloth, angle: float) -> float:
-    """Wind that holds a hanging sheet at an angle, degrees, from upright: drag = weight · tan."""
+    """Wind that holds a hanging sheet at an angle, degrees, from upright: drag = weight · tan.
+
+    It meets the broad side of what hangs from above, and blows along what is held at a side.
+    """
     density = item.density if item.density is not None else MATERIALS[item.material].density
     weight = density * body.thickness * mech.G
-    return min(max(math.sqrt(2 * weight * math.tan(math.radians(angle)) / 1.2), 0.5), 20.0)
+    share = FLUTTER if body.pinned in ("left", "right") else 1.0
+    drag = weight * math.tan(math.radians(angle))
+    return min(max(math.sqrt(2 * drag / (1.2 * share)), 0.5), 20.0)
 
 
 def _carrying_wind(task: Task, way: Direction) -> float:
@@ -163,7 +175,7 @@ def _carrying_wind(task: Task, way: Direction) -> float:
         return 0.0
     across = WAYS["away" if way in ("left", "right") else "right"]
     area = 2 * layout.extent(task.name, across) * layout.height(task.name)
-    rolls = layout.is_ball(task.name)
+    rolls = layout.rolls(task.name)
     grip = task.ground_rolling() * 2 if rolls else task.ground_friction()
     force = grip * layout.mass(task.name) * mech.G
     return min(1.4 * math.sqrt(2 * force / (1.2 * max(area, 1e-4))), 60.0)
@@ -172,7 +184,10 @@ def _carrying_wind(task: Task, way: Direction) -> float:
 def _open_side(task: Task) -> Direction:
     """Where the wind blows if nobody says: onto the broad side of a sheet, else to the right."""
     item = task.layout.state.object(task.name)
-    if item is None or item.body.kind != "cloth":
+    if item is None or not isinstance(item.body, Cloth):
         return "right"
+    if item.body.pinned in ("left", "right"):
+        # Along a sheet that is held at a side, away from there.
+        return "right" if item.body.pinned == "left" else "left"
     wide = task.layout.extent(task.name, WAYS["right"])
     return "away" if wide >= task.layout.extent(task.name, WAYS["away"]) else "right"

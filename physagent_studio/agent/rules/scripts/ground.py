@@ -131,7 +131,7 @@ def _beside(task: Task, other: str) -> float:
 
 def _open_way(task: Task) -> Direction:
     """Away from the camera on a field, else to the side that has more of the picture."""
-    if task.layout.is_ball(task.name) or task.intent.has("kick", "throw", "roll"):
+    if task.layout.rolls(task.name) or task.intent.has("kick", "throw", "roll"):
         return "away"
     return "right" if task.layout.position(task.name)[0] <= 0 else "left"
 
@@ -143,7 +143,7 @@ def _ground_speed(task: Task, target: Place | None) -> float:
         # A heap is pushed over; faster, and all of its grains fly off together.
         return math.sqrt(mech.G * size)
     friction = task.ground_friction()
-    rolls = task.layout.is_ball(task.name)
+    rolls = task.layout.rolls(task.name)
     slowing = mech.rolling_slowing(task.ground_rolling()) if rolls else mech.G * friction
     distance = task.way_to(target) if target is not None else max(4 * size, 0.5)
     if task.speed is not None:
@@ -171,7 +171,7 @@ def _ground_speed(task: Task, target: Place | None) -> float:
 def _knocking_speed(task: Task, other: str, slowing: float, distance: float) -> float:
     """Speed at the start that still knocks the other one over on arrival."""
     layout = task.layout
-    if layout.is_ball(other):
+    if layout.rolls(other):
         return 0.0
     at = min(layout.extent(task.name, UP) + 0.0, 0.6 * layout.height(other)) or 0.05
     width = layout.extent(other, unit(level(layout.position(other) - layout.position(task.name))))
@@ -185,7 +185,7 @@ def _knocking_speed(task: Task, other: str, slowing: float, distance: float) -> 
 def _shoving_speed(task: Task, other: str, slowing: float, distance: float) -> float:
     """Speed at the start with which the other one goes on visibly when it is hit."""
     layout = task.layout
-    if layout.is_ball(other):
+    if layout.rolls(other):
         return 0.0
     friction = layout.friction(other, layout.carrier(other) or layout.ground())
     after = math.sqrt(2 * mech.G * friction * 0.6 * layout.size(other))
@@ -213,7 +213,7 @@ def _stopping_speed(task: Task, distance: float, friction: float) -> float:
 def _brake(task: Task, target: Place | None, speed: float, start: int) -> list[Action]:
     """A ball rolls far: a brake that stops it where it shall."""
     stops = task.intent.has("stop", "settle", "slow") or task.ends_short
-    if not stops or not task.layout.is_ball(task.name):
+    if not stops or not task.layout.rolls(task.name):
         return []
     distance = task.way_to(target) if target is not None else 1.0
     distance = task.far or distance
@@ -254,12 +254,12 @@ def _curved(
     if not turn:
         turn = 200.0 if circles else _turn_to(task, target, sign)
     distance = arc_length(distance, turn) if turn < 180 else distance
-    rolling = 1.4 if task.layout.is_ball(task.name) else 1.0
+    rolling = 1.4 if task.layout.rolls(task.name) else 1.0
     force = task.layout.mass(task.name) * mech.arc_acceleration(speed, distance, turn) * rolling
     steps = int(distance / max(speed, 0.1) / task.clip.step_seconds)
     duration = int(np.clip(steps - act.PUSH_STEPS, 10, task.clip.steps - 2 * act.PUSH_STEPS))
     aim = target if target is not None and target.kind != "support" else None
-    way = None if aim is not None else ("away" if task.layout.is_ball(task.name) else task.way())
+    way = None if aim is not None else ("away" if task.layout.rolls(task.name) else task.way())
     start = act.push(
         task.name,
         act.toward_or_along(

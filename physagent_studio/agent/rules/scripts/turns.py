@@ -78,7 +78,7 @@ def there_and_back(task: Task) -> list[Action]:
     way = task.way()
     named = way if way in ("left", "right", "away", "toward_camera") else "away"
     speed = task.speed or max(0.6, 2 * task.layout.size(task.name))
-    slowing = 0.0 if task.layout.is_ball(task.name) else mech.G * task.ground_friction()
+    slowing = 0.0 if task.layout.rolls(task.name) else mech.G * task.ground_friction()
     turn = int(min(0.4, 0.8 * speed / max(slowing, 1e-3)) * task.clip.steps)
     if task.far is not None:
         # As fast as takes it there by a third of the clip.

@@ -105,7 +105,7 @@ def touch_one(c: Context) -> list[Spec]:
 
 def knock_over(c: Context) -> list[Spec]:
     """The subject falls over; after it was hit, where something hits it."""
-    if c.layout.is_ball(c.subject):
+    if c.layout.rolls(c.subject):
         return [*touch(c), spec("moves", c.subject, distance=c.length(0.5, 0.02, 0.2))]
     item = c.layout.state.object(c.subject)
     if item is not None and item.body.kind == "granular":

@@ -144,7 +144,7 @@ def struck_before(c: Context) -> list[Spec]:
 
 def posture(c: Context) -> list[Spec]:
     """How it ends."""
-    if c.layout.is_ball(c.subject):
+    if c.layout.rolls(c.subject):
         return []
     flat = spec("upright", c.subject, tilt=FLAT_TILT)
     if c.frame.posture == "flat":
@@ -158,9 +158,9 @@ def posture(c: Context) -> list[Spec]:
     return [spec("topples", c.subject, tilt=135.0)] if c.frame.posture == "inverted" else []
 
 
-def is_ball(c: Context) -> bool:
-    """Whether the subject is a ball."""
-    return c.layout.is_ball(c.subject)
+def rolls(c: Context) -> bool:
+    """Whether the subject rolls and has no up side."""
+    return c.layout.rolls(c.subject)
 
 
 def still(c: Context) -> list[Spec]:
@@ -186,7 +186,7 @@ _OVER = ("topple", "fall", "knock_over", "tip_over", "flip", "collapse", "lose_b
 def keeps_standing(c: Context) -> list[Spec]:
     """What bends or sways does not fall over, unless that is told next."""
     falls = any(f.sense in _OVER and not f.negated for f in c.later)
-    return [] if is_ball(c) or falls else [spec("topples", c.subject, tilt=60.0, negated=True)]
+    return [] if rolls(c) or falls else [spec("topples", c.subject, tilt=60.0, negated=True)]
 
 
 def arrival(c: Context, frame: EventFrame) -> Spec | None:

@@ -32,7 +32,7 @@ def move(c: Context) -> list[Spec]:
 def roll(c: Context) -> list[Spec]:
     """Moves on the ground; a ball turns while it does."""
     found = move(c)
-    if c.layout.is_ball(c.subject):
+    if c.layout.rolls(c.subject):
         found.append(spec("rotates", c.subject, angle=90.0))
         if not _comes_down(c):
             found.append(spec("airborne", c.subject, seconds=0.3, negated=True))
@@ -134,7 +134,7 @@ def fall(c: Context) -> list[Spec]:
 def _only_topples(c: Context) -> bool:
     """Whether it stands on the ground, was not lifted off it and is no ball."""
     stands = c.layout.has(c.subject) and not c.layout.is_raised(c.subject)
-    return stands and not was_raised(c) and not c.layout.is_ball(c.subject)
+    return stands and not was_raised(c) and not c.layout.rolls(c.subject)
 
 
 def _carried_by_its_own(c: Context) -> bool:
@@ -155,7 +155,7 @@ def _straight_down(c: Context, event: Spec) -> list[Spec]:
 
 def _flipped_first(c: Context, event: Spec) -> list[Spec]:
     """ "Flips to the left and falls": the flip is told, and comes, first."""
-    if c.layout.is_ball(c.subject):
+    if c.layout.rolls(c.subject):
         return []
     flip = c.earlier[-1]
     ways = ways_of(flip.direction, flip, c.subject, c.layout)

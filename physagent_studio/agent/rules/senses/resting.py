@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from physagent_studio.agent.rules.reading import EventFrame
 from physagent_studio.agent.rules.reading.vocabulary import words_of
-from physagent_studio.agent.rules.senses.common import is_ball, posture, quality, still
+from physagent_studio.agent.rules.senses.common import posture, quality, rolls, still
 from physagent_studio.agent.rules.senses.whereabouts import landed_on
 from physagent_studio.agent.rules.specs import START, Context, Spec, place_name, spec
 
@@ -74,7 +74,7 @@ def end(c: Context) -> list[Spec]:
 def stay(c: Context) -> list[Spec]:
     """Does not move; "standing" alone only means that it does not fall over."""
     if c.frame.posture == "upright" and c.frame.place("in", "on") is None:
-        return [spec("upright", c.subject, tilt=20.0)] if not is_ball(c) else still(c)
+        return [spec("upright", c.subject, tilt=20.0)] if not rolls(c) else still(c)
     if _came_there(c):
         # "Drops onto the box and stays there".
         below = landed_on(c)

@@ -18,7 +18,7 @@ SIDE_TILT = 60.0
 
 def topple(c: Context) -> list[Spec]:
     """Falls over, onto its side where that is said."""
-    if c.layout.is_ball(c.subject):
+    if c.layout.rolls(c.subject):
         return [spec("moves", c.subject, distance=c.length(0.5, 0.02, 0.2))]
     tilt = SIDE_TILT if c.frame.posture == "side" else 45.0
     over = spec("topples", c.subject, tilt=tilt)
@@ -54,7 +54,7 @@ def flip(c: Context) -> list[Spec]:
     angle = 80.0 if times is None else 360.0 * times - 210.0
     ways = [w for w in c.ways() if w not in ("up", "down")]
     flips = any_of(*(spec("flips", c.subject, angle=angle, direction=w) for w in ways or [None]))
-    if c.layout.is_ball(c.subject):
+    if c.layout.rolls(c.subject):
         return [spec("rotates", c.subject, angle=angle)]
     found = [flips, *(s for s in along(c) if s.kind != "passes_over")]
     if times is not None:
@@ -85,7 +85,7 @@ def turn(c: Context) -> list[Spec]:
 
 def turn_around(c: Context) -> list[Spec]:
     """Faces another way than before."""
-    if c.layout.is_ball(c.subject):
+    if c.layout.rolls(c.subject):
         return reverse(c)
     angle = _least_turn(c, 90.0)
     return [spec("rotates", c.subject, angle=angle, axis=(0.0, 0.0, 1.0))]

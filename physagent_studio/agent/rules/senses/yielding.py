@@ -5,6 +5,7 @@ from __future__ import annotations
 from physagent_studio.agent.rules.senses.common import keeps_standing, quality, sideways_fall, touch
 from physagent_studio.agent.rules.senses.whereabouts import along
 from physagent_studio.agent.rules.specs import Context, Spec, any_of, place_name, spec
+from physagent_studio.program.bodies import Cloth
 
 
 def wind(c: Context) -> list[Spec]:
@@ -26,13 +27,20 @@ def wind(c: Context) -> list[Spec]:
 
 def sway(c: Context) -> list[Spec]:
     """Moves to and fro."""
-    return [spec("sways", c.subject, amplitude=3.0, cycles=1.0), *keeps_standing(c), *quality(c)]
+    return [spec("sways", c.subject, amplitude=3.0, cycles=1.0), *_stands(c), *quality(c)]
 
 
 def bend(c: Context) -> list[Spec]:
     """Changes its shape or leans, and does not fall over."""
     leans = any_of(spec("deforms", c.subject, strain=0.02), spec("rotates", c.subject, angle=5.0))
-    return [leans, *keeps_standing(c)]
+    return [leans, *_stands(c)]
+
+
+def _stands(c: Context) -> list[Spec]:
+    """It does not fall over, which is nothing to ask of a flag: it droops when the wind ebbs."""
+    item = c.layout.state.object(c.subject)
+    held = isinstance(item.body, Cloth) and item.body.pinned if item is not None else ""
+    return [] if held in ("left", "right") else keeps_standing(c)
 
 
 def lean(c: Context) -> list[Spec]:

@@ -15,7 +15,7 @@ from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.trace import EXTRA, SNAPSHOT, Trace
 from physagent_studio.simulation.world import World
 
-LAW = 3
+LAW = 4
 """Counts up whenever the same program gives other bits, so that no older run is gone on from."""
 
 

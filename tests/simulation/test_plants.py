@@ -17,7 +17,7 @@ FLOWER = (Cylinder(radius=0.03, height=0.4), 0.4, 0.06)
 GRASS = (Box(size=(0.3, 0.3, 0.3)), 0.3, 0.3)
 
 
-def swaying(plant, amplitude, model="wind", duration=None, seconds=1.2):
+def swaying(plant, amplitude, *, knock=False, seconds=1.2):
     shape, height, width = plant
     body = plant_body(shape.kind, height, width)
     item = thing("plant", shape, (0, 0, height / 2)).model_copy(
@@ -26,10 +26,10 @@ def swaying(plant, amplitude, model="wind", duration=None, seconds=1.2):
     push = ApplyDisturbance(
         id="air",
         name="plant",
-        model=model,
+        model="bump" if knock else "wind",
         amplitude=amplitude,
         direction="right",
-        duration=duration or round(100 * seconds),
+        duration=4 if knock else round(100 * seconds),
     )
     acts = [push] if amplitude else []
     return Simulator().simulate(program([item], [ground()], acts, seconds=seconds))
@@ -47,8 +47,8 @@ def bent(rollout):
 def test_a_plant_sways_as_often_as_its_height_tells(plant):
     height, expected = plant[1], sway_frequency(plant[1])
     # A knock that moves it by a few degrees; it swings freely from there on.
-    knock = 3.0 * plant[1] * plant[2] ** 2
-    rollout = swaying(plant, knock, "bump", duration=4, seconds=max(1.8 / expected, 1.2))
+    force = 3.0 * plant[1] * plant[2] ** 2
+    rollout = swaying(plant, force, knock=True, seconds=max(1.8 / expected, 1.2))
     x = rollout.positions[4:, 0, 0] - rollout.positions[0, 0, 0]
     turns = np.flatnonzero((x[:-1] > 0) != (x[1:] > 0))
     half = np.diff(turns)[0] * rollout.step_seconds

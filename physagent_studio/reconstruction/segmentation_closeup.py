@@ -26,7 +26,7 @@ SURE = 0.72
 CLEARER = 0.05
 """By how much the closer look has to be surer to lead: from close by, estimates scatter more."""
 SMALL = 0.3
-"""Longer side of the first mask, as a share of the picture's, from which a thing is large."""
+"""Longer side of the smallest mask, as a share of the picture's, from which a thing is large."""
 PIECE = 0.45
 """Side of the piece of picture, as a share of the picture's longer side."""
 SAME = 0.92
@@ -47,8 +47,8 @@ def piece_for(
     """The piece (x0, y0, x1, y1) of a picture to look at again; None where that is no use."""
     if not look.found or look.found[0][1] >= SURE:
         return None
-    x0, y0, x1, y1 = bounds(look.found[0][0].mask)
-    if max(x1 - x0, y1 - y0) > SMALL * max(look.view.lab.shape[:2]):
+    # What is large at first sight may be the ground of something thin.
+    if min(_extents(look)) > SMALL * max(look.view.lab.shape[:2]):
         return None
     inside = np.array([(click.x, click.y) for click in grounding.points if click.label])
     x, y = inside.mean(axis=0)
@@ -57,6 +57,12 @@ def piece_for(
     right, low = int(min(shape[1], x + half)), int(min(shape[0], y + half))
     held = (inside >= (left, top)) & (inside < (right, low))
     return (left, top, right, low) if held.all() else None
+
+
+def _extents(look: Look) -> list[int]:
+    """The longer side of each mask, pixels of the view."""
+    boxes = [bounds(draft.mask) for draft, _ in look.found]
+    return [max(x1 - x0, y1 - y0) for x0, y0, x1, y1 in boxes]
 
 
 def merged(far: Look, near: Look) -> list[tuple[Scored, View]]:

@@ -55,6 +55,11 @@ def test_only_what_is_small_and_doubtful_is_looked_at_again(radius, value, point
     assert piece_for(Look(FAR, []), _clicks(*points), SHAPE) is None
 
 
+def test_a_thin_thing_on_a_large_ground_that_came_first_is_looked_at_again():
+    look = _look(FAR, ((400, 240, 200), 0.5), ((400, 240, 30), 0.4))
+    assert piece_for(look, _clicks((400, 240)), SHAPE) == (220, 60, 580, 420)
+
+
 def test_the_surer_look_leads_and_both_have_a_say():
     far = _look(FAR, ((400, 240, 20), 0.5), ((400, 240, 70), 0.4), method="far")
     near = _look(NEAR, ((400, 240, 40), 0.7), ((400, 240, 30), 0.6), method="near")

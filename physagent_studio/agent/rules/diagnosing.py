@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.agent.rules.layout import Layout, level, unit
+from physagent_studio.contract import Facts
+from physagent_studio.contract.words import number
 from physagent_studio.program.contract import (
     AllOf,
     AnyOf,
@@ -161,7 +163,8 @@ def _mismatch(
         text = f"{subject} touches {other} at frame {rollout.frame_of(check.step)}"
     leaves_it = subject and Layout(program.scene).carrier(subject) == other
     if subject in rollout.objects and other and not negated and not leaves_it:
-        pass_by = passing(program, rollout, subject, other)
+        span = (getattr(statement, "from_step", None), getattr(statement, "to_step", None))
+        pass_by = passing(program, rollout, subject, other, span)
         if pass_by is not None and kind in (
             "contacts",
             "reaches",
@@ -192,12 +195,19 @@ def _other(statement: Statement | None) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Passing:
-    """How an object came by another: left > 0 is to its left as it moves; ahead > 0 is short."""
+    """How an object came by another: left > 0 is to its left as it moves; ahead > 0 is short.
+
+    left, ahead: m, from middle to middle at `step`, where these are nearest to each other. gap: m
+    between the two surfaces where they are nearest, which is at `closest`; None where the other is
+    a place, or a shape is open.
+    """
 
     left: float
     ahead: float
     step: int
     still: bool
+    gap: float | None = None
+    closest: int = 0
 
     @property
     def code(self) -> str:
@@ -208,17 +218,35 @@ class Passing:
 
     def text(self, subject: str, other: str, rollout: Rollout) -> str:
         """The sentence."""
-        frame = rollout.frame_of(self.step)
         if self.still:
             return f"{subject} does not move towards {other}"
-        if self.code == "falls_short":
-            return f"{subject} stays {self.ahead:.2f} m short of {other} at frame {frame}"
         side = "left" if self.left > 0 else "right"
-        return f"{subject} passes {abs(self.left):.2f} m {side} of {other} at frame {frame}"
+        if self.gap is None or self.gap <= 0:
+            frame, middle = rollout.frame_of(self.step), f"the middle of {other} at frame"
+            if self.code == "falls_short":
+                return f"{subject} stays {self.ahead:.2f} m short of {middle} {frame}"
+            return f"{subject} passes {abs(self.left):.2f} m {side} of {middle} {frame}"
+        frame, gap = rollout.frame_of(self.closest), number(self.gap, "m")
+        if self.code == "falls_short":
+            return f"{subject} stays {gap} short of {other} at frame {frame}"
+        return f"{subject} passes {gap} {side} of {other} at frame {frame}"
 
 
-def passing(program: PhysicalProgram, rollout: Rollout, subject: str, other: str) -> Passing | None:
-    """How the subject comes nearest to another body or place, seen along its motion."""
+Span = tuple[int | None, int | None]
+"""First and last step; None: of the run."""
+
+
+def passing(
+    program: PhysicalProgram,
+    rollout: Rollout,
+    subject: str,
+    other: str,
+    span: Span = (None, None),
+) -> Passing | None:
+    """How the subject comes nearest to another body or place, seen along its motion.
+
+    span: the steps within which the gap of their surfaces is looked for.
+    """
     layout = Layout(program.scene)
     if not layout.is_known(other) or rollout.blown_up is not None:
         return None
@@ -229,17 +257,37 @@ def passing(program: PhysicalProgram, rollout: Rollout, subject: str, other: str
         goal = np.broadcast_to(layout.position(other), path.shape)
     away = np.linalg.norm((path - goal)[:, :2], axis=1)
     nearest = int(away.argmin())
+    gap, closest = _nearest(program, rollout, subject, other, span)
     moved = level(path[nearest] - path[0])
     length = float(np.linalg.norm(moved))
     if length < 0.02:
-        return Passing(0.0, float(away[0]), nearest, True)
+        return Passing(0.0, float(away[0]), nearest, True, gap, closest)
     heading = unit(level(path[nearest] - path[max(0, nearest - 20)]))
     if float(np.linalg.norm(level(path[nearest] - path[max(0, nearest - 20)]))) < 1e-3:
         heading = unit(moved)
     offset = level(goal[nearest] - path[nearest])
     # To the left of the target means that the target lies to its right.
     left = -float(heading[0] * offset[1] - heading[1] * offset[0])
-    return Passing(left, float(heading @ offset), nearest, False)
+    return Passing(left, float(heading @ offset), nearest, False, gap, closest)
+
+
+def _nearest(
+    program: PhysicalProgram, rollout: Rollout, subject: str, other: str, span: Span
+) -> tuple[float | None, int]:
+    """The least gap of two surfaces within a span, m, as the contract measures it, and its step.
+
+    0 where they touch.
+    """
+    if other not in rollout.bodies:
+        return None, 0
+    facts = Facts.of(program, rollout)
+    window = facts.window(*span) or facts.whole()
+    gaps = facts.gaps(subject, other, window)
+    if gaps is None:
+        return None, 0
+    closest = int(gaps.argmin())
+    apart = not facts.touching(subject, other, window).any()
+    return max(float(gaps[closest]), 1e-4 if apart else 0.0), window.first + closest
 
 
 def stage_one_mismatch(finding: Finding) -> Mismatch:

@@ -4,10 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
+
 from physagent_studio.agent.rules import RuleGenerator, RuleVerifier
+from physagent_studio.agent.rules.diagnosing import mismatches
+from physagent_studio.benchmark import physics_scenes as scenes
 from physagent_studio.contract import measure
+from physagent_studio.contract.words import number
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.program.contract import Contract
+from physagent_studio.program.actions import FixObject, SetVelocity
+from physagent_studio.program.contract import Contacts, Contract
+from physagent_studio.program.scene import Box, Sphere
 from physagent_studio.records import (
     CRITERIA,
     Assessment,
@@ -64,6 +71,28 @@ def test_nothing_happening_fails_and_says_so() -> None:
     assert not verdict.passed
     assert {m.code for m in verdict.diagnosis} >= {"does_not_move", "not_visible"}
     assert not all(c.ok for c in verdict.criteria)
+
+
+@pytest.mark.parametrize(("left", "code"), [(0.0, "falls_short"), (0.6, "misses")])
+def test_a_miss_is_told_with_the_gap_and_the_frame_of_its_check(left: float, code: str) -> None:
+    ball = scenes.thing("ball", Sphere(radius=0.1), (-0.6, -left, 0.1))
+    box = scenes.thing("box", Box(size=(0.2, 0.2, 0.2)), (0.6, 0, 0.1))
+    hits = Contacts(id="hits", subject="ball", other="box")
+    roll = SetVelocity(id="roll", name="ball", velocity=(1.0, 0, 0))
+    brake = FixObject(id="brake", name="ball", start_step=70, duration=90)
+    actions = [roll] if left else [roll, brake]
+    clip = scenes.program([ball, box], [scenes.ground()], actions, seconds=1.6)
+    clip = clip.model_copy(update={"contract": Contract(statements=(hits,))})
+    rollout = simulate(clip)
+    (check,) = (c for c in measure(clip, rollout) if not c.always_on)
+    (miss,) = mismatches(clip, rollout, (check,))
+    assert miss.code == code
+    assert check.measured is not None
+    assert check.step is not None
+    gap = number(-check.measured, "m")
+    assert gap in check.text
+    assert gap in miss.text
+    assert miss.text.endswith(f"of box at frame {rollout.frame_of(check.step)}")
 
 
 def test_a_diagnosis_has_figures_and_no_remedy() -> None:

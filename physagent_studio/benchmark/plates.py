@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from physagent_studio.benchmark.rows import Row, at_most
 from physagent_studio.program.camera import Camera
-from physagent_studio.reconstruction.crossing import lines_through
 from physagent_studio.reconstruction.lines import segments
 from physagent_studio.reconstruction.plate import background, hole_of
 from physagent_studio.records.case import Image
@@ -138,11 +137,8 @@ TEXTURES: dict[str, Callable[[FloatArray, FloatArray, np.random.Generator], Floa
 
 def plate_of(item: Vacated) -> Image:
     """The plate that a reconstruction with true masks and camera would make."""
-    masks = list(item.masks)
-    hole = hole_of(masks, item.image.shape[:2])
     found = segments(item.image)
-    lines = lines_through(item.image, hole, found)
-    return background(item.image, masks, lines, item.camera, found)
+    return background(item.image, item.masks, camera=item.camera, found=found)
 
 
 def scores(item: Vacated, plate: Image) -> tuple[float, float, float, float]:

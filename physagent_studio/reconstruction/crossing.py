@@ -10,25 +10,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Slab, Support
+from physagent_studio.program.scene import Ramp, Slab, Support
+from physagent_studio.reconstruction.corners import corners
 from physagent_studio.reconstruction.lines import Segments
 from physagent_studio.reconstruction.masks import BoolArray
+from physagent_studio.reconstruction.meshes import ramp_corners
 from physagent_studio.records.case import Image
 
 FloatArray = NDArray[np.float64]
-NEAR = 14.0
-"""How far from the hole a line may end to run into it, pixels."""
+NEAR = 0.03
+"""How far from the hole a line may end to run into it, as a share of the picture's longer side."""
+LONG = 0.04
+"""Least length of an edge that is followed to a corner, as a share of the longer side."""
 BENT = math.radians(5.0)
 BESIDE = 3.0
 """Pixels, and share of the gap, by which two ends may miss one another's line."""
 SEEN = 12.0
 """Difference in colour across an edge that counts as seen, grey levels."""
+MOSTLY = 0.6
+"""Share of its visible part over which an edge has to be seen."""
 ALIKE = 45.0
 """Largest difference in colour on either side of two pieces of one line, grey levels."""
 
 
 def lines_through(photo: Image, hole: BoolArray, found: Segments) -> FloatArray:
-    """Lines (N, 2, 2), pixels, that join two edges of the picture across the hole (H, W)."""
+    """Lines (N, 2, 2), pixels, that join two edges of the picture across the hole (H, W).
+
+    Edges that go on straight are joined first, then those that meet in a corner.
+    """
     ends, ways = _heading_in(hole, found)
     if len(ends) < 2:
         return np.zeros((0, 2, 2))
@@ -42,14 +51,17 @@ def lines_through(photo: Image, hole: BoolArray, found: Segments) -> FloatArray:
             # Facing one another, the left of one is the right of the other.
             apart = np.abs(colours[i] - colours[j, ::-1]).mean(-1).max()
             if apart < ALIKE:
-                pairs.append((missed, i, j))
+                pairs.append((missed + apart / 8, i, j))
     taken: set[int] = set()
     out = []
     for _, i, j in sorted(pairs):
         if i not in taken and j not in taken:
             taken |= {i, j}
             out.append((ends[i], ends[j]))
-    return np.array(out).reshape(-1, 2, 2)
+    long = _lengths(ends, found) > LONG * max(hole.shape)
+    free = [k for k in np.flatnonzero(long).tolist() if k not in taken]
+    bent = corners(ends, ways, colours, free, hole)
+    return np.concatenate([np.array(out).reshape(-1, 2, 2), bent])
 
 
 def ways_into(hole: BoolArray, found: Segments, most: int = 8) -> FloatArray:
@@ -71,27 +83,59 @@ def _lengths(tips: FloatArray, found: Segments) -> FloatArray:
 def edges_of(
     photo: Image, hole: BoolArray, camera: Camera, supports: Sequence[Support]
 ) -> FloatArray:
-    """Edges (N, 2, 2), pixels, of level tops that run behind the hole (H, W).
+    """Edges (N, 2, 2), pixels, of level tops and of ramps that run behind the hole (H, W).
 
     An edge that was read off the picture has to be seen there where it is not hidden; where a
-    person marked the corners it is taken as it is.
+    person marked the corners of a top it is taken as it is.
     """
-    out = []
     grey = cv2.GaussianBlur(photo, (0, 0), 1.5).astype(float)
+    out: dict[tuple[float, ...], FloatArray] = {}
     for support in supports:
-        if not isinstance(support.shape, Slab):
-            continue
-        corners, depth = camera.project(_top_corners(support.shape))
-        if depth.min() <= 0.05 * abs(depth).max():
-            continue
-        marked = bool(support.grounding.marked("top"))
-        for one, other in zip(corners, np.roll(corners, -1, 0), strict=True):
-            along = one + np.linspace(0, 1, 200)[:, None] * (other - one)
-            inside = (along >= 0).all(1) & (along < (hole.shape[1], hole.shape[0])).all(1)
-            hidden = inside & (_at(hole, along) > 0)
-            if hidden.any() and (marked or _is_seen(grey, along[inside & ~hidden], other - one)):
-                out.append((one, other))
-    return np.array(out).reshape(-1, 2, 2)
+        marked = isinstance(support.shape, Slab) and bool(support.grounding.marked("top"))
+        for face in faces_of(support, camera):
+            for edge in np.stack([face, np.roll(face, -1, 0)], 1):
+                hidden, seen = along_edge(grey, hole, edge)
+                if hidden and (marked or seen > MOSTLY):
+                    out.setdefault(tuple(np.round(sorted(edge.tolist()), 3).ravel()), edge)
+    return np.array(list(out.values())).reshape(-1, 2, 2)
+
+
+def along_edge(grey: FloatArray, hole: BoolArray, edge: FloatArray) -> tuple[bool, float]:
+    """Whether an edge (2, 2), pixels, is hidden somewhere, and over what share of the rest it is
+    seen; 0 where too little of it is in view."""
+    along = edge[0] + np.linspace(0, 1, 200)[:, None] * (edge[1] - edge[0])
+    inside = (along >= 0).all(1) & (along < (hole.shape[1], hole.shape[0])).all(1)
+    hidden = inside & (_at(hole, along) > 0)
+    return bool(hidden.any()), _seen_share(grey, along[inside & ~hidden], edge[1] - edge[0])
+
+
+def faces_of(support: Support, camera: Camera) -> list[FloatArray]:
+    """Pixels (K, 2) of the corners of a level top, or of the sides of a ramp that are seen."""
+    out = []
+    for face in _faces(support, camera):
+        pixels, depth = camera.project(face)
+        if depth.min() > 0.05 * abs(depth).max():
+            out.append(pixels)
+    return out
+
+
+def _faces(support: Support, camera: Camera) -> list[FloatArray]:
+    """The same, in the world (K, 3); whatever of them lies behind the camera."""
+    if isinstance(support.shape, Slab):
+        return [_top_corners(support.shape)]
+    if not isinstance(support.shape, Ramp) or support.shape.steps:
+        return []
+    left, right = ramp_corners(support.shape)
+    following = np.stack([left, right, np.roll(right, -1, 0), np.roll(left, -1, 0)], 1)
+    middle = np.concatenate([left, right]).mean(0)
+    out = []
+    for face in (left, right, *following):
+        normal = np.cross(face[1] - face[0], face[2] - face[0])
+        # Whichever way round its corners go: outward is away from the middle of the ramp.
+        normal *= np.sign(normal @ (face.mean(0) - middle))
+        if normal @ (np.array(camera.position) - face[0]) > 0:
+            out.append(face)
+    return out
 
 
 def _top_corners(slab: Slab) -> FloatArray:
@@ -101,25 +145,26 @@ def _top_corners(slab: Slab) -> FloatArray:
     return np.column_stack([turned, np.full(4, slab.position[2] + slab.size[2] / 2)])
 
 
-def _is_seen(grey: FloatArray, along: FloatArray, way: FloatArray) -> bool:
-    """Whether colours differ on the two sides along most of a line's visible part."""
+def _seen_share(grey: FloatArray, along: FloatArray, way: FloatArray) -> float:
+    """Over what share of a line's visible part (N, 2) colours differ on its two sides."""
     if len(along) < 10:
-        return False
+        return 0.0
     normal = np.array([-way[1], way[0]]) / max(float(np.linalg.norm(way)), 1e-9)
     step = np.abs(_at(grey, along + 4 * normal) - _at(grey, along - 4 * normal)).mean(-1)
-    return float((step > SEEN).mean()) > 0.6
+    return float((step > SEEN).mean())
 
 
 def _heading_in(hole: BoolArray, found: Segments) -> tuple[FloatArray, FloatArray]:
     """Ends (N, 2) of edges at the hole and unit directions (N, 2) into it."""
     away = cv2.distanceTransform((~hole).astype(np.uint8), cv2.DIST_L2, 5)
     ends, ways = [], []
+    near = NEAR * max(hole.shape)
     for one, other in found.ends:
         for tip, tail in ((one, other), (other, one)):
             way = (tip - tail) / max(float(np.linalg.norm(tip - tail)), 1e-9)
-            ahead = tip + np.outer((0.0, 6.0, 12.0, 20.0), way)
+            ahead = tip + np.outer(np.linspace(0.0, 1.4 * near, 9), way)
             gaps = _at(away, ahead)
-            if gaps[0] < NEAR and gaps.min() == 0 and _at(away, tail[None])[0] > 0:
+            if gaps[0] < near and gaps.min() == 0 and _at(away, tail[None])[0] > 0:
                 ends.append(tip)
                 ways.append(way)
     return np.array(ends).reshape(-1, 2), np.array(ways).reshape(-1, 2)
@@ -135,8 +180,9 @@ def _sides(photo: Image, ends: FloatArray, ways: FloatArray) -> FloatArray:
     """(N, 2, 3) colours to the left and the right of each edge, a little before its end."""
     soft = cv2.GaussianBlur(photo, (0, 0), 1.5).astype(float)
     normal = np.stack([-ways[:, 1], ways[:, 0]], 1)
-    spots = ends - 6 * ways
-    return np.stack([_at(soft, spots + 5 * normal), _at(soft, spots - 5 * normal)], 1)
+    spots = [(ends - back * ways) for back in (5, 9, 13)]
+    sides = [[_at(soft, spot + 5 * sign * normal) for spot in spots] for sign in (1, -1)]
+    return np.median(np.array(sides), axis=1).transpose(1, 0, 2)
 
 
 def _missed(p: FloatArray, u: FloatArray, q: FloatArray, v: FloatArray) -> float | None:

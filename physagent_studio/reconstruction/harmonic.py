@@ -36,18 +36,8 @@ def nearest_along(image: FloatImage, hole: BoolArray, lines: FloatArray) -> Floa
     Pixels of the same row are nearer than those above and below, for walls, floors and tables
     run across pictures.
     """
-    cost = {1: np.ones(hole.shape), 0: np.full(hole.shape, ACROSS_ROWS)}
-    rows, columns = np.indices(hole.shape).astype(float)
-    spots = np.stack([columns + 0.5, rows + 0.5], -1)
-    for one, other in lines:
-        length = max(float(np.linalg.norm(other - one)), 1e-9)
-        way = (other - one) / length
-        off = (spots - one) @ np.array([-way[1], way[0]])
-        along = (spots - one) @ way
-        inside = (along > -2) & (along < length + 2)
-        for axis, weight in cost.items():
-            ahead = np.roll(off, -1, axis)
-            weight[(off * ahead <= 0) & inside & (np.abs(off - ahead) < 2)] += OVER_LINE
+    right, below = crossed(hole.shape, lines)
+    cost = {1: 1 + OVER_LINE * right, 0: ACROSS_ROWS + OVER_LINE * below}
     far = np.where(hole, np.inf, 0.0)
     source = np.arange(hole.size).reshape(hole.shape)
     for _ in range(4 * max(hole.shape)):
@@ -72,6 +62,26 @@ def nearest_along(image: FloatImage, hole: BoolArray, lines: FloatArray) -> Floa
     )
     guess = mean.reshape(-1, image.shape[2])[source]
     return np.where(hole[..., None], guess, image).astype(np.float32)
+
+
+def crossed(shape: tuple[int, ...], lines: FloatArray) -> tuple[BoolArray, BoolArray]:
+    """Which steps (H, W) to the right, and below, lead from one side of a line to the other.
+
+    lines: (N, 2, 2) pixels.
+    """
+    right, below = np.zeros(shape, bool), np.zeros(shape, bool)
+    rows, columns = np.indices(shape).astype(float)
+    spots = np.stack([columns + 0.5, rows + 0.5], -1)
+    for one, other in lines:
+        length = max(float(np.linalg.norm(other - one)), 1e-9)
+        way = (other - one) / length
+        off = (spots - one) @ np.array([-way[1], way[0]])
+        along = (spots - one) @ way
+        inside = (along > -2) & (along < length + 2)
+        for axis, over in ((1, right), (0, below)):
+            ahead = np.roll(off, -1, axis)
+            over |= (off * ahead <= 0) & inside & (np.abs(off - ahead) < 2)
+    return right, below
 
 
 def from_steps(

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.copies import rescaled
-from physagent_studio.reconstruction.harmonic import from_steps, reduced
-from physagent_studio.reconstruction.masks import BoolArray, bounds
+from physagent_studio.reconstruction.harmonic import crossed, from_steps, reduced
+from physagent_studio.reconstruction.masks import BoolArray, bounds, grow
 
 FloatImage = NDArray[np.float32]
 FloatArray = NDArray[np.float64]
@@ -20,6 +20,8 @@ JOINING = 300
 """Longer side of the picture in which pieces are joined."""
 STRAY = 14.0
 """Difference between two pieces at a seam from which it is an edge, grey levels."""
+BESIDE = 3
+"""How far beside a line two pieces may part at it, in pixels of that picture."""
 ANCHOR = 4e-4
 """How much the copied colours count beside the steps between them."""
 
@@ -93,18 +95,26 @@ def joined(
     missing: BoolArray,
     barred: BoolArray,
     label: NDArray[np.int64],
-    copies: Sequence[FloatArray],
+    copies: Sequence[FloatArray | None],
+    smooth: FloatImage,
+    lines: FloatArray,
 ) -> FloatImage:
-    """The pieces at full size, shifted in colour so that they meet the photo and one another."""
+    """The pieces at full size, shifted in colour so that they meet the photo and one another.
+
+    smooth: (H, W, 3) what a copy that is None shows. lines: (N, 2, 2) pixels, edges at which
+    pieces do not have to meet.
+    """
     view = View.of(part, missing, barred, JOINING)
     hole = view.missing
-    small = [rescaled(copy, *view.ratio) for copy in copies]
+    even = np.asarray(cv2.resize(smooth, hole.shape[::-1], interpolation=cv2.INTER_AREA), "f4")
+    small = [copy if copy is None else rescaled(copy, *view.ratio) for copy in copies]
     laid = _outlined(hole, view.barred, label, small)
-    rough = _pasted(view.image, hole, laid, small)
-    joined = _levelled(view.image, hole, laid, small, rough)
+    rough = _pasted(view.image, hole, laid, small, even)
+    edges = crossed(hole.shape, lines * view.ratio)
+    joined = _levelled(view.image, hole, laid, small, rough, even, edges)
     change = np.where(hole[..., None], joined - rough, 0).astype(np.float32)
     whole = _outlined(missing, barred, label, copies)
-    out = _pasted(part, missing, whole, copies)
+    out = _pasted(part, missing, whole, copies, smooth)
     for k in range(len(copies)):
         mine = missing & (whole == k)
         if mine.any():
@@ -136,7 +146,10 @@ def _spread(
 
 
 def _outlined(
-    hole: BoolArray, barred: BoolArray, label: NDArray[np.int64], copies: Sequence[FloatArray]
+    hole: BoolArray,
+    barred: BoolArray,
+    label: NDArray[np.int64],
+    copies: Sequence[FloatArray | None],
 ) -> NDArray[np.int64]:
     """Which piece (H, W) lies where at this size; one that is not in the hole itself if any is."""
     best = np.full(hole.shape, -3.0, np.float32)
@@ -146,8 +159,10 @@ def _outlined(
         rows, columns = np.nonzero(hole & ((share > 0) | (best < 0)))
         if not len(rows):
             continue
-        x, y, _ = sources(copy, columns, rows)
-        value = share[rows, columns] - 2 * blocked(barred, x, y)
+        value = share[rows, columns]
+        if copy is not None:
+            x, y, _ = sources(copy, columns, rows)
+            value = value - 2 * blocked(barred, x, y)
         better = value > best[rows, columns]
         at = rows[better], columns[better]
         laid[at], best[at] = k, value[better]
@@ -155,24 +170,44 @@ def _outlined(
 
 
 def _pasted(
-    image: FloatImage, hole: BoolArray, laid: NDArray[np.int64], copies: Sequence[FloatArray]
+    image: FloatImage,
+    hole: BoolArray,
+    laid: NDArray[np.int64],
+    copies: Sequence[FloatArray | None],
+    smooth: FloatImage,
 ) -> FloatImage:
     """The picture with what the pieces show in its hole."""
     out = image.copy()
     for k, copy in enumerate(copies):
         rows, columns = np.nonzero(hole & (laid == k))
-        if len(rows):
+        if copy is None:
+            out[rows, columns] = smooth[rows, columns]
+        elif len(rows):
             x, y, _ = sources(copy, columns, rows)
             out[rows, columns] = taken(image, x, y, cv2.INTER_CUBIC)
     return out
+
+
+def _seen(
+    image: FloatImage, copy: FloatArray | None, window: tuple[slice, slice], smooth: FloatImage
+) -> FloatImage:
+    """What a copy shows in a window of the picture."""
+    if copy is None:
+        return smooth[window]
+    y, x = np.mgrid[window]
+    sx, sy, _ = sources(copy, x, y)
+    shown = cv2.remap(image, sx, sy, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(shown, np.float32)
 
 
 def _levelled(
     image: FloatImage,
     hole: BoolArray,
     laid: NDArray[np.int64],
-    copies: Sequence[FloatArray],
+    copies: Sequence[FloatArray | None],
     rough: FloatImage,
+    smooth: FloatImage,
+    edges: tuple[BoolArray, BoolArray],
 ) -> FloatImage:
     """The composed hole with the steps of its pieces, no steps of brightness between them."""
     totals = [np.zeros(image.shape, np.float32) for _ in range(2)]
@@ -182,9 +217,7 @@ def _levelled(
         if not mine.any():
             continue
         window = _window(mine, 2)
-        y, x = np.mgrid[window]
-        sx, sy, _ = sources(copy, x, y)
-        picture = cv2.remap(image, sx, sy, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+        picture = _seen(image, copy, window, smooth)
         for axis, total, count in zip((1, 0), totals, counts, strict=True):
             # The step as seen from its first pixel's piece, then from its second pixel's.
             share = mine[window].astype(np.float32)
@@ -198,7 +231,10 @@ def _levelled(
         for t, c in zip(totals, counts, strict=True)
     ]
     weights = []
-    for axis, step in zip((1, 0), steps, strict=True):
+    for axis, step, edge in zip((1, 0), steps, edges, strict=True):
         miss = np.abs(np.roll(rough, -1, axis) - rough - step).mean(-1)
-        weights.append((1 / (1 + (miss / STRAY) ** 4)).astype(np.float32))
+        weight = 1 / (1 + (miss / STRAY) ** 4)
+        # Within one piece a line is the piece's own; between two it is where they part.
+        parting = grow(edge, BESIDE) & (laid != np.roll(laid, -1, axis))
+        weights.append(np.where(parting, 1e-3, weight).astype(np.float32))
     return from_steps(rough, hole, (steps[0], steps[1]), (weights[0], weights[1]), ANCHOR)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
 
 import cv2
 import numpy as np
@@ -13,6 +15,7 @@ from physagent_studio.reconstruction.harmonic import nearest_along
 from physagent_studio.reconstruction.joining import View, blocked, joined, sources, taken
 from physagent_studio.reconstruction.masks import BoolArray, bounds, grow
 from physagent_studio.reconstruction.pieces import NEVER, Grid, choose
+from physagent_studio.reconstruction.smooth import SHARP, sides, smooth_fill
 
 FloatImage = NDArray[np.float32]
 FloatArray = NDArray[np.float64]
@@ -22,6 +25,8 @@ MOST = 40
 """Copies that are weighed against one another."""
 FINDING = 220
 """Longer side of the picture in which candidates are looked for."""
+BLAND = 110.0
+"""The most that the smooth fill costs."""
 SHARES = (0.3, 0.6, 1.05)
 """Shifts along lines, as shares of the hole's extent."""
 RIM = 2
@@ -30,12 +35,25 @@ STRICT = 3.0
 """What a mismatch at the rim counts beside one at a seam."""
 WRONG = 900.0
 """The most that a place on the rim costs: there may be something on it that does not belong."""
+SOFT = 2.0
+"""Standard deviation of the blur in which colours are held against what is expected, places."""
+BROAD = (0.25, 0.1)
+"""How far around a place, along rows and across, the photo tells how rough it is, in extents of
+the hole."""
+STRAY = 16.0
+"""How far from that they may be at no cost on bare ground, grey levels of three colours."""
 PATTERN = 100.0
-"""How far from the first guess a pattern may be at no cost, grey levels of three colours."""
+"""The same on patterned ground."""
+LEVEL, HUE = 2.0, 2.0
+"""What a difference in brightness counts, and one in colour beyond it."""
 STRAYED = 80.0
-"""The most that a mismatch with the first guess costs."""
-GUESS = 0.6
-"""What a mismatch with the first guess counts."""
+"""The most that being farther off costs."""
+GUESS = 1.0
+"""What being farther off counts."""
+BEYOND = 60.0
+"""Price of what is copied over a line that goes through the hole: it is part of something else."""
+BARE = 2.0
+"""Price of the smooth fill where the photo beside is rough by a grey level of three colours."""
 FAR = 6.0
 """Price of a copy from one hole's size away."""
 OTHER_HEIGHT = 8.0
@@ -66,10 +84,13 @@ def mosaic(
     wide = cv2.resize(guess, missing.shape[::-1], interpolation=cv2.INTER_LINEAR)
     part = np.where(barred[..., None], wide, part).astype(np.float32)
     copies = _candidates(picture, missing, lines, ways, level)
+    even = smooth_fill(part, missing, barred, lines)
     if not copies:
-        return part
-    label, used = _laid(View.of(part, missing, barred, _fine(missing, share)), lines, copies)
-    return joined(part, missing, barred, label, [copies[k] for k in used])
+        return even
+    fine = View.of(part, missing, barred, _fine(missing, share))
+    label, used = _laid(fine, even, lines, copies)
+    chosen = [copies[k] if k < len(copies) else None for k in used]
+    return joined(part, missing, barred, label, chosen, even, lines)
 
 
 def _fine(missing: BoolArray, share: float) -> float:
@@ -121,35 +142,95 @@ def _distinct(copies: Sequence[FloatArray], missing: BoolArray) -> list[FloatArr
 
 
 def _laid(
-    view: View, lines: FloatArray, copies: Sequence[FloatArray]
+    view: View, even: FloatImage, lines: FloatArray, copies: Sequence[FloatArray]
 ) -> tuple[NDArray[np.int64], list[int]]:
-    """Which piece (h, w) lies where on a coarse grid, -1 outside, and the copies in use."""
+    """Which piece (h, w) lies where on a coarse grid, -1 outside, and the copies in use.
+
+    even: (H, W, 3) the smooth fill; it is the piece after the last copy.
+    """
     places = grow(view.missing, RIM)
     rim = places & ~view.barred
-    guess = nearest_along(view.image, view.barred, lines * view.ratio)
+    smooth = cv2.resize(even, places.shape[::-1], interpolation=cv2.INTER_AREA)
+    smooth = np.where(view.barred[..., None], smooth, view.image).astype(np.float32)
+    expected = _Expected.of(view, smooth)
     feature = _features(view.image)
-    soft = [cv2.GaussianBlur(v, (0, 0), 2.0) for v in (view.image, guess)]
-    broad = soft[1][places]
+    soft = cv2.GaussianBlur(smooth, (0, 0), SOFT)
+    side = sides(places.shape, (lines * view.ratio)[:SHARP])
     rows, columns = np.nonzero(places)
     looks, prices = [], []
     for copy in copies:
-        shown, price = _shown(feature, view.barred, rescaled(copy, *view.ratio), places)
+        own = rescaled(copy, *view.ratio)
+        shown, price = _shown(feature, view.barred, own, places)
         off = np.abs(shown - feature[places]).sum(-1) * STRICT
-        x, y, _ = sources(rescaled(copy, *view.ratio), columns, rows)
-        wrong = np.abs(taken(np.asarray(soft[0], np.float32), x, y) - broad).sum(-1)
-        wrong = GUESS * np.maximum(wrong - PATTERN, 0)
-        price += np.where(view.missing[places], np.minimum(wrong, STRAYED), 0)
+        x, y, _ = sources(own, columns, rows)
+        price += expected.price(taken(np.asarray(soft, np.float32), x, y), places, view.missing)
         price += np.where(rim[places], np.minimum(off, WRONG), 0)
+        row = np.clip(np.round(y).astype(int), 0, side.shape[0] - 1)
+        column = np.clip(np.round(x).astype(int), 0, side.shape[1] - 1)
+        price += BEYOND * (side[row, column] != side[places])
         looks.append(shown)
         prices.append(price)
     asked = np.array(prices, np.float32)
     fitting = _fitting(asked[:, rim[places]])
-    some = np.array(looks, np.float32)[fitting]
-    chosen = fitting[choose(Grid.of(places), some, asked[fitting])]
+    looks = [*(looks[k] for k in fitting), _features(smooth)[places]]
+    bare = np.where(view.missing[places], np.minimum(BARE * expected.rough[places], BLAND), 0)
+    asked = np.concatenate([asked[fitting], bare[None]]).astype(np.float32)
+    fitting = np.append(fitting, len(copies))
+    chosen = fitting[choose(Grid.of(places), np.array(looks, np.float32), asked)]
     used = sorted(set(chosen.tolist()))
     label = np.full(places.shape, -1)
     label[places] = np.searchsorted(used, chosen)
     return label, used
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Expected:
+    """What is looked for in the hole: colour (h, w, 3), how far it may stray (h, w), and how
+
+    rough (h, w) the photo is where that comes from; grey levels of three colours.
+    """
+
+    colour: FloatImage
+    stray: FloatImage
+    rough: FloatImage
+
+    @classmethod
+    def of(cls, view: View, smooth: FloatImage) -> Self:
+        soft = cv2.GaussianBlur(smooth, (0, 0), SOFT)
+        broad = cv2.GaussianBlur(smooth, (0, 0), 3 * SOFT)
+        fine = np.abs(view.image - soft).sum(-1)
+        wide = np.abs(soft - broad).sum(-1)
+        rough, stray = (_around(_median(value), view) for value in (fine, wide))
+        return cls(
+            np.asarray(soft, np.float32),
+            np.asarray(np.clip(STRAY + 2 * stray, 0, PATTERN), np.float32),
+            np.asarray(rough + stray, np.float32),
+        )
+
+    def price(self, shown: FloatImage, places: BoolArray, missing: BoolArray) -> FloatImage:
+        """(N,) what it costs to show these colours (N, 3) at the places (h, w)."""
+        off = shown - self.colour[places]
+        level = off.mean(-1, keepdims=True)
+        # Brightness is levelled when pieces are joined, colour shows.
+        wrong = LEVEL * np.abs(level[:, 0]) + HUE * np.abs(off - level).sum(-1)
+        wrong = np.minimum(GUESS * np.maximum(wrong - self.stray[places], 0), STRAYED)
+        return np.where(missing[places], wrong, 0).astype(np.float32)
+
+
+def _around(values: FloatImage, view: View) -> FloatImage:
+    """Values (h, w) of the known part, in the hole their mean beside it, along rows above all."""
+    known = (~view.barred).astype(np.float32)
+    x0, y0, x1, y1 = bounds(view.missing)
+    across, down = (max(2.0, share * max(x1 - x0, y1 - y0)) for share in BROAD)
+    total = cv2.GaussianBlur(values * known, (0, 0), sigmaX=across, sigmaY=down)
+    count = cv2.GaussianBlur(known, (0, 0), sigmaX=across, sigmaY=down)
+    return np.asarray(total / np.maximum(count, 1e-4), np.float32)
+
+
+def _median(values: FloatImage) -> FloatImage:
+    """Values (h, w) of up to 255 without those of thin lines."""
+    whole = np.clip(np.round(values), 0, 255).astype(np.uint8)
+    return np.asarray(cv2.medianBlur(whole, 5), np.float32)
 
 
 def _fitting(prices: FloatImage) -> NDArray[np.int64]:

@@ -14,13 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import Support
 from physagent_studio.reconstruction.copies import shift, to_level
-from physagent_studio.reconstruction.crossing import ways_into
+from physagent_studio.reconstruction.crossing import edges_of, lines_through, ways_into
 from physagent_studio.reconstruction.leftovers import leftovers
 from physagent_studio.reconstruction.lines import Segments
 from physagent_studio.reconstruction.masks import BoolArray, bounds, grow
 from physagent_studio.reconstruction.mosaic import mosaic
 from physagent_studio.reconstruction.shade import shaded
+from physagent_studio.reconstruction.surfaces import surfaces
 from physagent_studio.records.case import Image
 
 FloatArray = NDArray[np.float64]
@@ -38,20 +40,42 @@ def background(
     lines: FloatArray = NO_LINES,
     camera: Camera | None = None,
     found: Segments | None = None,
+    solid: Sequence[Support] = (),
 ) -> Image:
     """The photo (H, W, 3) without the masked things and the shade close around their feet.
 
-    lines: (N, 2, 2) pixels, edges that go on behind them. camera: with it, what lies on the floor
-    or a table is filled in as seen from above. found: the photo's edges, to continue them.
+    lines: (N, 2, 2) pixels, edges that go on behind them beside those that are seen to. camera:
+    with it, what lies on the floor or a table is filled in as seen from above. found: the photo's
+    edges, to continue them. solid: supports whose edges go on, with a camera.
+    """
+    faces = None
+    if camera is not None and solid:
+        faces = surfaces(photo, hole_of(masks, photo.shape[:2]), camera, solid)
+    hole = taken_out(photo, masks, faces)
+    if camera is not None:
+        lines = np.concatenate([lines, edges_of(photo, hole, camera, solid)])
+    if found is not None and not hole.all():
+        # In shade edges are still seen, so that what runs behind the things themselves ends there.
+        holes = (hole, hole_of(masks, hole.shape))
+        lines = np.concatenate([lines, *(lines_through(photo, h, found) for h in holes)])
+    return fill(photo, hole, lines, camera, found)
+
+
+def taken_out(
+    photo: Image, masks: Sequence[BoolArray], faces: NDArray[np.int64] | None = None
+) -> BoolArray:
+    """(H, W) the masked things, what the masks have missed of them, and their shade.
+
+    faces: (H, W) as `surfaces` gives them.
     """
     hole = hole_of(masks, photo.shape[:2])
     if not hole.any() or hole.all():
-        return fill(photo, hole, lines, camera, found)
+        return hole
     hole |= grow(leftovers(photo, masks, hole), _rim(hole.shape))
-    shade = shaded(photo, masks, hole)
+    shade = shaded(photo, masks, hole, faces)
     # The darkest shade is a line right at the foot: none of it shall be left between the two.
     shade |= grow(shade, SLIT) & grow(hole, SLIT)
-    return fill(photo, hole | shade, lines, camera, found)
+    return hole | shade
 
 
 def fill(

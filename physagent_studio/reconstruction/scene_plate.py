@@ -5,19 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Support
 from physagent_studio.reconstruction.copies import to_level
-from physagent_studio.reconstruction.crossing import edges_of, lines_through
+from physagent_studio.reconstruction.crossing import edges_of
 from physagent_studio.reconstruction.lines import Segments
 from physagent_studio.reconstruction.masks import BoolArray
 from physagent_studio.reconstruction.plate import background, hole_of
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Scene
-
-FloatArray = NDArray[np.float64]
 
 
 def scene_plate(
@@ -32,18 +29,14 @@ def scene_plate(
 
     found: the photo's edges. camera, solid: what the scene's ground and supports were found to be.
     """
-    covered = list(masks.values())
-    hole = hole_of(covered, image.shape[:2])
-    edges = edges_of(image, hole, camera, solid)
     if (
         previous is not None
         and previous.plate is not None
         and _same_masks(previous, image, masks)
-        and _same_ways(previous, hole, camera, edges)
+        and _same_ways(previous, masks, camera, solid)
     ):
         return previous.plate
-    lines = np.concatenate([lines_through(image, hole, found), edges])
-    return background(image, covered, lines, camera, found)
+    return background(image, list(masks.values()), camera=camera, found=found, solid=solid)
 
 
 def _same_masks(previous: Scene, image: Image, masks: Mapping[str, BoolArray]) -> bool:
@@ -54,12 +47,16 @@ def _same_masks(previous: Scene, image: Image, masks: Mapping[str, BoolArray]) -
     return same and all(np.array_equal(previous.masks[name], masks[name]) for name in masks)
 
 
-def _same_ways(previous: Scene, hole: BoolArray, camera: Camera, edges: FloatArray) -> bool:
+def _same_ways(
+    previous: Scene, masks: Mapping[str, BoolArray], camera: Camera, solid: Sequence[Support]
+) -> bool:
     """Whether level ground and the supports' edges run through the photo as they did."""
-    before = previous.state.camera
-    if before is None or previous.photo is None:
+    before, photo = previous.state.camera, previous.photo
+    if before is None or photo is None:
         return False
     if not np.allclose(to_level(before), to_level(camera), rtol=0, atol=1e-9):
         return False
-    old = edges_of(previous.photo, hole, before, previous.state.supports)
-    return old.shape == edges.shape and bool(np.allclose(old, edges, rtol=0, atol=1e-6))
+    hole = hole_of(list(masks.values()), photo.shape[:2])
+    old = edges_of(photo, hole, before, previous.state.supports)
+    new = edges_of(photo, hole, camera, solid)
+    return old.shape == new.shape and bool(np.allclose(old, new, rtol=0, atol=1e-6))

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.reconstruction.ground_tones import Tones
 from physagent_studio.reconstruction.masks import BoolArray, bounds, grow, without_pinholes
+from physagent_studio.reconstruction.surfaces import under
 from physagent_studio.records.case import Image
 
 FloatImage = NDArray[np.float32]
@@ -24,20 +27,31 @@ REACH = 1.5
 """How far from a thing its shade is looked for, in sizes of it."""
 ENDS = 6
 """Pixels far out on a side from which darkness reaches that far."""
-TINT = 9.0
-"""How far its colour may differ from that of the ground for its lightness, in a*, b*."""
-BOUNCE = 0.6
-"""The same for each L* of darkness: there, light thrown back by the thing is most of it."""
-BARE = 0.7
-"""Share of the rim of a shade that has the ground's colour, at least."""
+GLOW = (6.0, 3.0)
+"""How much of the thing's colour lies on ground that it shines on, in a*, b*; at its faint rim."""
+OUTER = 0.8
+"""Where what is looked at ends, as a share of `REACH`."""
+DEEPER = (1.0, 1.7, 2.6)
+"""How many times as dark shade has to be, from one try to the next: what ends at paint may be a
+painted patch, with shade upon it."""
+BARE = (0.7, 0.4, 0.4)
+"""Share of the rim of a shade that has the ground's colour, at least, in each try."""
 POCKET = 0.1
 """Largest gap in shade that belongs to it, as a share of it."""
 ABOVE = (0.3, 0.9)
 """Shade begins this share of a thing's height above its foot, and ends below that one."""
 
 
-def shaded(photo: Image, masks: Sequence[BoolArray], hole: BoolArray) -> BoolArray:
-    """(H, W) ground around the feet of the masked things that looks as if they shaded it."""
+def shaded(
+    photo: Image,
+    masks: Sequence[BoolArray],
+    hole: BoolArray,
+    faces: NDArray[np.int64] | None = None,
+) -> BoolArray:
+    """(H, W) ground around the feet of the masked things that looks as if they shaded it.
+
+    faces: (H, W) numbers of the faces on which things stand, as `surfaces` gives them.
+    """
     factor = min(1.0, SIDE / max(hole.shape))
     size = (max(8, round(hole.shape[1] * factor)), max(8, round(hole.shape[0] * factor)))
     small = cv2.resize(photo, size, interpolation=cv2.INTER_AREA).astype(np.float32) / 255
@@ -47,58 +61,108 @@ def shaded(photo: Image, masks: Sequence[BoolArray], hole: BoolArray) -> BoolArr
     for mask in masks:
         own = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_AREA) > 0
         if own.any():
-            out |= _around(lab, own, inside)
+            theirs = np.ones_like(own) if faces is None else under(own, _reduced(faces, size))
+            out |= _around(lab, own, inside, theirs)
     wide = cv2.resize(out.astype(np.float32), hole.shape[::-1], interpolation=cv2.INTER_LINEAR)
     return np.asarray(cv2.GaussianBlur(wide, (0, 0), 0.7 / factor) > 0.4)
 
 
-def _around(lab: FloatImage, own: BoolArray, inside: BoolArray) -> BoolArray:
-    """Shade of one thing: dark, of the ground's colour, and joined to the thing at its foot."""
+def _reduced(faces: NDArray[np.int64], size: tuple[int, int]) -> NDArray[np.int64]:
+    small = cv2.resize(faces.astype(np.int32), size, interpolation=cv2.INTER_NEAREST_EXACT)
+    return np.asarray(small, np.int64)
+
+
+def _around(lab: FloatImage, own: BoolArray, inside: BoolArray, theirs: BoolArray) -> BoolArray:
+    """Shade of one thing: dark, of the ground's colour, and joined to the thing at its foot.
+
+    theirs: (H, W) the face that it stands on.
+    """
     x0, y0, x1, y1 = bounds(own)
     side = max(x1 - x0, y1 - y0)
     rows = np.arange(own.shape[0])[:, None] * np.ones(own.shape[1])
     low = rows >= y1 - round(ABOVE[0] * (y1 - y0))
-    ground = rows >= y1 - round(ABOVE[1] * (y1 - y0))
+    ground = (rows >= y1 - round(ABOVE[1] * (y1 - y0))) & theirs
     near = ground & grow(own, round(REACH * side)) & ~inside
-    far = low & grow(own, round(1.2 * side)) & ~grow(own, round(0.25 * side)) & ~inside
+    far = low & theirs & grow(own, round(1.2 * side)) & ~grow(own, round(0.25 * side)) & ~inside
     if np.count_nonzero(far) < 30 or not near.any():
         return np.zeros_like(own)
-    lit, uneven = _lit(lab, far | (near & low))
-    darker = lit[..., 0] - lab[..., 0]
-    # In shade a colour keeps its hue and pales with its lightness.
-    share = (lab[..., :1] / np.maximum(lit[..., :1], 1)).clip(0, 1)
-    tint = _of_the_ground(lab[..., 1:] - lit[..., 1:] * share, darker, _own_tint(lab, own, lit))
-    dark = near & (darker > max(DARKER, GRAINS[0] * uneven)) & tint
-    mine = _joined_to(dark, own | inside, own, low)
-    if _goes_on(mine, near & ~grow(own, round(0.55 * side)), x0, x1):
-        return np.zeros_like(own)
+    tones = Tones.of(lab, far | (near & low), own)
+    place = _Place(own, inside, near, ground & ~inside, low)
+    for times, bare in zip(DEEPER, BARE, strict=True):
+        found = _shade(place, tones, times)
+        if not found.any() or _ends_lit(found, tones, place.ground, bare):
+            return found
+    return np.zeros_like(own)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Place:
+    """A thing, what is filled in, the ground near the thing, all ground, and what is low; (H, W)
+    each."""
+
+    own: BoolArray
+    inside: BoolArray
+    near: BoolArray
+    ground: BoolArray
+    low: BoolArray
+
+
+def _shade(place: _Place, tones: Tones, times: float) -> BoolArray:
+    """Shade of one thing that is so many times as dark as shade is at least."""
+    own, near = place.own, place.near
+    x0, y0, x1, y1 = bounds(own)
+    side = max(x1 - x0, y1 - y0)
+    theirs = near & (tones.which >= 0)
+    deep = tones.darker > times * np.maximum(DARKER, GRAINS[0] * tones.uneven)
+    deep |= tones.glow > times * GLOW[0]
+    # Pixels along an edge are of both its colours, and like neither in shade: thin lines are none.
+    wide = ((theirs & deep) | place.inside).astype(np.uint8)
+    wide = cv2.morphologyEx(wide, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
+    mine = _joined_to(theirs & deep & wide, own | place.inside, own, place.low)
+    outer = near & ~grow(own, round(OUTER * REACH * side))
+    # What is dark there beside another thing is that one's.
+    outer &= ~grow(place.inside & ~grow(own, 4), max(3, side // 3))
+    mine = _fading(mine, tones, own, outer)
     # Shade fades out: its faint rim belongs to it.
-    smooth = np.asarray(cv2.blur(darker, (3, 3)))
-    faint = near & tint & (smooth > max(FAINT, GRAINS[1] * uneven))
+    smooth, tinged = (np.asarray(cv2.blur(v, (3, 3))) for v in (tones.darker, tones.glow))
+    faint = smooth > np.maximum(FAINT, GRAINS[1] * tones.uneven)
+    faint = theirs & (faint | (tinged > GLOW[1]))
     wide = mine
-    for _ in range(max(2, side // 4)):
+    for _ in range(max(2, side // 4) if times == 1 else 2):
         wide = mine | (grow(wide, 1) & faint)
-    wide = without_pinholes(grow(wide, 1) & near | inside, POCKET) & near
-    # Shade ends on lit ground; what ends at another colour is paint.
-    rim = grow(wide, 3) & ~grow(wide, 1) & ground & ~inside
-    return wide if rim.any() and tint[rim].mean() > BARE else np.zeros_like(own)
+    return without_pinholes(grow(wide, 1) & near | place.inside, POCKET) & near
 
 
-def _own_tint(lab: FloatImage, own: BoolArray, lit: FloatImage) -> FloatImage:
-    """The direction (a*, b*) from the ground's colour to the thing's; zero where they are alike."""
-    apart = lab[own, 1:].mean(0) - lit[own, 1:].mean(0)
-    far = float(np.hypot(*apart))
-    return (apart / far if far > TINT else apart * 0).astype(np.float32)
+def _ends_lit(shade: BoolArray, tones: Tones, ground: BoolArray, bare: float) -> bool:
+    """Whether shade ends on ground of its own colour; what ends at another one is paint."""
+    rim = grow(shade, 3) & ~grow(shade, 1) & ground
+    if not rim.any():
+        return False
+    counts = np.bincount(tones.which[shade] + 1, minlength=2)
+    main = int(counts[1:].argmax())
+    return float((tones.which[rim] == main).mean()) > bare
 
 
-def _of_the_ground(off: FloatImage, darker: FloatImage, own: FloatImage) -> BoolArray:
-    """Whether colours (H, W, 2) off the ground's may be its own, or what the thing throws back.
+def _fading(dark: BoolArray, tones: Tones, own: BoolArray, outer: BoolArray) -> BoolArray:
+    """What is dark without what goes on beyond, on both sides as a belt does or ever darker.
 
-    own: the direction to the thing's colour.
+    Light has a side, and shade is darkest at its thing. outer: (H, W) the end of what is looked at.
     """
-    far = np.abs(off).max(-1)
-    thrown = (off @ own > 0.8 * np.linalg.norm(off, axis=-1)) & (far < TINT + BOUNCE * darker)
-    return (far < TINT) | thrown
+    x0, _, x1, _ = bounds(own)
+    middle = (x0 + x1) // 2
+    columns = np.arange(own.shape[1])[None] * np.ones((own.shape[0], 1))
+    out = dark.copy()
+    ends = 0
+    for half in (columns < middle, columns >= middle):
+        rim = dark & outer & half & ((columns < x0) | (columns >= x1))
+        if np.count_nonzero(rim) <= ENDS:
+            continue
+        ends += 1
+        inner = dark & half & grow(own, max(2, (x1 - x0) // 4))
+        if inner.any() and tones.darker[rim].mean() > tones.darker[inner].mean():
+            out &= ~half | grow(own, max(2, (x1 - x0) // 4))
+            ends -= 1
+    return out if ends < 2 else np.zeros_like(dark)
 
 
 def _joined_to(dark: BoolArray, through: BoolArray, own: BoolArray, low: BoolArray) -> BoolArray:
@@ -106,33 +170,3 @@ def _joined_to(dark: BoolArray, through: BoolArray, own: BoolArray, low: BoolArr
     joined = dark | ((grow(own, 2) | through) & low)
     _, labels = cv2.connectedComponents(joined.astype(np.uint8))
     return np.isin(labels, np.unique(labels[own & low])) & dark
-
-
-def _goes_on(dark: BoolArray, outer: BoolArray, left: int, right: int) -> bool:
-    """Whether what is dark reaches far out on both sides, as a belt or a wall: light has a side."""
-    rim = dark & outer
-    return bool(rim[:, :left].sum() > ENDS and rim[:, right:].sum() > ENDS)
-
-
-def _lit(lab: FloatImage, ground: BoolArray) -> tuple[FloatImage, float]:
-    """(H, W, 3) the ground without shade, a smooth surface through its lighter half.
-
-    Also how uneven the lit ground is, in L*.
-    """
-    rows, columns = np.nonzero(ground)
-    scale = float(max(ground.shape))
-    terms = np.stack([np.ones(len(rows)), columns / scale, rows / scale], 1)
-    values = lab[rows, columns].astype(float)
-    weight = np.ones(len(rows))
-    fit = np.zeros((3, 3))
-    for _ in range(8):
-        root = np.sqrt(weight)[:, None]
-        fit = np.linalg.lstsq(terms * root, values * root, rcond=None)[0]
-        rest = values[:, 0] - terms @ fit[:, 0]
-        spread = max(1.5 * float(np.median(np.abs(rest))), 2.0)
-        weight = 1 / (1 + (rest / np.where(rest < 0, spread, 2 * spread)) ** 2)
-    rest = values[:, 0] - terms @ fit[:, 0]
-    # Shade makes the dark side of the spread wide, so it is the light side that tells.
-    uneven = 1.5 * float(np.median(np.abs(rest[rest > 0]))) if (rest > 0).any() else 0.0
-    y, x = np.indices(ground.shape) / scale
-    return (np.stack([np.ones_like(x), x, y], -1) @ fit).astype(np.float32), uneven

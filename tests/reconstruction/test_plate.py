@@ -6,13 +6,15 @@ import pytest
 
 from physagent_studio.benchmark.plates import plate_of, scores, vacated
 from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Floor, Grounding, Mark, Slab, Support
-from physagent_studio.reconstruction.crossing import edges_of, lines_through
+from physagent_studio.program.scene import Floor, Grounding, Mark, Ramp, Slab, Support
+from physagent_studio.reconstruction.crossing import edges_of, faces_of, lines_through
 from physagent_studio.reconstruction.harmonic import from_steps
 from physagent_studio.reconstruction.leftovers import leftovers
 from physagent_studio.reconstruction.lines import segments
 from physagent_studio.reconstruction.plate import background, fill, hole_of
 from physagent_studio.reconstruction.shade import shaded
+from physagent_studio.reconstruction.smooth import smooth_fill
+from physagent_studio.reconstruction.surfaces import surfaces
 
 SHAPE = (240, 320)
 
@@ -82,6 +84,62 @@ def test_edges_of_a_table_are_taken_where_a_person_marked_it_or_where_they_are_s
     drawn = blank.copy()
     drawn[round(pixels[1, 1]) :] = 60
     assert len(edges_of(drawn, hole, camera, (seen,))) == 1
+
+
+def test_edges_that_meet_behind_a_thing_meet_in_a_corner():
+    y, x = np.indices(SHAPE)
+    table = (y > 60 + 0.3 * np.abs(x - 160)) & (y < 200)
+    truth = np.where(table[..., None], (160.0, 118, 70), (196.0, 190, 180)) + _noise(1.5)
+    mask = _ball((160, 66), 34)
+    photo = _rgb(np.where(mask[..., None], (30, 60, 160), truth))
+    found = segments(photo)
+    lines = lines_through(photo, hole_of([mask], SHAPE), found)
+    assert len(lines) == 2
+    ends = lines.reshape(-1, 2)
+    assert np.linalg.norm(ends - (160, 60), axis=1).min() < 4
+    plate = background(photo, [mask], found=found).astype(float)
+    blue = cv2.GaussianBlur(plate, (0, 0), 1.5)[..., 2]
+    assert ((blue < 125) != table)[mask].mean() < 0.05
+
+
+def test_edges_of_a_ramp_go_on_behind_what_stands_on_it():
+    camera = Camera.from_horizon((SHAPE[1], SHAPE[0]), -40, 1.4, focal=300.0)
+    ramp = Support(name="ramp", shape=Ramp(toe=(-0.5, 2.0, 0), yaw=0, run=1, rise=0.4, width=0.6))
+    drawn = np.full((*SHAPE, 3), 150, np.uint8)
+    faces = faces_of(ramp, camera)
+    for face, tone in zip(faces, (60, 210, 90, 30), strict=False):
+        cv2.fillPoly(drawn, [np.round(face).astype(np.int32)], (tone, tone, tone))
+    middle = np.concatenate(faces).mean(0)
+    hole = _ball((round(middle[0]), round(middle[1])), 40)
+    edges = edges_of(drawn, hole, camera, (ramp,))
+    assert len(edges) >= 2
+    assert not len(edges_of(np.full_like(drawn, 150), hole, camera, (ramp,)))
+    shown = surfaces(drawn, hole, camera, (ramp,))
+    assert len(np.unique(shown)) > len(faces)
+    assert not surfaces(np.full_like(drawn, 150), hole, camera, (ramp,)).any()
+
+
+def test_ground_that_a_thing_shines_on_goes_with_it():
+    y, x = np.indices(SHAPE)
+    share = 0.18 * np.exp(-(((x - 160) / 20) ** 2) - ((y - 158) / 12) ** 2)[..., None]
+    mask = _ball()
+    truth = _lit_wall() + _noise(1.5)
+    glossy = truth * (1 - share) + share * np.array([235.0, 120, 30])
+    photo = _rgb(np.where(mask[..., None], (235, 120, 30), glossy))
+    assert shaded(photo, [mask], hole_of([mask], SHAPE))[154:160, 154:166].all()
+    plate = background(photo, [mask]).astype(float)
+    assert np.abs(plate - _lit_wall())[146:166, 146:176].mean() < 6
+
+
+def test_bare_ground_is_filled_smoothly_and_as_grainy_as_it_is():
+    part = (_lit_wall() + _noise(5)).astype(np.float32)
+    hole = _ball()
+    filled = smooth_fill(part, hole, hole, np.zeros((0, 2, 2)))
+    assert np.array_equal(filled[~hole], part[~hole])
+    assert np.abs(cv2.GaussianBlur(filled - _lit_wall(), (0, 0), 4))[hole].max() < 6
+    grey = filled.mean(-1)
+    fine = grey - cv2.GaussianBlur(grey, (0, 0), 1.2)
+    assert fine[hole].std() == pytest.approx(fine[~hole].std(), rel=0.35)
 
 
 def test_the_shade_around_a_foot_goes_with_the_object():

@@ -16,6 +16,8 @@ from physagent_studio.program.scene import Click, Grounding, Stroke
 from physagent_studio.reconstruction.grabcut import side_by_side
 from physagent_studio.reconstruction.masks import BoolArray
 from physagent_studio.reconstruction.maskscore import Scorer
+from physagent_studio.reconstruction.names import usual_size
+from physagent_studio.reconstruction.segmentation_attached import with_parts
 from physagent_studio.reconstruction.segmentation_box import box_drafts
 from physagent_studio.reconstruction.segmentation_choice import agreed
 from physagent_studio.reconstruction.segmentation_clicks import click_drafts
@@ -83,10 +85,15 @@ class EmbeddedSegmenter:
         offers: Mapping[str, tuple[Candidate, ...]],
     ) -> dict[str, tuple[Candidate, ...]]:
         """The candidates of each thing, with those that only all clicks together give."""
-        return stacked(image, groundings, offers, lambda all_: self.candidates(image, "", all_))
+        return stacked(image, groundings, offers, lambda all_: self._alike(image, "", all_))
 
     def candidates(self, image: Image, name: str, grounding: Grounding) -> tuple[Candidate, ...]:
         """Candidates (H, W) of one thing whose grounding says all; its name helps to rank them."""
+        alike = self._alike(image, name, grounding)
+        return with_parts(image, alike, grounding, usual_size(name).aspect)
+
+    def _alike(self, image: Image, name: str, grounding: Grounding) -> tuple[Candidate, ...]:
+        """Candidates (H, W) of what looks like the places that were clicked."""
         height, width = image.shape[:2]
         box = grounding.box
         part = (0, 0, width, height) if box is None else part_around(box, image.shape)

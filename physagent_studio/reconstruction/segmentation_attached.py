@@ -1,0 +1,321 @@
+"""Attached parts: stems, necks, caps, poles and cuffs that are another colour than the thing.
+
+Where a thing was clicked its colour is found, and a part of another colour is left out; a thin one
+is lost on the small picture. So the picture around the best mask is cut into patches once more,
+at a size at which the thing itself is as large as it can be, and patches that touch the mask, on
+their own or several that stand out from the ground together, are weighed: those join that are
+clearly a part. With them others may come to touch the mask, which have to be the clearer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.scene import Grounding
+from physagent_studio.reconstruction.masks import (
+    BoolArray,
+    bounds,
+    disc,
+    grow,
+    iou,
+    resized,
+)
+from physagent_studio.reconstruction.segmentation_choice import CANDIDATES
+from physagent_studio.reconstruction.segmentation_evidence import (
+    TALL,
+    Colours,
+    Outline,
+    Patch,
+    Surroundings,
+    colours_of,
+    features_of,
+    lowness,
+    outline_of,
+    scores,
+    shade_of,
+)
+from physagent_studio.reconstruction.segmentation_patches import (
+    joined,
+    patches_of,
+    renumbered,
+    steps_of,
+)
+from physagent_studio.records.case import Image
+from physagent_studio.records.scene import Candidate
+
+Usual = tuple[float, float] | None
+IntArray = NDArray[np.int64]
+SIDE, REACH = 150, 0.9
+"""Longer side of the mask where it is looked at, pixels, and how far around it, in sides."""
+FINE, LEVELS = 3.5, (5.0, 8.0, 12.0, 17.0)
+"""How unlike patches are that the mask snaps to, and that parts are made of."""
+CLEAR, CLEARER = 0.9, 0.5
+"""Score from which a part joins, and how much more is asked of those that touch it only then."""
+ROUNDS, MOST = 5, 1.5
+"""How often parts join, and how much larger the mask becomes at most."""
+LEAST, LARGEST, LONGEST = 0.002, 0.26, 0.5
+"""Share of the mask's area between which a part is, and below which a slender one is."""
+SLENDER = 0.3
+"""Width of a slender part over the side of a square of the mask's area."""
+NARROW, SEAM, NECK = 4.2, 0.62, -0.22
+"""Pixels across the widest place of a part, share of its outline at the mask, and contact (log, as
+`Outline.neck`) by which it is but a seam along the outline, or hardly touches."""
+COMMON, RARE = -4.1, -5.0
+"""Log share of its colours elsewhere from which a patch is like what is around, or unlike it."""
+BLURRED = 2.4
+"""Sharpness (log, as `Outline.sharp`) below which a patch has no outline."""
+SAME = 0.95
+"""IoU from which two masks need not both be offered."""
+ODD = 0.3
+"""Spreads by which parts may make a thing's proportions more unusual for its name."""
+LARGE = 0.6
+"""Share of the mask's area from which a patch is ground."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Around:
+    """A mask and its surroundings at the size where parts are sought.
+
+    part: (x0, y0, x1, y1) of the picture. lab (h, w, 3), steps, mask, barred (h, w): of that part.
+    """
+
+    part: tuple[int, int, int, int]
+    lab: NDArray[np.float32]
+    steps: NDArray[np.float32]
+    mask: BoolArray
+    barred: BoolArray
+
+
+def with_parts(
+    image: Image, offers: Sequence[Candidate], grounding: Grounding, usual: Usual = None
+) -> tuple[Candidate, ...]:
+    """Up to four candidates: led by the first with the parts attached to it, where it has any.
+
+    usual: height over width of things of that name, and its spread (log).
+    """
+    found = None if not offers else with_attached(image, offers[0].mask, grounding)
+    if found is None or _odder(offers[0].mask, found, usual):
+        return tuple(offers)
+    first = offers[0]
+    led = Candidate(found, first.score, f"{first.method} and parts")
+    others = [other for other in offers[1:] if iou(other.mask, found) < SAME]
+    # The last one is the mask with its shadow, where it has one.
+    return (led, first, *others[: CANDIDATES - 3], *others[CANDIDATES - 3 :][-1:])
+
+
+def _odder(before: BoolArray, after: BoolArray, usual: Usual) -> bool:
+    """Whether parts make a thing less like others of its name."""
+    if usual is None:
+        return False
+    off = []
+    for mask in (before, after):
+        x0, y0, x1, y1 = bounds(mask)
+        ratio = np.log(max(y1 - y0, 1) / max(x1 - x0, 1) / usual[0])
+        off.append(abs(float(ratio)) / (usual[1] + 0.1))
+    return off[1] > off[0] + ODD and off[1] > 1.0
+
+
+def with_attached(image: Image, mask: BoolArray, grounding: Grounding) -> BoolArray | None:
+    """The mask (H, W) with the parts attached to the thing; None where there is none to be seen.
+
+    What holds a click outside, or lies outside of a box, is no part of it.
+    """
+    around = _around(image, mask, grounding)
+    if around is None:
+        return None
+    found = _grown(around)
+    if found is None:
+        return None
+    x0, y0, x1, y1 = around.part
+    out = mask.copy()
+    out[y0:y1, x0:x1] |= resized(found, (x1 - x0, y1 - y0))
+    return out
+
+
+def _around(image: Image, mask: BoolArray, grounding: Grounding) -> Around | None:
+    x0, y0, x1, y1 = bounds(mask)
+    side = max(x1 - x0, y1 - y0)
+    if side < 12:
+        return None
+    reach = int(REACH * side) + 6
+    left, top = max(0, x0 - reach), max(0, y0 - reach)
+    right, low = min(mask.shape[1], x1 + reach), min(mask.shape[0], y1 + reach)
+    crop = (slice(top, low), slice(left, right))
+    factor = min(2.0, SIDE / side)
+    how = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
+    small = cv2.resize(image[crop], None, fx=factor, fy=factor, interpolation=how)
+    small = np.ascontiguousarray(small).astype(np.uint8)
+    lab = cv2.cvtColor(cv2.bilateralFilter(small, 5, 30, 3), cv2.COLOR_RGB2LAB)
+    size = (small.shape[1], small.shape[0])
+    plain = cv2.INTER_AREA if factor < 1 else cv2.INTER_LINEAR
+    own = cv2.resize(mask[crop].astype(np.uint8) * 255, size, interpolation=plain) > 127
+    part = (left, top, right, low)
+    barred = _barred(grounding, part, factor, own.shape)
+    colours = lab.astype(np.float32)
+    return Around(part, colours, steps_of(colours), np.asarray(own), barred)
+
+
+def _barred(
+    grounding: Grounding,
+    part: tuple[int, int, int, int],
+    factor: float,
+    shape: tuple[int, ...],
+) -> BoolArray:
+    """(h, w) what cannot be a part: spots at clicks outside, and what is outside of a box."""
+    out = np.zeros(shape[:2], np.uint8)
+    for click in grounding.points:
+        if not click.label:
+            x, y = (click.x - part[0]) * factor, (click.y - part[1]) * factor
+            cv2.circle(out, (int(x), int(y)), 2, 1, -1)
+    if grounding.box is not None:
+        x0, x1 = sorted(round((x - part[0]) * factor) for x in grounding.box[::2])
+        y0, y1 = sorted(round((y - part[1]) * factor) for y in grounding.box[1::2])
+        within = np.zeros(shape[:2], bool)
+        within[max(0, y0 - 2) : max(0, y1 + 3), max(0, x0 - 2) : max(0, x1 + 3)] = True
+        out[~within] = 1
+    return out.astype(bool)
+
+
+def _grown(around: Around) -> BoolArray | None:
+    """The mask with its parts, at the size of the surroundings; None where it has none."""
+    finest = patches_of(around.lab, around.steps)
+    mask, fine = _snapped(joined(finest, around.lab, around.steps, [FINE])[0], around.mask)
+    if not mask.any():
+        return None
+    levels = joined(fine, around.lab, around.steps, LEVELS)
+    first = np.count_nonzero(mask)
+    parts = np.zeros_like(mask)
+    for turn in range(ROUNDS):
+        found = _joining(around, mask, levels, CLEAR + CLEARER * turn, LEAST * first)
+        if found is None:
+            break
+        mask, parts = mask | found, parts | found
+        if np.count_nonzero(mask) > MOST * first:
+            break
+    return _closed(around.mask, parts) if parts.any() else None
+
+
+def _snapped(fine: IntArray, mask: BoolArray) -> tuple[BoolArray, IntArray]:
+    """The mask as fine patches, and these: cut along it only where much lies on both sides."""
+    count = int(fine.max()) + 1
+    flat = fine.ravel()
+    share = np.bincount(flat, mask.ravel(), count) / np.bincount(flat, minlength=count)
+    wide = []
+    for side in (mask, ~mask):
+        depth = np.zeros(count)
+        reach = cv2.distanceTransform(side.astype(np.uint8), cv2.DIST_L2, 3)
+        np.maximum.at(depth, flat, reach.ravel())
+        wide.append(depth > 2.5)
+    cut = wide[0] & wide[1] & (share > 0.03) & (share < 0.97)
+    out = np.where(cut[fine], mask, (share > 0.5)[fine])
+    return out, renumbered(fine * 2 + out)
+
+
+def _joining(
+    around: Around, mask: BoolArray, levels: Sequence[IntArray], clear: float, least: float
+) -> BoolArray | None:
+    """The clearest parts that touch the mask, none of them beside another; None without any."""
+    here = Surroundings(around.lab, around.steps, mask, _ground(levels[-1], mask))
+    kept, features = [], []
+    for region in _regions(around, here, levels, least):
+        patch = Patch.of(region)
+        outline = outline_of(patch, here)
+        if outline.touching > 0.62 or outline.neck < -0.22 or outline.width < NARROW:
+            continue
+        colours = colours_of(patch, here)
+        if _ruled_out(patch, here, outline, colours):
+            continue
+        kept.append(region)
+        features.append(features_of(patch, here, outline, colours))
+    out = np.zeros_like(mask)
+    values = scores(features)
+    for k in np.argsort(-values, kind="stable"):
+        if values[k] > clear and not (out & grow(kept[int(k)], 2)).any():
+            out |= kept[int(k)]
+    return out if out.any() else None
+
+
+def _ruled_out(patch: Patch, here: Surroundings, outline: Outline, colours: Colours) -> bool:
+    """Whether a patch is what is seen all around, or may be a shadow."""
+    slender = outline.width < SLENDER * here.size
+    if len(patch.rows) > (LONGEST if slender else LARGEST) * here.area:
+        return True
+    more = colours.own - colours.others
+    if (colours.others > COMMON and more < 0.15) or (colours.others > -5.2 and more < -1.2):
+        return True
+    if outline.sharp < BLURRED:
+        return True
+    if lowness(patch, here) <= 0.08:
+        return False
+    # A shadow is soft, darker than the ground in its own tint, and lies flat.
+    seen = colours.tint > 12 or colours.darker < -8 or patch.tall > TALL
+    flat = shade_of(colours) > 0.25 and patch.tall < TALL
+    return outline.sharp < 2.9 or not seen or flat
+
+
+def _regions(
+    around: Around, here: Surroundings, levels: Sequence[IntArray], least: float
+) -> Iterator[BoolArray]:
+    """Different patches that touch the mask and are neither too small nor too large, nor barred."""
+    free = ~here.mask
+    known: set[tuple[int, int]] = set()
+    for labels in [*levels, *_islands(here, levels)]:
+        count = int(labels.max()) + 1
+        area = np.bincount(labels[free], minlength=count)
+        left_out = _at_rim(labels, free, count)
+        left_out[labels[around.barred]] = True
+        touching = np.bincount(labels[here.near & free], minlength=count)
+        wanted = (touching > 5) & (area >= max(14, least)) & (area <= LONGEST * here.area)
+        for number in np.flatnonzero(wanted & ~left_out):
+            region = (labels == number) & free
+            same = (int(area[number]), int(region.argmax()))
+            if same not in known:
+                known.add(same)
+                yield region
+
+
+def _at_rim(labels: IntArray, free: BoolArray, count: int) -> BoolArray:
+    """(N,) which patches reach the rim of the picture."""
+    out = np.zeros(count, bool)
+    for line in (np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1]):
+        out[labels[line][free[line]]] = True
+    return out
+
+
+def _ground(labels: IntArray, mask: BoolArray) -> BoolArray:
+    """(h, w) the patches that reach the rim or are large, for the mask."""
+    count = int(labels.max()) + 1
+    area = np.bincount(labels[~mask], minlength=count)
+    large = area > LARGE * np.count_nonzero(mask)
+    return (large | _at_rim(labels, np.ones_like(mask), count))[labels] & ~mask
+
+
+def _islands(here: Surroundings, levels: Sequence[IntArray]) -> Iterator[IntArray]:
+    """(h, w) numbers of what stands out from the ground together; that of the ground is at a rim.
+
+    At every level but the finest; then without the patches whose colours are those around.
+    """
+    fine = levels[0]
+    count = int(fine.max()) + 1
+    area = np.bincount(fine.ravel(), minlength=count)
+    common = np.log(here.others / max(float(here.others.sum()), 1.0) + 1e-4)[here.bin_of]
+    own = np.log(here.own + 1e-4)[here.bin_of]
+    common, own = (np.bincount(fine.ravel(), v.ravel(), count) / area for v in (common, own))
+    plain = ((common < RARE) | (own > common))[fine]
+    for labels in levels[1:]:
+        island = ~_ground(labels, here.mask) & ~here.mask
+        for some in (island, island & plain):
+            _, numbers = cv2.connectedComponents(some.astype(np.uint8), connectivity=4)
+            yield np.where(some, numbers, 0).astype(np.int64)
+
+
+def _closed(mask: BoolArray, parts: BoolArray) -> BoolArray:
+    """The mask and its parts, with what is between them where they nearly touch."""
+    out = mask | parts
+    closed = cv2.morphologyEx(out.astype(np.uint8), cv2.MORPH_CLOSE, disc(3)).astype(bool)
+    return out | (closed & grow(mask, 3) & grow(parts, 3))

@@ -16,6 +16,7 @@ from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene import Capsule, Ellipsoid, Inflated, Revolved, Shape, Sphere
 from physagent_studio.reconstruction.geometry import metres_per_pixel, on_plane, on_upright
 from physagent_studio.reconstruction.inflation import inflated_mesh, natural_depth, upright_extent
+from physagent_studio.reconstruction.lines import Segments
 from physagent_studio.reconstruction.lying import fit_lying, lies
 from physagent_studio.reconstruction.masks import BoolArray, bounds, iou
 from physagent_studio.reconstruction.meshes import capsule_profile, mesh_of
@@ -58,31 +59,32 @@ def forms(
     hidden: BoolArray | None = None,
     *,
     only: bool = True,
+    found: Segments | None = None,
 ) -> list[Form]:
     """All forms that fit the mask at `base`, best first; never empty for a mask of ≥ 12 pixels.
 
     kind: the one that is asked for comes first; only: no others are tried then. hidden: pixels
-    (H, W) of other objects, which may cover parts.
+    (H, W) of other objects, which may cover parts. found: straight edges of the picture.
     """
     wanted = (kind,) if kind is not None else ()
     if kind is None or not only:
         wanted = tuple(dict.fromkeys((*wanted, *_worth_trying(mask, usual, hidden))))
     primitives = [kind for kind in PRIMITIVES if kind in wanted]
-    fits = fit_all(camera, mask, base, primitives, usual.shapes, hidden)
+    fits = fit_all(camera, mask, base, primitives, usual.shapes, hidden, found)
     standing = max((fit.iou for fit in fits), default=0.0)
     fits += fit_lying(camera, mask, base, primitives, usual, hidden, standing)
-    found = [_form_of(fit) for fit in fits]
+    made = [_form_of(fit) for fit in fits]
     if "torus" in wanted:
         ring = fit_ring(camera, mask, base, usual.shapes, hidden)
-        found += [_form_of(ring)] if ring is not None else []
+        made += [_form_of(ring)] if ring is not None else []
     if "revolved" in wanted:
-        found += _revolved_form(camera, mask, base, usual)
-    if "inflated" in wanted or not found:
+        made += _revolved_form(camera, mask, base, usual)
+    if "inflated" in wanted or not made:
         lying = flat_form(camera, mask, base, usual)
-        found.append(lying or _inflated_form(camera, mask, base, usual))
-    found.sort(key=lambda form: (form.kind != kind, -form.merit))
+        made.append(lying or _inflated_form(camera, mask, base, usual))
+    made.sort(key=lambda form: (form.kind != kind, -form.merit))
     best: dict[str, Form] = {}
-    for form in found:
+    for form in made:
         # Of a kind that stands or lies the better one.
         best.setdefault(form.kind, form)
     return list(best.values())

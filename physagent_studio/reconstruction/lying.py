@@ -20,7 +20,8 @@ from physagent_studio.program.scene import Capsule, Cylinder, Shape
 from physagent_studio.reconstruction.geometry import metres_per_pixel, on_plane, on_upright
 from physagent_studio.reconstruction.masks import BoolArray
 from physagent_studio.reconstruction.names import Usual
-from physagent_studio.reconstruction.shapes import COST, PRIOR, Base, Fit, sphere_rim
+from physagent_studio.reconstruction.outlines import sphere_rim
+from physagent_studio.reconstruction.shapes import COST, PRIOR, Base, Fit
 from physagent_studio.reconstruction.target import Target
 
 FloatArray = NDArray[np.float64]

@@ -33,6 +33,7 @@ from physagent_studio.reconstruction.geometry import (
 from physagent_studio.reconstruction.inflation import inflated_mesh
 from physagent_studio.reconstruction.layout import Stance
 from physagent_studio.reconstruction.likeness import alike, kind_name
+from physagent_studio.reconstruction.lines import Segments
 from physagent_studio.reconstruction.lying import lies
 from physagent_studio.reconstruction.masks import BoolArray, bounds
 from physagent_studio.reconstruction.meshes import mesh_of
@@ -72,14 +73,15 @@ def place_all(
     fresh: frozenset[str],
     tick: Callable[[float], None],
     ranked: frozenset[str] = frozenset(),
+    found: Segments | None = None,
 ) -> Placed:
     """Every object with its open fields filled.
 
     given: meshes of `Meshed` shapes by name. fresh: those that just came from elsewhere; their
     places are kept but for their height over what they stand on. ranked: objects whose other
-    shapes are known: where one is asked for, no more are fitted.
+    shapes are known: where one is asked for, no more are fitted. found: edges of the picture.
     """
-    ground = _Ground(supports, masks, stances, read, given, fresh, ranked)
+    ground = _Ground(supports, masks, stances, read, given, fresh, ranked, found=found)
     order = [item for item in _from_the_ground(objects, read) if item.name in stances]
     done = _placed(order, ground, {}, tick)
     offers = {name: one.offers for name, one in done.items()}
@@ -153,6 +155,7 @@ class _Ground:
     fresh: frozenset[str]
     ranked: frozenset[str]
     held: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    found: Segments | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -246,8 +249,8 @@ def _offers(
         only = wanted is not None and (kind is not None or item.name in ground.ranked)
         if item.name in read.vessels and item.form is None:
             usual = hollow_kinds(usual)
-        found = forms(camera, mask, base, usual, wanted, hidden, only=only)
-        return [tilt.in_world(form) for form in found] if tilt is not None else found
+        tried = forms(camera, mask, base, usual, wanted, hidden, only=only, found=ground.found)
+        return [tilt.in_world(form) for form in tried] if tilt is not None else tried
     if isinstance(item.shape, Inflated):
         mesh = inflated_mesh(mask, camera, item.shape)
     elif isinstance(item.shape, Meshed):

@@ -234,6 +234,7 @@ def _put(
         frozenset(bodies),
         lambda share: run.at("objects", 0.55 + 0.2 * share),
         frozenset(ranked(state, sight.masks, previous)),
+        sight.found,
     )
     solid = _carrying(state, solid, placed)
     marks, open_marks = landmarks.resolve(state.landmarks, read.camera, solid, read.shown)

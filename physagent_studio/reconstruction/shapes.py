@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,9 +24,14 @@ from physagent_studio.program.scene import (
     Shape,
     Sphere,
 )
+from physagent_studio.reconstruction.creases import WEIGHT as CREASES
+from physagent_studio.reconstruction.creases import Creases
 from physagent_studio.reconstruction.geometry import metres_per_pixel
+from physagent_studio.reconstruction.lines import Segments
 from physagent_studio.reconstruction.masks import BoolArray
 from physagent_studio.reconstruction.meshes import frustum_centre, profile_centre
+from physagent_studio.reconstruction.outlines import bowl_profile, faces_seen, outline
+from physagent_studio.reconstruction.snug import drawn_to, rim_of
 from physagent_studio.reconstruction.target import Target
 
 FloatArray = NDArray[np.float64]
@@ -45,8 +51,11 @@ BOWL_RINGS = 16
 PRIOR = 0.04
 """What a kind gains if the name suggests it."""
 
-_TURN = np.linspace(0, 2 * math.pi, 40, endpoint=False)
-_CIRCLE = np.stack([np.cos(_TURN), np.sin(_TURN)], 1)
+TURNED = 3
+"""How many of the beginnings of a turned box are refined."""
+POLISHED = (0.1, 0.04)
+"""Steps by which the best box is refined again: a simplex that has shrunk may be stuck."""
+_YAWS = (-0.7, -0.45, -0.2, 0.2, 0.45, 0.7)
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,88 +106,22 @@ def fit_all(
     kinds: Sequence[str],
     suggested: Sequence[str],
     hidden: BoolArray | None = None,
+    found: Segments | None = None,
 ) -> list[Fit]:
     """The primitives of the given kinds in place, best first.
 
-    hidden: pixels (H, W) of other objects, where this one may go on unseen.
+    hidden: pixels (H, W) of other objects, where this one may go on unseen. found: straight edges
+    of the picture, where those within the mask shall say how a box is turned.
     """
     target = Target.of(mask, hidden)
-    fits = [_fit(camera, target, base, kind) for kind in kinds]
+    creases = Creases.within(mask, found) if found is not None and "box" in kinds else None
+    fits = [_fit(camera, target, base, kind, creases if kind == "box" else None) for kind in kinds]
     graded = [
         Fit(f.shape, f.position, f.rotation, f.iou, f.iou - COST[k] + PRIOR * (k in suggested))
         for k, f in zip(kinds, fits, strict=True)
         if f is not None
     ]
     return sorted(graded, key=lambda fit: -fit.merit)
-
-
-def sphere_rim(eye: FloatArray, centre: FloatArray, radii: FloatArray) -> FloatArray:
-    """Points (40, 3) of an ellipsoid's contour as seen from `eye`."""
-    view = (eye - centre) / radii
-    far = float(np.linalg.norm(view))
-    if far <= 1.001:
-        return centre + np.zeros((1, 3))
-    axis = view / far
-    helper = np.array([0.0, 0, 1]) if abs(axis[2]) < 0.9 else np.array([1.0, 0, 0])
-    u = np.cross(axis, helper)
-    u /= np.linalg.norm(u)
-    v = np.cross(axis, u)
-    ring = math.sqrt(1 - 1 / far**2) * (_CIRCLE[:, :1] * u + _CIRCLE[:, 1:] * v)
-    return centre + radii * (axis / far + ring)
-
-
-def _outline(kind: str, q: FloatArray, eye: FloatArray) -> FloatArray:
-    """Points whose hull is the silhouette. q: x, y, z of the foot, log sizes, yaw of a box."""
-    foot = q[:3]
-    size = np.exp(np.minimum(q[3:6], 8))
-    if kind == "sphere":
-        return sphere_rim(eye, foot + np.array([0, 0, size[0]]), np.full(3, size[0]))
-    if kind == "ellipsoid":
-        return sphere_rim(eye, foot + np.array([0, 0, size[1]]), size[[0, 0, 1]])
-    if kind == "capsule":
-        radius, straight = size[0], size[1]
-        low = foot + np.array([0, 0, radius])
-        high = low + np.array([0, 0, straight])
-        ball = np.full(3, radius)
-        return np.vstack([sphere_rim(eye, low, ball), sphere_rim(eye, high, ball)])
-    if kind in ("cylinder", "frustum"):
-        top = size[2] if kind == "frustum" else size[0]
-        rings = [
-            np.column_stack([_CIRCLE * size[0], np.zeros(40)]),
-            np.column_stack([_CIRCLE * top, np.full(40, size[1])]),
-        ]
-        return foot + np.vstack(rings)
-    if kind == "bowl":
-        rings = [
-            np.column_stack([_CIRCLE * radius, np.full(40, rise)])
-            for rise, radius in _bowl_profile(size, float(q[6]), 6)
-        ]
-        return foot + np.vstack(rings)
-    return foot + _box_corners(size, q[6])
-
-
-def _bowl_profile(size: FloatArray, belly: float, rings: int) -> list[tuple[float, float]]:
-    """(height, radius) from the foot to the rim of a bowl: foot radius, height, rim radius.
-
-    belly: 0 for straight sides, 1 for those of an upright quarter of an ellipse.
-    """
-    foot, height, rim = (float(edge) for edge in size)
-    power = 1 + min(max(belly, 0.0), 1.3)
-    rise = 1 - np.cos(np.linspace(0, math.pi / 2, rings))
-    bulge = (1 - (1 - rise) ** power) ** (1 / power)
-    return [
-        (float(height * r), float(foot + (rim - foot) * b))
-        for r, b in zip(rise, bulge, strict=True)
-    ]
-
-
-def _box_corners(size: FloatArray, yaw: float) -> FloatArray:
-    width, height, depth = size
-    cos, sin = math.cos(yaw), math.sin(yaw)
-    flat = np.array([[-width, -depth], [width, -depth], [width, depth], [-width, depth]]) / 2
-    turned = flat @ np.array([[cos, sin], [-sin, cos]])
-    lower = np.column_stack([turned, np.zeros(4)])
-    return np.vstack([lower, lower + np.array([0, 0, height])])
 
 
 def _starts(kind: str, width: float, height: float) -> list[list[float]]:
@@ -195,65 +138,154 @@ def _starts(kind: str, width: float, height: float) -> list[list[float]]:
         return [[math.log(width / 4), h, math.log(width / 2), belly] for belly in (0.4, 1.0)]
     if kind == "frustum":
         return [[math.log(width / 2), h, math.log(width / 2)]]
-    square = math.log(width * 0.74)
-    yaws = (0.5, -0.5, math.pi / 4)
-    turned = [[square, math.log(height * 0.85), square, yaw] for yaw in yaws]
-    if width > 1.6 * height:
-        # A flat thing seen from above: most of its visible height is its top.
-        low = math.log(height * 0.4)
-        turned = [
-            [w - 0.25, low, w - 0.25 + more, yaw] for yaw in (0.5, -0.5) for more in (0, -0.5)
+    return [[w - 0.05, h - 0.08, w - 0.6, 0.0]]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Search:
+    """Numbers of one kind of body that cover a target best.
+
+    Parameters p: x, y, z of the foot from the base's, in extents of what is seen (width, height:
+    m); then log sizes, a box's yaw or a bowl's belly.
+    """
+
+    camera: Camera
+    target: Target
+    base: Base
+    kind: str
+    creases: Creases | None
+    width: float
+    height: float
+
+    def placed(self, p: FloatArray) -> FloatArray:
+        """x, y, z of the foot, m, and the numbers of the body: what `outline` takes."""
+        q = np.zeros(7)
+        along = 0.0 if self.base.hold >= 1 else p[1] * self.width
+        up = p[2] * self.height if self.base.free_z else 0.0
+        q[:3] = self.base.x + p[0] * self.width, self.base.y + along, self.base.z + up
+        q[3 : len(p)] = p[3:]
+        return q
+
+    def corners(self, p: FloatArray) -> FloatArray | None:
+        """Pixels (N, 2) of the outline; None where it comes too near."""
+        eye = np.array(self.camera.position)
+        pixels, depth = self.camera.project(outline(self.kind, self.placed(p), eye))
+        return None if depth.min() < 0.02 * self.base.y else pixels
+
+    def in_window(self, p: FloatArray) -> FloatArray | None:
+        """The same in the window of the target."""
+        pixels = self.corners(p)
+        return None if pixels is None else self.target.local(pixels)
+
+    def unlikely(self, p: FloatArray) -> float:
+        """What speaks against the numbers beside the picture, in IoU."""
+        q = self.placed(p)
+        value = (0.004 + 1.0 * self.base.hold) * p[1] ** 2 if self.base.hold < 1 else 0.0
+        if self.base.longest is not None:
+            value += _unusual(q, self.kind, self.base.longest)
+        if self.kind == "box":
+            # What the outline leaves open: a depth like the width, and a straight view.
+            value += _unlikely(q, self.base.below)
+        return value
+
+    def loss(self, p: FloatArray) -> float:
+        """1 − IoU, what is unlikely, less what creases on edges of the picture are worth."""
+        pixels = self.corners(p)
+        if pixels is None:
+            return 2.0
+        value = 1 - self.target.iou(pixels) + self.unlikely(p)
+        if self.creases is not None:
+            faces = faces_seen(self.placed(p), np.array(self.camera.position))
+            value -= CREASES * self.creases.nearness(pixels, faces)
+        return value
+
+    def best(self) -> FloatArray:
+        """The parameters found."""
+        first = 0.3 * (1 - self.base.hold)
+        starts = [[0.0, first, 0.0, *s] for s in _starts(self.kind, self.width, self.height)]
+        if self.kind == "box":
+            return self._best_box([*starts, *self._turned()])
+        free = np.arange(len(starts[0]))
+        tried = [_refined(self.loss, np.array(start), free, 0.18, 260) for start in starts]
+        return min(tried, key=lambda one: one[0])[1]
+
+    def _best_box(self, starts: Sequence[Sequence[float]]) -> FloatArray:
+        """Outlines are drawn to the rim, then the creases have their say."""
+        fixed = [1] * (self.base.hold >= 1) + [2] * (not self.base.free_z)
+        free = np.setdiff1d(np.arange(len(starts[0])), fixed)
+        rim = rim_of(self.target)
+        snug = [
+            drawn_to(rim, self.in_window, self.unlikely, np.array(start), free) for start in starts
         ]
-    return [[w - 0.05, h - 0.08, w - 0.6, 0.0], *turned]
+        first = min((*snug, *map(np.array, starts)), key=self.loss)
+        tried = [_refined(self.loss, first, free, step, 200) for step in POLISHED]
+        return min(tried, key=lambda one: one[0])[1]
+
+    def _turned(self) -> list[list[float]]:
+        """Beginnings of turned boxes: what edges say is always tried."""
+        yaws = self.creases.turns(self.camera) if self.creases is not None else []
+        each = [
+            min(_turned_boxes(self.width, self.height, yaw), key=lambda s: self.loss(np.array(s)))
+            for yaw in (*yaws, *_YAWS)
+        ]
+        rest = sorted(each[len(yaws) :], key=lambda start: self.loss(np.array(start)))
+        starts = [*each[: len(yaws)], *rest][: max(TURNED, len(yaws))]
+        if self.base.below is not None:
+            starts += _stacked(self.base, self.base.below, self.width, self.height)
+        return starts
 
 
-def _fit(camera: Camera, target: Target, base: Base, kind: str) -> Fit | None:
-    eye = np.array(camera.position)
+def _fit(
+    camera: Camera, target: Target, base: Base, kind: str, creases: Creases | None
+) -> Fit | None:
     pixel = metres_per_pixel(camera, (base.x, base.y, base.z))
     width, height = target.width * pixel, target.height * pixel
     if pixel <= 0 or width <= 0:
         return None
-    move_y = 0.0 if base.hold >= 1 else 1.0
-    move_z = 1.0 if base.free_z else 0.0
+    search = _Search(camera, target, base, kind, creases, width, height)
+    p = search.best()
+    pixels = search.corners(p)
+    return _named(kind, search.placed(p), 0.0 if pixels is None else target.iou(pixels))
 
-    def placed(p: FloatArray) -> FloatArray:
-        q = np.zeros(7)
-        q[:3] = (
-            base.x + p[0] * width,
-            base.y + p[1] * width * move_y,
-            base.z + p[2] * height * move_z,
-        )
-        q[3 : len(p)] = p[3:]
-        return q
 
-    def loss(p: FloatArray) -> float:
-        q = placed(p)
-        pixels, depth = camera.project(_outline(kind, q, eye))
-        if depth.min() < 0.02 * base.y:
-            return 2.0
-        value = 1 - target.iou(pixels) + (0.004 + 1.0 * base.hold) * p[1] ** 2 * move_y
-        if base.longest is not None:
-            value += _unusual(q, kind, base.longest)
-        if kind == "box":
-            # What the outline leaves open: a depth like the width, and a straight view.
-            value += _unlikely(q, base.below)
-        return value
+def _refined(
+    loss: Callable[[FloatArray], float],
+    first: FloatArray,
+    free: NDArray[np.intp],
+    step: float,
+    runs: int,
+) -> tuple[float, FloatArray]:
+    """The least loss near a beginning, and where it is.
 
-    best: tuple[float, FloatArray] | None = None
-    starts = [[0.0, 0.3 * (1 - base.hold), *start] for start in _starts(kind, width, height)]
-    if kind == "box" and base.below is not None:
-        starts += _stacked(base, base.below, width, height)
-    for x, y, *start in starts:
-        first = np.array([x, y * move_y, 0.0, *start])
-        steps = [0.1 if k < 3 else 0.18 for k in range(len(first))]
-        simplex = np.vstack([first, first + np.diag(steps)])
-        options = {"initial_simplex": simplex, "maxfev": 260, "xatol": 2e-3, "fatol": 2e-4}
-        result = minimize(loss, first, method="Nelder-Mead", options=options)
-        if best is None or result.fun < best[0]:
-            best = (float(result.fun), result.x)
-    assert best is not None
-    q = placed(best[1])
-    return _named(kind, q, target.iou(camera.project(_outline(kind, q, eye))[0]))
+    free: which parameters count. step: of sizes and turn, at first; of places it is half of it.
+    """
+    steps = np.array([step * (0.55 if k < 3 else 1.0) for k in range(len(first))])[free]
+
+    def whole(some: FloatArray) -> FloatArray:
+        out = first.copy()
+        out[free] = some
+        return out
+
+    simplex = np.vstack([first[free], first[free] + np.diag(steps)])
+    options = {"initial_simplex": simplex, "maxfev": runs, "xatol": 2e-3, "fatol": 2e-4}
+    result = minimize(lambda p: loss(whole(p)), first[free], method="Nelder-Mead", options=options)
+    return float(result.fun), whole(np.asarray(result.x))
+
+
+def _turned_boxes(width: float, height: float, yaw: float) -> list[list[float]]:
+    """Beginnings for boxes at a turn: x, y of the middle, 0, log sizes, yaw.
+
+    width, height: of what is seen, m. A turned box looks wider than it is, its middle lies behind
+    its foot, and of what is seen of it from above part is its top.
+    """
+    starts = []
+    cos, sin = math.cos(yaw), abs(math.sin(yaw))
+    for share, deep in itertools.product((0.2, 0.45, 0.85), (0.5, 1.0, 2.0)):
+        side = width / (cos + deep * sin)
+        behind = side * (deep * cos + sin) / 2 / width
+        sizes = [math.log(side), math.log(share * height), math.log(deep * side)]
+        starts.append([0.0, behind, 0.0, *sizes, yaw])
+    return starts
 
 
 def _unusual(q: FloatArray, kind: str, longest: tuple[float, float]) -> float:
@@ -279,11 +311,11 @@ def _unlikely(q: FloatArray, below: Lying | None) -> float:
 
 
 def _stacked(base: Base, below: Lying, width: float, height: float) -> list[list[float]]:
-    """Starts for a box that lies on another as that one lies: x, y, log sizes, yaw."""
+    """Starts for a box that lies on another as that one lies: x, y, 0, log sizes, yaw."""
     x, y = (below.x - base.x) / width, (below.y - base.y) / width
     wide, deep = math.log(below.width), math.log(below.depth)
     low, flat = math.log(0.5 * height), math.log(0.25 * height)
-    return [[x, y, wide, h, deep, below.yaw] for h in (low, flat)]
+    return [[x, y, 0.0, wide, h, deep, below.yaw] for h in (low, flat)]
 
 
 def _named(kind: str, q: FloatArray, iou: float) -> Fit:
@@ -304,9 +336,9 @@ def _named(kind: str, q: FloatArray, iou: float) -> Fit:
         shape = Frustum(bottom_radius=size[0], height=size[1], top_radius=size[2])
         lift = frustum_centre(shape)
     elif kind == "bowl":
-        outline = _bowl_profile(np.array(size), float(q[6]), BOWL_RINGS)
-        lift = profile_centre(outline)
-        shape = Revolved(profile=tuple((rise - lift, radius) for rise, radius in outline))
+        curve = bowl_profile(np.array(size), float(q[6]), BOWL_RINGS)
+        lift = profile_centre(curve)
+        shape = Revolved(profile=tuple((rise - lift, radius) for rise, radius in curve))
     else:
         shape, lift = Box(size=(size[0], size[2], size[1])), size[1] / 2
         rotation = about_up(float(q[6]))

@@ -10,10 +10,15 @@ from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Box, Cylinder, Sphere
 from physagent_studio.reconstruction import camera as cues
 from physagent_studio.reconstruction import mesh_of
-from physagent_studio.reconstruction.layout import read
+from physagent_studio.reconstruction.creases import Creases
+from physagent_studio.reconstruction.forms import forms
+from physagent_studio.reconstruction.geometry import on_plane
+from physagent_studio.reconstruction.layout import foot_of, read
 from physagent_studio.reconstruction.lines import segments
+from physagent_studio.reconstruction.names import usual_size
 from physagent_studio.reconstruction.right_angles import edges_by_thing
 from physagent_studio.reconstruction.rims import base_of, top_of
+from physagent_studio.reconstruction.shapes import Base
 from physagent_studio.reconstruction.silhouette import look, silhouette
 
 SIZE = (832, 480)
@@ -128,3 +133,31 @@ def test_what_is_said_to_lean_is_not_upright():
     stances = read(masks, "The red ball rolls into the plank leaning against the wall.")
     assert stances["wooden_plank"].leans
     assert not stances["red_ball"].leans
+
+
+def test_boxes_are_turned_as_their_faces_meet():
+    camera = _camera(28, 800)
+    image, masks = _boxes(camera)
+    found = segments(image)
+    for mask, (size, _, yaw) in zip(masks, BOXES, strict=True):
+        foot = foot_of(mask)
+        place = on_plane(camera, [foot], 0.0)[0]
+        base = Base(float(place[0]), float(place[1]), 0.0)
+        best = forms(camera, mask, base, usual_size("box"), "box", found=found)[0]
+        w, _, _, z = best.rotation
+        turn = math.degrees(2 * math.atan2(z, w) - yaw)
+        assert (turn + 45) % 90 - 45 == pytest.approx(0, abs=1.5)
+        assert isinstance(best.shape, Box)
+        edges = best.shape.size if round(turn / 90) % 2 == 0 else best.shape.size[1::-1]
+        assert (*edges[:2], best.shape.size[2]) == pytest.approx(size, rel=0.08)
+
+
+def test_creases_of_a_box_lie_on_edges_within_its_mask():
+    camera = _camera(28, 800)
+    image, masks = _boxes(camera)
+    creases = Creases.within(masks[0], segments(image))
+    assert creases is not None
+    turns = [math.degrees(turn - BOXES[0][2]) for turn in creases.turns(camera)]
+    assert min(abs((turn + 45) % 90 - 45) for turn in turns) < 3
+    blank = np.full((SIZE[1], SIZE[0], 3), np.uint8(150))
+    assert Creases.within(masks[0], segments(blank)) is None

@@ -1,13 +1,15 @@
-"""Edges that run into what is taken out of a picture and meet behind it in a corner."""
+"""Edges that run into what is taken out of a picture and meet behind it, in a corner or a bow."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.reconstruction.lines import Segments
 from physagent_studio.reconstruction.masks import BoolArray
 
 FloatArray = NDArray[np.float64]
@@ -19,6 +21,12 @@ ALIKE = 32.0
 """Largest difference in colour between the two sides of a corner, grey levels."""
 CLEAR = 10.0
 """Least difference in colour across an edge that is followed, grey levels."""
+JOINED = 0.02
+"""Gap between two edges of one round outline, as a share of the picture's longer side."""
+BENT = (math.radians(3.0), math.radians(50.0))
+"""By how much an outline that is round turns from one edge to the next."""
+PIECES = 8
+"""Lines along a bow."""
 MOST = 14
 """Edges beyond which they are a pattern and not outlines."""
 INSIDE = 0.75
@@ -26,13 +34,22 @@ INSIDE = 0.75
 
 
 def corners(
-    ends: FloatArray, ways: FloatArray, colours: FloatArray, free: Sequence[int], hole: BoolArray
+    ends: FloatArray,
+    ways: FloatArray,
+    colours: FloatArray,
+    free: Sequence[int],
+    hole: BoolArray,
+    found: Segments,
 ) -> FloatArray:
-    """Lines (N, 2, 2), pixels, two for each corner, from where edges end to where they meet.
+    """Lines (N, 2, 2), pixels, from where edges end to where they meet.
 
-    ends, ways: (E, 2) where edges run into the hole (H, W) and the unit directions in which they
-    do. colours: (E, 2, 3) to the left and the right of each. free: those that may end in a corner.
+    Two for each corner; several along a bow where both edges are part of a round outline, for
+    the edges before them bend the same way. ends, ways: (E, 2) where edges run into the hole
+    (H, W) and the unit directions in which they do. colours: (E, 2, 3) to the left and the right
+    of each. free: those that may meet. found: the picture's edges.
     """
+    longer = max(hole.shape)
+    free = [k for k in free if not _goes_on(ends[k], ways[k], found, longer)]
     if not 2 <= len(free) <= MOST:
         return np.zeros((0, 2, 2))
     rows, columns = np.nonzero(hole)
@@ -41,20 +58,66 @@ def corners(
     meetings = []
     for i in free:
         for j in (j for j in free if j > i and min(clear[i], clear[j]) > CLEAR):
-            found = _meeting(ends[i], ways[i], ends[j], ways[j])
-            if found is None or max(found[1:]) > reach:
+            met = _meeting(ends[i], ways[i], ends[j], ways[j])
+            if met is None or max(met[1:]) > reach:
                 continue
             # Seen from the corner the left of one edge is the right of the other.
             apart = float(np.abs(colours[i] - colours[j, ::-1]).mean(-1).max())
-            if apart < ALIKE and all(_hidden(hole, ends[k], found[0]) for k in (i, j)):
-                meetings.append((sum(found[1:]) / reach + apart / ALIKE, i, j, found[0]))
+            if apart < ALIKE and all(_hidden(hole, ends[k], met[0]) for k in (i, j)):
+                meetings.append((sum(met[1:]) / reach + apart / ALIKE, i, j, met[0]))
     used: set[int] = set()
     out = []
     for _, i, j, spot in sorted(meetings, key=lambda meeting: meeting[:3]):
         if i not in used and j not in used:
             used |= {i, j}
-            out += [(ends[i], spot), (spot, ends[j])]
+            turn = _turn(ways[i], -ways[j])
+            before = [_turn_before(ends[k], ways[k], found, longer) for k in (i, j)]
+            bow = before[0] * turn > 0 and before[1] * -turn > 0
+            out += _bow(ends[i], spot, ends[j]) if bow else [(ends[i], spot), (spot, ends[j])]
     return np.array(out).reshape(-1, 2, 2)
+
+
+def _turn(u: FloatArray, v: FloatArray) -> float:
+    """The sine of the turn from one unit direction to another."""
+    return float(u[0] * v[1] - u[1] * v[0])
+
+
+def _turn_before(end: FloatArray, way: FloatArray, found: Segments, longer: int) -> float:
+    """The turn into the edge that ends here from the one that leads to it; 0 for none."""
+    own = np.argwhere((found.ends == end).all(2))[0]
+    step = _joined(found.ends[own[0], 1 - own[1]], own[0], found, longer)
+    if step is None:
+        return 0.0
+    turn = _turn(-step, way)
+    bent = -step @ way > math.cos(BENT[1]) and abs(turn) > math.sin(BENT[0])
+    return turn if bent else 0.0
+
+
+def _goes_on(end: FloatArray, way: FloatArray, found: Segments, longer: int) -> bool:
+    """Whether another edge goes on where this one ends: it is no end at all."""
+    own = np.argwhere((found.ends == end).all(2))[0]
+    step = _joined(end, own[0], found, longer)
+    return step is not None and float(step @ way) > math.cos(BENT[1])
+
+
+def _joined(spot: FloatArray, own: int, found: Segments, longer: int) -> FloatArray | None:
+    """The unit direction away from a spot of the edge that begins there, None for none."""
+    away = np.linalg.norm(found.ends - spot, axis=2)
+    away[own] = np.inf
+    index, side = np.unravel_index(int(away.argmin()), away.shape)
+    if away[index, side] > JOINED * longer:
+        return None
+    step = found.ends[index, 1 - side] - found.ends[index, side]
+    return step / max(float(np.linalg.norm(step)), 1e-9)
+
+
+def _bow(
+    one: FloatArray, spot: FloatArray, other: FloatArray
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Pieces of the parabola that touches both ways to the spot where they would meet."""
+    share = np.linspace(0, 1, PIECES + 1)[:, None]
+    along = (1 - share) ** 2 * one + 2 * share * (1 - share) * spot + share**2 * other
+    return list(pairwise(along))
 
 
 def _meeting(

@@ -60,7 +60,7 @@ def lines_through(photo: Image, hole: BoolArray, found: Segments) -> FloatArray:
             out.append((ends[i], ends[j]))
     long = _lengths(ends, found) > LONG * max(hole.shape)
     free = [k for k in np.flatnonzero(long).tolist() if k not in taken]
-    bent = corners(ends, ways, colours, free, hole)
+    bent = corners(ends, ways, colours, free, hole, found)
     return np.concatenate([np.array(out).reshape(-1, 2, 2), bent])
 
 
@@ -96,7 +96,8 @@ def edges_of(
             for edge in np.stack([face, np.roll(face, -1, 0)], 1):
                 hidden, seen = along_edge(grey, hole, edge)
                 if hidden and (marked or seen > MOSTLY):
-                    out.setdefault(tuple(np.round(sorted(edge.tolist()), 3).ravel()), edge)
+                    ends = sorted((round(x, 3), round(y, 3)) for x, y in edge.tolist())
+                    out.setdefault((*ends[0], *ends[1]), edge)
     return np.array(list(out.values())).reshape(-1, 2, 2)
 
 

@@ -15,7 +15,7 @@ from physagent_studio.reconstruction.harmonic import nearest_along
 from physagent_studio.reconstruction.joining import View, blocked, joined, sources, taken
 from physagent_studio.reconstruction.masks import BoolArray, bounds, grow
 from physagent_studio.reconstruction.pieces import NEVER, Grid, choose
-from physagent_studio.reconstruction.smooth import SHARP, sides, smooth_fill
+from physagent_studio.reconstruction.smooth import sides, smooth_fill, straight
 
 FloatImage = NDArray[np.float32]
 FloatArray = NDArray[np.float64]
@@ -155,7 +155,7 @@ def _laid(
     expected = _Expected.of(view, smooth)
     feature = _features(view.image)
     soft = cv2.GaussianBlur(smooth, (0, 0), SOFT)
-    side = sides(places.shape, (lines * view.ratio)[:SHARP])
+    side = sides(places.shape, straight(lines, view.missing, view.ratio) * view.ratio)
     rows, columns = np.nonzero(places)
     looks, prices = [], []
     for copy in copies:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.harmonic import crossed, from_steps, nearest_along
 from physagent_studio.reconstruction.joining import View
-from physagent_studio.reconstruction.masks import BoolArray
+from physagent_studio.reconstruction.masks import BoolArray, bounds
 
 FloatImage = NDArray[np.float32]
 FloatArray = NDArray[np.float64]
@@ -25,6 +25,8 @@ ANCHOR = 1e-4
 """How much the nearest colour counts beside those around: what no rim reaches gets it."""
 SHARP = 8
 """The most lines that are kept sharp."""
+LONG = 0.2
+"""How long those are at least, in extents of the hole."""
 GRAIN = 1.2
 """What is finer than this standard deviation is grain, pixels."""
 AROUND = 15
@@ -47,7 +49,12 @@ def smooth_fill(
     right, below = crossed(view.missing.shape, own)
     weights = (np.where(right, 1e-6, 1.0), np.where(below, 1e-6, UPWARDS))
     filled = from_steps(start[..., :3].copy(), view.barred, None, weights, ANCHOR)
-    colour = _enlarged(np.dstack([filled, start[..., 3]]), barred, lines[:SHARP], view.ratio)
+    colour = _enlarged(
+        np.dstack([filled, start[..., 3]]),
+        barred,
+        straight(lines, view.missing, view.ratio),
+        view.ratio,
+    )
     noise = cv2.GaussianBlur(
         np.random.default_rng(SEED).normal(0, 1, barred.shape), (0, 0), 0.6
     ).astype(np.float32)
@@ -71,6 +78,17 @@ def _enlarged(
         total = cv2.resize(small * own[..., None], size, interpolation=cv2.INTER_LINEAR)
         out[here] = total[here] / share[here][:, None]
     return out
+
+
+def straight(lines: FloatArray, missing: BoolArray, ratio: FloatArray) -> FloatArray:
+    """The longest of the lines (N, 2, 2), pixels, none that is only a piece of a bow.
+
+    missing: (h, w) the hole in a picture `ratio` times as large.
+    """
+    x0, y0, x1, y1 = bounds(missing)
+    long = np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1) if len(lines) else np.zeros(0)
+    kept = lines[long * float(ratio.mean()) > LONG * max(x1 - x0, y1 - y0)]
+    return kept[:SHARP]
 
 
 def sides(shape: tuple[int, ...], lines: FloatArray) -> NDArray[np.int64]:

@@ -1,5 +1,7 @@
 """The background without the objects: no seams, lines go on, no shade stays behind."""
 
+from dataclasses import fields
+
 import cv2
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ from physagent_studio.program.scene import Floor, Grounding, Mark, Ramp, Slab, S
 from physagent_studio.reconstruction.crossing import edges_of, faces_of, lines_through
 from physagent_studio.reconstruction.harmonic import from_steps
 from physagent_studio.reconstruction.leftovers import leftovers
-from physagent_studio.reconstruction.lines import segments
+from physagent_studio.reconstruction.lines import Segments, segments
 from physagent_studio.reconstruction.plate import background, fill, hole_of
 from physagent_studio.reconstruction.shade import shaded
 from physagent_studio.reconstruction.smooth import smooth_fill
@@ -100,6 +102,21 @@ def test_edges_that_meet_behind_a_thing_meet_in_a_corner():
     plate = background(photo, [mask], found=found).astype(float)
     blue = cv2.GaussianBlur(plate, (0, 0), 1.5)[..., 2]
     assert ((blue < 125) != table)[mask].mean() < 0.05
+
+
+def test_a_round_outline_goes_on_in_a_bow():
+    way = np.deg2rad(np.arange(-80, -9, 14))
+    spots = (160, 210) + 130 * np.stack([np.cos(way), np.sin(way)], 1)
+    right = np.stack([spots[:-1], spots[1:]], 1)
+    ends = np.concatenate([right, (right - (320, 0)) * (-1, 1)])
+    count = len(ends)
+    found = Segments(ends, *(np.full(count, 20.0) for _ in fields(Segments)[1:]))
+    disc = cv2.circle(np.zeros(SHAPE, np.uint8), (160, 210), 130, 1, -1).astype(bool)
+    photo = np.where(disc[..., None], (190, 40, 40), (220, 224, 230)).astype(np.uint8)
+    lines = lines_through(photo, _ball((160, 80), 30), found)
+    assert len(lines) > 3
+    off = np.linalg.norm(lines.reshape(-1, 2) - (160, 210), axis=1) - 130
+    assert np.abs(off).max() < 6
 
 
 def test_edges_of_a_ramp_go_on_behind_what_stands_on_it():

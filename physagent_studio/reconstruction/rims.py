@@ -16,7 +16,8 @@ from physagent_studio.reconstruction.masks import BoolArray, bounds
 from physagent_studio.reconstruction.names import words_of
 from physagent_studio.reconstruction.vessels import is_vessel
 
-FLAT_TOPPED = frozenset(["can", "tin", "drum", "plate", "dish", "saucer", "puck", "cylinder"])
+_CLOSED = "can tin drum cylinder puck coin token medal button chip plate dish saucer coaster lid"
+FLAT_TOPPED = frozenset([*_CLOSED.split(), "disc", "frisbee", "pancake", "pizza"])
 """Closed things whose top is a level disc."""
 OFF = 0.012
 """How far the silhouette may lie off the ellipse, root mean square, as a share of its width."""

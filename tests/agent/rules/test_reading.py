@@ -28,6 +28,15 @@ def one(prompt: str, things=GAME, supports: tuple[str, ...] = ("table",)) -> Eve
     return frames[0]
 
 
+@pytest.mark.parametrize("size", ["big", "small"])
+def test_an_adjective_that_is_part_of_a_name_tells_two_things_apart(size: str) -> None:
+    coins = (("coin", 200, 200), ("big_coin", 300, 200))
+    frames = read(f"The {size} coin slides to the right.", stock(coins)).frames
+    assert frames[0].patient == ("big_coin" if size == "big" else "coin",)
+    frame = one("The coin hits the big coin.", coins)
+    assert (frame.agent, frame.patient) == (("coin",), ("big_coin",))
+
+
 def senses(reading: Reading) -> list[str]:
     return [frame.sense for frame in reading.frames]
 

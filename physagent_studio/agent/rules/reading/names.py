@@ -179,6 +179,8 @@ def _candidates(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> tuple[
     for test in (_same_name, _head_fits, _word_fits, _synonym_fits):
         found = tuple(t for t in stock.objects if test(phrase, t))
         if found:
+            if test is _same_name:
+                found = _called_so(phrase, stock) or found
             if "cue" in phrase.nouns:
                 # The cue ball is the white one.
                 found = tuple(t for t in found if "white" in t.words) or found
@@ -189,6 +191,12 @@ def _candidates(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> tuple[
 
 def _same_name(phrase: NounPhrase, t: Thing) -> bool:
     return t.name.lower() in phrase.nouns or phrase.head == t.name.lower()
+
+
+def _called_so(phrase: NounPhrase, stock: Inventory) -> tuple[Thing, ...]:
+    """ "The big coin" is the one of that name, beside one that is called "coin"."""
+    said = set(phrase.adjectives)
+    return tuple(t for t in stock.objects if _head_fits(phrase, t) and said & set(t.words))
 
 
 def _head_fits(phrase: NounPhrase, t: Thing) -> bool:

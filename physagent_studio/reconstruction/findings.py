@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Ramp, SceneObject, SceneState, Support
+from physagent_studio.program.scene import Ramp, SceneObject, SceneState, Slab, Support
 from physagent_studio.reconstruction import consistency
 from physagent_studio.reconstruction.camera import Horizon
 from physagent_studio.reconstruction.colours import colour_of, pixels_like, said_of
@@ -15,6 +15,7 @@ from physagent_studio.reconstruction.contact import vertical_gap
 from physagent_studio.reconstruction.masks import BoolArray, border_share, iou
 from physagent_studio.reconstruction.ramps import height_at
 from physagent_studio.reconstruction.silhouette import in_world, look
+from physagent_studio.reconstruction.steady import beyond
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Finding, Mesh
 
@@ -49,6 +50,13 @@ def measure(
         for item in state.objects
         if item.name in meshes
         for finding in [_contact(item, state, meshes)]
+        if finding is not None
+    ]
+    out += [
+        finding
+        for item in state.objects
+        if item.name in meshes
+        for finding in [_over_edge(item, state, meshes)]
         if finding is not None
     ]
     out += [_support(support) for support in state.supports]
@@ -151,6 +159,20 @@ def _contact(item: SceneObject, state: SceneState, meshes: Mapping[str, Mesh]) -
     text += f" {item.support}"
     fine = abs(gap) <= LARGEST_GAP
     return Finding("contact", item.name, gap, LARGEST_GAP, "m", fine, "placement", text)
+
+
+def _over_edge(item: SceneObject, state: SceneState, meshes: Mapping[str, Mesh]) -> Finding | None:
+    """A thing that is seen beyond the edge of the table it stands on: it would not stay there."""
+    support = state.support(item.support or "")
+    if support is None or item.position is None or not isinstance(support.shape, Slab):
+        return None
+    if support.shape.rail is not None:
+        return None
+    off = float(np.hypot(*beyond(item, meshes[item.name], support.shape)))
+    if off <= LARGEST_GAP:
+        return None
+    text = f"the middle of {item.name} is seen {off:.2f} m beyond the edge of {support.name}"
+    return Finding("edge", item.name, off, LARGEST_GAP, "m", False, "support", text)
 
 
 def gap_below(item: SceneObject, state: SceneState, meshes: Mapping[str, Mesh]) -> float | None:

@@ -24,7 +24,7 @@ from physagent_studio.reconstruction.forms import Form, lowest
 from physagent_studio.reconstruction.geometry import CLEARANCE, on_upright_through
 from physagent_studio.reconstruction.ramps import height_at
 from physagent_studio.reconstruction.silhouette import in_world
-from physagent_studio.reconstruction.steady import nudged
+from physagent_studio.reconstruction.steady import moved_in, nudged
 from physagent_studio.reconstruction.survey import Survey
 from physagent_studio.records.scene import Mesh
 
@@ -68,6 +68,8 @@ def settled(
         else:
             ball = _ball_on_slope(trial, form, read.camera, under)
             position = ball or position
+            if isinstance(under, Slab) and _is_stated(on, supports):
+                position = moved_in(trial, form.mesh, under)
             trial = trial.model_copy(update={"position": position})
             z = _resting_z(trial, form.mesh, read, supports, done)
             position = (position[0], position[1], z)
@@ -78,6 +80,11 @@ def settled(
         position = (position[0], position[1], max(position[2], rest))
     update["position"] = position
     return item.model_copy(update=update)
+
+
+def _is_stated(name: str, supports: tuple[Support, ...]) -> bool:
+    """Whether a case or a person gave the support: the picture does not move its edges."""
+    return any(one.name == name and one.source in ("given", "person") for one in supports)
 
 
 def _as_high(

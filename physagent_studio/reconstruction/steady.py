@@ -59,6 +59,35 @@ def _top(world: FloatArray) -> FloatArray:
     return world[world[:, 2] > high - TOP * float(np.ptp(world[:, 2]))][:, :2]
 
 
+def beyond(item: SceneObject, mesh: Mesh, slab: Slab) -> FloatArray:
+    """(2,) how far a thing would have to be moved level, x and y of the world, to lie on a slab.
+
+    mesh: body frame. Zero where its middle is `INSIDE` of its width within the edges.
+    """
+    assert item.position is not None
+    cos, sin = math.cos(slab.yaw), math.sin(slab.yaw)
+    axes = np.array([[cos, sin], [-sin, cos]])
+    own = (in_world(item, mesh)[:, :2] - slab.position[:2]) @ axes.T
+    place = (np.asarray(item.position[:2]) - slab.position[:2]) @ axes.T
+    reach = np.array(slab.size[:2]) / 2
+    room = reach - np.minimum(INSIDE * np.ptp(own, axis=0), reach)
+    return (np.clip(place, -room, room) - place) @ axes
+
+
+def moved_in(item: SceneObject, mesh: Mesh, slab: Slab) -> tuple[float, float, float]:
+    """The position of a thing on a slab whose edges are known, its middle over the slab.
+
+    It is moved by half its width at most; what is seen farther out is left there.
+    """
+    assert item.position is not None
+    x, y, z = item.position
+    step = beyond(item, mesh, slab)
+    wide = float(np.ptp(in_world(item, mesh)[:, :2], axis=0).max())
+    if float(np.hypot(*step)) > OVERHANG * wide:
+        return item.position
+    return x + float(step[0]), y + float(step[1]), z
+
+
 def reaching(slab: Slab, standing: Iterable[tuple[SceneObject, Mesh]]) -> Slab:
     """The slab, with its edges moved out to carry what is seen to stand near them.
 

@@ -3,21 +3,27 @@
 import numpy as np
 import pytest
 
+from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import about_up
 from physagent_studio.program.scene import (
     Box,
     Capsule,
     Ellipsoid,
     SceneObject,
+    SceneState,
     Slab,
     Sphere,
+    Support,
 )
 from physagent_studio.reconstruction import mesh_of
 from physagent_studio.reconstruction.apart import moved_apart
+from physagent_studio.reconstruction.findings import measure
 from physagent_studio.reconstruction.forms import Form, balances_on_a_point, with_flats
 from physagent_studio.reconstruction.layout import read
 from physagent_studio.reconstruction.likeness import alike, kind_name
-from physagent_studio.reconstruction.steady import nudged, reaching
+from physagent_studio.reconstruction.steady import moved_in, nudged, reaching
+
+CAMERA = Camera.from_horizon((640, 400), 40.0, 1.5)
 
 
 def _box(name, size, position, yaw=0.0):
@@ -51,6 +57,24 @@ def test_a_table_reaches_under_what_stands_at_its_edge_but_not_far(x, reaches):
     out = reaching(slab, [(item, _mesh(item))])
     assert out.position[0] + out.size[0] / 2 == pytest.approx(reaches)
     assert out.position[0] - out.size[0] / 2 == pytest.approx(-0.5)
+
+
+@pytest.mark.parametrize(("x", "moved"), [(0.3, 0.3), (0.56, 0.484), (0.9, 0.9)])
+def test_what_is_seen_beyond_the_edge_of_a_given_table_is_moved_onto_it_or_reported(x, moved):
+    turn = 0.3
+    axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    slab = Slab(position=(0.0, 1.0, 0.7), size=(1.0, 1.0, 0.1), yaw=turn)
+    place = np.array([0.0, 1.0]) + np.array([x, 0.0]) @ axes
+    item = _box("cube", (0.2, 0.2, 0.2), (float(place[0]), float(place[1]), 0.85), yaw=turn)
+    put = moved_in(item, _mesh(item), slab)
+    assert (np.array(put[:2]) - (0, 1)) @ axes[0] == pytest.approx(moved)
+    table = Support(name="table", shape=slab, source="given")
+    there = item.model_copy(update={"position": put, "support": "table"})
+    state = SceneState(objects=(there,), supports=(table,), camera=CAMERA)
+    found = measure(state, {}, {"cube": _mesh(item)}, {}, None)
+    edges = [finding for finding in found if finding.name == "edge"]
+    assert [finding.ok for finding in edges] == ([False] if moved > 0.5 else [])
+    assert all("beyond the edge of table" in finding.text for finding in edges)
 
 
 def _bands(**rows):

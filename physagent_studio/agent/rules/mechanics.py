@@ -25,7 +25,12 @@ def rolling_slowing(resistance: float) -> float:
 
 
 def speed_to_arrive(distance: float, seconds: float, slowing: float = 0.0) -> float:
-    """Starting speed that covers `distance` in `seconds` against a constant deceleration."""
+    """Starting speed that covers `distance` in `seconds` against a constant deceleration.
+
+    What would stand still before then gets there sooner: with the speed that just suffices.
+    """
+    if 2 * distance < slowing * seconds**2:
+        return math.sqrt(2 * slowing * distance)
     return distance / seconds + slowing * seconds / 2
 
 

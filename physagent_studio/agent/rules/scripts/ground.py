@@ -151,7 +151,7 @@ def _ground_speed(task: Task, target: Place | None) -> float:
     if task.far is not None and not task.intent.hits:
         distance = task.far
     if task.intent.hits:
-        distance = max(distance - size, 0.1)
+        distance = max(distance - size, min(0.1, size))
     if task.passes() is not None:
         distance *= 1.6
     arrive = mech.speed_to_arrive(distance, task.seconds(0.45), slowing)

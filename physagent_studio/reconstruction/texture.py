@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +12,7 @@ from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene import SceneObject
 from physagent_studio.reconstruction.masks import BoolArray, bounds, shrink
+from physagent_studio.reconstruction.round_texture import round_textured
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Mesh
 
@@ -25,11 +28,14 @@ def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, m
     their mirror image in the upright plane through the object's middle projects to, so that the
     far side continues the near one without a seam. There the outermost ring of the outline, in
     which little of the surface is much stretched and the surroundings shine through, gives
-    way to what lies as far inside of it.
+    way to what lies as far inside of it. Balls and ellipsoids: see `round_textured`.
     """
     if not mask.any():
         return mesh
     texture, origin = padded_crop(photo, mask)
+    whole = round_textured(camera, item, mesh, mask, (texture, origin))
+    if whole is not None:
+        return replace(whole, color=_mean_color(photo, mask))
     vertices, faces, hidden = _split(camera, item, mesh)
     place = np.asarray(item.position)
     world = vertices @ matrix_of(item.rotation).T + place

@@ -8,19 +8,14 @@ from collections.abc import Callable
 from functools import partial
 from typing import TypeAlias
 
-import numpy as np
-
 from physagent_studio.contract import met
 from physagent_studio.errors import Cancelled
-from physagent_studio.records import Alarm
 from physagent_studio.simulation.measure import rollout_of
 from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.schedule import Slot
+from physagent_studio.simulation.soundness import is_sound
 from physagent_studio.simulation.trace import SNAPSHOT, Trace
 from physagent_studio.simulation.world import World
-
-FASTEST = 5e3
-"""m/s or rad/s above which a state is absurd and the run has blown up."""
 
 Reached: TypeAlias = Callable[[int], bool]
 """What is done at the beginning of a control step; False where the run ends there."""
@@ -52,7 +47,7 @@ def _reached(world: World, trace: Trace, report: Callable[[float], None], step: 
     trace.positions[step], trace.velocities[step] = data.qpos, data.qvel
     trace.rows = step + 1
     if step % clip.steps_per_frame == 0:
-        if not _sound(world, trace, step):
+        if not is_sound(world, trace, step):
             return False
         report(step / clip.steps)
         _snapshot(world, trace, step // clip.steps_per_frame)
@@ -150,9 +145,7 @@ def _advance(world: World, trace: Trace, step: int, reached: Reached) -> int:
     elif step < calm.until:
         step = _stretch(world, trace, step, bool(busy), reached) - 1
     else:
-        if not busy and step > 0 and not schedule.has_edge(step):
-            trace.log.undisturbed.append(step)
-        _step_by_step(world, trace, step)
+        _meet(world, trace, step, not busy and step > 0 and not schedule.has_edge(step))
     first = step * trace.substeps
     if trace.fracture.watches:
         trace.releases += trace.fracture.release(world.data, trace.log.blows(first), step)
@@ -224,6 +217,30 @@ def _stop(trace: Trace, step: int) -> int:
     return min(trace.calm.until, trace.schedule.next_edge(step))
 
 
+def _meet(world: World, trace: Trace, step: int, quiet: bool) -> None:
+    """The engine steps of a control step in which bodies may meet, see `liveliness`.
+
+    quiet: whether no action is at work.
+    """
+    lively, grip = trace.liveliness, trace.grip
+    if quiet:
+        trace.log.undisturbed.append(step)
+    if not (quiet and lively.watches):
+        _step_by_step(world, trace, step)
+        return
+    lively.mark()
+    known = trace.count, trace.acting, grip.state, trace.log.mark()
+    _step_by_step(world, trace, step)
+    if lively.has_gained():
+        trace.count, trace.acting, state, read = known
+        trace.log.forget(read)
+        grip.recall(state)
+        kept, grip.firm = lively.take_back(), True
+        _step_by_step(world, trace, step)
+        grip.firm = False
+        lively.give_back(kept)
+
+
 def _step_by_step(
     world: World, trace: Trace, step: int, before: Callable[[int], None] | None = None
 ) -> None:
@@ -258,49 +275,3 @@ def _finish(world: World, trace: Trace) -> None:
     """Settles the actions that reach the end of the clip."""
     for slot in trace.schedule.active:
         slot.effect.end(world)
-
-
-def _sound(world: World, trace: Trace, step: int) -> bool:
-    """False, with an alarm, where the state is no longer physics; cuts the trace before it."""
-    since = max(step - world.program.clip.steps_per_frame, 0)
-    rates = trace.velocities[since : step + 1]
-    # The sum of squares bounds every rate, and is NaN where one of them is.
-    if np.vdot(rates, rates) < FASTEST**2:
-        return True
-    speeds = np.abs(rates)
-    # NaN compares false, so an unsound row is one that is not provably slow.
-    rows = (~(speeds < FASTEST)).any(axis=1)
-    if not rows.any():
-        return True
-    row = since + int(np.argmax(rows))
-    column = int(
-        np.argmax(~(trace.velocities[row] < FASTEST) | ~(trace.velocities[row] > -FASTEST))
-    )
-    name = _object_at(world, column)
-    trace.alarms.append(Alarm(row, "blow_up", _diagnosis(trace, row, name)))
-    trace.rows, trace.over = max(row, 1), True
-    return False
-
-
-def _object_at(world: World, dof: int) -> str:
-    names = [item.name for item in world.program.scene.objects]
-    for name, handle in zip(names, world.compiled.handles, strict=True):
-        starts = np.atleast_1d(handle.velocity)
-        if ((starts <= dof) & (dof < starts + 6)).any():
-            return name
-    return names[0] if names else "the scene"
-
-
-def _diagnosis(trace: Trace, row: int, name: str) -> str:
-    """A sentence: when, what, and which action most likely did it."""
-    recent = [
-        slot
-        for slot in trace.schedule.slots
-        if slot.start is not None and slot.start < row and (slot.end or 0) >= row - 20
-    ]
-    own = [slot for slot in recent if slot.action.name == name]
-    text = f"the simulation blew up at step {row}: the motion of {name} became absurd"
-    if own or recent:
-        slot = (own or recent)[-1]
-        return f"{text}; likely cause: action {slot.action.id} ({slot.action.operator})"
-    return f"{text}; no action was at work, so look at overlaps, sizes and densities"

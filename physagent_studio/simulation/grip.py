@@ -11,12 +11,17 @@ or tumbles on its edges the next impact is due at a contact that is there alread
 the slide through it would push the body along its way: a box of restitution .7 gained a tenth of
 its energy in a bounce. So what rocks rather than slides grips hard, as an impact of that speed
 would stop the slide: with rest as the aim no impact gains energy.
+
+The same holds for what is wedged: a ring on a cone touches it all around, what pushes it off at one
+side pushes it on at the other, and gentle friction kept it rattling for ever.
 """
 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
+from itertools import combinations
 from typing import TypeAlias
 
 import numpy as np
@@ -46,7 +51,8 @@ class Grip:
     have not, or may not have where deformables or grains are about. rocking: those that rock, see
     `MEETING`. loose: whether there are
     deformables or grains, which come close and apart all the time. alone: whether of every two
-    things that are close one is close to nothing else, all supports being one thing.
+    things that are close one is close to nothing else, all supports being one thing. firm: whether
+    nothing grips gently at the moment, see `liveliness`.
     """
 
     def __init__(self, compiled: Compiled, dt: float) -> None:
@@ -69,6 +75,11 @@ class Grip:
         self._alone: dict[frozenset[int], bool] = {NOTHING: self._objects > 0}
         damping[:, 0] = -1.0
         damping[:, 1] = self._impact
+        self._geom_bodies = compiled.geom_bodies.tolist()
+        counts = Counter((min(two), max(two)) for two in self._bodies)
+        rigid = compiled.reach is not None
+        # Two bodies of which one at least has several parts that collide.
+        self._compound = {two for two, count in counts.items() if rigid and count > 1}
         self._objects_at = () if compiled.reach is None else compiled.reach.objects
         self._things = 1 + max((max(two) for two in self._bodies), default=0)
         # The engine's state stays where it is in memory.
@@ -81,6 +92,7 @@ class Grip:
         ]
         self.now = self.engaged = self.rocking = NOTHING
         self.awaits = self.loose
+        self.firm = False
         self.alone = self._objects > 0
 
     @property
@@ -108,7 +120,7 @@ class Grip:
         pairs = self._close(count)
         if pairs is not self.now and not pairs <= self.now:
             pairs = self._one(pairs | self.now)
-            self._hold(pairs, self._rocks(pairs) if self._turning else NOTHING)
+            self._hold(pairs, self._hard(pairs))
 
     def update(self, count: int) -> frozenset[int]:
         """Takes over which pairs are close at the end of a control step; those that are no more.
@@ -116,7 +128,7 @@ class Grip:
         count: of the contacts that there are.
         """
         pairs = self._close(count)
-        rocking = self._rocks(pairs) if pairs and self._turning else NOTHING
+        rocking = self._hard(pairs) if pairs else NOTHING
         if pairs is self.now and rocking == self.rocking:
             return NOTHING
         parted = self.now - pairs
@@ -173,6 +185,33 @@ class Grip:
             alone = self._alone[pairs] = self._are_alone(pairs)
         self.alone = alone
         self._engage(pairs & self.engaged)
+
+    def _hard(self, pairs: frozenset[int]) -> frozenset[int]:
+        """Those of the pairs that rock or are wedged."""
+        if self.firm:
+            return pairs
+        rocking = self._rocks(pairs) if self._turning else NOTHING
+        return rocking | self._wedged() if self._compound and len(pairs) > 1 else rocking
+
+    def _wedged(self) -> frozenset[int]:
+        """The pairs of two bodies that touch each other from opposite sides."""
+        view, found = self._view, NOTHING
+        sides: dict[tuple[int, int], list[tuple[int, list[float]]]] = {}
+        at = view.at["frame"]
+        for row, (one, other) in enumerate(view.geoms().tolist()):
+            two = self._geom_bodies[one], self._geom_bodies[other]
+            turned = two[0] > two[1]
+            two = (two[1], two[0]) if turned else two
+            if two in self._compound:
+                normal = view.numbers[row, at : at + 3].tolist()
+                pair = int(self._table[one, other])
+                sides.setdefault(two, []).append((pair, [-x for x in normal] if turned else normal))
+        for seen in sides.values():
+            # A few of them tell: where many touch, those beside one another do so alike.
+            some = [normal for _, normal in seen[:: max(1, len(seen) // 6)]]
+            if any(a * x + b * y + c * z < 0 for (a, b, c), (x, y, z) in combinations(some, 2)):
+                found |= {pair for pair, _ in seen}
+        return found
 
     def _rocks(self, pairs: frozenset[int]) -> frozenset[int]:
         """Those of the pairs in which a point may come at the other body faster than `MEETING`."""
@@ -258,6 +297,11 @@ class Grip:
         self.engaged = frozenset(pair for pair, value in enumerate(kept) if value in (2, 4))
         rocking = frozenset(pair for pair, value in enumerate(kept) if value > 2)
         self._hold(self._one(frozenset(np.flatnonzero(state).tolist())), rocking)
+
+    def recall(self, state: GripState) -> None:
+        """Takes up where `state` was."""
+        pairs, self.engaged, rocking = state
+        self._hold(pairs, rocking)
 
 
 def _turned(turn: list[float], spin: list[float]) -> tuple[float, float, float]:

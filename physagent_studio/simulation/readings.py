@@ -15,6 +15,9 @@ from physagent_studio.simulation.surfaces import FloatArray, IntArray
 NONE = -(1 << 60)
 """Where the forces of a reading begin that has none."""
 
+Mark = tuple[int, int, int, int]
+"""Lengths of tables, see `Readings.mark`."""
+
 T = TypeVar("T", np.float64, np.int32)
 
 
@@ -80,6 +83,15 @@ class Readings:
             self._add_forces(data)
         self.ticks.append(tick)
         self.counts.append(count)
+
+    def mark(self) -> Mark:
+        """How much there is now."""
+        return len(self.ticks), len(self.starts), self._end, self._stop
+
+    def forget(self, mark: Mark) -> None:
+        """Drops what has come since `mark`."""
+        readings, starts, self._end, self._stop = mark
+        del self.ticks[readings:], self.counts[readings:], self.starts[starts:]
 
     def _add_forces(self, data: Data) -> None:
         forces = data.efc_force

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from physagent_studio.records import CONTACT_DTYPE
 from physagent_studio.simulation.mj import Data, mj
 from physagent_studio.simulation.model import Compiled
-from physagent_studio.simulation.readings import Readings
+from physagent_studio.simulation.readings import Mark, Readings
 from physagent_studio.simulation.surfaces import FloatArray, IntArray
 
 IntArray64 = NDArray[np.int64]
@@ -98,6 +98,14 @@ class ContactLog:
             self._readings.add_some(data, tick, bodies[:, 0] != bodies[:, 1])
         else:
             self._readings.add(data, count, tick, not known)
+
+    def mark(self) -> Mark:
+        """How much has been read so far, see `forget`."""
+        return self._readings.mark()
+
+    def forget(self, mark: Mark) -> None:
+        """Takes back what has been read since `mark`."""
+        self._readings.forget(mark)
 
     def part(self, data: Data, tick: int, pairs: frozenset[int]) -> None:
         """Keeps pairs that were close before engine step `tick` and have come apart since.

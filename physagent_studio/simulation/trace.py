@@ -12,6 +12,7 @@ from physagent_studio.records.rollout import Release
 from physagent_studio.simulation.calm import Calm
 from physagent_studio.simulation.fracture import Fracture
 from physagent_studio.simulation.grip import Grip, GripState
+from physagent_studio.simulation.liveliness import Liveliness
 from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.model import Compiled
 from physagent_studio.simulation.schedule import Schedule
@@ -46,6 +47,7 @@ class Trace:
     grip: Grip
     calm: Calm
     fracture: Fracture
+    liveliness: Liveliness
     substeps: int
     engine_size: int
     rows: int = 0
@@ -92,6 +94,7 @@ def new_trace(program: PhysicalProgram, compiled: Compiled, substeps: int) -> Tr
         Grip(compiled, dt),
         Calm(compiled, np.array(program.scene.gravity), clip.step_seconds),
         Fracture(program, compiled),
+        Liveliness(compiled, dt),
         substeps,
         size,
     )

@@ -251,3 +251,15 @@ def test_what_a_mixed_scene_loses_is_said():
     assert any("no restitution" in alarm.text for alarm in rollout.warnings)
     rollout = simulate(program([BODIES["liquid"]], [ground()], seconds=0.2))
     assert any("visual proxy" in alarm.text for alarm in rollout.warnings)
+
+
+def test_a_rope_over_a_box_lies_on_its_edges():
+    rope = soft(Rope(pinned="none"), Box(size=(1.0, 0.01, 0.01)), (0, 0, 0.25))
+    box = thing("box", Box(size=(0.2, 0.2, 0.2)), (0, 0, 0.1), density=2000)
+    rollout = simulate(program([rope, box], [ground()], seconds=1.6))
+    late = rollout.contacts[rollout.contacts["step"] > 120]
+    with_box = late[(late["a"] == 0) & (late["b"] == 1)]
+    assert len(with_box)
+    # A tenth of its thickness; its weight hangs on the nodes at the two edges.
+    assert with_box["depth"].max() < 1e-3
+    assert rollout.kinetic[-1, 0] < 1e-3

@@ -8,7 +8,7 @@ import pytest
 from physagent_studio.benchmark.physics_scenes import ground, program, thing
 from physagent_studio.program import SceneObject, Support
 from physagent_studio.program.actions import FixObject, SetVelocity
-from physagent_studio.program.scene import Box, Cylinder, Floor, Ramp, Slab, Sphere, Torus
+from physagent_studio.program.scene import Box, Cylinder, Floor, Frustum, Ramp, Slab, Sphere, Torus
 from physagent_studio.program.volumes import volume_of
 from physagent_studio.reconstruction.meshes import mesh_of
 from physagent_studio.simulation import simulate
@@ -109,3 +109,15 @@ def test_a_ring_lies_and_stands_still_and_carries_a_box():
     standing = thing("hoop", SHAPE, (2, 0, RADIUS + TUBE), rotation=UPRIGHT)
     path = simulate(program([lying, box, standing], [ground()], seconds=2.0)).positions
     assert np.abs(path[-1] - path[0]).max() < 1e-3
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.005, 0.012])
+def test_a_ring_that_falls_over_a_cone_sits_still_on_it(shift):
+    shape = Frustum(bottom_radius=0.08, top_radius=0.0, height=0.2)
+    cone = thing("cone", shape, (0, 0, 0.05), density=950, friction=0.35, restitution=0.45)
+    hoop = thing("hoop", Torus(radius=0.06, tube=0.01), (shift, 0, 0.3), restitution=0.45)
+    rollout = simulate(program([cone, hoop], [ground(restitution=0.4)], seconds=2.0))
+    whole = (rollout.kinetic + rollout.potential).sum(axis=1)
+    assert np.diff(whole[20:]).max() < 0.01 * whole[0]
+    assert rollout.kinetic[120:].sum(axis=1).max() < 1e-6
+    assert 0.05 < rollout.positions[-1, 1, 2] < 0.2

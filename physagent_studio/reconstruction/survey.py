@@ -30,6 +30,7 @@ from physagent_studio.reconstruction.sighting import (
     unit_camera,
 )
 from physagent_studio.reconstruction.standing import lifted, root_of, standing_on, support_under
+from physagent_studio.reconstruction.table_legs import rises_by_legs
 from physagent_studio.reconstruction.toys import as_toys
 from physagent_studio.reconstruction.vessels import is_vessel
 from physagent_studio.records.case import Case
@@ -157,7 +158,8 @@ def _heights(state: SceneState, look: Look, unit: Camera, first: Sighting, seen:
     measured = measured_of(unit, look.stances, seen.on, seen.under, seen.root, usual, profiles)
     boards = boards_of(state, look.size[1])
     shelved = shelf_rises(boards, unit, look.stances, seen.on, usual)
-    return heights_of(state, unit, measured, seen.blocks, seen.steps, shelved)
+    legs = rises_by_legs(state, unit, look.offers, look.covered, look.found)
+    return heights_of(state, unit, measured, seen.blocks, seen.steps, shelved, legs)
 
 
 def _scale(scale: Scale, usual: Mapping[str, Usual]) -> Scale:

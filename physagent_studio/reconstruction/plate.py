@@ -17,6 +17,7 @@ from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Support
 from physagent_studio.reconstruction.copies import shift, to_level
 from physagent_studio.reconstruction.crossing import edges_of, lines_through, ways_into
+from physagent_studio.reconstruction.gloss import mirrored
 from physagent_studio.reconstruction.leftovers import leftovers
 from physagent_studio.reconstruction.lines import Segments
 from physagent_studio.reconstruction.masks import BoolArray, bounds, grow
@@ -64,7 +65,7 @@ def background(
 def taken_out(
     photo: Image, masks: Sequence[BoolArray], faces: NDArray[np.int64] | None = None
 ) -> BoolArray:
-    """(H, W) the masked things, what the masks have missed of them, and their shade.
+    """(H, W) the masked things, what the masks have missed of them, their shade and mirror images.
 
     faces: (H, W) as `surfaces` gives them.
     """
@@ -72,6 +73,7 @@ def taken_out(
     if not hole.any() or hole.all():
         return hole
     hole |= grow(leftovers(photo, masks, hole), _rim(hole.shape))
+    hole |= mirrored(photo, masks)
     shade = shaded(photo, masks, hole, faces)
     # The darkest shade is a line right at the foot: none of it shall be left between the two.
     shade |= grow(shade, SLIT) & grow(hole, SLIT)

@@ -10,6 +10,7 @@ from physagent_studio.benchmark.plates import plate_of, scores, vacated
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Floor, Grounding, Mark, Ramp, Slab, Support
 from physagent_studio.reconstruction.crossing import edges_of, faces_of, lines_through
+from physagent_studio.reconstruction.gloss import mirrored
 from physagent_studio.reconstruction.harmonic import from_steps
 from physagent_studio.reconstruction.leftovers import leftovers
 from physagent_studio.reconstruction.lines import Segments, segments
@@ -146,6 +147,23 @@ def test_ground_that_a_thing_shines_on_goes_with_it():
     assert shaded(photo, [mask], hole_of([mask], SHAPE))[154:160, 154:166].all()
     plate = background(photo, [mask]).astype(float)
     assert np.abs(plate - _lit_wall())[146:166, 146:176].mean() < 6
+
+
+def test_what_polished_ground_mirrors_leaves_with_its_thing():
+    y, x = np.indices(SHAPE)
+    board = 14 * np.sin(x / 9 + y / 30)[..., None]
+    truth = np.where((y > 70)[..., None], _lit_wall() + board, _lit_wall()) + _noise(1.5)
+    mask = ((np.abs(x - 160) / 26) ** 2 + (np.abs(y - 90) / 44) ** 2) < 1
+    image = ((np.abs(x - 160) / 26) ** 2 + (np.abs(y - 178) / 44) ** 2) < 1
+    soft = cv2.GaussianBlur(image.astype(float), (0, 0), 1.5)[..., None]
+    seen = truth * (1 - 0.35 * soft) + 0.35 * soft * np.array([60.0, 40, 30])
+    polished = _rgb(np.where(mask[..., None], (60, 40, 30), seen))
+    matt = _rgb(np.where(mask[..., None], (60, 40, 30), truth))
+    assert mirrored(polished, [mask])[image & (y < 215)].mean() > 0.95
+    assert not mirrored(matt, [mask]).any()
+    plate = background(polished, [mask]).astype(float)
+    left = cv2.GaussianBlur(truth - plate, (0, 0), 3).mean(-1)
+    assert np.abs(left[image]).mean() < 10
 
 
 def test_bare_ground_is_filled_smoothly_and_as_grainy_as_it_is():

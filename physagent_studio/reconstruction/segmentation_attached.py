@@ -54,7 +54,7 @@ SIDE, REACH = 150, 0.9
 """Longer side of the mask where it is looked at, pixels, and how far around it, in sides."""
 FINE, LEVELS = 3.5, (5.0, 8.0, 12.0, 17.0)
 """How unlike patches are that the mask snaps to, and that parts are made of."""
-CLEAR, CLEARER = 0.9, 0.5
+CLEAR, CLEARER = 0.85, 0.25
 """Score from which a part joins, and how much more is asked of those that touch it only then."""
 ROUNDS, MOST = 5, 1.5
 """How often parts join, and how much larger the mask becomes at most."""
@@ -131,9 +131,22 @@ def with_attached(image: Image, mask: BoolArray, grounding: Grounding) -> BoolAr
     found = _grown(around)
     if found is None:
         return None
-    x0, y0, x1, y1 = around.part
-    out = mask.copy()
-    out[y0:y1, x0:x1] |= resized(found, (x1 - x0, y1 - y0))
+    return mask | _placed(found, around, mask.shape)
+
+
+def _placed(found: BoolArray, around: Around, shape: tuple[int, ...]) -> BoolArray:
+    """(H, W) what is new in a mask of the surroundings, in its place in the picture."""
+    new = found & ~around.mask
+    left, top, right, low = around.part
+    by = np.array([(right - left) / found.shape[1], (low - top) / found.shape[0]] * 2)
+    x0, y0, x1, y1 = bounds(new)
+    x0, y0 = max(0, x0 - 4), max(0, y0 - 4)
+    x1, y1 = min(found.shape[1], x1 + 4), min(found.shape[0], y1 + 4)
+    a, b, c, d = (int(v) for v in np.rint(np.array([x0, y0, x1, y1]) * by))
+    out = np.zeros(shape[:2], bool)
+    window = (slice(top + b, top + d), slice(left + a, left + c))
+    joint = grow(new, 2) & found
+    out[window] = resized(joint[y0:y1, x0:x1], (c - a, d - b))
     return out
 
 
@@ -225,7 +238,7 @@ def _joining(
     for region in _regions(around, here, levels, least):
         patch = Patch.of(region)
         outline = outline_of(patch, here)
-        if outline.touching > 0.62 or outline.neck < -0.22 or outline.width < NARROW:
+        if _no_form(patch, here, outline):
             continue
         colours = colours_of(patch, here)
         if _ruled_out(patch, here, outline, colours):
@@ -240,15 +253,19 @@ def _joining(
     return out if out.any() else None
 
 
+def _no_form(patch: Patch, here: Surroundings, outline: Outline) -> bool:
+    """Whether a patch is a seam, hardly touches, has no outline or is too large for a part."""
+    if outline.touching > SEAM or outline.neck < NECK or outline.width < NARROW:
+        return True
+    slender = outline.width < SLENDER * here.size
+    too_large = len(patch.rows) > (LONGEST if slender else LARGEST) * here.area
+    return too_large or outline.sharp < BLURRED
+
+
 def _ruled_out(patch: Patch, here: Surroundings, outline: Outline, colours: Colours) -> bool:
     """Whether a patch is what is seen all around, or may be a shadow."""
-    slender = outline.width < SLENDER * here.size
-    if len(patch.rows) > (LONGEST if slender else LARGEST) * here.area:
-        return True
     more = colours.own - colours.others
     if (colours.others > COMMON and more < 0.15) or (colours.others > -5.2 and more < -1.2):
-        return True
-    if outline.sharp < BLURRED:
         return True
     if lowness(patch, here) <= 0.08:
         return False

@@ -26,27 +26,29 @@ RARE = 2e-4
 """Share of a histogram's bin below which its colour counts as not there."""
 NEAR = 3
 """Pixels between a patch and the mask within which they touch."""
-LONG, ENDING = 4.0, 0.27
+SHARP, TINTED, BRIGHTER = 3.3, 12.0, 15.0
+"""Sharpness, and step of tint or of lightness upwards, from which a patch is no shadow."""
+LONG, ENDING, ENDINGS = 4.0, 0.3, 0.45
 """Length over width from which a patch is a pole or a handle, which touch with their ends; share
-of its outline at the mask that counts as much as touching with an end."""
+of its outline at the mask that counts as much as touching with one end, and with both."""
 TALL = 0.26
 """Log of height over width from which a patch stands rather than lies."""
 LIKE = 25.0
 """Step of colour (OpenCV's Lab, 0 … 255) within which two pixels mirror one another."""
 WEIGHTS = {
-    "constant": -6.91,
-    "share": 0.35,
-    "large": 1.1,
-    "touching": 6.45,
-    "neck": 1.34,
-    "unlike beside": 1.01,
-    "low": 4.68,
-    "shade": 2.48,
-    "symmetric": 2.72,
-    "before ground": 0.81,
-    "sharp": 0.34,
-    "sharp before ground": 0.58,
-    "rarer than beside": 0.19,
+    "constant": -7.01,
+    "share": 0.32,
+    "touching": 5.45,
+    "neck": 1.82,
+    "unlike beside": 0.88,
+    "low": 6.0,
+    "shade": 2.15,
+    "symmetric": 2.99,
+    "before ground": 0.9,
+    "sharp": 0.23,
+    "sharp before ground": 0.34,
+    "like the mask": 0.18,
+    "rarer than beside": 0.18,
 }
 _SQUARE = np.ones((3, 3), np.uint8)
 
@@ -129,13 +131,14 @@ class Outline:
 
     touching: share of its outline at the mask. neck: that over its own width (log, + 0.2). sharp:
     step that four fifths of the rest of its outline exceed (log, + 2). width: of the widest place,
-    pixels.
+    pixels. ends: at how many separate places it touches the mask.
     """
 
     touching: float
     neck: float
     sharp: float
     width: float
+    ends: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,6 +197,7 @@ def outline_of(patch: Patch, here: Surroundings) -> Outline:
         float(np.log(count / (2 * reach) + 0.2)),
         float(np.log(sharp + 2)),
         2 * reach,
+        cv2.connectedComponents(touching.astype(np.uint8), connectivity=8)[0] - 1,
     )
 
 
@@ -248,9 +252,11 @@ def shade_of(colours: Colours) -> float:
     return float(np.clip(colours.darker, 0, 60) / 60 * np.exp(-colours.tint / 10))
 
 
-def _is_pole(patch: Patch, outline: Outline) -> bool:
-    """Whether a patch is many times as long as it is wide, straight or bent."""
-    return len(patch.rows) > LONG * outline.width**2
+def _ending(patch: Patch, outline: Outline) -> float:
+    """What touching with its ends counts for a patch many times as long as wide; 0 for others."""
+    if len(patch.rows) < LONG * outline.width**2:
+        return 0.0
+    return ENDINGS if outline.ends > 1 else ENDING
 
 
 def scores(features: Sequence[dict[str, float]]) -> FloatArray:
@@ -266,12 +272,13 @@ def features_of(
     share = float(np.log(len(patch.rows) / here.area))
     step = float(np.hypot(colours.darker, 1.3 * colours.tint))
     low = lowness(patch, here) * float(np.clip(1 - patch.tall / TALL, 0, 1))
+    if outline.sharp > SHARP and (colours.tint > TINTED or colours.darker < -BRIGHTER):
+        low *= 0.4
     sharp = float(np.clip(outline.sharp - 3, -1, 1.2))
     return {
         "constant": 1.0,
         "share": share,
-        "large": -max(share + 2, 0.0),
-        "touching": max(outline.touching, ENDING if _is_pole(patch, outline) else 0.0),
+        "touching": max(outline.touching, _ending(patch, outline)),
         "neck": float(np.clip(outline.neck, -0.2, 1)),
         "unlike beside": float(np.clip(np.log(step + 3), 1.5, 4.3)),
         "low": -low,
@@ -281,4 +288,5 @@ def features_of(
         "sharp": sharp,
         "sharp before ground": colours.before * sharp,
         "rarer than beside": float(np.clip(colours.beside - colours.others, -2, 2)),
+        "like the mask": float(np.clip(colours.own - colours.others, -1, 1.5)),
     }

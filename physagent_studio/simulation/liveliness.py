@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from physagent_studio.simulation.mj import Data, mj
+from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.model import Compiled, Handle
 
 GAIN = 0.05
@@ -39,6 +39,8 @@ class Liveliness:
         self._state = np.empty(mj.mj_stateSize(self._model, STATE) if self.watches else 0)
         moving = [handle.body for handle in compiled.handles if isinstance(handle, Handle)]
         self._least = LEAST * float(self._model.body_mass[moving].sum())
+        # The engine's own memory, which stays where it is.
+        self._both = self._data.energy
         self._energy = self._limit = 0.0
 
     def mark(self) -> None:
@@ -63,9 +65,8 @@ class Liveliness:
         """Lets pairs rebound again."""
         self._model.pair_solref[self._lively, 1] = kept
 
-    def _energies(self) -> tuple[float, float]:
+    def _energies(self) -> list[float]:
         """Potential and kinetic, J; places are those of the engine step before, like `xpos`."""
-        data: Data = self._data
-        mj.mj_energyPos(self._model, data)
-        mj.mj_energyVel(self._model, data)
-        return data.energy[0], data.energy[1]
+        mj.mj_energyPos(self._model, self._data)
+        mj.mj_energyVel(self._model, self._data)
+        return self._both.tolist()

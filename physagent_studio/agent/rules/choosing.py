@@ -273,7 +273,7 @@ def _bouncing(task: Task) -> Script:
     """What hangs in the air falls by itself; what shall bounce on to a place is thrown there."""
     if task.layout.carrier(task.name) is None:
         return _nothing
-    if task.intent.hits:
+    if task.intent.hits or task.down_the_steps() is not None:
         return scripts.along_ground
     return scripts.through_air if task.target() is not None else scripts.leap
 

@@ -11,7 +11,7 @@ from physagent_studio.agent.rules.layout import Layout
 from physagent_studio.contract import measure
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.rotations import about_axis
-from physagent_studio.program.scene import Cylinder, SceneObject, SceneState, Sphere
+from physagent_studio.program.scene import Box, Cylinder, SceneObject, SceneState, Slab, Sphere
 from physagent_studio.simulation import simulate
 from tests.agent.rules.scenes import Stage
 
@@ -63,3 +63,45 @@ def test_a_can_that_lies_is_not_asked_to_topple() -> None:
     told = {s.kind for s in hit.contract.statements if getattr(s, "subject", "") == "log"}
     assert "topples" not in told
     assert "rotates" in told
+
+
+STAIRS = Stage(
+    "stairs",
+    {"ball": (Sphere(radius=0.06), (-0.3, 2.0, 0.51), "upper_step")},
+    {
+        f"{name}_step": Slab(position=(0.3 * k, 2.0, height / 2), size=(0.3, 0.6, height))
+        for k, name, height in ((1, "lower", 0.15), (0, "middle", 0.3), (-1, "upper", 0.45))
+    },
+)
+
+
+@pytest.mark.parametrize(
+    "prompt", ["The ball rolls down the steps.", "The ball bounces down the stairs."]
+)
+def test_down_the_steps_is_where_they_go_down(prompt: str) -> None:
+    program = RuleGenerator().first(STAIRS.case(prompt), STAIRS.reconstruct)
+    assert not program.contract.untested
+    rollout = simulate(program, {})
+    assert all(check.ok for check in measure(program, rollout) if check.demanded)
+    track = rollout.positions[:, rollout.index("ball")]
+    assert track[-1, 0] > 0.4
+    assert abs(track[:, 1] - 2.0).max() < 0.2
+    assert Layout(program.scene).steps_below("ball") == ("middle_step", "lower_step")
+
+
+@pytest.mark.parametrize(
+    ("shape", "turn", "flat"),
+    [
+        (Box(size=(0.3, 0.2, 0.04)), None, True),
+        (Box(size=(0.3, 0.04, 0.2)), None, False),
+        (Box(size=(0.1, 0.1, 0.1)), None, True),
+        (Cylinder(radius=0.3, height=0.1), LAID, False),
+        (Cylinder(radius=0.03, height=0.2), None, False),
+    ],
+    ids=["book", "book on its edge", "cube", "wheel on its edge", "bottle"],
+)
+def test_what_lies_flat_already(shape: Box, turn: tuple[float, ...] | None, flat: bool) -> None:
+    item = SceneObject(name="thing", shape=shape, position=(0, 0, 0.3))
+    if turn is not None:
+        item = item.model_copy(update={"rotation": turn})
+    assert Layout(SceneState(objects=(item,))).lies_flat("thing") is flat

@@ -84,6 +84,9 @@ def _aimed(task: Task, target: Place | None, speed: float, azimuth: float = 0.0)
         return act.toward_or_along(speed, toward=place_name(behind), azimuth=180.0)
     if (other := task.passes()) is not None and target is not None:
         return act.toward_or_along(speed, toward=other, azimuth=_beside(task, other))
+    down = task.down_the_steps()
+    if down is not None and way in (None, "down") and not task.intent.hits:
+        return act.toward_or_along(speed, vector=down, azimuth=azimuth)
     if target is not None and (way is None or task.intent.hits or target.kind == "landmark"):
         return act.toward_or_along(speed, toward=place_name(target), azimuth=azimuth)
     return act.toward_or_along(speed, way=way or _open_way(task), azimuth=azimuth)

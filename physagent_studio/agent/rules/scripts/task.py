@@ -8,7 +8,7 @@ import numpy as np
 
 from physagent_studio.agent.rules import actions as act
 from physagent_studio.agent.rules.intents import Intent
-from physagent_studio.agent.rules.layout import WAYS, Layout, level, named_way
+from physagent_studio.agent.rules.layout import WAYS, FloatArray, Layout, level, named_way, unit
 from physagent_studio.agent.rules.reading import Place
 from physagent_studio.agent.rules.reading.vocabulary import words_of
 from physagent_studio.agent.rules.specs import over_way, place_name, spot_name, ways_of
@@ -59,6 +59,16 @@ class Task:
             return self._side()
         ways = ways_of(said, frame, self.name, self.layout)
         return ways[self.rank % len(ways)] if ways else None
+
+    def down_the_steps(self) -> FloatArray | None:
+        """Level unit direction (3,) to the next lower step, where it shall go down them."""
+        told = any(f.direction == "down" or f.place("down") for f in self.intent.frames)
+        below = self.layout.steps_below(self.name) if told else ()
+        if not below:
+            return None
+        here = self.layout.carrier(self.name)
+        assert here is not None
+        return unit(level(self.layout.position(below[0]) - self.layout.position(here)))
 
     def _side(self) -> Direction | None:
         """The way to the side of a thing on which it shall end, or to what it shall fall

@@ -147,6 +147,8 @@ def posture(c: Context) -> list[Spec]:
     if c.layout.rolls(c.subject):
         return []
     flat = spec("upright", c.subject, tilt=FLAT_TILT)
+    if c.frame.posture == "flat" and not c.layout.lies_flat(c.subject):
+        return [spec("topples", c.subject, tilt=90.0 - FLAT_TILT)]
     if c.frame.posture == "flat":
         return [any_of(flat, spec("topples", c.subject, tilt=OVER_TILT))]
     if c.frame.posture == "upright":

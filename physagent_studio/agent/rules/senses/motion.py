@@ -5,7 +5,7 @@ from __future__ import annotations
 from physagent_studio.agent.rules.layout import level, named_way
 from physagent_studio.agent.rules.senses.common import bent_path, manner, travel
 from physagent_studio.agent.rules.senses.turning import topple
-from physagent_studio.agent.rules.senses.whereabouts import along, landed_on, was_raised
+from physagent_studio.agent.rules.senses.whereabouts import along, downstairs, landed_on, was_raised
 from physagent_studio.agent.rules.senses.yielding import wind
 from physagent_studio.agent.rules.specs import (
     START,
@@ -230,6 +230,9 @@ def bounce(c: Context) -> list[Spec]:
     if c.frame.direction == "backward" and struck:
         hit = spec("contacts", c.subject, other=struck[-1])
         return [hit, spec("reverses", c.subject, angle=90.0)]
+    steps = c.layout.steps_below(c.subject) if c.frame.place("down") else ()
+    if steps:
+        return [*downstairs(c, steps), spec("airborne", c.subject, seconds=0.1)]
     off = c.frame.place("off", "on", "against", "from", "object")
     named = off.name if off is not None and off.kind not in ("landmark", "group") else None
     other = named or landed_on(c) or c.layout.ground()

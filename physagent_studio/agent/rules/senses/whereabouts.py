@@ -8,6 +8,7 @@ from physagent_studio.agent.rules.specs import (
     START,
     Context,
     Spec,
+    any_of,
     place_name,
     spec,
 )
@@ -46,6 +47,8 @@ def along(c: Context) -> list[Spec]:
             found += _over(c, place)
         elif relation == "up" and _is_ramp(c, place):
             found += _uphill(c, place)
+        elif relation == "down" and (steps := c.layout.steps_below(c.subject)):
+            found += downstairs(c, steps)
         elif relation in ("down", "object") and is_slope(c, place):
             found += [
                 spec("contacts", c.subject, other=place.name, to_step=START + 10),
@@ -108,6 +111,17 @@ def _along_support(c: Context, relation: str, place: Place) -> list[Spec]:
         here = c.layout.carrier(c.subject) == place.name
         return [] if here else [spec("contacts", c.subject, other=place.name)]
     return [spec("passes_over", c.subject, landmark=place.name)]
+
+
+def downstairs(c: Context, steps: tuple[str, ...]) -> list[Spec]:
+    """Down a flight of steps: to the lowest of them, or past it to the ground.
+
+    steps: those below the one that it stands on, from high to low.
+    """
+    last = spec("contacts", c.subject, other=steps[-1])
+    ground = spec("contacts", c.subject, other=c.layout.ground())
+    drop = c.layout.drop(c.subject, steps[-1])
+    return [any_of(last, ground), spec("falls", c.subject, drop=round(0.8 * drop, 4))]
 
 
 def _is_ramp(c: Context, place: Place) -> bool:

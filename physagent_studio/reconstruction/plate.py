@@ -18,6 +18,7 @@ from physagent_studio.program.scene import Support
 from physagent_studio.reconstruction.copies import shift, to_level
 from physagent_studio.reconstruction.crossing import edges_of, lines_through, ways_into
 from physagent_studio.reconstruction.gloss import mirrored
+from physagent_studio.reconstruction.islands import islands
 from physagent_studio.reconstruction.leftovers import leftovers
 from physagent_studio.reconstruction.lines import Segments
 from physagent_studio.reconstruction.masks import BoolArray, bounds, grow
@@ -73,6 +74,7 @@ def taken_out(
     if not hole.any() or hole.all():
         return hole
     hole |= grow(leftovers(photo, masks, hole), _rim(hole.shape))
+    hole |= grow(islands(photo, masks, hole), _rim(hole.shape))
     hole |= mirrored(photo, masks)
     shade = shaded(photo, masks, hole, faces)
     # The darkest shade is a line right at the foot: none of it shall be left between the two.

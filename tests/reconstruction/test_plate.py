@@ -12,6 +12,7 @@ from physagent_studio.program.scene import Floor, Grounding, Mark, Ramp, Slab, S
 from physagent_studio.reconstruction.crossing import edges_of, faces_of, lines_through
 from physagent_studio.reconstruction.gloss import mirrored
 from physagent_studio.reconstruction.harmonic import from_steps
+from physagent_studio.reconstruction.islands import islands
 from physagent_studio.reconstruction.leftovers import leftovers
 from physagent_studio.reconstruction.lines import Segments, segments
 from physagent_studio.reconstruction.plate import background, fill, hole_of
@@ -164,6 +165,20 @@ def test_what_polished_ground_mirrors_leaves_with_its_thing():
     plate = background(polished, [mask]).astype(float)
     left = cv2.GaussianBlur(truth - plate, (0, 0), 3).mean(-1)
     assert np.abs(left[image]).mean() < 10
+
+
+def test_what_sticks_out_of_a_mask_is_taken_out_and_what_goes_on_beside_it_is_not():
+    mask = _ball((160, 120), 40)
+    photo = np.where(mask[..., None], (230, 120, 30), _lit_wall()) + _noise(1.5)
+    photo[72:80, 158:182] = (70, 60, 40)
+    hole = hole_of([mask], SHAPE)
+    found = islands(_rgb(photo), [mask], hole)
+    assert found[72:76, 168:180].all()
+    assert not found[:64].any()
+    assert not found[100:].any()
+    # A rail of that colour runs on to both sides: it is no part of the ball.
+    photo[72:80] = (70, 60, 40)
+    assert not islands(_rgb(photo), [mask], hole).any()
 
 
 def test_bare_ground_is_filled_smoothly_and_as_grainy_as_it_is():

@@ -95,9 +95,16 @@ def _turn_before(end: FloatArray, way: FloatArray, found: Segments, longer: int)
 
 def _goes_on(end: FloatArray, way: FloatArray, found: Segments, longer: int) -> bool:
     """Whether another edge goes on where this one ends: it is no end at all."""
-    own = np.argwhere((found.ends == end).all(2))[0]
-    step = _joined(end, own[0], found, longer)
-    return step is not None and float(step @ way) > math.cos(BENT[1])
+    # From its end ahead, not beside it: edges of one bar run side by side.
+    ahead = found.ends - end
+    along = ahead @ way
+    aside = np.abs(ahead[..., 0] * way[1] - ahead[..., 1] * way[0])
+    begins = (along > 0.5) & (along < JOINED * longer) & (aside < 2 + 0.3 * along)
+    for index, side in np.argwhere(begins):
+        step = found.ends[index, 1 - side] - found.ends[index, side]
+        if step @ way > math.cos(BENT[1]) * float(np.linalg.norm(step)):
+            return True
+    return False
 
 
 def _joined(spot: FloatArray, own: int, found: Segments, longer: int) -> FloatArray | None:

@@ -21,7 +21,7 @@ LEAST = 0.08
 """Share of the ground that a colour has, at least."""
 TINT = 9.0
 """How far a pixel may be from a ground's colour for its lightness, in a*, b*."""
-BOUNCE = 0.6
+BOUNCE = 1.0
 """The same for each L* of darkness: there, light thrown back by the thing is most of it."""
 SHINE = 14.0
 """How far light from the thing may colour ground that is not dark, in a*, b*."""

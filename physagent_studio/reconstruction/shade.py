@@ -31,6 +31,8 @@ GLOW = (6.0, 3.0)
 """How much of the thing's colour lies on ground that it shines on, in a*, b*; at its faint rim."""
 OUTER = 0.8
 """Where what is looked at ends, as a share of `REACH`."""
+SEED = 5
+"""Pixels that are surely shade, at least, for there to be any."""
 DEEPER = (1.0, 1.7, 2.6)
 """How many times as dark shade has to be, from one try to the next: what ends at paint may be a
 painted patch, with shade upon it."""
@@ -119,6 +121,8 @@ def _shade(place: _Place, tones: Tones, times: float) -> BoolArray:
     wide = ((theirs & deep) | place.inside).astype(np.uint8)
     wide = cv2.morphologyEx(wide, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
     mine = _joined_to(theirs & deep & wide, own | place.inside, own, place.low)
+    if np.count_nonzero(mine) < SEED:
+        return np.zeros_like(own)
     outer = near & ~grow(own, round(OUTER * REACH * side))
     # What is dark there beside another thing is that one's.
     outer &= ~grow(place.inside & ~grow(own, 4), max(3, side // 3))

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import find_objects
 
 from physagent_studio.program.scene import Grounding
 from physagent_studio.reconstruction.masks import (
@@ -71,6 +72,8 @@ BLURRED = 2.4
 """Sharpness (log, as `Outline.sharp`) below which a patch has no outline."""
 SAME = 0.95
 """IoU from which two masks need not both be offered."""
+COARSE = 500
+"""Longer side of masks in pixels that are compared to one another."""
 ODD = 0.3
 """Spreads by which parts may make a thing's proportions more unusual for its name."""
 LARGE = 0.6
@@ -103,9 +106,15 @@ def with_parts(
         return tuple(offers)
     first = offers[0]
     led = Candidate(found, first.score, f"{first.method} and parts")
-    others = [other for other in offers[1:] if iou(other.mask, found) < SAME]
+    others = [other for other in offers[1:] if iou(_coarse(other.mask), _coarse(found)) < SAME]
     # The last one is the mask with its shadow, where it has one.
     return (led, first, *others[: CANDIDATES - 3], *others[CANDIDATES - 3 :][-1:])
+
+
+def _coarse(mask: BoolArray) -> BoolArray:
+    """Some pixels of a mask, enough to compare it."""
+    every = max(1, max(mask.shape) // COARSE)
+    return mask[::every, ::every]
 
 
 def _odder(before: BoolArray, after: BoolArray, usual: Usual) -> bool:
@@ -114,7 +123,7 @@ def _odder(before: BoolArray, after: BoolArray, usual: Usual) -> bool:
         return False
     off = []
     for mask in (before, after):
-        x0, y0, x1, y1 = bounds(mask)
+        x0, y0, x1, y1 = bounds(_coarse(mask))
         ratio = np.log(max(y1 - y0, 1) / max(x1 - x0, 1) / usual[0])
         off.append(abs(float(ratio)) / (usual[1] + 0.1))
     return off[1] > off[0] + ODD and off[1] > 1.0
@@ -235,15 +244,14 @@ def _joining(
     """The clearest parts that touch the mask, none of them beside another; None without any."""
     here = Surroundings(around.lab, around.steps, mask, _ground(levels[-1], mask))
     kept, features = [], []
-    for region in _regions(around, here, levels, least):
-        patch = Patch.of(region)
+    for patch in _regions(around, here, levels, least):
         outline = outline_of(patch, here)
         if _no_form(patch, here, outline):
             continue
         colours = colours_of(patch, here)
         if _ruled_out(patch, here, outline, colours):
             continue
-        kept.append(region)
+        kept.append(patch.region)
         features.append(features_of(patch, here, outline, colours))
     out = np.zeros_like(mask)
     values = scores(features)
@@ -277,10 +285,10 @@ def _ruled_out(patch: Patch, here: Surroundings, outline: Outline, colours: Colo
 
 def _regions(
     around: Around, here: Surroundings, levels: Sequence[IntArray], least: float
-) -> Iterator[BoolArray]:
+) -> Iterator[Patch]:
     """Different patches that touch the mask and are neither too small nor too large, nor barred."""
     free = ~here.mask
-    known: set[tuple[int, int]] = set()
+    known: set[tuple[int, int, int]] = set()
     for labels in [*levels, *_islands(here, levels)]:
         count = int(labels.max()) + 1
         area = np.bincount(labels[free], minlength=count)
@@ -288,12 +296,16 @@ def _regions(
         left_out[labels[around.barred]] = True
         touching = np.bincount(labels[here.near & free], minlength=count)
         wanted = (touching > 5) & (area >= max(14, least)) & (area <= LONGEST * here.area)
+        places = find_objects(labels + 1)
         for number in np.flatnonzero(wanted & ~left_out):
-            region = (labels == number) & free
-            same = (int(area[number]), int(region.argmax()))
+            place = places[int(number)]
+            piece = (labels[place] == number) & free[place]
+            rows, columns = np.nonzero(piece)
+            rows, columns = rows + place[0].start, columns + place[1].start
+            same = (len(rows), int(rows[0]), int(columns[0]))
             if same not in known:
                 known.add(same)
-                yield region
+                yield Patch.at(rows, columns, labels.shape)
 
 
 def _at_rim(labels: IntArray, free: BoolArray, count: int) -> BoolArray:

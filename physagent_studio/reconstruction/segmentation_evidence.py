@@ -112,16 +112,16 @@ class Surroundings:
     @cached_property
     def own(self) -> FloatArray:
         """Smoothed share of each bin in the mask."""
-        return self.counts(self.mask) / self.area
+        return self.counts(self.bin_of[self.mask]) / self.area
 
     @cached_property
     def others(self) -> FloatArray:
         """Smoothed pixels in each bin outside of the mask."""
-        return self.counts(~self.mask)
+        return self.counts(self.bin_of[~self.mask])
 
-    def counts(self, region: BoolArray) -> FloatArray:
-        """Smoothed number of a region's pixels in each bin."""
-        found = np.bincount(self.bin_of[region], minlength=int(np.prod(BINS))).reshape(BINS)
+    def counts(self, bins: IntArray) -> FloatArray:
+        """Smoothed number of pixels in each bin, of pixels whose bins (N,) are given."""
+        found = np.bincount(bins, minlength=int(np.prod(BINS))).reshape(BINS)
         return gaussian_filter(found.astype(np.float32), (0.8, 1.0, 1.0)).ravel()
 
 
@@ -167,8 +167,10 @@ class Patch:
     window: tuple[slice, slice]
 
     @classmethod
-    def of(cls, region: BoolArray) -> Patch:
-        rows, columns = np.nonzero(region)
+    def at(cls, rows: IntArray, columns: IntArray, shape: tuple[int, ...]) -> Patch:
+        """The patch of some pixels, rows and columns (N,), of a picture of this shape."""
+        region = np.zeros(shape[:2], bool)
+        region[rows, columns] = True
         around = 7
         window = (
             slice(max(0, int(rows.min()) - around), int(rows.max()) + around + 1),
@@ -210,7 +212,7 @@ def colours_of(patch: Patch, here: Surroundings) -> Colours:
     beside = cv2.dilate(solid, disc(5)).astype(bool) & ~cv2.dilate(solid, disc(2)).astype(bool)
     beside &= ~here.mask[patch.window]
     bins, lab = here.bin_of[patch.window], here.lab[patch.window]
-    elsewhere = np.maximum(here.others - here.counts(patch.region), 0)
+    elsewhere = np.maximum(here.others - here.counts(here.bin_of[patch.rows, patch.columns]), 0)
     elsewhere /= max(float(elsewhere.sum()), 1.0)
     middle = np.median(lab[core], axis=0)
     around = np.median(lab[beside], axis=0) if beside.any() else middle

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import cv2
@@ -30,6 +31,7 @@ from physagent_studio.reconstruction.block import (
 )
 from physagent_studio.reconstruction.geometry import on_plane
 from physagent_studio.reconstruction.masks import BoolArray
+from physagent_studio.reconstruction.snug import drawn_to, rim_of
 from physagent_studio.records.case import Image
 
 WORKING = 200
@@ -40,8 +42,8 @@ EDGES = 0.4
 """Weight of the edges beside the overlap."""
 FOUR_SIDED = 0.88
 """Least share of a region's hull that four corners of it span, for a slope."""
-REFINED = 6
-"""How many of the best beginnings are refined."""
+REFINED, TRIED = 6, 4
+"""How many of the best beginnings are refined, and how many of those once more."""
 _TURNS = (-0.6, -0.35, -0.15, 0.0, 0.15, 0.35, 0.6)
 _ALL_WAYS = (0.0, math.pi, math.pi / 2, -math.pi / 2)
 _QUARTERS: dict[Kind, tuple[float, ...]] = {"box": (0.0,), "wedge": _ALL_WAYS, "slope": _ALL_WAYS}
@@ -54,12 +56,23 @@ def fitted(fit: Fit, least: tuple[float, float]) -> FloatArray | None:
     starts = sorted(fit.beginnings(), key=fit.cost)[:REFINED]
     if not starts:
         return None
+    coarse = replace(fit, reach=4.0)
+    starts += _snug(fit, coarse, starts)
     # Edges draw from far at first, then decide.
-    rough = [_refined(replace(fit, reach=4.0), start, 250) for start in starts]
-    best = min((_refined(fit, start, 400) for start in rough), key=fit.cost)
+    rough = sorted((_refined(coarse, start, 250) for start in starts), key=coarse.cost)
+    best = min((_refined(fit, start, 400) for start in rough[:TRIED]), key=fit.cost)
     block = fit.block(best)
     seen = fit.overlap(block) >= least[0] and fit.on_edges(block) >= least[1]
     return best if seen and LEAST_RISE <= block.size[2] <= 0.97 else None
+
+
+def _snug(fit: Fit, coarse: Fit, starts: Sequence[FloatArray]) -> list[FloatArray]:
+    """The best beginning with its outline drawn to the region's; that of a slope is not told."""
+    if fit.kind == "slope":
+        return []
+    rim, free = rim_of(fit.region, fit.care), np.arange(6)
+    drawn = [drawn_to(rim, fit.outline, lambda _: 0.0, start, free) for start in starts]
+    return [min(drawn, key=coarse.cost)]
 
 
 def _refined(fit: Fit, start: FloatArray, runs: int) -> FloatArray:
@@ -164,6 +177,13 @@ class Fit:
         world = placed(CORNERS[self.kind], block)
         pixels, depth = self.camera.project(world)
         return None if depth.min() < 0.02 else pixels * self.scale
+
+    def outline(self, values: FloatArray) -> FloatArray | None:
+        """(N, 2) corners in the working picture, pixel (0, 0) with its middle at (0, 0)."""
+        if np.abs(values[2:5]).max() > 4:
+            return None
+        pixels = self._pixels(self.block(values))
+        return None if pixels is None else pixels - 0.5
 
     def cost(self, values: FloatArray) -> float:
         """1 − overlap, less what edges of the picture speak for it."""

@@ -213,7 +213,7 @@ class _Search:
         """Outlines are drawn to the rim, then the creases have their say."""
         fixed = [1] * (self.base.hold >= 1) + [2] * (not self.base.free_z)
         free = np.setdiff1d(np.arange(len(starts[0])), fixed)
-        rim = rim_of(self.target)
+        rim = rim_of(self.target.mask, self.target.open)
         snug = [
             drawn_to(rim, self.in_window, self.unlikely, np.array(start), free) for start in starts
         ]

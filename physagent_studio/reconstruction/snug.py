@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from physagent_studio.reconstruction.target import Target
+from physagent_studio.reconstruction.masks import BoolArray
 
 FloatArray = NDArray[np.float64]
 POINTS = 80
@@ -22,11 +22,12 @@ TRIES = 150
 """Shapes that are looked at from one beginning."""
 
 
-def rim_of(target: Target) -> FloatArray:
-    """Points (N, 2) of a target's convex rim in its window; none where something hides it."""
-    outlines, _ = cv2.findContours(
-        target.mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
-    )
+def rim_of(mask: BoolArray, free: BoolArray) -> FloatArray:
+    """Points (N, 2) of a mask's convex rim, pixel (0, 0) with its middle at (0, 0).
+
+    free: (H, W) pixels that nothing hides; the rim is left out where something does.
+    """
+    outlines, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     if not outlines:
         return np.zeros((0, 2))
     hull = cv2.convexHull(np.vstack(outlines)).reshape(-1, 2).astype(float)
@@ -36,10 +37,10 @@ def rim_of(target: Target) -> FloatArray:
     spots = np.linspace(0, where[-1], POINTS, endpoint=False)
     points = np.column_stack([np.interp(spots, where, closed[:, k]) for k in (0, 1)])
     # The rim runs between pixels: half a pixel outside the outermost centres.
-    middle = target.mask.nonzero()
+    middle = mask.nonzero()
     away = points - np.array([middle[1].mean(), middle[0].mean()])
     points = points + 0.5 * away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-9)
-    blind = cv2.dilate((~target.open).astype(np.uint8), np.ones((5, 5), np.uint8))
+    blind = cv2.dilate((~free).astype(np.uint8), np.ones((5, 5), np.uint8))
     x = np.clip(np.round(points[:, 0]).astype(int), 0, blind.shape[1] - 1)
     y = np.clip(np.round(points[:, 1]).astype(int), 0, blind.shape[0] - 1)
     return points[blind[y, x] == 0]

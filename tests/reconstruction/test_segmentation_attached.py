@@ -80,7 +80,7 @@ def test_a_part_of_another_colour_joins(name: str) -> None:
 
 
 @pytest.mark.parametrize("kind", BODIES)
-@pytest.mark.parametrize("beside", ["nothing", "line", "shadow", "tiles", "neighbour"])
+@pytest.mark.parametrize("beside", ["line", "shadow", "tiles", "neighbour", "gloss"])
 def test_what_lies_beside_does_not_join(kind: str, beside: str) -> None:
     body, image = BODIES[kind], _scene()
     if beside == "line":
@@ -93,6 +93,12 @@ def test_what_lies_beside_does_not_join(kind: str, beside: str) -> None:
             _painted(image, _line((x, 170), (2 * x - 200, HEIGHT), 2), (112, 92, 74))
     if beside == "neighbour":
         _painted(image, _drawn(cv2.circle, (326, 210), 44, 1, -1), (40, 90, 170))
+    if beside == "gloss":
+        low = int(np.flatnonzero(body.any(1))[-1])
+        mirrored = np.zeros_like(body)
+        mirrored[low:] = body[2 * low - HEIGHT + 1 : low + 1][::-1]
+        seen = 0.35 * cv2.GaussianBlur(mirrored.astype(np.float32), (0, 0), 2)[..., None]
+        image[:] = (1 - seen) * image + seen * np.array(COLOURS[kind])
     _painted(image, body, COLOURS[kind])
     found = with_attached(np.clip(image, 0, 255).astype(np.uint8), body, NOTHING)
     assert found is None or iou(found, body) > 0.97

@@ -9,13 +9,12 @@ clearly a part. With them others may come to touch the mask, which have to be th
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import find_objects
 
 from physagent_studio.program.scene import Grounding
 from physagent_studio.reconstruction.masks import (
@@ -26,6 +25,7 @@ from physagent_studio.reconstruction.masks import (
     iou,
     resized,
 )
+from physagent_studio.reconstruction.segmentation_beside import ground_of, patches_beside
 from physagent_studio.reconstruction.segmentation_choice import CANDIDATES
 from physagent_studio.reconstruction.segmentation_evidence import (
     TALL,
@@ -66,8 +66,8 @@ SLENDER = 0.3
 NARROW, SEAM, NECK = 4.2, 0.62, -0.22
 """Pixels across the widest place of a part, share of its outline at the mask, and contact (log, as
 `Outline.neck`) by which it is but a seam along the outline, or hardly touches."""
-COMMON, RARE = -4.1, -5.0
-"""Log share of its colours elsewhere from which a patch is like what is around, or unlike it."""
+COMMON = -4.1
+"""Log share of its colours elsewhere from which a patch is like what is around."""
 BLURRED = 2.4
 """Sharpness (log, as `Outline.sharp`) below which a patch has no outline."""
 SAME = 0.95
@@ -76,8 +76,6 @@ COARSE = 500
 """Longer side of masks in pixels that are compared to one another."""
 ODD = 0.3
 """Spreads by which parts may make a thing's proportions more unusual for its name."""
-LARGE = 0.6
-"""Share of the mask's area from which a patch is ground."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -242,9 +240,9 @@ def _joining(
     around: Around, mask: BoolArray, levels: Sequence[IntArray], clear: float, least: float
 ) -> BoolArray | None:
     """The clearest parts that touch the mask, none of them beside another; None without any."""
-    here = Surroundings(around.lab, around.steps, mask, _ground(levels[-1], mask))
+    here = Surroundings(around.lab, around.steps, mask, ground_of(levels[-1], mask))
     kept, features = [], []
-    for patch in _regions(around, here, levels, least):
+    for patch in patches_beside(around.barred, here, levels, least, LONGEST * here.area):
         outline = outline_of(patch, here)
         if _no_form(patch, here, outline):
             continue
@@ -281,66 +279,6 @@ def _ruled_out(patch: Patch, here: Surroundings, outline: Outline, colours: Colo
     seen = colours.tint > 12 or colours.darker < -8 or patch.tall > TALL
     flat = shade_of(colours) > 0.25 and patch.tall < TALL
     return outline.sharp < 2.9 or not seen or flat
-
-
-def _regions(
-    around: Around, here: Surroundings, levels: Sequence[IntArray], least: float
-) -> Iterator[Patch]:
-    """Different patches that touch the mask and are neither too small nor too large, nor barred."""
-    free = ~here.mask
-    known: set[tuple[int, int, int]] = set()
-    for labels in [*levels, *_islands(here, levels)]:
-        count = int(labels.max()) + 1
-        area = np.bincount(labels[free], minlength=count)
-        left_out = _at_rim(labels, free, count)
-        left_out[labels[around.barred]] = True
-        touching = np.bincount(labels[here.near & free], minlength=count)
-        wanted = (touching > 5) & (area >= max(14, least)) & (area <= LONGEST * here.area)
-        places = find_objects(labels + 1)
-        for number in np.flatnonzero(wanted & ~left_out):
-            place = places[int(number)]
-            piece = (labels[place] == number) & free[place]
-            rows, columns = np.nonzero(piece)
-            rows, columns = rows + place[0].start, columns + place[1].start
-            same = (len(rows), int(rows[0]), int(columns[0]))
-            if same not in known:
-                known.add(same)
-                yield Patch.at(rows, columns, labels.shape)
-
-
-def _at_rim(labels: IntArray, free: BoolArray, count: int) -> BoolArray:
-    """(N,) which patches reach the rim of the picture."""
-    out = np.zeros(count, bool)
-    for line in (np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1]):
-        out[labels[line][free[line]]] = True
-    return out
-
-
-def _ground(labels: IntArray, mask: BoolArray) -> BoolArray:
-    """(h, w) the patches that reach the rim or are large, for the mask."""
-    count = int(labels.max()) + 1
-    area = np.bincount(labels[~mask], minlength=count)
-    large = area > LARGE * np.count_nonzero(mask)
-    return (large | _at_rim(labels, np.ones_like(mask), count))[labels] & ~mask
-
-
-def _islands(here: Surroundings, levels: Sequence[IntArray]) -> Iterator[IntArray]:
-    """(h, w) numbers of what stands out from the ground together; that of the ground is at a rim.
-
-    At every level but the finest; then without the patches whose colours are those around.
-    """
-    fine = levels[0]
-    count = int(fine.max()) + 1
-    area = np.bincount(fine.ravel(), minlength=count)
-    common = np.log(here.others / max(float(here.others.sum()), 1.0) + 1e-4)[here.bin_of]
-    own = np.log(here.own + 1e-4)[here.bin_of]
-    common, own = (np.bincount(fine.ravel(), v.ravel(), count) / area for v in (common, own))
-    plain = ((common < RARE) | (own > common))[fine]
-    for labels in levels[1:]:
-        island = ~_ground(labels, here.mask) & ~here.mask
-        for some in (island, island & plain):
-            _, numbers = cv2.connectedComponents(some.astype(np.uint8), connectivity=4)
-            yield np.where(some, numbers, 0).astype(np.int64)
 
 
 def _closed(mask: BoolArray, parts: BoolArray) -> BoolArray:

@@ -55,12 +55,14 @@ class Disc:
     """A circle on a level plane: row of its middle, height over width of its ellipse.
 
     sigma: how surely it tells the slope of the view, degrees. either: it may be seen from below.
+    cut: how many times less surely it speaks against steeper views, where shadows cut it flat.
     """
 
     row: float
     flatness: float
     sigma: float = 2.0
     either: bool = False
+    cut: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +163,7 @@ def _roundness(grid: FloatArray, rows: int, focal: float, discs: Sequence[Disc])
         away = (
             np.minimum(np.abs(seen - slope), np.abs(seen + slope)) if disc.either else seen - slope
         )
-        off = away / math.radians(disc.sigma)
+        off = away / math.radians(disc.sigma) / np.where(away > 0, disc.cut, 1.0)
         votes -= 2 * np.log1p(0.25 * off**2)
     return votes
 

@@ -27,8 +27,9 @@ SURE = 1.5
 """How surely a rim tells the slope at which it is seen, degrees."""
 WIDEST = 0.96
 """Share of the width of the whole that the rim has: such things are widest there."""
-BASE_SURE = 3.0
-"""The same for the base of a can, where shadows and the ground's colour blur it, degrees."""
+BASE_SURE, CUT = 3.0, 3.0
+"""The same for the base of a can, degrees; how many times less surely it is not steeper: shadows
+and the colour of the ground cut it flat."""
 SIDES = (0.3, 0.7)
 """Shares of the height of a can between which its sides are straight lines."""
 ROUGH = 0.008
@@ -95,7 +96,8 @@ def base_of(mask: BoolArray) -> Disc | None:
     if not -FLATTEST < flatness < ROUNDEST:
         return None
     seen = float(back @ np.array([column, row, 1.0]))
-    return Disc(y0 + seen, max(flatness, 0.0), math.hypot(BASE_SURE, math.degrees(1 / half)))
+    sigma = math.hypot(BASE_SURE, math.degrees(1 / half))
+    return Disc(y0 + seen, max(flatness, 0.0), sigma, cut=CUT)
 
 
 def top_of(mask: BoolArray) -> Disc | None:

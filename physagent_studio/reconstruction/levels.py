@@ -44,16 +44,25 @@ def heights_of(
     )
     slabs = {name: top for name, top in _usual_tops(state).items() if name not in rises}
     known = state.camera.position[2] if state.camera is not None else None
-    return clicked_supports.with_rises(solve(measured, slabs, state.scale, known), rises)
+    found = clicked_supports.with_rises(solve(measured, slabs, state.scale, known), rises)
+    # Over a known camera what is given stays where it is, whatever sizes say.
+    return found if known is None else replace(found, tops={**found.tops, **_given_tops(state)})
+
+
+def _given_tops(state: SceneState) -> dict[str, float]:
+    """Heights of the tops of slabs that have a shape, m."""
+    return {
+        support.name: support.shape.position[2] + support.shape.size[2] / 2
+        for support in state.supports
+        if support.shape is not None and support.shape.kind == "box"
+    }
 
 
 def _usual_tops(state: SceneState) -> dict[str, float]:
     """Level planes above the floor: the tops of slabs, given or usual."""
-    tops: dict[str, float] = {}
+    tops = _given_tops(state)
     for support in state.supports:
-        if support.shape is not None and support.shape.kind == "box":
-            tops[support.name] = support.shape.position[2] + support.shape.size[2] / 2
-        elif support.shape is None and support_kind(support.name) == "slab":
+        if support.shape is None and support_kind(support.name) == "slab":
             tops[support.name] = support_height(support.name) or USUAL_TOP
     return tops
 

@@ -112,7 +112,8 @@ def is_flag(name: str) -> bool:
 def is_rooted(name: str) -> bool:
     """Whether it grows out of the ground."""
     rooted = words_of("tree plant flower grass bush palm bamboo reed stalk sapling pine oak")
-    return any(word in rooted for word in name.lower().split("_"))
+    # "Pine table": the last word says what it is.
+    return name.lower().rstrip("_0123456789").split("_")[-1] in rooted
 
 
 def is_loose(name: str) -> bool:

@@ -27,7 +27,7 @@ BENT = (math.radians(3.0), math.radians(50.0))
 """By how much an outline that is round turns from one edge to the next."""
 PIECES = 8
 """Lines along a bow."""
-MOST = 14
+MOST = 8
 """Edges beyond which they are a pattern and not outlines."""
 INSIDE = 0.75
 """Share of the way from an edge's end to the corner that is hidden, at least."""

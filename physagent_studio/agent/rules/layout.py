@@ -313,34 +313,6 @@ class Layout:
         ramps = [s for s in self.state.supports if isinstance(s.shape, Ramp)]
         return next((r for r in ramps if self.gap(name, r.name) < self.size(name)), None)
 
-    def steps_below(self, name: str) -> tuple[str, ...]:
-        """Steps below the one that it stands on, each beside the one above it, from high to low."""
-        steps = [s for s in self.state.supports if isinstance(s.shape, Slab) and _is_step(s.name)]
-        here, found = self.carrier(name), list[str]()
-        if here not in [step.name for step in steps]:
-            return ()
-        while here is not None:
-            under = [s.name for s in steps if self._is_next(s.name, here)]
-            here = max(under, key=self._top, default=None)
-            found += [here] if here is not None else []
-        return tuple(found)
-
-    def drop(self, name: str, lower: str) -> float:
-        """How much lower a step is than the one on which something stands, m."""
-        carrier = self.carrier(name)
-        return self._top(carrier) - self._top(lower) if carrier is not None else 0.0
-
-    def _top(self, slab: str) -> float:
-        return float(self.position(slab)[2]) + self.extent(slab, np.array([0.0, 0.0, 1.0]))
-
-    def _is_next(self, lower: str, upper: str) -> bool:
-        rise = self._top(upper) - self._top(lower)
-        return rise > 0.005 and self.gap(lower, upper) < max(0.02, 0.3 * rise)
-
-
-def _is_step(name: str) -> bool:
-    return any(word.rstrip("s") in ("step", "stair") for word in name.lower().split("_"))
-
 
 def _material(item: SceneObject | Support | None) -> str:
     return item.material if item is not None else "wood"

@@ -8,6 +8,7 @@ import pytest
 
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.agent.rules.layout import Layout
+from physagent_studio.agent.rules.stairs import steps_below
 from physagent_studio.contract import measure
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.rotations import about_axis
@@ -86,7 +87,7 @@ def test_down_the_steps_is_where_they_go_down(prompt: str) -> None:
     track = rollout.positions[:, rollout.index("ball")]
     assert track[-1, 0] > 0.4
     assert abs(track[:, 1] - 2.0).max() < 0.2
-    assert Layout(program.scene).steps_below("ball") == ("middle_step", "lower_step")
+    assert steps_below(Layout(program.scene), "ball") == ("middle_step", "lower_step")
 
 
 @pytest.mark.parametrize(

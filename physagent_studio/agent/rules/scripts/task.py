@@ -12,6 +12,7 @@ from physagent_studio.agent.rules.layout import WAYS, FloatArray, Layout, level,
 from physagent_studio.agent.rules.reading import Place
 from physagent_studio.agent.rules.reading.vocabulary import words_of
 from physagent_studio.agent.rules.specs import over_way, place_name, spot_name, ways_of
+from physagent_studio.agent.rules.stairs import steps_below
 from physagent_studio.program.actions import Direction
 from physagent_studio.program.program import Clip
 from physagent_studio.program.scene import Ramp
@@ -63,7 +64,7 @@ class Task:
     def down_the_steps(self) -> FloatArray | None:
         """Level unit direction (3,) to the next lower step, where it shall go down them."""
         told = any(f.direction == "down" or f.place("down") for f in self.intent.frames)
-        below = self.layout.steps_below(self.name) if told else ()
+        below = steps_below(self.layout, self.name) if told else ()
         if not below:
             return None
         here = self.layout.carrier(self.name)

@@ -17,6 +17,7 @@ from physagent_studio.agent.rules.specs import (
     spec,
     ways_of,
 )
+from physagent_studio.agent.rules.stairs import steps_below
 from physagent_studio.program.actions import Direction
 
 
@@ -230,7 +231,7 @@ def bounce(c: Context) -> list[Spec]:
     if c.frame.direction == "backward" and struck:
         hit = spec("contacts", c.subject, other=struck[-1])
         return [hit, spec("reverses", c.subject, angle=90.0)]
-    steps = c.layout.steps_below(c.subject) if c.frame.place("down") else ()
+    steps = steps_below(c.layout, c.subject) if c.frame.place("down") else ()
     if steps:
         return [*downstairs(c, steps), spec("airborne", c.subject, seconds=0.1)]
     off = c.frame.place("off", "on", "against", "from", "object")

@@ -12,6 +12,7 @@ from physagent_studio.agent.rules.specs import (
     place_name,
     spec,
 )
+from physagent_studio.agent.rules.stairs import drop, steps_below
 from physagent_studio.program.scene import Ramp
 
 
@@ -47,7 +48,7 @@ def along(c: Context) -> list[Spec]:
             found += _over(c, place)
         elif relation == "up" and _is_ramp(c, place):
             found += _uphill(c, place)
-        elif relation == "down" and (steps := c.layout.steps_below(c.subject)):
+        elif relation == "down" and (steps := steps_below(c.layout, c.subject)):
             found += downstairs(c, steps)
         elif relation in ("down", "object") and is_slope(c, place):
             found += [
@@ -120,8 +121,8 @@ def downstairs(c: Context, steps: tuple[str, ...]) -> list[Spec]:
     """
     last = spec("contacts", c.subject, other=steps[-1])
     ground = spec("contacts", c.subject, other=c.layout.ground())
-    drop = c.layout.drop(c.subject, steps[-1])
-    return [any_of(last, ground), spec("falls", c.subject, drop=round(0.8 * drop, 4))]
+    least = drop(c.layout, c.subject, steps[-1])
+    return [any_of(last, ground), spec("falls", c.subject, drop=round(0.8 * least, 4))]
 
 
 def _is_ramp(c: Context, place: Place) -> bool:

@@ -217,6 +217,9 @@ RAILS = frozenset(["rails", "tracks", "railway", "railroad", "railtrack", "train
 RISER = 0.17
 """Usual height of a step, m."""
 _NUMBERS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
+GROWS = frozenset(
+    ["tree", "palm", "oak", "pine", "plant", "flower", "bush", "grass", "bamboo", "reed", "cactus"]
+)
 WALLS = frozenset(["wall", "backdrop", "fence"])
 
 
@@ -301,6 +304,11 @@ def told_steps(text: str) -> int | None:
 def is_rails(name: str) -> bool:
     """Whether a support of that name is a pair of rails."""
     return bool(RAILS & set(re.findall(r"[a-z]+", name.lower())))
+
+
+def grows(name: str) -> bool:
+    """Whether a thing of that name is rooted where it stands."""
+    return bool(GROWS & set(words_of(name)[-1:]))
 
 
 def support_kind(name: str) -> str:

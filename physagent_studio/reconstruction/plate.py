@@ -43,17 +43,19 @@ def background(
     camera: Camera | None = None,
     found: Segments | None = None,
     solid: Sequence[Support] = (),
+    rooted: Sequence[BoolArray] = (),
 ) -> Image:
     """The photo (H, W, 3) without the masked things and the shade close around their feet.
 
     lines: (N, 2, 2) pixels, edges that go on behind them beside those that are seen to. camera:
     with it, what lies on the floor or a table is filled in as seen from above. found: the photo's
-    edges, to continue them. solid: supports whose edges go on, with a camera.
+    edges, to continue them. solid: supports whose edges go on, with a camera. rooted: those of the
+    masks whose things stay where they are, so that their shade and what a mask has missed stay as well.
     """
     faces = None
     if camera is not None and solid:
         faces = surfaces(photo, hole_of(masks, photo.shape[:2]), camera, solid)
-    hole = taken_out(photo, masks, faces)
+    hole = taken_out(photo, masks, faces, rooted)
     if camera is not None:
         lines = np.concatenate([lines, edges_of(photo, hole, camera, solid)])
     if found is not None and not hole.all():
@@ -64,19 +66,23 @@ def background(
 
 
 def taken_out(
-    photo: Image, masks: Sequence[BoolArray], faces: NDArray[np.int64] | None = None
+    photo: Image,
+    masks: Sequence[BoolArray],
+    faces: NDArray[np.int64] | None = None,
+    rooted: Sequence[BoolArray] = (),
 ) -> BoolArray:
     """(H, W) the masked things, what the masks have missed of them, their shade and mirror images.
 
-    faces: (H, W) as `surfaces` gives them.
+    faces: (H, W) as `surfaces` gives them. rooted: see `background`.
     """
     hole = hole_of(masks, photo.shape[:2])
     if not hole.any() or hole.all():
         return hole
-    hole |= grow(leftovers(photo, masks, hole), _rim(hole.shape))
-    hole |= grow(islands(photo, masks, hole), _rim(hole.shape))
-    hole |= mirrored(photo, masks)
-    shade = shaded(photo, masks, hole, faces)
+    loose = [mask for mask in masks if not any(mask is other for other in rooted)]
+    hole |= grow(leftovers(photo, loose, hole), _rim(hole.shape))
+    hole |= grow(islands(photo, loose, hole), _rim(hole.shape))
+    hole |= mirrored(photo, loose)
+    shade = shaded(photo, loose, hole, faces)
     # The darkest shade is a line right at the foot: none of it shall be left between the two.
     shade |= grow(shade, SLIT) & grow(hole, SLIT)
     return hole | shade

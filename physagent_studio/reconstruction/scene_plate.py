@@ -12,6 +12,7 @@ from physagent_studio.reconstruction.copies import to_level
 from physagent_studio.reconstruction.crossing import edges_of
 from physagent_studio.reconstruction.lines import Segments
 from physagent_studio.reconstruction.masks import BoolArray
+from physagent_studio.reconstruction.names import grows
 from physagent_studio.reconstruction.plate import background, hole_of
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Scene
@@ -36,7 +37,9 @@ def scene_plate(
         and _same_ways(previous, masks, camera, solid)
     ):
         return previous.plate
-    return background(image, list(masks.values()), camera=camera, found=found, solid=solid)
+    rooted = [mask for name, mask in masks.items() if grows(name)]
+    things = list(masks.values())
+    return background(image, things, camera=camera, found=found, solid=solid, rooted=rooted)
 
 
 def _same_masks(previous: Scene, image: Image, masks: Mapping[str, BoolArray]) -> bool:

@@ -211,7 +211,7 @@ def _grown(around: Around) -> BoolArray | None:
     first = np.count_nonzero(mask)
     parts = np.zeros_like(mask)
     for turn in range(ROUNDS):
-        found = _joining(around, mask, levels, CLEAR + CLEARER * turn, LEAST * first)
+        found = _joining(around, mask, parts, levels, CLEAR + CLEARER * turn, LEAST * first)
         if found is None:
             break
         mask, parts = mask | found, parts | found
@@ -237,11 +237,19 @@ def _snapped(fine: IntArray, mask: BoolArray) -> tuple[BoolArray, IntArray]:
 
 
 def _joining(
-    around: Around, mask: BoolArray, levels: Sequence[IntArray], clear: float, least: float
+    around: Around,
+    mask: BoolArray,
+    parts: BoolArray,
+    levels: Sequence[IntArray],
+    clear: float,
+    least: float,
 ) -> BoolArray | None:
-    """The clearest parts that touch the mask, none of them beside another; None without any."""
+    """The clearest parts that touch the mask, none of them beside another; None without any.
+
+    parts: of the mask, those that joined before. A slender one that goes on need be no clearer.
+    """
     here = Surroundings(around.lab, around.steps, mask, ground_of(levels[-1], mask))
-    kept, features = [], []
+    kept, features, asked = [], [], []
     for patch in patches_beside(around.barred, here, levels, least, LONGEST * here.area):
         outline = outline_of(patch, here)
         if _no_form(patch, here, outline):
@@ -250,13 +258,22 @@ def _joining(
         if _ruled_out(patch, here, outline, colours):
             continue
         kept.append(patch.region)
+        goes_on = outline.width < SLENDER * here.size / 2 and _hangs_on(patch.region, mask, parts)
+        asked.append(CLEAR if goes_on else clear)
         features.append(features_of(patch, here, outline, colours))
     out = np.zeros_like(mask)
     values = scores(features)
     for k in np.argsort(-values, kind="stable"):
-        if values[k] > clear and not (out & grow(kept[int(k)], 2)).any():
+        if values[k] > asked[int(k)] and not (out & grow(kept[int(k)], 2)).any():
             out |= kept[int(k)]
     return out if out.any() else None
+
+
+def _hangs_on(region: BoolArray, mask: BoolArray, parts: BoolArray) -> bool:
+    """Whether a part touches the mask where another part has joined it."""
+    contact = grow(region, 2) & mask
+    shared = int(np.count_nonzero(contact & parts))
+    return shared > 0.8 * max(int(np.count_nonzero(contact)), 1)
 
 
 def _no_form(patch: Patch, here: Surroundings, outline: Outline) -> bool:

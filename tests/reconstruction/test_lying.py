@@ -57,6 +57,7 @@ def test_a_lying_body_is_found_where_it_lies(pitch, turn, kind):
     (fit,) = fit_lying(view, mask, base, (kind,), UNKNOWN)
     way = [math.cos(math.radians(turn)), math.sin(math.radians(turn)), 0.0]
     assert lies(fit.rotation)
+    assert isinstance(fit.shape, Cylinder | Capsule)
     assert abs(matrix_of(fit.rotation)[:, 2] @ way) > math.cos(math.radians(5))
     assert fit.shape.height == pytest.approx(shape.height, rel=0.08)
     assert fit.shape.radius == pytest.approx(shape.radius, rel=0.1)

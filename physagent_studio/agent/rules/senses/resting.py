@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import math
+
 from physagent_studio.agent.rules.reading import EventFrame
 from physagent_studio.agent.rules.reading.vocabulary import words_of
 from physagent_studio.agent.rules.senses.common import posture, quality, rolls, still
 from physagent_studio.agent.rules.senses.whereabouts import landed_on
 from physagent_studio.agent.rules.specs import START, Context, Spec, place_name, spec
+from physagent_studio.program.scene import Ramp, Support
+
+END = 0.5
+"""How far from an end of a slope is near it, as a share of the slope's length."""
 
 
 def stop(c: Context) -> list[Spec]:
@@ -38,11 +44,19 @@ def stop(c: Context) -> list[Spec]:
         return [spec("stops", c.subject), spec("rests_on", c.subject, other=place.name)]
     name = place_name(place) if place is not None else None
     near = c.length(2.0, 0.1, 0.6) if name is not None else None
-    found = [spec("stops", c.subject, near=name, distance=near)]
     ramp = c.layout.ramp_below(c.subject)
+    if near and place is not None and ramp is not None and ramp.name == place.name:
+        # "Near the lower end" is in the lower half.
+        near = round(min(near, END * _slope_length(ramp)), 4)
+    found = [spec("stops", c.subject, near=name, distance=near)]
     if place is not None and ramp is not None and ramp.name == place.name:
         found.append(spec("reaches", c.subject, other=place.name))
     return found
+
+
+def _slope_length(support: Support) -> float:
+    assert isinstance(support.shape, Ramp)
+    return math.hypot(support.shape.run, support.shape.rise)
 
 
 def _so_near(c: Context, name: str) -> list[Spec]:

@@ -50,7 +50,7 @@ def background(
     lines: (N, 2, 2) pixels, edges that go on behind them beside those that are seen to. camera:
     with it, what lies on the floor or a table is filled in as seen from above. found: the photo's
     edges, to continue them. solid: supports whose edges go on, with a camera. rooted: those of the
-    masks whose things stay where they are, so that their shade and what a mask has missed stay as well.
+    masks whose things stay where they are, with their shade and what a mask has missed of them.
     """
     faces = None
     if camera is not None and solid:

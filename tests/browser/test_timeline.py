@@ -189,6 +189,37 @@ def test_playing_moves_the_playhead_and_a_scrub_stops_it(waiting: Desk) -> None:
     waiting.until(lambda: waiting.studio.view.step == 0, "the start")
 
 
+def test_the_pointer_moves_on_before_a_drop_is_answered(waiting: Desk) -> None:
+    """All in one turn of the page's loop, so no answer can come in between."""
+    page = waiting.page
+    bar = _bar(waiting)
+    name = bar.get_attribute("data-action")
+    action = waiting.snapshot.program.action(name)
+    assert action is not None
+    box = bar.locator(".body").bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + 8
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.evaluate(
+        """([x, y, by]) => {
+            const svg = document.querySelector('svg.tl');
+            const at = (kind, x) => svg.dispatchEvent(
+                new PointerEvent(kind, { clientX: x, clientY: y, pointerId: 1, bubbles: true }));
+            at('pointermove', x + by);
+            at('pointerup', x + by);
+            at('pointermove', x + 3 * by);
+            at('pointerup', x + 3 * by);
+        }""",
+        [x, y, 10 * _per_frame(waiting)],
+    )
+    page.mouse.up()
+    waiting.until(lambda: waiting.snapshot.has_draft, "a draft")
+    waiting.idle()
+    moved = waiting.snapshot.program.action(name)
+    assert moved is not None
+    assert moved.start_step == action.start_step + 40
+
+
 CONDITIONAL = """
 scene:
   objects:

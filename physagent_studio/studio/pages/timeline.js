@@ -187,7 +187,8 @@ export function startTimeline(host) {
   }
 
   svg.onpointermove = (event) => {
-    if (!drag) return;
+    // What was dropped and waits for its answer no longer follows the pointer.
+    if (!drag || drag.what === "waiting") return;
     if (drag.what === "head") return moveScrub(event);
     const by = step(event.clientX) - drag.from, one = drag.one;
     if (by) drag.moved = true;
@@ -215,8 +216,8 @@ export function startTimeline(host) {
 
   svg.onpointerup = () => {
     const done = drag;
+    if (!done || done.what === "waiting") return;
     tip = null;
-    if (!done) return;
     if (done.what === "head" || !done.moved) { drag = null; endAttempt(); lanes(); return; }
     retime(done.one, done.start, done.duration);
   };

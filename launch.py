@@ -52,9 +52,6 @@ class Probe(NamedTuple):
     missing: str  # the modules that a virtual environment needs and this Python lacks
 
 
-# ---- which Python ----------------------------------------------------------------------------
-
-
 def candidates(search_path: str) -> Iterator[str]:
     """Every file on the search path that is called like a Python, the preferred names first."""
     for name in NAMES:
@@ -117,9 +114,6 @@ def dotted(version: tuple[int, ...]) -> str:
     return ".".join(str(part) for part in version)
 
 
-# ---- what is installed -----------------------------------------------------------------------
-
-
 def venv_program(name: str, venv: Path = VENV) -> Path:
     """Where a virtual environment keeps a program."""
     return venv / "Scripts" / f"{name}.exe" if os.name == "nt" else venv / "bin" / name
@@ -164,9 +158,6 @@ def damaged_packages(python: Path) -> list[str]:
         [str(python), "-I", "-c", code], capture_output=True, text=True, check=False
     )
     return done.stdout.split() if done.returncode == 0 else ["python"]
-
-
-# ---- the install -----------------------------------------------------------------------------
 
 
 def announce(extras: Sequence[str], free_bytes: int) -> str:
@@ -273,9 +264,6 @@ def ensure_installed(extras: Sequence[str], arguments: Sequence[str]) -> None:
         say(f"This Python is {dotted(sys.version_info[:2])}; going on with {chosen}.")
         hand_over([chosen, str(ROOT / "launch.py"), *arguments])
     install(extras)
-
-
-# ---- the start -------------------------------------------------------------------------------
 
 
 def over_ssh(environment: Mapping[str, str]) -> bool:

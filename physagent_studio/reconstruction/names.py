@@ -217,9 +217,8 @@ RAILS = frozenset(["rails", "tracks", "railway", "railroad", "railtrack", "train
 RISER = 0.17
 """Usual height of a step, m."""
 _NUMBERS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
-GROWS = frozenset(
-    ["tree", "palm", "oak", "pine", "plant", "flower", "bush", "grass", "bamboo", "reed", "cactus"]
-)
+_WOODY = ("tree", "palm", "oak", "pine", "sapling", "bush")
+GROWS = frozenset([*_WOODY, "plant", "flower", "stalk", "grass", "bamboo", "reed", "cactus"])
 WALLS = frozenset(["wall", "backdrop", "fence"])
 
 
@@ -307,7 +306,7 @@ def is_rails(name: str) -> bool:
 
 
 def grows(name: str) -> bool:
-    """Whether a thing of that name is rooted where it stands."""
+    """Whether a thing of that name is rooted where it stands; a pine table is not."""
     return bool(GROWS & set(words_of(name)[-1:]))
 
 

@@ -92,7 +92,7 @@ def test_a_spoon_lies_flat_and_reaches_as_far_as_it_is_seen():
     width, depth, height = best.shape.size
     assert (width, depth) == pytest.approx((0.17, 0.12), rel=0.08)
     assert height < 0.02
-    # Stored numbers make the same body again, and so does an upright one of that mask not.
+    # Its stored numbers make the same body again.
     again = inflated_mesh(mask, view, best.shape)
     assert np.array_equal(again.vertices, best.mesh.vertices)
     assert np.ptp(again.vertices, axis=0) == pytest.approx(best.shape.size, rel=1e-6)

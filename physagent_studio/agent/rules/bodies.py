@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 
 from physagent_studio.agent.rules.layout import WAYS, Layout
-from physagent_studio.agent.rules.look import is_flag, is_loose, is_rooted, is_sheet
+from physagent_studio.agent.rules.look import is_flag, is_loose, is_sheet
 from physagent_studio.agent.rules.mechanics import G
 from physagent_studio.agent.rules.reading import EventFrame, Reading
 from physagent_studio.program.bodies import Body, Breakable, Cloth, Granular, Soft
 from physagent_studio.program.plants import plant_body
+from physagent_studio.reconstruction.names import grows
 
 GRAINS = 120
 """Enough to be seen to flow, few enough that a search can run them many times."""
@@ -49,7 +50,7 @@ def _body(frame: EventFrame, name: str, layout: Layout) -> Body | None:
         return Cloth(pinned=side, thickness=FLAG_CLOTH)
     if sense in ("wind", "sway", "bend") and is_sheet(name):
         return Cloth(pinned="top")
-    if sense in ("wind", "sway", "bend", "lean") and is_rooted(name):
+    if sense in ("wind", "sway", "bend", "lean") and grows(name):
         return _plant(name, layout)
     if sense == "deform":
         return Soft(young=1e5)

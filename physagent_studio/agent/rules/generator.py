@@ -16,7 +16,7 @@ from physagent_studio.agent.rules.footing import (
 from physagent_studio.agent.rules.hanging import in_the_air
 from physagent_studio.agent.rules.landmarks import assume_open, derived_landmarks
 from physagent_studio.agent.rules.layout import Layout
-from physagent_studio.agent.rules.look import density_of, is_rooted, material_of
+from physagent_studio.agent.rules.look import density_of, material_of
 from physagent_studio.agent.rules.ramps import friction_for
 from physagent_studio.agent.rules.reading import Inventory, Reading, inventory, read
 from physagent_studio.agent.rules.reading.vocabulary import GROUND_WORDS
@@ -25,6 +25,7 @@ from physagent_studio.program.contract import Contract
 from physagent_studio.program.plants import FOLIAGE
 from physagent_studio.program.program import Clip, EventProgram, PhysicalProgram
 from physagent_studio.program.scene import Landmark, SceneObject, SceneState, Support
+from physagent_studio.reconstruction.names import grows
 from physagent_studio.records import Case, Scene
 
 
@@ -151,7 +152,7 @@ def _with_materials(state: SceneState, reading: Reading, clip: Clip) -> SceneSta
             update["friction"] = friction[item.name]
         if item.name in bodies and item.body.kind == "rigid":
             update["body"] = bodies[item.name]
-            if is_rooted(item.name) and bodies[item.name].kind == "soft":
+            if grows(item.name) and bodies[item.name].kind == "soft":
                 # What stood for a trunk does not hold for a crown that bends.
                 own = None if item.density == density_of(item.name) else item.density
                 update |= {"material": FOLIAGE, "density": own}

@@ -109,13 +109,6 @@ def is_flag(name: str) -> bool:
     return bool({"flag", "pennant", "ensign"} & set(name.lower().split("_")))
 
 
-def is_rooted(name: str) -> bool:
-    """Whether it grows out of the ground."""
-    rooted = words_of("tree plant flower grass bush palm bamboo reed stalk sapling pine oak")
-    # "Pine table": the last word says what it is.
-    return name.lower().rstrip("_0123456789").split("_")[-1] in rooted
-
-
 def is_loose(name: str) -> bool:
     """Whether it is made of grains."""
     loose = words_of("sand sandcastle gravel dirt soil rice sugar salt grain")

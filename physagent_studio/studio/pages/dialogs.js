@@ -74,7 +74,8 @@ export function startDialogs(host) {
   // A second click comes before the dialog is gone.
   function begin() {
     if (kind !== "new" || !ready()) return;
-    send({ do: "new", photo: photo.data, prompt: prompt.trim(), objects: things.filter((one) => one.clicks.length).map((one) => [tidy(one.name), one.clicks]) });
+    const objects = things.filter((one) => one.clicks.length).map((one) => [tidy(one.name), one.clicks]);
+    if (!send({ do: "new", photo: photo.data, prompt: prompt.trim(), objects })) return;
     close();
     photo = null;
     prompt = "";
@@ -96,7 +97,7 @@ export function startDialogs(host) {
           h("input", { type: "text", value: one.name, "aria-label": `Name ${i + 1}`, oninput: (e) => { one.name = e.target.value; show(); }, onfocus: () => { if (at !== i) { at = i; show(); } }, onchange: show }),
           h("span", { class: "muted num", style: "white-space:nowrap" }, say(one.clicks.length, "click")),
           button("Clear", () => { one.clicks = []; show(); }, { class: "b quiet small" }),
-          things.length > 1 ? button("Remove", () => { things.splice(i, 1); at = Math.min(at, things.length - 1); show(); }, { class: "b quiet small" }) : null)),
+          things.length > 1 ? button("Remove", () => { things.splice(i, 1); at = Math.min(at > i ? at - 1 : at, things.length - 1); show(); }, { class: "b quiet small" }) : null)),
         h("div", {}, button("Another thing", () => { things.push({ name: `object_${things.length + 1}`, clicks: [] }); at = things.length - 1; show(); }, { class: "b small" }))),
         h("div", { class: "head" }, "What shall happen?"),
         h("textarea", { rows: 2, "aria-label": "Sentence", placeholder: "For example: the ball rolls to the right and hits the box", value: prompt, oninput: (e) => { prompt = e.target.value; show(); } }),

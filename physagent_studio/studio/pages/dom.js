@@ -74,7 +74,7 @@ function patch(old, next) {
   const server = old.dataset && old.dataset.server;
   for (const { name } of [...old.attributes]) if (!next.hasAttribute(name)) old.removeAttribute(name);
   for (const { name, value } of next.attributes) if (old.getAttribute(name) !== value) old.setAttribute(name, value);
-  for (const name of ["onclick", "oninput", "onchange", "onkeydown", "onkeyup", "onpointerdown", "onpointermove", "onpointerup", "onpointerleave", "onpointerenter", "onblur", "onfocus", "onscroll", "ondblclick", "oncontextmenu", "onsubmit", "onload", "onerror", "ondragover", "ondragleave", "ondrop"]) {
+  for (const name of ["onclick", "oninput", "onchange", "onkeydown", "onkeyup", "onpointerdown", "onpointermove", "onpointerup", "onpointercancel", "onpointerleave", "onpointerenter", "onblur", "onfocus", "onscroll", "ondblclick", "oncontextmenu", "onsubmit", "onload", "onerror", "ondragover", "ondragleave", "ondrop"]) {
     if (old[name] !== next[name]) old[name] = next[name];
   }
   for (const name of ["disabled", "hidden", "checked", "readOnly", "selected"]) if (name in next && old[name] !== next[name]) old[name] = next[name];

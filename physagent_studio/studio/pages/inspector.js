@@ -1,7 +1,8 @@
 // Inspector: a form for what is selected, as the server describes it.
 
+import { dial } from "./dial.js";
 import { button, draw, h, iconButton } from "./dom.js";
-import { attempt, dropAttempt, edit, on, send, setField, value } from "./wire.js";
+import { on, send, setField, value } from "./wire.js";
 
 export function startInspector(host) {
   let data = null;
@@ -80,27 +81,9 @@ export function startInspector(host) {
 
   // The same as a dial: straight up is straight at the aim, the left half is to its left.
   function aside(one, off) {
-    const angle = ((one.value || 0) * Math.PI) / 180;
-    const read = (event) => {
-      const box = event.currentTarget.getBoundingClientRect();
-      return Math.atan2(box.left + box.width / 2 - event.clientX, box.top + box.height / 2 - event.clientY);
-    };
-    const show = (event) => {
-      const to = read(event), needle = event.currentTarget.querySelector("line");
-      needle.setAttribute("x2", 32 - 24 * Math.sin(to));
-      needle.setAttribute("y2", 32 - 24 * Math.cos(to));
-      const degrees = Math.round((to * 1800) / Math.PI) / 10;
-      attempt([{ op: "set", path: one.path, value: degrees }]);
-      return degrees;
-    };
+    const degrees = (angle) => Math.round((((angle * 180) / Math.PI + 450) % 360 - 180) * 10) / 10;
     return h("div", { class: "row" },
-      h("svg", { width: 64, height: 64, viewBox: "0 0 64 64", style: "cursor:grab;touch-action:none;flex:none", role: "img", "aria-label": "Aside: dial seen from above",
-        onpointerdown: off ? null : (e) => { e.currentTarget.setPointerCapture(e.pointerId); e.currentTarget.onpointermove = show; },
-        onpointerup: off ? null : (e) => { e.currentTarget.onpointermove = null; const to = show(e); dropAttempt(); put(one, to); } },
-        h("circle", { cx: 32, cy: 32, r: 29, fill: "var(--raised)", stroke: "var(--line-2)" }),
-        h("path", { d: "M32 3v6", stroke: "var(--faint)" }),
-        h("line", { x1: 32, y1: 32, x2: 32 - 24 * Math.sin(angle), y2: 32 - 24 * Math.cos(angle), stroke: "var(--accent)", "stroke-width": 3, "stroke-linecap": "round" }),
-        h("circle", { cx: 32, cy: 32, r: 3, fill: "var(--text)" })),
+      dial({ path: one.path, label: "Aside: dial seen from above", angle: ((90 + (one.value || 0)) * Math.PI) / 180, off, mark: "M32 3v6", valueAt: degrees, put: (to) => put(one, to), redraw: show }),
       h("span", { class: "faint", style: "font-size:12px" }, "seen from above: up is straight at the aim, left is to its left"));
   }
 
@@ -176,30 +159,15 @@ export function startInspector(host) {
       h("div", { class: "vec" }, parts.map((part, i) => h("input", { type: "text", inputmode: "decimal", value: String(Number(part.toPrecision(5))), "aria-label": `${one.label} ${names[i]}`, title: names[i], disabled: off,
         onchange: (e) => { const v = read(e.target, false); if (v !== null) put(one, parts.map((old, at) => (at === i ? v : old))); else refuse(one, e.target.value); } })),
         one.unit ? h("span", { class: "unit" }, one.unit) : null),
-      one.count === 3 && ["force", "velocity", "torque"].some((w) => one.path.endsWith(w)) ? dial(one, parts, off) : null);
+      one.count === 3 && ["force", "velocity", "torque"].some((w) => one.path.endsWith(w)) ? heading(one, parts, off) : null);
   }
 
   // Direction seen from above: drag the needle; the length in the plane stays.
-  function dial(one, parts, off) {
-    const flat = Math.hypot(parts[0], parts[1]), angle = Math.atan2(parts[1], parts[0]);
-    const turn = (event, last) => {
-      const box = event.currentTarget.getBoundingClientRect();
-      const to = Math.atan2(box.top + box.height / 2 - event.clientY, event.clientX - box.left - box.width / 2);
-      const needle = event.currentTarget.querySelector("line");
-      needle.setAttribute("x2", 32 + 24 * Math.cos(to));
-      needle.setAttribute("y2", 32 - 24 * Math.sin(to));
-      const vector = [Number((flat * Math.cos(to)).toPrecision(5)), Number((flat * Math.sin(to)).toPrecision(5)), parts[2]];
-      if (!last) attempt([{ op: "set", path: one.path, value: vector }]);
-      else dropAttempt();
-      if (last) put(one, [Number((flat * Math.cos(to)).toPrecision(5)), Number((flat * Math.sin(to)).toPrecision(5)), parts[2]]);
-    };
+  function heading(one, parts, off) {
+    const flat = Math.hypot(parts[0], parts[1]);
+    const turned = (angle) => [...[flat * Math.cos(angle), flat * Math.sin(angle)].map((part) => Number(part.toPrecision(5))), parts[2]];
     return h("div", { class: "row" },
-      h("svg", { width: 64, height: 64, viewBox: "0 0 64 64", style: "cursor:grab;touch-action:none;flex:none", "aria-label": `${one.label}: direction seen from above`,
-        onpointerdown: off || !flat ? null : (e) => { e.currentTarget.setPointerCapture(e.pointerId); e.currentTarget.onpointermove = (m) => turn(m, false); },
-        onpointerup: off || !flat ? null : (e) => { e.currentTarget.onpointermove = null; turn(e, true); } },
-        h("circle", { cx: 32, cy: 32, r: 29, fill: "var(--raised)", stroke: "var(--line-2)" }),
-        h("line", { x1: 32, y1: 32, x2: 32 + 24 * Math.cos(angle), y2: 32 - 24 * Math.sin(angle), stroke: "var(--accent)", "stroke-width": 3, "stroke-linecap": "round" }),
-        h("circle", { cx: 32, cy: 32, r: 3, fill: "var(--text)" })),
+      dial({ path: one.path, label: `${one.label}: direction seen from above`, angle: Math.atan2(parts[1], parts[0]), off: off || !flat, valueAt: turned, put: (to) => put(one, to), redraw: show }),
       h("span", { class: "faint", style: "font-size:12px" }, `${Math.hypot(...parts).toPrecision(3)} ${one.unit}, seen from above: right is right in the photo, up is away from the camera`));
   }
 

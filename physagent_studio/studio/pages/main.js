@@ -75,7 +75,7 @@ function divider(id, property, measure, low, high) {
     document.getElementById("viewer").style.pointerEvents = "none";
     grip.onpointermove = (move) => keep(property, set(measure(move)));
   };
-  grip.onpointerup = () => {
+  grip.onpointerup = grip.onpointercancel = () => {
     grip.onpointermove = null;
     grip.classList.remove("on");
     document.getElementById("viewer").style.pointerEvents = "";

@@ -14,6 +14,7 @@ const SHAPES = { sphere: "Ball", ellipsoid: "Ellipsoid", cylinder: "Cylinder", f
 
 export function startPhoto(host) {
   let data = null;
+  let last; // the name of what was selected
   const top = h("div", { class: "photo-top" });
   const middle = h("div", {});
   const bottom = h("div", { class: "stack" });
@@ -141,16 +142,29 @@ export function startPhoto(host) {
     event.stopPropagation();
   }, true);
 
-  on("photo", (next) => { data = next; tools.settle(); show(); });
+  on("photo", (next) => {
+    // What is being made belongs to the photo that it was begun on.
+    const other = data && (data.session !== next.session || data.image !== next.image);
+    data = next;
+    if (other || next.readOnly) tools.drop();
+    tools.settle();
+    show();
+  });
   on("masks", tools.found);
   on("edge", tools.edge);
   on("say", (notice) => { if (notice.level === "error") tools.refused(); });
-  on("notices", (all) => { if (all.some((one) => one.level === "error")) tools.refused(); });
+  let told = 0; // the newest of the errors that last
+  on("notices", (all) => {
+    const newest = Math.max(0, ...all.filter((one) => one.level === "error").map((one) => one.id));
+    if (newest > told) tools.refused();
+    told = newest;
+  });
+  on("line", (up) => { if (up) tools.resume(); });
   on("playhead", (next) => {
     const name = next.selection.name;
-    if (startPhoto.last !== name) {
-      startPhoto.last = name;
-      if (state.pending && !state.fresh && state.pending.name !== name && !state.pending.sent) tools.drop();
+    if (last !== name) {
+      last = name;
+      if (!state.fresh && !state.pending?.sent && state.pending?.name !== name) tools.drop();
       show();
     }
   });

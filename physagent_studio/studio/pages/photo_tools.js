@@ -50,9 +50,8 @@ export function makeTools({ stage, data, changed }) {
 
   function ask(one) {
     one.ticket = ++tickets;
-    one.waiting = true;
     one.problem = "";
-    send({ do: "masks", name: one.name, grounding: one.grounding, ticket: one.ticket });
+    one.waiting = send({ do: "masks", name: one.name, grounding: one.grounding, ticket: one.ticket });
     changed();
   }
 
@@ -108,8 +107,15 @@ export function makeTools({ stage, data, changed }) {
 
   function refused() {
     if (state.pending) state.pending.sent = false;
+    if (state.cut) state.cut.fixing = "";
     state.row = null;
     changed();
+  }
+
+  // What was asked over a line that was lost is never answered.
+  function resume() {
+    if (state.cut) state.cut.fixing = "";
+    if (state.pending?.waiting) ask(state.pending);
   }
 
   // --- scissors ------------------------------------------------------------------------------
@@ -121,12 +127,13 @@ export function makeTools({ stage, data, changed }) {
       return changed();
     }
     cut.ticket = ++tickets;
-    send({ do: "edge", start: cut.anchors.at(-1), end, ticket: cut.ticket });
+    if (!send({ do: "edge", start: cut.anchors.at(-1), end, ticket: cut.ticket })) cut.fixing = "";
   }
 
   function edge(answer) {
     const cut = state.cut;
-    if (!cut || answer.ticket !== cut.ticket || !answer.points) return;
+    if (!cut || answer.ticket !== cut.ticket) return;
+    if (!answer.points) return refused();
     cut.live = answer.points;
     if (cut.fixing) {
       const closing = cut.fixing === "close";
@@ -203,7 +210,6 @@ export function makeTools({ stage, data, changed }) {
       if (!target()) {
         const under = event.target.closest?.("[data-name]");
         if (under) return send({ do: "select", kind: "object", name: under.dataset.name });
-        state.lost = true;
       } else state.drag = { kind: "box", from: point, to: point, out: event.button === 2 || event.altKey };
     } else if (phase === "move" && state.drag) state.drag.to = point;
     else if (phase === "up" && state.drag) {
@@ -240,8 +246,8 @@ export function makeTools({ stage, data, changed }) {
   function on(phase, raw, event) {
     const point = stage.inside(raw);
     state.pointer = phase === "leave" ? null : point;
-    state.lost = false;
-    if (phase === "pick" || data()?.readOnly) {
+    if (phase === "cancel") state.drag = null;
+    else if (phase === "pick" || data()?.readOnly) {
       const under = document.elementFromPoint(event.clientX, event.clientY)?.closest?.("[data-name]");
       if (phase === "pick") send(under ? { do: "select", kind: "object", name: under.dataset.name } : { do: "select", kind: "none" });
     } else if (state.tool === "mask") mask(phase, point, event);
@@ -267,7 +273,7 @@ export function makeTools({ stage, data, changed }) {
     return false;
   }
 
-  return { state, pick, target, take, drop, back, busy, found, edge, settle, refused, on, key, alter, pending };
+  return { state, pick, target, take, drop, back, busy, found, edge, settle, refused, resume, on, key, alter, pending };
 }
 
 const round = (number) => Math.round(number * 10) / 10;

@@ -10,6 +10,7 @@ export function startStage(host, { onTool }) {
   const stage = h("div", { class: "photo-stage", tabindex: "0", role: "application", "data-tool": "look" }, svg, corner);
   const view = { x: 0, y: 0, w: 1, h: 1, size: [1, 1] };
   let pan = null;
+  let held = false; // whether the pointer went down on the picture
   const scaled = new Set();
 
   function apply() {
@@ -73,6 +74,7 @@ export function startStage(host, { onTool }) {
   stage.addEventListener("contextmenu", (event) => event.preventDefault());
   stage.addEventListener("pointerdown", (event) => {
     if (event.target.closest(".photo-corner")) return;
+    held = true;
     stage.focus({ preventScroll: true });
     stage.setPointerCapture(event.pointerId);
     if (event.button === 1 || stage.dataset.tool === "look") {
@@ -92,16 +94,21 @@ export function startStage(host, { onTool }) {
     hold();
     apply();
   });
+  const letGo = () => {
+    [pan, held] = [null, false];
+    stage.classList.remove("panning");
+  };
+  stage.addEventListener("pointercancel", (event) => { letGo(); onTool("cancel", at(event), event); });
   stage.addEventListener("pointerup", (event) => {
+    if (!held) return;
     const still = pan && !pan.moved;
     const panned = pan;
-    pan = null;
-    stage.classList.remove("panning");
+    letGo();
     if (!panned) onTool("up", at(event), event);
     else if (still && event.button === 0) onTool("pick", at(event), event);
   });
   stage.addEventListener("pointerleave", (event) => { if (!pan) onTool("leave", at(event), event); });
-  stage.addEventListener("dblclick", (event) => onTool("double", at(event), event));
+  stage.addEventListener("dblclick", (event) => { if (!event.target.closest(".photo-corner")) onTool("double", at(event), event); });
 
   const press = (label, text, act) => h("button", { type: "button", title: label, "aria-label": label, onclick: act }, text);
   const large = (on) => {

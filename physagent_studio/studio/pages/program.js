@@ -6,9 +6,9 @@ import { on, send } from "./wire.js";
 const TAB = "  ";
 
 export function startProgram(host) {
-  let data = null, draft = null, drafted = "", applying = false, asked = false;
+  let data = null, draft = null, applying = false, asked = false;
   const gutter = h("div", { class: "gutter", "aria-hidden": "true" });
-  const area = h("textarea", { spellcheck: "false", "aria-label": "Program as YAML", wrap: "off", autocapitalize: "off" });
+  const area = h("textarea", { spellcheck: "false", "aria-label": "Program as YAML", wrap: "off", autocapitalize: "off", readOnly: true });
   const bar = h("div", { class: "row", style: "padding:8px 12px" });
   const list = h("div", { class: "problems" });
   host.append(bar, h("div", { class: "code" }, gutter, area), list);
@@ -18,13 +18,12 @@ export function startProgram(host) {
   area.oninput = () => {
     draft = area.value;
     sessionStorage.setItem(key(), draft);
-    sessionStorage.setItem(`${key()}.of`, (drafted = drafted || data.text));
     lines();
     tools();
   };
   area.onscroll = () => { gutter.scrollTop = area.scrollTop; };
   area.onkeydown = (event) => {
-    if (event.key === "Tab" && !event.shiftKey) {
+    if (event.key === "Tab" && !event.shiftKey && !area.readOnly) {
       event.preventDefault();
       area.setRangeText(TAB, area.selectionStart, area.selectionEnd, "end");
       area.oninput();
@@ -41,6 +40,7 @@ export function startProgram(host) {
   }
 
   function apply() {
+    if (!data) return;
     asked = applying = true;
     send({ do: "text", text: area.value, apply: true });
   }
@@ -48,8 +48,7 @@ export function startProgram(host) {
   function forget() {
     applying = false;
     draft = null;
-    drafted = "";
-    if (data && data.session) { sessionStorage.removeItem(key()); sessionStorage.removeItem(`${key()}.of`); }
+    if (data && data.session) sessionStorage.removeItem(key());
   }
 
   function lines() {
@@ -88,7 +87,6 @@ export function startProgram(host) {
     data = next;
     if (other) {
       draft = sessionStorage.getItem(key());
-      drafted = sessionStorage.getItem(`${key()}.of`) || "";
       area.value = draft !== null ? draft : data.text;
     } else if (draft === null || draft === data.text) {
       forget();

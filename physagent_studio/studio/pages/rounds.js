@@ -12,13 +12,13 @@ const MARK = { ok: "✓", failed: "✕", open: "…" };
 
 export function startRounds(host, showPlots, showPhoto) {
   let data = null;
-  let overruling = false;
+  let overruling = ""; // the round whose verdict is being overruled
   let words = "";
   const settled = new Set(); // what was found by words and is right
 
   const show = () => data && draw(host, page());
   const focus = () => setTimeout(() => host.querySelector("[data-focus]")?.focus(), 0);
-  const toggle = () => { overruling = !overruling; words = ""; show(); focus(); };
+  const toggle = () => { overruling = overruling === data.shown.id ? "" : data.shown.id; words = ""; show(); focus(); };
   const byHand = makeByHand();
   const checklist = makeChecklist(show, focus);
   const proposal = makeProposal(show, focus);
@@ -82,11 +82,11 @@ export function startRounds(host, showPlots, showPhoto) {
     return h("div", { style: "margin-top:14px" },
       h("div", { class: "row" },
         h("span", { class: "title grow" }, said),
-        data.readOnly ? null : h("button", { class: "link", type: "button", "aria-expanded": String(overruling), onclick: toggle }, "Overrule")),
+        data.readOnly ? null : h("button", { class: "link", type: "button", "aria-expanded": String(overruling === shown.id), onclick: toggle }, "Overrule")),
       data.proposal ? h("button", { class: "link", type: "button", onclick: () => host.querySelector("[aria-label=Proposal]")?.scrollIntoView({ block: "start" }) }, "See the proposed repair ↓") : null,
       shown.override ? h("p", { class: "muted" }, `Your verdict: ${SAYS[shown.stage][Number(shown.override.passed)]}${shown.override.words ? ` (“${shown.override.words}”)` : ""}. The checks said: ${SAYS[shown.stage][Number(shown.machine)]}.`) : null,
       shown.contradiction ? h("div", { class: "strip warn", style: "margin-top:6px" }, h("b", {}, "Verdict and measurement disagree. "), shown.contradiction) : null,
-      overruling && !data.readOnly ? h("div", { class: "stack card", style: "margin-top:8px" },
+      overruling === shown.id && !data.readOnly ? h("div", { class: "stack card", style: "margin-top:8px" },
         h("p", { class: "muted" }, "Your verdict is kept beside the measured one."),
         h("textarea", { rows: 2, placeholder: "Why? (optional)", "data-focus": true, "aria-label": "Your reason", oninput: (e) => (words = e.target.value) }),
         h("div", { class: "row" },

@@ -76,7 +76,6 @@ export function startTimeline(host) {
 
   function lanes() {
     if (!data) return;
-    if (!drag || !drag.one) stack();
     const height = Math.max(tops[tops.length - 1], TOP + LANE) + 6;
     svg.setAttribute("height", height);
     svg.style.width = `${gutter() + width() + 18}px`;
@@ -253,11 +252,17 @@ export function startTimeline(host) {
     lanes();
   }
 
-  // What was dropped is drawn until the server has the same, or says no.
+  // What was dropped is drawn until the server has the same, or says no. What is still under the
+  // pointer may have been changed meanwhile, or be gone.
   function settle() {
-    if (!drag || drag.what !== "waiting") return;
+    if (!drag || !drag.id) return;
     const now = data.lanes.flatMap((lane) => lane.actions).find((one) => one.id === drag.id);
-    if (!now || (now.start === drag.start && now.duration === drag.duration)) drag = null;
+    if (drag.what === "waiting") {
+      if (!now || (now.start === drag.start && now.duration === drag.duration)) drag = null;
+    } else if (!now || data.readOnly) {
+      [drag, tip] = [null, null];
+      endAttempt();
+    } else drag.one = now;
   }
 
   function keys(event, drawn) {
@@ -276,6 +281,7 @@ export function startTimeline(host) {
 
   // Zooming keeps what is under the pointer, or the playhead, where it is.
   function zoomBy(factor, clientX) {
+    if (!data) return;
     const edge = box.getBoundingClientRect().left;
     const at = clientX === undefined ? (head ? head.step : 0) : step(clientX);
     const held = clientX === undefined ? x(at) - box.scrollLeft : clientX - edge;
@@ -303,6 +309,7 @@ export function startTimeline(host) {
   on("timeline", (next) => {
     data = next;
     settle();
+    stack();
     transport();
     lanes();
   });

@@ -23,12 +23,17 @@ def state_of(snapshot: Snapshot) -> dict[str, Any]:
     case, scene = snapshot.case, snapshot.scene
     image = None if case is None else case.image
     if image is None:
-        return {"image": None, "prompt": snapshot.program.event.prompt}
+        return {
+            "session": snapshot.session_id,
+            "image": None,
+            "prompt": snapshot.program.event.prompt,
+        }
     assert case is not None
     state = snapshot.program.scene
     camera = state.camera
     masks = {} if scene is None else scene.masks
     return {
+        "session": snapshot.session_id,
         "image": f"/photo/{case.image_hash}.jpg",
         "size": [image.shape[1], image.shape[0]],
         "prompt": snapshot.program.event.prompt or case.prompt,

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.masks import BoolArray, Pixel, bounds
+from physagent_studio.reconstruction.values import lengths
 
 ANGLES = 120
 RADII = 72
@@ -26,6 +27,8 @@ CLOSED = (0, 22, 34, 44)
 """How many of the innermost radii are closed off."""
 
 _ANGLE = np.arange(ANGLES) * 2 * np.pi / ANGLES
+_ACROSS = np.array([-1.0, -2.2, 1.0, 2.2])[:, None, None]
+"""Where the colours inside and outside of an outline are looked up, pixels along its normal."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -96,6 +99,7 @@ def _beyond(lab: NDArray[np.float32], mask: BoolArray, outside: Sequence[Pixel])
     jobs: list[_Job] = []
     x0, y0, x1, y1 = bounds(mask)
     width, height = x1 - x0, y1 - y0
+    inner = cv2.erode(mask.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
     for dx, dy in ((0, -1), (0, 1), (-1, 0), (1, 0)):
         for share in (0.45, 0.9):
             grown_x, grown_y = abs(dx) * share * width, abs(dy) * share * height
@@ -105,19 +109,22 @@ def _beyond(lab: NDArray[np.float32], mask: BoolArray, outside: Sequence[Pixel])
             axes = (half[0] / mean, half[1] / mean)
             radii = np.geomspace(max(0.3 * mean, 2.5), max(1.6 * mean, 6), RADII)
             polar = _polar(lab, centre, axes, radii, outside)
-            _include(polar, mask, (dx, dy))
+            _include(polar, inner, (x0, y0, x1, y1), (dx, dy))
             jobs.append(_Job(polar, 2, 0))
     return jobs
 
 
-def _include(polar: _Polar, mask: BoolArray, side: tuple[int, int]) -> None:
-    """Close the radii inside a mask, and just past it on one side."""
-    rows, columns = mask.shape
+def _include(
+    polar: _Polar, inner: BoolArray, box: tuple[int, int, int, int], side: tuple[int, int]
+) -> None:
+    """Close the radii inside a mask, and just past it on one side.
+
+    inner: (H, W) the mask without its rim. box: (x0, y0, x1, y1) of the mask.
+    """
+    rows, columns = inner.shape
     x = np.clip(polar.x.astype(int), 0, columns - 1)
     y = np.clip(polar.y.astype(int), 0, rows - 1)
-    solid = mask.astype(np.uint8)
-    inner = cv2.erode(solid, np.ones((5, 5), np.uint8)).astype(bool)
-    x0, y0, x1, y1 = bounds(mask)
+    x0, y0, x1, y1 = box
     margin = max(3, round(0.12 * (y1 - y0 if side[1] else x1 - x0)))
     closed = inner[y, x]
     facing = np.cos(_ANGLE) * side[0] + np.sin(_ANGLE) * side[1] > 0.8
@@ -147,20 +154,19 @@ def _polar(
     length = np.hypot(dx, dy)
     dx, dy = (dx / length)[:, None], (dy / length)[:, None]
 
-    def sample(out: float) -> NDArray[np.float32]:
-        at = (x + out * dx).astype(np.float32), (y + out * dy).astype(np.float32)
-        found = cv2.remap(lab, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        return found.astype(np.float32)
-
-    step = sample(-1.0) + sample(-2.2) - sample(1.0) - sample(2.2)
-    cost = np.exp(-np.linalg.norm(step, axis=2) / 32.0).astype(np.float64)
+    # All four samples of a ray are taken at once.
+    at_x = (x + _ACROSS * dx).astype(np.float32).reshape(-1, RADII)
+    at_y = (y + _ACROSS * dy).astype(np.float32).reshape(-1, RADII)
+    found = cv2.remap(lab, at_x, at_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    inner, within, outer, beyond = np.asarray(found, np.float32).reshape(4, ANGLES, RADII, 3)
+    cost = np.exp(-lengths(inner + within - outer - beyond) / 32.0).astype(np.float64)
     cost[(x < 1) | (x > columns - 2) | (y < 1) | (y > rows - 2)] = 1.0
     for px, py in outside:
         u, v = (px - centre[0]) / axes[0], (py - centre[1]) / axes[1]
         angle = round(float(np.arctan2(v, u)) / (2 * np.pi) * ANGLES)
-        beyond = int(np.searchsorted(radii, np.hypot(u, v) * 0.9))
+        past = int(np.searchsorted(radii, np.hypot(u, v) * 0.9))
         # The contour passes before a point that lies outside the object.
-        cost[np.arange(angle - 3, angle + 4) % ANGLES, beyond:] = 5.0
+        cost[np.arange(angle - 3, angle + 4) % ANGLES, past:] = 5.0
     return _Polar(x, y, cost)
 
 
@@ -169,9 +175,9 @@ def _outlines(jobs: Sequence[_Job], shape: tuple[int, ...]) -> list[BoolArray]:
     paths = np.zeros((len(jobs), ANGLES), np.int64)
     for stiffness in sorted({job.stiffness for job in jobs}):
         some = [k for k, job in enumerate(jobs) if job.stiffness == stiffness]
-        cost = np.stack([jobs[k].polar.cost for k in some])
-        for row, k in zip(cost, some, strict=True):
-            row[:, : jobs[k].closed] = 3.0
+        cost = np.stack([jobs[k].polar.cost for k in some], axis=1)
+        for n, k in enumerate(some):
+            cost[:, n, : jobs[k].closed] = 3.0
         first = _best_paths(cost, stiffness, None)[:, 0]
         paths[some] = _best_paths(cost, stiffness, first)
     return [_filled(job.polar, path, shape) for job, path in zip(jobs, paths, strict=True)]
@@ -188,32 +194,47 @@ def _filled(polar: _Polar, path: NDArray[np.int64], shape: tuple[int, ...]) -> B
 def _best_paths(
     cost: NDArray[np.float64], stiffness: int, start: NDArray[np.int64] | None
 ) -> NDArray[np.int64]:
-    """Radius index per angle of the least costly path through each (N, ANGLES, RADII) cost.
+    """Radius index per angle of the least costly path through each (ANGLES, N, RADII) cost; (N,
+    ANGLES).
 
     Closed ones if the radii (N,) are given at which they start.
     """
-    count = np.arange(len(cost))
-    total = cost[:, 0].copy()
-    if start is not None:
-        total[:] = np.inf
-        total[count, start] = cost[count, 0, start]
-    padded = np.full((len(cost), RADII + 2 * stiffness), np.inf)
-    back = np.zeros((ANGLES, len(cost), RADII), np.int8)
-    for angle in range(1, ANGLES):
-        padded[:, stiffness:-stiffness] = total
-        best = padded[:, 2 * stiffness :] + 0.04 * stiffness
-        for shift in range(1 - stiffness, stiffness + 1):
-            other = padded[:, stiffness - shift : stiffness - shift + RADII] + 0.04 * abs(shift)
-            less = other < best
-            back[angle][less] = shift + stiffness
-            best = np.minimum(best, other)
-        total = cost[:, angle] + best
-    path = np.zeros((len(cost), ANGLES), np.int64)
+    many = np.arange(cost.shape[1])
+    total = _totals(cost, stiffness, start)
+    last = total[-1, :, stiffness:-stiffness]
     if start is not None:
         away = np.abs(np.arange(RADII)[None] - start[:, None])
-        total = np.where(away <= stiffness, total, np.inf)
-    path[:, -1] = total.argmin(1)
+        last = np.where(away <= stiffness, last, np.inf)
+    path = np.zeros((len(many), ANGLES), np.int64)
+    path[:, -1] = at = last.argmin(1)
+    # Radii from which one is reached, the farthest first: where two are as good, it is taken.
+    before = np.arange(2 * stiffness, -1, -1)
+    bend = 0.04 * np.abs(before - stiffness)
     for angle in range(ANGLES - 1, 0, -1):
-        at = path[:, angle]
-        path[:, angle - 1] = at - (back[angle, count, at].astype(np.int64) - stiffness)
+        come = total[angle - 1][many[:, None], at[:, None] + before] + bend
+        at = at + stiffness - come.argmin(1)
+        path[:, angle - 1] = at
     return path
+
+
+def _totals(
+    cost: NDArray[np.float64], stiffness: int, start: NDArray[np.int64] | None
+) -> NDArray[np.float64]:
+    """(ANGLES, N, RADII + 2 stiffness) what the best way to each radius costs, padded with inf."""
+    count = cost.shape[1]
+    total = np.full((ANGLES, count, RADII + 2 * stiffness), np.inf)
+    inner = total[:, :, stiffness:-stiffness]
+    if start is None:
+        inner[0] = cost[0]
+    else:
+        every = np.arange(count)
+        inner[0, every, start] = cost[0, every, start]
+    best, other = np.empty((count, RADII)), np.empty((count, RADII))
+    for angle in range(1, ANGLES):
+        before = total[angle - 1]
+        np.add(before[:, :RADII], 0.04 * stiffness, out=best)
+        for shift in range(1, 2 * stiffness + 1):
+            bend = 0.04 * abs(shift - stiffness)
+            np.minimum(best, np.add(before[:, shift : shift + RADII], bend, out=other), out=best)
+        np.add(cost[angle], best, out=inner[angle])
+    return total

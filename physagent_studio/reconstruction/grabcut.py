@@ -53,13 +53,22 @@ def _inside(labels: NDArray[np.uint8]) -> BoolArray:
     return (labels == cv2.GC_FGD) | (labels == cv2.GC_PR_FGD)
 
 
-def side_by_side(work: Callable[[Item], Made], items: Sequence[Item]) -> list[Made]:
+def side_by_side(
+    work: Callable[[Item], Made],
+    items: Sequence[Item],
+    cost: Callable[[Item], float] | None = None,
+) -> list[Made]:
     """What `work` makes of each item, in their order; two at a time.
 
+    cost: how dear an item is; the dearest are begun first, so that none is waited for alone.
     Cuts run outside of Python, and each seeds the generator of its own thread.
     """
+    order = range(len(items))
+    if cost is not None:
+        order = sorted(order, key=lambda k: -cost(items[k]))
     with ThreadPoolExecutor(2) as pool:
-        return list(pool.map(work, items))
+        made = {k: pool.submit(work, items[k]) for k in order}
+        return [made[k].result() for k in range(len(items))]
 
 
 def likelihood_ratio(lab: NDArray[np.float32], inside: BoolArray, outside: BoolArray) -> NDArray:
@@ -124,7 +133,11 @@ def at_scales(
         mask = _in_window(image, lab, box, radius, inside, outside, by_colour)
         return Window(mask, box) if mask is not None and np.count_nonzero(mask) >= 30 else None
 
-    return [window for window in side_by_side(guess, guesses) if window is not None]
+    def size(one: tuple[float, tuple[float, float, float]]) -> float:
+        share, (reach_x, up, down) = one
+        return share**2 * reach_x * (up + down)
+
+    return [window for window in side_by_side(guess, guesses, size) if window is not None]
 
 
 def _in_window(

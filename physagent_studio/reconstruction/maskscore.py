@@ -23,6 +23,7 @@ from physagent_studio.reconstruction.masks import (
     grow,
     outline_length,
 )
+from physagent_studio.reconstruction.values import lengths, median, percentile
 
 FloatArray = NDArray[np.float64]
 _SQUARE = np.ones((3, 3), np.uint8)
@@ -63,13 +64,18 @@ class Draft:
 
 
 class Scorer:
-    """Scores drafts of one object on one picture; what a draft shows by itself is kept."""
+    """Scores drafts of one object on one picture; what was found of a draft is kept."""
 
     def __init__(self, lab: NDArray[np.float32], inside: Sequence[Pixel]) -> None:
         self.lab = lab
         self.inside = inside
         self.palette = _palette(lab)
         self.known: dict[int, tuple[Draft, dict[str, float]]] = {}
+        self.shared = _Shared()
+
+    def likeness(self, drafts: Sequence[Draft]) -> FloatArray:
+        """(N, N) IoU of any two drafts."""
+        return _iou_of(self.shared.of(drafts))
 
     def scores(self, drafts: Sequence[Draft]) -> FloatArray:
         """(N,) estimated IoU of each draft with the object, 0 … 1."""
@@ -81,7 +87,7 @@ class Scorer:
         out = np.zeros((len(drafts), len(WEIGHTS)))
         if not drafts:
             return out
-        shared = _shared(drafts)
+        shared = self.shared.of(drafts)
         area = np.diag(shared).astype(float)
         alike = _iou_of(shared)
         family = np.array([draft.family for draft in drafts])
@@ -129,22 +135,52 @@ class Scorer:
         return self.known[id(draft)][1]
 
 
+class _Shared:
+    """How many pixels any two drafts share; what was counted once is kept."""
+
+    def __init__(self) -> None:
+        self.drafts: dict[int, tuple[int, Draft]] = {}
+        self.packed: list[NDArray[np.uint64]] = []
+        self.counts = np.zeros((0, 0), np.int64)
+
+    def of(self, drafts: Sequence[Draft]) -> NDArray[np.int64]:
+        """(N, N) number of pixels that two of so many drafts share."""
+        before = len(self.packed)
+        for draft in drafts:
+            if id(draft) not in self.drafts:
+                # The draft is kept, so that its id stays its own.
+                self.drafts[id(draft)] = (len(self.packed), draft)
+                self.packed.append(_packed(draft.mask))
+        if len(self.packed) > before:
+            self._count(before)
+        index = np.array([self.drafts[id(draft)][0] for draft in drafts], np.int64)
+        return self.counts[np.ix_(index, index)]
+
+    def _count(self, before: int) -> None:
+        """Counts what the drafts from number `before` on share with all."""
+        every = np.stack(self.packed)
+        rows = [np.bitwise_count(row & every).sum(1, dtype=np.int64) for row in every[before:]]
+        counts = np.zeros((len(every), len(every)), np.int64)
+        counts[:before, :before] = self.counts
+        counts[before:] = rows
+        counts[:, before:] = counts[before:].T
+        self.counts = counts
+
+
+def _packed(mask: BoolArray) -> NDArray[np.uint64]:
+    """A mask's pixels as bits."""
+    bits = np.packbits(mask.ravel())
+    return np.pad(bits, (0, -len(bits) % 8)).view(np.uint64)
+
+
 def likeness(drafts: Sequence[Draft]) -> FloatArray:
     """(N, N) IoU of any two drafts."""
-    return _iou_of(_shared(drafts))
+    return _iou_of(_Shared().of(drafts))
 
 
 def _iou_of(shared: NDArray[np.int64]) -> FloatArray:
     area = np.diag(shared).astype(float)
     return shared / np.maximum(area[:, None] + area[None] - shared, 1)
-
-
-def _shared(drafts: Sequence[Draft]) -> NDArray[np.int64]:
-    """(N, N) number of pixels that two drafts share."""
-    packed = np.packbits(np.stack([draft.mask.ravel() for draft in drafts]), axis=1)
-    packed = np.pad(packed, ((0, 0), (0, -packed.shape[1] % 8))).view(np.uint64)
-    rows = [np.bitwise_count(row & packed).sum(1, dtype=np.int64) for row in packed]
-    return np.stack(rows)
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,23 +235,25 @@ def outline_contrast(lab: NDArray[np.float32], mask: BoolArray) -> tuple[float, 
     outer &= ~cv2.dilate(solid, _SQUARE).astype(bool)
     if np.count_nonzero(inner) < 8 or np.count_nonzero(outer) < 8:
         return 0.0, 0.0
-    inside, some_inside = _local_mean(lab, inner)
-    beyond, some_beyond = _local_mean(lab, outer)
-    rim = mask & ~cv2.erode(solid, _SQUARE).astype(bool)
+    within, beyond = (_sums_about(lab, region) for region in (inner, outer))
+    rim = mask & ~core
     rim[:2] = rim[-2:] = False
     rim[:, :2] = rim[:, -2:] = False
-    rim &= some_inside & some_beyond
+    rim &= (within[1] > 0) & (beyond[1] > 0)
     if np.count_nonzero(rim) < 8:
         return 0.0, 0.0
-    step = np.linalg.norm(inside - beyond, axis=2)[rim]
-    return float(np.median(step)), float(np.percentile(step, 20))
+    inside, outside = (total[rim] / count[rim][:, None] for total, count in (within, beyond))
+    step = np.sort(lengths(inside - outside))
+    return median(step), percentile(step, 20)
 
 
-def _local_mean(lab: NDArray[np.float32], region: BoolArray) -> tuple[NDArray, BoolArray]:
+def _sums_about(lab: NDArray[np.float32], region: BoolArray) -> tuple[NDArray, NDArray]:
+    """Sum (H, W, 3) of the colours of a region near each pixel, and how many (H, W) they are."""
     weight = region.astype(np.float32)
     count = cv2.boxFilter(weight, -1, (9, 9), normalize=False)
-    total = cv2.boxFilter(lab * weight[..., None], -1, (9, 9), normalize=False)
-    return total / np.maximum(count, 1)[..., None], np.asarray(count > 0)
+    own = cv2.copyTo(lab, region.view(np.uint8))
+    total = cv2.boxFilter(own, -1, (9, 9), normalize=False)
+    return np.asarray(total), np.asarray(count)
 
 
 def window_share(mask: BoolArray, box: tuple[int, int, int, int]) -> float:

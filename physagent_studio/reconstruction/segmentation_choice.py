@@ -7,7 +7,7 @@ all likely, each is there, instead of four readings of the likeliest.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,14 +28,19 @@ ALIKE = 0.8
 """IoU from which drafts vote with one another."""
 
 
-def agreed(ranked: Sequence[Scored], lab: NDArray[np.float32]) -> list[Scored]:
+def agreed(
+    ranked: Sequence[Scored],
+    lab: NDArray[np.float32],
+    alike: Callable[[Sequence[Draft]], NDArray[np.float64]] = likeness,
+) -> list[Scored]:
     """Up to four drafts that differ, the best first, each the vote of those that are like it.
 
-    Where methods agree, other readings of the first are offered (lab (H, W, 3)).
+    Where methods agree, other readings of the first are offered (lab (H, W, 3)). alike: gives the
+    IoU (N, N) of any two drafts.
     """
     if not ranked:
         return []
-    like = likeness([draft for draft, _ in ranked])
+    like = alike([draft for draft, _ in ranked])
     scores = np.array([value for _, value in ranked])
     out: list[Scored] = []
     voted: list[int] = []

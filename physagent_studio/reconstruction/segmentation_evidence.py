@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from physagent_studio.reconstruction.masks import BoolArray, bounds, disc, grow
+from physagent_studio.reconstruction.values import lengths, median, percentile
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -193,7 +194,7 @@ def outline_of(patch: Patch, here: Surroundings) -> Outline:
     steps = here.strongest[patch.window]
     reach = float(cv2.distanceTransform(np.pad(inside, 1), cv2.DIST_L2, 3).max())
     count = int(np.count_nonzero(touching))
-    sharp = float(np.percentile(steps[free], 20)) if free.any() else 0.0
+    sharp = percentile(np.sort(steps[free]), 20) if free.any() else 0.0
     return Outline(
         count / max(1, int(np.count_nonzero(ring))),
         float(np.log(count / (2 * reach) + 0.2)),
@@ -214,8 +215,8 @@ def colours_of(patch: Patch, here: Surroundings) -> Colours:
     bins, lab = here.bin_of[patch.window], here.lab[patch.window]
     elsewhere = np.maximum(here.others - here.counts(here.bin_of[patch.rows, patch.columns]), 0)
     elsewhere /= max(float(elsewhere.sum()), 1.0)
-    middle = np.median(lab[core], axis=0)
-    around = np.median(lab[beside], axis=0) if beside.any() else middle
+    middle = _middle(lab[core])
+    around = _middle(lab[beside]) if beside.any() else middle
     return Colours(
         float(np.log(here.own[bins[core]] + RARE).mean()),
         float(np.log(elsewhere[bins[core]] + RARE).mean()),
@@ -224,6 +225,11 @@ def colours_of(patch: Patch, here: Surroundings) -> Colours:
         float(np.hypot(*(middle - around)[1:])),
         float(here.ground[patch.window][beside].mean()) if beside.any() else 0.0,
     )
+
+
+def _middle(colours: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(3,) the median of colours (N, 3)."""
+    return np.array([median(np.sort(each)) for each in colours.T], np.float32)
 
 
 def lowness(patch: Patch, here: Surroundings) -> float:
@@ -243,7 +249,7 @@ def symmetry(patch: Patch, here: Surroundings) -> float:
         return 0.0
     rows, columns = patch.rows[held], across[held]
     own = here.lab[rows, patch.columns[held]]
-    like = np.linalg.norm(here.lab[rows, columns] - own, axis=1) < LIKE
+    like = lengths(here.lab[rows, columns] - own) < LIKE
     twin = like.mean() if here.about[rows, columns].mean() > 0.3 else 0.0
     mirrored = (here.mask[rows, columns] & like).mean()
     return float(max(mirrored, patch.region[rows, columns].mean(), twin))

@@ -15,6 +15,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.reconstruction.values import lengths
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 FAINT = 2.5
@@ -65,7 +67,7 @@ def _without_lines(labels: IntArray, lab: NDArray[np.float32]) -> IntArray:
         chosen = out[rows, columns]
         for dy, dx in ((0, 1), (1, 0), (1, 2), (2, 1), (0, 0), (0, 2), (2, 0), (2, 2)):
             other = known[rows + dy, columns + dx]
-            unlike = np.linalg.norm(colours[rows + dy, columns + dx] - lab[rows, columns], axis=1)
+            unlike = lengths(colours[rows + dy, columns + dx] - lab[rows, columns])
             better = (other > 0) & (unlike < least)
             least[better], chosen[better] = unlike[better], other[better]
         out[rows, columns] = chosen
@@ -122,7 +124,7 @@ class _Graph:
     def unlike(self) -> FloatArray:
         """(E,) how unlike the two patches of each pair are; less if one of them is small."""
         mean = self.colour / self.area[:, None]
-        far = np.linalg.norm((mean[self.first] - mean[self.second]) * TINT, axis=1)
+        far = lengths((mean[self.first] - mean[self.second]) * TINT)
         small = np.minimum(self.area[self.first], self.area[self.second])
         weight = np.minimum(1.0, 0.5 * np.sqrt(small / SMALL) + 0.25)
         return 0.5 * (self.step / self.length + far) * weight

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.masks import BoolArray, bounds, grow, holding, shrink, smooth
 from physagent_studio.reconstruction.maskscore import Draft
+from physagent_studio.reconstruction.values import lengths
 
 VARIANT = "variant"
 """Family of drafts whose outline is meant to stay beside the picture's edges."""
@@ -52,7 +53,7 @@ def shadow_of(lab: NDArray[np.float32], mask: BoolArray) -> BoolArray:
     if np.count_nonzero(near) < 20:
         return np.zeros_like(mask)
     ground = np.percentile(lab[near], 70, axis=0)
-    tint = np.linalg.norm(lab[..., 1:] - ground[1:], axis=2)
+    tint = lengths(lab[..., 1:] - ground[1:])
     dark = near & (lab[..., 0] < ground[0] - DARKER) & (tint < SAME_TINT)
     return _touching(smooth(dark), mask)
 
@@ -72,8 +73,8 @@ def reflection_of(lab: NDArray[np.float32], mask: BoolArray) -> BoolArray:
     if np.count_nonzero(side) < 20 or not flipped.any():
         return np.zeros_like(mask)
     ground = np.median(lab[side], axis=0)
-    own = np.linalg.norm(lab[..., 1:] - image[..., 1:], axis=2)
-    other = np.linalg.norm(lab[..., 1:] - ground[1:], axis=2)
+    own = lengths(lab[..., 1:] - image[..., 1:])
+    other = lengths(lab[..., 1:] - ground[1:])
     return _touching(smooth(flipped & (own < 0.6 * other) & (other > 6)), mask)
 
 

@@ -15,6 +15,7 @@ from physagent_studio.reconstruction.corners import corners
 from physagent_studio.reconstruction.lines import Segments
 from physagent_studio.reconstruction.masks import BoolArray
 from physagent_studio.reconstruction.meshes import ramp_corners
+from physagent_studio.reconstruction.onward import onward
 from physagent_studio.records.case import Image
 
 FloatArray = NDArray[np.float64]
@@ -29,6 +30,8 @@ SEEN = 12.0
 """Difference in colour across an edge that counts as seen, grey levels."""
 MOSTLY = 0.6
 """Share of its visible part over which an edge has to be seen."""
+TWIN = 1.5
+"""Distance of two lines that are one, pixels."""
 ALIKE = 45.0
 """Largest difference in colour on either side of two pieces of one line, grey levels."""
 
@@ -36,7 +39,8 @@ ALIKE = 45.0
 def lines_through(photo: Image, hole: BoolArray, found: Segments) -> FloatArray:
     """Lines (N, 2, 2), pixels, that join two edges of the picture across the hole (H, W).
 
-    Edges that go on straight are joined first, then those that meet in a corner.
+    Edges that go on straight are joined first, then those found again where they come out, then
+    those that meet in a corner.
     """
     ends, ways = _heading_in(hole, found)
     if len(ends) < 2:
@@ -58,10 +62,34 @@ def lines_through(photo: Image, hole: BoolArray, found: Segments) -> FloatArray:
         if i not in taken and j not in taken:
             taken |= {i, j}
             out.append((ends[i], ends[j]))
-    long = _lengths(ends, found) > LONG * max(hole.shape)
+    lengths = _lengths(ends, found)
+    rest = np.array([k for k in range(len(ends)) if k not in taken], int)
+    straight = onward(photo, ends[rest], ways[rest], lengths[rest], hole)
+    goes_on = (ends[:, None] == straight[None, :, 0]).all(-1).any(1)
+    long = (lengths > LONG * max(hole.shape)) & ~goes_on
     free = [k for k in np.flatnonzero(long).tolist() if k not in taken]
     bent = corners(ends, ways, colours, free, hole, found)
-    return np.concatenate([np.array(out).reshape(-1, 2, 2), bent])
+    return np.concatenate([np.array(out).reshape(-1, 2, 2), straight, bent])
+
+
+def each_once(lines: FloatArray) -> FloatArray:
+    """Lines (N, 2, 2), pixels, without those that run along an earlier one."""
+    out: list[FloatArray] = []
+    for line in lines:
+        middle = line.mean(0)
+        if not any(_along(other, line) and _along(other, middle[None]) for other in out):
+            out.append(line)
+    return np.array(out).reshape(-1, 2, 2)
+
+
+def _along(line: FloatArray, spots: FloatArray) -> bool:
+    """Whether spots (N, 2) lie on a line (2, 2)."""
+    way = (line[1] - line[0]) / max(float(np.linalg.norm(line[1] - line[0])), 1e-9)
+    off = spots - line[0]
+    along = off @ way
+    aside = np.abs(off[:, 0] * way[1] - off[:, 1] * way[0])
+    inside = (along > -TWIN) & (along < np.linalg.norm(line[1] - line[0]) + TWIN)
+    return bool((inside & (aside < TWIN)).all())
 
 
 def ways_into(hole: BoolArray, found: Segments, most: int = 8) -> FloatArray:

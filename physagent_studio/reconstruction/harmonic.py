@@ -9,9 +9,9 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from physagent_studio.reconstruction.masks import BoolArray
+from physagent_studio.reconstruction.structure import Structure
 
 FloatImage = NDArray[np.float32]
-FloatArray = NDArray[np.float64]
 ACROSS_ROWS = 3.0
 """How much farther a pixel above or below is than one beside."""
 ROW_MEAN = 1.2
@@ -30,13 +30,13 @@ def reduced(
     return (colour / np.maximum(some, 1e-3)[..., None]).astype(np.float32), np.asarray(some < 0.99)
 
 
-def nearest_along(image: FloatImage, hole: BoolArray, lines: FloatArray) -> FloatImage:
-    """A sharp fill (H, W, C): the nearest known pixel that no line (N, 2, 2), pixels, cuts off.
+def nearest_along(image: FloatImage, hole: BoolArray, structure: Structure) -> FloatImage:
+    """A sharp fill (H, W, C): the nearest known pixel that nothing known cuts off.
 
     Pixels of the same row are nearer than those above and below, for walls, floors and tables
     run across pictures.
     """
-    right, below = crossed(hole.shape, lines)
+    right, below = structure.crossed(hole.shape)
     cost = {1: 1 + OVER_LINE * right, 0: ACROSS_ROWS + OVER_LINE * below}
     far = np.where(hole, np.inf, 0.0)
     source = np.arange(hole.size).reshape(hole.shape)
@@ -62,26 +62,6 @@ def nearest_along(image: FloatImage, hole: BoolArray, lines: FloatArray) -> Floa
     )
     guess = mean.reshape(-1, image.shape[2])[source]
     return np.where(hole[..., None], guess, image).astype(np.float32)
-
-
-def crossed(shape: tuple[int, ...], lines: FloatArray) -> tuple[BoolArray, BoolArray]:
-    """Which steps (H, W) to the right, and below, lead from one side of a line to the other.
-
-    lines: (N, 2, 2) pixels.
-    """
-    right, below = np.zeros(shape, bool), np.zeros(shape, bool)
-    rows, columns = np.indices(shape).astype(float)
-    spots = np.stack([columns + 0.5, rows + 0.5], -1)
-    for one, other in lines:
-        length = max(float(np.linalg.norm(other - one)), 1e-9)
-        way = (other - one) / length
-        off = (spots - one) @ np.array([-way[1], way[0]])
-        along = (spots - one) @ way
-        inside = (along > -2) & (along < length + 2)
-        for axis, over in ((1, right), (0, below)):
-            ahead = np.roll(off, -1, axis)
-            over |= (off * ahead <= 0) & inside & (np.abs(off - ahead) < 2)
-    return right, below
 
 
 def from_steps(

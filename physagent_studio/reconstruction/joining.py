@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.copies import rescaled
-from physagent_studio.reconstruction.harmonic import crossed, from_steps, reduced
+from physagent_studio.reconstruction.harmonic import from_steps, reduced
 from physagent_studio.reconstruction.masks import BoolArray, bounds, grow
+from physagent_studio.reconstruction.structure import Structure
 
 FloatImage = NDArray[np.float32]
 FloatArray = NDArray[np.float64]
@@ -97,12 +98,12 @@ def joined(
     label: NDArray[np.int64],
     copies: Sequence[FloatArray | None],
     smooth: FloatImage,
-    lines: FloatArray,
+    structure: Structure,
 ) -> FloatImage:
     """The pieces at full size, shifted in colour so that they meet the photo and one another.
 
-    smooth: (H, W, 3) what a copy that is None shows. lines: (N, 2, 2) pixels, edges at which
-    pieces do not have to meet.
+    smooth: (H, W, 3) what a copy that is None shows. structure: at which pieces do
+    not have to meet.
     """
     view = View.of(part, missing, barred, JOINING)
     hole = view.missing
@@ -110,7 +111,7 @@ def joined(
     small = [copy if copy is None else rescaled(copy, *view.ratio) for copy in copies]
     laid = _outlined(hole, view.barred, label, small)
     rough = _pasted(view.image, hole, laid, small, even)
-    edges = crossed(hole.shape, lines * view.ratio)
+    edges = structure.scaled(view.ratio).crossed(hole.shape)
     joined = _levelled(view.image, hole, laid, small, rough, even, edges)
     change = np.where(hole[..., None], joined - rough, 0).astype(np.float32)
     whole = _outlined(missing, barred, label, copies)

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from physagent_studio.records.case import Image
 
 FloatArray = NDArray[np.float64]
+HUES = 3.0
+"""By how much a* and b* are stretched before edges are looked for in them."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -35,7 +37,41 @@ class Segments:
 
 def segments(image: Image, shortest: float = 0.03) -> Segments:
     """Edges longer than `shortest` of the picture's diagonal, longest first."""
-    grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+    return _in_plane(image, cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), shortest)
+
+
+def with_hues(image: Image, found: Segments, shortest: float = 0.03) -> Segments:
+    """The same and the edges at which colour changes and lightness does not: wood before brick."""
+    lab = cv2.cvtColor(image, cv2.COLOR_RGB2LAB)
+    every = [found]
+    for hue in (lab[..., 1], lab[..., 2]):
+        plane = cv2.GaussianBlur((hue.astype(np.float32) - 128) * HUES + 128, (0, 0), 1.0)
+        new = _in_plane(image, np.clip(np.round(plane), 0, 255).astype(np.uint8), shortest)
+        known = np.concatenate([one.ends for one in every])
+        fresh = np.array([not _runs_along(edge, known) for edge in new.ends], bool)
+        every.append(new.only(fresh))
+    joint = [np.concatenate([getattr(one, name) for one in every]) for name in _FIELDS]
+    return Segments(*joint)
+
+
+_FIELDS = ("ends", "length", "angle", "contrast", "bend")
+
+
+def _runs_along(edge: FloatArray, known: FloatArray) -> bool:
+    """Whether one of the known edges (N, 2, 2) runs along most of an edge (2, 2)."""
+    if not len(known):
+        return False
+    way = known[:, 1] - known[:, 0]
+    length = np.maximum(np.linalg.norm(way, axis=1), 1e-9)
+    spots = edge[0] + np.array([0.2, 0.5, 0.8])[:, None] * (edge[1] - edge[0])
+    off = spots[:, None] - known[:, 0]
+    along = (off * way).sum(-1) / length
+    aside = np.abs(off[..., 0] * way[:, 1] - off[..., 1] * way[:, 0]) / length
+    return bool(((along > -3) & (along < length + 3) & (aside < 3)).all(0).any())
+
+
+def _in_plane(image: Image, grey: NDArray, shortest: float) -> Segments:
+    """Edges of one plane (H, W) uint8 of a picture."""
     found = cv2.createLineSegmentDetector().detect(grey)[0]
     ends = np.zeros((0, 2, 2)) if found is None else found.reshape(-1, 2, 2).astype(float)
     delta = ends[:, 1] - ends[:, 0]

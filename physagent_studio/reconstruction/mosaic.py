@@ -15,7 +15,8 @@ from physagent_studio.reconstruction.harmonic import nearest_along
 from physagent_studio.reconstruction.joining import View, blocked, joined, sources, taken
 from physagent_studio.reconstruction.masks import BoolArray, bounds, grow
 from physagent_studio.reconstruction.pieces import NEVER, Grid, choose
-from physagent_studio.reconstruction.smooth import sides, smooth_fill, straight
+from physagent_studio.reconstruction.smooth import smooth_fill
+from physagent_studio.reconstruction.structure import Structure
 
 FloatImage = NDArray[np.float32]
 FloatArray = NDArray[np.float64]
@@ -40,6 +41,8 @@ SOFT = 2.0
 BROAD = (0.25, 0.1)
 """How far around a place, along rows and across, the photo tells how rough it is, in extents of
 the hole."""
+LITTLE = 0.02
+"""Share of what is around a place that has to be on its side for it to be counted alone."""
 STRAY = 16.0
 """How far from that they may be at no cost on bare ground, grey levels of three colours."""
 PATTERN = 100.0
@@ -48,6 +51,10 @@ LEVEL, HUE = 2.0, 2.0
 """What a difference in brightness counts, and one in colour beyond it."""
 STRAYED = 80.0
 """The most that being farther off costs."""
+DETAIL = 1.2
+"""What detail counts that is finer than `SOFT` and clearer than the ground's own."""
+CLEARER, DETAILED = 4.0, 70.0
+"""From how many times the ground's own on, and the most that it costs."""
 GUESS = 1.0
 """What being farther off counts."""
 BEYOND = 60.0
@@ -68,29 +75,29 @@ def mosaic(
     part: FloatImage,
     missing: BoolArray,
     barred: BoolArray,
-    lines: FloatArray,
+    structure: Structure,
     ways: FloatArray,
     level: FloatArray | None,
     share: float = 1.0,
 ) -> FloatImage:
     """The picture (H, W, 3) with its hole (H, W) filled.
 
-    barred: (H, W) the hole and what else shall not be copied. lines: (N, 2, 2) pixels, edges that
-    go on behind the hole. ways: (N, 2) directions of edges that run into it. level: (3, 3) from
+    barred: (H, W) the hole and what else shall not be copied. structure: what is known
+    to go on behind the hole. ways: (N, 2) directions of edges that run into it. level: (3, 3) from
     pixels to a level plane, None for unknown. share: how much care it may take, 1 for a lone hole.
     """
     picture = View.of(part, missing, barred, FINDING)
-    guess = nearest_along(picture.image, picture.barred, lines * picture.ratio)
+    guess = nearest_along(picture.image, picture.barred, structure.scaled(picture.ratio))
     wide = cv2.resize(guess, missing.shape[::-1], interpolation=cv2.INTER_LINEAR)
     part = np.where(barred[..., None], wide, part).astype(np.float32)
-    copies = _candidates(picture, missing, lines, ways, level)
-    even = smooth_fill(part, missing, barred, lines)
+    copies = _candidates(picture, missing, structure, ways, level)
+    even = smooth_fill(part, missing, barred, structure)
     if not copies:
         return even
     fine = View.of(part, missing, barred, _fine(missing, share))
-    label, used = _laid(fine, even, lines, copies)
+    label, used = _laid(fine, even, structure, copies)
     chosen = [copies[k] if k < len(copies) else None for k in used]
-    return joined(part, missing, barred, label, chosen, even, lines)
+    return joined(part, missing, barred, label, chosen, even, structure)
 
 
 def _fine(missing: BoolArray, share: float) -> float:
@@ -101,7 +108,7 @@ def _fine(missing: BoolArray, share: float) -> float:
 def _candidates(
     view: View,
     missing: BoolArray,
-    lines: FloatArray,
+    structure: Structure,
     ways: FloatArray,
     level: FloatArray | None,
 ) -> list[FloatArray]:
@@ -115,12 +122,18 @@ def _candidates(
         found += level_shifts(view.image, view.missing, view.barred, small)
     out = [rescaled(copy, x, y) for copy in found]
     x0, y0, x1, y1 = bounds(missing)
-    along = [(other - one) / max(float(np.linalg.norm(other - one)), 1e-9) for one, other in lines]
-    for way in (*along, *ways, np.array([1.0, 0.0])):
+    for way in (*ways, np.array([1.0, 0.0])):
         reach = min((x1 - x0) / max(abs(way[0]), 1e-6), (y1 - y0) / max(abs(way[1]), 1e-6))
         out += [shift(*(sign * share * reach * way)) for sign in (1, -1) for share in SHARES]
+    for one, other in structure.lines[np.argsort(-_lengths(structure.lines), kind="stable")]:
+        out += [shift(*(sign * share * (other - one))) for sign in (1, -1) for share in SHARES]
     out += [np.array([[-1.0, 0, 2 * x], [0, 1, 0], [0, 0, 1]]) for x in (x0, x1)]
+    out = [turned for mark in structure.rounds for turned in mark.turns()] + out
     return _distinct(out, missing)
+
+
+def _lengths(lines: FloatArray) -> FloatArray:
+    return np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)
 
 
 def _distinct(copies: Sequence[FloatArray], missing: BoolArray) -> list[FloatArray]:
@@ -142,7 +155,7 @@ def _distinct(copies: Sequence[FloatArray], missing: BoolArray) -> list[FloatArr
 
 
 def _laid(
-    view: View, even: FloatImage, lines: FloatArray, copies: Sequence[FloatArray]
+    view: View, even: FloatImage, structure: Structure, copies: Sequence[FloatArray]
 ) -> tuple[NDArray[np.int64], list[int]]:
     """Which piece (h, w) lies where on a coarse grid, -1 outside, and the copies in use.
 
@@ -152,10 +165,12 @@ def _laid(
     rim = places & ~view.barred
     smooth = cv2.resize(even, places.shape[::-1], interpolation=cv2.INTER_AREA)
     smooth = np.where(view.barred[..., None], smooth, view.image).astype(np.float32)
-    expected = _Expected.of(view, smooth)
+    side = structure.scaled(view.ratio).clear(view.missing).sides(places.shape)
+    expected = _Expected.of(view, smooth, side)
     feature = _features(view.image)
     soft = cv2.GaussianBlur(smooth, (0, 0), SOFT)
-    side = sides(places.shape, straight(lines, view.missing, view.ratio) * view.ratio)
+    fine = np.where(view.barred, 0, np.abs(view.image - soft).sum(-1)).astype(np.float32)
+    lined = grow(np.any(structure.scaled(view.ratio).crossed(places.shape), axis=0), 2)
     rows, columns = np.nonzero(places)
     looks, prices = [], []
     for copy in copies:
@@ -164,6 +179,7 @@ def _laid(
         off = np.abs(shown - feature[places]).sum(-1) * STRICT
         x, y, _ = sources(own, columns, rows)
         price += expected.price(taken(np.asarray(soft, np.float32), x, y), places, view.missing)
+        price += expected.strange(taken(fine, x, y), places, view.missing & ~lined)
         price += np.where(rim[places], np.minimum(off, WRONG), 0)
         row = np.clip(np.round(y).astype(int), 0, side.shape[0] - 1)
         column = np.clip(np.round(x).astype(int), 0, side.shape[1] - 1)
@@ -195,12 +211,13 @@ class _Expected:
     rough: FloatImage
 
     @classmethod
-    def of(cls, view: View, smooth: FloatImage) -> Self:
+    def of(cls, view: View, smooth: FloatImage, side: NDArray[np.int64]) -> Self:
+        """side: (h, w) numbers of the parts into which the picture is divided."""
         soft = cv2.GaussianBlur(smooth, (0, 0), SOFT)
         broad = cv2.GaussianBlur(smooth, (0, 0), 3 * SOFT)
         fine = np.abs(view.image - soft).sum(-1)
         wide = np.abs(soft - broad).sum(-1)
-        rough, stray = (_around(_median(value), view) for value in (fine, wide))
+        rough, stray = (_around(_median(value), view, side) for value in (fine, wide))
         return cls(
             np.asarray(soft, np.float32),
             np.asarray(np.clip(STRAY + 2 * stray, 0, PATTERN), np.float32),
@@ -216,15 +233,38 @@ class _Expected:
         wrong = np.minimum(GUESS * np.maximum(wrong - self.stray[places], 0), STRAYED)
         return np.where(missing[places], wrong, 0).astype(np.float32)
 
+    def strange(self, fine: FloatImage, places: BoolArray, missing: BoolArray) -> FloatImage:
+        """(N,) what it costs to show so much detail (N,) at the places (h, w)."""
+        wrong = DETAIL * np.maximum(fine - CLEARER * self.rough[places] - STRAY, 0)
+        return np.where(missing[places], np.minimum(wrong, DETAILED), 0).astype(np.float32)
 
-def _around(values: FloatImage, view: View) -> FloatImage:
-    """Values (h, w) of the known part, in the hole their mean beside it, along rows above all."""
+
+def _around(values: FloatImage, view: View, side: NDArray[np.int64]) -> FloatImage:
+    """Values (h, w) of the known part, in the hole their mean beside it, along rows above all.
+
+    Of what lies on the same side (h, w) of all that divides the hole, where some of that is near.
+    """
     known = (~view.barred).astype(np.float32)
     x0, y0, x1, y1 = bounds(view.missing)
     across, down = (max(2.0, share * max(x1 - x0, y1 - y0)) for share in BROAD)
-    total = cv2.GaussianBlur(values * known, (0, 0), sigmaX=across, sigmaY=down)
-    count = cv2.GaussianBlur(known, (0, 0), sigmaX=across, sigmaY=down)
-    return np.asarray(total / np.maximum(count, 1e-4), np.float32)
+
+    def blurred(image: FloatImage) -> FloatImage:
+        out = cv2.GaussianBlur(image, (0, 0), sigmaX=across, sigmaY=down)
+        return np.asarray(out, np.float32)
+
+    total, count = blurred(values * known), blurred(known)
+    mean = total / np.maximum(count, 1e-4)
+    numbers = np.unique(side[view.missing])
+    if len(numbers) < 2:
+        return np.asarray(mean, np.float32)
+    out = mean.copy()
+    for number in numbers:
+        here = side == number
+        count = blurred(known * here)
+        own = blurred(values * known * here) / np.maximum(count, 1e-4)
+        share = np.clip(count / LITTLE, 0, 1)
+        out[here] = (share * own + (1 - share) * mean)[here]
+    return np.asarray(out, np.float32)
 
 
 def _median(values: FloatImage) -> FloatImage:

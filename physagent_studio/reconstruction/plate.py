@@ -16,14 +16,17 @@ from numpy.typing import NDArray
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Support
 from physagent_studio.reconstruction.copies import shift, to_level
-from physagent_studio.reconstruction.crossing import edges_of, lines_through, ways_into
+from physagent_studio.reconstruction.crossing import each_once, edges_of, lines_through, ways_into
 from physagent_studio.reconstruction.gloss import mirrored
+from physagent_studio.reconstruction.in_front import without_hidden
 from physagent_studio.reconstruction.islands import islands
 from physagent_studio.reconstruction.leftovers import leftovers
-from physagent_studio.reconstruction.lines import Segments
+from physagent_studio.reconstruction.lines import Segments, with_hues
 from physagent_studio.reconstruction.masks import BoolArray, bounds, grow
 from physagent_studio.reconstruction.mosaic import mosaic
+from physagent_studio.reconstruction.round_marks import RoundMark, round_marks
 from physagent_studio.reconstruction.shade import shaded
+from physagent_studio.reconstruction.structure import Structure
 from physagent_studio.reconstruction.surfaces import surfaces
 from physagent_studio.records.case import Image
 
@@ -59,10 +62,15 @@ def background(
     if camera is not None:
         lines = np.concatenate([lines, edges_of(photo, hole, camera, solid)])
     if found is not None and not hole.all():
+        found = with_hues(photo, found)
         # In shade edges are still seen, so that what runs behind the things themselves ends there.
         holes = (hole, hole_of(masks, hole.shape))
         lines = np.concatenate([lines, *(lines_through(photo, h, found) for h in holes)])
-    return fill(photo, hole, lines, camera, found)
+        lines = without_hidden(photo, holes[1], each_once(lines))
+    rounds: list[RoundMark] = []
+    if camera is not None and not hole.all():
+        rounds = round_marks(photo, hole_of(masks, hole.shape), to_level(camera))
+    return fill(photo, hole, lines, camera, found, rounds)
 
 
 def taken_out(
@@ -94,11 +102,13 @@ def fill(
     lines: FloatArray = NO_LINES,
     camera: Camera | None = None,
     found: Segments | None = None,
+    rounds: Sequence[RoundMark] = (),
 ) -> Image:
     """The photo (H, W, 3) with the hole (H, W) filled; the rest is untouched.
 
     Every piece of the hole is filled by itself, nothing is copied from any of them. lines:
     (N, 2, 2) pixels, edges that go on behind the hole. camera, found: as for `background`.
+    rounds: circles on the ground that go on behind it.
     """
     if hole.all():
         return np.full_like(photo, 128)
@@ -113,11 +123,28 @@ def fill(
         level = to_level(camera) @ shift(*origin) if camera is not None else None
         part = photo[crop].astype(np.float32)
         full = mosaic(
-            part, missing[crop], hole[crop], own - origin, ways, level, max(0.4, root / sum(roots))
+            part,
+            missing[crop],
+            hole[crop],
+            Structure(own, _crossing(missing, rounds)).moved(*origin.tolist()),
+            ways,
+            level,
+            max(0.4, root / sum(roots)),
         )
         filled = np.clip(np.round(full), 0, 255).astype(np.uint8)
         out[crop][missing[crop]] = filled[missing[crop]]
     return out
+
+
+def _crossing(hole: BoolArray, rounds: Sequence[RoundMark]) -> tuple[RoundMark, ...]:
+    """The circles whose outline runs through the hole (H, W)."""
+    out = []
+    for mark in rounds:
+        x, y = mark.outline(360).astype(int).T
+        inside = (x >= 0) & (y >= 0) & (x < hole.shape[1]) & (y < hole.shape[0])
+        if hole[y[inside], x[inside]].any():
+            out.append(mark)
+    return tuple(out)
 
 
 def _apart(hole: BoolArray) -> list[BoolArray]:

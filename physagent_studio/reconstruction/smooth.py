@@ -11,9 +11,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.reconstruction.harmonic import crossed, from_steps, nearest_along
+from physagent_studio.reconstruction.harmonic import from_steps, nearest_along
 from physagent_studio.reconstruction.joining import View
-from physagent_studio.reconstruction.masks import BoolArray, bounds
+from physagent_studio.reconstruction.masks import BoolArray
+from physagent_studio.reconstruction.structure import Structure
 
 FloatImage = NDArray[np.float32]
 FloatArray = NDArray[np.float64]
@@ -23,10 +24,6 @@ UPWARDS = 0.15
 """How much less they run up and down than along a row: floors and walls run across pictures."""
 ANCHOR = 1e-4
 """How much the nearest colour counts beside those around: what no rim reaches gets it."""
-SHARP = 8
-"""The most lines that are kept sharp."""
-LONG = 0.2
-"""How long those are at least, in extents of the hole."""
 GRAIN = 1.2
 """What is finer than this standard deviation is grain, pixels."""
 AROUND = 15
@@ -35,25 +32,22 @@ SEED = 11
 
 
 def smooth_fill(
-    part: FloatImage, missing: BoolArray, barred: BoolArray, lines: FloatArray
+    part: FloatImage, missing: BoolArray, barred: BoolArray, structure: Structure
 ) -> FloatImage:
     """The picture (H, W, 3) with everything barred (H, W) filled smoothly.
 
-    missing: (H, W) the hole. lines: (N, 2, 2) pixels, edges over which no colour runs.
+    missing: (H, W) the hole. structure: over which no colour runs.
     """
     view = View.of(part, missing, barred, SIDE)
-    own = lines * view.ratio
+    own = structure.scaled(view.ratio)
     rough = cv2.resize(_grain(part, barred), view.missing.shape[::-1])
     known = np.dstack([view.image, rough]).astype(np.float32)
     start = nearest_along(known, view.barred, own)
-    right, below = crossed(view.missing.shape, own)
+    right, below = own.crossed(view.missing.shape)
     weights = (np.where(right, 1e-6, 1.0), np.where(below, 1e-6, UPWARDS))
     filled = from_steps(start[..., :3].copy(), view.barred, None, weights, ANCHOR)
     colour = _enlarged(
-        np.dstack([filled, start[..., 3]]),
-        barred,
-        straight(lines, view.missing, view.ratio),
-        view.ratio,
+        np.dstack([filled, start[..., 3]]), barred, structure.clear(missing), view.ratio
     )
     noise = cv2.GaussianBlur(
         np.random.default_rng(SEED).normal(0, 1, barred.shape), (0, 0), 0.6
@@ -63,41 +57,21 @@ def smooth_fill(
 
 
 def _enlarged(
-    small: FloatImage, barred: BoolArray, lines: FloatArray, ratio: FloatArray
+    small: FloatImage, barred: BoolArray, structure: Structure, ratio: FloatArray
 ) -> FloatImage:
     """The fill (h, w, C) at full size, every pixel from those on its own side of all lines."""
     size = barred.shape[::-1]
     out = np.asarray(cv2.resize(small, size, interpolation=cv2.INTER_LINEAR), np.float32)
-    if not len(lines):
+    if structure.empty:
         return out
-    coarse, fine = sides(small.shape[:2], lines * ratio), sides(barred.shape, lines)
+    coarse = structure.scaled(ratio).sides(small.shape[:2])
+    fine = structure.sides(barred.shape)
     for side in np.unique(fine[barred]):
         own = (coarse == side).astype(np.float32)
         share = cv2.resize(own, size, interpolation=cv2.INTER_LINEAR)
         here = barred & (fine == side) & (share > 1e-3)
         total = cv2.resize(small * own[..., None], size, interpolation=cv2.INTER_LINEAR)
         out[here] = total[here] / share[here][:, None]
-    return out
-
-
-def straight(lines: FloatArray, missing: BoolArray, ratio: FloatArray) -> FloatArray:
-    """The longest of the lines (N, 2, 2), pixels, none that is only a piece of a bow.
-
-    missing: (h, w) the hole in a picture `ratio` times as large.
-    """
-    x0, y0, x1, y1 = bounds(missing)
-    long = np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1) if len(lines) else np.zeros(0)
-    kept = lines[long * float(ratio.mean()) > LONG * max(x1 - x0, y1 - y0)]
-    return kept[:SHARP]
-
-
-def sides(shape: tuple[int, ...], lines: FloatArray) -> NDArray[np.int64]:
-    """(H, W) a number that tells on which side of every line (N, 2, 2) a pixel lies."""
-    y, x = np.indices(shape) + 0.5
-    out = np.zeros(shape, np.int64)
-    for k, (one, other) in enumerate(lines):
-        way = other - one
-        out |= (((x - one[0]) * way[1] - (y - one[1]) * way[0]) > 0).astype(np.int64) << k
     return out
 
 

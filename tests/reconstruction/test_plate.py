@@ -18,6 +18,7 @@ from physagent_studio.reconstruction.lines import Segments, segments
 from physagent_studio.reconstruction.plate import background, fill, hole_of
 from physagent_studio.reconstruction.shade import shaded
 from physagent_studio.reconstruction.smooth import smooth_fill
+from physagent_studio.reconstruction.structure import Structure
 from physagent_studio.reconstruction.surfaces import surfaces
 
 SHAPE = (240, 320)
@@ -184,7 +185,7 @@ def test_what_sticks_out_of_a_mask_is_taken_out_and_what_goes_on_beside_it_is_no
 def test_bare_ground_is_filled_smoothly_and_as_grainy_as_it_is():
     part = (_lit_wall() + _noise(5)).astype(np.float32)
     hole = _ball()
-    filled = smooth_fill(part, hole, hole, np.zeros((0, 2, 2)))
+    filled = smooth_fill(part, hole, hole, Structure(np.zeros((0, 2, 2))))
     assert np.array_equal(filled[~hole], part[~hole])
     assert np.abs(cv2.GaussianBlur(filled - _lit_wall(), (0, 0), 4))[hole].max() < 6
     grey = filled.mean(-1)

@@ -1,0 +1,83 @@
+"""What divides a hole of a picture: lines and round marks that are known to go on behind it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.reconstruction.masks import BoolArray, bounds
+from physagent_studio.reconstruction.round_marks import RoundMark
+
+FloatArray = NDArray[np.float64]
+SHARP = 8
+"""The most lines that are kept sharp."""
+LONG = 0.2
+"""How long those are at least, in extents of the hole."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Structure:
+    """lines: (N, 2, 2) pixels, edges over which no colour runs. rounds: circles on the ground."""
+
+    lines: FloatArray
+    rounds: tuple[RoundMark, ...] = ()
+
+    def scaled(self, ratio: FloatArray) -> Self:
+        """The same in a picture `ratio` (2,) times as wide and high."""
+        x, y = float(ratio[0]), float(ratio[1])
+        return type(self)(self.lines * ratio, tuple(one.scaled(x, y) for one in self.rounds))
+
+    def moved(self, x: float, y: float) -> Self:
+        """The same in a part of the picture whose corner is at (x, y)."""
+        return type(self)(
+            self.lines - np.array([x, y]), tuple(one.moved(x, y) for one in self.rounds)
+        )
+
+    def clear(self, missing: BoolArray) -> Self:
+        """With the longest of the lines alone, none that is only a piece of a bow.
+
+        missing: (h, w) the hole.
+        """
+        x0, y0, x1, y1 = bounds(missing)
+        long = np.linalg.norm(self.lines[:, 1] - self.lines[:, 0], axis=1)
+        kept = self.lines[long > LONG * max(x1 - x0, y1 - y0)]
+        return type(self)(kept[:SHARP], self.rounds)
+
+    @property
+    def empty(self) -> bool:
+        """Whether nothing divides the hole."""
+        return not len(self.lines) and not self.rounds
+
+    def sides(self, shape: tuple[int, ...]) -> NDArray[np.int64]:
+        """(H, W) a number that tells on which side of every line and circle a pixel lies."""
+        y, x = np.indices(shape) + 0.5
+        out = np.zeros(shape, np.int64)
+        for k, (one, other) in enumerate(self.lines):
+            way = other - one
+            out |= (((x - one[0]) * way[1] - (y - one[1]) * way[0]) > 0).astype(np.int64) << k
+        for k, mark in enumerate(self.rounds):
+            out |= mark.within(shape).astype(np.int64) << (len(self.lines) + k)
+        return out
+
+    def crossed(self, shape: tuple[int, ...]) -> tuple[BoolArray, BoolArray]:
+        """Which steps (H, W) to the right, and below, lead from one side to the other."""
+        right, below = np.zeros(shape, bool), np.zeros(shape, bool)
+        rows, columns = np.indices(shape).astype(float)
+        spots = np.stack([columns + 0.5, rows + 0.5], -1)
+        for one, other in self.lines:
+            length = max(float(np.linalg.norm(other - one)), 1e-9)
+            way = (other - one) / length
+            off = (spots - one) @ np.array([-way[1], way[0]])
+            along = (spots - one) @ way
+            inside = (along > -2) & (along < length + 2)
+            for axis, over in ((1, right), (0, below)):
+                ahead = np.roll(off, -1, axis)
+                over |= (off * ahead <= 0) & inside & (np.abs(off - ahead) < 2)
+        for mark in self.rounds:
+            within = mark.within(shape)
+            for axis, over in ((1, right), (0, below)):
+                over |= within != np.roll(within, -1, axis)
+        return right, below

@@ -30,8 +30,9 @@ BESIDE = (-1.1, -0.8, -0.5, 0.5, 0.8, 1.1)
 """Where, in widths of the thing."""
 STANDS = 0.3
 """Share of the thing's width below which there is another one, to stand on that."""
-STEPS = (0.0, 0.04, 0.08)
-"""How much lower than the mask's lowest row it may begin, in heights."""
+STEPS = (-0.16, -0.12, -0.08, -0.04, 0.0, 0.04, 0.08)
+"""How much lower than the mask's lowest row it may begin, in heights: masks end a little too high,
+or hold the beginning of the image itself, and the foot's near side is lower than its middle."""
 
 
 def mirrored(photo: Image, masks: Sequence[BoolArray]) -> BoolArray:
@@ -63,6 +64,16 @@ class _Mirrored:
 
 def _of_one(lab: FloatImage, mask: BoolArray, covered: BoolArray) -> _Mirrored:
     x0, y0, x1, y1 = bounds(mask)
+    wide, high = round((BESIDE[-1] + 0.1) * (x1 - x0)), round((1.1 + STEPS[-1]) * (y1 - y0))
+    window = slice(y0, y1 + high + 3 * OFF), slice(max(0, x0 - wide), x1 + wide)
+    found = _in_window(lab[window], mask[window], covered[window])
+    where = np.zeros_like(mask)
+    where[window] = found.where
+    return _Mirrored(where, found.contrast, found.beside)
+
+
+def _in_window(lab: FloatImage, mask: BoolArray, covered: BoolArray) -> _Mirrored:
+    x0, y0, x1, y1 = bounds(mask)
     high = y1 - y0
     best = _Mirrored(np.zeros_like(mask), 0.0, 0.0)
     low = y1 + max(2 * OFF, round(NEAREST * high))
@@ -72,6 +83,8 @@ def _of_one(lab: FloatImage, mask: BoolArray, covered: BoolArray) -> _Mirrored:
     for step in STEPS:
         image = _upside_down(mask, y1 + round(step * high))
         own = _contrast(lab, image, covered, low)
+        if own < CLEAR / 2:
+            continue
         beside = max(
             _contrast(lab, _shifted(image, round(share * (x1 - x0))), covered, low)
             for share in BESIDE

@@ -56,7 +56,7 @@ def background(
     masks whose things stay where they are, with their shade and what a mask has missed of them.
     """
     faces = None
-    if camera is not None and solid:
+    if camera is not None:
         faces = surfaces(photo, hole_of(masks, photo.shape[:2]), camera, solid)
     hole = taken_out(photo, masks, faces, rooted)
     if camera is not None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.ground_tones import Tones
 from physagent_studio.reconstruction.masks import BoolArray, bounds, grow, without_pinholes
-from physagent_studio.reconstruction.surfaces import under
+from physagent_studio.reconstruction.surfaces import BEYOND, under
 from physagent_studio.records.case import Image
 
 FloatImage = NDArray[np.float32]
@@ -27,6 +27,8 @@ REACH = 1.5
 """How far from a thing its shade is looked for, in sizes of it."""
 ENDS = 6
 """Pixels far out on a side from which darkness reaches that far."""
+EVER = 1.15
+"""How much darker it is far out than at the thing if it is something else that begins there."""
 GLOW = (6.0, 3.0)
 """How much of the thing's colour lies on ground that it shines on, in a*, b*; at its faint rim."""
 OUTER = 0.8
@@ -40,7 +42,15 @@ BARE = (0.7, 0.4, 0.4)
 """Share of the rim of a shade that has the ground's colour, at least, in each try."""
 POCKET = 0.1
 """Largest gap in shade that belongs to it, as a share of it."""
-ABOVE = (0.3, 0.9)
+GAP = 0.01
+"""Largest gap between a thing and what it stands on, as a share of the picture's longer side."""
+SOLE = 0.4
+"""How much of a thing, from below, may touch what it stands on, in its widths."""
+ON = 0.4
+"""Share of the narrower one's width over which it does, at least."""
+ENDLESS = 0.5
+"""Share of its greatest extent that darkness on a wall still has where no more is looked at."""
+ABOVE = (0.3, 1.0)
 """Shade begins this share of a thing's height above its foot, and ends below that one."""
 
 
@@ -60,13 +70,55 @@ def shaded(
     lab = np.asarray(cv2.cvtColor(cv2.GaussianBlur(small, (0, 0), 1.0), cv2.COLOR_RGB2LAB), "f4")
     inside = cv2.resize(hole.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
     out = np.zeros(inside.shape, bool)
-    for mask in masks:
+    kinds = np.zeros(inside.shape, np.int64) if faces is None else _reduced(faces, size)
+    for mask, top in zip(masks, tops_of(masks), strict=True):
         own = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_AREA) > 0
         if own.any():
-            theirs = np.ones_like(own) if faces is None else under(own, _reduced(faces, size))
-            out |= _around(lab, own, inside, theirs)
+            found = _around(lab, own, inside, under(own, kinds), round(top * factor))
+            out |= _below(found, kinds == BEYOND)
     wide = cv2.resize(out.astype(np.float32), hole.shape[::-1], interpolation=cv2.INTER_LINEAR)
     return np.asarray(cv2.GaussianBlur(wide, (0, 0), 0.7 / factor) > 0.4)
+
+
+def tops_of(masks: Sequence[BoolArray]) -> list[int]:
+    """The highest row of each mask and of all that stands on it: stacks shade the ground as one.
+
+    A thing stands on another where it touches it from above, over most of the narrower one's width.
+    """
+    tops = [bounds(mask)[1] if mask.any() else 0 for mask in masks]
+    order = sorted((k for k in range(len(masks)) if masks[k].any()), key=tops.__getitem__)
+    for k in order:
+        for other in order:
+            if other != k and tops[k] < tops[other] and _stands_on(masks[k], masks[other]):
+                tops[other] = tops[k]
+    return tops
+
+
+def _stands_on(upper: BoolArray, lower: BoolArray) -> bool:
+    x0, _, x1, y1 = bounds(upper)
+    left, _, right, _ = bounds(lower)
+    gap = max(3, round(GAP * max(upper.shape)))
+    sole = upper.copy()
+    sole[: y1 - max(1, round(SOLE * (x1 - x0)))] = False
+    beneath = np.zeros_like(lower)
+    beneath[gap:] = sole[:-gap]
+    touching = (beneath & lower).any(0)
+    return bool(touching.sum() > ON * min(x1 - x0, right - left))
+
+
+def _below(found: BoolArray, sky: BoolArray) -> BoolArray:
+    """Shade without what lies above the horizon, where that has no end: a dark wall, and no shade.
+
+    sky: (H, W) what is above it.
+    """
+    wall = found & sky
+    rows = np.nonzero(wall.any(1))[0]
+    if not len(rows):
+        return found
+    columns, lines = wall.sum(0), wall.sum(1)
+    goes_on = lines[rows[0]] > ENDLESS * lines.max()
+    goes_on |= max(columns[0], columns[-1]) > ENDLESS * columns.max()
+    return found & ~sky if goes_on else found
 
 
 def _reduced(faces: NDArray[np.int64], size: tuple[int, int]) -> NDArray[np.int64]:
@@ -74,22 +126,25 @@ def _reduced(faces: NDArray[np.int64], size: tuple[int, int]) -> NDArray[np.int6
     return np.asarray(small, np.int64)
 
 
-def _around(lab: FloatImage, own: BoolArray, inside: BoolArray, theirs: BoolArray) -> BoolArray:
+def _around(
+    lab: FloatImage, own: BoolArray, inside: BoolArray, theirs: BoolArray, top: int
+) -> BoolArray:
     """Shade of one thing: dark, of the ground's colour, and joined to the thing at its foot.
 
-    theirs: (H, W) the face that it stands on.
+    theirs: (H, W) the face that it stands on. top: the highest row of it and what it carries.
     """
     x0, y0, x1, y1 = bounds(own)
     side = max(x1 - x0, y1 - y0)
     rows = np.arange(own.shape[0])[:, None] * np.ones(own.shape[1])
     low = rows >= y1 - round(ABOVE[0] * (y1 - y0))
-    ground = (rows >= y1 - round(ABOVE[1] * (y1 - y0))) & theirs
-    near = ground & grow(own, round(REACH * side)) & ~inside
+    ground = (rows >= y1 - round(ABOVE[1] * (y1 - top))) & theirs
+    reach = round(REACH * max(side, y1 - top))
+    near = ground & grow(own, reach) & ~inside
     far = low & theirs & grow(own, round(1.2 * side)) & ~grow(own, round(0.25 * side)) & ~inside
     if np.count_nonzero(far) < 30 or not near.any():
         return np.zeros_like(own)
     tones = Tones.of(lab, far | (near & low), own)
-    place = _Place(own, inside, near, ground & ~inside, low)
+    place = _Place(own, inside, near, ground & ~inside, low, reach)
     for times, bare in zip(DEEPER, BARE, strict=True):
         found = _shade(place, tones, times)
         if not found.any() or _ends_lit(found, tones, place.ground, bare):
@@ -100,13 +155,14 @@ def _around(lab: FloatImage, own: BoolArray, inside: BoolArray, theirs: BoolArra
 @dataclass(frozen=True, eq=False, slots=True)
 class _Place:
     """A thing, what is filled in, the ground near the thing, all ground, and what is low; (H, W)
-    each."""
+    each. reach: how far what is near may be, pixels."""
 
     own: BoolArray
     inside: BoolArray
     near: BoolArray
     ground: BoolArray
     low: BoolArray
+    reach: int
 
 
 def _shade(place: _Place, tones: Tones, times: float) -> BoolArray:
@@ -123,7 +179,7 @@ def _shade(place: _Place, tones: Tones, times: float) -> BoolArray:
     mine = _joined_to(theirs & deep & wide, own | place.inside, own, place.low)
     if np.count_nonzero(mine) < SEED:
         return np.zeros_like(own)
-    outer = near & ~grow(own, round(OUTER * REACH * side))
+    outer = near & ~grow(own, round(OUTER * place.reach))
     # What is dark there beside another thing is that one's.
     outer &= ~grow(place.inside & ~grow(own, 4), max(3, side // 3))
     mine = _fading(mine, tones, own, outer)
@@ -163,7 +219,7 @@ def _fading(dark: BoolArray, tones: Tones, own: BoolArray, outer: BoolArray) -> 
             continue
         ends += 1
         inner = dark & half & grow(own, max(2, (x1 - x0) // 4))
-        if inner.any() and tones.darker[rim].mean() > tones.darker[inner].mean():
+        if inner.any() and tones.darker[rim].mean() > EVER * tones.darker[inner].mean():
             out &= ~half | grow(own, max(2, (x1 - x0) // 4))
             ends -= 1
     return out if ends < 2 else np.zeros_like(dark)

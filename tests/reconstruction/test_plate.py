@@ -19,7 +19,7 @@ from physagent_studio.reconstruction.plate import background, fill, hole_of
 from physagent_studio.reconstruction.shade import shaded
 from physagent_studio.reconstruction.smooth import smooth_fill
 from physagent_studio.reconstruction.structure import Structure
-from physagent_studio.reconstruction.surfaces import surfaces
+from physagent_studio.reconstruction.surfaces import BEYOND, surfaces
 
 SHAPE = (240, 320)
 
@@ -163,6 +163,9 @@ def test_what_polished_ground_mirrors_leaves_with_its_thing():
     matt = _rgb(np.where(mask[..., None], (60, 40, 30), truth))
     assert mirrored(polished, [mask])[image & (y < 215)].mean() > 0.95
     assert not mirrored(matt, [mask]).any()
+    # A mask that holds the beginning of the image as well does not hide the rest.
+    low = mask | (image & (y < 148))
+    assert mirrored(polished, [low])[image & (y > 152) & (y < 210)].mean() > 0.95
     plate = background(polished, [mask]).astype(float)
     left = cv2.GaussianBlur(truth - plate, (0, 0), 3).mean(-1)
     assert np.abs(left[image]).mean() < 10
@@ -207,6 +210,24 @@ def test_the_shade_around_a_foot_goes_with_the_object():
     left = (plate / lit).mean(-1)
     assert left[140:150, 165:185].min() > 0.9
     assert np.array_equal(plate[:60], photo[:60])
+
+
+def test_a_stack_shades_the_ground_as_one_and_a_dark_wall_is_no_shade():
+    y, x = np.indices(SHAPE)
+    lower, upper = ((np.abs(x - 90) < 18) & (np.abs(y - at) < 18) for at in (180, 143))
+    # A low sun from the left and behind: the shade of two runs up the picture, farther than one.
+    along = (x - 90) / 1.2
+    dark = (np.abs(200 - y - 0.8 * along) < 10) & (along > 0) & (along < 95)
+    soft = 1 - 0.45 * cv2.GaussianBlur(dark.astype(float), (0, 0), 2)[..., None]
+    photo = np.where((lower | upper)[..., None], (40, 90, 160), _lit_wall() * soft + _noise(1.5))
+    hole = hole_of([lower, upper], SHAPE)
+    both = shaded(_rgb(photo), [lower, upper], hole)
+    assert (both & dark)[:150].sum() > 0.8 * (dark & ~hole)[:150].sum() > 0
+    assert not both[:110].any()
+    wall = (y < 120) & (x > 100)
+    faces = np.where(y < 120, BEYOND, 0)
+    photo[wall & ~(lower | upper)] *= 0.55
+    assert not shaded(_rgb(photo), [lower, upper], hole, faces)[:115].any()
 
 
 def test_a_painted_patch_under_a_thing_stays():

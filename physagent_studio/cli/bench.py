@@ -23,7 +23,7 @@ def measured(
     if name == "list":
         return [shown(bench, f"physagent bench {bench}") for bench in (*BENCHES, "studio")]
     if name == "studio":
-        return _studio()
+        return _studio(cases)
     if name not in BENCHES:
         raise InputError(f"there is no bench '{name}'; benches: {', '.join((*BENCHES, 'studio'))}")
     return run_bench(
@@ -37,12 +37,12 @@ def measured(
     )
 
 
-def _studio() -> list[Row]:
-    from physagent_studio.studio.figures import measure_studio
+def _studio(cases: Path | None) -> list[Row]:
+    from physagent_studio.studio.figures import examples, measure_studio
 
     return [
         (at_least if figure.above else at_most)(
             figure.name, figure.value, figure.bound, figure.unit
         )
-        for figure in measure_studio()
+        for figure in measure_studio(photos=examples(cases))
     ]

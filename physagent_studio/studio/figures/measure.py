@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from physagent_studio.program import SetField
 from physagent_studio.session import Store
 from physagent_studio.studio.figures.browser import in_a_browser
 from physagent_studio.studio.figures.figure import Figure, memory, p95
+from physagent_studio.studio.figures.masks import four_masks
 from physagent_studio.studio.figures.scenes import drifting, lengthen
 from physagent_studio.studio.figures.wire import Wire, open_page, open_viewer, settle, until
 from physagent_studio.studio.studio import Studio, serve
@@ -32,10 +33,15 @@ def measure_studio(
     many: int = 200,
     browser: bool = True,
     watched: float = 4.0,
+    photos: Sequence[Path] = (),
 ) -> list[Figure]:
-    """All figures. The rows of a real browser are left out where none is installed."""
+    """All figures. The rows of a real browser are left out where none is installed.
+
+    photos: folders of cases in whose photos things are clicked.
+    """
     return [
         *_motion(scrubs, watched),
+        *four_masks(photos, _running),
         *_demo(drops, browser),
         _rounds(rounds),
         _opening(many),

@@ -12,6 +12,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import cv2
 import numpy as np
@@ -46,6 +47,9 @@ REFINED, TRIED = 6, 4
 """How many of the best beginnings are refined, and how many of those once more."""
 _TURNS = (-0.6, -0.35, -0.15, 0.0, 0.15, 0.35, 0.6)
 _ALL_WAYS = (0.0, math.pi, math.pi / 2, -math.pi / 2)
+_ALONG = np.linspace(0.05, 0.95, 24)[:, None]
+"""Where on an edge it is looked at."""
+_MIDDLES = {"box": BOX.mean(0), "wedge": WEDGE.mean(0), "slope": WEDGE.mean(0)}
 _QUARTERS: dict[Kind, tuple[float, ...]] = {"box": (0.0,), "wedge": _ALL_WAYS, "slope": _ALL_WAYS}
 
 
@@ -85,8 +89,8 @@ def _refined(fit: Fit, start: FloatArray, runs: int) -> FloatArray:
 class Fit:
     """One region at working size.
 
-    care: pixels that count. away: (h, w) distance to the next edge of the picture, pixels.
-    reach: how near an edge is on it, pixels.
+    care: pixels that count, `area` of them in the region. away: (h, w) distance to the next edge
+    of the picture, pixels. reach: how near an edge is on it, pixels.
     """
 
     kind: Kind
@@ -96,6 +100,7 @@ class Fit:
     region: BoolArray
     care: BoolArray
     away: NDArray[np.float32]
+    area: int
     reach: float = 1.2
 
     @classmethod
@@ -115,9 +120,9 @@ class Fit:
 
         unit = camera.model_copy(update={"position": (0.0, 0.0, 1.0)})
         hidden = cv2.dilate(shrunk(covered).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-        return cls(
-            kind, unit, scale, shrunk(region), np.asarray(~hidden), np.asarray(away, np.float32)
-        )
+        small_region, care = shrunk(region), np.asarray(~hidden)
+        area = int(np.count_nonzero(small_region & care))
+        return cls(kind, unit, scale, small_region, care, np.asarray(away, np.float32), area)
 
     def filled(self) -> float:
         """How much of its convex hull the region fills; a box fills all of it."""
@@ -190,28 +195,31 @@ class Fit:
         if np.abs(values[2:5]).max() > 4 or abs(values[5]) > 2 * math.pi:
             return 2.0
         block = self.block(values)
-        return 1.0 - self.overlap(block) - EDGES * self.on_edges(block)
+        pixels = self._pixels(block)
+        return 1.0 - self._overlap(pixels) - EDGES * self._on_edges(block, pixels)
 
     def overlap(self, block: Block) -> float:
         """IoU of the box's outline and the region, where nothing stands in front."""
-        pixels = self._pixels(block)
+        return self._overlap(self._pixels(block))
+
+    def _overlap(self, pixels: FloatArray | None) -> float:
         if pixels is None or np.abs(pixels).max() > 20 * max(self.region.shape):
             return 0.0
-        drawn = (
-            self._filled(np.asarray(cv2.convexHull(pixels.astype(np.float32)), np.float32))
-            & self.care
-        )
-        region = self.region & self.care
-        return float((drawn & region).sum() / max((drawn | region).sum(), 1))
+        hull = cv2.convexHull(pixels.astype(np.float32))
+        drawn = self._filled(np.asarray(hull, np.float32)) & self.care
+        both = int(np.count_nonzero(drawn & self.region))
+        either = int(np.count_nonzero(drawn)) + self.area - both
+        return both / max(either, 1)
 
     def on_edges(self, block: Block) -> float:
         """Mean nearness of the visible edges of the box to edges of the picture, 0 … 1."""
-        pixels = self._pixels(block)
+        return self._on_edges(block, self._pixels(block))
+
+    def _on_edges(self, block: Block, pixels: FloatArray | None) -> float:
         if pixels is None:
             return 0.0
-        share = np.linspace(0.05, 0.95, 24)[:, None]
-        pairs = self._visible(block)
-        points = np.concatenate([pixels[a] * (1 - share) + pixels[b] * share for a, b in pairs])
+        ends = pixels[_edges_of(self.kind, self._visible(block))]
+        points = (ends[:, :1] * (1 - _ALONG) + ends[:, 1:] * _ALONG).reshape(-1, 2)
         x, y = np.floor(points).astype(int).T
         height, width = self.region.shape
         inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
@@ -221,20 +229,47 @@ class Fit:
             return 0.0
         return float(np.exp(-0.5 * (self.away[y[seen], x[seen]] / self.reach) ** 2).mean())
 
-    def _visible(self, block: Block) -> list[tuple[int, int]]:
-        """Edges of the faces that look to the camera."""
+    def _visible(self, block: Block) -> tuple[int, ...]:
+        """The faces that look to the camera, by their place in `FACES`."""
         cos, sin = math.cos(block.yaw), math.sin(block.yaw)
-        eye = np.array([-block.x, -block.y])
-        own = np.array([cos * eye[0] + sin * eye[1], -sin * eye[0] + cos * eye[1], 1.0])
-        local = CORNERS[self.kind] * block.size
-        inside = (BOX if self.kind == "box" else WEDGE).mean(0) * block.size
-        found: dict[tuple[int, int], None] = {}
-        for corners in FACES[self.kind]:
-            first, second, third = local[list(corners[:3])]
-            normal = np.cross(second - first, third - second)
-            outward = normal if normal @ (first - inside) > 0 else -normal
-            if outward @ (own - first) <= 0:
-                continue
-            for a, b in zip(corners, (*corners[1:], corners[0]), strict=True):
-                found[(min(a, b), max(a, b))] = None
-        return list(found) or [(0, 1)]
+        own = (-cos * block.x - sin * block.y, sin * block.x - cos * block.y, 1.0)
+        local = (CORNERS[self.kind] * block.size).tolist()
+        inside = (_MIDDLES[self.kind] * block.size).tolist()
+        found = []
+        for k, corners in enumerate(FACES[self.kind]):
+            first, second, third = (local[corner] for corner in corners[:3])
+            normal = _normal(first, second, third)
+            outward = _dot(normal, _less(first, inside)) > 0
+            faces = _dot(normal, _less(own, first))
+            if (faces if outward else -faces) > 0:
+                found.append(k)
+        return tuple(found)
+
+
+# Vectors of three numbers: for these few, arrays would cost more than what is reckoned.
+_Vector = Sequence[float]
+
+
+def _less(one: _Vector, other: _Vector) -> _Vector:
+    return (one[0] - other[0], one[1] - other[1], one[2] - other[2])
+
+
+def _dot(one: _Vector, other: _Vector) -> float:
+    return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
+
+
+def _normal(first: _Vector, second: _Vector, third: _Vector) -> _Vector:
+    """Across the plane of three points."""
+    a, b = _less(second, first), _less(third, second)
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+@cache
+def _edges_of(kind: Kind, faces: tuple[int, ...]) -> NDArray[np.int64]:
+    """(N, 2) corners that the edges of some faces join, each edge once."""
+    found: dict[tuple[int, int], None] = {}
+    for face in faces:
+        corners = FACES[kind][face]
+        for a, b in zip(corners, (*corners[1:], corners[0]), strict=True):
+            found[(min(a, b), max(a, b))] = None
+    return np.array(list(found) or [(0, 1)])

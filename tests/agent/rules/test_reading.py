@@ -226,3 +226,111 @@ def test_clauses_keep_the_wording() -> None:
 def test_long_prompts_are_cut_and_said() -> None:
     reading = read("the ball rolls " * 500, stock(GAME))
     assert reading.not_understood
+
+
+CANS = (("red_can", 100, 300), ("blue_can", 300, 300), ("green_can", 500, 300))
+
+
+@pytest.mark.parametrize(
+    "prompt",
+    [
+        "The red can hits the can.",
+        "The red can rolls into the can.",
+        "The red can rolls to the right and knocks the can over.",
+        "The can is hit by the red can.",
+    ],
+)
+def test_a_noun_beside_the_subject_means_another_thing(prompt: str) -> None:
+    frames = read(prompt, stock(CANS[:2], "table")).frames
+    told = [(*f.agent, *f.patient, *(place.name for _, place in f.places)) for f in frames]
+    assert {name for names in told for name in names} == {"red_can", "blue_can"}
+    assert all(not set(frame.agent) & set(frame.patient) for frame in frames)
+
+
+def test_of_several_others_any_one_may_be_meant() -> None:
+    frame = one("The red can hits the can.", CANS)
+    assert (frame.agent, frame.patient) == (("red_can",), ("blue_can", "green_can"))
+    assert frame.any_one
+    # What another clause is about is meant as before.
+    later = read("The red can rolls to the left. A person pushes the can.", stock(CANS, "table"))
+    assert later.frames[-1].patient == ("red_can",)
+
+
+@pytest.mark.parametrize(
+    ("prompt", "word"),
+    [
+        ("The red can hits the can.", "can"),
+        ("The red can rolls into the can.", "can"),
+        ("The red can pushes the can to the right.", "can"),
+        ("The red can hits the red can.", "red_can"),
+        ("The red can hits itself.", "itself"),
+        ("The red can hits it.", "it"),
+        ("The red can bumps into itself.", "bumps"),
+    ],
+)
+def test_nothing_acts_on_itself_and_that_is_said(prompt: str, word: str) -> None:
+    reading = read(prompt, stock((*CANS[:1], ("white_mug", 300, 300)), "table"))
+    assert word in reading.not_understood
+    assert not any("red_can" in frame.agent for frame in reading.frames)
+
+
+TABLES = (("high_table", 200, 240), ("low_table", 480, 310))
+
+
+@pytest.mark.parametrize(
+    ("prompt", "table"),
+    [
+        ("The ball rolls off the low table.", "low_table"),
+        ("The ball rolls off the high table.", "high_table"),
+        ("The ball rolls off the table.", "high_table"),
+        ("The cube slides off the table.", "low_table"),
+        ("The cube slides off the edge.", "low_table"),
+        ("The ball rolls off the high table and lands on the other table.", "low_table"),
+        ("The cube slides off the high table and stops beside the table.", "high_table"),
+    ],
+)
+def test_which_of_two_tables_is_meant(prompt: str, table: str) -> None:
+    """By its name, as the other one, as the one spoken of, or the nearest to what acts."""
+    things = [(n, Grounding(points=(Click(x=x, y=y),))) for n, x, y in
+              (("ball", 280, 210), ("cube", 570, 290), *TABLES)]  # fmt: skip
+    frame = read(prompt, inventory(things[:2], things[2:])).frames[-1]
+    assert [place.name for _, place in frame.places] == [table]
+
+
+PLATE = (("plate", 450, 300), ("bottle", 330, 220), ("orange", 510, 286))
+
+
+@pytest.mark.parametrize(
+    ("prompt", "way", "place"),
+    [
+        ("The orange rolls off the back of the plate.", "away", ("off", "plate")),
+        ("The orange rolls off the front of the plate.", "toward_camera", ("off", "plate")),
+        ("The orange rolls off the left of the plate.", "left", ("off", "plate")),
+        ("The orange rolls off the plate on the right.", "right", ("off", "plate")),
+        ("The orange rolls to the back of the plate.", "away", None),
+        ("The orange bumps into the back of the bottle.", None, None),
+    ],
+)
+def test_a_side_of_a_thing_is_no_other_thing(
+    prompt: str, way: str | None, place: tuple[str, str] | None
+) -> None:
+    """Nothing stands farther back than the bottle, which is not spoken of."""
+    frame = one(prompt, PLATE)
+    assert frame.direction == way
+    assert [(relation, p.name) for relation, p in frame.places] == ([place] if place else [])
+    if place is None and way is None:
+        assert frame.patient == ("bottle",)
+
+
+@pytest.mark.parametrize(
+    ("prompt", "said"),
+    [
+        ("The orange rolls out of the picture on the right.", "out of the picture"),
+        ("The orange rolls out of view.", "out of the view"),
+        ("The bottle falls and the orange leaves the frame.", "frame"),
+    ],
+)
+def test_where_the_picture_ends_is_said_to_be_untested(prompt: str, said: str) -> None:
+    reading = read(prompt, stock(PLATE, "table"))
+    assert reading.not_understood == (said,)
+    assert ("right" in prompt) == (reading.frames[-1].direction == "right")

@@ -67,7 +67,7 @@ class Details:
                 found.extend(("object", Place(name, "object")) for name in named.names)
             elif (place := resolve_place(phrase, stock, talk)) is not None:
                 found.append(("object", place))
-            elif not is_measure(phrase):
+            elif phrase.head in v.VIEW_WORDS or not is_measure(phrase):
                 self.unknown[phrase.head] = None
         return tuple(found)
 

@@ -20,6 +20,8 @@ FIXED: tuple[tuple[tuple[str, ...], str], ...] = tuple(
         ("to the right of", "rightof"),
         ("on the left of", "leftof"),
         ("on the right of", "rightof"),
+        ("off the left of", "leftwards off"),
+        ("off the right of", "rightwards off"),
         ("left of", "leftof"),
         ("right of", "rightof"),
         ("next to", "near"),

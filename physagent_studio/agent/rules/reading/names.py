@@ -93,10 +93,25 @@ def resolve_objects(
             return Resolved(whole or group)
         rest = tuple(n for n in everything if subject_of_clause or n not in talk.subject)
         return Resolved(rest) if len(rest) > 1 else None
+    if phrase.of is not None and phrase.head in v.SIDES:
+        # "The back of the plate" is the plate, "the front of the two cans" one of them.
+        if not phrase.of.plural:
+            return resolve_objects(phrase.of, stock, talk)
+        inner = _candidates(phrase.of, stock, talk)
+        return _choose(phrase, inner, stock, talk, phrase.of) if inner else None
     if phrase.head in v.OTHERS or (not phrase.nouns and phrase.adjectives):
         return _choose(phrase, _class_of_last(stock, talk), stock, talk, phrase)
-    found = _candidates(phrase, stock, talk)
+    found = _besides(talk.acting, _candidates(phrase, stock, talk))
     return _choose(phrase, found, stock, talk, phrase) if found else None
+
+
+def _besides(acting: tuple[str, ...], found: tuple[Thing, ...]) -> tuple[Thing, ...]:
+    """ "The red can hits the can": a noun beside the subject means another thing, or nothing here.
+
+    Where several act, it may be one of them.
+    """
+    others = tuple(t for t in found if t.name not in acting)
+    return others or (found if len(acting) > 1 else ())
 
 
 def _whole(head: str, stock: Inventory) -> tuple[str, ...]:

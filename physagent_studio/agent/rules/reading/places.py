@@ -9,8 +9,8 @@ from physagent_studio.agent.rules.reading import vocabulary as v
 from physagent_studio.agent.rules.reading.frames import LandmarkKind, Place, Relation
 from physagent_studio.agent.rules.reading.names import GROUPS, is_group, of_pronoun, resolve_objects
 from physagent_studio.agent.rules.reading.phrases import NounPhrase
-from physagent_studio.agent.rules.reading.selecting import filtered
-from physagent_studio.agent.rules.reading.stock import Discourse, Inventory
+from physagent_studio.agent.rules.reading.selecting import apart, filtered
+from physagent_studio.agent.rules.reading.stock import Discourse, Inventory, Thing
 from physagent_studio.agent.rules.reading.tokens import singular
 
 
@@ -32,9 +32,11 @@ def resolve_place(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Plac
         return own
     if phrase.head in v.PARTS and phrase.head not in ("side",):
         return _part(phrase, stock, talk)
-    if (support := _support(phrase, stock)) is not None:
+    if (support := _support(phrase, stock, talk)) is not None:
         talk.support = support
         return support
+    if phrase.of is not None and phrase.head in v.SIDES:
+        return resolve_place(phrase.of, stock, talk)
     found = resolve_objects(phrase, stock, talk)
     if found is not None:
         return Place(found.names[0], "object")
@@ -79,7 +81,7 @@ def _landmark(phrase: NounPhrase, stock: Inventory) -> Place | None:
     return Place(alike[0].name, "landmark") if len(alike) == 1 else None
 
 
-def _support(phrase: NounPhrase, stock: Inventory) -> Place | None:
+def _support(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Place | None:
     nouns = {singular(n) for n in phrase.nouns}
     heads = [t for t in stock.supports if phrase.head in t.words]
     words = heads or [t for t in stock.supports if nouns & set(t.words) and phrase.head != "plate"]
@@ -93,9 +95,32 @@ def _support(phrase: NounPhrase, stock: Inventory) -> Place | None:
     if any(phrase.head in t.words for t in stock.objects) and not heads:
         return None
     if len(found) > 1:
+        # "The low table": words that are no known adjectives count among the nouns.
+        found = [t for t in found if nouns <= set(t.words)] or found
         kept = filtered(tuple(found), phrase.adjectives, phrase.number, Discourse())
-        found = list(kept) or found
+        found = _most_likely(list(kept) or found, phrase, stock, talk)
     return Place(found[0].name, "support") if found else None
+
+
+def _most_likely(
+    found: list[Thing], phrase: NounPhrase, stock: Inventory, talk: Discourse
+) -> list[Thing]:
+    """Of several supports first the one that was spoken of, else the one nearest to what acts.
+
+    "The other table" is one that was not spoken of.
+    """
+    spoken = talk.support.name if talk.support is not None else ""
+    if v.OTHERS & {*phrase.nouns, *phrase.adjectives} or phrase.determiner == "another":
+        found = [t for t in found if t.name != spoken] or found
+    elif any(t.name == spoken for t in found):
+        return [t for t in found if t.name == spoken]
+    return _by_nearness(found, stock, talk)
+
+
+def _by_nearness(found: Sequence[Thing], stock: Inventory, talk: Discourse) -> list[Thing]:
+    """Supports, first the one that is clicked nearest to what acts; as they come where none is."""
+    actors = [t for t in stock.objects if t.name in talk.acting]
+    return sorted(found, key=lambda t: apart(actors, t))
 
 
 def _part(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Place | None:
@@ -128,8 +153,9 @@ def _base_of_part(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Plac
             return base
     if phrase.of is not None:
         return None
-    only = Place(stock.supports[0].name, "support") if stock.supports else None
-    return talk.support or only
+    return talk.support or next(
+        (Place(t.name, "support") for t in _by_nearness(stock.supports, stock, talk)), None
+    )
 
 
 def _is_slope(name: str, stock: Inventory) -> bool:

@@ -24,6 +24,9 @@ from physagent_studio.agent.rules.reading.places import resolve_place
 from physagent_studio.agent.rules.reading.stock import Discourse, Inventory
 
 STRIKING = frozenset(("into", "against", "with", "on", "onto", "upon"))
+TO = ("to", "toward", "towards")
+OUT = {"off": "out of", "from": "from", "into": "into"}
+"""How something gets out of, or into, what the picture shows, and how that is said."""
 SIDED = ("behind", "in_front", "left_of", "right_of")
 """Relations that say on which side of a thing something is."""
 PLURAL = (*SIDED, "between", "over", "past", "through", "under", "before")
@@ -44,18 +47,13 @@ def take_preposition(
         return
     if _quantity(preposition, phrase, details):
         return
-    if preposition == "like":
-        # A comparison says nothing that could be measured.
+    if _only_said(preposition, phrase, details, stock, talk):
         return
-    if preposition == "as_much_as":
-        whose = resolve_objects(phrase, stock, talk)
-        details.unknown["as … as " + " ".join(whose.names if whose else phrase.nouns)] = None
+    if preposition in TO and phrase.of is not None and phrase.head in v.SIDES:
+        # "To the back of the plate".
+        details.direction = v.SIDES[phrase.head]
         return
-    if preposition == "except":
-        return
-    if preposition == "starting_with":
-        details.unknown["starting with"] = None
-        return
+    phrase = _without_side(preposition, phrase, details)
     if preposition == "infront" and phrase.head in v.CAMERA_WORDS:
         details.direction = details.direction or "toward_camera"
         return
@@ -89,6 +87,39 @@ def take_preposition(
     _place(preposition, phrase, details, stock, talk)
 
 
+def _only_said(
+    preposition: str, phrase: NounPhrase, details: Details, stock: Inventory, talk: Discourse
+) -> bool:
+    """Whether it says nothing that could be measured, or what nothing measures."""
+    if preposition in OUT and phrase.head in v.VIEW_WORDS and not _is_there(phrase, stock):
+        details.unknown[f"{OUT[preposition]} the {phrase.head}"] = None
+        details.direction = details.direction or _side_said(phrase)
+    elif preposition == "as_much_as":
+        whose = resolve_objects(phrase, stock, talk)
+        details.unknown["as … as " + " ".join(whose.names if whose else phrase.nouns)] = None
+    elif preposition == "starting_with":
+        details.unknown["starting with"] = None
+    else:
+        # A comparison tells nothing; who is spared is read with the subject.
+        return preposition in ("like", "except")
+    return True
+
+
+def _side_said(phrase: NounPhrase) -> Way | None:
+    return next((v.SIDES[a] for a in phrase.adjectives if a in v.SIDES), None)
+
+
+def _tells_apart(side: Way, phrase: NounPhrase, stock: Inventory) -> bool:
+    """Whether a side picks one of several things rather than a way: "off the left table"."""
+    alike = [t for t in (*stock.objects, *stock.supports) if phrase.head in t.words]
+    return len(alike) > 1 or any(v.SIDES.get(word) == side for t in alike for word in t.words)
+
+
+def _is_there(phrase: NounPhrase, stock: Inventory) -> bool:
+    things = (*stock.objects, *stock.supports, *stock.landmarks)
+    return any(phrase.head in t.words for t in things)
+
+
 def _goes_by(clause: RawClause) -> bool:
     """ "Rolls by the hole": past it, and not done by it."""
     verb = clause.verb
@@ -116,11 +147,11 @@ def _by_or_way(preposition: str, phrase: NounPhrase, details: Details) -> bool:
     word = phrase.head
     way = v.DIRECTIONS.get(word) if not phrase.nouns else None
     side = word == "side" and next((a for a in phrase.adjectives if a in ("left", "right")), None)
-    if preposition in ("to", "toward", "towards") and (word in v.CAMERA_WORDS):
+    if preposition in TO and word in v.CAMERA_WORDS:
         details.direction = "toward_camera"
     elif preposition == "away_from" and word in v.CAMERA_WORDS:
         details.direction = "away"
-    elif preposition in ("to", "toward", "towards", "on") and (way or side):
+    elif preposition in (*TO, "on") and (way or side):
         details.direction = side or way  # type: ignore[assignment]
     elif word in ("side", "sides") and preposition in ("to", "from", "on", "onto"):
         if preposition in ("on", "onto"):
@@ -134,25 +165,18 @@ def _by_or_way(preposition: str, phrase: NounPhrase, details: Details) -> bool:
     return True
 
 
-SIDES: dict[str, Way] = {
-    "left": "left", "lefthand": "left", "right": "right", "righthand": "right", "far": "away",
-    "back": "away", "rear": "away", "near": "toward_camera", "front": "toward_camera",
-}  # fmt: skip
-
-
-def _without_side(phrase: NounPhrase, details: Details) -> NounPhrase:
-    """ "Off the right side of the table" is off the table, to the right."""
-    if phrase.head != "side" or phrase.of is None:
-        if v.PARTS.get(phrase.head) == "edge":
-            # "Off the far edge": which of the edges.
-            for adjective in phrase.adjectives:
-                if adjective in SIDES and details.direction is None:
-                    details.direction = SIDES[adjective]
+def _without_side(preposition: str, phrase: NounPhrase, details: Details) -> NounPhrase:
+    """ "Off the right side of the table", "off its back": off the table, and which way."""
+    if v.PARTS.get(phrase.head) == "edge":
+        # "Off the far edge": which of the edges.
+        for adjective in phrase.adjectives:
+            if adjective in v.SIDES and details.direction is None:
+                details.direction = v.SIDES[adjective]
+    if phrase.of is None or phrase.of.plural or phrase.head not in ("side", *v.SIDES):
         return phrase
-    for adjective in phrase.adjectives:
-        if adjective in SIDES:
-            details.direction = SIDES[adjective]
-            break
+    way = v.SIDES.get(phrase.head) or _side_said(phrase)
+    if way and (phrase.head == "side" or v.RELATIONS.get(preposition) in ("off", "over")):
+        details.direction = way
     return phrase.of
 
 
@@ -160,13 +184,12 @@ def _place(
     preposition: str, phrase: NounPhrase, details: Details, stock: Inventory, talk: Discourse
 ) -> None:
     relation = v.RELATIONS.get(preposition)
-    side: Way | None = next((SIDES[a] for a in phrase.adjectives if a in SIDES), None)
+    side = _side_said(phrase)
     if phrase.head == "side" and phrase.of is None and relation in ("off", "over") and side:
         # "Off the right side", of whatever it stands on.
         details.direction = side
         details.places = (*details.places, ("off", Place("stack", "group")))
         return
-    phrase = _without_side(phrase, details)
     several = resolve_objects(phrase, stock, talk) if preposition not in ("to", "at") else None
     plain = several is not None and not several.any_one and not is_group(phrase, stock)
     if several is not None and plain and len(several.names) > 1 and relation in PLURAL:
@@ -184,5 +207,8 @@ def _place(
         if phrase.head not in ("air", "second", "place"):
             details.unknown[phrase.head] = None
         return
+    if relation in ("off", "over") and side and not _tells_apart(side, phrase, stock):
+        # "Off the plate on the left".
+        details.direction = details.direction or side
     if relation not in ("with", "by", "during"):
         details.places = (*details.places, (relation, place))  # type: ignore[assignment]

@@ -201,8 +201,10 @@ class _Reader(Meanings):
     def _frame(self, clause: RawClause, clause_id: str) -> EventFrame | None:
         assert clause.verb is not None
         before = self.last
+        self.talk.acting = ()
         cause = self._cause(clause)
         subject = None if cause else self.subject_of(clause)
+        self.talk.acting = subject.names if subject is not None else ()
         sense, kind, objects = self._sense(clause)
         details = details_of(clause, objects, self.stock, self.talk, self.unknown)
         frame = EventFrame(

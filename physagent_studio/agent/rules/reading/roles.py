@@ -132,6 +132,10 @@ class Roles(Subjects):
                 # "The right pin is knocked over, then the left one."
                 both = tuple(dict.fromkeys((*subject.names, *direct.names)))
                 subject = Resolved(both, subject.any_one)
+            others = () if subject is None else tuple(n for n in subject.names if n not in agent)
+            if subject is not None and others:
+                # "The can is hit by the red can": the other one is.
+                subject = replace(subject, names=others)
             return self._done_by(replace(frame, agent=agent), subject)
         struck = direct or (Resolved(details.struck) if details.struck else None)
         if struck is None:
@@ -149,6 +153,11 @@ class Roles(Subjects):
             # "collides", "makes contact": with whom is not said.
             return self._done_by(frame, subject) if frame.sense != "hit" else None
         agent = subject.names if subject and not frame.cause else ()
+        if frame.sense == "hit" and len(agent) == 1 and agent == struck.names:
+            # "Hits itself", "hits it" with nothing else spoken of.
+            heads = [phrase.head for phrase in direct_phrases] or [verb.word]
+            self.unknown |= dict.fromkeys(heads)
+            return None
         kept = tuple(p for p in frame.places if p[1].name not in struck.names)
         return replace(frame, agent=agent, patient=struck.names, places=kept, **struck.counts)
 

@@ -124,14 +124,14 @@ def _ordinal(
 
 def nearest_to(names: Sequence[str], place: Thing, stock: Inventory) -> tuple[str, ...]:
     """The names ordered by the distance of their clicks from those of a place."""
+    by_name = {t.name: t for t in stock.objects}
+    return tuple(sorted(names, key=lambda name: apart([by_name[name]], place)))
 
-    def distance(name: str) -> float:
-        spot = next((t.spot for t in stock.objects if t.name == name), None)
-        if spot is None or not place.spots:
-            return 0.0
-        return min((spot[0] - x) ** 2 + (spot[1] - y) ** 2 for x, y in place.spots)
 
-    return tuple(sorted(names, key=distance))
+def apart(things: Sequence[Thing], place: Thing) -> float:
+    """Pixels between the clicks of a place and the nearest of the things; 0 without clicks."""
+    spots = [t.spot for t in things if t.spot is not None]
+    return min((math.dist(a, b) for a in spots for b in place.spots), default=0.0)
 
 
 def near_to(names: Sequence[str], place: Thing, stock: Inventory) -> tuple[str, ...]:

@@ -69,10 +69,14 @@ class Inventory:
 
 @dataclass
 class Discourse:
-    """What was spoken of so far in the prompt; lives only while it is read."""
+    """What was spoken of so far in the prompt; lives only while it is read.
+
+    subject: what was last a subject. acting: the subject of the clause whose other words are read.
+    """
 
     mentions: list[tuple[str, ...]] = field(default_factory=list)
     subject: tuple[str, ...] = ()
+    acting: tuple[str, ...] = ()
     support: Place | None = None
     landmark: Place | None = None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from physagent_studio.agent.rules.reading.frames import Way
 from physagent_studio.agent.rules.reading.verbs import COMBINED as COMBINED
 from physagent_studio.agent.rules.reading.verbs import IRREGULAR as IRREGULAR
 from physagent_studio.agent.rules.reading.verbs import PARTICIPLES as PARTICIPLES
@@ -44,6 +45,7 @@ DIRECTIONS: dict[str, str] = {
     "off": "off", "aside": "sideways", "lateral": "sideways",
 }  # fmt: skip
 
+VIEW_WORDS = words_of("picture image frame view shot screen sight")
 CAMERA_WORDS = words_of("camera viewer us observer lens you")
 
 MANNERS: dict[str, str] = {
@@ -114,6 +116,11 @@ POSITIONS: dict[str, str] = {
     "farthest": "back", "furthest": "back", "near": "front", "outer": "outer",
     "outermost": "outer", "inner": "inner", "innermost": "inner",
 }  # fmt: skip
+SIDES: dict[str, Way] = {
+    "left": "left", "lefthand": "left", "right": "right", "righthand": "right", "far": "away",
+    "back": "away", "rear": "away", "near": "toward_camera", "front": "toward_camera",
+}  # fmt: skip
+"""Which way the sides of a thing lie; "the back of the plate" is a part of it."""
 ORDINALS = {"first": 1, "second": 2, "third": 3, "fourth": 4, "fifth": 5, "last": -1}
 COUNTED_FROM = {"counted_top": "top", "counted_bottom": "bottom"}
 """Fixed expressions after a noun: "the second box from the top"."""

@@ -197,14 +197,17 @@ def flips(statement: Flips, facts: Facts, window: Window) -> Outcome:
 def speed_between(statement: SpeedBetween, facts: Facts, window: Window) -> Outcome:
     """Greatest speed of the centre of mass."""
     track = facts.track(statement.subject, window)
-    best = float(track.speed.max())
-    step = window.first + int(track.speed.argmax())
+    parts = track.velocities[:, :2] if statement.level else track.velocities
+    speed = np.linalg.norm(parts, axis=1)
+    best = float(speed.max())
+    step = window.first + int(speed.argmax())
     scale = max(statement.low, min(statement.high, 100.0) * 0.1, 0.1)
     fast = (best - statement.low) / scale
     slow = (statement.high - best) / scale
+    claim = f"{track.name} has a top level speed of" if statement.level else ""
     if fast <= slow:
-        return Outcome(fast, best, statement.low, "m/s", "≥", step, lasting=True)
-    return Outcome(slow, best, statement.high, "m/s", "≤", step, lasting=True)
+        return Outcome(fast, best, statement.low, "m/s", "≥", step, claim=claim, lasting=True)
+    return Outcome(slow, best, statement.high, "m/s", "≤", step, claim=claim, lasting=True)
 
 
 def descends_slowly(statement: DescendsSlowly, facts: Facts, window: Window) -> Outcome:

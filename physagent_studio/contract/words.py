@@ -177,7 +177,7 @@ def _speed(s: Any) -> tuple[str, str]:
 def _speeds(s: Any) -> str:
     if s.high >= _ANY_SPEED:
         return f"at least {number(s.low, 'm/s')}"
-    top = number(s.high, "m/s")
+    top = number(s.high, "m/s") + (" level" if s.level else "")
     return f"at most {top}" if s.low == 0 else f"{number(s.low)} to {top}"
 
 

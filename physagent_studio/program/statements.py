@@ -169,12 +169,13 @@ class Upright(Stated):
 
 
 class SpeedBetween(Stated):
-    """Its greatest speed lies between `low` and `high` m/s."""
+    """Its greatest speed lies between `low` and `high` m/s; `level`: the level part of it."""
 
     kind: Literal["speed_between"] = "speed_between"
     subject: Name
     low: Distance = 0.0
     high: Distance = 1e4
+    level: bool = False
 
 
 class PathBends(Stated):

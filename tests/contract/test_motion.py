@@ -201,3 +201,13 @@ def test_a_u_turn_reverses_and_a_straight_path_does_not(stage, time):
     assert not stage.check("reverses", subject="ball", angle=10).ok
     stage.path("ball", x=0.0)
     assert not stage.check("reverses", subject="ball").ok
+
+
+def test_a_level_speed_leaves_a_fall_out(stage, time):
+    stage.path("ball", x=0.5 * time, z=20 - 4.9 * time**2)
+    assert not stage.check("speed_between", subject="ball", high=1).ok
+    level = stage.check("speed_between", subject="ball", high=1, level=True)
+    assert level.ok
+    assert "top level speed of 0.5 m/s" in level.text
+    stage.path("ball", x=2 * time)
+    assert not stage.check("speed_between", subject="ball", high=1, level=True).ok

@@ -54,12 +54,21 @@ def manner(c: Context) -> list[Spec]:
     return _pace(c)
 
 
+def comes_down(c: Context) -> bool:
+    """Whether it falls before, after or by what it does: then it does fly for a while."""
+    told = {f.sense for f in (*c.earlier, *c.later)}
+    off = c.frame.place("off", "from") is not None or c.frame.direction == "off"
+    return off or bool(told & {"fall", "land", "bounce", "jump", "throw", "fly", "rise", "kick"})
+
+
 def _pace(c: Context) -> list[Spec]:
     if "slow" in c.frame.manner or "gentle" in c.frame.manner:
         if c.frame.sense in ("float", "descend") or c.layout.ramp_below(c.subject) is not None:
             drop = c.length(0.3, 0.02, 0.1)
             return [spec("descends_slowly", c.subject, drop=drop, speed=0.6)]
-        return [spec("speed_between", c.subject, low=0.02, high=1.0)]
+        # What falls gets fast however slowly it came to the edge.
+        level = True if comes_down(c) else None
+        return [spec("speed_between", c.subject, low=0.02, high=1.0, level=level)]
     if "fast" in c.frame.manner or "hard" in c.frame.manner:
         return [spec("speed_between", c.subject, low=0.7)]
     return []

@@ -26,7 +26,7 @@ def _no_farther(c: Context) -> list[Spec]:
     """ "Slides 20 cm" is not sliding off the table; "slides a little" has an end as well."""
     if c.frame.sense not in _TRAVELS or c.frame.negated:
         return []
-    going_on = any(f.sense in (_TRAVELS | _FALLS_ON) - {"reverse"} for f in c.later)
+    going_on = _told_later(c, (_TRAVELS | _FALLS_ON) - {"reverse"})
     far = _most(c)
     if far is None or going_on or c.frame.place("off", "from") is not None:
         return []
@@ -46,11 +46,16 @@ def _as_fast(c: Context) -> list[Spec]:
     said = c.frame.speed
     if said is None:
         return []
-    falls = any(f.sense in _FALLS_ON for f in (c.frame, *c.later))
+    falls = c.frame.sense in _FALLS_ON or _told_later(c, _FALLS_ON)
     falls |= c.frame.place("off", "from", "down") is not None
     high = None if falls else round(1.5 * said, 3)
     who = c.frame.agent[0] if c.frame.agent and c.frame.sense in _HITS else c.subject
     return [spec("speed_between", who, low=round(0.6 * said, 3), high=high)]
+
+
+def _told_later(c: Context, senses: frozenset[str]) -> bool:
+    """Whether a later clause says so, and does not deny it."""
+    return any(f.sense in senses and not f.negated for f in c.later)
 
 
 def _not_earlier(c: Context) -> list[Spec]:
@@ -63,7 +68,7 @@ def _not_earlier(c: Context) -> list[Spec]:
 
 def _no_more_turned(c: Context) -> list[Spec]:
     """ "Turns by 90 degrees", "rotates a bit"."""
-    if c.frame.sense not in _TURNS - {"topple"} or any(f.sense in _FALLS_ON for f in c.later):
+    if c.frame.sense not in _TURNS - {"topple"} or _told_later(c, _FALLS_ON):
         return []
     most = 1.4 * c.frame.angle + 10.0 if c.frame.angle is not None else 100.0
     told = c.frame.angle is not None or is_slight(c)

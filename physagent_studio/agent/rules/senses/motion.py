@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from physagent_studio.agent.rules.layout import level, named_way
-from physagent_studio.agent.rules.senses.common import bent_path, manner, travel
+from physagent_studio.agent.rules.senses.common import bent_path, comes_down, manner, travel
 from physagent_studio.agent.rules.senses.turning import topple
 from physagent_studio.agent.rules.senses.whereabouts import along, downstairs, landed_on, was_raised
 from physagent_studio.agent.rules.senses.yielding import wind
@@ -35,18 +35,11 @@ def roll(c: Context) -> list[Spec]:
     found = move(c)
     if c.layout.rolls(c.subject):
         found.append(spec("rotates", c.subject, angle=90.0))
-        if not _comes_down(c):
+        if not comes_down(c):
             found.append(spec("airborne", c.subject, seconds=0.3, negated=True))
-    elif c.layout.ramp_below(c.subject) is not None and not _comes_down(c):
+    elif c.layout.ramp_below(c.subject) is not None and not comes_down(c):
         found += _down_the_slope(c)
     return found
-
-
-def _comes_down(c: Context) -> bool:
-    """Whether it falls before, after or by rolling: then it does fly for a while."""
-    told = {f.sense for f in (*c.earlier, *c.later)}
-    off = c.frame.place("off", "from") is not None or c.frame.direction == "off"
-    return off or bool(told & {"fall", "land", "bounce", "jump", "throw", "fly", "rise", "kick"})
 
 
 def _down_the_slope(c: Context) -> list[Spec]:

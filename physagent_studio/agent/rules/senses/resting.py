@@ -75,6 +75,9 @@ def slow(c: Context) -> list[Spec]:
 _GOING_ON = words_of("move roll slide drift fall fly jump bounce accelerate reverse curve leave")
 
 
+_MOVING = words_of("move roll slide drift push pull slip kick accelerate spin turn lift rise")
+
+
 def _goes_on(frame: EventFrame) -> bool:
     """Whether a later frame has it move again."""
     return frame.sense in _GOING_ON and not frame.negated and frame.link in ("then", "before")
@@ -94,8 +97,11 @@ def stay(c: Context) -> list[Spec]:
         below = landed_on(c)
         carried = [spec("rests_on", c.subject, other=below)] if below is not None else []
         return [spec("stops", c.subject), *carried]
-    found = still(c)
     on = c.frame.place("on", "atop")
+    if on is not None and _is_moved(c, on.name):
+        # "The plate slides while the orange stays on it": with it.
+        return [spec("rests_on", c.subject, other=on.name)]
+    found = still(c)
     if on is not None and on.kind in ("support", "object") and not on.part:
         carried = c.layout.carrier(c.subject)
         if carried in (None, on.name):
@@ -107,6 +113,12 @@ def _came_there(c: Context) -> bool:
     """Whether what stays has moved before, as it is told."""
     moved = [f for f in c.earlier if f.sense in _GOING_ON and not f.negated and not f.any_one]
     return c.frame.link == "then" and any(c.subject in f.patient for f in moved)
+
+
+def _is_moved(c: Context, name: str) -> bool:
+    """Whether another clause moves this thing."""
+    frames = (f for f in c.reading.frames if f is not c.frame and not f.negated)
+    return any(f.sense in _MOVING and name in f.patient for f in frames)
 
 
 def be(c: Context) -> list[Spec]:

@@ -66,7 +66,13 @@ def flip(c: Context) -> list[Spec]:
 
 def spin(c: Context) -> list[Spec]:
     """Turns about itself."""
-    return [spec("rotates", c.subject, angle=_least_turn(c, 180.0)), *along(c)]
+    turns = spec("rotates", c.subject, angle=_least_turn(c, 180.0))
+    told = any(f.negated or f.sense == "stay" for f in c.later)
+    if c.frame.posture == "still" and not told:
+        # "Spins on the spot".
+        aside = spec("moves", c.subject, distance=c.length(0.5, 0.03, 0.2))
+        return [turns, aside.opposite()]
+    return [turns, *along(c)]
 
 
 def _least_turn(c: Context, plain: float) -> float:

@@ -69,8 +69,11 @@ def mask_edits(
         item = scene.object(name)
         if item is None:
             return (AddItem(path="scene.objects", item=_new_object(case, name, grounding)),)
-        opened = _opened_objects((item,), pinned, ("shape", "position"))
-        opened += _opened_objects(_carried(scene, name), pinned, ("position",))
+        # What it stands on, and whether anything stands on it, was read off the mask that it had.
+        there = [o for o in (item, *_carried(scene, name)) if o.support != "air"]
+        opened = _opened_objects(there, pinned, ("support", "shape", "position"))
+        if item.support == "air":
+            opened += _opened_objects((item,), pinned, ("shape", "position"))
     value = grounding.model_dump(mode="json")
     return (SetField(path=f"{path}.grounding", value=value), *opened)
 

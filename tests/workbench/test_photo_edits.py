@@ -11,7 +11,7 @@ import pytest
 
 from physagent_studio.assets import assets_dir
 from physagent_studio.errors import InputError
-from physagent_studio.program import SetField
+from physagent_studio.program import SetField, apply
 from physagent_studio.program.scene import Click, Grounding, Landmark, Stroke
 from physagent_studio.session import Store
 from physagent_studio.workbench import Snapshot, Workbench, commands, photo_edits
@@ -108,6 +108,19 @@ def test_a_mask_survives_a_rerun(workbench: Workbench, before: Snapshot) -> None
     later = carry_out(workbench, again)
     assert later.scene is not None
     assert np.array_equal(later.scene.masks[item.name], mask)
+
+
+def test_what_stood_on_a_wrong_mask_finds_its_place_anew(
+    workbench: Workbench, before: Snapshot
+) -> None:
+    ball, block = before.program.scene.objects[:2]
+    wrong = SetField(path=f"scene.objects.{block.name}.support", value=ball.name)
+    program = apply(before.program, (wrong,))
+    assert before.case is not None
+    edits = photo_edits.mask_edits(program, before.case, (), ball.name, ball.grounding)
+    after = carry_out(workbench, (wrong, *edits)).program.scene.object(block.name)
+    assert after is not None
+    assert after.support == block.support
 
 
 def test_another_form(workbench: Workbench, before: Snapshot) -> None:

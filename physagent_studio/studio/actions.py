@@ -11,7 +11,7 @@ from functools import singledispatch
 from typing import Any, Protocol
 
 from physagent_studio.errors import InputError
-from physagent_studio.program import MATERIALS, PhysicalProgram, Support, apply
+from physagent_studio.program import PhysicalProgram, Support, apply
 from physagent_studio.program import scene as shapes
 from physagent_studio.studio import (
     intents,
@@ -219,7 +219,6 @@ def _(intent: intents.OpenKnown, studio: Studio, browser: int) -> None:
 @carry_out.register
 def _(intent: intents.OpenBare, studio: Studio, browser: int) -> None:
     floor = Support(name="floor", shape=shapes.Floor(), material="concrete", source="person")
-    assert floor.material in MATERIALS
     program = PhysicalProgram(scene=shapes.SceneState(supports=(floor,)))
     studio.workbench.post(commands.OpenProgram(program, "Empty scene"))
 

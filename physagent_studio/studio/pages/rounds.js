@@ -95,8 +95,11 @@ export function startRounds(host, showPlots, showPhoto) {
   }
 
   function why(shown) {
-    const notes = data.draft ? [] : shown.diagnosis;
-    const findings = shown.findings.filter((f) => !f.ok);
+    // What stands in the checklist already is not said again.
+    const said = new Set(data.checks.filter((c) => !c.ok).map((c) => c.text));
+    const fresh = (one) => !said.has(one.text) && said.add(one.text);
+    const notes = data.draft ? [] : shown.diagnosis.filter(fresh);
+    const findings = shown.findings.filter((f) => !f.ok && fresh(f));
     const criteria = data.draft ? [] : shown.criteria;
     const clauses = data.draft ? [] : shown.clauses;
     if (!notes.length && !findings.length && !criteria.length && !clauses.length) return null;

@@ -22,6 +22,8 @@ export function startRun(host, dialogs) {
 
   const show = (run) => {
     if (run.busy && !(last && last.busy)) since = Date.now();
+    // What lies below stays where it is while something runs: nobody clicks beside it.
+    host.style.minHeight = !run.busy ? "" : host.style.minHeight || `${host.offsetHeight}px`;
     last = run;
     const waiting = run.phase === "decide" && !run.draft;
     const mine = Boolean(run.turn) && !run.draft;

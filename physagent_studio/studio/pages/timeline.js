@@ -114,14 +114,21 @@ export function startTimeline(host) {
     const y = tops[at];
     return h("g", { "data-lane": lane.name, key: `lane ${lane.name}` },
       h("g", { key: "contacts" }, lane.contacts.map((one) => h("circle", { class: "contact", cx: x(one.step), cy: y + tall(at) - 3, r: 2 }, h("title", {}, `Touches ${one.with.replaceAll("_", " ")} at frame ${frames(one.step)}`)))),
-      lane.actions.map((one) => actionOf(one, y + rowOf(one.id), selected)),
+      lane.actions.map((one) => actionOf(one, y + rowOf(one.id), selected, lane)),
       h("rect", { x: box.scrollLeft, y, width: gutter() - 4, height: tall(at), fill: "var(--panel)" }),
       h("text", { class: "name", x: box.scrollLeft + 10, y: y + 17, onclick: () => send({ do: "select", kind: "object", name: lane.name }) }, fit(lane.name.replaceAll("_", " ")), h("title", {}, lane.name)));
   }
 
-  const fit = (name) => { const most = Math.floor((gutter() - 14) / 6.6); return name.length > most ? `${name.slice(0, most - 1)}…` : name; };
+  const shortened = (text, room) => { const most = Math.floor(room / 6.6); return text.length <= most ? text : most < 4 ? "" : `${text.slice(0, most - 1)}…`; };
+  const fit = (name) => shortened(name, gutter() - 14);
 
-  function actionOf(one, y, selected) {
+  // Pixels up to the next bar of the row, for the words beside one that is too short for them.
+  function roomAfter(one, right, lane) {
+    const next = lane.actions.filter((other) => rowOf(other.id) === rowOf(one.id) && other.start > one.start).map((other) => other.start);
+    return (next.length ? x(Math.min(...next)) : gutter() + width() + 18) - right;
+  }
+
+  function actionOf(one, y, selected, lane) {
     const mine = drag && drag.id === one.id ? drag : one;
     const left = x(mine.start), right = x(mine.start + mine.duration), color = COLORS[one.kind] || "#888";
     const on = selected.kind === "action" && selected.name === one.id;
@@ -130,8 +137,9 @@ export function startTimeline(host) {
       ? h("path", { class: "body", d: `M${left} ${y + 4}l8 8.500l-8 8.500l-8 -8.500z`, fill: color })
       : h("rect", { class: "body", x: left, y: y + 3, width: Math.max(7, right - left), height: LANE - 7, rx: 4, fill: color });
     const text = one.instant
-      ? h("text", { x: left + 12, y: y + 17, style: "fill:var(--text)" }, one.label)
-      : h("text", right - left > 6.6 * one.label.length + 12 ? { x: left + 7, y: y + 16 } : { x: right + 5, y: y + 16, style: "fill:var(--text)" }, one.label);
+      ? h("text", { x: left + 12, y: y + 17, style: "fill:var(--text)" }, shortened(one.label, roomAfter(one, left + 12, lane)))
+      : right - left > 6.6 * one.label.length + 12 ? h("text", { x: left + 7, y: y + 16 }, one.label)
+        : h("text", { x: right + 5, y: y + 16, style: "fill:var(--text)" }, shortened(one.label, roomAfter(one, right + 5, lane)));
     return h("g", { key: one.id, class: `act ${on ? "on" : ""} ${one.muted ? "muted" : ""} ${one.never ? "never" : ""}`, "data-action": one.id, "data-start": mine.start, "data-duration": mine.duration,
       tabindex: 0, role: "button", "aria-label": title, onpointerdown: (e) => startDrag(e, one, "move"), onkeydown: (e) => keys(e, one),
       oncontextmenu: (e) => { e.preventDefault(); openMenu(e, actionItems(one)); } },

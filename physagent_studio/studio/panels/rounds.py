@@ -273,7 +273,7 @@ def _proposal(loop: LoopState, snapshot: Snapshot) -> dict[str, Any] | None:
         "simulations": proposal.simulations,
         "hunks": _hunks(proposal, head.program),
         "preview": None
-        if preview is None
+        if preview is None or not (preview.checks or preview.problem)
         else {
             "passed": preview.passed,
             "problem": preview.problem,

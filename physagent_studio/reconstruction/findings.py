@@ -45,20 +45,10 @@ def measure(
     if image is not None:
         out += _called(state, image, masks)
     out += _silhouettes(state, state.camera, masks, meshes)
-    out += [
-        finding
-        for item in state.objects
-        if item.name in meshes
-        for finding in [_contact(item, state, meshes)]
-        if finding is not None
-    ]
-    out += [
-        finding
-        for item in state.objects
-        if item.name in meshes
-        for finding in [_over_edge(item, state, meshes)]
-        if finding is not None
-    ]
+    placed = [item for item in state.objects if item.name in meshes]
+    for check in (_contact, _over_edge):
+        told = (check(item, state, meshes) for item in placed)
+        out += [finding for finding in told if finding is not None]
     out += [_support(support) for support in state.supports]
     out += consistency.check(state, masks, meshes, support_meshes, estimate)
     return tuple(out)

@@ -106,7 +106,8 @@ def with_role(state: LoopState, role: RoleName, *, on: bool) -> LoopState:
     scene and demands become the draft, with nothing scheduled.
     """
     others = [one for one in state.by_hand if one != role]
-    head, update = state.current, dict[str, object](by_hand=in_order([*others, *[role] * on]))
+    roles = in_order([*others, role] if on else others)
+    head, update = state.current, dict[str, object](by_hand=roles)
     new = role == "generator" and on and "generator" not in state.by_hand
     if new and head is not None and state.draft is None and not _has_run(state):
         update["draft"] = without_schedule(head.program)

@@ -65,7 +65,7 @@ def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
     _print(report, desk.state, as_json)
     if waits_for(desk.state):
         return WAITING
-    return 0 if report["realised"] and not report["untested"] else NOT_REALISED
+    return 0 if report["realised"] and is_all_tested(report) else NOT_REALISED
 
 
 def _session(request: RunRequest, store: Store) -> Session:
@@ -81,6 +81,11 @@ def _session(request: RunRequest, store: Store) -> Session:
         raise InputError('an image needs the event in words: --prompt "the ball falls"')
     lessons = read_lessons(request.lessons) if request.lessons is not None else ()
     return store.create(case, LoopState(policy="auto", budget=request.rounds, lessons=lessons))
+
+
+def is_all_tested(report: dict[str, Any]) -> bool:
+    """Whether every clause of the sentence is tested and every word of it was understood."""
+    return not report["untested"] and not report["not_understood"]
 
 
 def _print(report: dict[str, Any], state: LoopState, as_json: bool) -> None:
@@ -100,6 +105,8 @@ def _print(report: dict[str, Any], state: LoopState, as_json: bool) -> None:
     if waiting := waits_for(state):
         typer.echo(f"waiting for {waiting}: physagent studio {report['session']}")
     word = "realised" if report["realised"] else f"not realised ({report['outcome']})"
+    if report["realised"] and not is_all_tested(report):
+        word += ", as far as it is tested,"
     typer.echo(
         f"{word} after {output.count(report['rounds'], 'round')}, "
         f"{output.count(report['simulations'], 'simulation')}, "

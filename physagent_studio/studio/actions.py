@@ -283,6 +283,7 @@ carry_out.register(intents_shelf.RenameSession, shelf.rename)
 carry_out.register(intents_shelf.DuplicateSession, shelf.duplicate)
 carry_out.register(intents_shelf.DeleteSession, shelf.delete)
 carry_out.register(intents_shelf.RestoreSession, shelf.restore)
+carry_out.register(intents_shelf.ListSessions, shelf.relist)
 
 OTHERS = photo_actions.ACTIONS | mesh_actions.ACTIONS | program_actions.ACTIONS
 for asked, act in OTHERS.items():

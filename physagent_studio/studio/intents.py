@@ -19,7 +19,7 @@ from physagent_studio.records.judgement import DecisionKind
 from physagent_studio.records.loop_state import PolicyName, RoleName
 from physagent_studio.studio.intents_mesh import MeshIntent
 from physagent_studio.studio.intents_photo import PhotoIntent
-from physagent_studio.studio.intents_shelf import Present, ShelfIntent
+from physagent_studio.studio.intents_shelf import ListSessions, Present, ShelfIntent
 
 Id = Annotated[str, Field(min_length=1, max_length=200)]
 Label = Annotated[str, Field(max_length=200)]
@@ -307,7 +307,7 @@ Intent = Annotated[
 
 LOOKING = (
     Play, Scrub, Speed, Loop, Select, Show, Look, Bookmark, Viewer, Compare, ShowRound, Dismiss,
-    Present,
+    ListSessions, Present,
 )  # fmt: skip
 """What a page that presents may ask for: nothing of it changes a session."""
 

@@ -42,6 +42,12 @@ class RestoreSession(_OfSession):
     do: Literal["restore_session"] = "restore_session"
 
 
+class ListSessions(Frozen):
+    """Looks which sessions there are now; the command line makes some too."""
+
+    do: Literal["list_sessions"] = "list_sessions"
+
+
 class Present(Frozen):
     """From now on this page only looks, or (`on` false) may change things again."""
 
@@ -56,4 +62,7 @@ class Export(Frozen):
     kind: Literal["html", "viser"]
 
 
-ShelfIntent = RenameSession | DuplicateSession | DeleteSession | RestoreSession | Present | Export
+ShelfIntent = (
+    RenameSession | DuplicateSession | DeleteSession | RestoreSession | ListSessions | Present
+    | Export
+)  # fmt: skip

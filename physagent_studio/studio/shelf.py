@@ -62,6 +62,11 @@ def restore(intent: intents.RestoreSession, studio: Studio, browser: int) -> Non
     _relist(studio)
 
 
+def relist(intent: intents.ListSessions, studio: Studio, browser: int) -> None:
+    """Tells all pages which sessions there are now."""
+    _relist(studio)
+
+
 def _relist(studio: Studio) -> None:
     studio.library.forget()
     studio.painter.publish_library(studio.library.listing(studio.snapshot))

@@ -33,7 +33,14 @@ def test_sessions_are_renamed_copied_deleted_and_brought_back(waiting: Desk) -> 
     page, store = waiting.page, waiting.workbench.store
     opened = waiting.snapshot.session_id
     (first,) = store.list()
+    # A session that comes from elsewhere, such as the command line, is there when one looks.
+    elsewhere = store.duplicate(first.id)
     _list(waiting)
+    expect(page.locator(".entry-row")).to_have_count(2)
+    store.discard(elsewhere)
+    page.keyboard.press("Escape")
+    _list(waiting)
+    expect(page.locator(".entry-row")).to_have_count(1)
     waiting.until(lambda: page.locator(".entry-row .face img").first.evaluate(LOADED), "a face")
     assert waiting.button(f"Duplicate “{first.title}”").is_enabled()
     waiting.button(f"Duplicate “{first.title}”").click()

@@ -114,5 +114,5 @@ export function startDialogs(host) {
     show();
     host.querySelector(first)?.focus();
   };
-  return { open: () => { shelf.reset(); enter("open", ".body .b.main"); }, fresh: () => enter("new", ".body input, .body textarea") };
+  return { open: () => { send({ do: "list_sessions" }); shelf.reset(); enter("open", ".body .b.main"); }, fresh: () => enter("new", ".body input, .body textarea") };
 }

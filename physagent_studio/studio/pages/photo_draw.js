@@ -80,7 +80,7 @@ function horizon(data, state, unit) {
   return h("g", {},
     h("line", { class: "ph-horizon", x1: 0, x2: width, y1: at, y2: at, "stroke-dasharray": at === row ? null : "6 4" }),
     h("circle", { class: "ph-horizon-grip", cx: width / 2, cy: at, r: 6 * unit }),
-    h("text", { class: "ph-name", x: width / 2, y: at > height / 2 ? at - 10 * unit : at + 20 * unit, style: `font-size:${text}px;stroke-width:${2.5 * unit}px` }, `Horizon: ${away}`));
+    h("text", { class: "ph-name", x: width / 4, y: at > height / 2 ? at - 10 * unit : at + 20 * unit, style: `font-size:${text}px;stroke-width:${2.5 * unit}px` }, `Horizon: ${away}`));
 }
 
 // A mask on its piece of the photo.

@@ -26,6 +26,7 @@ from physagent_studio.reconstruction.segmentation_ranking import ranked
 from physagent_studio.reconstruction.segmentation_stack import stacked
 from physagent_studio.reconstruction.segmentation_task import (
     full_size,
+    is_slender,
     part_around,
     task_of,
     view_of,
@@ -90,7 +91,7 @@ class EmbeddedSegmenter:
     def candidates(self, image: Image, name: str, grounding: Grounding) -> tuple[Candidate, ...]:
         """Candidates (H, W) of one thing whose grounding says all; its name helps to rank them."""
         alike = self._alike(image, name, grounding)
-        return with_parts(image, alike, grounding, usual_size(name).aspect)
+        return with_parts(image, alike, grounding, usual_size(name).aspect, is_slender(name))
 
     def _alike(self, image: Image, name: str, grounding: Grounding) -> tuple[Candidate, ...]:
         """Candidates (H, W) of what looks like the places that were clicked."""

@@ -10,7 +10,6 @@ clearly a part. With them others may come to touch the mask, which have to be th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -25,27 +24,15 @@ from physagent_studio.reconstruction.masks import (
     iou,
     resized,
 )
-from physagent_studio.reconstruction.segmentation_beside import ground_of, patches_beside
 from physagent_studio.reconstruction.segmentation_choice import CANDIDATES
-from physagent_studio.reconstruction.segmentation_evidence import (
-    TALL,
-    Colours,
-    Outline,
-    Patch,
-    Surroundings,
-    colours_of,
-    features_of,
-    lowness,
-    outline_of,
-    scores,
-    shade_of,
-)
+from physagent_studio.reconstruction.segmentation_joining import LEAST, Around, Grown, joining
 from physagent_studio.reconstruction.segmentation_patches import (
     joined,
     patches_of,
     renumbered,
     steps_of,
 )
+from physagent_studio.reconstruction.segmentation_shafts import edges_of
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 
@@ -55,21 +42,8 @@ SIDE, REACH = 150, 0.9
 """Longer side of the mask where it is looked at, pixels, and how far around it, in sides."""
 FINE, LEVELS = 3.5, (5.0, 8.0, 12.0, 17.0)
 """How unlike patches are that the mask snaps to, and that parts are made of."""
-CLEAR, CLEARER = 0.85, 0.25
-"""Score from which a part joins, and how much more is asked of those that touch it only then."""
 ROUNDS, MOST = 5, 1.5
 """How often parts join, and how much larger the mask becomes at most."""
-LEAST, LARGEST, LONGEST = 0.002, 0.26, 0.5
-"""Share of the mask's area between which a part is, and below which a slender one is."""
-SLENDER = 0.3
-"""Width of a slender part over the side of a square of the mask's area."""
-NARROW, SEAM, NECK = 4.2, 0.62, -0.22
-"""Pixels across the widest place of a part, share of its outline at the mask, and contact (log, as
-`Outline.neck`) by which it is but a seam along the outline, or hardly touches."""
-COMMON = -4.1
-"""Log share of its colours elsewhere from which a patch is like what is around."""
-BLURRED = 2.4
-"""Sharpness (log, as `Outline.sharp`) below which a patch has no outline."""
 SAME = 0.95
 """IoU from which two masks need not both be offered."""
 COARSE = 500
@@ -78,28 +52,19 @@ ODD = 0.3
 """Spreads by which parts may make a thing's proportions more unusual for its name."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Around:
-    """A mask and its surroundings at the size where parts are sought.
-
-    part: (x0, y0, x1, y1) of the picture. lab (h, w, 3), steps, mask, barred (h, w): of that part.
-    """
-
-    part: tuple[int, int, int, int]
-    lab: NDArray[np.float32]
-    steps: NDArray[np.float32]
-    mask: BoolArray
-    barred: BoolArray
-
-
 def with_parts(
-    image: Image, offers: Sequence[Candidate], grounding: Grounding, usual: Usual = None
+    image: Image,
+    offers: Sequence[Candidate],
+    grounding: Grounding,
+    usual: Usual = None,
+    slender: bool = False,
 ) -> tuple[Candidate, ...]:
     """Up to four candidates: led by the first with the parts attached to it, where it has any.
 
-    usual: height over width of things of that name, and its spread (log).
+    usual: height over width of things of that name, and its spread (log). slender: whether they
+    are poles and frames.
     """
-    found = None if not offers else with_attached(image, offers[0].mask, grounding)
+    found = None if not offers else with_attached(image, offers[0].mask, grounding, slender)
     if found is None or _odder(offers[0].mask, found, usual):
         return tuple(offers)
     first = offers[0]
@@ -127,12 +92,14 @@ def _odder(before: BoolArray, after: BoolArray, usual: Usual) -> bool:
     return off[1] > off[0] + ODD and off[1] > 1.0
 
 
-def with_attached(image: Image, mask: BoolArray, grounding: Grounding) -> BoolArray | None:
+def with_attached(
+    image: Image, mask: BoolArray, grounding: Grounding, slender: bool = False
+) -> BoolArray | None:
     """The mask (H, W) with the parts attached to the thing; None where there is none to be seen.
 
     What holds a click outside, or lies outside of a box, is no part of it.
     """
-    around = _around(image, mask, grounding)
+    around = _around(image, mask, grounding, slender)
     if around is None:
         return None
     found = _grown(around)
@@ -157,7 +124,9 @@ def _placed(found: BoolArray, around: Around, shape: tuple[int, ...]) -> BoolArr
     return out
 
 
-def _around(image: Image, mask: BoolArray, grounding: Grounding) -> Around | None:
+def _around(
+    image: Image, mask: BoolArray, grounding: Grounding, slender: bool = False
+) -> Around | None:
     x0, y0, x1, y1 = bounds(mask)
     side = max(x1 - x0, y1 - y0)
     if side < 12:
@@ -177,7 +146,8 @@ def _around(image: Image, mask: BoolArray, grounding: Grounding) -> Around | Non
     part = (left, top, right, low)
     barred = _barred(grounding, part, factor, own.shape)
     colours = lab.astype(np.float32)
-    return Around(part, colours, steps_of(colours), np.asarray(own), barred)
+    edges = edges_of(colours)
+    return Around(part, colours, steps_of(colours), np.asarray(own), barred, edges, slender)
 
 
 def _barred(
@@ -209,15 +179,13 @@ def _grown(around: Around) -> BoolArray | None:
         return None
     levels = joined(fine, around.lab, around.steps, LEVELS)
     first = np.count_nonzero(mask)
-    parts = np.zeros_like(mask)
-    for turn in range(ROUNDS):
-        found = _joining(around, mask, parts, levels, CLEAR + CLEARER * turn, LEAST * first)
+    grown = Grown(mask, np.zeros_like(mask))
+    while grown.turn < ROUNDS and np.count_nonzero(grown.mask) <= MOST * first:
+        found = joining(around, grown, levels, LEAST * first)
         if found is None:
             break
-        mask, parts = mask | found, parts | found
-        if np.count_nonzero(mask) > MOST * first:
-            break
-    return _closed(around.mask, parts) if parts.any() else None
+        grown = grown.joined_by(found)
+    return _closed(around.mask, grown.parts) if grown.turn else None
 
 
 def _snapped(fine: IntArray, mask: BoolArray) -> tuple[BoolArray, IntArray]:
@@ -234,68 +202,6 @@ def _snapped(fine: IntArray, mask: BoolArray) -> tuple[BoolArray, IntArray]:
     cut = wide[0] & wide[1] & (share > 0.03) & (share < 0.97)
     out = np.where(cut[fine], mask, (share > 0.5)[fine])
     return out, renumbered(fine * 2 + out)
-
-
-def _joining(
-    around: Around,
-    mask: BoolArray,
-    parts: BoolArray,
-    levels: Sequence[IntArray],
-    clear: float,
-    least: float,
-) -> BoolArray | None:
-    """The clearest parts that touch the mask, none of them beside another; None without any.
-
-    parts: of the mask, those that joined before. A slender one that goes on need be no clearer.
-    """
-    here = Surroundings(around.lab, around.steps, mask, ground_of(levels[-1], mask))
-    kept, features, asked = [], [], []
-    for patch in patches_beside(around.barred, here, levels, least, LONGEST * here.area):
-        outline = outline_of(patch, here)
-        if _no_form(patch, here, outline):
-            continue
-        colours = colours_of(patch, here)
-        if _ruled_out(patch, here, outline, colours):
-            continue
-        kept.append(patch.region)
-        goes_on = outline.width < SLENDER * here.size / 2 and _hangs_on(patch.region, mask, parts)
-        asked.append(CLEAR if goes_on else clear)
-        features.append(features_of(patch, here, outline, colours))
-    out = np.zeros_like(mask)
-    values = scores(features)
-    for k in np.argsort(-values, kind="stable"):
-        if values[k] > asked[int(k)] and not (out & grow(kept[int(k)], 2)).any():
-            out |= kept[int(k)]
-    return out if out.any() else None
-
-
-def _hangs_on(region: BoolArray, mask: BoolArray, parts: BoolArray) -> bool:
-    """Whether a part touches the mask where another part has joined it."""
-    contact = grow(region, 2) & mask
-    shared = int(np.count_nonzero(contact & parts))
-    return shared > 0.8 * max(int(np.count_nonzero(contact)), 1)
-
-
-def _no_form(patch: Patch, here: Surroundings, outline: Outline) -> bool:
-    """Whether a patch is a seam, hardly touches, has no outline or is too large for a part."""
-    if outline.touching > SEAM or outline.neck < NECK or outline.width < NARROW:
-        return True
-    slender = outline.width < SLENDER * here.size
-    too_large = len(patch.rows) > (LONGEST if slender else LARGEST) * here.area
-    return too_large or outline.sharp < BLURRED
-
-
-def _ruled_out(patch: Patch, here: Surroundings, outline: Outline, colours: Colours) -> bool:
-    """Whether a patch is what is seen all around, or may be a shadow."""
-    more = colours.own - colours.others
-    if (colours.others > COMMON and more < 0.15) or (colours.others > -5.2 and more < -1.2):
-        return True
-    if lowness(patch, here) <= 0.08:
-        return False
-    # A shadow is soft, darker than the ground in its own tint, and lies flat.
-    seen = colours.tint > 12 or colours.darker < -8 or patch.tall > TALL
-    flat = shade_of(colours) > 0.25 and patch.tall < TALL
-    return outline.sharp < 2.9 or not seen or flat
 
 
 def _closed(mask: BoolArray, parts: BoolArray) -> BoolArray:

@@ -111,8 +111,14 @@ def task_of(name: str, grounding: Grounding, view: View) -> Task:
         box = (min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1))
     word = colour_of(name)
     named = None if word is None else pixels_like(view.small, word)
-    slender = bool(SLENDER & set(words_of(name)))
-    return Task(tuple(inside), tuple(outside), box, usual_size(name).aspect, named, slender)
+    return Task(
+        tuple(inside), tuple(outside), box, usual_size(name).aspect, named, is_slender(name)
+    )
+
+
+def is_slender(name: str) -> bool:
+    """Whether things of that name are poles and frames, open between."""
+    return bool(SLENDER & set(words_of(name)))
 
 
 def full_size(image: Image, item: tuple[Draft, float], view: View) -> Candidate:

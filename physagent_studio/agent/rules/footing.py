@@ -17,6 +17,7 @@ from physagent_studio.program.scene import (
     Slab,
     Support,
 )
+from physagent_studio.reconstruction.names import usual_size
 
 
 def with_room(state: SceneState) -> SceneState:
@@ -29,8 +30,8 @@ def with_room(state: SceneState) -> SceneState:
 def with_depth(state: SceneState) -> SceneState:
     """The state with inflated bodies about as deep as they are narrow.
 
-    The depth of an inflated outline is a guess that no picture can settle; what stands by itself
-    is not a thin slice, or the first push along it would lay it on its side.
+    The depth of an inflated outline is a guess that no picture can settle, unless its name does;
+    what stands by itself is not a thin slice, or the first push along it would lay it on its side.
     """
     objects = tuple(_deep_enough(item) for item in state.objects)
     return state.model_copy(update={"objects": objects}) if objects != state.objects else state
@@ -61,6 +62,7 @@ def _deep_enough(item: SceneObject) -> SceneObject:
         or shape.flat
         or not stands
         or item.source in ("given", "person")
+        or usual_size(item.name).depth is not None
     ):
         return item
     width, depth, height = shape.size

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.records.scene import Scene
 from physagent_studio.rendering.batch import Batch
+from physagent_studio.rendering.contact import contact_light, deepening, tinted
 from physagent_studio.rendering.frame import Picture
 from physagent_studio.rendering.grid import reduced
 from physagent_studio.rendering.lift import lifted
@@ -39,13 +40,15 @@ class Scenery:
     """The plate and what changes on it.
 
     plate: (H, W, 3) without objects and their shadows. settled: the photo around objects that
-    stand still, None without a photo. lights: the sun and the sky, with their shadows.
+    stand still, None without a photo. lights: the sun and the sky, with their shadows. deep:
+    (h, w, 3) by how much shadows whose colour is not seen are deepened by that of the ground.
     """
 
     plate: Picture
     settled: Settled | None
     sun: Sun
     lights: tuple[tuple[Sun, Shadows], ...]
+    deep: NDArray[np.float32]
 
     @classmethod
     def of(
@@ -59,17 +62,19 @@ class Scenery:
         lens: Lens,
     ) -> Self:
         """Prepare. world, points: (V, 3) vertices at the initial pose, world and camera frame."""
-        sun, settled, photo = DEFAULT, None, scene.photo
+        sun, sky, settled, photo = DEFAULT, CONTACT, None, scene.photo
         if photo is not None and photo.shape == plate.shape:
             masks = [scene.masks.get(item.name) for item in scene.state.objects]
             free = _free(masks, photo.shape[:2])
             seen = shading_around(photo, free, batch, world, ground)
             sun = estimate_sun(seen, batch, world, ground)
+            sky = contact_light(seen, sun, batch, world, ground)
             if seen is not None:
                 plate = _without_shade(photo, plate, sun, seen, batch, world, ground)
             settled = Settled.of(photo, plate, masks, batch, points, lens)
-        lights = tuple((one, Shadows.of(batch, ground, one.lamp)) for one in (sun, CONTACT))
-        return cls(plate, settled, sun, lights)
+        lights = tuple((one, Shadows.of(batch, ground, one.lamp)) for one in (sun, sky))
+        deep = deepening(plate, ground.step, ground.shape)
+        return cls(plate, settled, sun, lights, deep)
 
     def standing(self, points: FloatArray) -> FloatArray:
         """(N,) how much each object is still where the photo shows it; 0 without a photo."""
@@ -105,11 +110,13 @@ class Scenery:
         if not shadows:
             return picture
         first, step = self.lights[0][1].ground.shape, self.lights[0][1].ground.step
-        passing = np.ones((*first, 3), np.float32)
+        passing, seen = np.ones((*first, 3), np.float32), np.ones((*first, 3), np.float32)
         for sun, cast in self.lights:
             blocked = cast.blocked(world, 1 - standing)
-            passing *= 1 - blocked[..., None] * sun.strength.astype(np.float32)
-        return lit(picture, passing, step)
+            # A sun whose shadows the photo shows has their colour already.
+            light = seen if sun.seen else passing
+            light *= 1 - blocked[..., None] * sun.strength.astype(np.float32)
+        return lit(picture, tinted(passing, self.deep) * seen, step)
 
 
 def _without_shade(
@@ -133,9 +140,8 @@ def _without_shade(
         return plate
     lamp = sun.lamp if sun.seen else OVERHEAD
     blocked = Shadows.of(batch, ground, lamp).blocked(world, np.ones(len(batch.first) - 1))
-    if not sun.seen:
-        # What is filled in has no shade at the foot any more.
-        blocked = blocked * reduced(known.astype(np.float32), ground.step, ground.shape)
+    # What is filled in has no shade any more.
+    blocked = blocked * reduced(known.astype(np.float32), ground.step, ground.shape)
     return lifted(plate, shading, blocked, ground.step)
 
 

@@ -1,0 +1,67 @@
+"""How dark the ground is where a thing keeps the sky from it, and of which colour.
+
+Light still gets there off the ground itself, so that its colour deepens: on a wooden floor blue is
+lost first. How dark it is, is read off the photo around the feet that are seen.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.rendering.batch import Batch
+from physagent_studio.rendering.frame import Picture
+from physagent_studio.rendering.grid import reduced
+from physagent_studio.rendering.raster import FloatArray
+from physagent_studio.rendering.shadow import Ground, Shadows
+from physagent_studio.rendering.sun import CONTACT, Shading, Sun
+
+_NEAR = 0.2
+"""Share of the sky from which ground counts as close to a foot."""
+_LEAST_CELLS = 12
+_STRENGTH = (0.2, 0.5)
+"""Weakest and strongest that it is drawn."""
+_DEEPEST = 2.2
+"""Most that the log of a shadow is multiplied for the colour of the ground."""
+_SMOOTH = 2.0
+"""Standard deviation of the blur in which the ground's colour is taken, cells."""
+
+
+def contact_light(
+    seen: Shading | None, sun: Sun, batch: Batch, world: FloatArray, ground: Ground
+) -> Sun:
+    """The sky's part of the light, as strong as the photo shows it around the feet.
+
+    seen: the photo's shading, None without. sun: its main lamp. world: (V, 3) initial pose.
+    """
+    if seen is None:
+        return CONTACT
+    everyone = np.ones(len(batch.first) - 1)
+    blocked = Shadows.of(batch, ground, CONTACT.lamp).blocked(world, everyone)
+    close = seen.usable & (blocked > _NEAR)
+    if np.count_nonzero(close) < _LEAST_CELLS:
+        return CONTACT
+    dark = -seen.darkness[close].max(-1)
+    if sun.seen:
+        cast = Shadows.of(batch, ground, sun.lamp).blocked(world, everyone)[close]
+        dark = dark + np.log(1 - np.minimum(cast * sun.strength.min(), 0.95))
+    strength = 1 - np.exp(-float(np.median(dark / blocked[close])))
+    return replace(CONTACT, strength=np.full(3, np.clip(strength, *_STRENGTH)))
+
+
+def deepening(plate: Picture, step: int, shape: tuple[int, int]) -> NDArray[np.float32]:
+    """(h, w, 3) by how much the log of a shadow is multiplied on ground of each place's colour."""
+    small = cv2.GaussianBlur(reduced(plate, step, shape), (0, 0), _SMOOTH) + 2.0
+    short = np.log(small.max(-1, keepdims=True) / small)
+    return np.minimum(1 + short, _DEEPEST).astype(np.float32)
+
+
+def tinted(passing: NDArray[np.float32], deep: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Light that passes (h, w, 3), deepened by the ground (h, w, 3) where any is missing."""
+    where = passing.min(-1) < 1
+    out = passing.copy()
+    out[where] = np.maximum(passing[where], 1e-3) ** deep[where]
+    return out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
@@ -67,6 +68,8 @@ OTHER_HEIGHT = 8.0
 """The same from above or below in the picture: walls, floors and tables run across it."""
 MIRRORED = 8.0
 """Price of what is mirrored: it always fits its rim, and shows when it is large."""
+BENT, LITTLE_BENT = 10.0, 0.4
+"""Price of a copy that is sheared or stretched by its own extent: grass would be combed."""
 COARSER = 12.0
 """Price of a copy that has to be enlarged twice."""
 
@@ -290,6 +293,25 @@ def _features(image: FloatImage) -> FloatImage:
     return np.dstack([image, right, down]).astype(np.float32)
 
 
+def bent(
+    copy: FloatArray,
+    columns: NDArray[np.int64],
+    rows: NDArray[np.int64],
+    x: FloatImage,
+    y: FloatImage,
+) -> FloatArray:
+    """(N,) how far a copy is from a mere shift where it takes (x, y) to places (N,)."""
+    depth = copy[2, 0] * (columns + 0.5) + copy[2, 1] * (rows + 0.5) + copy[2, 2]
+    depth = np.where(depth > 1e-6, depth, 1.0)
+    own = np.diag([math.copysign(1.0, copy[0, 0]), 1.0])
+    off = [
+        (copy[i, j] - (place + 0.5) * copy[2, j]) / depth - own[i, j]
+        for i, place in enumerate((x, y))
+        for j in range(2)
+    ]
+    return np.asarray(np.linalg.norm(off, axis=0), float)
+
+
 def _shown(
     feature: FloatImage, barred: BoolArray, copy: FloatArray, places: BoolArray
 ) -> tuple[FloatImage, FloatArray]:
@@ -306,5 +328,6 @@ def _shown(
         away += MIRRORED
     coarse = np.log2(1 / np.maximum(finer, 1e-3)) / 2
     price = away + COARSER * np.maximum(coarse - 0.3, 0)
+    price += BENT * np.clip(bent(copy, columns, rows, x, y) - LITTLE_BENT, 0, 1)
     price = np.where(blocked(barred, x, y), NEVER, price)
     return np.column_stack([shown, last]).astype(np.float32), price

@@ -5,9 +5,11 @@ import numpy as np
 import pytest
 
 from physagent_studio.program.camera import Camera
-from physagent_studio.reconstruction.copies import to_level
+from physagent_studio.reconstruction.copies import shift, to_level
 from physagent_studio.reconstruction.in_front import without_hidden
+from physagent_studio.reconstruction.joining import sources
 from physagent_studio.reconstruction.lines import segments, with_hues
+from physagent_studio.reconstruction.mosaic import bent
 from physagent_studio.reconstruction.onward import onward
 from physagent_studio.reconstruction.plate import background, hole_of
 from physagent_studio.reconstruction.round_marks import round_marks
@@ -122,3 +124,20 @@ def test_where_nothing_is_round_no_ring_is_seen(beam):
     assert not round_marks(_rgb(beam[0]), _ball((180, 130), 40), to_level(CAMERA))
     grass = _rgb(120 + cv2.GaussianBlur(_noise(60), (0, 0), 1.5) * 4)
     assert not round_marks(grass, _ball((180, 130), 40), to_level(CAMERA))
+
+
+def test_a_shift_is_not_bent_and_what_would_comb_grass_is():
+    columns, rows = np.array([40, 90]), np.array([30, 120])
+    mirror = np.array([[-1.0, 0, 200], [0, 1, 0], [0, 0, 1]])
+    sheared = np.array([[1.0, 0.7, 5], [0, 1, -4], [0, 0, 1]])
+    level = to_level(CAMERA)
+    along = np.linalg.inv(level) @ shift(0.6, 0.0) @ level
+    for copy, least, most in (
+        (shift(31.5, -12.0), 0.0, 1e-6),
+        (mirror, 0.0, 1e-6),
+        (sheared, 0.69, 0.71),
+        (along, 0.1, 2.0),
+    ):
+        x, y, _ = sources(copy, columns, rows)
+        found = bent(copy, columns, rows, x, y)
+        assert ((found >= least) & (found <= most)).all()

@@ -12,11 +12,12 @@ from physagent_studio.records.scene import Mesh
 from physagent_studio.rendering import Compositor
 from physagent_studio.rendering.batch import Batch
 from physagent_studio.rendering.compositor import initial_poses, lens_of
+from physagent_studio.rendering.contact import contact_light
 from physagent_studio.rendering.frame import Picture
 from physagent_studio.rendering.grid import enlarged
 from physagent_studio.rendering.shadow import Lamp, Shadows
 from physagent_studio.rendering.stage import Stage
-from physagent_studio.rendering.sun import DEFAULT, OVERHEAD
+from physagent_studio.rendering.sun import CONTACT, DEFAULT, OVERHEAD, Shading
 from tests.rendering.scenes import FLOOR, SIZE, ball, crate, scene_of
 
 
@@ -172,6 +173,37 @@ def test_shade_at_the_foot_does_not_stay_behind_when_no_sun_is_seen():
     before = np.abs(plate.astype(int) - floor)[dark].mean()
     after = np.abs(scenery.plate.astype(int) - floor)[dark].mean()
     assert after < 0.6 * before
+
+
+@pytest.mark.parametrize("dark", [0.0, 0.28])
+def test_the_shade_at_a_foot_is_as_dark_as_the_photo_shows_it(dark: float):
+    scene, _, _ = sunlit(None)
+    camera = scene.state.camera
+    assert camera is not None
+    batch = Batch.of([scene.meshes[o.name] for o in scene.state.objects])
+    ground = Stage.of(scene.state, {}, camera, lens_of(camera)).ground
+    world = batch.placed(*initial_poses(scene))
+    blocked = Shadows.of(batch, ground, CONTACT.lamp).blocked(world, np.ones(2))
+    seen = np.repeat(np.log(1 - dark * blocked)[..., None], 3, 2).astype(np.float32)
+    everywhere = np.ones(ground.shape, bool)
+    shading = Shading(seen, np.full_like(seen, 150.0), everywhere, everywhere, 0.02)
+    found = contact_light(shading, DEFAULT, batch, world, ground).strength
+    assert found == pytest.approx(np.full(3, max(dark, 0.2)), abs=0.05)
+    assert contact_light(None, DEFAULT, batch, world, ground) is CONTACT
+
+
+def test_shade_that_the_photo_does_not_show_has_the_colour_of_its_ground():
+    scene, _, _ = sunlit(None)
+    assert scene.plate is not None
+    wood = (scene.plate * np.array([1.0, 0.75, 0.5])).astype(np.uint8)
+    compositor = Compositor(replace(scene, photo=wood, plate=wood))
+    place, turned = initial_poses(scene)
+    shaded = compositor.frame(place + np.array([0.9, 0.3, 0.0]), turned)
+    light = shaded.rgb.astype(float) / compositor.frame(place + np.array([9.0, 0, 0]), turned).rgb
+    at = (light.max(-1) < 0.85) & (shaded.ids < 0)
+    assert at.sum() > 30
+    red, green, blue = light[at].mean(0)
+    assert blue < green - 0.04 < red - 0.08
 
 
 def test_paint_on_the_floor_is_not_lifted():

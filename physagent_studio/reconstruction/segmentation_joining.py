@@ -41,7 +41,7 @@ PROLONGING, LEAVING = -0.5, 0.35
 """Score from which a patch joins that prolongs the thing, and its outline at the mask at most."""
 STRAIGHT, OF_POLES = 0.3, -1.5
 """Score from which a shaft joins that prolongs a thing, and one on a thing made of poles."""
-POLE, END = 2.5, 0.45
+POLE, END = 2.5, 0.55
 """Length over width of a pole at least, and share of a shaft's outline at the mask at most."""
 CRUDER = 1.0
 """How much clearer a shaft is than a patch that it takes the place of, whose outline is finer."""

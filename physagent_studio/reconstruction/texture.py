@@ -13,12 +13,16 @@ from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene import SceneObject
 from physagent_studio.reconstruction.masks import BoolArray, bounds, shrink
 from physagent_studio.reconstruction.round_texture import round_textured
+from physagent_studio.reconstruction.turned_texture import turned_sides
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Mesh
 
 FloatArray = NDArray[np.float64]
 RING = 0.05
 """Width of the outline's outer ring, as a share of the outline's smaller extent."""
+THIN_RING = 0.012
+"""The same where what is shown is seen well."""
+_SEEN, _MIRRORED, _LED = 0, 1, 2
 
 
 def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, mesh: Mesh) -> Mesh:
@@ -28,7 +32,8 @@ def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, m
     their mirror image in the upright plane through the object's middle projects to, so that the
     far side continues the near one without a seam. There the outermost ring of the outline, in
     which little of the surface is much stretched and the surroundings shine through, gives
-    way to what lies as far inside of it. Balls and ellipsoids: see `round_textured`.
+    way to what lies as far inside of it. Balls and ellipsoids: see `round_textured`; what else is
+    round about an axis: see `turned_sides`.
     """
     if not mask.any():
         return mesh
@@ -36,12 +41,19 @@ def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, m
     whole = round_textured(camera, item, mesh, mask, (texture, origin))
     if whole is not None:
         return replace(whole, color=_mean_color(photo, mask))
-    vertices, faces, hidden = _split(camera, item, mesh)
-    place = np.asarray(item.position)
-    world = vertices @ matrix_of(item.rotation).T + place
-    shown = np.where(hidden[:, None], _mirrored(camera, world, place), world)
+    kinds = np.where(_unseen(camera, item, mesh), _MIRRORED, _SEEN)
+    led = turned_sides(camera, item, mesh.vertices, mesh.faces)
+    if led is not None:
+        kinds[led[0]] = _LED
+    vertices, faces, source, kind = _split(mesh, kinds)
+    place, turn = np.asarray(item.position), matrix_of(item.rotation).T
+    world = vertices @ turn + place
+    shown = np.where((kind == _MIRRORED)[:, None], _mirrored(camera, world, place), world)
+    if led is not None:
+        shown = np.where((kind == _LED)[:, None], led[1][source] @ turn + place, shown)
     uv = camera.project(shown)[0]
-    uv[hidden] = _folded(uv[hidden], mask)
+    for which, ring in ((_MIRRORED, RING), (_LED, THIN_RING)):
+        uv[kind == which] = _folded(uv[kind == which], mask, ring)
     uv = uv - origin
     edge = np.array([texture.shape[1], texture.shape[0]])
     return Mesh(vertices, faces, np.clip(uv, 0.5, edge - 0.5), texture, _mean_color(photo, mask))
@@ -69,10 +81,13 @@ def padded_crop(photo: Image, mask: BoolArray) -> tuple[Image, tuple[int, int]]:
     return np.where(core[..., None], filled, soft).astype(np.uint8), (left, top)
 
 
-def _folded(pixels: FloatArray, mask: BoolArray) -> FloatArray:
-    """Pixels (N, 2) of a mask's outer ring reflected at the ring's inner border."""
+def _folded(pixels: FloatArray, mask: BoolArray, ring: float) -> FloatArray:
+    """Pixels (N, 2) of a mask's outer ring reflected at the ring's inner border.
+
+    ring: its width, as a share of the mask's smaller extent.
+    """
     x0, y0, x1, y1 = bounds(mask)
-    core = shrink(mask, max(1, round(RING * min(x1 - x0, y1 - y0))))
+    core = shrink(mask, max(1, round(ring * min(x1 - x0, y1 - y0))))
     if not core.any() or not len(pixels):
         return pixels
     nearest = _nearest(core)
@@ -104,20 +119,32 @@ def _mean_color(photo: Image, mask: BoolArray) -> tuple[int, int, int]:
     return red, green, blue
 
 
-def _split(
-    camera: Camera, item: SceneObject, mesh: Mesh
-) -> tuple[FloatArray, NDArray[np.int32], BoolArray]:
-    """Vertices doubled where a shown and a hidden face meet; hidden (V,) of the new vertices."""
+def _unseen(camera: Camera, item: SceneObject, mesh: Mesh) -> BoolArray:
+    """(F,) which faces look away from the camera."""
     world = mesh.vertices @ matrix_of(item.rotation).T + np.asarray(item.position)
     a, b, c = (world[mesh.faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     away = ((a + b + c) / 3 - np.asarray(camera.position)) * normal
-    unseen = away.sum(1) >= 0
+    return np.asarray(away.sum(1) >= 0)
+
+
+def _split(
+    mesh: Mesh, kinds: NDArray[np.int64]
+) -> tuple[FloatArray, NDArray[np.int32], NDArray[np.int64], NDArray[np.int64]]:
+    """Vertices doubled where faces of two kinds (F,) meet.
+
+    Returns them (V, 3), the faces, and of each vertex the one that it was and its kind (V,).
+    """
     count = len(mesh.vertices)
-    faces = mesh.faces.astype(np.int64) + np.where(unseen, count, 0)[:, None]
+    faces = mesh.faces.astype(np.int64) + count * kinds[:, None]
     used, compact = np.unique(faces, return_inverse=True)
-    vertices = mesh.vertices[used % count]
-    return vertices, compact.reshape(faces.shape).astype(np.int32), used >= count
+    source = used % count
+    return (
+        mesh.vertices[source],
+        compact.reshape(faces.shape).astype(np.int32),
+        source,
+        used // count,
+    )
 
 
 def _mirrored(camera: Camera, world: FloatArray, middle: FloatArray) -> FloatArray:

@@ -2,9 +2,11 @@
 
 import cv2
 import numpy as np
+import pytest
 
 from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Ellipsoid, SceneObject, Sphere
+from physagent_studio.program.rotations import matrix_of
+from physagent_studio.program.scene import Cylinder, Ellipsoid, Frustum, SceneObject, Sphere
 from physagent_studio.reconstruction import mesh_of
 from physagent_studio.reconstruction.texture import textured
 
@@ -59,3 +61,42 @@ def test_a_ball_is_nowhere_stretched_and_has_no_seams():
     _, same = np.unique(np.round(mesh.vertices, 6), axis=0, return_inverse=True)
     spread = [np.ptp(seen[same == k], axis=0).max() for k in np.unique(same)]
     assert max(spread) < 24
+
+
+@pytest.mark.parametrize(
+    ("shape", "lying"),
+    [
+        (Cylinder(radius=0.2, height=0.6), False),
+        (Cylinder(radius=0.2, height=0.9), True),
+        (Frustum(bottom_radius=0.15, top_radius=0.22, height=0.5), False),
+    ],
+)
+def test_round_sides_are_not_drawn_out_and_meet_behind_without_a_seam(shape, lying):
+    camera = Camera.from_horizon((320, 240), 70, 1.0, focal=300.0)
+    turn = (0.70710678, 0.0, 0.70710678, 0.0) if lying else (1.0, 0.0, 0.0, 0.0)
+    item = SceneObject(name="can", shape=shape, position=(0.1, 2.5, 0.3), rotation=turn)
+    body = mesh_of(shape)
+    world = body.vertices @ matrix_of(turn).T + np.asarray(item.position)
+    hull = cv2.convexHull(np.round(camera.project(world)[0]).astype(np.int32))
+    mask = cv2.fillConvexPoly(np.zeros((240, 320), np.uint8), hull, 1).astype(bool)
+    x = np.arange(320.0)[None] * np.ones((240, 1))
+    photo = np.repeat((70 + 0.5 * x)[..., None], 3, 2).astype(np.uint8)
+    mesh = textured(photo, mask, camera, item, body)
+    assert mesh.uv is not None
+    assert mesh.texture is not None
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    side = np.abs(normal[:, 2]) < 0.6 * np.linalg.norm(normal, axis=1)
+    flat = mesh.uv[mesh.faces]
+    first, second = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
+    fine = np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
+    fine = (fine / np.maximum(np.linalg.norm(normal, axis=1), 1e-12))[side]
+    assert np.percentile(fine, 4) > 0.1 * np.median(fine)
+    # All around a side, vertices that lie on one another show one colour.
+    u, v = mesh.uv.astype(np.float32).T
+    seen = cv2.remap(mesh.texture, u[None] - 0.5, v[None] - 0.5, cv2.INTER_LINEAR)[0].astype(float)
+    own = np.unique(mesh.faces[side])
+    own = own[np.abs(mesh.vertices[own, 2]) < 0.35 * shape.height]
+    _, same = np.unique(np.round(mesh.vertices[own], 6), axis=0, return_inverse=True)
+    spread = [np.ptp(seen[own][same == k], axis=0).max() for k in np.unique(same)]
+    assert max(spread) < 16

@@ -32,7 +32,7 @@ from physagent_studio.reconstruction.segmentation_patches import (
     renumbered,
     steps_of,
 )
-from physagent_studio.reconstruction.segmentation_shafts import edges_of
+from physagent_studio.reconstruction.segmentation_shafts import WIDE, edges_of, strips_of
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 
@@ -146,8 +146,8 @@ def _around(
     part = (left, top, right, low)
     barred = _barred(grounding, part, factor, own.shape)
     colours = lab.astype(np.float32)
-    edges = edges_of(colours)
-    return Around(part, colours, steps_of(colours), np.asarray(own), barred, edges, slender)
+    strips = strips_of(edges_of(colours), WIDE * float(np.sqrt(np.count_nonzero(own))))
+    return Around(part, colours, steps_of(colours), np.asarray(own), barred, strips, slender)
 
 
 def _barred(

@@ -28,7 +28,7 @@ from physagent_studio.reconstruction.segmentation_evidence import (
     scores,
     shade_of,
 )
-from physagent_studio.reconstruction.segmentation_shafts import runs_on, shafts_beside
+from physagent_studio.reconstruction.segmentation_shafts import Strips, runs_on, shafts_beside
 
 IntArray = NDArray[np.int64]
 CLEAR, CLEARER = 0.85, 0.25
@@ -62,8 +62,8 @@ BLURRED, SOFT = 2.4, 1.9
 class Around:
     """A mask and its surroundings at the size where parts are sought.
 
-    part: (x0, y0, x1, y1) of the picture. lab (h, w, 3), steps, mask, barred (h, w), and straight
-    edges (N, 4): of that part. slender: whether things of its name are poles and frames.
+    part: (x0, y0, x1, y1) of the picture. lab (h, w, 3), steps, mask, barred (h, w), strips: of
+    that part. slender: whether things of its name are poles and frames.
     """
 
     part: tuple[int, int, int, int]
@@ -71,7 +71,7 @@ class Around:
     steps: NDArray[np.float32]
     mask: BoolArray
     barred: BoolArray
-    edges: NDArray[np.float64]
+    strips: Strips
     slender: bool
 
 
@@ -133,7 +133,7 @@ def _beside(
     """Each patch and shaft beside the mask, and whether it is a shaft."""
     for patch in patches_beside(around.barred, here, levels, least, LONGEST * here.area):
         yield patch, False
-    for shaft in shafts_beside(around.edges, here.mask, around.barred):
+    for shaft in shafts_beside(around.strips, here.mask, around.barred):
         if len(shaft.rows) >= least:
             yield shaft, True
 

@@ -7,6 +7,7 @@ edges, sought in lightness and in both tints (LSD, Grompone von Gioi et al. 2012
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -53,19 +54,72 @@ def edges_of(lab: NDArray[np.float32]) -> FloatArray:
     return edges[np.hypot(edges[:, 2] - edges[:, 0], edges[:, 3] - edges[:, 1]) > SHORTEST]
 
 
-def shafts_beside(edges: FloatArray, mask: BoolArray, barred: BoolArray) -> Iterator[Patch]:
-    """What lies between two edges (N, 4) of the picture that start at the mask (H, W).
+@dataclass(frozen=True, eq=False, slots=True)
+class Strips:
+    """What lies between two edges of a picture where they run side by side, M of them.
 
-    Nothing that reaches the rim of the picture or holds what is barred (H, W).
+    edges: (N, 4) all of the picture. start, axis, across: (M, 2) a point and the directions along
+    and across. low, high: (M,) pixels from it along the axis between which both edges run. aside,
+    slope: (M, 2) how far across each of both lies at the point, and how that changes along.
     """
-    away = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 3)
-    reach = np.asarray(away, np.float32)
-    size = float(np.sqrt(np.count_nonzero(mask)))
-    for first, second in _pairs(edges, WIDE * size):
-        quad = _between(edges[first], edges[second], reach, WIDE * size)
-        if quad is None or quad.min() < 1 or (quad > np.array(mask.shape[::-1]) - 2).any():
-            continue
-        if _passes_behind(quad, edges, mask):
+
+    edges: FloatArray
+    start: FloatArray
+    axis: FloatArray
+    across: FloatArray
+    low: FloatArray
+    high: FloatArray
+    aside: FloatArray
+    slope: FloatArray
+
+    def side(self, which: int, at: FloatArray) -> FloatArray:
+        """(M, 2) where one of both edges is, at places (M,) along the axis."""
+        aside = self.aside[:, which] + self.slope[:, which] * at
+        return self.start + self.axis * at[:, None] + self.across * aside[:, None]
+
+    def widths(self) -> FloatArray:
+        """(M, 2) pixels between both edges, at one end and at the other."""
+        ends = (self.low, self.high)
+        return np.stack(
+            [np.linalg.norm(self.side(0, t) - self.side(1, t), axis=1) for t in ends], 1
+        )
+
+    def kept(self, which: BoolArray) -> Strips:
+        """Some of them (M,)."""
+        fields = ("start", "axis", "across", "low", "high", "aside", "slope")
+        return replace(self, **{name: getattr(self, name)[which] for name in fields})
+
+
+def strips_of(edges: FloatArray, widest: float) -> Strips:
+    """The strips between edges (N, 4), long and even enough for shafts, `widest` pixels at most."""
+    pairs = _pairs(edges, widest)
+    one, other = (edges[pairs[:, k]].reshape(-1, 2, 2) for k in (0, 1))
+    first, second = one[:, 1] - one[:, 0], other[:, 1] - other[:, 0]
+    same = np.sign((first * second).sum(1))[:, None]
+    axis = first + np.where(same == 0, 1.0, same) * second
+    axis /= np.linalg.norm(axis, axis=1)[:, None]
+    across = np.stack([-axis[:, 1], axis[:, 0]], 1)
+    points = np.stack([one, other], 1) - one[:, None, :1]
+    along = (points * axis[:, None, None]).sum(3)
+    aside = (points * across[:, None, None]).sum(3)
+    slope = (aside[..., 1] - aside[..., 0]) / (along[..., 1] - along[..., 0])
+    low, high = along.min(2).max(1), along.max(2).min(1)
+    aside = aside[..., 0] - slope * along[..., 0]
+    all_ = Strips(edges, one[:, 0], axis, across, low, high, aside, slope)
+    width = all_.widths()
+    mean = width.mean(1)
+    even = (np.abs(width[:, 0] - width[:, 1]) <= TAPER * mean) & (high - low >= LONG * mean)
+    return all_.kept(even & (mean > NARROW) & (mean < widest))
+
+
+def shafts_beside(strips: Strips, mask: BoolArray, barred: BoolArray) -> Iterator[Patch]:
+    """The strips that start at the mask (H, W).
+
+    None that reaches the rim of the picture, passes behind the mask or holds what is barred (H, W).
+    """
+    size = np.array(mask.shape[::-1])
+    for quad in _at_mask(strips, mask):
+        if quad.min() < 1 or (quad > size - 2).any() or _passes_behind(quad, strips.edges, mask):
             continue
         region = np.zeros(mask.shape, np.uint8)
         cv2.fillPoly(region, [np.rint(quad * 16).astype(np.int32)], 1, shift=4)
@@ -73,6 +127,26 @@ def shafts_beside(edges: FloatArray, mask: BoolArray, barred: BoolArray) -> Iter
         if free.any() and not (free & barred).any():
             rows, columns = np.nonzero(free)
             yield Patch.at(rows, columns, mask.shape)
+
+
+def _at_mask(strips: Strips, mask: BoolArray) -> FloatArray:
+    """(K, 4, 2) corners of the strips that come to the mask (H, W), the first and last at it."""
+    reach = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 3)
+    far = []
+    for at in (strips.low, strips.high):
+        middle = (strips.side(0, at) + strips.side(1, at)) / 2
+        x, y = np.clip(np.rint(middle), 0, np.array(mask.shape[::-1]) - 1).astype(int).T
+        far.append(reach[y, x])
+    gap = np.maximum(
+        GAP, np.maximum(1.5 * strips.widths().mean(1), PART * (strips.high - strips.low))
+    )
+    near = np.minimum(*far) <= gap
+    strips, (to_low, to_high) = strips.kept(near), (one[near] for one in far)
+    from_low = to_low <= to_high
+    start = np.where(from_low, strips.low - to_low - 2, strips.high + to_high + 2)
+    end = np.where(from_low, strips.high, strips.low)
+    corners = ((0, start), (0, end), (1, end), (1, start))
+    return np.stack([strips.side(which, at) for which, at in corners], 1)
 
 
 def runs_on(patch: Patch, mask: BoolArray) -> bool:
@@ -111,38 +185,6 @@ def _pairs(edges: FloatArray, widest: float) -> NDArray[np.int64]:
     return np.argwhere(np.triu(found, 1))
 
 
-def _between(
-    one: FloatArray, other: FloatArray, reach: NDArray[np.float32], widest: float
-) -> FloatArray | None:
-    """(4, 2) corners of what lies between two edges where they run side by side, on to the mask.
-
-    The first and the last are at the mask. reach: (H, W) pixels to it. None where that
-    is no shaft, or does not come to the mask.
-    """
-    axis = _axis(one, other)
-    across = np.array([-axis[1], axis[0]])
-    # Each edge as places along the axis, and how far across it lies there.
-    points = np.stack([one.reshape(2, 2), other.reshape(2, 2)]) - one[:2]
-    along, aside = points @ axis, points @ across
-    low, high = along.min(1).max(), along.max(1).min()
-    slope = (aside[:, 1] - aside[:, 0]) / (along[:, 1] - along[:, 0])
-
-    def side(k: int, t: float) -> FloatArray:
-        return one[:2] + axis * t + across * (aside[k, 0] + slope[k] * (t - along[k, 0]))
-
-    width = [float(np.linalg.norm(side(0, t) - side(1, t))) for t in (low, high)]
-    mean = sum(width) / 2
-    if not NARROW < mean < widest or abs(width[0] - width[1]) > TAPER * mean:
-        return None
-    if high - low < LONG * mean:
-        return None
-    far = [_at(reach, (side(0, t) + side(1, t)) / 2) for t in (low, high)]
-    if min(far) > max(GAP, 1.5 * mean, PART * (high - low)):
-        return None
-    near, end = (low - far[0] - 2, high) if far[0] <= far[1] else (high + far[1] + 2, low)
-    return np.array([side(0, near), side(0, end), side(1, end), side(1, near)])
-
-
 def _passes_behind(quad: FloatArray, edges: FloatArray, mask: BoolArray) -> bool:
     """Whether an edge of the shaft goes on straight where its line leaves the mask again.
 
@@ -153,10 +195,11 @@ def _passes_behind(quad: FloatArray, edges: FloatArray, mask: BoolArray) -> bool
     steps = np.arange(0.0, 2 * max(mask.shape))
     line = (quad[0] + quad[3]) / 2 + steps[:, None] * inward
     x, y = np.clip(np.rint(line), 0, np.array(mask.shape[::-1]) - 1).astype(int).T
-    held = np.flatnonzero(mask[y, x])
-    if not len(held):
+    inside = mask[y, x]
+    first = int(np.argmax(inside))
+    if not inside[first]:
         return False
-    out = held[0] + int(np.argmin(np.append(mask[y, x][held[0] :], False)))
+    out = first + int(np.argmin(np.append(inside[first:], False)))
     for near, far in ((quad[0], quad[1]), (quad[3], quad[2])):
         own = (near - far) / np.linalg.norm(near - far)
         aside = np.array([-own[1], own[0]])
@@ -166,16 +209,3 @@ def _passes_behind(quad: FloatArray, edges: FloatArray, mask: BoolArray) -> bool
         if (beyond & (np.abs(ends @ aside).max(1) < IN_LINE)).any():
             return True
     return False
-
-
-def _axis(one: FloatArray, other: FloatArray) -> FloatArray:
-    """(2,) unit direction of two nearly parallel edges together, the longer counting more."""
-    first, second = one[2:] - one[:2], other[2:] - other[:2]
-    both = first + second * (1 if first @ second >= 0 else -1)
-    return both / np.linalg.norm(both)
-
-
-def _at(values: NDArray[np.float32], point: FloatArray) -> float:
-    """The value (H, W) at a point (x, y), or at the nearest place in the picture."""
-    x, y = np.clip(np.rint(point), 0, np.array(values.shape[::-1]) - 1).astype(int)
-    return float(values[y, x])

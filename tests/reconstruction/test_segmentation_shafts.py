@@ -7,7 +7,13 @@ import pytest
 from physagent_studio.reconstruction.masks import iou
 from physagent_studio.reconstruction.segmentation_attached import with_attached
 from physagent_studio.reconstruction.segmentation_evidence import Patch
-from physagent_studio.reconstruction.segmentation_shafts import edges_of, runs_on, shafts_beside
+from physagent_studio.reconstruction.segmentation_shafts import (
+    Strips,
+    edges_of,
+    runs_on,
+    shafts_beside,
+    strips_of,
+)
 from tests.reconstruction.test_segmentation_attached import (
     NOTHING,
     _line,
@@ -32,6 +38,10 @@ def _lab(image: np.ndarray) -> np.ndarray:
     return cv2.cvtColor(picture, cv2.COLOR_RGB2LAB).astype(np.float32)
 
 
+def _strips(image: np.ndarray) -> Strips:
+    return strips_of(edges_of(_lab(image)), 30.0)
+
+
 def _found(image: np.ndarray, mask: np.ndarray, slender: bool = False) -> np.ndarray:
     picture = np.clip(image, 0, 255).astype(np.uint8)
     found = with_attached(picture, mask, NOTHING, slender)
@@ -41,7 +51,7 @@ def _found(image: np.ndarray, mask: np.ndarray, slender: bool = False) -> np.nda
 def test_a_pole_that_changes_its_shine_on_the_way_is_one_shaft() -> None:
     image = 0.75 * _scene()
     _tube(image)
-    shafts = shafts_beside(edges_of(_lab(image)), DECK, np.zeros_like(DECK))
+    shafts = shafts_beside(_strips(image), DECK, np.zeros_like(DECK))
     # Up to its collar; what is above it goes on from there.
     lower = POLE & ~DECK & (np.arange(len(POLE)) > 174)[:, None]
     assert max(iou(shaft.region, lower) for shaft in shafts) > 0.7
@@ -55,7 +65,7 @@ def test_a_pole_of_tint_alone_is_one_shaft() -> None:
     blue = cv2.cvtColor(grey, cv2.COLOR_LAB2RGB)[0, 0]
     image[:] = (150, 128, 104)
     image[POLE] = blue
-    shafts = list(shafts_beside(edges_of(_lab(image)), DECK, np.zeros_like(DECK)))
+    shafts = list(shafts_beside(_strips(image), DECK, np.zeros_like(DECK)))
     assert max(iou(shaft.region, POLE & ~DECK) for shaft in shafts) > 0.7
 
 
@@ -107,11 +117,11 @@ def test_what_prolongs_runs_on_and_what_is_behind_meets_at_corners() -> None:
 def test_what_reaches_the_rim_or_is_barred_is_no_shaft() -> None:
     image = _scene()
     _painted(image, _line((200, 0), (200, 230), 10), (30, 30, 36))
-    edges = edges_of(_lab(image))
-    assert not any(s.region[:60].any() for s in shafts_beside(edges, DECK, np.zeros_like(DECK)))
+    strips = _strips(image)
+    assert not any(s.region[:60].any() for s in shafts_beside(strips, DECK, np.zeros_like(DECK)))
     image = _scene()
     _painted(image, POLE, (30, 30, 36))
     barred = np.zeros_like(DECK)
     barred[150:160, 255:270] = True
-    shafts = shafts_beside(edges_of(_lab(image)), DECK, barred)
+    shafts = shafts_beside(_strips(image), DECK, barred)
     assert not any((shaft.region & barred).any() for shaft in shafts)

@@ -7,6 +7,7 @@ one. Everything is seeded: the same picture and clicks give the same bits.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -15,9 +16,9 @@ import numpy as np
 from physagent_studio.program.scene import Click, Grounding, Stroke
 from physagent_studio.reconstruction.grabcut import side_by_side
 from physagent_studio.reconstruction.masks import BoolArray
-from physagent_studio.reconstruction.maskscore import Scorer
+from physagent_studio.reconstruction.maskscore import Draft, Scorer
 from physagent_studio.reconstruction.names import usual_size
-from physagent_studio.reconstruction.segmentation_attached import with_parts
+from physagent_studio.reconstruction.segmentation_attached import led_by, with_attached
 from physagent_studio.reconstruction.segmentation_box import box_drafts
 from physagent_studio.reconstruction.segmentation_choice import agreed
 from physagent_studio.reconstruction.segmentation_clicks import click_drafts
@@ -25,6 +26,7 @@ from physagent_studio.reconstruction.segmentation_closeup import Look, merged, p
 from physagent_studio.reconstruction.segmentation_ranking import ranked
 from physagent_studio.reconstruction.segmentation_stack import stacked
 from physagent_studio.reconstruction.segmentation_task import (
+    View,
     full_size,
     is_slender,
     part_around,
@@ -86,24 +88,38 @@ class EmbeddedSegmenter:
         offers: Mapping[str, tuple[Candidate, ...]],
     ) -> dict[str, tuple[Candidate, ...]]:
         """The candidates of each thing, with those that only all clicks together give."""
-        return stacked(image, groundings, offers, lambda all_: self._alike(image, "", all_))
+        return stacked(image, groundings, offers, lambda all_: self._alike(image, all_))
 
     def candidates(self, image: Image, name: str, grounding: Grounding) -> tuple[Candidate, ...]:
         """Candidates (H, W) of one thing whose grounding says all; its name helps to rank them."""
-        alike = self._alike(image, name, grounding)
-        return with_parts(image, alike, grounding, usual_size(name).aspect, is_slender(name))
+        best = self._best(image, name, grounding)
+        if not best:
+            return ()
+        with ThreadPoolExecutor(2) as pool:
+            sized = [pool.submit(full_size, image, *one) for one in best]
+            # Parts of the first are sought while the others are still being brought to size.
+            first = sized[0].result().mask
+            found = with_attached(image, first, grounding, is_slender(name))
+            alike = [one.result() for one in sized]
+        return led_by(found, alike, usual_size(name).aspect)
 
-    def _alike(self, image: Image, name: str, grounding: Grounding) -> tuple[Candidate, ...]:
-        """Candidates (H, W) of what looks like the places that were clicked."""
+    def _alike(self, image: Image, grounding: Grounding) -> tuple[Candidate, ...]:
+        """Candidates (H, W) of what looks like the places that were clicked, of any name."""
+        best = self._best(image, "", grounding)
+        return tuple(side_by_side(lambda one: full_size(image, *one), best))
+
+    def _best(
+        self, image: Image, name: str, grounding: Grounding
+    ) -> list[tuple[tuple[Draft, float], View]]:
+        """What looks like the places that were clicked, each as it is on a view of the picture."""
         height, width = image.shape[:2]
         box = grounding.box
         part = (0, 0, width, height) if box is None else part_around(box, image.shape)
         look = self._look(image, name, grounding, part)
-        best = [(item, look.view) for item in look.found]
         piece = None if box is not None else piece_for(look, grounding, image.shape)
         if piece is not None:
-            best = merged(look, self._look(image, name, grounding, piece))
-        return tuple(side_by_side(lambda one: full_size(image, *one), best))
+            return merged(look, self._look(image, name, grounding, piece))
+        return [(item, look.view) for item in look.found]
 
     def _look(
         self, image: Image, name: str, grounding: Grounding, part: tuple[int, int, int, int]
@@ -120,7 +136,7 @@ class EmbeddedSegmenter:
             drafts = click_drafts(view.small, view.lab, task, scorer, filling=not piece)
         else:
             drafts = box_drafts(view.small, view.lab, task, task.box, scorer)
-        return Look(view, agreed(ranked(scorer, drafts, task), view.lab))
+        return Look(view, agreed(ranked(scorer, drafts, task), view.lab, scorer.likeness))
 
 
 def apart(groundings: Sequence[tuple[str, Grounding]]) -> list[tuple[str, Grounding]]:

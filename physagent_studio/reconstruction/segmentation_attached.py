@@ -24,6 +24,7 @@ from physagent_studio.reconstruction.masks import (
     iou,
     resized,
 )
+from physagent_studio.reconstruction.segmentation_beside import Parted
 from physagent_studio.reconstruction.segmentation_choice import CANDIDATES
 from physagent_studio.reconstruction.segmentation_joining import LEAST, Around, Grown, joining
 from physagent_studio.reconstruction.segmentation_patches import (
@@ -52,19 +53,14 @@ ODD = 0.3
 """Spreads by which parts may make a thing's proportions more unusual for its name."""
 
 
-def with_parts(
-    image: Image,
-    offers: Sequence[Candidate],
-    grounding: Grounding,
-    usual: Usual = None,
-    slender: bool = False,
+def led_by(
+    found: BoolArray | None, offers: Sequence[Candidate], usual: Usual = None
 ) -> tuple[Candidate, ...]:
-    """Up to four candidates: led by the first with the parts attached to it, where it has any.
+    """Up to four candidates: led by the first with its parts, where it has any.
 
-    usual: height over width of things of that name, and its spread (log). slender: whether they
-    are poles and frames.
+    found: what `with_attached` has found for the first. usual: height over width of things of that
+    name, and its spread (log).
     """
-    found = None if not offers else with_attached(image, offers[0].mask, grounding, slender)
     if found is None or _odder(offers[0].mask, found, usual):
         return tuple(offers)
     first = offers[0]
@@ -177,7 +173,7 @@ def _grown(around: Around) -> BoolArray | None:
     mask, fine = _snapped(joined(finest, around.lab, around.steps, [FINE])[0], around.mask)
     if not mask.any():
         return None
-    levels = joined(fine, around.lab, around.steps, LEVELS)
+    levels = [Parted.of(level) for level in joined(fine, around.lab, around.steps, LEVELS)]
     first = np.count_nonzero(mask)
     grown = Grown(mask, np.zeros_like(mask))
     while grown.turn < ROUNDS and np.count_nonzero(grown.mask) <= MOST * first:
@@ -195,10 +191,8 @@ def _snapped(fine: IntArray, mask: BoolArray) -> tuple[BoolArray, IntArray]:
     share = np.bincount(flat, mask.ravel(), count) / np.bincount(flat, minlength=count)
     wide = []
     for side in (mask, ~mask):
-        depth = np.zeros(count)
         reach = cv2.distanceTransform(side.astype(np.uint8), cv2.DIST_L2, 3)
-        np.maximum.at(depth, flat, reach.ravel())
-        wide.append(depth > 2.5)
+        wide.append(np.bincount(flat[reach.ravel() > 2.5], minlength=count) > 0)
     cut = wide[0] & wide[1] & (share > 0.03) & (share < 0.97)
     out = np.where(cut[fine], mask, (share > 0.5)[fine])
     return out, renumbered(fine * 2 + out)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain
 
 import cv2
 import numpy as np
@@ -19,25 +21,49 @@ RARE = -5.0
 """Log share of its colours elsewhere below which a patch is unlike what is around."""
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Parted:
+    """A picture cut into N patches: the number of each pixel's patch (h, w), and where each is.
+
+    places: (N, 4) left, top, width and height of the patch in pixels.
+    """
+
+    labels: NDArray[np.integer]
+    places: NDArray[np.integer]
+
+    @classmethod
+    def of(cls, labels: IntArray) -> Parted:
+        """The places looked up for patches (h, w) of which none is missing."""
+        found = find_objects(labels + 1)
+        places = [(x.start, y.start, x.stop - x.start, y.stop - y.start) for y, x in found]
+        return cls(labels, np.array(places, np.int64).reshape(-1, 4))
+
+    def window(self, number: int) -> tuple[slice, slice]:
+        """Rows and columns of a patch."""
+        x, y, width, height = (int(value) for value in self.places[number])
+        return slice(y, y + height), slice(x, x + width)
+
+
 def patches_beside(
-    barred: BoolArray, here: Surroundings, levels: Sequence[IntArray], least: float, most: float
+    barred: BoolArray, here: Surroundings, levels: Sequence[Parted], least: float, most: float
 ) -> Iterator[Patch]:
     """Different patches that touch the mask and are neither too small nor too large, nor barred.
 
     least, most: pixels. barred: (h, w) what may not be in any. levels: patches of growing size.
     """
     free = ~here.mask
+    spots, close = np.flatnonzero(free), np.flatnonzero(here.near & free)
     known: set[tuple[int, int, int]] = set()
-    for labels in [*levels, *_islands(here, levels)]:
-        count = int(labels.max()) + 1
-        area = np.bincount(labels[free], minlength=count)
+    for parted in chain(levels, _islands(here, levels)):
+        labels, count = parted.labels, len(parted.places)
+        flat = labels.ravel()
+        area = np.bincount(flat[spots], minlength=count)
         left_out = _at_rim(labels, free, count)
         left_out[labels[barred]] = True
-        touching = np.bincount(labels[here.near & free], minlength=count)
+        touching = np.bincount(flat[close], minlength=count)
         wanted = (touching > 5) & (area >= max(14, least)) & (area <= most)
-        places = find_objects(labels + 1)
         for number in np.flatnonzero(wanted & ~left_out):
-            place = places[int(number)]
+            place = parted.window(int(number))
             piece = (labels[place] == number) & free[place]
             rows, columns = np.nonzero(piece)
             rows, columns = rows + place[0].start, columns + place[1].start
@@ -47,7 +73,7 @@ def patches_beside(
                 yield Patch.at(rows, columns, labels.shape)
 
 
-def _at_rim(labels: IntArray, free: BoolArray, count: int) -> BoolArray:
+def _at_rim(labels: NDArray[np.integer], free: BoolArray, count: int) -> BoolArray:
     """(N,) which patches reach the rim of the picture."""
     out = np.zeros(count, bool)
     for line in (np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1]):
@@ -55,7 +81,7 @@ def _at_rim(labels: IntArray, free: BoolArray, count: int) -> BoolArray:
     return out
 
 
-def ground_of(labels: IntArray, mask: BoolArray) -> BoolArray:
+def ground_of(labels: NDArray[np.integer], mask: BoolArray) -> BoolArray:
     """(h, w) the patches that reach the rim or are large, for the mask."""
     count = int(labels.max()) + 1
     area = np.bincount(labels[~mask], minlength=count)
@@ -63,20 +89,21 @@ def ground_of(labels: IntArray, mask: BoolArray) -> BoolArray:
     return (large | _at_rim(labels, np.ones_like(mask), count))[labels] & ~mask
 
 
-def _islands(here: Surroundings, levels: Sequence[IntArray]) -> Iterator[IntArray]:
-    """(h, w) numbers of what stands out from the ground together; that of the ground is at a rim.
+def _islands(here: Surroundings, levels: Sequence[Parted]) -> Iterator[Parted]:
+    """What stands out from the ground together, numbered; the ground is number 0, at a rim.
 
     At every level but the finest; then without the patches whose colours are those around.
     """
-    fine = levels[0]
-    count = int(fine.max()) + 1
+    fine, count = levels[0].labels, len(levels[0].places)
     area = np.bincount(fine.ravel(), minlength=count)
     common = np.log(here.others / max(float(here.others.sum()), 1.0) + 1e-4)[here.bin_of]
     own = np.log(here.own + 1e-4)[here.bin_of]
     common, own = (np.bincount(fine.ravel(), v.ravel(), count) / area for v in (common, own))
     plain = ((common < RARE) | (own > common))[fine]
-    for labels in levels[1:]:
-        island = ~ground_of(labels, here.mask) & ~here.mask
+    for level in levels[1:]:
+        island = ~ground_of(level.labels, here.mask) & ~here.mask
         for some in (island, island & plain):
-            _, numbers = cv2.connectedComponents(some.astype(np.uint8), connectivity=4)
-            yield np.where(some, numbers, 0).astype(np.int64)
+            _, numbers, places, _ = cv2.connectedComponentsWithStats(
+                some.view(np.uint8), connectivity=4
+            )
+            yield Parted(np.asarray(numbers, np.int32), np.asarray(places, np.int32)[:, :4])

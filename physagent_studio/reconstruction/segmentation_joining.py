@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.masks import BoolArray, grow
-from physagent_studio.reconstruction.segmentation_beside import ground_of, patches_beside
+from physagent_studio.reconstruction.segmentation_beside import Parted, ground_of, patches_beside
 from physagent_studio.reconstruction.segmentation_evidence import (
     TALL,
     Colours,
@@ -30,7 +30,6 @@ from physagent_studio.reconstruction.segmentation_evidence import (
 )
 from physagent_studio.reconstruction.segmentation_shafts import Strips, runs_on, shafts_beside
 
-IntArray = NDArray[np.int64]
 CLEAR, CLEARER = 0.85, 0.25
 """Score from which a part joins, and how much more is asked of those that touch it only then."""
 LEAST, LARGEST, LONGEST = 0.002, 0.26, 0.5
@@ -89,14 +88,14 @@ class Grown:
 
 
 def joining(
-    around: Around, so_far: Grown, levels: Sequence[IntArray], least: float
+    around: Around, so_far: Grown, levels: Sequence[Parted], least: float
 ) -> BoolArray | None:
     """(h, w) the clearest parts that touch the mask, none beside another; None without any.
 
     levels: patches of growing size. least: pixels of a part.
     """
     mask = so_far.mask
-    here = Surroundings(around.lab, around.steps, mask, ground_of(levels[-1], mask))
+    here = Surroundings(around.lab, around.steps, mask, ground_of(levels[-1].labels, mask))
     kept, values = [], []
     for patch, is_shaft in _beside(around, here, levels, least):
         outline = outline_of(patch, here)
@@ -128,7 +127,7 @@ def joining(
 
 
 def _beside(
-    around: Around, here: Surroundings, levels: Sequence[IntArray], least: float
+    around: Around, here: Surroundings, levels: Sequence[Parted], least: float
 ) -> Iterator[tuple[Patch, bool]]:
     """Each patch and shaft beside the mask, and whether it is a shaft."""
     for patch in patches_beside(around.barred, here, levels, least, LONGEST * here.area):

@@ -6,7 +6,7 @@ import pytest
 
 from physagent_studio.program.scene import Click, Grounding
 from physagent_studio.reconstruction.masks import iou
-from physagent_studio.reconstruction.segmentation_attached import with_attached, with_parts
+from physagent_studio.reconstruction.segmentation_attached import led_by, with_attached
 from physagent_studio.records.scene import Candidate
 
 HEIGHT, WIDTH = 300, 400
@@ -127,8 +127,9 @@ def test_the_mask_with_its_parts_leads_and_the_one_without_comes_next() -> None:
     small = np.roll(body, 9, 1) & body
     offers = [Candidate(body, 0.9, "colour"), Candidate(small, 0.8, "a"), Candidate(part, 0.7, "b")]
     offers.append(Candidate(np.roll(body, 20, 0), 0.5, "with shadow"))
-    led = with_parts(picture, offers, NOTHING)
+    found = with_attached(picture, body, NOTHING)
+    led = led_by(found, offers)
     assert [offer.method for offer in led] == ["colour and parts", "colour", "a", "with shadow"]
     assert led[0].mask[part].mean() > 0.8
     # A ball has no stem: nothing joins that makes it less like one.
-    assert with_parts(picture, offers, NOTHING, (0.77, 0.05)) == tuple(offers)
+    assert led_by(found, offers, (0.77, 0.05)) == tuple(offers)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,13 +43,12 @@ def candidates_of(
         wanted = item.shape is None or item.position is None
         if wanted and not item.grounding.shows_something:
             raise InputError(f"'{item.name}' is not marked in the photo: click it, or draw a box")
-    known = _known(previous, tasks)
-    asked = tasks if segmenter is not None else [t for t in apart(tasks) if t[0] not in known]
-    if len(known) < len(tasks):
-        fresh = (segmenter or EmbeddedSegmenter()).segment(case.image, asked, cancelled)
+    known = known_candidates(previous, tasks)
+    if len(known) < len(tasks) and segmenter is not None:
+        fresh = segmenter.segment(case.image, tasks, cancelled)
         known = {name: fresh.get(name, known.get(name, ())) for name, _ in tasks}
-        if segmenter is None:
-            known = EmbeddedSegmenter().together(case.image, tasks, known)
+    elif len(known) < len(tasks):
+        known = EmbeddedSegmenter().completed(case.image, tasks, known, cancelled)
     tick()
     return known
 
@@ -64,8 +63,8 @@ def _clicked(state: SceneState) -> list[tuple[str, Grounding]]:
     return tasks
 
 
-def _known(
-    previous: Scene | None, tasks: list[tuple[str, Grounding]]
+def known_candidates(
+    previous: Scene | None, tasks: Sequence[tuple[str, Grounding]]
 ) -> dict[str, tuple[Candidate, ...]]:
     """Candidates of an earlier scene, of the things for whose masks nothing has changed."""
     if previous is None:

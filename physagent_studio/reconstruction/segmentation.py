@@ -14,7 +14,6 @@ from typing import Protocol
 import numpy as np
 
 from physagent_studio.program.scene import Click, Grounding, Stroke
-from physagent_studio.reconstruction.grabcut import side_by_side
 from physagent_studio.reconstruction.masks import BoolArray
 from physagent_studio.reconstruction.maskscore import Draft, Scorer
 from physagent_studio.reconstruction.names import usual_size
@@ -24,7 +23,7 @@ from physagent_studio.reconstruction.segmentation_choice import agreed
 from physagent_studio.reconstruction.segmentation_clicks import click_drafts
 from physagent_studio.reconstruction.segmentation_closeup import Look, merged, piece_for
 from physagent_studio.reconstruction.segmentation_ranking import ranked
-from physagent_studio.reconstruction.segmentation_stack import stacked
+from physagent_studio.reconstruction.segmentation_stack import stacked, stacks_of
 from physagent_studio.reconstruction.segmentation_task import (
     View,
     full_size,
@@ -74,21 +73,39 @@ class EmbeddedSegmenter:
         cancelled: Callable[[], bool] | None = None,
     ) -> dict[str, tuple[Candidate, ...]]:
         """Candidates (H, W) at the size of `image`; empty where nothing was clicked."""
-        out: dict[str, tuple[Candidate, ...]] = {}
-        for name, grounding in apart(groundings):
-            if cancelled is not None and cancelled():
-                return out
-            out[name] = self.candidates(image, name, grounding)
-        return self.together(image, groundings, out)
+        return self.completed(image, groundings, {}, cancelled)
 
-    def together(
+    def completed(
         self,
         image: Image,
         groundings: Sequence[tuple[str, Grounding]],
-        offers: Mapping[str, tuple[Candidate, ...]],
+        known: Mapping[str, tuple[Candidate, ...]],
+        cancelled: Callable[[], bool] | None = None,
+        among: Sequence[tuple[str, Grounding]] = (),
     ) -> dict[str, tuple[Candidate, ...]]:
-        """The candidates of each thing, with those that only all clicks together give."""
-        return stacked(image, groundings, offers, lambda all_: self._alike(image, all_))
+        """The candidates of all that is grounded, with those that only all clicks together give.
+
+        known: candidates from a thing's own clicks that need not be sought again. among: all that
+        is marked in the picture, where `groundings` are but some of it. Things are sought two at a
+        time, and what all clicks on a stack mean beside them. Some are missing once cancelled.
+        """
+        asked = [one for one in apart(among or groundings) if one[0] not in known]
+        wanted = {name for name, _ in groundings}
+
+        def found(name: str, own: Grounding) -> tuple[Candidate, ...]:
+            return () if stopped() else self.candidates(image, name, own)
+
+        def whole(stack: Grounding) -> BoolArray | None:
+            return None if stopped() else self._whole(image, stack)
+
+        def stopped() -> bool:
+            return cancelled is not None and cancelled()
+
+        with ThreadPoolExecutor(2) as pool:
+            fresh = {n: pool.submit(found, n, own) for n, own in asked if n in wanted}
+            wholes = {stack: pool.submit(whole, stack) for stack in stacks_of(groundings)}
+            offers = {n: fresh[n].result() if n in fresh else known[n] for n, _ in groundings}
+            return stacked(image, groundings, offers, lambda stack: wholes[stack].result())
 
     def candidates(self, image: Image, name: str, grounding: Grounding) -> tuple[Candidate, ...]:
         """Candidates (H, W) of one thing whose grounding says all; its name helps to rank them."""
@@ -103,10 +120,10 @@ class EmbeddedSegmenter:
             alike = [one.result() for one in sized]
         return led_by(found, alike, usual_size(name).aspect)
 
-    def _alike(self, image: Image, grounding: Grounding) -> tuple[Candidate, ...]:
-        """Candidates (H, W) of what looks like the places that were clicked, of any name."""
+    def _whole(self, image: Image, grounding: Grounding) -> BoolArray | None:
+        """(H, W) what most looks like all that was clicked; None where nothing does."""
         best = self._best(image, "", grounding)
-        return tuple(side_by_side(lambda one: full_size(image, *one), best))
+        return full_size(image, *best[0]).mask if best else None
 
     def _best(
         self, image: Image, name: str, grounding: Grounding

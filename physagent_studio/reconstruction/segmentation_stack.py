@@ -57,11 +57,11 @@ def stacked(
     image: Image,
     groundings: Sequence[tuple[str, Grounding]],
     offers: Mapping[str, tuple[Candidate, ...]],
-    whole: Callable[[Grounding], tuple[Candidate, ...]],
+    whole: Callable[[Grounding], BoolArray | None],
 ) -> dict[str, tuple[Candidate, ...]]:
     """The offers, led by layers for things of one kind in a stack whose own masks do not part it.
 
-    whole: candidates for a grounding that holds the clicks on all of them.
+    whole: the mask (H, W) for one of `stacks_of`, a grounding that means all of them.
     """
     out = {name: alone(own) for name, own in offers.items()}
     said = dict(groundings)
@@ -69,15 +69,21 @@ def stacked(
         names = list(spots)
         own = {name: out[name][0].mask for name in names if out.get(name)}
         found = whole(_together([said[name] for name in names]))
-        if not found or len(own) < len(names) or _parted(found[0].mask, list(own.values())):
+        if found is None or len(own) < len(names) or _parted(found, list(own.values())):
             continue
-        layers = layers_of(image, found[0].mask, list(spots.values()))
+        layers = layers_of(image, found, list(spots.values()))
         if layers is None or not _in_boxes(layers, [said[name].box for name in names]):
             continue
         for name, layer in zip(names, layers, strict=True):
             if np.count_nonzero(layer) > LEAST:
                 out[name] = (Candidate(layer, out[name][0].score, METHOD), *out[name])
     return out
+
+
+def stacks_of(groundings: Sequence[tuple[str, Grounding]]) -> list[Grounding]:
+    """For each stack that is marked, one grounding that means all of its layers."""
+    said = dict(groundings)
+    return [_together([said[name] for name in spots]) for spots in _groups(groundings)]
 
 
 def companions(groundings: Sequence[tuple[str, Grounding]], name: str) -> tuple[str, ...]:

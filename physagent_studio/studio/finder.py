@@ -1,7 +1,7 @@
 """What takes a moment and changes nothing: found beside the worker, the newest question wins.
 
 A question that was overtaken by another of the same browser on the same channel is dropped, so
-that fast clicks never queue up.
+that fast clicks never queue up. What takes longer is answered twice: first what is found at once.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Tell = Callable[[int, str, dict[str, Any]], None]
 @dataclass(frozen=True, eq=False, slots=True)
 class _Question:
     ticket: int
-    find: Callable[[], dict[str, Any]]
+    finds: tuple[Callable[[], dict[str, Any]], ...]
 
 
 class Finder:
@@ -34,11 +34,15 @@ class Finder:
         self._thread = threading.Thread(target=self._work, name="finder", daemon=True)
         self._thread.start()
 
-    def ask(self, browser: int, channel: str, ticket: int, find: Callable[[], Any]) -> None:
-        """Has `find` called soon, unless something newer is asked before."""
+    def ask(self, browser: int, channel: str, ticket: int, *finds: Callable[[], Any]) -> None:
+        """Has `finds` called soon, one after the other, unless something newer is asked before.
+
+        Each one's answer is sent at once; the next is only called where it says that there is
+        `more`.
+        """
         with self._news:
             self._asked.pop((browser, channel), None)
-            self._asked[browser, channel] = _Question(ticket, find)
+            self._asked[browser, channel] = _Question(ticket, finds)
             self._news.notify()
 
     def stop(self) -> None:
@@ -56,5 +60,12 @@ class Finder:
                     return
                 browser, channel = next(iter(self._asked))
                 question = self._asked.pop((browser, channel))
-            found = guarded(question.find, lambda text: {"problem": text}, "a search")
-            self._tell(browser, channel, {"ticket": question.ticket, **found})
+            for find in question.finds:
+                found = guarded(find, lambda text: {"problem": text}, "a search")
+                self._tell(browser, channel, {"ticket": question.ticket, **found})
+                if not found.get("more") or self._overtaken(browser, channel):
+                    break
+
+    def _overtaken(self, browser: int, channel: str) -> bool:
+        with self._news:
+            return not self._open or (browser, channel) in self._asked

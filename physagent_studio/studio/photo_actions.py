@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from physagent_studio.errors import InputError
@@ -21,13 +22,15 @@ def find_masks(intent: intents_photo.FindMasks, studio: Studio, browser: int) ->
     name, grounding = intent.name, intent.grounding
     scene = studio.snapshot.program.scene
     said = [(item.name, item.grounding) for item in scene.objects if item.name != name]
-    desk = studio.photo_desk
+    desk, shown = studio.photo_desk, studio.snapshot.scene
 
-    def find() -> dict[str, Any]:
+    def find(*, whole: bool) -> dict[str, Any]:
         photo_edits.check_grounding(case, name, grounding)
-        return desk.masks(image, name, [*said, (name, grounding)])
+        return desk.masks(image, name, [*said, (name, grounding)], shown, whole=whole)
 
-    studio.finder.ask(browser, "masks", intent.ticket, find)
+    studio.finder.ask(
+        browser, "masks", intent.ticket, partial(find, whole=False), partial(find, whole=True)
+    )
 
 
 def find_edge(intent: intents_photo.FindEdge, studio: Studio, browser: int) -> None:

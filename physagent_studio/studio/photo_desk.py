@@ -6,12 +6,15 @@ from typing import Any
 
 from physagent_studio.program import Grounding
 from physagent_studio.reconstruction.live_edge import LiveEdge
+from physagent_studio.reconstruction.marked import known_candidates
 from physagent_studio.reconstruction.segmentation import EmbeddedSegmenter, apart, choose
-from physagent_studio.reconstruction.segmentation_stack import METHOD, companions
-from physagent_studio.records import Candidate, Image
+from physagent_studio.reconstruction.segmentation_stack import METHOD, alone, companions
+from physagent_studio.records import Candidate, Image, Scene
 from physagent_studio.studio.panels.photo import path_of
 
 Groundings = list[tuple[str, Grounding]]
+KEPT = 12
+"""Things of which the candidates are kept."""
 
 
 class PhotoDesk:
@@ -23,17 +26,29 @@ class PhotoDesk:
     def __init__(self) -> None:
         self._image: Image | None = None
         self._offers: dict[str, tuple[Grounding, tuple[Candidate, ...]]] = {}
-        self._stack: tuple[Groundings, dict[str, tuple[Candidate, ...]]] = ([], {})
+        self._last: tuple[Groundings, Groundings, dict[str, tuple[Candidate, ...]]] = ([], [], {})
         self._edge: LiveEdge | None = None
 
-    def masks(self, image: Image, name: str, said: Groundings) -> dict[str, Any]:
+    def masks(
+        self,
+        image: Image,
+        name: str,
+        said: Groundings,
+        scene: Scene | None = None,
+        *,
+        whole: bool = True,
+    ) -> dict[str, Any]:
         """The masks on offer for a name, best first, its strokes applied.
 
+        whole: whether what all clicks on a stack give together is waited for; without it, `more`
+        says that it is still to be found.
+        scene: what was reconstructed of the picture, whose candidates serve as long as they fit.
         candidate: what the grounding has to say to mean a mask. layer: whether the mask is a layer
         of a stack, which all clicks on the stack give together, and the grounding means of itself.
         """
         grounding = dict(said)[name]
-        offers = self._offers_of(image, name, said)
+        more = not whole and len(companions(said, name)) > 1
+        offers = self._offers_of(image, name, said, scene, whole=whole)
         shape = (image.shape[0], image.shape[1])
         masks = []
         for index, offer in enumerate(offers):
@@ -49,26 +64,37 @@ class PhotoDesk:
                     "layer": layer,
                 }
             )
-        return {"name": name, "masks": masks}
+        return {"name": name, "masks": masks, "more": more}
 
-    def _offers_of(self, image: Image, name: str, said: Groundings) -> tuple[Candidate, ...]:
+    def _offers_of(
+        self,
+        image: Image,
+        name: str,
+        said: Groundings,
+        scene: Scene | None,
+        *,
+        whole: bool,
+    ) -> tuple[Candidate, ...]:
         """Candidates from a thing's own clicks, led by its layer where it is one of a stack."""
-        beside = companions(said, name)
-        needed = {key: own for key, own in apart(said) if key == name or key in beside}
-        known = self._offers if self._image is image else {}
-        self._image, self._offers = image, {}
-        for key, own in needed.items():
-            before = known.get(key)
-            if before is None or before[0] != own:
-                before = (own, EmbeddedSegmenter().candidates(image, key, own))
-            self._offers[key] = before
-        offers = {key: found for key, (_, found) in self._offers.items()}
-        if not beside:
-            return offers[name]
-        stack = [(key, own) for key, own in said if key in beside]
-        if self._stack[0] != stack or known.keys() != offers.keys():
-            self._stack = (stack, EmbeddedSegmenter().together(image, stack, offers))
-        return self._stack[1][name]
+        if self._image is not image:
+            self._image, self._offers, self._last = image, {}, ([], [], {})
+        together = (name, *(companions(said, name) if whole else ()))
+        wanted = [(key, own) for key, own in said if key in together]
+        own = {key: grounding for key, grounding in apart(said) if key in together}
+        if self._last[:2] == (wanted, list(own.items())):
+            return self._last[2][name]
+        known = {key: alone(found) for key, found in known_candidates(scene, said).items()}
+        for key, (grounding, found) in self._offers.items():
+            if own.get(key) == grounding:
+                known[key] = found
+        offers = EmbeddedSegmenter().completed(image, wanted, known, among=said)
+        for key, grounding in own.items():
+            self._offers.pop(key, None)
+            self._offers[key] = (grounding, alone(offers[key]))
+        for key in list(self._offers)[:-KEPT]:
+            del self._offers[key]
+        self._last = (wanted, list(own.items()), offers)
+        return offers[name]
 
     def way(self, image: Image, start: tuple[float, float], end: tuple[float, float]) -> Any:
         """The way along edges, as points."""

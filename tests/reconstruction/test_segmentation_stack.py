@@ -64,14 +64,14 @@ def test_masks_that_part_the_stack_already_are_left_alone() -> None:
     said = _clicked(drawn)
     offers = EmbeddedSegmenter().segment(drawn.image, apart(said))
     exact = {name: (Candidate(mask, 0.9, "truth"),) for name, mask in drawn.masks.items()}
-    whole = Candidate(np.any(list(drawn.masks.values()), axis=0), 0.9, "truth")
-    kept = stacked(drawn.image, said, exact, lambda _: (whole,))
+    whole = np.any(list(drawn.masks.values()), axis=0)
+    kept = stacked(drawn.image, said, exact, lambda _: whole)
     assert {own[0].method for own in kept.values()} == {"truth"}
     assert all(METHOD not in {c.method for c in own} for own in offers.values())
     blurred = {
         name: (Candidate(grow(c.mask, 40), c.score, c.method),) for name, (c,) in exact.items()
     }
-    led = stacked(drawn.image, said, blurred, lambda _: (whole,))
+    led = stacked(drawn.image, said, blurred, lambda _: whole)
     assert {own[0].method for own in led.values()} == {METHOD}
 
 
@@ -82,16 +82,16 @@ def test_boxes_of_layers_that_touch_are_parted_too() -> None:
         rows, columns = np.nonzero(mask)
         box = (columns.min() - 2.0, rows.min() - 2.0, columns.max() + 3.0, rows.max() + 3.0)
         said.append((name, Grounding(box=box)))
-    whole = Candidate(np.any(list(drawn.masks.values()), axis=0), 0.9, "truth")
+    whole = np.any(list(drawn.masks.values()), axis=0)
     rough = {name: (Candidate(grow(m, 40), 0.5, "rough"),) for name, m in drawn.masks.items()}
-    led = stacked(drawn.image, said, rough, lambda _: (whole,))
+    led = stacked(drawn.image, said, rough, lambda _: whole)
     assert min(iou(led[name][0].mask, mask) for name, mask in drawn.masks.items()) > 0.8
     # Layers that do not fill the boxes are not meant.
     wide = [
         (name, Grounding(box=(0.0, 10.0 * k, 800.0, 300.0 + 10 * k)))
         for k, (name, _) in enumerate(said)
     ]
-    kept = stacked(drawn.image, wide, rough, lambda _: (whole,))
+    kept = stacked(drawn.image, wide, rough, lambda _: whole)
     assert {own[0].method for own in kept.values()} == {"rough"}
 
 
@@ -99,7 +99,7 @@ def test_names_without_letters_are_of_one_kind_each() -> None:
     drawn = stack(11)
     said = [(f"{k}", grounding) for k, (_, grounding) in enumerate(_clicked(drawn))]
     offers = {name: (Candidate(np.ones((2, 2), bool), 0.5, "any"),) for name, _ in said}
-    assert stacked(drawn.image, said, offers, lambda _: ()) == offers
+    assert stacked(drawn.image, said, offers, lambda _: None) == offers
 
 
 def test_a_box_around_a_thing_of_poles_gives_its_poles() -> None:

@@ -82,7 +82,7 @@ export function startPhoto(host) {
             thumbnail(data, mask), h("span", { class: "n" }, i + 1), h("span", { class: "s" }, mask.score.toFixed(2)))),
         !one.problem && !one.masks.length ? h("div", { class: "none" }, one.waiting ? "Looking…" : "Nothing stands out there; try a box, or paint it.") : null),
       h("div", { class: "row", style: "margin-top:6px" },
-        h("span", { class: "muted grow", style: "font-size:12px" }, one.sent ? "The scene follows…" : one.waiting ? "Looking…" : `Press 1–${Math.max(one.masks.length, 1)} or Enter to use one.`),
+        h("span", { class: "muted grow", style: "font-size:12px" }, one.sent ? "The scene follows…" : one.waiting && !one.more ? "Looking…" : `Press 1–${Math.max(one.masks.length, 1)} or Enter to use one${one.more ? "; looking at the whole stack…" : "."}`),
         one.sent ? null : button("Back", tools.back, { class: "b small quiet", disabled: !one.past.length }), one.sent ? null : button("Drop", tools.drop, { class: "b small quiet" })));
   }
 

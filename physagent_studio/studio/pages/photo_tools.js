@@ -50,7 +50,7 @@ export function makeTools({ stage, data, changed }) {
 
   function ask(one) {
     one.ticket = ++tickets;
-    one.problem = "";
+    [one.problem, one.more] = ["", false];
     one.waiting = send({ do: "masks", name: one.name, grounding: one.grounding, ticket: one.ticket });
     changed();
   }
@@ -58,7 +58,7 @@ export function makeTools({ stage, data, changed }) {
   function found(answer) {
     const one = state.pending;
     if (!one || answer.ticket !== one.ticket) return;
-    one.waiting = false;
+    one.waiting = one.more = Boolean(answer.more);
     one.problem = answer.problem || "";
     one.masks = answer.masks || [];
     one.chosen = Math.min(one.chosen, Math.max(0, one.masks.length - 1));

@@ -8,6 +8,7 @@ choose, these have learned the photographs.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import cv2
@@ -18,7 +19,7 @@ from physagent_studio.benchmark.rows import Row, shown
 from physagent_studio.reconstruction.masks import BoolArray, iou
 from physagent_studio.reconstruction.maskscore import WEIGHTS, Scorer
 from physagent_studio.reconstruction.segmentation import SIDE, apart
-from physagent_studio.reconstruction.segmentation_clicks import click_drafts
+from physagent_studio.reconstruction.segmentation_clicks import begun, click_drafts
 from physagent_studio.reconstruction.segmentation_task import task_of, view_of
 from physagent_studio.records.case import Case
 
@@ -49,7 +50,9 @@ def things_of(photo: str, case: Case, truth: Mapping[str, BoolArray]) -> Iterato
             continue
         task = task_of(name, grounding, view)
         scorer = Scorer(view.lab, task.inside)
-        drafts = click_drafts(view.small, view.lab, task, scorer)
+        with ThreadPoolExecutor(1) as pool:
+            cutting = begun(pool, view.small, view.lab, task, filling=True)
+            drafts = click_drafts(view.small, view.lab, task, scorer, cutting)
         own = cv2.resize(truth[name].astype(np.float32), size, interpolation=cv2.INTER_AREA) > 0.5
         ious = np.array([iou(draft.mask, np.asarray(own)) for draft in drafts])
         yield Thing(photo, scorer.features(drafts), ious)

@@ -7,7 +7,7 @@ one. Everything is seeded: the same picture and clicks give the same bits.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -20,11 +20,18 @@ from physagent_studio.reconstruction.names import usual_size
 from physagent_studio.reconstruction.segmentation_attached import led_by, with_attached
 from physagent_studio.reconstruction.segmentation_box import box_drafts
 from physagent_studio.reconstruction.segmentation_choice import agreed
-from physagent_studio.reconstruction.segmentation_clicks import click_drafts
-from physagent_studio.reconstruction.segmentation_closeup import Look, merged, piece_for
+from physagent_studio.reconstruction.segmentation_clicks import Cutting, begun, click_drafts
+from physagent_studio.reconstruction.segmentation_closeup import (
+    EARLY,
+    Look,
+    is_doubtful,
+    merged,
+    piece_around,
+)
 from physagent_studio.reconstruction.segmentation_ranking import ranked
 from physagent_studio.reconstruction.segmentation_stack import stacked, stacks_of
 from physagent_studio.reconstruction.segmentation_task import (
+    Task,
     View,
     full_size,
     is_slender,
@@ -129,31 +136,73 @@ class EmbeddedSegmenter:
         self, image: Image, name: str, grounding: Grounding
     ) -> list[tuple[tuple[Draft, float], View]]:
         """What looks like the places that were clicked, each as it is on a view of the picture."""
-        height, width = image.shape[:2]
-        box = grounding.box
-        part = (0, 0, width, height) if box is None else part_around(box, image.shape)
-        look = self._look(image, name, grounding, part)
-        piece = None if box is not None else piece_for(look, grounding, image.shape)
-        if piece is not None:
-            return merged(look, self._look(image, name, grounding, piece))
-        return [(item, look.view) for item in look.found]
+        if grounding.box is not None:
+            view = view_of(image, part_around(grounding.box, image.shape), self.side)
+            look = _boxed(view, task_of(name, grounding, view))
+            return [(item, view) for item in look.found]
+        pool = ThreadPoolExecutor(2)
+        piece = piece_around(grounding, image.shape)
+        closer: list[_Sight] = []
 
-    def _look(
-        self, image: Image, name: str, grounding: Grounding, part: tuple[int, int, int, int]
-    ) -> Look:
-        """What is found on a part (x0, y0, x1, y1) of the picture."""
-        view = view_of(image, part, self.side)
+        def closely() -> None:
+            if piece is not None and not closer:
+                closer.append(_Sight.of(image, name, grounding, (piece, self.side), pool))
+
+        height, width = image.shape[:2]
+        sight = _Sight.of(image, name, grounding, ((0, 0, width, height), self.side), pool)
+        # Cuts of a closer look run while the contours of the first one are still sought.
+        look = sight.look(lambda score: closely() if score < EARLY else None)
+        if piece is not None and is_doubtful(look):
+            closely()
+            found = merged(look, closer[0].look())
+        else:
+            found = [(item, look.view) for item in look.found]
+        pool.shutdown(wait=False, cancel_futures=True)
+        return found
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Sight:
+    """A part of the picture with what was clicked there, and the cuts, which have begun."""
+
+    view: View
+    task: Task
+    cutting: Cutting | None
+
+    @classmethod
+    def of(
+        cls,
+        image: Image,
+        name: str,
+        grounding: Grounding,
+        sized: tuple[tuple[int, int, int, int], int],
+        pool: Executor,
+    ) -> _Sight:
+        """What is seen of a part (x0, y0, x1, y1) brought to so many pixels."""
+        part, side = sized
+        view = view_of(image, part, side)
         task = task_of(name, grounding, view)
-        if not task.inside and task.box is None:
+        # What was small on the whole picture does not fill a piece of it.
+        whole = (part[2] - part[0], part[3] - part[1]) == (image.shape[1], image.shape[0])
+        inside = bool(task.inside)
+        cutting = begun(pool, view.small, view.lab, task, filling=whole) if inside else None
+        return cls(view, task, cutting)
+
+    def look(self, glimpsed: Callable[[float], None] = lambda score: None) -> Look:
+        """What is found, best first. glimpsed: told how good the best of the first drafts is."""
+        view, task = self.view, self.task
+        if self.cutting is None:
             return Look(view, [])
         scorer = Scorer(view.lab, task.inside)
-        if task.box is None:
-            # What was small on the whole picture does not fill a piece of it.
-            piece = (part[2] - part[0], part[3] - part[1]) != (image.shape[1], image.shape[0])
-            drafts = click_drafts(view.small, view.lab, task, scorer, filling=not piece)
-        else:
-            drafts = box_drafts(view.small, view.lab, task, task.box, scorer)
+        drafts = click_drafts(view.small, view.lab, task, scorer, self.cutting, glimpsed)
         return Look(view, agreed(ranked(scorer, drafts, task), view.lab, scorer.likeness))
+
+
+def _boxed(view: View, task: Task) -> Look:
+    """What is found in a person's box."""
+    scorer = Scorer(view.lab, task.inside)
+    drafts = [] if task.box is None else box_drafts(view.small, view.lab, task, task.box, scorer)
+    return Look(view, agreed(ranked(scorer, drafts, task), view.lab, scorer.likeness))
 
 
 def apart(groundings: Sequence[tuple[str, Grounding]]) -> list[tuple[str, Grounding]]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor, Future
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,28 +21,36 @@ from physagent_studio.reconstruction.segmentation_ranking import distinct, ranke
 from physagent_studio.reconstruction.segmentation_region import LARGEST, regions
 from physagent_studio.reconstruction.segmentation_task import Task, snapped
 
+Cutting = Future[list[grabcut.Window]]
+
+
+def begun(
+    pool: Executor, small: NDArray[np.uint8], lab: NDArray[np.float32], task: Task, *, filling: bool
+) -> Cutting:
+    """The cuts around the clicks at all sizes, which run outside of Python.
+
+    filling: whether a thing may fill almost all of the view.
+    """
+    return pool.submit(grabcut.at_scales, small, lab, task.inside, task.outside, filling=filling)
+
 
 def click_drafts(
     small: NDArray[np.uint8],
     lab: NDArray[np.float32],
     task: Task,
     scorer: Scorer,
-    *,
-    filling: bool = True,
+    cutting: Cutting,
+    glimpsed: Callable[[float], None] = lambda score: None,
 ) -> list[Draft]:
     """Drafts around the clicks, at all sizes; every one holds a click.
 
-    filling: whether a thing may fill almost all of the view.
+    cutting: the cuts, begun before. glimpsed: called with the score of the best of the first.
     """
-    # Cuts run outside of Python: the first outlines are sought meanwhile.
-    with ThreadPoolExecutor(1) as pool:
-        cutting = pool.submit(
-            grabcut.at_scales, small, lab, task.inside, task.outside, filling=filling
-        )
-        middle = np.array(task.inside).mean(0)
-        around = contour.around(lab, (float(middle[0]), float(middle[1])), task.outside)
-        grown = regions(lab, task.inside)
-        windows = cutting.result()
+    # The first outlines are sought while the cuts run.
+    middle = np.array(task.inside).mean(0)
+    around = contour.around(lab, (float(middle[0]), float(middle[1])), task.outside)
+    grown = regions(lab, task.inside)
+    windows = cutting.result()
     drafts: list[Draft] = []
     cleaned = [clean(window.mask, task) for window in windows]
     for k, (window, mask) in enumerate(zip(windows, cleaned, strict=True)):
@@ -58,7 +66,7 @@ def click_drafts(
         if 12 < np.count_nonzero(part) < LARGEST * mask.size:
             drafts.append(Draft(part, method, family))
     whole = [draft for draft in drafts if draft.family != REGION]
-    contours = _contours(lab, task, whole, around, scorer)
+    contours = _contours(lab, task, whole, around, scorer, glimpsed)
     return drafts + contours + _recoloured(small, task, contours, scorer)
 
 
@@ -68,11 +76,15 @@ def _contours(
     drafts: Sequence[Draft],
     around: Sequence[BoolArray],
     scorer: Scorer,
+    glimpsed: Callable[[float], None],
 ) -> list[Draft]:
     """Contours around the clicks' middle, then again from the middles of the best masks."""
     out = _as_drafts(around, "contour", task)
     for turn in range(2):
-        best = distinct(ranked(scorer, [*drafts, *out], task), 5 if turn == 0 else 3, 0.85)
+        order = ranked(scorer, [*drafts, *out], task)
+        if turn == 0:
+            glimpsed(order[0][1] if order else 0.0)
+        best = distinct(order, 5 if turn == 0 else 3, 0.85)
         masks = [draft.mask for draft, _ in best]
         again, beyond = contour.near(lab, masks, task.outside, grown=2)
         for found in again:

@@ -23,6 +23,8 @@ from physagent_studio.reconstruction.segmentation_variants import VARIANT
 
 SURE = 0.72
 """Estimated IoU of the first mask from which there is no doubt."""
+EARLY = 0.62
+"""The same for the best of the first drafts, before more of them raise it."""
 CLEARER = 0.05
 """By how much the closer look has to be surer to lead: from close by, estimates scatter more."""
 SMALL = 0.3
@@ -41,16 +43,20 @@ class Look:
     found: list[Scored]
 
 
-def piece_for(
-    look: Look, grounding: Grounding, shape: tuple[int, ...]
-) -> tuple[int, int, int, int] | None:
-    """The piece (x0, y0, x1, y1) of a picture to look at again; None where that is no use."""
+def is_doubtful(look: Look) -> bool:
+    """Whether a closer look may show more."""
     if not look.found or look.found[0][1] >= SURE:
-        return None
+        return False
     # What is large at first sight may be the ground of something thin.
-    if min(_extents(look)) > SMALL * max(look.view.lab.shape[:2]):
-        return None
+    return min(_extents(look)) <= SMALL * max(look.view.lab.shape[:2])
+
+
+def piece_around(grounding: Grounding, shape: tuple[int, ...]) -> tuple[int, int, int, int] | None:
+    """The piece (x0, y0, x1, y1) of a picture to look at from closer; None if it held not all
+    clicks."""
     inside = np.array([(click.x, click.y) for click in grounding.points if click.label])
+    if not len(inside):
+        return None
     x, y = inside.mean(axis=0)
     half = PIECE / 2 * max(shape[:2])
     left, top = int(max(0, x - half)), int(max(0, y - half))

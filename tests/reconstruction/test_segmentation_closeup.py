@@ -6,7 +6,12 @@ import pytest
 from physagent_studio.program.scene import Click, Grounding
 from physagent_studio.reconstruction.masks import iou
 from physagent_studio.reconstruction.maskscore import Draft
-from physagent_studio.reconstruction.segmentation_closeup import Look, merged, piece_for
+from physagent_studio.reconstruction.segmentation_closeup import (
+    Look,
+    is_doubtful,
+    merged,
+    piece_around,
+)
 from physagent_studio.reconstruction.segmentation_task import View
 from physagent_studio.reconstruction.segmentation_variants import VARIANT
 
@@ -40,24 +45,31 @@ def _clicks(*points):
 
 
 @pytest.mark.parametrize(
-    ("radius", "value", "points", "piece"),
+    ("radius", "value", "again"),
+    [(40, 0.5, True), (40, 0.9, False), (200, 0.5, False)],
+    ids=["small", "sure", "large"],
+)
+def test_only_what_is_small_and_doubtful_is_looked_at_again(radius, value, again):
+    assert is_doubtful(_look(FAR, ((400, 240, radius), value))) == again
+    assert not is_doubtful(Look(FAR, []))
+
+
+@pytest.mark.parametrize(
+    ("points", "piece"),
     [
-        (40, 0.5, [(400, 240)], (220, 60, 580, 420)),
-        (40, 0.9, [(400, 240)], None),  # sure
-        (200, 0.5, [(400, 240)], None),  # large
-        (40, 0.5, [(60, 240), (700, 240)], None),  # clicks too far apart
-        (40, 0.5, [(30, 20)], (0, 0, 210, 200)),
+        ([(400, 240)], (220, 60, 580, 420)),
+        ([(60, 240), (700, 240)], None),  # clicks too far apart
+        ([(30, 20)], (0, 0, 210, 200)),
+        ([], None),
     ],
 )
-def test_only_what_is_small_and_doubtful_is_looked_at_again(radius, value, points, piece):
-    look = _look(FAR, ((400, 240, radius), value))
-    assert piece_for(look, _clicks(*points), SHAPE) == piece
-    assert piece_for(Look(FAR, []), _clicks(*points), SHAPE) is None
+def test_the_piece_that_is_looked_at_again_lies_around_the_clicks(points, piece):
+    assert piece_around(_clicks(*points), SHAPE) == piece
 
 
 def test_a_thin_thing_on_a_large_ground_that_came_first_is_looked_at_again():
     look = _look(FAR, ((400, 240, 200), 0.5), ((400, 240, 30), 0.4))
-    assert piece_for(look, _clicks((400, 240)), SHAPE) == (220, 60, 580, 420)
+    assert is_doubtful(look)
 
 
 def test_the_surer_look_leads_and_both_have_a_say():

@@ -63,9 +63,10 @@ class Finder:
             for find in question.finds:
                 found = guarded(find, lambda text: {"problem": text}, "a search")
                 self._tell(browser, channel, {"ticket": question.ticket, **found})
-                if not found.get("more") or self._overtaken(browser, channel):
+                if not found.get("more") or self.overtaken(browser, channel):
                     break
 
-    def _overtaken(self, browser: int, channel: str) -> bool:
+    def overtaken(self, browser: int, channel: str) -> bool:
+        """Whether nobody waits for what is being looked for any more."""
         with self._news:
             return not self._open or (browser, channel) in self._asked

@@ -26,7 +26,8 @@ def find_masks(intent: intents_photo.FindMasks, studio: Studio, browser: int) ->
 
     def find(*, whole: bool) -> dict[str, Any]:
         photo_edits.check_grounding(case, name, grounding)
-        return desk.masks(image, name, [*said, (name, grounding)], shown, whole=whole)
+        stop = partial(studio.finder.overtaken, browser, "masks") if whole else None
+        return desk.masks(image, name, [*said, (name, grounding)], shown, whole, stop)
 
     studio.finder.ask(
         browser, "masks", intent.ticket, partial(find, whole=False), partial(find, whole=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from physagent_studio.program import Grounding
@@ -35,20 +36,21 @@ class PhotoDesk:
         name: str,
         said: Groundings,
         scene: Scene | None = None,
-        *,
         whole: bool = True,
+        stop: Callable[[], bool] | None = None,
     ) -> dict[str, Any]:
         """The masks on offer for a name, best first, its strokes applied.
 
         whole: whether what all clicks on a stack give together is waited for; without it, `more`
-        says that it is still to be found.
+        says that it is still to be found. stop: whether nobody waits any more.
         scene: what was reconstructed of the picture, whose candidates serve as long as they fit.
         candidate: what the grounding has to say to mean a mask. layer: whether the mask is a layer
         of a stack, which all clicks on the stack give together, and the grounding means of itself.
         """
         grounding = dict(said)[name]
         more = not whole and len(companions(said, name)) > 1
-        offers = self._offers_of(image, name, said, scene, whole=whole)
+        together = (name, *(companions(said, name) if whole else ()))
+        offers = self._offers_of(image, name, said, scene, together, stop)
         shape = (image.shape[0], image.shape[1])
         masks = []
         for index, offer in enumerate(offers):
@@ -72,13 +74,15 @@ class PhotoDesk:
         name: str,
         said: Groundings,
         scene: Scene | None,
-        *,
-        whole: bool,
+        together: tuple[str, ...],
+        stop: Callable[[], bool] | None,
     ) -> tuple[Candidate, ...]:
-        """Candidates from a thing's own clicks, led by its layer where it is one of a stack."""
+        """Candidates from a thing's own clicks, led by its layer where it is one of a stack.
+
+        together: the things that are looked for, that one and what is in its stack.
+        """
         if self._image is not image:
             self._image, self._offers, self._last = image, {}, ([], [], {})
-        together = (name, *(companions(said, name) if whole else ()))
         wanted = [(key, own) for key, own in said if key in together]
         own = {key: grounding for key, grounding in apart(said) if key in together}
         if self._last[:2] == (wanted, list(own.items())):
@@ -87,7 +91,9 @@ class PhotoDesk:
         for key, (grounding, found) in self._offers.items():
             if own.get(key) == grounding:
                 known[key] = found
-        offers = EmbeddedSegmenter().completed(image, wanted, known, among=said)
+        offers = EmbeddedSegmenter().completed(image, wanted, known, stop, said)
+        if stop is not None and stop():
+            return offers[name]
         for key, grounding in own.items():
             self._offers.pop(key, None)
             self._offers[key] = (grounding, alone(offers[key]))

@@ -12,7 +12,8 @@ from physagent_studio.exchange import Replay, ReplayCheck, ReplayRound, replay_h
 from physagent_studio.program.document import dump_program
 from physagent_studio.records import Rollout, Round, Scene
 from physagent_studio.rendering import render_clip
-from physagent_studio.studio.panels.rounds import DECIDED, OUTCOMES, checklist_of, verdict_of
+from physagent_studio.studio.panels.checklist import checklist_of
+from physagent_studio.studio.panels.rounds import DECIDED, OUTCOMES, verdict_of
 from physagent_studio.studio.panels.words import speaker
 from physagent_studio.studio.pictures import jpeg_of
 from physagent_studio.studio.recording import Recording, record

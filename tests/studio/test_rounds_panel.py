@@ -14,7 +14,8 @@ from physagent_studio.program.document import load_program
 from physagent_studio.program.scene import Sphere
 from physagent_studio.records import Check
 from physagent_studio.session import Store
-from physagent_studio.studio.panels.rounds import checklist_of, demands_of, merged, state_of
+from physagent_studio.studio.panels.checklist import checklist_of, demands_of, merged
+from physagent_studio.studio.panels.rounds import state_of
 from physagent_studio.studio.panels.words import edit_row, figure, speaker
 from physagent_studio.workbench import Workbench, commands
 

@@ -334,3 +334,50 @@ def test_where_the_picture_ends_is_said_to_be_untested(prompt: str, said: str) -
     reading = read(prompt, stock(PLATE, "table"))
     assert reading.not_understood == (said,)
     assert ("right" in prompt) == (reading.frames[-1].direction == "right")
+
+
+SHELF = (("red_can", 333, 137), ("blue_ball", 482, 285), ("yellow_cube", 496, 153))
+BOARDS = (("lower_shelf", 322, 306), ("upper_shelf", 266, 174))
+
+
+@pytest.mark.parametrize(
+    ("prompt", "patient", "places", "unread"),
+    [
+        ("The red can falls from the top shelf.", ("red_can",), [("from", "upper_shelf")], ()),
+        ("The ball falls from the bottom shelf.", ("blue_ball",), [("from", "lower_shelf")], ()),
+        ("Everything on the upper shelf falls off it.", ("red_can", "yellow_cube"), None, ()),
+        ("The can hits the ball and falls outside.", ("red_can",), [], ("outside",)),
+        ("The can falls away from the wall.", ("red_can",), [], ("wall",)),
+    ],
+)
+def test_which_board_and_what_nothing_stands_for(
+    prompt: str,
+    patient: tuple[str, ...],
+    places: list[tuple[str, str]] | None,
+    unread: tuple[str, ...],
+) -> None:
+    things, boards = (
+        [(name, Grounding(points=(Click(x=x, y=y),))) for name, x, y in rows]
+        for rows in (SHELF, BOARDS)
+    )
+    reading = read(prompt, inventory(things, boards))
+    frame = reading.frames[-1]
+    assert frame.patient == patient
+    assert reading.not_understood == unread
+    if places is not None:
+        assert [(relation, place.name) for relation, place in frame.places] == places
+
+
+@pytest.mark.parametrize(
+    ("prompt", "word"),
+    [
+        ("The ball hits the crate and tips it over.", "it"),
+        ("The ball tips the crate over.", "crate"),
+        ("The ball pushes the crate to the left.", "crate"),
+    ],
+)
+def test_what_is_fixed_is_not_moved_by_another_thing(prompt: str, word: str) -> None:
+    """It was the ball that toppled, or was pushed."""
+    reading = read(prompt, stock((("ball", 100, 300),), "crate"))
+    assert word in reading.not_understood
+    assert all(frame.sense == "strike" for frame in reading.frames)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from physagent_studio.agent.rules.reading.tokens import (
     Token,
     singular,
 )
-from physagent_studio.agent.rules.reading.vocabulary import words_of
+from physagent_studio.agent.rules.reading.vocabulary import COUNTED_FROM, words_of
 
 FIXED: tuple[tuple[tuple[str, ...], str], ...] = tuple(
     (tuple(words.split()), one)
@@ -295,9 +295,14 @@ ADVERBIAL = words_of(
 )
 
 
-def join_fixed(tokens: Sequence[Token], names: Iterable[tuple[str, ...]]) -> tuple[Token, ...]:
+def join_fixed(
+    tokens: Sequence[Token], names: Iterable[tuple[str, ...]], nouns: Collection[str] = ()
+) -> tuple[Token, ...]:
     """Replaces fixed expressions by plainer ones, and the case's own names of several words by one
-    token each; all tokens of a replacement have the span of what was written."""
+    token each; all tokens of a replacement have the span of what was written.
+
+    nouns: words of the case's names; "from the top shelf" is from that shelf.
+    """
     own = [(words, "_".join(words)) for words in names if len(words) > 1]
     table = sorted([*own, *FIXED], key=lambda row: -len(row[0]))
     joined: list[Token] = []
@@ -305,6 +310,9 @@ def join_fixed(tokens: Sequence[Token], names: Iterable[tuple[str, ...]]) -> tup
     while index < len(tokens):
         for words, one in table:
             part = tokens[index : index + len(words)]
+            after = tokens[index + len(words) : index + len(words) + 1]
+            if one in COUNTED_FROM and after and singular(after[0].text) in nouns:
+                continue
             if len(part) == len(words) and _same(part, words, one):
                 joined += [Token(word, part[0].start, part[-1].end) for word in one.split()]
                 index += len(words)

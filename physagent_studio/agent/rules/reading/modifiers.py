@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from physagent_studio.agent.rules.reading import vocabulary as v
 from physagent_studio.agent.rules.reading.clauses import RawClause
 from physagent_studio.agent.rules.reading.details import Details, is_path, take_force, take_measure
-from physagent_studio.agent.rules.reading.frames import Place, Way
+from physagent_studio.agent.rules.reading.frames import Place, Relation, Way
 from physagent_studio.agent.rules.reading.names import resolve_objects
 from physagent_studio.agent.rules.reading.phrases import NounPhrase
 from physagent_studio.agent.rules.reading.prepositions import SIDED, take_preposition
@@ -31,8 +31,12 @@ def details_of(
     stock: Inventory,
     talk: Discourse,
     unknown: dict[str, None],
+    sense: str = "",
 ) -> Details:
-    """Reads the adverbs and prepositional phrases of a clause; reports unknown words."""
+    """Reads the adverbs and prepositional phrases of a clause; reports unknown words.
+
+    sense: of its verb; what is on a shelf and falls, falls from there.
+    """
     details = Details(unknown=unknown)
     for phrase in objects if any(np.head in v.OTHERS for _, np in clause.places) else ():
         # "Pulls the red one from under the others".
@@ -45,11 +49,22 @@ def details_of(
     for preposition, phrase in clause.lead:
         take_preposition(preposition, phrase, details, stock, talk, clause)
     details.begins = tuple(row for row in details.places if row[0] in SIDED)
-    details.places = tuple(row for row in details.places if row[0] not in SIDED)
+    details.places = tuple(
+        ("from", place)
+        if sense == "fall" and _is_above(relation, place, stock)
+        else (relation, place)
+        for relation, place in details.places
+        if relation not in SIDED
+    )
     for preposition, phrase in clause.places:
         take_preposition(preposition, phrase, details, stock, talk, clause)
     _join_between(details)
     return details
+
+
+def _is_above(relation: Relation, place: Place, stock: Inventory) -> bool:
+    """Whether what is there stands on a support other than the ground."""
+    return relation == "on" and place.kind == "support" and place.name != stock.ground
 
 
 def _join_between(details: Details) -> None:
@@ -102,7 +117,7 @@ def _adverb(word: str, details: Details, talk: Discourse) -> None:
         details.unknown[_WRITTEN[word]] = None
     elif word in _ENDS:
         details.posture = _ENDS[word]
-    elif not _is_known(word):
+    elif word == "outside" or not _is_known(word):
         details.unknown[word] = None
 
 

@@ -158,7 +158,9 @@ def of_pronoun(word: str, stock: Inventory, talk: Discourse, subject: bool) -> R
         return None
     if subject and talk.subject:
         return Resolved(talk.subject)
-    other = next((m for m in reversed(talk.mentions) if m != talk.subject), talk.subject)
+    # "Hits the crate and tips it over" is not about itself, where nothing else is known by a name.
+    own = talk.subject if talk.subject != talk.acting else ()
+    other = next((m for m in reversed(talk.mentions) if m != talk.subject), own)
     return Resolved(other) if other else None
 
 

@@ -39,7 +39,9 @@ def resolve_place(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Plac
         return resolve_place(phrase.of, stock, talk)
     found = resolve_objects(phrase, stock, talk)
     if found is not None:
-        return Place(found.names[0], "object")
+        meant = [t for t in stock.objects if t.name in found.names]
+        names = [t.name for t in _by_nearness(meant, stock, talk)] if found.any_one else found.names
+        return Place(names[0], "object")
     if phrase.head in v.GROUND_WORDS or phrase.head in v.TABLE_WORDS:
         return Place(stock.ground, "support")
     if phrase.head in v.LANDMARKS:
@@ -118,7 +120,7 @@ def _most_likely(
 
 
 def _by_nearness(found: Sequence[Thing], stock: Inventory, talk: Discourse) -> list[Thing]:
-    """Supports, first the one that is clicked nearest to what acts; as they come where none is."""
+    """Things, first the one that is clicked nearest to what acts; as they come where none is."""
     actors = [t for t in stock.objects if t.name in talk.acting]
     return sorted(found, key=lambda t: apart(actors, t))
 

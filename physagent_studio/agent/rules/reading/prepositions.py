@@ -203,6 +203,8 @@ def _place(
             return
         if preposition == "away_from" or is_measure(phrase) or phrase.pronoun:
             details.direction = details.direction or ("off" if preposition == "away_from" else None)
+            if place is None and not (phrase.pronoun or is_measure(phrase)):
+                details.unknown[phrase.head] = None
             return
         if phrase.head not in ("air", "second", "place"):
             details.unknown[phrase.head] = None

@@ -28,7 +28,9 @@ MAX_WORDS = 400
 def read(prompt: str, stock: Inventory) -> Reading:
     """The event frames of `prompt`; never raises, whatever the words are."""
     corrected_ones = corrected(tokenise(prompt), stock.nouns)
-    tokens = join_fixed(rewritten(corrected_ones, stock.nouns), stock.phrases())
+    things = (*stock.objects, *stock.supports, *stock.landmarks)
+    nouns = {word for thing in things for word in thing.words}
+    tokens = join_fixed(rewritten(corrected_ones, stock.nouns), stock.phrases(), nouns)
     cut, tokens = tokens[MAX_WORDS:], tokens[:MAX_WORDS]
     chunks = Chunker(tokens, stock.nouns).chunks()
     reader = _Reader(chunks, stock, prompt=prompt, tokens=tokens)
@@ -206,7 +208,7 @@ class _Reader(Meanings):
         subject = None if cause else self.subject_of(clause)
         self.talk.acting = subject.names if subject is not None else ()
         sense, kind, objects = self._sense(clause)
-        details = details_of(clause, objects, self.stock, self.talk, self.unknown)
+        details = details_of(clause, objects, self.stock, self.talk, self.unknown, sense)
         frame = EventFrame(
             sense,
             clause_id,

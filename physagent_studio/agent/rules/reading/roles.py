@@ -42,6 +42,8 @@ class Roles(Subjects):
             frame = replace(frame, sense="wind")
         if (gone := self._withdrawn(frame, clause, subject, objects)) is not None:
             return gone
+        if not verb.passive and direct is None and self._moves_what_is_fixed(frame, objects):
+            return None
         if kind == "act":
             return self._acted(frame, verb, subject, direct, details, objects)
         if kind == "move" and direct is not None and not verb.passive:
@@ -59,6 +61,17 @@ class Roles(Subjects):
                 frame = replace(frame, sense="move")
             frame = replace(frame, places=(*place, *frame.places))
         return self._done_by(frame, subject)
+
+    def _moves_what_is_fixed(self, frame: EventFrame, objects: tuple[NounPhrase, ...]) -> bool:
+        """ "Tips the crate over", where the crate is a support: that cannot be, and is said."""
+        if frame.sense not in _DONE_TO_A_THING:
+            return False
+        for phrase in objects:
+            place = resolve_place(phrase, self.stock, self.talk)
+            if place is not None and place.kind == "support":
+                self.unknown |= dict.fromkeys(phrase.nouns or (phrase.head,))
+                return True
+        return False
 
     def _withdrawn(
         self,
@@ -179,5 +192,9 @@ class Roles(Subjects):
         return self._done_by(replace(frame, sense=sense), direct if gives else subject)
 
 
+_DONE_TO_A_THING = v.words_of(
+    "push knock_over topple flip kick throw dislodge crush break deform lift pull spin turn"
+)
+"""What one thing does to another that can move."""
 _ALONG = ("move", "slide", "drift", "roll", "fly")
 """What "the wind … the leaf" only sets going, whatever the verb."""

@@ -135,14 +135,25 @@ def apart(things: Sequence[Thing], place: Thing) -> float:
 
 
 def near_to(names: Sequence[str], place: Thing, stock: Inventory) -> tuple[str, ...]:
-    """The names that belong to a place and not to another: their clicks are not twice as far
-    from its clicks as the nearest one, and no other support is in their name."""
+    """The names that belong to a place and not to another: their clicks are nearer to its clicks
+    than to those of another support of its kind, or, without one, not twice as far as the nearest
+    one; and no other support is in their name."""
     others = {w for t in stock.supports if t.name != place.name for w in t.words}
     others |= v.GROUND_WORDS - set(place.words)
     own = [name for name in names if not others & set(name.lower().split("_"))]
     spots = {t.name: t.spot for t in stock.objects if t.spot is not None}
     if not place.spots or any(name not in spots for name in own):
         return tuple(own)
+    alike = [t for t in stock.supports if t.name != place.name and t.head == place.head and t.spots]
+    if alike:
+        return tuple(
+            n for n in own if _beside(spots[n], place) < min(_beside(spots[n], t) for t in alike)
+        )
     away = {name: min(math.dist(spots[name], spot) for spot in place.spots) for name in own}
     nearest = min(away.values(), default=0.0)
     return tuple(name for name in own if away[name] <= 2 * nearest)
+
+
+def _beside(spot: tuple[float, float], place: Thing) -> float:
+    """Pixels from a click to those of a place; across counts half, for supports are wide."""
+    return min(math.hypot((spot[0] - x) / 2, spot[1] - y) for x, y in place.spots)

@@ -9,7 +9,7 @@ from physagent_studio.agent.rules.reading.clauses import RawClause
 from physagent_studio.agent.rules.reading.frames import EventFrame
 from physagent_studio.agent.rules.reading.names import Resolved, resolve_objects
 from physagent_studio.agent.rules.reading.phrases import Chunk, NounPhrase
-from physagent_studio.agent.rules.reading.selecting import near_to, nearest_to
+from physagent_studio.agent.rules.reading.selecting import filtered, near_to, nearest_to
 from physagent_studio.agent.rules.reading.stock import Discourse, Inventory
 
 
@@ -158,7 +158,8 @@ class Subjects:
         for preposition, place in clause.lead:
             if preposition not in ("on", "in", "upon") or len(found.names) < 2:
                 continue
-            there = [t for t in self.stock.supports if place.head in t.words]
+            alike = tuple(t for t in self.stock.supports if place.head in t.words)
+            there = filtered(alike, (*place.adjectives, *place.nouns[:-1]), None, self.talk)
             named = [n for n in found.names if place.head in n.split("_")]
             if named:
                 return replace(found, names=tuple(named))

@@ -43,3 +43,16 @@ def test_on_the_spot_is_not_aside() -> None:
         ("rotates", False),
         ("moves", True),
     ]
+
+
+def test_onto_a_thing_is_on_top_of_it() -> None:
+    found = demands("desk", "The cup slides onto the cube.")
+    assert [(s["kind"], s["other"]) for s in found if "other" in s] == [("reaches", "red_cube")]
+    beside = demands("desk", "The cup slides into the cube.")
+    assert [(s["kind"], s["other"]) for s in beside if "other" in s] == [("contacts", "red_cube")]
+
+
+def test_straight_down_from_a_table_is_not_over_its_edge() -> None:
+    for stage, name, longest in (("air", "melon", 16), ("desk", "cube", 60)):
+        found = demands(stage, f"The {name} falls straight down onto the floor.")
+        assert {s["to_step"] for s in found if s["kind"] == "moves"} == {longest}

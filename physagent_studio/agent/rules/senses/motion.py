@@ -172,8 +172,10 @@ def _once_there(c: Context, event: Spec) -> list[Spec]:
 def _vertical(c: Context) -> list[Spec]:
     aside = c.length(0.3, 0.03, 0.1)
     sides = ("left", "right", "away", "toward_camera")
+    # What stands on something has to come off it first, and that is not aside either.
+    until = 16 if c.layout.carrier(c.subject) is None else 60
     drift = any_of(
-        *(spec("moves", c.subject, distance=aside, direction=w, to_step=16) for w in sides)
+        *(spec("moves", c.subject, distance=aside, direction=w, to_step=until) for w in sides)
     )
     return [drift.opposite()]
 

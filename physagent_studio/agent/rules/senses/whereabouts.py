@@ -195,12 +195,14 @@ def _onto(c: Context, relation: str, place: Place) -> list[Spec]:
             return [spec("lands_in", c.subject, landmark=name)]
     if c.layout.carrier(c.subject) == place.name and relation == "on" and was_raised(c):
         return [spec("reaches", c.subject, other=place.name)]
-    thrown = ("fall", "throw", "jump")
-    drops = c.frame.sense in thrown and relation in ("on", "atop")
-    if drops and not is_ground(c, place) and place.kind in ("object", "support") and is_last(c):
-        # "Drops onto the table" is not falling past its edge.
+    elsewhere = c.layout.carrier(c.subject) != place.name
+    drops = c.frame.sense in ("fall", "throw", "jump")
+    slides = elsewhere and c.frame.sense in ("slide", "roll", "move", "push", "slip", "drift")
+    solid = not is_ground(c, place) and place.kind in ("object", "support")
+    if (drops or slides) and relation in ("on", "atop") and solid and is_last(c):
+        # "Drops onto the table" is not falling past its edge, nor "slides onto it" hitting it.
         return [spec("reaches", c.subject, other=name)]
-    if c.layout.carrier(c.subject) == place.name and relation == "on":
+    if not elsewhere and relation == "on":
         # Where it already is ("a ball on the grass rolls"): how it begins.
         return [spec("contacts", c.subject, other=place.name, to_step=START)]
     return [spec("contacts", c.subject, other=place.name)]

@@ -292,3 +292,22 @@ def test_what_the_mask_has_missed_goes_with_its_thing():
     # What is as red and goes on elsewhere is no part of it.
     photo[:, 200:] = (180, 40, 30)
     assert not leftovers(_rgb(photo), [thing], hole_of([thing], SHAPE)).any()
+
+
+def test_a_cuff_that_is_missed_goes_with_its_thing_though_white_is_usual_farther_off():
+    y, x = np.indices(SHAPE)
+    photo = np.repeat(np.where(y < 40, 232.0, 150.0)[..., None], 3, 2) * (1.0, 0.86, 0.72)
+    photo[:40] = 232
+    suit = (np.abs(x - 160) < 40) & (y > 90) & (y < 190)
+    cuff = (np.abs(x - 150) < 28) & (y >= 178) & (y < 204)
+    photo[suit] = (190, 20, 30)
+    photo[(suit & (y < 106)) | cuff] = 232
+    found = leftovers(_rgb(photo + _noise(1.5)), [suit], hole_of([suit], SHAPE))
+    assert found[199:203, 130:170].all()
+    assert not found[:80].any()
+    # A white rail that runs behind two things is no part of either.
+    other = suit[:, np.r_[100:320, :100]]
+    photo[other] = (190, 20, 30)
+    photo[(y > 130) & (y < 142) & ~suit & ~other] = 232
+    both = leftovers(_rgb(photo + _noise(1.5)), [suit, other], hole_of([suit, other], SHAPE))
+    assert not both[128:144].any()

@@ -102,6 +102,8 @@ def test_a_program_built_by_hand_without_a_photo(waiting: Desk) -> None:
     page.keyboard.type("add box")
     page.keyboard.press("Enter")
     waiting.until(lambda: waiting.snapshot.program.scene.object("box"), "a box")
+    # The menu names what the page knows of when it is opened.
+    expect(page.locator("[data-lane=box]")).to_be_attached()
     page.get_by_role("button", name="Add an action").click()
     page.get_by_role("menuitem", name="Push box").click()
     waiting.until(lambda: waiting.snapshot.program.event.actions, "an action")

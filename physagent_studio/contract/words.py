@@ -24,6 +24,8 @@ SIDES = {
 
 def number(value: float, unit: str = "") -> str:
     """A measured value as one reads it: 2°, 0.31 m, 1.2 m/s."""
+    if unit == "m" and 5e-5 <= abs(value) < 1e-3:
+        return number(1000 * value, "mm")
     size = abs(value)
     if size < 5e-5:
         text = "0"

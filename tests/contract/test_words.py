@@ -1,8 +1,10 @@
 """What a check says is what an English reader reads."""
 
 import numpy as np
+import pytest
 
 from physagent_studio.contract import describe
+from physagent_studio.contract.words import number
 
 
 def test_a_contact_names_its_frame(stage, time):
@@ -65,3 +67,11 @@ def test_a_measured_number_is_in_every_text(stage, time):
 def test_figures_that_differ_look_different(stage, time):
     stage.turn("can", (1, 0, 0), 20.04 * time)
     assert stage.check("upright", subject="can").text == "can tilts 20.04° ≤ 20°: no"
+
+
+@pytest.mark.parametrize(
+    ("metres", "text"),
+    [(0.31, "0.31 m"), (0.0012, "0.001 m"), (0.0004, "0.4 mm"), (-0.0001, "-0.1 mm"), (0.0, "0 m")],
+)
+def test_less_than_a_millimetre_is_said_in_millimetres(metres: float, text: str) -> None:
+    assert number(metres, "m") == text

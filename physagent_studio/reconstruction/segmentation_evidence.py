@@ -10,14 +10,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import correlate1d
 
 from physagent_studio.reconstruction.masks import BoolArray, bounds, disc, grow
-from physagent_studio.reconstruction.values import lengths, median, percentile
+from physagent_studio.reconstruction.values import bell, lengths, medians, percentile
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -52,6 +53,8 @@ WEIGHTS = {
     "rarer than beside": 0.18,
 }
 _SQUARE = np.ones((3, 3), np.uint8)
+_SOFT = (bell(0.8), bell(1.0), bell(1.0))
+"""How histograms are smoothed along each axis."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,8 +125,16 @@ class Surroundings:
 
     def counts(self, bins: IntArray) -> FloatArray:
         """Smoothed number of pixels in each bin, of pixels whose bins (N,) are given."""
-        found = np.bincount(bins, minlength=int(np.prod(BINS))).reshape(BINS)
-        return gaussian_filter(found.astype(np.float32), (0.8, 1.0, 1.0)).ravel()
+        count = np.bincount(bins, minlength=int(np.prod(BINS))).reshape(BINS)
+        soft: NDArray[Any] = count.astype(np.float32)
+        for axis, weights in enumerate(_SOFT):
+            soft = correlate1d(soft, weights, axis)
+        return soft.ravel()
+
+    @cached_property
+    def how_own(self) -> FloatArray:
+        """Log share of each bin in the mask."""
+        return np.log(self.own + RARE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,21 +226,18 @@ def colours_of(patch: Patch, here: Surroundings) -> Colours:
     bins, lab = here.bin_of[patch.window], here.lab[patch.window]
     elsewhere = np.maximum(here.others - here.counts(here.bin_of[patch.rows, patch.columns]), 0)
     elsewhere /= max(float(elsewhere.sum()), 1.0)
-    middle = _middle(lab[core])
-    around = _middle(lab[beside]) if beside.any() else middle
+    # Logarithms of all bins are fewer than those of all pixels.
+    common = np.log(elsewhere + RARE)
+    middle = medians(lab[core])
+    around = medians(lab[beside]) if beside.any() else middle
     return Colours(
-        float(np.log(here.own[bins[core]] + RARE).mean()),
-        float(np.log(elsewhere[bins[core]] + RARE).mean()),
-        float(np.log(elsewhere[bins[beside]] + RARE).mean()) if beside.any() else -8.0,
+        float(here.how_own[bins[core]].mean()),
+        float(common[bins[core]].mean()),
+        float(common[bins[beside]].mean()) if beside.any() else -8.0,
         float(around[0] - middle[0]),
         float(np.hypot(*(middle - around)[1:])),
         float(here.ground[patch.window][beside].mean()) if beside.any() else 0.0,
     )
-
-
-def _middle(colours: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(3,) the median of colours (N, 3)."""
-    return np.array([median(np.sort(each)) for each in colours.T], np.float32)
 
 
 def lowness(patch: Patch, here: Surroundings) -> float:

@@ -33,6 +33,8 @@ GAP, PART = 6.0, 0.3
 """Pixels, or one and a half widths, or part of the length between the edges' end and the mask."""
 BEYOND, IN_LINE = 15.0, 2.5
 """Pixels within which an edge goes on behind the mask, and that it may be out of line."""
+SOON = 128
+"""Steps after which most lines through a mask have left it."""
 SMOOTH = 0.70
 """Share of a small disc at an end of the contact that is covered where the outline runs on."""
 
@@ -123,10 +125,12 @@ def shafts_beside(strips: Strips, mask: BoolArray, barred: BoolArray) -> Iterato
             continue
         region = np.zeros(mask.shape, np.uint8)
         cv2.fillPoly(region, [np.rint(quad * 16).astype(np.int32)], 1, shift=4)
-        free = region.astype(bool) & ~mask
-        if free.any() and not (free & barred).any():
+        x0, y0 = np.maximum(np.floor(quad.min(0)).astype(int) - 1, 0)
+        window = (slice(y0, int(quad[:, 1].max()) + 3), slice(x0, int(quad[:, 0].max()) + 3))
+        free = region[window].astype(bool) & ~mask[window]
+        if free.any() and not (free & barred[window]).any():
             rows, columns = np.nonzero(free)
-            yield Patch.at(rows, columns, mask.shape)
+            yield Patch.at(rows + y0, columns + x0, mask.shape)
 
 
 def _at_mask(strips: Strips, mask: BoolArray) -> FloatArray:
@@ -176,13 +180,29 @@ def _pairs(edges: FloatArray, widest: float) -> NDArray[np.int64]:
     along = edges[:, 2:] - edges[:, :2]
     length = np.hypot(along[:, 0], along[:, 1])
     unit = along / length[:, None]
-    middle = (edges[:, :2] + edges[:, 2:]) / 2
-    apart = middle[None] - middle[:, None]
-    across = np.abs(apart[..., 1] * unit[:, None, 0] - apart[..., 0] * unit[:, None, 1])
-    beside = np.abs((apart * unit[:, None]).sum(2)) < (length[None] + length[:, None]) / 2
     parallel = np.abs(unit @ unit.T) > np.cos(np.deg2rad(TURN))
-    found = parallel & beside & (across > NARROW - 0.5) & (across < 1.1 * widest)
-    return np.argwhere(np.triu(found, 1))
+    one, other = np.nonzero(np.triu(parallel, 1))
+    middle = (edges[:, :2] + edges[:, 2:]) / 2
+    apart = middle[other] - middle[one]
+    across = np.abs(apart[:, 1] * unit[one, 0] - apart[:, 0] * unit[one, 1])
+    ahead = np.abs(apart[:, 0] * unit[one, 0] + apart[:, 1] * unit[one, 1])
+    found = ahead < (length[other] + length[one]) / 2
+    found &= (across > NARROW - 0.5) & (across < 1.1 * widest)
+    return np.stack([one, other], 1)[found]
+
+
+def _held(
+    mask: BoolArray, start: FloatArray, step: FloatArray, count: int
+) -> tuple[int, int] | None:
+    """The first of so many steps from a point that is in the mask (H, W), and the one that is out
+    of it again, `count` for none; None where it never is in the mask."""
+    line = start + np.arange(0.0, count)[:, None] * step
+    x, y = np.clip(np.rint(line), 0, np.array(mask.shape[::-1]) - 1).astype(int).T
+    inside = mask[y, x]
+    first = int(np.argmax(inside))
+    if not inside[first]:
+        return None
+    return first, first + int(np.argmin(np.append(inside[first:], False)))
 
 
 def _passes_behind(quad: FloatArray, edges: FloatArray, mask: BoolArray) -> bool:
@@ -192,14 +212,14 @@ def _passes_behind(quad: FloatArray, edges: FloatArray, mask: BoolArray) -> bool
     """
     inward = quad[0] + quad[3] - quad[1] - quad[2]
     inward /= np.linalg.norm(inward)
-    steps = np.arange(0.0, 2 * max(mask.shape))
-    line = (quad[0] + quad[3]) / 2 + steps[:, None] * inward
-    x, y = np.clip(np.rint(line), 0, np.array(mask.shape[::-1]) - 1).astype(int).T
-    inside = mask[y, x]
-    first = int(np.argmax(inside))
-    if not inside[first]:
+    start, longest = (quad[0] + quad[3]) / 2, 2 * max(mask.shape)
+    # Most lines are out of the mask again soon.
+    held = _held(mask, start, inward, min(SOON, longest))
+    if held is None or held[1] >= SOON:
+        held = _held(mask, start, inward, longest)
+    if held is None:
         return False
-    out = first + int(np.argmin(np.append(inside[first:], False)))
+    out = held[1]
     for near, far in ((quad[0], quad[1]), (quad[3], quad[2])):
         own = (near - far) / np.linalg.norm(near - far)
         aside = np.array([-own[1], own[0]])

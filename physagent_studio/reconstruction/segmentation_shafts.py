@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.reconstruction.grabcut import side_by_side
 from physagent_studio.reconstruction.masks import BoolArray, disc, grow, shrink
 from physagent_studio.reconstruction.segmentation_evidence import Patch
 
@@ -41,18 +42,17 @@ SMOOTH = 0.70
 
 def edges_of(lab: NDArray[np.float32]) -> FloatArray:
     """(N, 4) x0, y0, x1, y1 of straight edges of lightness or tint; lab (H, W, 3), 0 … 255."""
-    detector = cv2.createLineSegmentDetector()
-    found = [np.zeros((0, 4))]
-    for channel, enhanced in CHANNELS:
-        plane = (
-            lab[..., channel] if channel == 0 else cv2.GaussianBlur(lab[..., channel], (0, 0), 0.7)
-        )
+
+    def lines(one: tuple[int, float]) -> FloatArray:
+        channel, enhanced = one
+        plane = lab[..., channel]
+        plane = plane if channel == 0 else cv2.GaussianBlur(plane, (0, 0), 0.7)
         grey = np.clip((plane - 128) * enhanced + 128, 0, 255).astype(np.uint8)
         large = cv2.resize(grey, None, fx=ENLARGED, fy=ENLARGED, interpolation=cv2.INTER_LINEAR)
-        lines = detector.detect(large)[0]
-        if lines is not None:
-            found.append(np.asarray(lines, float).reshape(-1, 4) / ENLARGED)
-    edges = np.concatenate(found)
+        found = cv2.createLineSegmentDetector().detect(large)[0]
+        return np.zeros((0, 4)) if found is None else np.asarray(found, float).reshape(-1, 4)
+
+    edges = np.concatenate(side_by_side(lines, CHANNELS)) / ENLARGED
     return edges[np.hypot(edges[:, 2] - edges[:, 0], edges[:, 3] - edges[:, 1]) > SHORTEST]
 
 
@@ -220,12 +220,16 @@ def _passes_behind(quad: FloatArray, edges: FloatArray, mask: BoolArray) -> bool
     if held is None:
         return False
     out = held[1]
+    x0, y0, x1, y1 = edges.T
     for near, far in ((quad[0], quad[1]), (quad[3], quad[2])):
         own = (near - far) / np.linalg.norm(near - far)
-        aside = np.array([-own[1], own[0]])
-        ends = edges.reshape(-1, 2, 2) - near
-        along = ends @ inward
-        beyond = (along.min(1) > out - 2) & (along.min(1) < out + BEYOND)
-        if (beyond & (np.abs(ends @ aside).max(1) < IN_LINE)).any():
+        ends = ((x0 - near[0], y0 - near[1]), (x1 - near[0], y1 - near[1]))
+        # Along the shaft's middle, and aside of its edge, of both ends of every edge.
+        along, aside = (
+            [x * way[0] + y * way[1] for x, y in ends] for way in (inward, (-own[1], own[0]))
+        )
+        first = np.minimum(*along)
+        beyond = (first > out - 2) & (first < out + BEYOND)
+        if (beyond & (np.maximum(*np.abs(aside)) < IN_LINE)).any():
             return True
     return False

@@ -203,7 +203,8 @@ def outline_of(patch: Patch, here: Surroundings) -> Outline:
     touching = ring & here.near[patch.window]
     free = ring & ~touching
     steps = here.strongest[patch.window]
-    reach = float(cv2.distanceTransform(np.pad(inside, 1), cv2.DIST_L2, 3).max())
+    apart = cv2.copyMakeBorder(inside, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
+    reach = float(cv2.distanceTransform(apart, cv2.DIST_L2, 3).max())
     count = int(np.count_nonzero(touching))
     sharp = percentile(np.sort(steps[free]), 20) if free.any() else 0.0
     return Outline(

@@ -186,17 +186,14 @@ def _seen_share(grey: FloatArray, along: FloatArray, way: FloatArray) -> float:
 def _heading_in(hole: BoolArray, found: Segments) -> tuple[FloatArray, FloatArray]:
     """Ends (N, 2) of edges at the hole and unit directions (N, 2) into it."""
     away = cv2.distanceTransform((~hole).astype(np.uint8), cv2.DIST_L2, 5)
-    ends, ways = [], []
     near = NEAR * max(hole.shape)
-    for one, other in found.ends:
-        for tip, tail in ((one, other), (other, one)):
-            way = (tip - tail) / max(float(np.linalg.norm(tip - tail)), 1e-9)
-            ahead = tip + np.outer(np.linspace(0.0, 1.4 * near, 9), way)
-            gaps = _at(away, ahead)
-            if gaps[0] < near and gaps.min() == 0 and _at(away, tail[None])[0] > 0:
-                ends.append(tip)
-                ways.append(way)
-    return np.array(ends).reshape(-1, 2), np.array(ways).reshape(-1, 2)
+    tips = found.ends.reshape(-1, 2)
+    tails = found.ends[:, ::-1].reshape(-1, 2)
+    ways = (tips - tails) / np.maximum(np.linalg.norm(tips - tails, axis=1), 1e-9)[:, None]
+    ahead = tips[:, None] + np.linspace(0.0, 1.4 * near, 9)[:, None] * ways[:, None]
+    gaps = _at(away, ahead.reshape(-1, 2)).reshape(-1, 9)
+    into = (gaps[:, 0] < near) & (gaps.min(1, initial=np.inf) == 0) & (_at(away, tails) > 0)
+    return tips[into], ways[into]
 
 
 def _at(image: NDArray, points: FloatArray) -> FloatArray:

@@ -51,6 +51,9 @@ HIGH = 0.08
 NARROW, SEAM, NECK = 4.2, 0.62, -0.22
 """Pixels across the widest place of a part, share of its outline at the mask, and contact (log, as
 `Outline.neck`) by which it is but a seam along the outline, or hardly touches."""
+UNSEEN, UNSEEN_LEAST = -7.0, 0.02
+"""Log share of its colours elsewhere below which they are seen nowhere else, and share of the
+mask's area from which that counts as much for a patch as prolonging does for a shaft."""
 COMMON = -4.1
 """Log share of its colours elsewhere from which a patch is like what is around."""
 BLURRED, SOFT = 2.4, 1.9
@@ -115,6 +118,8 @@ def joining(
         else:
             slim = outline.width < SLENDER * here.size / 2
             asked = _of_patch(patch, slim, prolongs, so_far)
+            if colours.others < UNSEEN and len(patch.rows) > UNSEEN_LEAST * here.area:
+                asked = min(asked, STRAIGHT)
         value = float(scores([found])[0])
         if asked is not None and value > asked:
             kept.append(patch.region)

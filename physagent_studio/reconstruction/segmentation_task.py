@@ -34,6 +34,12 @@ SLENDER = frozenset(
      "scaffold", "hanger", "giraffe", "skeleton", "pinwheel"}
 )  # fmt: skip
 """Things that fill little of their own hull."""
+STEMMED = frozenset(
+    {"lamp", "lantern", "sign", "signpost", "lollipop", "umbrella", "parasol", "flag", "goblet",
+     "wineglass", "trophy", "candlestick", "mushroom", "broom", "mop", "hammer", "racket",
+     "paddle", "shovel", "axe"}
+)  # fmt: skip
+"""Things of which the most part is a body, and the rest a stem, a pole or a handle."""
 LARGEST = 384
 """Longest side in pixels of a piece of picture on which an outline is settled."""
 
@@ -119,6 +125,11 @@ def task_of(name: str, grounding: Grounding, view: View) -> Task:
 def is_slender(name: str) -> bool:
     """Whether things of that name are poles and frames, open between."""
     return bool(SLENDER & set(words_of(name)))
+
+
+def has_poles(name: str) -> bool:
+    """Whether things of that name are poles and frames, or have a stem or a pole."""
+    return is_slender(name) or bool(STEMMED & set(words_of(name)))
 
 
 def full_size(image: Image, item: tuple[Draft, float], view: View) -> Candidate:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.program.camera import Camera
-from physagent_studio.program.forms import Capsule, Cylinder, Frustum, Revolved
+from physagent_studio.program.forms import Capsule, Cylinder, Frustum, Inflated, Revolved
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene import SceneObject
 from physagent_studio.reconstruction.masks import BoolArray
@@ -27,6 +27,8 @@ SIDE = 0.3
 """How much of a normal points away from the axis on a side; caps and bottoms are no sides."""
 BODY = 1.08
 """How far from the axis the body itself reaches at most, in its radii; beyond that are parts."""
+DEEP = 0.6
+"""How deep for its width what has no form of its own is, at least, to be taken for round."""
 STEEP = math.sin(math.radians(20.0))
 """Sine of the angle between axis and view below which the view is along it."""
 
@@ -38,7 +40,7 @@ def turned_sides(
 
     None for bodies without an axis, or seen along it.
     """
-    profile = _profile(item)
+    profile = _profile(item, vertices)
     if profile is None:
         return None
     eye = (np.asarray(camera.position) - np.asarray(item.position)) @ matrix_of(item.rotation)
@@ -76,7 +78,7 @@ def _led_around(vertices: FloatArray, front: float) -> FloatArray:
     return np.stack([away * np.cos(led), away * np.sin(led), vertices[:, 2]], 1)
 
 
-def _profile(item: SceneObject) -> tuple[FloatArray, FloatArray] | None:
+def _profile(item: SceneObject, vertices: FloatArray) -> tuple[FloatArray, FloatArray] | None:
     """Heights on the axis and radii (K,) there, body frame; None without an axis."""
     shape = item.shape
     if isinstance(shape, Cylinder | Capsule):
@@ -88,4 +90,11 @@ def _profile(item: SceneObject) -> tuple[FloatArray, FloatArray] | None:
     if isinstance(shape, Revolved):
         heights, radii = np.array(shape.profile, float).T
         return heights, radii
+    if (
+        isinstance(shape, Inflated)
+        and not shape.flat
+        and min(shape.size[:2]) > DEEP * max(shape.size[:2])
+    ):
+        away = np.hypot(vertices[:, 0], vertices[:, 1])
+        return np.array([vertices[:, 2].min(), vertices[:, 2].max()]), np.full(2, away.max())
     return None

@@ -6,9 +6,17 @@ import pytest
 
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import matrix_of
-from physagent_studio.program.scene import Cylinder, Ellipsoid, Frustum, SceneObject, Sphere
+from physagent_studio.program.scene import (
+    Cylinder,
+    Ellipsoid,
+    Frustum,
+    Inflated,
+    SceneObject,
+    Sphere,
+)
 from physagent_studio.reconstruction import mesh_of
 from physagent_studio.reconstruction.texture import textured
+from physagent_studio.reconstruction.turned_texture import turned_sides
 
 
 def test_the_far_side_of_a_ball_shows_nothing_of_its_surroundings():
@@ -100,3 +108,21 @@ def test_round_sides_are_not_drawn_out_and_meet_behind_without_a_seam(shape, lyi
     _, same = np.unique(np.round(mesh.vertices[own], 6), axis=0, return_inverse=True)
     spread = [np.ptp(seen[own][same == k], axis=0).max() for k in np.unique(same)]
     assert max(spread) < 16
+
+
+def test_what_is_as_deep_as_wide_is_led_around_too_and_flat_things_are_not():
+    camera = Camera.from_horizon((320, 240), 70, 1.0, focal=300.0)
+    body = mesh_of(Ellipsoid(radii=(0.3, 0.24, 0.35)))
+    item = SceneObject(name="tree", shape=Inflated(size=(0.6, 0.48, 0.7)), position=(0, 2.5, 0.35))
+    found = turned_sides(camera, item, body.vertices, body.faces)
+    assert found is not None
+    chosen, led = found
+    middle = body.vertices[body.faces].mean(1)
+    assert chosen[(middle[:, 1] > 0.1) & (np.abs(middle[:, 2]) < 0.2)].all()
+    assert not chosen[(middle[:, 1] < -0.15)].any()
+    # At the same height, on the side of the camera.
+    assert led[:, 2] == pytest.approx(body.vertices[:, 2])
+    assert (led[np.hypot(*led[:, :2].T) > 0.05, 1] < 0).all()
+    for shape in (Inflated(size=(0.6, 0.2, 0.7)), Inflated(size=(0.6, 0.6, 0.1), flat=True)):
+        shallow = item.model_copy(update={"shape": shape})
+        assert turned_sides(camera, shallow, body.vertices, body.faces) is None

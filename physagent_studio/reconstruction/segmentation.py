@@ -34,7 +34,7 @@ from physagent_studio.reconstruction.segmentation_task import (
     Task,
     View,
     full_size,
-    has_poles,
+    looks_for_poles,
     part_around,
     task_of,
     view_of,
@@ -123,7 +123,7 @@ class EmbeddedSegmenter:
             sized = [pool.submit(full_size, image, *one) for one in best]
             # Parts of the first are sought while the others are still being brought to size.
             first = sized[0].result().mask
-            found = with_attached(image, first, grounding, has_poles(name))
+            found = with_attached(image, first, grounding, looks_for_poles(name))
             alike = [one.result() for one in sized]
         return led_by(found, alike, usual_size(name).aspect)
 

@@ -89,19 +89,21 @@ def _odder(before: BoolArray, after: BoolArray, usual: Usual) -> bool:
 
 
 def with_attached(
-    image: Image, mask: BoolArray, grounding: Grounding, slender: bool = False
+    image: Image, mask: BoolArray, grounding: Grounding, for_poles: int = 0
 ) -> BoolArray | None:
     """The mask (H, W) with the parts attached to the thing; None where there is none to be seen.
 
-    What holds a click outside, or lies outside of a box, is no part of it.
+    What holds a click outside, or lies outside of a box, is no part of it. for_poles: how often
+    its surroundings are looked at for poles, wider as the mask grows; 0 for a thing without any.
     """
-    around = _around(image, mask, grounding, slender)
-    if around is None:
-        return None
-    found = _grown(around)
-    if found is None:
-        return None
-    return mask | _placed(found, around, mask.shape)
+    first = mask
+    for _ in range(max(1, for_poles)):
+        around = _around(image, mask, grounding, for_poles > 0)
+        found = None if around is None else _grown(around)
+        if around is None or found is None:
+            break
+        mask = mask | _placed(found, around, mask.shape)
+    return None if mask is first else mask
 
 
 def _placed(found: BoolArray, around: Around, shape: tuple[int, ...]) -> BoolArray:
@@ -143,7 +145,10 @@ def _around(
     barred = _barred(grounding, part, factor, own.shape)
     colours = lab.astype(np.float32)
     strips = strips_of(edges_of(colours), WIDE * float(np.sqrt(np.count_nonzero(own))))
-    return Around(part, colours, steps_of(colours), np.asarray(own), barred, strips, slender)
+    within = (left > 0, top > 0, right < mask.shape[1], low < mask.shape[0])
+    return Around(
+        part, colours, steps_of(colours), np.asarray(own), barred, strips, slender, within
+    )
 
 
 def _barred(

@@ -65,7 +65,8 @@ class Around:
     """A mask and its surroundings at the size where parts are sought.
 
     part: (x0, y0, x1, y1) of the picture. lab (h, w, 3), steps, mask, barred (h, w), strips: of
-    that part. slender: whether things of its name are poles and frames.
+    that part. slender: whether things of its name are made of poles or have one. within: whether
+    the picture goes on to the left, above, to the right and below.
     """
 
     part: tuple[int, int, int, int]
@@ -75,6 +76,7 @@ class Around:
     barred: BoolArray
     strips: Strips
     slender: bool
+    within: tuple[bool, bool, bool, bool]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -110,7 +112,8 @@ def joining(
         if len(patch.rows) > (LONGEST if slender else LARGEST) * here.area:
             continue
         colours = colours_of(patch, here)
-        if _ruled_out(patch, here, outline, colours):
+        pole = is_shaft and around.slender and _is_pole(patch, outline)
+        if not pole and _ruled_out(patch, here, outline, colours):
             continue
         found = features_of(patch, here, outline, colours)
         if is_shaft:
@@ -137,7 +140,9 @@ def _beside(
     """Each patch and shaft beside the mask, and whether it is a shaft."""
     for patch in patches_beside(around.barred, here, levels, least, LONGEST * here.area):
         yield patch, False
-    for shaft in shafts_beside(around.strips, here.mask, around.barred):
+    # A pole may leave what is looked at, if not the picture.
+    open_ = around.within if around.slender else (False, False, False, False)
+    for shaft in shafts_beside(around.strips, here.mask, around.barred, open_):
         if len(shaft.rows) >= least:
             yield shaft, True
 
@@ -165,9 +170,13 @@ def _of_shaft(
     if not slender:
         return STRAIGHT if straight_on else None
     # Once some have joined, what is behind comes close to them: others go on from these.
-    pole = leaves and len(patch.rows) > POLE * outline.width**2
-    pole = pole and (straight_on or not so_far.parts.any())
+    pole = _is_pole(patch, outline) and (straight_on or not so_far.parts.any())
     return OF_POLES if pole else CLEAR + CLEARER * so_far.turn
+
+
+def _is_pole(patch: Patch, outline: Outline) -> bool:
+    """Whether a shaft is long and touches the mask with its end."""
+    return outline.touching < END and len(patch.rows) > POLE * outline.width**2
 
 
 def _for_larger(regions: Sequence[BoolArray], values: NDArray[np.float64]) -> NDArray[np.float64]:

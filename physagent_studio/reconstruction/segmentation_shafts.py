@@ -114,14 +114,23 @@ def strips_of(edges: FloatArray, widest: float) -> Strips:
     return all_.kept(even & (mean > NARROW) & (mean < widest))
 
 
-def shafts_beside(strips: Strips, mask: BoolArray, barred: BoolArray) -> Iterator[Patch]:
+def shafts_beside(
+    strips: Strips,
+    mask: BoolArray,
+    barred: BoolArray,
+    open_: tuple[bool, bool, bool, bool] = (False, False, False, False),
+) -> Iterator[Patch]:
     """The strips that start at the mask (H, W).
 
-    None that reaches the rim of the picture, passes behind the mask or holds what is barred (H, W).
+    None that passes behind the mask, holds what is barred (H, W) or reaches a rim, left, top, right
+    or low, that is not `open_`.
     """
     size = np.array(mask.shape[::-1])
     for quad in _at_mask(strips, mask):
-        if quad.min() < 1 or (quad > size - 2).any() or _passes_behind(quad, strips.edges, mask):
+        at_rim = (*(quad.min(0) < 1), *(quad.max(0) > size - 2))
+        if any(rim and not free for rim, free in zip(at_rim, open_, strict=True)):
+            continue
+        if _passes_behind(quad, strips.edges, mask):
             continue
         region = np.zeros(mask.shape, np.uint8)
         cv2.fillPoly(region, [np.rint(quad * 16).astype(np.int32)], 1, shift=4)

@@ -30,7 +30,7 @@ WIDE = 6.0
 """Enlargement from which only the surroundings of a mask are worked on."""
 SLENDER = frozenset(
     {"scooter", "bicycle", "bike", "tricycle", "tripod", "easel", "ladder", "swing", "crane",
-     "antenna", "mast", "windmill", "drone", "rake", "broom", "stroller", "wheelchair", "trolley",
+     "antenna", "mast", "windmill", "drone", "rake", "stroller", "wheelchair", "trolley",
      "scaffold", "hanger", "giraffe", "skeleton", "pinwheel"}
 )  # fmt: skip
 """Things that fill little of their own hull."""
@@ -40,6 +40,8 @@ STEMMED = frozenset(
      "paddle", "shovel", "axe"}
 )  # fmt: skip
 """Things of which the most part is a body, and the rest a stem, a pole or a handle."""
+FOLLOWED = 3
+"""How often a stem is followed farther."""
 LARGEST = 384
 """Longest side in pixels of a piece of picture on which an outline is settled."""
 
@@ -127,9 +129,12 @@ def is_slender(name: str) -> bool:
     return bool(SLENDER & set(words_of(name)))
 
 
-def has_poles(name: str) -> bool:
-    """Whether things of that name are poles and frames, or have a stem or a pole."""
-    return is_slender(name) or bool(STEMMED & set(words_of(name)))
+def looks_for_poles(name: str) -> int:
+    """How often poles of a thing of that name are looked for around its mask; 0 where it has none.
+
+    What is mostly poles is as wide as they are long; a stem may lead far away from a body.
+    """
+    return FOLLOWED if STEMMED & set(words_of(name)) else int(is_slender(name))
 
 
 def full_size(image: Image, item: tuple[Draft, float], view: View) -> Candidate:

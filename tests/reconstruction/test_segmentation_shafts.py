@@ -42,9 +42,9 @@ def _strips(image: np.ndarray) -> Strips:
     return strips_of(edges_of(_lab(image)), 30.0)
 
 
-def _found(image: np.ndarray, mask: np.ndarray, slender: bool = False) -> np.ndarray:
+def _found(image: np.ndarray, mask: np.ndarray, for_poles: int = 0) -> np.ndarray:
     picture = np.clip(image, 0, 255).astype(np.uint8)
-    found = with_attached(picture, mask, NOTHING, slender)
+    found = with_attached(picture, mask, NOTHING, for_poles)
     return mask if found is None else found
 
 
@@ -74,13 +74,13 @@ def test_a_thing_made_of_poles_takes_the_pole_and_not_the_kerb_behind_it() -> No
     image[150:170] = (176, 172, 166)
     _tube(image)
     _painted(image, DECK, (214, 60, 50))
-    found = _found(image, DECK, slender=True)
+    found = _found(image, DECK, for_poles=1)
     assert found[POLE].mean() > 0.8
     assert (found & ~(DECK | POLE)).sum() < 0.3 * POLE.sum()
 
 
-@pytest.mark.parametrize("slender", [False, True])
-def test_what_passes_behind_does_not_join(slender: bool) -> None:
+@pytest.mark.parametrize("for_poles", [0, 1])
+def test_what_passes_behind_does_not_join(for_poles: int) -> None:
     body = _polygon((190, 70), (212, 70), (212, 262), (190, 262))
     image = _scene()
     for x, shade in ((0, 0.9), (110, 1.0), (240, 1.1)):
@@ -88,7 +88,7 @@ def test_what_passes_behind_does_not_join(slender: bool) -> None:
         piece[:, :x] = piece[:, x + 125 :] = False
         _painted(image, piece, (int(150 * shade), int(116 * shade), int(80 * shade)))
     _painted(image, body, (190, 40, 48))
-    found = _found(image, body, slender)
+    found = _found(image, body, for_poles)
     assert iou(found, body) > 0.95
 
 

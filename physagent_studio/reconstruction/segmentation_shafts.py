@@ -32,6 +32,8 @@ LONG, TAPER = 1.3, 0.4
 """Length over width at least, and how much of the width may go from end to end at most."""
 GAP, PART = 6.0, 0.3
 """Pixels, or one and a half widths, or part of the length between the edges' end and the mask."""
+JOINED = 0.8
+"""Share of a shaft outside of the mask below which a part of it is taken to be in the mask."""
 BEYOND, IN_LINE = 15.0, 2.5
 """Pixels within which an edge goes on behind the mask, and that it may be out of line."""
 SOON = 128
@@ -136,7 +138,11 @@ def shafts_beside(
         cv2.fillPoly(region, [np.rint(quad * 16).astype(np.int32)], 1, shift=4)
         x0, y0 = np.maximum(np.floor(quad.min(0)).astype(int) - 1, 0)
         window = (slice(y0, int(quad[:, 1].max()) + 3), slice(x0, int(quad[:, 0].max()) + 3))
-        free = region[window].astype(bool) & ~mask[window]
+        strip, own = region[window].astype(bool), mask[window]
+        free = strip & ~own
+        if np.count_nonzero(free) < JOINED * np.count_nonzero(strip):
+            # A part of it has joined already: no seams along that one.
+            free &= grow(strip & ~grow(own, 2), 3)
         if free.any() and not (free & barred[window]).any():
             rows, columns = np.nonzero(free)
             yield Patch.at(rows + y0, columns + x0, mask.shape)

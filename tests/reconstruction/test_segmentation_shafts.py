@@ -125,3 +125,17 @@ def test_what_reaches_the_rim_or_is_barred_is_no_shaft() -> None:
     barred[150:160, 255:270] = True
     shafts = shafts_beside(_strips(image), DECK, barred)
     assert not any((shaft.region & barred).any() for shaft in shafts)
+
+
+@pytest.mark.parametrize(("for_poles", "least", "most"), [(0, 0.0, 0.1), (3, 0.85, 1.0)])
+def test_a_stem_is_followed_beyond_what_is_around_the_body(
+    for_poles: int, least: float, most: float
+) -> None:
+    """Grey as the floor it leads to; that things of the name have a stem makes it one."""
+    body = _polygon((180, 40), (220, 40), (220, 80), (180, 80))
+    stem = _polygon((196, 81), (204, 81), (204, 230), (196, 230))
+    image = _scene(grain=2.0)
+    _painted(image, stem, (126, 118, 112))
+    _painted(image, body, (206, 44, 40))
+    found = _found(image, body, for_poles)
+    assert least <= found[stem & ~body].mean() <= most

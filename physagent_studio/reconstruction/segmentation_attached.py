@@ -10,6 +10,7 @@ clearly a part. With them others may come to touch the mask, which have to be th
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import cv2
 import numpy as np
@@ -98,11 +99,11 @@ def with_attached(
     """
     first = mask
     for _ in range(max(1, for_poles)):
-        around = _around(image, mask, grounding, for_poles > 0)
-        found = None if around is None else _grown(around)
-        if around is None or found is None:
+        prepared = _around(image, mask, grounding, for_poles > 0)
+        found = None if prepared is None else _grown(*prepared)
+        if prepared is None or found is None:
             break
-        mask = mask | _placed(found, around, mask.shape)
+        mask = mask | _placed(found, prepared[0], mask.shape)
     return None if mask is first else mask
 
 
@@ -124,7 +125,8 @@ def _placed(found: BoolArray, around: Around, shape: tuple[int, ...]) -> BoolArr
 
 def _around(
     image: Image, mask: BoolArray, grounding: Grounding, slender: bool = False
-) -> Around | None:
+) -> tuple[Around, IntArray] | None:
+    """What lies around a mask, and the fine patches (h, w) of it; None for too small a mask."""
     x0, y0, x1, y1 = bounds(mask)
     side = max(x1 - x0, y1 - y0)
     if side < 12:
@@ -144,11 +146,15 @@ def _around(
     part = (left, top, right, low)
     barred = _barred(grounding, part, factor, own.shape)
     colours = lab.astype(np.float32)
-    strips = strips_of(edges_of(colours), WIDE * float(np.sqrt(np.count_nonzero(own))))
+    # Edges are sought outside of Python, while the patches are put together.
+    with ThreadPoolExecutor(1) as pool:
+        edges = pool.submit(edges_of, colours)
+        steps = steps_of(colours)
+        fine = joined(patches_of(colours, steps), colours, steps, [FINE])[0]
+        strips = strips_of(edges.result(), WIDE * float(np.sqrt(np.count_nonzero(own))))
     within = (left > 0, top > 0, right < mask.shape[1], low < mask.shape[0])
-    return Around(
-        part, colours, steps_of(colours), np.asarray(own), barred, strips, slender, within
-    )
+    around = Around(part, colours, steps, np.asarray(own), barred, strips, slender, within)
+    return around, fine
 
 
 def _barred(
@@ -172,10 +178,9 @@ def _barred(
     return out.astype(bool)
 
 
-def _grown(around: Around) -> BoolArray | None:
+def _grown(around: Around, fine: IntArray) -> BoolArray | None:
     """The mask with its parts, at the size of the surroundings; None where it has none."""
-    finest = patches_of(around.lab, around.steps)
-    mask, fine = _snapped(joined(finest, around.lab, around.steps, [FINE])[0], around.mask)
+    mask, fine = _snapped(fine, around.mask)
     if not mask.any():
         return None
     levels = [Parted.of(level) for level in joined(fine, around.lab, around.steps, LEVELS)]

@@ -103,30 +103,10 @@ def joining(
     here = Surroundings(around.lab, around.steps, mask, ground_of(levels[-1].labels, mask))
     kept, values = [], []
     for patch, is_shaft in _beside(around, here, levels, least):
-        outline = outline_of(patch, here)
-        if _no_form(outline, SOFT if is_shaft and around.slender else BLURRED):
-            continue
-        prolongs = outline.touching < LEAVING and lowness(patch, here) < HIGH
-        prolongs = prolongs and runs_on(patch, mask)
-        slender = prolongs or outline.width < SLENDER * here.size
-        if len(patch.rows) > (LONGEST if slender else LARGEST) * here.area:
-            continue
-        colours = colours_of(patch, here)
-        pole = is_shaft and around.slender and _is_pole(patch, outline)
-        if not pole and _ruled_out(patch, here, outline, colours):
-            continue
-        found = features_of(patch, here, outline, colours)
-        if is_shaft:
-            asked = _of_shaft(patch, outline, found["low"], around.slender, so_far)
-        else:
-            slim = outline.width < SLENDER * here.size / 2
-            asked = _of_patch(patch, slim, prolongs, so_far)
-            if colours.others < UNSEEN and len(patch.rows) > UNSEEN_LEAST * here.area:
-                asked = min(asked, STRAIGHT)
-        value = float(scores([found])[0])
-        if asked is not None and value > asked:
+        value = _weighed(patch, is_shaft, around, here, so_far)
+        if value is not None:
             kept.append(patch.region)
-            values.append(value - CRUDER * is_shaft)
+            values.append(value)
     out = np.zeros_like(mask)
     for k in np.argsort(-_for_larger(kept, np.array(values)), kind="stable"):
         if not (out & grow(kept[int(k)], 2)).any():
@@ -147,31 +127,63 @@ def _beside(
             yield shaft, True
 
 
-def _of_patch(patch: Patch, slim: bool, prolongs: bool, so_far: Grown) -> float:
-    """The score that is asked of a patch: less where it prolongs the thing or a slender part."""
-    if prolongs:
-        return PROLONGING
-    if slim and _hangs_on(patch.region, so_far):
+def _weighed(
+    patch: Patch, is_shaft: bool, around: Around, here: Surroundings, so_far: Grown
+) -> float | None:
+    """By how much a patch or shaft comes before others; None for what is no part.
+
+    Whether the outline runs on is looked at last, and only where it decides.
+    """
+    outline = outline_of(patch, here)
+    if _no_form(outline, SOFT if is_shaft and around.slender else BLURRED):
+        return None
+    leaves = outline.touching < LEAVING and lowness(patch, here) < HIGH
+    share = len(patch.rows) / here.area
+    large = share > (LONGEST if outline.width < SLENDER * here.size else LARGEST)
+    if share > LONGEST or (large and not leaves):
+        return None
+    colours = colours_of(patch, here)
+    pole = is_shaft and around.slender and _is_pole(patch, outline)
+    if not pole and _ruled_out(patch, here, outline, colours):
+        return None
+    found = features_of(patch, here, outline, colours)
+    value = float(scores([found])[0])
+    if large and not runs_on(patch, here.mask):
+        return None
+    if is_shaft:
+        joins = _shaft_joins(value, patch, outline, found["low"], around.slender, so_far)
+        return value - CRUDER if joins else None
+    unseen = colours.others < UNSEEN and share > UNSEEN_LEAST
+    asked = STRAIGHT if unseen else _of_patch(patch, outline, here, so_far)
+    joins = value > asked or (
+        leaves and value > PROLONGING and (large or runs_on(patch, here.mask))
+    )
+    return value if joins else None
+
+
+def _of_patch(patch: Patch, outline: Outline, here: Surroundings, so_far: Grown) -> float:
+    """The score that is asked of a patch that does not prolong the thing."""
+    if outline.width < SLENDER * here.size / 2 and _hangs_on(patch.region, so_far):
         return CLEAR
     return CLEAR + CLEARER * so_far.turn
 
 
-def _of_shaft(
-    patch: Patch, outline: Outline, low: float, slender: bool, so_far: Grown
-) -> float | None:
-    """The score that is asked of a shaft; None where it is no part however clear.
+def _shaft_joins(
+    value: float, patch: Patch, outline: Outline, low: float, slender: bool, so_far: Grown
+) -> bool:
+    """Whether a shaft of that score is a part.
 
     low: 0, or less for what lies low. slender: whether the thing is made of poles.
     """
-    leaves = outline.touching < END
-    if low < 0 or not (slender or leaves):
-        return None
-    straight_on = leaves and runs_on(patch, so_far.mask)
+    if low < 0:
+        return False
     if not slender:
-        return STRAIGHT if straight_on else None
+        return outline.touching < END and value > STRAIGHT and runs_on(patch, so_far.mask)
+    if value > CLEAR + CLEARER * so_far.turn:
+        return True
     # Once some have joined, what is behind comes close to them: others go on from these.
-    pole = _is_pole(patch, outline) and (straight_on or not so_far.parts.any())
-    return OF_POLES if pole else CLEAR + CLEARER * so_far.turn
+    pole = value > OF_POLES and _is_pole(patch, outline)
+    return pole and (not so_far.parts.any() or runs_on(patch, so_far.mask))
 
 
 def _is_pole(patch: Patch, outline: Outline) -> bool:

@@ -46,6 +46,8 @@ CRUDER = 1.0
 """How much clearer a shaft is than a patch that it takes the place of, whose outline is finer."""
 NEARLY, MUCH = 0.5, 3.0
 """How much less clear a patch may be than one inside of it that is so many times smaller."""
+FRESH = 5
+"""Pixels around what joined last within which others are weighed again."""
 HIGH = 0.08
 """Lowness up to which a patch is no shadow."""
 NARROW, SEAM, NECK = 4.2, 0.62, -0.22
@@ -81,15 +83,16 @@ class Around:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Grown:
-    """The mask (h, w) so far, those of its parts that joined, and how often some did."""
+    """The mask (h, w) so far, those of its parts that joined, the last of them, and how often."""
 
     mask: BoolArray
     parts: BoolArray
+    last: BoolArray | None = None
     turn: int = 0
 
     def joined_by(self, found: BoolArray) -> Grown:
         """With further parts."""
-        return Grown(self.mask | found, self.parts | found, self.turn + 1)
+        return Grown(self.mask | found, self.parts | found, found, self.turn + 1)
 
 
 def joining(
@@ -102,7 +105,11 @@ def joining(
     mask = so_far.mask
     here = Surroundings(around.lab, around.steps, mask, ground_of(levels[-1].labels, mask))
     kept, values = [], []
+    # What has been weighed and does not touch what joined since is no clearer than it was.
+    fresh = None if so_far.last is None else grow(so_far.last, FRESH)
     for patch, is_shaft in _beside(around, here, levels, least):
+        if fresh is not None and not fresh[patch.rows, patch.columns].any():
+            continue
         value = _weighed(patch, is_shaft, around, here, so_far)
         if value is not None:
             kept.append(patch.region)

@@ -20,3 +20,11 @@ def test_a_reconstructed_scene_stays_as_it_is_and_a_raised_thing_falls():
     hung = raised.model_copy(update={"support": "air"})
     state = made.state.model_copy(update={"objects": (hung, *made.state.objects[1:])})
     assert movers(replace(made, state=state)) == ()
+    # What falls on others moves them, which is not by themselves; of nothing, nothing moves.
+    below = made.state.objects[1].position
+    assert below is not None
+    over = hung.model_copy(update={"position": (below[0], below[1], 1.0)})
+    state = made.state.model_copy(update={"objects": (over, *made.state.objects[1:])})
+    assert movers(replace(made, state=state)) == ()
+    state = made.state.model_copy(update={"objects": (hung,)})
+    assert movers(replace(made, state=state)) == ()

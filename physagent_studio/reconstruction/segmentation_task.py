@@ -30,7 +30,7 @@ WIDE = 6.0
 """Enlargement from which only the surroundings of a mask are worked on."""
 SLENDER = frozenset(
     {"scooter", "bicycle", "bike", "tricycle", "tripod", "easel", "ladder", "swing", "crane",
-     "antenna", "mast", "windmill", "drone", "rake", "stroller", "wheelchair", "trolley",
+     "antenna", "mast", "windmill", "drone", "rake", "broom", "stroller", "wheelchair", "trolley",
      "scaffold", "hanger", "giraffe", "skeleton", "pinwheel"}
 )  # fmt: skip
 """Things that fill little of their own hull."""

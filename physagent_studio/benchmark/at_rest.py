@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.program.scene import SceneObject
 from physagent_studio.records.scene import Scene
 from physagent_studio.simulation import simulate
 
@@ -21,7 +22,7 @@ def movers(scene: Scene) -> tuple[str, ...]:
 
     What the picture shows in the air is left out: it falls, and may fall on what stands.
     """
-    grounded = tuple(item for item in scene.state.objects if item.support != "air")
+    grounded = _grounded(scene)
     program = PhysicalProgram(scene=scene.state.model_copy(update={"objects": grounded}))
     rollout = simulate(program, scene.meshes)
     last = min(round(SECONDS / program.clip.step_seconds), len(rollout.positions) - 1)
@@ -34,6 +35,16 @@ def movers(scene: Scene) -> tuple[str, ...]:
         for k, item in enumerate(grounded)
         if blown or moved[k] > FAR or turned[k] > TURNED
     )
+
+
+def _grounded(scene: Scene) -> tuple[SceneObject, ...]:
+    """The objects but those in the air, and what stands on such a one."""
+    kept = scene.state.objects
+    falling = {item.name for item in kept if item.support == "air"} | {"air"}
+    while any(item.support in falling for item in kept):
+        falling |= {item.name for item in kept if item.support in falling}
+        kept = tuple(item for item in kept if item.name not in falling)
+    return kept
 
 
 def standing(scene: Scene) -> int:

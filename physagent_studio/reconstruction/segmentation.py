@@ -149,16 +149,17 @@ class EmbeddedSegmenter:
                 closer.append(_Sight.of(image, name, grounding, (piece, self.side), pool))
 
         height, width = image.shape[:2]
-        sight = _Sight.of(image, name, grounding, ((0, 0, width, height), self.side), pool)
-        # Cuts of a closer look run while the contours of the first one are still sought.
-        look = sight.look(lambda score: closely() if score < EARLY else None)
-        if piece is not None and is_doubtful(look):
+        try:
+            sight = _Sight.of(image, name, grounding, ((0, 0, width, height), self.side), pool)
+            # Cuts of a closer look run while the contours of the first one are still sought.
+            look = sight.look(lambda score: closely() if score < EARLY else None)
+            if piece is None or not is_doubtful(look):
+                return [(item, look.view) for item in look.found]
             closely()
-            found = merged(look, closer[0].look())
-        else:
-            found = [(item, look.view) for item in look.found]
-        pool.shutdown(wait=False, cancel_futures=True)
-        return found
+            return merged(look, closer[0].look())
+        finally:
+            # A closer look that turned out to be of no use is not waited for.
+            pool.shutdown(wait=False, cancel_futures=True)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -124,7 +124,7 @@ def _placed(found: BoolArray, around: Around, shape: tuple[int, ...]) -> BoolArr
 
 
 def _around(
-    image: Image, mask: BoolArray, grounding: Grounding, slender: bool = False
+    image: Image, mask: BoolArray, grounding: Grounding, has_poles: bool = False
 ) -> tuple[Around, IntArray] | None:
     """What lies around a mask, and the fine patches (h, w) of it; None for too small a mask."""
     x0, y0, x1, y1 = bounds(mask)
@@ -153,7 +153,7 @@ def _around(
         fine = joined(patches_of(colours, steps), colours, steps, [FINE])[0]
         strips = strips_of(edges.result(), WIDE * float(np.sqrt(np.count_nonzero(own))))
     within = (left > 0, top > 0, right < mask.shape[1], low < mask.shape[0])
-    around = Around(part, colours, steps, np.asarray(own), barred, strips, slender, within)
+    around = Around(part, colours, steps, np.asarray(own), barred, strips, has_poles, within)
     return around, fine
 
 

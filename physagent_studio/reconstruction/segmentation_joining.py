@@ -67,7 +67,7 @@ class Around:
     """A mask and its surroundings at the size where parts are sought.
 
     part: (x0, y0, x1, y1) of the picture. lab (h, w, 3), steps, mask, barred (h, w), strips: of
-    that part. slender: whether things of its name are made of poles or have one. within: whether
+    that part. has_poles: whether things of its name do. within: whether
     the picture goes on to the left, above, to the right and below.
     """
 
@@ -77,7 +77,7 @@ class Around:
     mask: BoolArray
     barred: BoolArray
     strips: Strips
-    slender: bool
+    has_poles: bool
     within: tuple[bool, bool, bool, bool]
 
 
@@ -128,7 +128,7 @@ def _beside(
     for patch in patches_beside(around.barred, here, levels, least, LONGEST * here.area):
         yield patch, False
     # A pole may leave what is looked at, if not the picture.
-    open_ = around.within if around.slender else (False, False, False, False)
+    open_ = around.within if around.has_poles else (False, False, False, False)
     for shaft in shafts_beside(around.strips, here.mask, around.barred, open_):
         if len(shaft.rows) >= least:
             yield shaft, True
@@ -142,7 +142,7 @@ def _weighed(
     Whether the outline runs on is looked at last, and only where it decides.
     """
     outline = outline_of(patch, here)
-    if _no_form(outline, SOFT if is_shaft and around.slender else BLURRED):
+    if _no_form(outline, SOFT if is_shaft and around.has_poles else BLURRED):
         return None
     leaves = outline.touching < LEAVING and lowness(patch, here) < HIGH
     share = len(patch.rows) / here.area
@@ -150,7 +150,7 @@ def _weighed(
     if share > LONGEST or (large and not leaves):
         return None
     colours = colours_of(patch, here)
-    pole = is_shaft and around.slender and _is_pole(patch, outline)
+    pole = is_shaft and around.has_poles and _is_pole(patch, outline)
     if not pole and _ruled_out(patch, here, outline, colours):
         return None
     found = features_of(patch, here, outline, colours)
@@ -158,7 +158,7 @@ def _weighed(
     if large and not runs_on(patch, here.mask):
         return None
     if is_shaft:
-        joins = _shaft_joins(value, patch, outline, found["low"], around.slender, so_far)
+        joins = _shaft_joins(value, patch, outline, found["low"], around.has_poles, so_far)
         return value - CRUDER if joins else None
     unseen = colours.others < UNSEEN and share > UNSEEN_LEAST
     asked = STRAIGHT if unseen else _of_patch(patch, outline, here, so_far)
@@ -176,15 +176,15 @@ def _of_patch(patch: Patch, outline: Outline, here: Surroundings, so_far: Grown)
 
 
 def _shaft_joins(
-    value: float, patch: Patch, outline: Outline, low: float, slender: bool, so_far: Grown
+    value: float, patch: Patch, outline: Outline, low: float, has_poles: bool, so_far: Grown
 ) -> bool:
     """Whether a shaft of that score is a part.
 
-    low: 0, or less for what lies low. slender: whether the thing is made of poles.
+    low: 0, or less for what lies low. has_poles: whether things of that name do.
     """
     if low < 0:
         return False
-    if not slender:
+    if not has_poles:
         return outline.touching < END and value > STRAIGHT and runs_on(patch, so_far.mask)
     if value > CLEAR + CLEARER * so_far.turn:
         return True

@@ -28,3 +28,7 @@ def test_a_reconstructed_scene_stays_as_it_is_and_a_raised_thing_falls():
     assert movers(replace(made, state=state)) == ()
     state = made.state.model_copy(update={"objects": (hung,)})
     assert movers(replace(made, state=state)) == ()
+    # What stands on something that falls goes with it.
+    rider = made.state.objects[1].model_copy(update={"support": hung.name})
+    state = made.state.model_copy(update={"objects": (hung, rider)})
+    assert movers(replace(made, state=state)) == ()

@@ -109,9 +109,15 @@ def test_handles_move_scale_and_wish(drawn: Desk) -> None:
     def drafted() -> bool:
         return drawn.snapshot.has_draft
 
+    def at_place(node: str) -> bool:
+        return bool(np.allclose(view.evaluate(POSE, node) or np.inf, place, atol=1e-4))
+
     def undone() -> None:
         drawn.button("Undo (Ctrl+Z)").click()
         drawn.until(lambda: drawn.snapshot.program == first, "one step back")
+        # Until the page shows it, the handles of where the object was lie under the pointer.
+        for node in ("/selection/gizmo", "/selection/frame"):
+            drawn.until(lambda node=node: at_place(node), f"{node} back at its place")
 
     pull(drawn, lambda: pixel_of(drawn, view, place + arm), (40, 0), drafted)
     drawn.idle()

@@ -45,12 +45,18 @@ class Parted:
 
 
 def patches_beside(
-    barred: BoolArray, here: Surroundings, levels: Sequence[Parted], least: float, most: float
+    barred: BoolArray,
+    here: Surroundings,
+    levels: Sequence[Parted],
+    sizes: tuple[float, float],
+    about: BoolArray | None = None,
 ) -> Iterator[Patch]:
     """Different patches that touch the mask and are neither too small nor too large, nor barred.
 
-    least, most: pixels. barred: (h, w) what may not be in any. levels: patches of growing size.
+    sizes: least and most pixels. barred: (h, w) what may not be in any. levels: patches of growing
+    size. about: (h, w) where those are that are wanted; None for everywhere.
     """
+    least, most = sizes
     free = ~here.mask
     spots, close = np.flatnonzero(free), np.flatnonzero(here.near & free)
     known: set[tuple[int, int, int]] = set()
@@ -62,6 +68,8 @@ def patches_beside(
         left_out[labels[barred]] = True
         touching = np.bincount(flat[close], minlength=count)
         wanted = (touching > 5) & (area >= max(14, least)) & (area <= most)
+        if about is not None:
+            wanted &= np.bincount(labels[about & free], minlength=count) > 0
         for number in np.flatnonzero(wanted & ~left_out):
             place = parted.window(int(number))
             piece = (labels[place] == number) & free[place]

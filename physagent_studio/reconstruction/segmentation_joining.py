@@ -107,9 +107,7 @@ def joining(
     kept, values = [], []
     # What has been weighed and does not touch what joined since is no clearer than it was.
     fresh = None if so_far.last is None else grow(so_far.last, FRESH)
-    for patch, is_shaft in _beside(around, here, levels, least):
-        if fresh is not None and not fresh[patch.rows, patch.columns].any():
-            continue
+    for patch, is_shaft in _beside(around, here, levels, least, fresh):
         value = _weighed(patch, is_shaft, around, here, so_far)
         if value is not None:
             kept.append(patch.region)
@@ -122,14 +120,22 @@ def joining(
 
 
 def _beside(
-    around: Around, here: Surroundings, levels: Sequence[Parted], least: float
+    around: Around,
+    here: Surroundings,
+    levels: Sequence[Parted],
+    least: float,
+    about: BoolArray | None,
 ) -> Iterator[tuple[Patch, bool]]:
-    """Each patch and shaft beside the mask, and whether it is a shaft."""
-    for patch in patches_beside(around.barred, here, levels, least, LONGEST * here.area):
+    """Each patch and shaft beside the mask, and whether it is a shaft.
+
+    about: (h, w) where those are that are wanted; None for everywhere.
+    """
+    sizes = (least, LONGEST * here.area)
+    for patch in patches_beside(around.barred, here, levels, sizes, about):
         yield patch, False
     # A pole may leave what is looked at, if not the picture.
     open_ = around.within if around.has_poles else (False, False, False, False)
-    for shaft in shafts_beside(around.strips, here.mask, around.barred, open_):
+    for shaft in shafts_beside(around.strips, here.mask, around.barred, open_, about):
         if len(shaft.rows) >= least:
             yield shaft, True
 

@@ -121,18 +121,17 @@ def shafts_beside(
     mask: BoolArray,
     barred: BoolArray,
     open_: tuple[bool, bool, bool, bool] = (False, False, False, False),
+    about: BoolArray | None = None,
 ) -> Iterator[Patch]:
     """The strips that start at the mask (H, W).
 
     None that passes behind the mask, holds what is barred (H, W) or reaches a rim, left, top, right
-    or low, that is not `open_`.
+    or low, that is not `open_`. about: (H, W) where those are that are wanted; None for everywhere.
     """
     size = np.array(mask.shape[::-1])
     for quad in _at_mask(strips, mask):
         at_rim = (*(quad.min(0) < 1), *(quad.max(0) > size - 2))
         if any(rim and not free for rim, free in zip(at_rim, open_, strict=True)):
-            continue
-        if _passes_behind(quad, strips.edges, mask):
             continue
         region = np.zeros(mask.shape, np.uint8)
         cv2.fillPoly(region, [np.rint(quad * 16).astype(np.int32)], 1, shift=4)
@@ -143,7 +142,11 @@ def shafts_beside(
         if np.count_nonzero(free) < JOINED * np.count_nonzero(strip):
             # A part of it has joined already: no seams along that one.
             free &= grow(strip & ~grow(own, 2), 3)
-        if free.any() and not (free & barred[window]).any():
+        if not free.any() or (free & barred[window]).any():
+            continue
+        if about is not None and not (free & about[window]).any():
+            continue
+        if not _passes_behind(quad, strips.edges, mask):
             rows, columns = np.nonzero(free)
             yield Patch.at(rows + y0, columns + x0, mask.shape)
 

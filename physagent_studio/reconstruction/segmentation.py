@@ -7,7 +7,7 @@ one. Everything is seeded: the same picture and clicks give the same bits.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -15,23 +15,18 @@ import numpy as np
 
 from physagent_studio.program.scene import Click, Grounding, Stroke
 from physagent_studio.reconstruction.masks import BoolArray
-from physagent_studio.reconstruction.maskscore import Draft, Scorer
+from physagent_studio.reconstruction.maskscore import Draft
 from physagent_studio.reconstruction.names import usual_size
 from physagent_studio.reconstruction.segmentation_attached import led_by, with_attached
-from physagent_studio.reconstruction.segmentation_box import box_drafts
-from physagent_studio.reconstruction.segmentation_choice import agreed
-from physagent_studio.reconstruction.segmentation_clicks import Cutting, begun, click_drafts
 from physagent_studio.reconstruction.segmentation_closeup import (
     EARLY,
-    Look,
     is_doubtful,
     merged,
     piece_around,
 )
-from physagent_studio.reconstruction.segmentation_ranking import ranked
+from physagent_studio.reconstruction.segmentation_sight import Sight, boxed
 from physagent_studio.reconstruction.segmentation_stack import stacked, stacks_of
 from physagent_studio.reconstruction.segmentation_task import (
-    Task,
     View,
     full_size,
     looks_for_poles,
@@ -45,12 +40,15 @@ from physagent_studio.records.scene import Candidate
 
 SIDE = 240
 """Longest side in pixels of the picture on which candidates are found."""
-
-
 LEAST, LOST = 12, 0.03
 """Pixels, and share of what it had before others took theirs, below which a mask is none."""
 SPOT = 0.012
 """Radius of the spot in its place, as a share of the picture's longer side."""
+
+Offers = tuple[Candidate, ...]
+Meanwhile = Callable[[str, Callable[[], Offers]], None]
+"""Told of which thing there are candidates to look at while better ones are sought; they are only
+brought to size when they are called for. Called from the threads that seek."""
 
 
 class Segmenter(Protocol):
@@ -61,7 +59,7 @@ class Segmenter(Protocol):
         image: Image,
         groundings: Sequence[tuple[str, Grounding]],
         cancelled: Callable[[], bool] | None = None,
-    ) -> dict[str, tuple[Candidate, ...]]: ...
+    ) -> dict[str, Offers]: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +76,7 @@ class EmbeddedSegmenter:
         image: Image,
         groundings: Sequence[tuple[str, Grounding]],
         cancelled: Callable[[], bool] | None = None,
-    ) -> dict[str, tuple[Candidate, ...]]:
+    ) -> dict[str, Offers]:
         """Candidates (H, W) at the size of `image`; empty where nothing was clicked."""
         return self.completed(image, groundings, {}, cancelled)
 
@@ -86,21 +84,23 @@ class EmbeddedSegmenter:
         self,
         image: Image,
         groundings: Sequence[tuple[str, Grounding]],
-        known: Mapping[str, tuple[Candidate, ...]],
+        known: Mapping[str, Offers],
         cancelled: Callable[[], bool] | None = None,
         among: Sequence[tuple[str, Grounding]] = (),
-    ) -> dict[str, tuple[Candidate, ...]]:
+        meanwhile: Meanwhile | None = None,
+    ) -> dict[str, Offers]:
         """The candidates of all that is grounded, with those that only all clicks together give.
 
         known: candidates from a thing's own clicks that need not be sought again. among: all that
         is marked in the picture, where `groundings` are but some of it. Things are sought two at a
         time, and what all clicks on a stack mean beside them. Some are missing once cancelled.
+        meanwhile: told what is found before the end.
         """
         asked = [one for one in apart(among or groundings) if one[0] not in known]
         wanted = {name for name, _ in groundings}
 
-        def found(name: str, own: Grounding) -> tuple[Candidate, ...]:
-            return () if stopped() else self.candidates(image, name, own)
+        def found(name: str, own: Grounding) -> Offers:
+            return () if stopped() else self.candidates(image, name, own, meanwhile)
 
         def whole(stack: Grounding) -> BoolArray | None:
             return None if stopped() else self._whole(image, stack)
@@ -114,17 +114,30 @@ class EmbeddedSegmenter:
             offers = {n: fresh[n].result() if n in fresh else known[n] for n, _ in groundings}
             return stacked(image, groundings, offers, lambda stack: wholes[stack].result())
 
-    def candidates(self, image: Image, name: str, grounding: Grounding) -> tuple[Candidate, ...]:
-        """Candidates (H, W) of one thing whose grounding says all; its name helps to rank them."""
-        best = self._best(image, name, grounding)
+    def candidates(
+        self, image: Image, name: str, grounding: Grounding, meanwhile: Meanwhile | None = None
+    ) -> Offers:
+        """Candidates (H, W) of one thing whose grounding says all; its name helps to rank them.
+
+        meanwhile: told what the first look shows before a closer one, and all that has no parts
+        yet before these are sought.
+        """
+
+        def tell(offers: Callable[[], Offers]) -> None:
+            if meanwhile is not None:
+                meanwhile(name, offers)
+
+        best = self._best(image, name, grounding, tell)
         if not best:
             return ()
         with ThreadPoolExecutor(2) as pool:
             sized = [pool.submit(full_size, image, *one) for one in best]
             # Parts of the first are sought while the others are still being brought to size.
+            told = pool.submit(tell, lambda: tuple(one.result() for one in sized))
             first = sized[0].result().mask
             found = with_attached(image, first, grounding, looks_for_poles(name))
             alike = [one.result() for one in sized]
+            told.result()
         return led_by(found, alike, usual_size(name).aspect)
 
     def _whole(self, image: Image, grounding: Grounding) -> BoolArray | None:
@@ -133,77 +146,41 @@ class EmbeddedSegmenter:
         return full_size(image, *best[0]).mask if best else None
 
     def _best(
-        self, image: Image, name: str, grounding: Grounding
+        self,
+        image: Image,
+        name: str,
+        grounding: Grounding,
+        tell: Callable[[Callable[[], Offers]], None] = lambda offers: None,
     ) -> list[tuple[tuple[Draft, float], View]]:
-        """What looks like the places that were clicked, each as it is on a view of the picture."""
+        """What looks like the places that were clicked, each as it is on a view of the picture.
+
+        tell: told what the first look shows, where there is a closer one.
+        """
         if grounding.box is not None:
             view = view_of(image, part_around(grounding.box, image.shape), self.side)
-            look = _boxed(view, task_of(name, grounding, view))
+            look = boxed(view, task_of(name, grounding, view))
             return [(item, view) for item in look.found]
         pool = ThreadPoolExecutor(2)
         piece = piece_around(grounding, image.shape)
-        closer: list[_Sight] = []
+        closer: list[Sight] = []
 
         def closely() -> None:
             if piece is not None and not closer:
-                closer.append(_Sight.of(image, name, grounding, (piece, self.side), pool))
+                closer.append(Sight.of(image, name, grounding, (piece, self.side), pool))
 
         height, width = image.shape[:2]
         try:
-            sight = _Sight.of(image, name, grounding, ((0, 0, width, height), self.side), pool)
+            sight = Sight.of(image, name, grounding, ((0, 0, width, height), self.side), pool)
             # Cuts of a closer look run while the contours of the first one are still sought.
             look = sight.look(lambda score: closely() if score < EARLY else None)
             if piece is None or not is_doubtful(look):
                 return [(item, look.view) for item in look.found]
             closely()
+            tell(lambda: tuple(full_size(image, item, look.view) for item in look.found))
             return merged(look, closer[0].look())
         finally:
             # A closer look that turned out to be of no use is not waited for.
             pool.shutdown(wait=False, cancel_futures=True)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Sight:
-    """A part of the picture with what was clicked there, and the cuts, which have begun."""
-
-    view: View
-    task: Task
-    cutting: Cutting | None
-
-    @classmethod
-    def of(
-        cls,
-        image: Image,
-        name: str,
-        grounding: Grounding,
-        sized: tuple[tuple[int, int, int, int], int],
-        pool: Executor,
-    ) -> _Sight:
-        """What is seen of a part (x0, y0, x1, y1) brought to so many pixels."""
-        part, side = sized
-        view = view_of(image, part, side)
-        task = task_of(name, grounding, view)
-        # What was small on the whole picture does not fill a piece of it.
-        whole = (part[2] - part[0], part[3] - part[1]) == (image.shape[1], image.shape[0])
-        inside = bool(task.inside)
-        cutting = begun(pool, view.small, view.lab, task, filling=whole) if inside else None
-        return cls(view, task, cutting)
-
-    def look(self, glimpsed: Callable[[float], None] = lambda score: None) -> Look:
-        """What is found, best first. glimpsed: told how good the best of the first drafts is."""
-        view, task = self.view, self.task
-        if self.cutting is None:
-            return Look(view, [])
-        scorer = Scorer(view.lab, task.inside)
-        drafts = click_drafts(view.small, view.lab, task, scorer, self.cutting, glimpsed)
-        return Look(view, agreed(ranked(scorer, drafts, task), view.lab, scorer.likeness))
-
-
-def _boxed(view: View, task: Task) -> Look:
-    """What is found in a person's box."""
-    scorer = Scorer(view.lab, task.inside)
-    drafts = [] if task.box is None else box_drafts(view.small, view.lab, task, task.box, scorer)
-    return Look(view, agreed(ranked(scorer, drafts, task), view.lab, scorer.likeness))
 
 
 def apart(groundings: Sequence[tuple[str, Grounding]]) -> list[tuple[str, Grounding]]:
@@ -270,7 +247,7 @@ def compete(
 
 
 def choose(
-    candidates: Mapping[str, tuple[Candidate, ...]],
+    candidates: Mapping[str, Offers],
     groundings: Sequence[tuple[str, Grounding]],
     shape: tuple[int, int],
     image: Image | None = None,

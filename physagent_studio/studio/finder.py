@@ -45,6 +45,11 @@ class Finder:
             self._asked[browser, channel] = _Question(ticket, finds)
             self._news.notify()
 
+    def tell_early(self, browser: int, channel: str, ticket: int, found: dict[str, Any]) -> None:
+        """Sends what there is of an answer while its question is looked into; from any thread."""
+        if not self.overtaken(browser, channel):
+            self._tell(browser, channel, {"ticket": ticket, **found})
+
     def stop(self) -> None:
         """Ends the thread once the question at hand is answered."""
         with self._news:

@@ -27,7 +27,10 @@ def find_masks(intent: intents_photo.FindMasks, studio: Studio, browser: int) ->
     def find(*, whole: bool) -> dict[str, Any]:
         photo_edits.check_grounding(case, name, grounding)
         stop = partial(studio.finder.overtaken, browser, "masks") if whole else None
-        return desk.masks(image, name, [*said, (name, grounding)], shown, whole, stop)
+        return desk.masks(image, name, [*said, (name, grounding)], shown, whole, stop, early)
+
+    def early(found: dict[str, Any]) -> None:
+        studio.finder.tell_early(browser, "masks", intent.ticket, found)
 
     studio.finder.ask(
         browser, "masks", intent.ticket, partial(find, whole=False), partial(find, whole=True)

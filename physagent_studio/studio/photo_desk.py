@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from physagent_studio.program import Grounding
 from physagent_studio.reconstruction.live_edge import LiveEdge
 from physagent_studio.reconstruction.marked import known_candidates
-from physagent_studio.reconstruction.segmentation import EmbeddedSegmenter, apart, choose
+from physagent_studio.reconstruction.masks import BoolArray, iou
+from physagent_studio.reconstruction.segmentation import (
+    EmbeddedSegmenter,
+    Meanwhile,
+    apart,
+    choose,
+)
 from physagent_studio.reconstruction.segmentation_stack import METHOD, alone, companions
 from physagent_studio.records import Candidate, Image, Scene
 from physagent_studio.studio.panels.photo import path_of
@@ -16,6 +23,10 @@ from physagent_studio.studio.panels.photo import path_of
 Groundings = list[tuple[str, Grounding]]
 KEPT = 12
 """Things of which the candidates are kept."""
+EARLY = 0.35
+"""Seconds after which a person is shown what there is, while better masks are sought."""
+SAME = 0.9
+"""IoU from which a mask that was shown early is one of those that were found in the end."""
 
 
 class PhotoDesk:
@@ -38,6 +49,7 @@ class PhotoDesk:
         scene: Scene | None = None,
         whole: bool = True,
         stop: Callable[[], bool] | None = None,
+        early: Callable[[dict[str, Any]], None] | None = None,
     ) -> dict[str, Any]:
         """The masks on offer for a name, best first, its strokes applied.
 
@@ -46,27 +58,27 @@ class PhotoDesk:
         scene: what was reconstructed of the picture, whose candidates serve as long as they fit.
         candidate: what the grounding has to say to mean a mask. layer: whether the mask is a layer
         of a stack, which all clicks on the stack give together, and the grounding means of itself.
+        early: called with what there is after a moment, where finding takes longer; `now` is then
+        the index at which each of these masks is in the end, -1 where it is not any more.
         """
-        grounding = dict(said)[name]
+        grounding, asked = dict(said)[name], time.monotonic()
+        shown: list[BoolArray] = []
+
+        def meanwhile(key: str, offers: Callable[[], tuple[Candidate, ...]]) -> None:
+            late = key == name and not shown and time.monotonic() - asked > EARLY
+            if early is None or not late or (stop is not None and stop()):
+                return
+            found = offers()
+            shown.extend(_masks_of(image, name, grounding, found))
+            answer = {"name": name, "masks": _told(found, shown), "more": False, "early": True}
+            early(answer)
+
         more = not whole and len(companions(said, name)) > 1
         together = (name, *(companions(said, name) if whole else ()))
-        offers = self._offers_of(image, name, said, scene, together, stop)
-        shape = (image.shape[0], image.shape[1])
-        masks = []
-        for index, offer in enumerate(offers):
-            chosen = grounding.model_copy(update={"candidate": index})
-            mask = choose({name: offers}, [(name, chosen)], shape, image)[name]
-            layer = offer.method == METHOD
-            own = index - (offers[0].method == METHOD)
-            masks.append(
-                {
-                    "path": path_of(mask),
-                    "score": round(offer.score, 3),
-                    "candidate": max(own, 0),
-                    "layer": layer,
-                }
-            )
-        return {"name": name, "masks": masks, "more": more}
+        offers = self._offers_of(image, name, said, scene, together, stop, meanwhile)
+        masks = _masks_of(image, name, grounding, offers)
+        answer = {"name": name, "masks": _told(offers, masks), "more": more}
+        return answer | ({"now": [_place(mask, masks) for mask in shown]} if shown else {})
 
     def _offers_of(
         self,
@@ -76,6 +88,7 @@ class PhotoDesk:
         scene: Scene | None,
         together: tuple[str, ...],
         stop: Callable[[], bool] | None,
+        meanwhile: Meanwhile,
     ) -> tuple[Candidate, ...]:
         """Candidates from a thing's own clicks, led by its layer where it is one of a stack.
 
@@ -91,7 +104,7 @@ class PhotoDesk:
         for key, (grounding, found) in self._offers.items():
             if own.get(key) == grounding:
                 known[key] = found
-        offers = EmbeddedSegmenter().completed(image, wanted, known, stop, said)
+        offers = EmbeddedSegmenter().completed(image, wanted, known, stop, said, meanwhile)
         if stop is not None and stop():
             return offers[name]
         for key, grounding in own.items():
@@ -107,3 +120,38 @@ class PhotoDesk:
         if self._edge is None or self._edge.image is not image:
             self._edge = LiveEdge(image)
         return {"points": [[round(x, 1), round(y, 1)] for x, y in self._edge.way(start, end)]}
+
+
+def _masks_of(
+    image: Image, name: str, grounding: Grounding, offers: Sequence[Candidate]
+) -> list[BoolArray]:
+    """(H, W) each candidate as it is if it is chosen, with the strokes of the grounding."""
+    out = []
+    for index in range(len(offers)):
+        chosen = grounding.model_copy(update={"candidate": index})
+        shape = (image.shape[0], image.shape[1])
+        out.append(choose({name: tuple(offers)}, [(name, chosen)], shape, image)[name])
+    return out
+
+
+def _told(offers: Sequence[Candidate], masks: Sequence[BoolArray]) -> list[dict[str, Any]]:
+    """Candidates and their masks as the page hears of them."""
+    out = []
+    for index, (offer, mask) in enumerate(zip(offers, masks, strict=True)):
+        own = index - (offers[0].method == METHOD)
+        out.append(
+            {
+                "path": path_of(mask),
+                "score": round(offer.score, 3),
+                "candidate": max(own, 0),
+                "layer": offer.method == METHOD,
+            }
+        )
+    return out
+
+
+def _place(mask: BoolArray, masks: Sequence[BoolArray]) -> int:
+    """The index of the mask that is most like this one; -1 where none is the same."""
+    alike = [iou(mask, other) for other in masks]
+    best = max(range(len(alike)), key=alike.__getitem__, default=-1)
+    return best if best >= 0 and alike[best] >= SAME else -1

@@ -82,8 +82,18 @@ export function startPhoto(host) {
             thumbnail(data, mask), h("span", { class: "n" }, i + 1), h("span", { class: "s" }, mask.score.toFixed(2)))),
         !one.problem && !one.masks.length ? h("div", { class: "none" }, one.waiting ? "Looking…" : "Nothing stands out there; try a box, or paint it.") : null),
       h("div", { class: "row", style: "margin-top:6px" },
-        h("span", { class: "muted grow", style: "font-size:12px" }, one.sent ? "The scene follows…" : one.waiting && !one.more ? "Looking…" : `Press 1–${Math.max(one.masks.length, 1)} or Enter to use one${one.more ? "; looking at the whole stack…" : "."}`),
+        h("span", { class: "muted grow", style: "font-size:12px", "aria-live": "polite" }, words(one)),
         one.sent ? null : button("Back", tools.back, { class: "b small quiet", disabled: !one.past.length }), one.sent ? null : button("Drop", tools.drop, { class: "b small quiet" })));
+  }
+
+  // What happens, or what to do, in words.
+  function words(one) {
+    if (one.sent) return "The scene follows…";
+    if (one.wanted >= 0) return `Mask ${one.wanted + 1} it is, after a closer look…`;
+    if (one.lost) return `Mask ${one.lost} did not last a closer look: choose again.`;
+    if (one.waiting && !one.more && !one.early) return "Looking…";
+    const goesOn = one.early ? "; looking more closely…" : one.more ? "; looking at the whole stack…" : ".";
+    return `Press 1–${Math.max(one.masks.length, 1)} or Enter to use one${goesOn}`;
   }
 
   function things(chosen) {

@@ -50,7 +50,7 @@ export function makeTools({ stage, data, changed }) {
 
   function ask(one) {
     one.ticket = ++tickets;
-    [one.problem, one.more] = ["", false];
+    [one.problem, one.more, one.early, one.wanted, one.lost] = ["", false, false, -1, 0];
     one.waiting = send({ do: "masks", name: one.name, grounding: one.grounding, ticket: one.ticket });
     changed();
   }
@@ -58,10 +58,22 @@ export function makeTools({ stage, data, changed }) {
   function found(answer) {
     const one = state.pending;
     if (!one || answer.ticket !== one.ticket) return;
-    one.waiting = one.more = Boolean(answer.more);
+    one.more = Boolean(answer.more);
+    one.early = Boolean(answer.early);
+    one.waiting = one.more || one.early;
     one.problem = answer.problem || "";
     one.masks = answer.masks || [];
     one.chosen = Math.min(one.chosen, Math.max(0, one.masks.length - 1));
+    if (!one.early && one.wanted >= 0) return settled(one, answer.now || []);
+    changed();
+  }
+
+  // A mask that was chosen before the closer look had ended, if it is still there.
+  function settled(one, now) {
+    const [wanted, at] = [one.wanted, now[one.wanted] ?? -1];
+    one.wanted = -1;
+    if (at >= 0) return take(at);
+    one.lost = wanted + 1;
     changed();
   }
 
@@ -69,6 +81,11 @@ export function makeTools({ stage, data, changed }) {
     const one = state.pending;
     if (!one || one.sent || (one.masks.length && index >= one.masks.length)) return;
     one.chosen = index;
+    one.lost = 0;
+    if (one.early) {
+      one.wanted = index;
+      return changed();
+    }
     const { candidate = index, layer = false } = one.masks[index] || {};
     one.sent = send({ do: "mask", name: one.name, grounding: { ...one.grounding, candidate }, layer });
     changed();

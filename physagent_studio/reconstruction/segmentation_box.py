@@ -38,8 +38,11 @@ def box_drafts(
     if ratio is not None:
         cores |= {"box-colour": ratio > 0, "box-sure": ratio > 1.0}
     drafts: list[Draft] = []
-    for method, core in cores.items():
-        mask = grabcut.in_box(small, box, task.inside, task.outside, core)
+    masks = grabcut.side_by_side(
+        lambda core: grabcut.in_box(small, box, task.inside, task.outside, core),
+        list(cores.values()),
+    )
+    for method, mask in zip(cores, masks, strict=True):
         if mask is not None:
             # A box says that all of its object lies inside: loose parts may belong to it.
             drafts.append(Draft(_tidy(mask) & within, method, "colour"))
@@ -54,14 +57,24 @@ def box_drafts(
         for mask in contour.again(lab, draft.mask, task.outside):
             contours.append(Draft(mask & within, "box-contour-again", "contour"))
     drafts += contours
-    for draft in [d for d, _ in distinct(ranked(scorer, _solid(drafts), task), 3, 0.9)]:
+
+    def settled(draft: Draft) -> Draft:
         band = max(2, round(0.06 * float(np.sqrt(np.count_nonzero(draft.mask)))))
         mask = _tidy(snapped(small, draft.mask, band, 0.6)) & within
-        drafts.append(Draft(mask, f"{draft.method}-settled", draft.family))
-    for draft in [d for d, _ in distinct(ranked(scorer, _solid(drafts), task), LED, 0.8)]:
-        led = reaching(small, lab, draft.mask, box, task)
-        if led is not None:
-            drafts.append(Draft(_tidy(led) & within, f"{draft.method}-led", draft.family))
+        return Draft(mask, f"{draft.method}-settled", draft.family)
+
+    def led(draft: Draft) -> Draft | None:
+        mask = reaching(small, lab, draft.mask, box, task)
+        return (
+            mask
+            if mask is None
+            else Draft(_tidy(mask) & within, f"{draft.method}-led", draft.family)
+        )
+
+    best = [d for d, _ in distinct(ranked(scorer, _solid(drafts), task), 3, 0.9)]
+    drafts += grabcut.side_by_side(settled, best)
+    best = [d for d, _ in distinct(ranked(scorer, _solid(drafts), task), LED, 0.8)]
+    drafts += [made for made in grabcut.side_by_side(led, best) if made is not None]
     return _solid(drafts)
 
 

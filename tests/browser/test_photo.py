@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ from playwright.sync_api import expect
 
 from physagent_studio.assets import assets_dir
 from physagent_studio.program.scene import Grounding, SceneState
+from physagent_studio.reconstruction import segmentation
+from physagent_studio.studio import photo_desk
 from tests.browser.conftest import Desk
 
 pytestmark = pytest.mark.browser
@@ -94,6 +98,40 @@ class Photo:
 @pytest.fixture
 def photo(fresh: Desk) -> Photo:
     return Photo(fresh)
+
+
+@pytest.mark.parametrize("lasts", [True, False])
+def test_a_mask_chosen_early_is_taken_after_the_closer_look(
+    photo: Photo, monkeypatch: pytest.MonkeyPatch, lasts: bool
+) -> None:
+    page, go_on = photo.desk.page, threading.Event()
+    sought = segmentation.with_attached
+
+    def slowly(*given: Any) -> Any:
+        assert go_on.wait(60)
+        return sought(*given)
+
+    monkeypatch.setattr(segmentation, "with_attached", slowly)
+    monkeypatch.setattr(photo_desk, "EARLY", -1.0)
+    if not lasts:
+        monkeypatch.setattr(photo_desk, "SAME", 1.1)
+    photo.tool("Mask")
+    x, y = photo.middle()
+    page.mouse.click(*photo.at(x + 3, y))
+    early = page.locator(".photo-masks button")
+    expect(page.get_by_text("looking more closely")).to_be_visible()
+    expect(early).to_have_count(4)
+    page.keyboard.press("2")
+    expect(page.get_by_text("Mask 2 it is")).to_be_visible()
+    assert photo.desk.snapshot.program == photo.before
+    go_on.set()
+    if lasts:
+        photo.changed(lambda scene: photo.grounding.settled, "the chosen mask")
+        return
+    expect(page.get_by_text("Mask 2 did not last a closer look")).to_be_visible()
+    assert photo.desk.snapshot.program == photo.before
+    page.keyboard.press("1")
+    photo.changed(lambda scene: photo.grounding.settled, "another mask")
 
 
 def test_click_or_box_choose_one_of_four_and_undo(photo: Photo) -> None:

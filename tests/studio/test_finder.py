@@ -65,3 +65,24 @@ def test_a_failure_is_told_and_ends_the_question() -> None:
         finder.stop()
     assert "a bug" in told[0]["problem"]
     assert told[1]["masks"] == "next"
+
+
+def test_what_is_found_early_is_told_unless_something_newer_was_asked() -> None:
+    finder, told, heard = _finder()
+
+    def first() -> dict[str, Any]:
+        finder.tell_early(1, "masks", 1, {"masks": "so far", "early": True})
+        finder.ask(1, "masks", 2, lambda: {"masks": "new"})
+        finder.tell_early(1, "masks", 1, {"masks": "overtaken", "early": True})
+        return {"masks": "old"}
+
+    try:
+        finder.ask(1, "masks", 1, first)
+        assert all(heard.acquire(timeout=10) for _ in range(3))
+    finally:
+        finder.stop()
+    assert [(one["ticket"], one["masks"]) for one in told] == [
+        (1, "so far"),
+        (1, "old"),
+        (2, "new"),
+    ]

@@ -27,6 +27,7 @@ from physagent_studio.reconstruction.masks import (
 )
 from physagent_studio.reconstruction.segmentation_beside import Parted
 from physagent_studio.reconstruction.segmentation_choice import CANDIDATES
+from physagent_studio.reconstruction.segmentation_focus import Focus
 from physagent_studio.reconstruction.segmentation_joining import LEAST, Around, Grown, joining
 from physagent_studio.reconstruction.segmentation_patches import (
     joined,
@@ -153,7 +154,9 @@ def _around(
         fine = joined(patches_of(colours, steps), colours, steps, [FINE])[0]
         strips = strips_of(edges.result(), WIDE * float(np.sqrt(np.count_nonzero(own))))
     within = (left > 0, top > 0, right < mask.shape[1], low < mask.shape[0])
-    around = Around(part, colours, steps, np.asarray(own), barred, strips, has_poles, within)
+    own = np.asarray(own)
+    focus = Focus(image[crop], own)
+    around = Around(part, colours, steps, own, barred, strips, focus, has_poles, within)
     return around, fine
 
 

@@ -28,6 +28,7 @@ from physagent_studio.reconstruction.segmentation_evidence import (
     scores,
     shade_of,
 )
+from physagent_studio.reconstruction.segmentation_focus import Focus
 from physagent_studio.reconstruction.segmentation_shafts import Strips, runs_on, shafts_beside
 
 CLEAR, CLEARER = 0.85, 0.25
@@ -50,6 +51,8 @@ FRESH = 5
 """Pixels around what joined last within which others are weighed again."""
 HIGH = 0.08
 """Lowness up to which a patch is no shadow."""
+LOW = 0.4
+"""Lowness from which it is the ground that softens a patch's outline."""
 NARROW, SEAM, NECK = 4.2, 0.62, -0.22
 """Pixels across the widest place of a part, share of its outline at the mask, and contact (log, as
 `Outline.neck`) by which it is but a seam along the outline, or hardly touches."""
@@ -66,8 +69,8 @@ BLURRED, SOFT = 2.4, 1.9
 class Around:
     """A mask and its surroundings at the size where parts are sought.
 
-    part: (x0, y0, x1, y1) of the picture. lab (h, w, 3), steps, mask, barred (h, w), strips: of
-    that part. has_poles: whether things of its name do. within: whether
+    part: (x0, y0, x1, y1) of the picture. lab (h, w, 3), steps, mask, barred (h, w), strips, focus:
+    of that part. has_poles: whether things of its name do. within: whether
     the picture goes on to the left, above, to the right and below.
     """
 
@@ -77,6 +80,7 @@ class Around:
     mask: BoolArray
     barred: BoolArray
     strips: Strips
+    focus: Focus
     has_poles: bool
     within: tuple[bool, bool, bool, bool]
 
@@ -165,13 +169,16 @@ def _weighed(
         return None
     if is_shaft:
         joins = _shaft_joins(value, patch, outline, found["low"], around.has_poles, so_far)
-        return value - CRUDER if joins else None
-    unseen = colours.others < UNSEEN and share > UNSEEN_LEAST
-    asked = STRAIGHT if unseen else _of_patch(patch, outline, here, so_far)
-    joins = value > asked or (
-        leaves and value > PROLONGING and (large or runs_on(patch, here.mask))
-    )
-    return value if joins else None
+        value -= CRUDER
+    else:
+        unseen = colours.others < UNSEEN and share > UNSEEN_LEAST
+        asked = STRAIGHT if unseen else _of_patch(patch, outline, here, so_far)
+        joins = value > asked or (
+            leaves and value > PROLONGING and (large or runs_on(patch, here.mask))
+        )
+    # Where a thing stands on the ground, its shadow softens every edge.
+    lost = joins and lowness(patch, here) < LOW and around.focus.is_lost(patch)
+    return value if joins and not lost else None
 
 
 def _of_patch(patch: Patch, outline: Outline, here: Surroundings, so_far: Grown) -> float:

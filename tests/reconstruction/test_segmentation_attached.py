@@ -104,6 +104,19 @@ def test_what_lies_beside_does_not_join(kind: str, beside: str) -> None:
     assert found is None or iou(found, body) > 0.97
 
 
+@pytest.mark.parametrize(("blur", "joins"), [(0.0, True), (4.0, False)])
+def test_what_is_out_of_focus_behind_a_thing_does_not_join(blur: float, joins: bool) -> None:
+    """The same cap joins where it is as sharp as the bottle."""
+    _, part, colour = PARTS["cap"]
+    body, image = BODIES["bottle"], _scene()
+    _painted(image, part, colour)
+    if blur:
+        image = cv2.GaussianBlur(image, (0, 0), blur)
+    _painted(image, body, COLOURS["bottle"])
+    found = with_attached(np.clip(image, 0, 255).astype(np.uint8), body, NOTHING)
+    assert (found is not None and bool((found & part)[:140].any())) == joins
+
+
 def test_what_holds_a_click_outside_or_leaves_the_box_does_not_join() -> None:
     kind, part, colour = PARTS["stem"]
     body, image = BODIES[kind], _scene()

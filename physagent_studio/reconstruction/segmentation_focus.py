@@ -27,8 +27,10 @@ NEAR, APART = 9, 4
 """Pixels within which an edge belongs to an outline, and from the mask from which one is free."""
 ENOUGH = 30
 """Pixels of an outline with an edge from which its sharpness is known."""
-BLURRED = 0.62
-"""Share of the thing's sharpness below which nearly all of a patch's outline has to be."""
+BLURRED, SHARP = 0.62, 0.8
+"""Shares of the thing's sharpness up to which and from which an outline is blurred and sharp."""
+AROUND = 12
+"""Pixels around a patch within which something is behind it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,14 +45,39 @@ class Focus:
 
     def is_lost(self, patch: Patch) -> bool:
         """Whether a patch (h, w) is out of focus where the mask's outline is not."""
-        inside = patch.region[patch.window]
-        rim = np.zeros_like(patch.region)
-        rim[patch.window] = grow(inside, 1) & ~inside
-        other = self._along(rim & ~grow(self.mask, APART))
-        own = self._own
+        own, other = self._own, self._of(patch)
         if len(other) < ENOUGH or len(own) < ENOUGH:
             return False
         return float(np.percentile(other, 75)) < BLURRED * float(np.median(own))
+
+    def stands_out(self, patch: Patch) -> bool:
+        """Whether a patch (h, w) is in focus, as the mask is, before what is not."""
+        own, other, behind = self._own, self._of(patch), self._behind(patch)
+        if min(len(own), len(other), len(behind)) < ENOUGH:
+            return False
+        least = float(np.median(own))
+        if float(np.median(behind)) >= BLURRED * least:
+            return False
+        return float(np.median(other)) > SHARP * least
+
+    def _of(self, patch: Patch) -> NDArray[np.float32]:
+        """Sharpness along the outline of a patch (h, w), where it is not at the mask."""
+        inside = patch.region[patch.window]
+        rim = np.zeros_like(patch.region)
+        rim[patch.window] = grow(inside, 1) & ~inside
+        return self._along(rim & ~self._near)
+
+    def _behind(self, patch: Patch) -> NDArray[np.float32]:
+        """Sharpness of what is around a patch (h, w) and neither close to it nor to the mask."""
+        rows, columns = (slice(max(0, w.start - AROUND), w.stop + AROUND) for w in patch.window)
+        out = np.zeros_like(patch.region)
+        out[rows, columns] = ~grow(patch.region[rows, columns], 2 * APART)
+        return self._along(out & ~grow(self.mask, 2 * APART))
+
+    @cached_property
+    def _near(self) -> BoolArray:
+        """(h, w) the mask and what is close to it."""
+        return grow(self.mask, APART)
 
     @cached_property
     def _own(self) -> NDArray[np.float32]:

@@ -51,6 +51,8 @@ FRESH = 5
 """Pixels around what joined last within which others are weighed again."""
 HIGH = 0.08
 """Lowness up to which a patch is no shadow."""
+FOCUSED = 1.0
+"""How much less is asked of a patch that is in focus before what is not."""
 LOW = 0.4
 """Lowness from which it is the ground that softens a patch's outline."""
 NARROW, SEAM, NECK = 4.2, 0.62, -0.22
@@ -176,6 +178,8 @@ def _weighed(
         joins = value > asked or (
             leaves and value > PROLONGING and (large or runs_on(patch, here.mask))
         )
+        if not joins and share > UNSEEN_LEAST and value > asked - FOCUSED:
+            joins = around.focus.stands_out(patch)
     # Where a thing stands on the ground, its shadow softens every edge.
     lost = joins and lowness(patch, here) < LOW and around.focus.is_lost(patch)
     return value if joins and not lost else None

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.reconstruction.masks import BoolArray, grow
+from physagent_studio.reconstruction.masks import BoolArray, grow, shrink
 from physagent_studio.reconstruction.segmentation_evidence import Patch
 from physagent_studio.records.case import Image
 
@@ -82,7 +82,7 @@ class Focus:
     @cached_property
     def _own(self) -> NDArray[np.float32]:
         """Sharpness along the outline of the mask."""
-        return self._along(self.mask & ~cv2.erode(self.mask.astype(np.uint8), None).astype(bool))
+        return self._along(self.mask & ~shrink(self.mask, 1))
 
     def _along(self, line: BoolArray) -> NDArray[np.float32]:
         """Sharpness at the pixels of a line (h, w) that have an edge."""
@@ -101,7 +101,8 @@ class Focus:
         fine, coarse = (_steepest(lab, spread) for spread in (FINE, COARSE))
         ratio = np.where(coarse > VISIBLE, fine / np.maximum(coarse, VISIBLE), 0)
         small = (self.mask.shape[1], self.mask.shape[0])
-        return cv2.resize(ratio.astype(np.float32), small, interpolation=cv2.INTER_NEAREST)
+        found = cv2.resize(ratio.astype(np.float32), small, interpolation=cv2.INTER_NEAREST)
+        return np.asarray(found, np.float32)
 
 
 def _steepest(lab: NDArray[np.float32], spread: float) -> NDArray[np.float32]:
@@ -109,4 +110,4 @@ def _steepest(lab: NDArray[np.float32], spread: float) -> NDArray[np.float32]:
     soft = cv2.GaussianBlur(lab, (0, 0), spread)
     across, down = (cv2.Sobel(soft, cv2.CV_32F, x, 1 - x, ksize=3) / 8 for x in (1, 0))
     slope = np.sqrt((across * across + down * down).sum(axis=2))
-    return np.asarray(cv2.dilate(slope, np.ones((NEAR, NEAR), np.uint8)))
+    return np.asarray(cv2.dilate(slope, np.ones((NEAR, NEAR), np.uint8)), np.float32)

@@ -13,7 +13,7 @@ from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Ramp, Slab, Support
 from physagent_studio.reconstruction.corners import corners
 from physagent_studio.reconstruction.lines import Segments
-from physagent_studio.reconstruction.masks import BoolArray
+from physagent_studio.reconstruction.masks import BoolArray, grow
 from physagent_studio.reconstruction.meshes import ramp_corners
 from physagent_studio.reconstruction.onward import onward
 from physagent_studio.records.case import Image
@@ -36,11 +36,19 @@ ALIKE = 45.0
 """Largest difference in colour on either side of two pieces of one line, grey levels."""
 
 
-def lines_through(photo: Image, hole: BoolArray, found: Segments) -> FloatArray:
+def lines_through(
+    photo: Image,
+    hole: BoolArray,
+    found: Segments,
+    whole: BoolArray | None = None,
+    known: FloatArray | None = None,
+) -> FloatArray:
     """Lines (N, 2, 2), pixels, that join two edges of the picture across the hole (H, W).
 
     Edges that go on straight are joined first, then those found again where they come out, then
-    those that meet in a corner.
+    those that meet in a corner. whole: (H, W) all that is filled in, of which the hole is a part:
+    the lines begin beside it where their edges are seen there. known: (M, 2, 2) lines on which no
+    edge meets another one.
     """
     ends, ways = _heading_in(hole, found)
     if not len(ends):
@@ -67,9 +75,36 @@ def lines_through(photo: Image, hole: BoolArray, found: Segments) -> FloatArray:
     straight = onward(photo, ends[rest], ways[rest], lengths[rest], hole)
     goes_on = (ends[:, None] == straight[None, :, 0]).all(-1).any(1)
     long = (lengths > LONG * max(hole.shape)) & ~goes_on
-    free = [k for k in np.flatnonzero(long).tolist() if k not in taken]
-    bent = corners(ends, ways, colours, free, hole, found)
-    return np.concatenate([np.array(out).reshape(-1, 2, 2), straight, bent])
+    free = [
+        k
+        for k in np.flatnonzero(long).tolist()
+        if k not in taken and (known is None or not _on_one(known, ends[k], ways[k]))
+    ]
+    bent = corners(photo, ends, ways, colours, free, hole, found)
+    lines = np.concatenate([np.array(out).reshape(-1, 2, 2), straight, bent])
+    return lines if whole is None else _from_beside(lines, whole, ends, ways, lengths)
+
+
+def _from_beside(
+    lines: FloatArray, whole: BoolArray, ends: FloatArray, ways: FloatArray, lengths: FloatArray
+) -> FloatArray:
+    """The lines (N, 2, 2) from where their edges (E, 2) run into the whole of the hole (H, W)."""
+    out = lines.copy()
+    closed = grow(whole, 2)
+    for end, way, length in zip(ends, ways, lengths, strict=True):
+        back = end - np.arange(0.0, length)[:, None] * way
+        free = np.flatnonzero(_at(closed, back) == 0)
+        out[(lines == end).all(-1)] = back[free[0] if len(free) else -1]
+    return out
+
+
+def _on_one(lines: FloatArray, end: FloatArray, way: FloatArray) -> bool:
+    """Whether an edge ends on one of the lines (N, 2, 2) and runs along it."""
+    return any(
+        abs(float(way @ (b - a))) > math.cos(BENT) * float(np.linalg.norm(b - a))
+        and _along(np.array([a, b]), end[None], BESIDE)
+        for a, b in lines
+    )
 
 
 def each_once(lines: FloatArray) -> FloatArray:
@@ -82,14 +117,14 @@ def each_once(lines: FloatArray) -> FloatArray:
     return np.array(out).reshape(-1, 2, 2)
 
 
-def _along(line: FloatArray, spots: FloatArray) -> bool:
-    """Whether spots (N, 2) lie on a line (2, 2)."""
+def _along(line: FloatArray, spots: FloatArray, near: float = TWIN) -> bool:
+    """Whether spots (N, 2) lie on a line (2, 2), as near as that, pixels."""
     way = (line[1] - line[0]) / max(float(np.linalg.norm(line[1] - line[0])), 1e-9)
     off = spots - line[0]
     along = off @ way
     aside = np.abs(off[:, 0] * way[1] - off[:, 1] * way[0])
-    inside = (along > -TWIN) & (along < np.linalg.norm(line[1] - line[0]) + TWIN)
-    return bool((inside & (aside < TWIN)).all())
+    inside = (along > -near) & (along < np.linalg.norm(line[1] - line[0]) + near)
+    return bool((inside & (aside < near)).all())
 
 
 def ways_into(hole: BoolArray, found: Segments, most: int = 8) -> FloatArray:

@@ -31,6 +31,8 @@ BLAND = 110.0
 """The most that the smooth fill costs."""
 SHARES = (0.3, 0.6, 1.05)
 """Shifts along lines, as shares of the hole's extent."""
+SPOTS = 80
+"""On how many of its spots a line is asked whether it is hidden."""
 RIM = 2
 """Width of the rim on which a copy is held against the photo, in places."""
 STRICT = 3.0
@@ -128,15 +130,21 @@ def _candidates(
     for way in (*ways, np.array([1.0, 0.0])):
         reach = min((x1 - x0) / max(abs(way[0]), 1e-6), (y1 - y0) / max(abs(way[1]), 1e-6))
         out += [shift(*(sign * share * reach * way)) for sign in (1, -1) for share in SHARES]
-    for one, other in structure.lines[np.argsort(-_lengths(structure.lines), kind="stable")]:
-        out += [shift(*(sign * share * (other - one))) for sign in (1, -1) for share in SHARES]
+    spans = np.array([_hidden(line, missing) for line in structure.lines]).reshape(-1, 2)
+    for span in spans[np.argsort(-np.linalg.norm(spans, axis=1), kind="stable")]:
+        out += [shift(*(sign * share * span)) for sign in (1, -1) for share in SHARES]
     out += [np.array([[-1.0, 0, 2 * x], [0, 1, 0], [0, 0, 1]]) for x in (x0, x1)]
     out = [turned for mark in structure.rounds for turned in mark.turns()] + out
     return _distinct(out, missing)
 
 
-def _lengths(lines: FloatArray) -> FloatArray:
-    return np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)
+def _hidden(line: FloatArray, missing: BoolArray) -> FloatArray:
+    """(2,) from where a line (2, 2) runs into the hole (H, W) to where it comes out; else all."""
+    share = np.linspace(0, 1, SPOTS)
+    x, y = (line[0] + share[:, None] * (line[1] - line[0])).astype(int).T
+    inside = missing[y.clip(0, missing.shape[0] - 1), x.clip(0, missing.shape[1] - 1)]
+    within = share[inside] if inside.any() else share
+    return (within[-1] - within[0]) * (line[1] - line[0])
 
 
 def _distinct(copies: Sequence[FloatArray], missing: BoolArray) -> list[FloatArray]:

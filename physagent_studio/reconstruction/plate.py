@@ -64,9 +64,10 @@ def background(
     if found is not None and not hole.all():
         found = with_hues(photo, found)
         # In shade edges are still seen, so that what runs behind the things themselves ends there.
-        holes = (hole, hole_of(masks, hole.shape))
-        lines = np.concatenate([lines, *(lines_through(photo, h, found) for h in holes)])
-        lines = without_hidden(photo, holes[1], each_once(lines))
+        things = hole_of(masks, hole.shape)
+        for part in (hole, things):
+            lines = np.concatenate([lines, lines_through(photo, part, found, hole, lines)])
+        lines = without_hidden(photo, things, each_once(lines))
     rounds: list[RoundMark] = []
     if camera is not None and not hole.all():
         rounds = round_marks(photo, hole_of(masks, hole.shape), to_level(camera))

@@ -50,6 +50,8 @@ ON = 0.4
 """Share of the narrower one's width over which it does, at least."""
 ENDLESS = 0.5
 """Share of its greatest extent that darkness on a wall still has where no more is looked at."""
+STEP, FOOT = 4.0, 4
+"""Step of colour from pixel to pixel, in L*a*b*, at which a wall ends; how wide that edge is."""
 ABOVE = (0.3, 1.0)
 """Shade begins this share of a thing's height above its foot, and ends below that one."""
 
@@ -75,7 +77,7 @@ def shaded(
         own = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_AREA) > 0
         if own.any():
             found = _around(lab, own, inside, under(own, kinds), round(top * factor))
-            out |= _below(found, kinds == BEYOND)
+            out |= _below(found, kinds == BEYOND, lab, inside)
     wide = cv2.resize(out.astype(np.float32), hole.shape[::-1], interpolation=cv2.INTER_LINEAR)
     return np.asarray(cv2.GaussianBlur(wide, (0, 0), 0.7 / factor) > 0.4)
 
@@ -106,10 +108,11 @@ def _stands_on(upper: BoolArray, lower: BoolArray) -> bool:
     return bool(touching.sum() > ON * min(x1 - x0, right - left))
 
 
-def _below(found: BoolArray, sky: BoolArray) -> BoolArray:
-    """Shade without what lies above the horizon, where that has no end: a dark wall, and no shade.
+def _below(found: BoolArray, sky: BoolArray, lab: FloatImage, inside: BoolArray) -> BoolArray:
+    """Shade without a dark wall that has no end: it goes on above the horizon, and is no shade.
 
-    sky: (H, W) what is above it.
+    Below the horizon it leads down to its foot. sky: (H, W) what is above the horizon. inside:
+    (H, W) what is filled in anyway.
     """
     wall = found & sky
     rows = np.nonzero(wall.any(1))[0]
@@ -118,7 +121,27 @@ def _below(found: BoolArray, sky: BoolArray) -> BoolArray:
     columns, lines = wall.sum(0), wall.sum(1)
     goes_on = lines[rows[0]] > ENDLESS * lines.max()
     goes_on |= max(columns[0], columns[-1]) > ENDLESS * columns.max()
-    return found & ~sky if goes_on else found
+    if not goes_on:
+        return found
+    rest = found & ~sky & ~grow(_leading_down(wall, found, lab), FOOT)
+    rest = cv2.morphologyEx(rest.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
+    _, labels = cv2.connectedComponents(rest.astype(np.uint8))
+    return rest & np.isin(labels, np.unique(labels[grow(inside, 2) & rest]))
+
+
+def _leading_down(wall: BoolArray, found: BoolArray, lab: FloatImage) -> BoolArray:
+    """The wall (H, W) and what is found below it, down to the edge at which the ground begins."""
+    steps = [cv2.Sobel(lab, cv2.CV_32F, dx, 1 - dx, scale=0.125) for dx in (1, 0)]
+    calm = found & (np.linalg.norm(np.concatenate(steps, -1), axis=-1) < STEP)
+    _, labels = cv2.connectedComponents(calm.astype(np.uint8))
+    out = calm & np.isin(labels, np.unique(labels[wall & calm]))
+    # Shade on the ground that runs up to it is narrower than it is.
+    last = int(np.nonzero(wall.any(1))[0][-1])
+    wide = np.array([np.ptp(np.flatnonzero(row)) if row.any() else 0 for row in out[last:]])
+    narrow = np.flatnonzero(wide < ENDLESS * wide.max())
+    if len(narrow):
+        out[last + narrow[0] :] = False
+    return out
 
 
 def _reduced(faces: NDArray[np.int64], size: tuple[int, int]) -> NDArray[np.int64]:

@@ -228,6 +228,13 @@ def test_a_stack_shades_the_ground_as_one_and_a_dark_wall_is_no_shade():
     faces = np.where(y < 120, BEYOND, 0)
     photo[wall & ~(lower | upper)] *= 0.55
     assert not shaded(_rgb(photo), [lower, upper], hole, faces)[:115].any()
+    # Where its foot is below the horizon, what is dark above the foot is the wall all the same.
+    taller = upper | ((np.abs(x - 90) < 18) & (y > 65) & (y < 143))
+    photo[taller] = (40, 90, 160)
+    faces = np.where(y < 100, BEYOND, 0)
+    both = shaded(_rgb(photo), [lower, taller], hole_of([lower, taller], SHAPE), faces)
+    assert not both[:112].any()
+    assert (both & dark)[125:].sum() > 0.9 * (dark & ~hole)[125:].sum()
 
 
 def test_a_painted_patch_under_a_thing_stays():

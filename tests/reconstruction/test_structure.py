@@ -6,6 +6,7 @@ import pytest
 
 from physagent_studio.program.camera import Camera
 from physagent_studio.reconstruction.copies import shift, to_level
+from physagent_studio.reconstruction.crossing import lines_through
 from physagent_studio.reconstruction.in_front import without_hidden
 from physagent_studio.reconstruction.joining import sources
 from physagent_studio.reconstruction.lines import segments, with_hues
@@ -13,6 +14,7 @@ from physagent_studio.reconstruction.mosaic import bent
 from physagent_studio.reconstruction.onward import onward
 from physagent_studio.reconstruction.plate import background, hole_of
 from physagent_studio.reconstruction.round_marks import round_marks
+from physagent_studio.reconstruction.structure import Structure
 
 SHAPE = (260, 360)
 CAMERA = Camera.from_horizon((SHAPE[1], SHAPE[0]), -160, 1.5, focal=340.0)
@@ -87,6 +89,34 @@ def test_what_runs_up_to_both_edges_of_a_bar_is_not_seen_on_it(beam):
     lines = without_hidden(_rgb(beam[0]), hole, np.array([*bar, joint]))
     across = lines[np.abs(lines[:, 0, 1] - lines[:, 1, 1]) < 1]
     assert sorted(across[..., 0].ravel()) == pytest.approx([116, 151, 211, 244], abs=3)
+
+
+def test_two_edges_of_a_table_meet_behind_a_thing_though_light_changes_along_it():
+    y, x = np.indices(SHAPE)
+    table = y > np.maximum(96 + 0.05 * (200 - x), 96 + 0.30 * (x - 200))
+    light = (1.0 - 0.6 * x / SHAPE[1])[..., None]
+    truth = np.where(table[..., None], (206.0, 170, 120) * light, (112.0, 108, 104) * light)
+    # The far edges are out of focus, and boards lie in the table.
+    truth = cv2.GaussianBlur(truth, (0, 0), 2.5)
+    truth[table & ((y - 0.2 * x).astype(int) % 29 == 0)] *= 0.8
+    mask = _ball((196, 120), 60)
+    photo = _rgb(np.where(mask[..., None], (60, 110, 70), truth + _noise(2)))
+    lines = lines_through(photo, hole_of([mask], SHAPE), segments(photo))
+    assert np.linalg.norm(lines.reshape(-1, 2) - (200, 96), axis=1).min() < 8
+    plate = background(photo, [mask], found=segments(photo)).astype(float)
+    warm = cv2.GaussianBlur((plate[..., 0] - plate[..., 2]) / plate.sum(-1), (0, 0), 2) > 0.1
+    assert (warm != table)[mask].mean() < 0.04
+
+
+def test_lines_that_lead_on_from_one_another_have_two_sides():
+    corner = np.array([[[0.0, 40], [50, 20]], [[50, 20], [100, 30]]])
+    other = np.array([[[0.0, 70], [100, 70]]])
+    sides = Structure(np.concatenate([corner, other])).sides((100, 100))
+    assert len(np.unique(sides)) == 3
+    # Beside the corner and above it, and also where one of the two lines would run on.
+    assert sides[5, 50] == sides[38, 2] == sides[20, 98] != sides[40, 50]
+    kept = Structure(np.concatenate([corner, other])).clear(np.ones((100, 100), bool))
+    assert [len(one) for one in kept.chains()] == [2, 1]
 
 
 def _ring() -> tuple[np.ndarray, np.ndarray]:

@@ -43,13 +43,18 @@ class Drawn:
     masks: dict[str, BoolArray]
 
 
-def scene(seed: int, count: int = 3) -> Drawn:
-    """A random scene: `count` objects on the floor, some in front of others."""
+def scene(seed: int, count: int = 3, roll: float = 0.0) -> Drawn:
+    """A random scene: `count` objects on the floor, some in front of others.
+
+    roll: radians by which the camera is turned clockwise.
+    """
     rng = np.random.default_rng(seed)
     pitch = math.radians(rng.uniform(6, 28))
     focal = SIZE[1] / 2 / math.tan(math.radians(22.5))
     horizon = SIZE[1] / 2 - focal * math.tan(pitch)
-    camera = Camera.from_horizon(SIZE, horizon, 1.0, focal=focal, source="given", confirmed=True)
+    camera = Camera.from_horizon(
+        SIZE, horizon, 1.0, focal=focal, roll=roll, source="given", confirmed=True
+    )
     objects: list[SceneObject] = []
     places: list[tuple[float, float]] = []
     while len(objects) < count:

@@ -40,7 +40,8 @@ def annotated(case: Case, path: Path | str) -> Case:
         objects=objects,
         supports=supports,
         landmarks=landmarks,
-        horizon=case.horizon if horizon is None else horizon,
+        horizon=case.horizon if horizon is None else horizon.row,
+        roll=case.roll if horizon is None else horizon.roll,
         scale=case.scale if scale.metres is None else scale,
     )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from physagent_studio.exchange.plain_yaml import Place
@@ -17,6 +18,9 @@ Role = Literal["toe", "top", "foot", "end"]
 MARKS: tuple[Role, ...] = get_args(Role)
 SMALLEST, LARGEST = 1e-3, 1e3
 """Sizes that may be typed, m."""
+STEEPEST, LEVEL, APART = 45.0, 0.3, 0.2
+"""Degrees by which a horizon is tilted at most, and below which it is level for all that clicks
+tell; and how far apart these have to be to tell it, in widths of the picture."""
 
 _COUNTS: dict[str, dict[Role, tuple[int, int]]] = {
     "ramp": {"toe": (1, 2), "top": (1, 1), "foot": (0, 1), "end": (0, 1)},
@@ -61,11 +65,20 @@ def marks_of(
     return tuple(Mark(role=role, x=x, y=y) for role in clicks for x, y in clicks[role])
 
 
-def horizon_of(reader: CaseReader, size: tuple[int, int]) -> float | None:
-    """Row of the horizon in the middle column of a photo of `size`, pixels; None where open.
+@dataclass(frozen=True, slots=True)
+class Horizon:
+    """The horizon's row in the middle column, pixels, and the camera's roll, degrees clockwise."""
 
-    A number is the row itself and may lie outside the picture; two clicks are on the horizon;
-    four clicks are two edges that are level and parallel in the world, and meet on it.
+    row: float
+    roll: float = 0.0
+
+
+def horizon_of(reader: CaseReader, size: tuple[int, int]) -> Horizon | None:
+    """The horizon of a photo of `size`; None where it is open.
+
+    A number is the row itself and may lie outside the picture; two clicks are on the horizon, and
+    say how it is tilted; four clicks are two edges that are level and parallel in the world, and
+    meet on it.
     """
     data = reader.doc.data.get("horizon")
     place: Place = ("horizon",)
@@ -75,7 +88,7 @@ def horizon_of(reader: CaseReader, size: tuple[int, int]) -> float | None:
         row = reader.number(place, data)
         if abs(row - size[1] / 2) > 10 * size[1]:
             raise reader.fail(place, f"the horizon at row {row:g} is too far from the picture")
-        return row
+        return Horizon(row)
     clicks = _clicks(reader, place, data, size)
     row = _level_row(clicks, size[0] / 2)
     if row is None:
@@ -84,7 +97,19 @@ def horizon_of(reader: CaseReader, size: tuple[int, int]) -> float | None:
             "horizon must be a row, two clicks on it from left to right, or four clicks: two "
             "level edges that are parallel in the world and meet in the picture's plane",
         )
-    return row
+    roll = _roll(clicks, size[0]) if len(clicks) == 2 else 0.0
+    if abs(roll) > STEEPEST:
+        raise reader.fail(
+            place, f"the horizon is tilted by {abs(roll):.0f}°; at most {STEEPEST:.0f}° are allowed"
+        )
+    return Horizon(row, roll)
+
+
+def _roll(clicks: Sequence[tuple[float, float]], width: int) -> float:
+    """Degrees by which the camera is turned clockwise that sees two places on the horizon."""
+    (x0, y0), (x1, y1) = sorted(clicks)
+    roll = math.degrees(math.atan2(y0 - y1, x1 - x0))
+    return round(roll, 3) if abs(roll) > LEVEL and x1 - x0 > APART * width else 0.0
 
 
 def _level_row(clicks: Sequence[tuple[float, float]], middle: float) -> float | None:

@@ -53,7 +53,8 @@ def load_case(folder: Path | str, event: str | None = None) -> Case:
         prompt=prompt,
         event=name,
         events=events,
-        horizon=horizon,
+        horizon=None if horizon is None else horizon.row,
+        roll=0.0 if horizon is None else horizon.roll,
         scale=scale,
         focal=stated_focal(image, size),
     )

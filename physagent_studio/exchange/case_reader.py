@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from physagent_studio.errors import InputError
-from physagent_studio.exchange.case_clicks import MARKS, horizon_of, marks_of, scale_of
+from physagent_studio.exchange.case_clicks import MARKS, Horizon, horizon_of, marks_of, scale_of
 from physagent_studio.exchange.plain_yaml import MAX_BYTES, Place, PlainYaml, read_yaml
 from physagent_studio.program.materials import MATERIALS
 from physagent_studio.program.problems import problems_of
@@ -191,8 +191,8 @@ class CaseReader:
                 raise self.fail(place, f"event '{name}' has more than {MAX_PROMPT} characters")
         return tuple((name, " ".join(prompt.split())) for name, prompt in entries.items())
 
-    def horizon(self, size: tuple[int, int]) -> float | None:
-        """The row of the horizon in the middle column, pixels; None where it is not stated."""
+    def horizon(self, size: tuple[int, int]) -> Horizon | None:
+        """Where the horizon is, and how it is tilted; None where it is not stated."""
         return horizon_of(self, size)
 
     def scale(self, known: Sequence[str]) -> Scale:

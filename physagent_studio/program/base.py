@@ -30,6 +30,7 @@ AngularSpeed = Annotated[float, Field(ge=-1000, le=1000)]
 Newtons = Annotated[float, Field(ge=-1e7, le=1e7)]
 NewtonMetres = Annotated[float, Field(ge=-1e7, le=1e7)]
 Degrees = Annotated[float, Field(ge=-360, le=360)]
+Tilt = Annotated[float, Field(ge=-45, le=45)]
 Pixels = Annotated[float, Field(ge=-1e5, le=1e5)]
 
 Step = Annotated[int, Field(ge=0, le=100_000)]

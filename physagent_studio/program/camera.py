@@ -48,11 +48,13 @@ class Camera(Frozen):
         """A camera `height` metres above the floor z = 0 that sees the horizon at row `horizon`.
 
         horizon: y in pixels where the horizon crosses the middle column; outside the picture
-        is allowed. focal: pixels, default 45° vertical field of view. roll: radians, clockwise.
+        is allowed. focal: pixels, default 45° vertical field of view. roll: radians by which the
+        camera is turned clockwise; the horizon then rises to the right.
         """
         width, rows = size
         focal = focal or rows / 2 / math.tan(math.radians(22.5))
-        pitch = math.atan2(rows / 2 - horizon, focal)
+        # Of a tilted horizon the distance from the middle counts, not that along the column.
+        pitch = math.atan2((rows / 2 - horizon) * math.cos(roll), focal)
         down, ahead = math.sin(pitch), math.cos(pitch)
         # Columns are the camera's axes in the world: right, down, forward.
         level = np.array([[1, 0, 0], [0, -down, ahead], [0, -ahead, -down]], float)
@@ -86,6 +88,16 @@ class Camera(Frozen):
         forward, down = self.matrix[:, 2], self.matrix[:, 1]
         # A direction in the middle column is level where its world z vanishes.
         return float(self.principal[1] - self.focal * forward[2] / min(down[2], -1e-9))
+
+    @property
+    def roll(self) -> float:
+        """Radians by which the camera is turned clockwise about its optical axis."""
+        right, down = self.matrix[2, 0], self.matrix[2, 1]
+        return math.atan2(-right, -down)
+
+    def horizon_at(self, column: float) -> float:
+        """Row of the horizon in a column of the picture, pixels."""
+        return self.horizon - math.tan(self.roll) * (column - self.principal[0])
 
     def project(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """World points (N, 3) → pixels (N, 2) and depths (N,) along the optical axis, m."""

@@ -21,6 +21,7 @@ _REST = (
     "clip",
     "scene.camera",
     "scene.horizon",
+    "scene.roll",
     "scene.gravity",
     "scene.scale",
     "scene.flags",

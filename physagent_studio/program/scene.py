@@ -22,6 +22,7 @@ from physagent_studio.program.base import (
     Quaternion,
     Source,
     Text,
+    Tilt,
 )
 from physagent_studio.program.bodies import Body, Rigid
 from physagent_studio.program.camera import Camera
@@ -192,11 +193,13 @@ class SceneState(Frozen):
     """Everything that reconstruction knows or has to find, in the world frame.
 
     horizon: its row in the middle column of the picture, pixels; horizon_source: who says so.
+    roll: degrees by which the camera is turned clockwise: the horizon rises to the right by them.
     """
 
     camera: Camera | None = None
     horizon: Annotated[float, Field(ge=-1e5, le=1e5)] | None = None
     horizon_source: Source = "estimated"
+    roll: Tilt = 0.0
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     scale: Scale = Scale()
     objects: tuple[SceneObject, ...] = Field(default=(), max_length=200)

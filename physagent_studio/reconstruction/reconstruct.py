@@ -7,6 +7,7 @@ of an earlier scene are reused where their inputs did not change.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -53,6 +54,8 @@ from physagent_studio.records.scene import Candidate, Mesh, Scene
 BoolArray = NDArray[np.bool_]
 SAME_ROW = 0.5
 """Pixels within which a stated horizon is that of the camera."""
+SAME_ROLL = 1e-3
+"""Radians within which its tilt is."""
 UNASKED = "by its words, nobody clicked it"
 
 
@@ -112,14 +115,17 @@ def reconstruct(
 
 def _turned(state: SceneState) -> SceneState:
     """The state with its camera turned to a horizon that was edited since the camera was found."""
-    camera, row = state.camera, state.horizon
-    if camera is None or row is None or abs(camera.horizon - row) < SAME_ROW:
+    camera, row, roll = state.camera, state.horizon, math.radians(state.roll)
+    if camera is None or row is None:
+        return state
+    if abs(camera.horizon - row) < SAME_ROW and abs(camera.roll - roll) < SAME_ROLL:
         return state
     turned = Camera.from_horizon(
         camera.size,
         row,
         camera.position[2],
         focal=camera.focal,
+        roll=roll,
         source="given",
         confirmed=state.horizon_source == "person",
         horizon_sigma=1.0,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -175,6 +176,7 @@ def unit_camera(
         horizon.row,
         1.0,
         focal=case.focal or clicked_supports.focal_of(state, size, horizon.row) or horizon.focal,
+        roll=math.radians(state.roll),
         source=_source(state),
         # A horizon that a person gave is known; one that was tried for a repair is not.
         confirmed=state.horizon is not None

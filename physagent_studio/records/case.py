@@ -20,7 +20,8 @@ class Case:
     image: (H, W, 3) uint8 RGB, or None for a bare program without a photo.
     image_hash: SHA-256 of the decoded pixels; "" without a photo.
     objects: (name, grounding) in the case's order. events: (name, prompt) of all its events.
-    horizon: row where a person sees it, pixels, in the middle column; None is open.
+    horizon: row where a person sees it, pixels, in the middle column; None is open. roll: degrees
+    by which it rises to the right, as the camera was turned clockwise.
     scale: a size that a person typed; its default is open. focal: the focal length that the
     picture's file states, pixels; None where it states none.
     """
@@ -35,5 +36,6 @@ class Case:
     event: str = ""
     events: tuple[tuple[str, str], ...] = ()
     horizon: float | None = None
+    roll: float = 0.0
     scale: Scale = field(default_factory=Scale)
     focal: float | None = None

@@ -182,6 +182,7 @@ def case_json(case: Case) -> dict[str, Any]:
         "event": case.event,
         "events": [list(item) for item in case.events],
         "horizon": case.horizon,
+        "roll": case.roll,
         "scale": case.scale.model_dump(mode="json"),
     }
 
@@ -199,5 +200,6 @@ def case_from_json(data: dict[str, Any], image: Image | None) -> Case:
         event=data["event"],
         events=tuple((name, prompt) for name, prompt in data["events"]),
         horizon=data.get("horizon"),
+        roll=data.get("roll", 0.0),
         scale=Scale.model_validate(data.get("scale", {})),
     )

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from physagent_studio.program import Frozen
-from physagent_studio.program.base import Name, Pixel
+from physagent_studio.program.base import Name, Pixel, Tilt
 from physagent_studio.program.scene import FormKind, Grounding
 
 Ticket = Annotated[int, Field(ge=0, le=2**53)]
@@ -44,10 +44,14 @@ class FindEdge(Frozen):
 
 
 class SetHorizon(Frozen):
-    """The horizon's row in the middle column, pixels."""
+    """The horizon's row in the middle column, pixels.
+
+    roll: degrees by which it rises to the right; None leaves that as it is.
+    """
 
     do: Literal["horizon"] = "horizon"
     row: Annotated[float, Field(ge=-1e5, le=1e5)]
+    roll: Tilt | None = None
 
 
 class SetSize(Frozen):

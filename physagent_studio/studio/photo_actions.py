@@ -62,7 +62,9 @@ def set_horizon(intent: intents_photo.SetHorizon, studio: Studio, browser: int) 
     case, _ = _photo(studio.snapshot)
     _post(
         studio,
-        lambda s: photo_edits.horizon_edits(s.program, case, s.state.pinned, intent.row),
+        lambda s: photo_edits.horizon_edits(
+            s.program, case, s.state.pinned, intent.row, intent.roll
+        ),
         "horizon",
     )
 

@@ -99,9 +99,16 @@ def _new_object(case: Case, name: str, grounding: Grounding) -> JsonValue:
 
 
 def horizon_edits(
-    program: PhysicalProgram, case: Case, pinned: Collection[str], row: float
+    program: PhysicalProgram,
+    case: Case,
+    pinned: Collection[str],
+    row: float,
+    roll: float | None = None,
 ) -> tuple[Edit, ...]:
-    """The horizon at a row of the picture's middle column; the whole scene follows."""
+    """The horizon at a row of the picture's middle column; the whole scene follows.
+
+    roll: degrees by which it rises to the right, as it is where it is None.
+    """
     if case.image is None:
         raise InputError("this program has no photo to draw a horizon in")
     height = case.image.shape[0]
@@ -111,6 +118,8 @@ def horizon_edits(
         SetField(path="scene.horizon", value=round(row, 2)),
         SetField(path="scene.horizon_source", value="person"),
     )
+    if roll is not None and roll != program.scene.roll:
+        given = (*given, SetField(path="scene.roll", value=round(roll, 2)))
     return (*given, *_opened_scene(program.scene, pinned, horizon=False))
 
 

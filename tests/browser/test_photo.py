@@ -229,6 +229,16 @@ def test_the_horizon_is_dragged_and_a_ramp_placed_with_three_clicks(photo: Photo
     was, now = photo.before.scene.objects, photo.scene.objects
     assert all(a.position != b.position for a, b in zip(was, now, strict=True))
     photo.undone()
+    expect(page.locator(".ph-horizon-grip")).to_have_count(3)
+    photo.drag((0.9 * width, row), (0.9 * width, row - 0.4 * width * np.tan(np.radians(4))))
+    photo.changed(lambda scene: scene.roll, "a tilted horizon")
+    tilted = photo.scene
+    assert tilted.camera is not None
+    assert tilted.roll == pytest.approx(4, abs=0.4)
+    assert np.degrees(tilted.camera.roll) == pytest.approx(tilted.roll, abs=0.01)
+    assert tilted.camera.horizon == pytest.approx(row, abs=1)
+    expect(page.get_by_text(f"tilted by {tilted.roll:.1f}°")).to_be_visible()
+    photo.undone()
 
     photo.tool("Ramp")
     width, height = camera.size

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import cv2
@@ -43,17 +44,25 @@ def over(folder: Path, text: str) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("horizon", "row"),
+    ("horizon", "row", "roll"),
     [
-        ("-120.5", -120.5),
-        ("[[4, 10], [60, 24]]", 17.0),
+        ("-120.5", -120.5, 0.0),
+        # It falls to the right: the camera was turned to the left.
+        ("[[4, 10], [60, 24]]", 17.0, -math.degrees(math.atan2(14, 56))),
+        ("[[60, 24], [4, 10]]", 17.0, -math.degrees(math.atan2(14, 56))),
+        # Clicks side by side, and nearly level ones, tell nothing of a tilt.
+        ("[[30, 10], [34, 12]]", 11.0, 0.0),
+        ("[[0, 20], [63, 20.2]]", 20.1, 0.0),
         # Two edges that meet in (64, 8), right of the picture's middle.
-        ("[[0, 40], [32, 24], [0, 8], [20, 8]]", 8.0),
+        ("[[0, 40], [32, 24], [0, 8], [20, 8]]", 8.0, 0.0),
     ],
 )
-def test_a_horizon_is_a_row_two_clicks_or_two_edges(folder: Path, horizon: str, row: float):
+def test_a_horizon_is_a_row_two_clicks_or_two_edges(
+    folder: Path, horizon: str, row: float, roll: float
+):
     case = load_case(with_more(folder, f"horizon: {horizon}\n"))
-    assert case.horizon == pytest.approx(row)
+    assert case.horizon == pytest.approx(row, abs=0.01)
+    assert case.roll == pytest.approx(roll, abs=1e-3)
 
 
 def test_nothing_stated_is_open(folder: Path):
@@ -74,6 +83,7 @@ def test_a_size_names_an_object(folder: Path):
         ("horizon: [[4, 10], [4, 20]]\n", "horizon must be a row, two clicks"),
         ("horizon: [[0, 10], [30, 10], [0, 20], [30, 20]]\n", "horizon must be a row"),
         ("horizon: [[4, 10], [99, 20]]\n", "the click (99, 20) lies outside the picture"),
+        ("horizon: [[20, 0], [36, 40]]\n", "tilted by 68°; at most 45°"),
         ("horizon: .nan\n", "is not finite"),
         ("horizon: 9000\n", "too far from the picture"),
         ("horizon: [[4, 10, 1]]\n", "a click must be [x, y]"),

@@ -10,6 +10,7 @@ from physagent_studio.benchmark.reconstruction import TrueMasks, reference_masks
 from physagent_studio.benchmark.synthetic import scene
 from physagent_studio.errors import Cancelled, InputError
 from physagent_studio.exchange import load_case
+from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import (
     Box,
     Click,
@@ -61,6 +62,26 @@ def test_objects_are_where_they_are(drawn, made):
         item = _object(found, truth.name)
         assert item.position == pytest.approx(truth.position, abs=0.08)
         assert item.support == "floor"
+
+
+def test_a_tilted_horizon_tilts_the_camera():
+    """Said to be level, the same picture has things half a hand farther off."""
+    drawn = scene(2, roll=math.radians(5))
+    case = _case(drawn.image, [o.name for o in drawn.objects])
+    row, focal = drawn.camera.horizon, drawn.camera.focal
+    level = Camera.from_horizon(drawn.camera.size, row, 1.0, focal=focal)
+    off = {}
+    for roll in (0.0, 5.0):
+        state = _state(case, camera=level, horizon=row, horizon_source="person", roll=roll)
+        found = reconstruct(case, state, segmenter=TrueMasks(drawn.masks))
+        assert found.state.camera is not None
+        assert math.degrees(found.state.camera.roll) == pytest.approx(roll, abs=1e-6)
+        assert found.state.camera.horizon == pytest.approx(row)
+        places = [_object(found, truth.name).position for truth in drawn.objects]
+        truths = [truth.position for truth in drawn.objects]
+        off[roll] = np.linalg.norm(np.array(places) - np.array(truths), axis=1).max()
+    assert off[5.0] < 0.04
+    assert off[0.0] > 0.1
 
 
 def test_every_check_holds_and_nothing_is_open(made):

@@ -64,6 +64,23 @@ def test_the_scene_follows_the_horizon(workbench: Workbench, before: Snapshot) -
     assert all(old.position != new.position for old, new in moved)
 
 
+def test_a_tilted_horizon_turns_the_camera(workbench: Workbench, before: Snapshot) -> None:
+    scene = before.program.scene
+    assert before.case is not None
+    assert scene.camera is not None
+    row = scene.camera.horizon
+    edits = photo_edits.horizon_edits(before.program, before.case, (), row, 3.0)
+    after = carry_out(workbench, edits).program.scene
+    assert after.camera is not None
+    assert after.roll == 3.0
+    assert np.degrees(after.camera.roll) == pytest.approx(3.0)
+    assert after.camera.horizon == pytest.approx(row, abs=0.5)
+    # Moved up, it stays tilted.
+    program = before.program.model_copy(update={"scene": after})
+    again = photo_edits.horizon_edits(program, before.case, (), row - 20)
+    assert all(edit.path != "scene.roll" for edit in again)
+
+
 def test_a_size_scales_everything(workbench: Workbench, before: Snapshot) -> None:
     scene, case = before.program.scene, before.case
     assert case is not None

@@ -104,6 +104,7 @@ def open_scene(case: Case, reading: Reading, stock: Inventory) -> SceneState:
     )
     return SceneState(
         horizon=case.horizon,
+        roll=case.roll,
         scale=case.scale,
         objects=objects,
         supports=supports,

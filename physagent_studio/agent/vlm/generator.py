@@ -170,6 +170,7 @@ def scene_of(reply: SceneReply, case: Case, size: tuple[int, int], scale: float)
     return _validated(
         SceneState(
             horizon=case.horizon,
+            roll=case.roll,
             scale=case.scale if case.scale.metres is not None else _scale(reply),
             objects=tuple(objects),
             supports=tuple(supports),

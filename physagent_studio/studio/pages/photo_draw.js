@@ -3,6 +3,8 @@
 import { h } from "./dom.js";
 
 const rgb = (colour) => `rgb(${colour.join(" ")})`;
+// How far a line that is tilted by so many degrees has risen beside the photo's middle.
+export const rise = (roll, x) => Math.tan((roll * Math.PI) / 180) * x;
 const list = (points) => points.map((p) => p.join(",")).join(" ");
 
 export function outlines(data, chosen, state) {
@@ -76,11 +78,14 @@ function horizon(data, state, unit) {
   const [width, height] = data.size;
   const at = Math.max(7 * unit, Math.min(height - 7 * unit, row));
   const away = row < 0 ? `${Math.round(-row)} px above the photo` : row > height ? `${Math.round(row - height)} px below the photo` : `row ${Math.round(row)}`;
+  const roll = state.roll ?? data.roll ?? 0;
+  const tilted = Math.abs(roll) < 0.05 ? "" : `, tilted by ${Math.abs(roll).toFixed(1)}°`;
   const text = 12 * unit;
+  const grip = (x, r) => h("circle", { class: "ph-horizon-grip", cx: width / 2 + x, cy: at - rise(roll, x), r: r * unit });
   return h("g", {},
-    h("line", { class: "ph-horizon", x1: 0, x2: width, y1: at, y2: at, "stroke-dasharray": at === row ? null : "6 4" }),
-    h("circle", { class: "ph-horizon-grip", cx: width / 2, cy: at, r: 6 * unit }),
-    h("text", { class: "ph-name", x: width / 4, y: at > height / 2 ? at - 10 * unit : at + 20 * unit, style: `font-size:${text}px;stroke-width:${2.5 * unit}px` }, `Horizon: ${away}`));
+    h("line", { class: "ph-horizon", x1: 0, x2: width, y1: at + rise(roll, width / 2), y2: at - rise(roll, width / 2), "stroke-dasharray": at === row ? null : "6 4" }),
+    grip(0, 6), at === row ? [grip(-0.4 * width, 4), grip(0.4 * width, 4)] : null,
+    h("text", { class: "ph-name", x: width / 4, y: at > height / 2 ? at - 10 * unit : at + 20 * unit, style: `font-size:${text}px;stroke-width:${2.5 * unit}px` }, `Horizon: ${away}${tilted}`));
 }
 
 // A mask on its piece of the photo.

@@ -1,5 +1,6 @@
 // The photo's tools: what a hand does with the pointer becomes a grounding, a line or a ramp.
 
+import { rise } from "./photo_draw.js";
 import { send, value } from "./wire.js";
 
 export const TOOLS = [
@@ -7,7 +8,7 @@ export const TOOLS = [
   ["mask", "Mask", "Click inside; right-click or Alt-click outside; drag a box."],
   ["brush", "Brush", "Paint what belongs to it; right button or Alt erases."],
   ["scissors", "Scissors", "Click along the edge; double-click or Enter closes. Shift: straight."],
-  ["horizon", "Horizon", "Drag the line to where level ground would end."],
+  ["horizon", "Horizon", "Drag the line to where level ground would end; drag an end to tilt it."],
   ["ramp", "Ramp", "Click the ramp's toe, then the ground below its upper end, then that end."],
 ];
 const EMPTY = { points: [], box: null, candidate: 0, marks: [], strokes: [], settled: false };
@@ -15,7 +16,7 @@ const EMPTY = { points: [], box: null, candidate: 0, marks: [], strokes: [], set
 let tickets = 0;
 
 export function makeTools({ stage, data, changed }) {
-  const state = { tool: "look", radius: 10, effect: "add", pending: null, cut: null, ramp: null, row: null, pointer: null, drag: null };
+  const state = { tool: "look", radius: 10, effect: "add", pending: null, cut: null, ramp: null, row: null, roll: null, pointer: null, drag: null };
 
   const selected = () => value("playhead")?.selection || { kind: "none", name: "" };
   const named = (name) => data()?.objects.find((one) => one.name === name) || data()?.supports.find((one) => one.name === name);
@@ -23,7 +24,7 @@ export function makeTools({ stage, data, changed }) {
 
   function pick(tool) {
     state.tool = tool;
-    [state.cut, state.ramp, state.drag, state.row] = [null, tool === "ramp" ? [] : null, null, null];
+    [state.cut, state.ramp, state.drag, state.row, state.roll] = [null, tool === "ramp" ? [] : null, null, null, null];
     stage.stage.dataset.tool = tool;
     changed();
   }
@@ -119,13 +120,13 @@ export function makeTools({ stage, data, changed }) {
   // What has arrived from the server makes what was sent the truth.
   function settle() {
     if (state.pending?.sent) [state.pending, state.fresh] = [null, ""];
-    if (state.row !== null && !state.drag) state.row = null;
+    if (!state.drag) [state.row, state.roll] = [null, null];
   }
 
   function refused() {
     if (state.pending) state.pending.sent = false;
     if (state.cut) state.cut.fixing = "";
-    state.row = null;
+    [state.row, state.roll] = [null, null];
     changed();
   }
 
@@ -239,13 +240,22 @@ export function makeTools({ stage, data, changed }) {
   }
 
   function horizon(phase, point) {
-    if (phase === "down") state.drag = { kind: "horizon", off: (state.row ?? data().horizon ?? point[1]) - point[1] };
-    // Far from the line a click takes it along.
-    if (phase === "down" && Math.abs(state.drag.off) > 60 * stage.unit()) state.drag.off = 0;
-    if ((phase === "down" || phase === "move") && state.drag) state.row = round(point[1] + state.drag.off);
+    const [x, y] = [point[0] - data().size[0] / 2, point[1]];
+    const row = state.row ?? data().horizon ?? y, roll = state.roll ?? data().roll ?? 0;
+    if (phase === "down") {
+      const off = row - rise(roll, x) - y;
+      const tilts = Math.abs(x) > 0.3 * data().size[0] && Math.abs(off) < 20 * stage.unit();
+      // Far from the line a click takes it along.
+      state.drag = { kind: "horizon", off: Math.abs(off) > 60 * stage.unit() ? 0 : off, tilts };
+    }
+    if ((phase === "down" || phase === "move") && state.drag) {
+      [state.row, state.roll] = [round(row), roll];
+      if (state.drag.tilts) state.roll = tilt(row - y - state.drag.off, x);
+      else state.row = round(y + state.drag.off + rise(roll, x));
+    }
     if (phase === "up" && state.drag) {
       state.drag = null;
-      send({ do: "horizon", row: state.row });
+      send({ do: "horizon", row: state.row, roll: state.roll });
     }
   }
 
@@ -291,6 +301,13 @@ export function makeTools({ stage, data, changed }) {
   }
 
   return { state, pick, target, take, drop, back, busy, found, edge, settle, refused, resume, on, key, alter, pending };
+}
+
+const LEVEL = 0.4; // degrees within which a line is level
+// The tilt of a line that has risen so far beside the photo's middle.
+function tilt(up, x) {
+  const roll = (Math.atan(up / x) * 180) / Math.PI;
+  return Math.abs(roll) < LEVEL ? 0 : Math.max(-45, Math.min(45, Math.round(roll * 100) / 100));
 }
 
 const round = (number) => Math.round(number * 10) / 10;

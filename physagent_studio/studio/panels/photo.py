@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import cv2
@@ -39,6 +40,7 @@ def state_of(snapshot: Snapshot) -> dict[str, Any]:
         "prompt": snapshot.program.event.prompt or case.prompt,
         "readOnly": snapshot.read_only,
         "horizon": None if camera is None else round(camera.horizon, 2),
+        "roll": 0.0 if camera is None else round(math.degrees(camera.roll), 2),
         "horizonBy": _horizon_by(snapshot),
         "scale": state.scale.model_dump(mode="json"),
         "objects": [

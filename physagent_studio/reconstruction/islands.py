@@ -26,6 +26,8 @@ GRAINS = 5.0
 """The same in units of how uneven the ground is there."""
 ALSO = 0.12
 """How much ground of its colour may lie around a thing that sticks out, in its own area."""
+SAME = 0.3
+"""Share of the thing beside it that is of its colour where it is surely a part of the thing."""
 LARGEST = 0.06
 """Their area at most, as a share of the thing's."""
 
@@ -76,15 +78,23 @@ def _beside(photo: Image, mask: BoolArray, hole: BoolArray) -> BoolArray:
         for k in touching
         if k not in beyond
         and stats[k, cv2.CC_STAT_AREA] <= most
-        and not _usual(lab, labels == k, free, reach)
+        and not _usual(lab, labels == k, free, own, reach)
     ]
     found = grow(np.isin(labels, kept), 1) if count > 1 and kept else np.zeros_like(taken)
     whole = cv2.resize(found.astype(np.float32), hole.shape[::-1], interpolation=cv2.INTER_LINEAR)
     return np.asarray(whole > 0.4)
 
 
-def _usual(lab: FloatImage, part: BoolArray, free: BoolArray, reach: int) -> bool:
-    """Whether the ground around is of a part's colour too, so that the part is of the ground."""
-    around = free & grow(part, 2 * reach)
-    like = np.linalg.norm(lab[around] - np.median(lab[part], axis=0), axis=-1) < STRANGE
+def _usual(lab: FloatImage, part: BoolArray, free: BoolArray, own: BoolArray, reach: int) -> bool:
+    """Whether the ground around is of a part's colour too, so that the part is of the ground.
+
+    own: (H, W) the thing. Where it is of that colour beside the part, as foliage is before the
+    sky, only the ground close by tells.
+    """
+    colour = np.median(lab[part], axis=0)
+    joined = own & grow(part, max(3, reach // 3))
+    same = np.linalg.norm(lab[joined] - colour, axis=-1) < STRANGE
+    surely = same.any() and same.mean() > SAME
+    around = free & grow(part, reach // 3 if surely else 2 * reach)
+    like = np.linalg.norm(lab[around] - colour, axis=-1) < STRANGE
     return bool(np.count_nonzero(like) > max(2, ALSO * np.count_nonzero(part)))

@@ -72,6 +72,8 @@ MIRRORED = 8.0
 """Price of what is mirrored: it always fits its rim, and shows when it is large."""
 BENT, LITTLE_BENT = 10.0, 0.4
 """Price of a copy that is sheared or stretched by its own extent: grass would be combed."""
+TORN, MUCH_BENT = 40.0, 1.5
+"""The same beyond so much: what stands up, as far trees do, is drawn out to wedges."""
 COARSER = 12.0
 """Price of a copy that has to be enlarged twice."""
 
@@ -320,6 +322,11 @@ def bent(
     return np.asarray(np.linalg.norm(off, axis=0), float)
 
 
+def bent_price(by: FloatArray) -> FloatArray:
+    """(N,) what it costs that a copy is bent by so much there."""
+    return BENT * np.clip(by - LITTLE_BENT, 0, 1) + TORN * np.clip(by - MUCH_BENT, 0, 1)
+
+
 def _shown(
     feature: FloatImage, barred: BoolArray, copy: FloatArray, places: BoolArray
 ) -> tuple[FloatImage, FloatArray]:
@@ -336,6 +343,6 @@ def _shown(
         away += MIRRORED
     coarse = np.log2(1 / np.maximum(finer, 1e-3)) / 2
     price = away + COARSER * np.maximum(coarse - 0.3, 0)
-    price += BENT * np.clip(bent(copy, columns, rows, x, y) - LITTLE_BENT, 0, 1)
+    price += bent_price(bent(copy, columns, rows, x, y))
     price = np.where(blocked(barred, x, y), NEVER, price)
     return np.column_stack([shown, last]).astype(np.float32), price

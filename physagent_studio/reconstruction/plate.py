@@ -34,6 +34,10 @@ FloatArray = NDArray[np.float64]
 FloatImage = NDArray[np.float32]
 NEARBY = 0.006
 """Gap between two holes that are filled as one, as a share of the picture's longer side."""
+FOOT = 0.12
+"""How much of what grows, from below, keeps what is beside it."""
+SPRAY = 3
+"""How much wider than others' the outline of what grows is: single leaves and twigs are there."""
 SLIT = 5
 """Widest slit between a thing and its shade, pixels."""
 NO_LINES: FloatArray = np.zeros((0, 2, 2))
@@ -53,7 +57,7 @@ def background(
     lines: (N, 2, 2) pixels, edges that go on behind them beside those that are seen to. camera:
     with it, what lies on the floor or a table is filled in as seen from above. found: the photo's
     edges, to continue them. solid: supports whose edges go on, with a camera. rooted: those of the
-    masks whose things stay where they are, with their shade and what a mask has missed of them.
+    masks whose things stay where they are, with their shade and what is at their foot.
     """
     faces = None
     if camera is not None:
@@ -88,13 +92,27 @@ def taken_out(
     if not hole.any() or hole.all():
         return hole
     loose = [mask for mask in masks if not any(mask is other for other in rooted)]
-    hole |= grow(leftovers(photo, loose, hole), _rim(hole.shape))
-    hole |= grow(islands(photo, loose, hole), _rim(hole.shape))
+    feet = _feet(rooted, hole.shape)
+    for mask in rooted:
+        hole |= grow(mask, SPRAY * _rim(hole.shape)) & ~feet
+    for missed in (leftovers, islands):
+        beside = missed(photo, loose, hole) | (missed(photo, rooted, hole) & ~feet)
+        hole |= grow(beside, _rim(hole.shape))
     hole |= mirrored(photo, loose)
     shade = shaded(photo, loose, hole, faces)
     # The darkest shade is a line right at the foot: none of it shall be left between the two.
     shade |= grow(shade, SLIT) & grow(hole, SLIT)
     return hole | shade
+
+
+def _feet(rooted: Sequence[BoolArray], shape: tuple[int, ...]) -> BoolArray:
+    """(H, W) where what grows goes into the ground, with what grows beside it."""
+    out = np.zeros(shape, bool)
+    for mask in rooted:
+        if mask.any():
+            _, y0, _, y1 = bounds(mask)
+            out[y1 - round(FOOT * (y1 - y0)) :] = True
+    return out
 
 
 def fill(

@@ -15,7 +15,7 @@ from physagent_studio.reconstruction.harmonic import from_steps
 from physagent_studio.reconstruction.islands import islands
 from physagent_studio.reconstruction.leftovers import leftovers
 from physagent_studio.reconstruction.lines import Segments, segments
-from physagent_studio.reconstruction.plate import background, fill, hole_of
+from physagent_studio.reconstruction.plate import background, fill, hole_of, taken_out
 from physagent_studio.reconstruction.shade import shaded
 from physagent_studio.reconstruction.smooth import smooth_fill
 from physagent_studio.reconstruction.structure import Structure
@@ -299,6 +299,21 @@ def test_what_the_mask_has_missed_goes_with_its_thing():
     # What is as red and goes on elsewhere is no part of it.
     photo[:, 200:] = (180, 40, 30)
     assert not leftovers(_rgb(photo), [thing], hole_of([thing], SHAPE)).any()
+
+
+def test_leaves_that_the_mask_of_a_tree_has_missed_go_with_it_and_its_foot_stays():
+    y, x = np.indices(SHAPE)
+    ground = np.where((y > 170)[..., None], (66.0, 84, 40), (228.0, 216, 200)) + _noise(2)
+    crown = _ball((160, 90), 46)
+    trunk = (np.abs(x - 160) < 8) & (y > 90) & (y < 196)
+    spray = _ball((108, 84), 6) | _ball((213, 104), 3)
+    tuft = _ball((170, 194), 5)
+    leaves = np.array([60.0, 76, 36]) + _noise(5)
+    photo = np.where((crown | trunk | spray | tuft)[..., None], leaves, ground)
+    mask = crown | trunk
+    hole = taken_out(_rgb(photo), [mask], None, [mask])
+    assert hole[spray].all()
+    assert not hole[tuft & ~hole_of([mask], SHAPE)].any()
 
 
 def test_a_cuff_that_is_missed_goes_with_its_thing_though_white_is_usual_farther_off():

@@ -10,7 +10,7 @@ from physagent_studio.reconstruction.crossing import lines_through
 from physagent_studio.reconstruction.in_front import without_hidden
 from physagent_studio.reconstruction.joining import sources
 from physagent_studio.reconstruction.lines import segments, with_hues
-from physagent_studio.reconstruction.mosaic import bent
+from physagent_studio.reconstruction.mosaic import bent, bent_price
 from physagent_studio.reconstruction.onward import onward
 from physagent_studio.reconstruction.plate import background, hole_of
 from physagent_studio.reconstruction.round_marks import round_marks
@@ -171,3 +171,16 @@ def test_a_shift_is_not_bent_and_what_would_comb_grass_is():
         x, y, _ = sources(copy, columns, rows)
         found = bent(copy, columns, rows, x, y)
         assert ((found >= least) & (found <= most)).all()
+
+
+def test_what_is_drawn_out_to_wedges_is_dear():
+    columns, rows = np.array([200]), np.array([120])
+    level = to_level(Camera.from_horizon((SHAPE[1], SHAPE[0]), 0, 1.5, focal=340.0))
+
+    def price(x: float, y: float) -> float:
+        copy = np.linalg.inv(level) @ shift(x, y) @ level
+        return float(bent_price(bent(copy, columns, rows, *sources(copy, columns, rows)[:2]))[0])
+
+    assert price(0.2, 0.0) == 0
+    assert 5 < price(1.2, 0.0) <= 10
+    assert price(3.0, 0.0) > 40

@@ -230,7 +230,9 @@ def test_the_horizon_is_dragged_and_a_ramp_placed_with_three_clicks(photo: Photo
     assert all(a.position != b.position for a, b in zip(was, now, strict=True))
     photo.undone()
     expect(page.locator(".ph-horizon-grip")).to_have_count(3)
-    photo.drag((0.9 * width, row), (0.9 * width, row - 0.4 * width * np.tan(np.radians(4))))
+    expect(page.get_by_text("Now estimated")).to_be_visible()
+    fall = 0.4 * width * np.tan(np.radians(4))
+    photo.drag((0.1 * width, row), (0.1 * width, row + fall))
     photo.changed(lambda scene: scene.roll, "a tilted horizon")
     tilted = photo.scene
     assert tilted.camera is not None

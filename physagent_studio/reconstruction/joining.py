@@ -232,9 +232,12 @@ def _levelled(
         for t, c in zip(totals, counts, strict=True)
     ]
     weights = []
+    even = np.isin(laid, [k for k, copy in enumerate(copies) if copy is None])
     for axis, step, edge in zip((1, 0), steps, edges, strict=True):
         miss = np.abs(np.roll(rough, -1, axis) - rough - step).mean(-1)
         weight = 1 / (1 + (miss / STRAY) ** 4)
+        # The smooth fill has no edges: where it meets a copy there is none either.
+        weight = np.where(hole & (even != np.roll(even, -1, axis)), 1.0, weight)
         # Within one piece a line is the piece's own; between two it is where they part.
         parting = grow(edge, BESIDE) & (laid != np.roll(laid, -1, axis))
         weights.append(np.where(parting, 1e-3, weight).astype(np.float32))

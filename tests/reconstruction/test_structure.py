@@ -8,7 +8,7 @@ from physagent_studio.program.camera import Camera
 from physagent_studio.reconstruction.copies import shift, to_level
 from physagent_studio.reconstruction.crossing import lines_through
 from physagent_studio.reconstruction.in_front import without_hidden
-from physagent_studio.reconstruction.joining import sources
+from physagent_studio.reconstruction.joining import joined, sources
 from physagent_studio.reconstruction.lines import segments, with_hues
 from physagent_studio.reconstruction.mosaic import bent, bent_price
 from physagent_studio.reconstruction.onward import onward
@@ -184,3 +184,14 @@ def test_what_is_drawn_out_to_wedges_is_dear():
     assert price(0.2, 0.0) == 0
     assert 5 < price(1.2, 0.0) <= 10
     assert price(3.0, 0.0) > 40
+
+
+def test_where_the_smooth_fill_meets_a_copy_there_is_no_edge():
+    y, x = np.indices((120, 160))
+    part = np.repeat((60.0 + 60 * (x > 130))[..., None], 3, 2).astype(np.float32)
+    missing = (np.abs(x - 80) < 30) & (np.abs(y - 60) < 30)
+    smooth = np.where(missing[..., None], 130.0, part).astype(np.float32)
+    label = np.where(missing, (x > 80).astype(int), -1)
+    copies = [shift(-40.0, 0.0), None]
+    out = joined(part, missing, missing, label, copies, smooth, Structure(np.zeros((0, 2, 2))))
+    assert np.abs(np.diff(out[40:80, 55:105], axis=1)).max() < 10

@@ -16,6 +16,10 @@ class InputError(StudioError):
     """Bad input: a file, a picture, an argument, a value typed in the browser."""
 
 
+class Unclear(InputError):
+    """Where a thing is in the photo is not clear from its words alone; a person has to say."""
+
+
 class BackendMissing(StudioError):
     """An optional backend is not installed or not configured; names what to install."""
 

@@ -11,8 +11,7 @@ from typing import ParamSpec, TypeVar
 
 import typer
 
-from physagent_studio.errors import Cancelled, ProgramError, StudioError
-from physagent_studio.workbench.naming import Unclear
+from physagent_studio.errors import Cancelled, ProgramError, StudioError, Unclear
 
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -5,9 +5,15 @@ Files are immutable and named by their content, so that reading beside the worke
 
 from __future__ import annotations
 
+import math
 from collections import OrderedDict
+from dataclasses import replace
+
+import numpy as np
 
 from physagent_studio.errors import StudioError
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.rotations import angle_between
 from physagent_studio.records import Rollout, Round
 from physagent_studio.records.rollout_io import rollout_from_bytes
 from physagent_studio.session import FileStore, Store
@@ -15,6 +21,8 @@ from physagent_studio.studio.library import Output, outputs_of
 from physagent_studio.workbench import Snapshot
 
 KEPT = 6
+SAME_PLACE, SAME_TURN, SAME_FOCAL = 0.05, 0.03, 0.05
+"""How far apart cameras may be: shares of the height and the focal length, and radians."""
 
 
 class Archive:
@@ -51,6 +59,33 @@ class Archive:
             return files.get(key)
         except StudioError:
             return None
+
+
+def fits(snapshot: Snapshot, item: Round | None) -> bool:
+    """Whether what a round did can be drawn in the scene on view.
+
+    Another size of things or another horizon moves everything: its ghosts would stand anywhere.
+    """
+    if item is None:
+        return True
+    return in_one_world(snapshot.program.scene.camera, item.program.scene.camera)
+
+
+def with_ghosts(snapshot: Snapshot) -> Snapshot:
+    """The snapshot without the proposal's rollout where that was not run in the scene on view."""
+    if snapshot.preview_rollout is None or fits(snapshot, snapshot.state.current):
+        return snapshot
+    return replace(snapshot, preview_rollout=None)
+
+
+def in_one_world(one: Camera | None, other: Camera | None) -> bool:
+    """Whether what was placed by two cameras of a photo stands in the same place in both."""
+    if one is None or other is None:
+        return one is other
+    far = math.dist(one.position, other.position)
+    turned = float(angle_between(np.array(one.rotation), np.array(other.rotation)))
+    alike = abs(one.focal - other.focal) < SAME_FOCAL * one.focal
+    return alike and far <= SAME_PLACE * abs(one.position[2]) and turned < SAME_TURN
 
 
 def earlier_round(snapshot: Snapshot, wanted: str | None) -> Round | None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import viser
 
-from physagent_studio.studio.archive import Archive, earlier_round
+from physagent_studio.studio.archive import Archive, earlier_round, fits, with_ghosts
 from physagent_studio.studio.hub import Hub
 from physagent_studio.studio.panels import (
     inspector,
@@ -45,9 +45,10 @@ class Painter:
 
         The scene first: a hand that has let go waits for the new path, not for a table.
         """
-        compared = earlier_round(snapshot, view.compare) if view.compare else None
-        earlier = self._archive.rollout(snapshot, earlier_round(snapshot, view.compare))
-        self._stage.draw(snapshot, view, earlier)
+        before = earlier_round(snapshot, view.compare)
+        compared = before if view.compare else None
+        earlier = self._archive.rollout(snapshot, before) if fits(snapshot, before) else None
+        self._stage.draw(with_ghosts(snapshot), view, earlier)
         self._hub.publish("run", run.state_of(snapshot, self._archive.outputs(snapshot)))
         self._hub.publish("rounds", rounds.state_of(snapshot, compared))
         self._hub.publish("notices", [_notice(one) for one in snapshot.notices])

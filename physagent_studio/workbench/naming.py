@@ -6,17 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from physagent_studio.errors import InputError
+from physagent_studio.errors import InputError, Unclear
 from physagent_studio.exchange import case_from_image
 from physagent_studio.program import Click, Grounding
 from physagent_studio.reconstruction import reduction_of
 from physagent_studio.reconstruction.proposals import Proposed, Spot, propose
 from physagent_studio.reconstruction.sought import sought_by, things_in
 from physagent_studio.records import Case
-
-
-class Unclear(InputError):
-    """Where a thing is in the photo is not clear from its words alone; a person has to say."""
 
 
 def case_in_words(

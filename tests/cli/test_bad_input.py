@@ -139,7 +139,8 @@ import sys
 from physagent_studio.cli import files, main
 
 def broken(path):
-    raise RuntimeError("the moon is in the way")
+    heavy = [one for one in ("av", "cv2", "mujoco", "scipy", "viser") if one in sys.modules]
+    raise RuntimeError(f"the moon is in the way, {heavy} was read for nothing")
 
 files.read_program = broken
 sys.argv = ["physagent", "validate", "program.yaml"]
@@ -153,5 +154,6 @@ def test_what_nobody_expected_is_one_sentence_and_exit_1(debug: str) -> None:
     environment = {"PATH": "/usr/bin:/bin", "PHYSAGENT_DEBUG": debug}
     result = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=120)
     assert result.returncode == 1
-    assert "the moon is in the way" in result.stderr
+    # What reads no picture and runs nothing answers at once.
+    assert "the moon is in the way, [] was read" in result.stderr
     assert ("Traceback" in result.stderr) == bool(debug)

@@ -135,6 +135,39 @@ def test_a_strength_is_changed_in_the_unit_of_its_vector(quantity: str, unit: st
     assert edit_row(edit, program)["unit"] == unit
 
 
+@pytest.mark.parametrize(
+    ("path", "value", "what", "before", "after"),
+    [
+        ("grounding.candidate", 2, "ball · mask", "number 1", "number 3"),
+        ("shape", None, "ball · shape", "kind sphere, radius 0.1", "found anew"),
+        ("position", None, "ball · position", "(0.000782, 0, 0)", "found anew"),
+        (
+            "grounding",
+            {"points": [{"x": 1, "y": 2}, {"x": 3, "y": 4, "label": 0}], "box": [0, 0, 9, 9],
+             "candidate": 1},
+            "ball · marks in the photo", "mask 1", "1 click, 1 click outside, a box, mask 2",
+        ),
+    ],
+)  # fmt: skip
+def test_what_is_read_off_the_photo_again_is_said_in_words(
+    path: str, value: Any, what: str, before: str, after: str
+) -> None:
+    program = load_program(
+        "scene: {objects: [{name: ball, shape: {kind: sphere, radius: 0.1},"
+        " position: [7.82e-4, 0, 0]}]}"
+    )
+    row = edit_row(SetField(path=f"scene.objects.ball.{path}", value=value), program)
+    assert (row["what"], row["before"], row["after"]) == (what, before, after)
+    assert row["fixed"]  # no field to type a number in
+
+
+def test_names_are_spoken_at_the_start_of_a_sentence_too() -> None:
+    program = load_program("scene: {objects: [{name: blue_pencil}]}")
+    assert (
+        speaker(program)("Blue_pencil is near blue_pencil.") == "Blue pencil is near blue pencil."
+    )
+
+
 def test_shares_are_said_in_per_cent() -> None:
     speak = speaker(PhysicalProgram())
     assert speak("ball covers its mask with IoU 0.98") == "ball covers its mask to 98 %"

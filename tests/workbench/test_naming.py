@@ -8,12 +8,12 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.errors import InputError
+from physagent_studio.errors import InputError, Unclear
 from physagent_studio.exchange import load_case
 from physagent_studio.program import Click
 from physagent_studio.session import Store
 from physagent_studio.workbench import Workbench, commands
-from physagent_studio.workbench.naming import Unclear, case_in_words, with_proposals
+from physagent_studio.workbench.naming import case_in_words, with_proposals
 
 PROMPT = "The red ball rolls to the right and hits the blue block."
 BALL, BLOCK = (90, 170), (240, 175)

@@ -85,8 +85,8 @@ export function startDialogs(host) {
     shell("New session from a photo", [
       problem ? h("div", { class: "strip bad", style: "margin-bottom:10px" }, problem) : null,
       !photo ? h("label", { class: "entry drop", ...dropping(take) },
-        h("span", { class: "muted" }, h("b", {}, "Choose a photo"), " · PNG, JPEG or WebP"), h("input", { type: "file", accept: "image/png,image/jpeg,image/webp", "aria-label": "Photo", onchange: (e) => take(e.target.files[0]) })) : [
-        h("p", { class: "muted", style: "margin-bottom:8px" }, "Click on each thing that takes part and call it what the sentence calls it; Shift+click marks what does not belong to it. Without any click, what the sentence names is looked for."),
+        h("span", { class: "muted" }, h("b", {}, "Choose a photo"), " or drop one here · PNG, JPEG or WebP"), h("input", { type: "file", accept: "image/png,image/jpeg,image/webp", "aria-label": "Photo", onchange: (e) => take(e.target.files[0]) })) : [
+        h("p", { class: "muted", style: "margin-bottom:8px" }, "Click on a thing that takes part and call it what the sentence calls it, then add the next with “Another thing”. Right-click or Shift+click marks what does not belong to it. Without any click, what the sentence names is looked for."),
         h("div", { class: "photo", style: `cursor:crosshair;margin-inline:auto;width:min(100%, ${(36 * photo.width / photo.height).toFixed(2)}vh)`, "data-photo": true, onclick: click, oncontextmenu: (e) => { e.preventDefault(); click(e); } },
           h("img", { src: photo.url, alt: "Your photo", draggable: "false" }),
           h("svg", { viewBox: `0 0 ${photo.width} ${photo.height}`, preserveAspectRatio: "none", "pointer-events": "none" }, things.flatMap((one, i) => one.clicks.map((c) => h("circle", { cx: c.x, cy: c.y, r: photo.width / 130, fill: c.label ? COLORS[i % 8] : "#fff", stroke: c.label ? "#fff" : COLORS[i % 8], "stroke-width": photo.width / 400 }))))),

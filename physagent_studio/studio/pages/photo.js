@@ -15,11 +15,15 @@ const SHAPES = { sphere: "Ball", ellipsoid: "Ellipsoid", cylinder: "Cylinder", f
 export function startPhoto(host) {
   let data = null;
   let last; // the name of what was selected
+  let wrong = ""; // the thing whose size cannot be read
   const top = h("div", { class: "photo-top" });
   const middle = h("div", {});
   const bottom = h("div", { class: "stack" });
   host.append(top, middle, bottom);
   const stage = startStage(middle, { onTool: (...all) => tools.on(...all) });
+  // Until there is a scene to look at, the photo itself is in the middle of the page.
+  const awaited = h("img", { class: "awaited", alt: "Your photo, while its scene is made", hidden: true });
+  document.getElementById("viewer").after(awaited);
   let drawing = false;
   const later = () => {
     if (drawing) return;
@@ -33,6 +37,8 @@ export function startPhoto(host) {
   function show() {
     if (!data) return;
     stage.stage.hidden = !data.image;
+    awaited.hidden = !data.image || data.seen;
+    if (!awaited.hidden && awaited.getAttribute("src") !== data.image) awaited.src = data.image;
     if (!data.image) {
       draw(top, sentence());
       return draw(bottom, h("p", { class: "muted" }, "This program has no photo."));
@@ -77,7 +83,7 @@ export function startPhoto(host) {
     return h("div", { key: "masks", role: "group", "aria-label": `Masks of ${word}` },
       h("div", { class: "photo-masks" },
         one.problem ? h("div", { class: "none" }, one.problem) : one.masks.map((mask, i) =>
-          h("button", { key: `m${i}`, type: "button", "aria-pressed": String(i === one.chosen), "aria-label": `Mask ${i + 1} of ${word}, score ${mask.score.toFixed(2)}`, disabled: Boolean(one.sent),
+          h("button", { key: `m${i}`, type: "button", "aria-pressed": String(i === one.chosen), "aria-label": `Mask ${i + 1} of ${word}, score ${mask.score.toFixed(2)}`, disabled: Boolean(one.sent || one.looking),
             onclick: () => tools.take(i), onpointerenter: () => { one.preview = i; later(); }, onpointerleave: () => { one.preview = undefined; later(); } },
             thumbnail(data, mask), h("span", { class: "n" }, i + 1), h("span", { class: "s" }, mask.score.toFixed(2)))),
         !one.problem && !one.masks.length ? h("div", { class: "none" }, one.waiting ? "Looking…" : "Nothing stands out there; try a box, or paint it.") : null),
@@ -91,6 +97,7 @@ export function startPhoto(host) {
     if (one.sent) return "The scene follows…";
     if (one.wanted >= 0) return `Mask ${one.wanted + 1} it is, after a closer look…`;
     if (one.lost) return `Mask ${one.lost} did not last a closer look: choose again.`;
+    if (one.waiting && one.soon) return "The best one is taken once it is found…";
     if (one.waiting && !one.more && !one.early) return "Looking…";
     const goesOn = one.early ? "; looking more closely…" : one.more ? "; looking at the whole stack…" : ".";
     return `Press 1–${Math.max(one.masks.length, 1)} or Enter to use one${goesOn}`;
@@ -130,16 +137,20 @@ export function startPhoto(host) {
     return h("div", { key: `about-${one.name}`, class: "form" },
       h("label", { class: "label", title: "Everything else is measured against it" }, "Size"),
       h("div", { class: "num-with-unit" }, h("input", { type: "text", inputmode: "decimal", "aria-label": `Size of ${one.name} in metres`, placeholder: own ? "" : "largest side", value: own?.metres ? String(Number(own.metres.toPrecision(3))) : "", onchange: (e) => size(one, e.target) }), h("span", { class: "unit" }, own ? `m, ${own.source === "person" ? "set by you" : own.source}` : "m")),
-      h("label", { class: "label" }, "Shape (S: next)"),
+      wrong === one.name ? h("p", { class: "wide wrong-note", role: "alert" }, "A length is a number of metres, or one with its unit: 0.25, 25 cm, 250 mm.") : null,
+      h("label", { class: "label" }, "Shape"),
       h("div", { class: "row" }, h("select", { "aria-label": `Shape of ${one.name}`, value: one.shape, onchange: (e) => send({ do: "form", name: one.name, kind: e.target.value }) }, shapes.map((kind) => h("option", { value: kind }, (SHAPES[kind] || kind) + (one.covers[kind] ? `, ${one.covers[kind]} %` : "")))),
-        button("Next", () => send({ do: "form", name: one.name, kind: null }), { class: "b small", title: "Another shape (S)" })));
+        button("Next (S)", () => send({ do: "form", name: one.name, kind: null }), { class: "b small", title: "Another shape (S)" })));
   }
 
   function size(one, input) {
-    const metres = Number(input.value.trim().replace(",", "."));
+    const [, digits, unit = "m"] = /^([\d.,]+)\s*(mm|cm|m)?$/i.exec(input.value.trim()) || [];
+    const metres = Number((digits || "").replace(",", ".")) * { mm: 0.001, cm: 0.01, m: 1 }[unit.toLowerCase()];
     const good = Number.isFinite(metres) && metres > 0;
-    input.classList.toggle("wrong", !good);
-    if (good) send({ do: "size", name: one.name, metres });
+    wrong = good || !input.value.trim() ? "" : one.name;
+    input.classList.toggle("wrong", Boolean(wrong));
+    if (good) send({ do: "size", name: one.name, metres: Number(metres.toPrecision(9)) });
+    show();
   }
 
   // Keys of the tools come before the page's own while something is being made.
@@ -173,7 +184,7 @@ export function startPhoto(host) {
   on("playhead", (next) => {
     const name = next.selection.name;
     if (last !== name) {
-      last = name;
+      [last, wrong] = [name, ""];
       if (!state.fresh && !state.pending?.sent && state.pending?.name !== name) tools.drop();
       show();
     }

@@ -51,7 +51,8 @@ export function makeTools({ stage, data, changed }) {
 
   function ask(one) {
     one.ticket = ++tickets;
-    [one.problem, one.more, one.early, one.wanted, one.lost] = ["", false, false, -1, 0];
+    // The masks on view answer the question before: none of them can be taken any more.
+    [one.problem, one.more, one.early, one.wanted, one.lost, one.looking, one.soon] = ["", false, false, -1, 0, true, false];
     one.waiting = send({ do: "masks", name: one.name, grounding: one.grounding, ticket: one.ticket });
     changed();
   }
@@ -59,6 +60,7 @@ export function makeTools({ stage, data, changed }) {
   function found(answer) {
     const one = state.pending;
     if (!one || answer.ticket !== one.ticket) return;
+    one.looking = false;
     one.more = Boolean(answer.more);
     one.early = Boolean(answer.early);
     one.waiting = one.more || one.early;
@@ -66,6 +68,7 @@ export function makeTools({ stage, data, changed }) {
     one.masks = answer.masks || [];
     one.chosen = Math.min(one.chosen, Math.max(0, one.masks.length - 1));
     if (!one.early && one.wanted >= 0) return settled(one, answer.now || []);
+    if (one.soon && one.masks.length) return take(one.chosen);
     changed();
   }
 
@@ -80,15 +83,23 @@ export function makeTools({ stage, data, changed }) {
 
   function take(index) {
     const one = state.pending;
-    if (!one || one.sent || (one.masks.length && index >= one.masks.length)) return;
+    if (!one || one.sent || one.looking || index >= one.masks.length) return;
     one.chosen = index;
-    one.lost = 0;
+    [one.lost, one.soon] = [0, false];
     if (one.early) {
       one.wanted = index;
       return changed();
     }
     const { candidate = index, layer = false } = one.masks[index] || {};
     one.sent = send({ do: "mask", name: one.name, grounding: { ...one.grounding, candidate }, layer });
+    changed();
+  }
+
+  // The mask that leads; where it is still looked for, once it is found.
+  function takeBest() {
+    const one = state.pending;
+    if (!one?.looking) return take(one?.chosen ?? 0);
+    one.soon = true;
     changed();
   }
 
@@ -133,7 +144,7 @@ export function makeTools({ stage, data, changed }) {
   // What was asked over a line that was lost is never answered.
   function resume() {
     if (state.cut) state.cut.fixing = "";
-    if (state.pending?.waiting) ask(state.pending);
+    if (state.pending?.waiting || state.pending?.looking) ask(state.pending);
   }
 
   // --- scissors ------------------------------------------------------------------------------
@@ -236,6 +247,8 @@ export function makeTools({ stage, data, changed }) {
       const far = Math.max(Math.abs(from[0] - to[0]), Math.abs(from[1] - to[1]));
       if (!out && far > 6 * stage.unit() && far > 3) alter((g) => { anew(g).box = [Math.min(from[0], to[0]), Math.min(from[1], to[1]), Math.max(from[0], to[0]), Math.max(from[1], to[1])].map(round); });
       else alter((g) => (out ? g : anew(g)).points.push({ x: round(from[0]), y: round(from[1]), label: out ? 0 : 1 }));
+      // Other marks have other masks: the best of them leads, whichever was taken of the last.
+      if (state.pending && !state.pending.sent) state.pending.chosen = 0;
     }
   }
 
@@ -243,20 +256,24 @@ export function makeTools({ stage, data, changed }) {
     const [x, y] = [point[0] - data().size[0] / 2, point[1]];
     const row = state.row ?? data().horizon ?? y, roll = state.roll ?? data().roll ?? 0;
     if (phase === "down") {
-      const off = row - rise(roll, x) - y;
-      const tilts = Math.abs(x) > 0.3 * data().size[0] && Math.abs(off) < 20 * stage.unit();
+      // A line beyond the photo is drawn at its edge, and is taken from there.
+      const shown = Math.max(0, Math.min(data().size[1], row));
+      const off = shown - rise(roll, x) - y;
+      const tilts = shown === row && Math.abs(x) > 0.3 * data().size[0] && Math.abs(off) < 20 * stage.unit();
       // Far from the line a click takes it along.
-      state.drag = { kind: "horizon", off: Math.abs(off) > 60 * stage.unit() ? 0 : off, tilts };
+      const far = Math.abs(off) > 60 * stage.unit();
+      state.drag = { kind: "horizon", from: y, off: far ? 0 : off, tilts, moved: far };
     }
-    if ((phase === "down" || phase === "move") && state.drag) {
+    if (!state.drag) return;
+    state.drag.moved ||= Math.abs(y - state.drag.from) > 2 * stage.unit();
+    if (state.drag.moved) {
       [state.row, state.roll] = [round(row), roll];
       if (state.drag.tilts) state.roll = tilt(row - y - state.drag.off, x);
       else state.row = round(y + state.drag.off + rise(roll, x));
     }
-    if (phase === "up" && state.drag) {
-      state.drag = null;
-      send({ do: "horizon", row: state.row, roll: state.roll });
-    }
+    if (phase !== "up") return;
+    if (state.drag.moved) send({ do: "horizon", row: state.row, roll: state.roll });
+    state.drag = null;
   }
 
   function ramp(phase, point) {
@@ -291,11 +308,13 @@ export function makeTools({ stage, data, changed }) {
 
   function key(event) {
     if (event.key === "Escape") return (busy() ? drop() : state.tool !== "look" ? pick("look") : false);
+    // What was chosen is on its way: a second press of its key means nothing else.
+    if (state.pending?.sent && !event.ctrlKey && !event.metaKey && !event.altKey && /^([1-4]|Enter)$/.test(event.key)) return true;
     if (!busy()) return false;
     const undo = (event.ctrlKey || event.metaKey) && !event.shiftKey && event.key.toLowerCase() === "z";
     if (undo) return back();
     if (event.ctrlKey || event.metaKey || event.altKey) return false;
-    if (event.key === "Enter") return state.cut ? close(event.shiftKey) : take(state.pending?.chosen ?? 0);
+    if (event.key === "Enter") return state.cut ? close(event.shiftKey) : takeBest();
     if (state.pending && /^[1-4]$/.test(event.key)) return take(Number(event.key) - 1);
     return false;
   }

@@ -3,7 +3,7 @@
 import { button, h, iconButton, say } from "./dom.js";
 import { on, send as post, value } from "./wire.js";
 
-export function makeProposal(show, focus) {
+export function makeProposal(show, focus, mark) {
   let pinned = [];
   let proposal = null; // id of the proposal that the local state belongs to
   let off = new Set(); // hunks that are not taken
@@ -55,8 +55,8 @@ export function makeProposal(show, focus) {
       p.preview && p.hunks.length ? outcome(p.preview) : null,
       p.hunks.map((one) => hunk(p, one)),
       !p.hunks.length ? null : h("div", { class: "row muted", style: "font-size:12px" }, h("span", {}, `Confidence ${p.confidence} %`), h("span", { class: "grow bar" }, h("i", { style: `width:${p.confidence}%` })), p.simulations ? h("span", { class: "num" }, say(p.simulations, "trial")) : null),
-      draft ? h("div", { class: "strip warn" }, "You have edits of your own. Deciding here leaves them behind; undo brings them back.") : null,
       h("div", { class: sent ? "decide off" : "decide", "aria-disabled": sent ? "true" : null },
+      draft ? h("div", { class: "strip warn" }, "You have edits of your own. Deciding here leaves them behind; undo brings them back.") : null,
       sent ? h("div", { class: "strip", role: "status" }, `${DONE[sent]}; what follows is worked out…`) : null,
       h("div", { class: "row" },
         button(label, () => accept(p), { class: "b main wide", disabled: taken(p).length === 0, title: "Accept (A)", "data-act": "accept" }),
@@ -74,7 +74,8 @@ export function makeProposal(show, focus) {
   function asked(p) {
     const go = () => { if (answer.trim()) send({ do: "decide", kind: "hint", proposal: p.id, reason: answer.trim() }); };
     return h("div", { class: "strip warn stack", key: `question-${p.id}` }, h("div", {}, h("b", {}, "The planner asks: "), p.question),
-      h("textarea", { rows: 2, "aria-label": "Your answer", placeholder: "Your answer", oninput: (e) => (answer = e.target.value), onkeydown: (e) => { if (e.key === "Enter" && (e.ctrlKey || e.metaKey)) go(); } }),
+      p.about ? button(`Mark ${p.about.name.replaceAll("_", " ")} in the photo`, () => mark(p.about), { class: "b small main" }) : null,
+      h("textarea", { rows: 2, "aria-label": "Your answer", placeholder: p.about ? "Or answer in words" : "Your answer", oninput: (e) => (answer = e.target.value), onkeydown: (e) => { if (e.key === "Enter" && (e.ctrlKey || e.metaKey)) go(); } }),
       button("Answer", go, { class: "b small" }));
   }
 
@@ -98,9 +99,9 @@ export function makeProposal(show, focus) {
     return h("div", { class: "change", key },
       h("span", { class: "clip", title: change.path }, change.what),
       h("span", { class: "row", style: "gap:4px" },
-        change.op === "set" && mode !== "edit" ? [h("span", { class: "was num" }, change.before), "→", h("span", { class: "now num" }, values.has(key) ? compact(now) : change.after), h("span", { class: "faint" }, change.unit)] : change.op === "set" ? h("span", { class: "faint num" }, `was ${change.before} ${change.unit}`) : h("span", { class: "now clip" }, change.after),
+        change.op === "set" && (mode !== "edit" || change.fixed) ? [h("span", { class: "was num" }, change.before), "→", h("span", { class: "now num" }, values.has(key) ? compact(now) : change.after), h("span", { class: "faint" }, change.unit)] : change.op === "set" ? h("span", { class: "faint num" }, `was ${change.before} ${change.unit}`) : h("span", { class: "now clip" }, change.after),
         change.op === "set" ? iconButton("pin", "Pin: never change this", () => send({ do: "pin", path: change.path, on: !pinned.includes(change.path) }), { "aria-pressed": String(pinned.includes(change.path)), style: "width:20px;height:20px" }) : null),
-      mode === "edit" && change.op === "set" ? h("div", { class: "nums" }, numbers(now, [], (next) => { values.set(key, next); show(); }, change)) : null);
+      mode === "edit" && change.op === "set" && !change.fixed ? h("div", { class: "nums" }, numbers(now, [], (next) => { values.set(key, next); show(); }, change)) : null);
   }
 
   // One field per number in a value, however deep it lies.

@@ -21,7 +21,8 @@ export function startRounds(host, showPlots, showPhoto) {
   const toggle = () => { overruling = overruling === data.shown.id ? "" : data.shown.id; words = ""; show(); focus(); };
   const byHand = makeByHand();
   const checklist = makeChecklist(show, focus);
-  const proposal = makeProposal(show, focus);
+  const mark = (one) => { send({ do: "select", ...one }); showPhoto(); dispatchEvent(new CustomEvent("photo-tool", { detail: "mask" })); };
+  const proposal = makeProposal(show, focus, mark);
   const strip = makeStrip(host);
 
   function page() {
@@ -41,7 +42,8 @@ export function startRounds(host, showPlots, showPhoto) {
       data.notUnderstood.length ? h("div", { class: "strip warn", style: "margin-top:8px" }, "Not understood: ", data.notUnderstood.join("; ")) : null,
       data.untested.length ? h("div", { class: "strip warn", style: "margin-top:8px" }, "Nothing tests: ", data.untested.join("; ")) : null,
       shown ? why(shown) : null,
-      data.proposal ? proposal(data.proposal, data.pinned, data.draft) : null,
+      // Edits of one's own are the answer to a question that came without a repair.
+      data.proposal && (data.proposal.hunks.length || !data.draft) ? proposal(data.proposal, data.pinned, data.draft) : null,
       data.compare ? comparison(data.compare) : null,
       data.pinned.length || data.hints.length ? memory() : null,
     ];
@@ -57,7 +59,7 @@ export function startRounds(host, showPlots, showPhoto) {
       h("div", {}, h("b", {}, `${many ? `${names.slice(0, -1).join(", ")} and ${names.at(-1)}` : names[0]}`), ` ${many ? "were" : "was"} found by ${many ? "their names" : "its name"}, not clicked. Do the names in the picture stand at the right things?`),
       h("div", { class: "row" },
         button("Yes", () => { settled.add(key); show(); }, { class: "b small" }),
-        button("No, let me click", () => { send({ do: "select", kind: "object", name: data.guessed[0] }); showPhoto(); dispatchEvent(new CustomEvent("photo-tool", { detail: "mask" })); }, { class: "b small", title: "Select a thing below the photo, then click on the right place" })));
+        button("No, let me click", () => mark({ kind: "object", name: data.guessed[0] }), { class: "b small", title: "Select a thing below the photo, then click on the right place" })));
   }
 
   function row(r) {

@@ -92,11 +92,12 @@ function meters(run) {
 function busy(run, since) {
   const known = run.progress !== null && run.progress !== undefined;
   return h("div", { class: "stack" },
+    h("div", { role: "status" }, sentence(run.busy)),
     h("div", { class: "row" },
-      h("div", { class: "grow clip", role: "status" }, sentence(run.busy), known ? h("span", { class: "muted num" }, `  ${Math.round(run.progress * 100)} %`) : null),
+      h("div", { class: known ? "bar grow" : "bar unknown grow" }, h("i", { style: known ? `width:${run.progress * 100}%` : "" })),
+      known ? h("span", { class: "muted num", style: "white-space:nowrap" }, `${Math.round(run.progress * 100)} %`) : null,
       h("span", { class: "faint num", "data-clock": true, "aria-hidden": "true" }, passed(since)),
-      button("Cancel", () => send({ do: "cancel" }), { class: "b small" })),
-    h("div", { class: known ? "bar" : "bar unknown" }, h("i", { style: known ? `width:${run.progress * 100}%` : "" })));
+      button("Cancel", () => send({ do: "cancel" }), { class: "b small" })));
 }
 
 const sentence = (text) => text.charAt(0).toUpperCase() + text.slice(1) + "…";

@@ -37,6 +37,7 @@ def state_of(snapshot: Snapshot) -> dict[str, Any]:
         "session": snapshot.session_id,
         "image": f"/photo/{case.image_hash}.jpg",
         "size": [image.shape[1], image.shape[0]],
+        "seen": scene is not None,
         "prompt": snapshot.program.event.prompt or case.prompt,
         "readOnly": snapshot.read_only,
         "horizon": None if camera is None else round(camera.horizon, 2),

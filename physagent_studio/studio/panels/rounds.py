@@ -203,6 +203,7 @@ def _proposal(loop: LoopState, snapshot: Snapshot) -> dict[str, Any] | None:
         "confidence": round(proposal.confidence * 100),
         "verified": proposal.touches_verified,
         "question": proposal.question,
+        "about": _asked_about(proposal, head),
         "author": proposal.author,
         "simulations": proposal.simulations,
         "hunks": _hunks(proposal, head.program),
@@ -215,6 +216,19 @@ def _proposal(loop: LoopState, snapshot: Snapshot) -> dict[str, Any] | None:
             "of": len(preview.checks),
         },
     }
+
+
+def _asked_about(proposal: Proposal, head: Round) -> dict[str, str] | None:
+    """The thing that a question about the photo names: a mark there answers it best."""
+    if head.assessment is None or head.assessment.stage != "reconstruction":
+        return None
+    scene, asked = head.program.scene, proposal.question.lower()
+    kinds = (("object", scene.objects), ("support", scene.supports))
+    named = [(asked.find(one.name.lower()), kind, one) for kind, all_of in kinds for one in all_of]
+    found = [row for row in named if row[0] >= 0 and row[2].grounding.shows_something]
+    # Of names that begin at one place the longest is meant.
+    first = min(found, key=lambda row: (row[0], -len(row[2].name)), default=None)
+    return None if first is None else {"kind": first[1], "name": first[2].name}
 
 
 def _hunks(proposal: Proposal, program: PhysicalProgram) -> list[dict[str, Any]]:

@@ -70,6 +70,10 @@ OPERATORS = {
     "FixObject": "Hold",
 }
 
+MASK = ".grounding.candidate"
+OPENED = frozenset({"shape", "position", "support", "camera", "horizon", "form"})
+"""Fields of the scene that are read off the photo again where they are emptied."""
+
 FACTORS = {"reconstruction": "The scene", "simulation": "The event"}
 
 
@@ -77,7 +81,7 @@ def number(value: float | None) -> str:
     """Three significant figures, without an exponent where it can be avoided."""
     if value is None:
         return "–"
-    if value != 0 and not 1e-3 <= abs(value) < 1e6:
+    if value != 0 and not 1e-4 <= abs(value) < 1e6:
         return f"{value:.2e}"
     text = f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
     return text.replace("-", "−")
@@ -159,7 +163,8 @@ def speaker(program: PhysicalProgram) -> Callable[[str], str]:
     names = {one.name for one in named} | {action.id for action in program.event.actions}
     longest_first = sorted((re.escape(one) for one in names if "_" in one), key=len, reverse=True)
     # Neither a part of a longer name nor of a path.
-    known = re.compile(rf"(?<![\w.])(?:{'|'.join(longest_first)})(?![\w.]*\w)")
+    # At the start of a sentence a name has a capital.
+    known = re.compile(rf"(?<![\w.])(?i:{'|'.join(longest_first)})(?![\w.]*\w)")
 
     def speak(text: str) -> str:
         text = IOU.sub(lambda m: f"to {100 * float(m[1]):.0f} %", text)
@@ -192,15 +197,13 @@ def edit_row(edit: Edit, program: PhysicalProgram) -> dict[str, Any]:
             before = value_at(program, edit.path)
         except EditError:
             before = None
-        return {
-            "op": "set",
-            "path": edit.path,
-            "what": place(edit.path),
-            "before": short(before),
-            "after": short(edit.value),
-            "value": edit.value,
-            "unit": _unit_in(program, edit.path),
-        }
+        row = {"op": "set", "path": edit.path, "what": place(edit.path), "value": edit.value}
+        said = [_in_words(edit.path, value) for value in (before, edit.value)]
+        if said[1]:
+            ends = {"before": said[0] or short(before), "after": said[1]}
+            return row | ends | {"unit": "", "fixed": True}
+        unit = _unit_in(program, edit.path)
+        return row | {"before": short(before), "after": short(edit.value), "unit": unit}
     if isinstance(edit, AddItem):
         return {
             "op": "add",
@@ -213,8 +216,38 @@ def edit_row(edit: Edit, program: PhysicalProgram) -> dict[str, Any]:
     return {"op": edit.op, "path": edit.path, "what": f"{what} {place(edit.path)}", "value": None}
 
 
+def _in_words(path: str, value: Any) -> str:
+    """What a field that is no plain number says to a person; "" for one that says it itself."""
+    if value is None and path.startswith("scene.") and path.rpartition(".")[2] in OPENED:
+        return "found anew"
+    if path.endswith(MASK) and isinstance(value, int):
+        return f"number {value + 1}"
+    if path.endswith(".grounding") and isinstance(value, dict):
+        return _marked(value)
+    return ""
+
+
+def _marked(grounding: dict[str, Any]) -> str:
+    """What a hand has marked in the photo, counted."""
+    points, strokes = grounding.get("points") or [], grounding.get("strokes") or []
+    inside = sum(bool(point.get("label", 1)) for point in points)
+    counted = ((inside, "click"), (len(points) - inside, "click outside"), (len(strokes), "stroke"))
+    parts = [_count(number, what) for number, what in counted if number]
+    parts += ["a box"] if grounding.get("box") else []
+    return ", ".join([*parts, f"mask {grounding.get('candidate', 0) + 1}"])
+
+
+def _count(number: int, what: str) -> str:
+    """`1 click outside`, `2 clicks outside`."""
+    word, _, more = what.partition(" ")
+    return f"{number} {word}{'' if number == 1 else 's'} {more}".strip()
+
+
 def place(path: str) -> str:
     """`event.actions.kick.force.magnitude` → `kick · force · magnitude`."""
+    path = path.removesuffix(MASK) + ".mask" if path.endswith(MASK) else path
+    if path.endswith(".grounding"):
+        path = path.removesuffix("grounding") + "marks in the photo"
     parts = path.split(".")
     for head in (("event", "actions"), ("scene", "objects"), ("scene", "supports"),
                  ("scene", "landmarks"), ("contract", "statements")):  # fmt: skip

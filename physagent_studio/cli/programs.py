@@ -10,6 +10,7 @@ import typer
 from physagent_studio.cli import output
 from physagent_studio.cli.files import read_program
 from physagent_studio.cli.guard import NOT_REALISED
+from physagent_studio.cli.targets import IMAGES
 from physagent_studio.contract import measure
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import load_case
@@ -63,9 +64,17 @@ def reconstruct_case(folder: Path, sheet: Path) -> Path:
     from physagent_studio.reconstruction import reconstruct
     from physagent_studio.reconstruction.sheet import contact_sheet
 
+    if folder.suffix.lower() in IMAGES:
+        raise InputError(
+            f"{folder} is a picture, and a case folder is needed; `physagent run {folder} --prompt"
+            " …` makes a session of a picture"
+        )
+    # Before the work, not after it.
+    if sheet.suffix.lower() != ".png" or not sheet.parent.is_dir():
+        raise InputError(f"{sheet} cannot be written; it must be a .png in a folder that exists")
     case = load_case(folder, None)
     program = RuleGenerator().first(case, lambda state: reconstruct(case, state))
     picture = contact_sheet(reconstruct(case, program.scene), case)
-    if not sheet.parent.is_dir() or not cv2.imwrite(str(sheet), picture[..., ::-1]):
-        raise InputError(f"{sheet} cannot be written; its folder must exist and be writable")
+    if not cv2.imwrite(str(sheet), picture[..., ::-1]):
+        raise InputError(f"{sheet} cannot be written; its folder must be writable")
     return sheet

@@ -78,7 +78,10 @@ def _session(request: RunRequest, store: Store) -> Session:
         names = ", ".join(name for name, _ in case.events)
         raise InputError(f"this case has several events; choose one with --event: {names}")
     if not case.prompt.strip():
-        raise InputError('an image needs the event in words: --prompt "the ball falls"')
+        raise InputError(
+            f"{request.target} has no event; write what shall happen into its case.yaml:"
+            " `events: {falls: The ball falls.}`"
+        )
     lessons = read_lessons(request.lessons) if request.lessons is not None else ()
     return store.create(case, LoopState(policy="auto", budget=request.rounds, lessons=lessons))
 

@@ -12,6 +12,7 @@ from physagent_studio.exchange.case_reader import (
     RESERVED,
     CaseReader,
     check_inside,
+    same_spot,
     slug,
 )
 from physagent_studio.program.scene import Click, Grounding
@@ -84,6 +85,9 @@ def case_from_image(path: Path | str, prompt: str, objects: Mapping[str, Sequenc
             raise InputError(f"object '{name}' is given twice")
         for click in clicks:
             check_inside(click.x, click.y, (size[0] * factor, size[1] * factor), f"object '{name}'")
+        said = [(slug(one), objects[one]) for one in list(objects)[: len(grounded)]]
+        if twice := same_spot(said, clicks):
+            raise InputError(f"object '{name}': {twice}")
         if not any(click.label for click in clicks):
             raise InputError(f"object '{name}' has no click inside it (label 1)")
         # Clicks are pixels of the file, which may have been read smaller.

@@ -62,6 +62,18 @@ def check_inside(x: float, y: float, size: tuple[int, int], what: str, where: st
         )
 
 
+def same_spot(found: Sequence[tuple[str, Sequence[Click]]], clicks: Sequence[Click]) -> str:
+    """What is wrong with clicks inside a thing that are those of another one; "" for nothing."""
+    taken = {(one.x, one.y): name for name, own in found for one in own if one.label}
+    both = next((one for one in clicks if one.label and (one.x, one.y) in taken), None)
+    if both is None:
+        return ""
+    return (
+        f"({both.x:g}, {both.y:g}) is clicked for '{taken[both.x, both.y]}' too; a place in the"
+        " picture shows one thing"
+    )
+
+
 class CaseReader:
     """One case.yaml being read; every message carries its file and line.
 
@@ -111,10 +123,12 @@ class CaseReader:
 
     def objects(self, size: tuple[int, int]) -> tuple[tuple[str, Grounding], ...]:
         """Names and groundings, in the file's order."""
-        found = []
+        found: list[tuple[str, Grounding]] = []
         for name, place, entry in self.things("objects", MAX_OBJECTS):
             self.known(place, entry, ("points", "box"))
             grounding = self.grounding(place, entry, size)
+            if twice := same_spot([(one, own.points) for one, own in found], grounding.points):
+                raise self.fail(place, f"object '{name}': {twice}")
             said = bool(entry.get("points") or entry.get("box"))
             if said and not grounding.shows_something:
                 raise self.fail(place, f"object '{name}' needs a click inside it, or a box")

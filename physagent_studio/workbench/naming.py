@@ -33,9 +33,10 @@ def case_in_words(
         )
     if all(clicks.get(name) for name in names):
         return case_from_image(path, prompt, clicks)
-    # Any click does until the real one is known; the photo is read and checked by then.
-    stand_in = (Click(x=0, y=0),)
-    case = case_from_image(path, prompt, {name: clicks.get(name) or stand_in for name in names})
+    # Any click of its own does until the real one is known; the photo is read and checked by then.
+    said = {name: clicks.get(name) or (Click(x=0.001 * (at + 0.5), y=0),)
+            for at, name in enumerate(names)}  # fmt: skip
+    case = case_from_image(path, prompt, said)
     open_ones = tuple(
         (name, grounding if clicks.get(given) else Grounding())
         for given, (name, grounding) in zip(names, case.objects, strict=True)

@@ -11,6 +11,10 @@ import cv2
 import numpy as np
 import pytest
 
+from physagent_studio.cli.programs import reconstruct_case
+from physagent_studio.cli.run import RunRequest, run_loop
+from physagent_studio.errors import InputError
+
 CASE = """
 image: {image}
 size: [64, 48]
@@ -132,6 +136,20 @@ def test_a_malformed_object_word(tmp_path: Path) -> None:
         "run", str(picture), "--prompt", "The ball falls.", "--object", "ball", home=tmp_path
     )
     one_sentence(result, "name@x,y")
+
+
+def test_what_reconstruct_and_run_need_is_said_before_the_work(tmp_path: Path) -> None:
+    folder = case_folder(tmp_path / "case")
+    with pytest.raises(InputError, match=r"p\.png is a picture, and a case folder is needed"):
+        reconstruct_case(tmp_path / "p.png", tmp_path / "sheet.png")
+    for sheet in (tmp_path / "sheet", tmp_path / "nowhere" / "sheet.png"):
+        with pytest.raises(InputError, match=r"must be a \.png in a folder that exists"):
+            reconstruct_case(tmp_path / "no_case", sheet)
+    text = (folder / "case.yaml").read_text()
+    (folder / "case.yaml").write_text(text.partition("events:")[0])
+    wanted = RunRequest(str(folder), None, "", (), 1, "auto", (), False, "rules")
+    with pytest.raises(InputError, match="has no event; write what shall happen into its case"):
+        run_loop(wanted, tmp_path / "home", as_json=True)
 
 
 UNEXPECTED = """

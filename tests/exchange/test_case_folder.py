@@ -90,6 +90,10 @@ def edited(folder: Path, old: str, new: str) -> Path:
         ("[20, 20, 1]", "[20, 20, 2]", "line 6: a label is 1 .inside. or 0"),
         ("[20, 20, 1]", "[20, 20, 0]", "line 4: object 'red_ball' needs a click inside it"),
         ("box: [30, 20, 50, 40]", "box: [50, 20, 30, 40]", "line 9: the box must lie"),
+        (
+            "box: [30, 20, 50, 40]", "points: [[20, 20, 1]]",
+            r"line 8: object 'box': \(20, 20\) is clicked for 'red_ball' too",
+        ),
         ("  box:\n", "  red_ball:\n", "line 8: the name 'red_ball' is used twice"),
         ("  box:\n", "  red ball:\n", "line 8: 'red ball' stands here twice"),
         ("  table:\n", "  box:\n", "the name 'box' is used twice"),
@@ -103,7 +107,7 @@ def edited(folder: Path, old: str, new: str) -> Path:
         ("points:\n    - [20", "point:\n    - [20", "did you mean 'points'"),
         ("stays: The box stays.", "stays:", "line 20: event 'stays' needs a sentence"),
     ],
-)
+)  # fmt: skip
 def test_refusals_say_where(folder: Path, old: str, new: str, message: str):
     with pytest.raises(InputError, match=message) as caught:
         load_case(edited(folder, old, new))
@@ -161,6 +165,10 @@ def test_image_with_clicks(folder: Path):
         case_from_image(folder / "input.png", "p", {})
     with pytest.raises(InputError, match="no click inside"):
         case_from_image(folder / "input.png", "p", {"a": (Click(x=9, y=1, label=0),)})
+    with pytest.raises(InputError, match=r"'b': \(9, 1\) is clicked for 'a' too"):
+        case_from_image(
+            folder / "input.png", "p", {"a": (Click(x=9, y=1),), "b": (Click(x=9, y=1),)}
+        )
 
 
 def test_real_cases(cases_dir: Path):

@@ -77,7 +77,6 @@ function horizon(data, state, unit) {
   if (row === null || row === undefined) return null;
   const [width, height] = data.size;
   const at = Math.max(7 * unit, Math.min(height - 7 * unit, row));
-  const near = at < 34 * unit; // where the buttons in the corner are
   const away = row < 0 ? `${Math.round(-row)} px above the photo` : row > height ? `${Math.round(row - height)} px below the photo` : `row ${Math.round(row)}`;
   const roll = state.roll ?? data.roll ?? 0;
   const tilted = Math.abs(roll) < 0.05 ? "" : `, tilted by ${Math.abs(roll).toFixed(1)}°`;
@@ -86,7 +85,7 @@ function horizon(data, state, unit) {
   return h("g", {},
     h("line", { class: "ph-horizon", x1: 0, x2: width, y1: at + rise(roll, width / 2), y2: at - rise(roll, width / 2), "stroke-dasharray": at === row ? null : "6 4" }),
     grip(0, 6), at === row ? [grip(-0.4 * width, 4), grip(0.4 * width, 4)] : null,
-    h("text", { class: "ph-name", x: 8 * unit, y: near ? 48 * unit : at > height / 2 ? at - 10 * unit : at + 20 * unit, style: `font-size:${text}px;stroke-width:${2.5 * unit}px` }, `Horizon: ${away}${tilted}`));
+    h("text", { class: "ph-name", x: 8 * unit, y: at > height / 2 ? at - 10 * unit : at + 20 * unit, style: `font-size:${text}px;stroke-width:${2.5 * unit}px` }, `Horizon: ${away}${tilted}`));
 }
 
 // A mask on its piece of the photo.

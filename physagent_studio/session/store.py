@@ -49,11 +49,11 @@ class Store:
         self._known: dict[Path, tuple[tuple[int, ...], SessionInfo]] = {}
 
     def create(self, case: Case, state: LoopState, *, title: str | None = None) -> Session:
-        """A new session of that case; its id tells case, event and time."""
-        parts = "-".join(part for part in (case.name, case.event) if part)
+        """A new session of that case; its id tells title, or case and event, and time."""
+        parts = title or "-".join(part for part in (case.name, case.event) if part)
         called = ": ".join(part for part in (case.name, case.event) if part).replace("_", " ")
         stamp = datetime.now(UTC).strftime("%m%d-%H%M%S")
-        name = re.sub(r"[^a-z0-9]+", "-", parts.lower()).strip("-")[:48] or "session"
+        name = re.sub(r"[^a-z0-9]+", "-", parts.lower()).strip("-")[:48].strip("-") or "session"
         folder = self._sessions() / f"{name}-{stamp}-{secrets.token_hex(2)}"
         try:
             return Session.create(folder, case, title or called or name, state)

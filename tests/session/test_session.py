@@ -204,10 +204,12 @@ def test_what_was_discarded_long_ago_is_gone(tmp_path: Path) -> None:
 
 def test_a_session_that_is_only_being_made_is_not_listed_yet(tmp_path: Path) -> None:
     store = Store(tmp_path)
-    store.create(a_case(), LoopState(), title="there").close()
+    there = store.create(a_case(), LoopState(), title="There, behind…")
+    assert there.id.startswith("there-behind-")  # what a person types on the command line
+    there.close()
     (tmp_path / "sessions" / "begun").mkdir()
     (tmp_path / "sessions" / "begun" / "session.db").touch()
-    assert [one.title for one in store.list()] == ["there"]
+    assert [one.title for one in store.list()] == ["There, behind…"]
 
 
 def test_the_list_is_read_again_only_where_something_changed(tmp_path: Path) -> None:

@@ -12,10 +12,10 @@ from physagent_studio.program import Clause, PhysicalProgram, SceneObject, Scene
 from physagent_studio.program.contract import Contacts, Contract
 from physagent_studio.program.document import load_program
 from physagent_studio.program.scene import Sphere
-from physagent_studio.records import Check
+from physagent_studio.records import Assessment, Check, Proposal, Round
 from physagent_studio.session import Store
 from physagent_studio.studio.panels.checklist import checklist_of, demands_of, merged
-from physagent_studio.studio.panels.rounds import state_of
+from physagent_studio.studio.panels.rounds import asked_about, state_of
 from physagent_studio.studio.panels.words import edit_row, figure, speaker
 from physagent_studio.workbench import Workbench, commands
 
@@ -159,6 +159,27 @@ def test_what_is_read_off_the_photo_again_is_said_in_words(
     row = edit_row(SetField(path=f"scene.objects.ball.{path}", value=value), program)
     assert (row["what"], row["before"], row["after"]) == (what, before, after)
     assert row["fixed"]  # no field to type a number in
+
+
+def test_a_question_about_a_thing_in_the_photo_leads_to_it() -> None:
+    marked = "grounding: {points: [{x: 1, y: 2}]}"
+    program = load_program(
+        f"scene: {{objects: [{{name: can, {marked}}}, {{name: can_two, {marked}}}, {{name: cup}}]}}"
+    )
+    judged = Assessment.model_construct(stage="reconstruction")
+    head = Round.model_construct(program=program, assessment=judged)
+
+    def about(question: str) -> dict[str, str] | None:
+        asked = Proposal(
+            id="p", hunks=(), rationale="", factor="none", confidence=0, question=question
+        )
+        return asked_about(asked, head)
+
+    assert about("Can_two is too small. Can you click inside can_two?") == {
+        "kind": "object", "name": "can_two",
+    }  # fmt: skip
+    assert about("Where is the cup?") is None  # nobody has marked it, and nothing was found for it
+    assert about("") is None
 
 
 def test_names_are_spoken_at_the_start_of_a_sentence_too() -> None:

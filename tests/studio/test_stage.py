@@ -10,10 +10,13 @@ import numpy as np
 import pytest
 import viser
 
+from physagent_studio.program import PhysicalProgram
 from physagent_studio.program import scene as shapes
+from physagent_studio.program.camera import Camera
 from physagent_studio.program.document import load_program
-from physagent_studio.records import Mesh
+from physagent_studio.records import Mesh, Round
 from physagent_studio.session import Store
+from physagent_studio.studio.archive import fits, with_ghosts
 from physagent_studio.studio.guard import open_server, stop_server
 from physagent_studio.studio.scene.deforming import colours_of
 from physagent_studio.studio.scene.places import held_at
@@ -155,6 +158,21 @@ def test_only_what_looks_different_is_drawn_anew(
     stage.draw(snapshot, View(), None)
     assert _node(server, "/trails/now/cloth") is not trail
     assert "/objects/label ball" in _nodes(server)
+
+
+def test_ghosts_of_another_horizon_or_size_are_left_out(snapshot: Snapshot) -> None:
+    def seen(horizon: float, height: float) -> PhysicalProgram:
+        camera = Camera.from_horizon((640, 480), horizon, height)
+        scene = snapshot.program.scene.model_copy(update={"camera": camera})
+        return snapshot.program.model_copy(update={"scene": scene})
+
+    now = replace(snapshot, program=seen(100, 1.2), preview_rollout=snapshot.rollout)
+    for other, alike in ((seen(103, 1.2), True), (seen(160, 1.2), False), (seen(100, 2), False)):
+        item = Round.model_construct(id="r1", program=other)
+        assert fits(now, item) is alike
+        state = now.state.model_copy(update={"rounds": (item,), "head": "r1"})
+        drawn = with_ghosts(replace(now, state=state))
+        assert (drawn.preview_rollout is not None) is alike
 
 
 def test_a_picture_comes_down_to_its_main_colours() -> None:

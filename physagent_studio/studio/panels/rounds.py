@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from physagent_studio.agent.by_hand import turn_of
@@ -203,7 +204,7 @@ def _proposal(loop: LoopState, snapshot: Snapshot) -> dict[str, Any] | None:
         "confidence": round(proposal.confidence * 100),
         "verified": proposal.touches_verified,
         "question": proposal.question,
-        "about": _asked_about(proposal, head),
+        "about": asked_about(proposal, head),
         "author": proposal.author,
         "simulations": proposal.simulations,
         "hunks": _hunks(proposal, head.program),
@@ -218,17 +219,21 @@ def _proposal(loop: LoopState, snapshot: Snapshot) -> dict[str, Any] | None:
     }
 
 
-def _asked_about(proposal: Proposal, head: Round) -> dict[str, str] | None:
+def asked_about(proposal: Proposal, head: Round) -> dict[str, str] | None:
     """The thing that a question about the photo names: a mark there answers it best."""
     if head.assessment is None or head.assessment.stage != "reconstruction":
         return None
-    scene, asked = head.program.scene, proposal.question.lower()
-    kinds = (("object", scene.objects), ("support", scene.supports))
-    named = [(asked.find(one.name.lower()), kind, one) for kind, all_of in kinds for one in all_of]
-    found = [row for row in named if row[0] >= 0 and row[2].grounding.shows_something]
-    # Of names that begin at one place the longest is meant.
-    first = min(found, key=lambda row: (row[0], -len(row[2].name)), default=None)
-    return None if first is None else {"kind": first[1], "name": first[2].name}
+    scene = head.program.scene
+    things = [("object", one) for one in scene.objects]
+    things += [("support", one) for one in scene.supports]
+    found = [
+        (place.start(), {"kind": kind, "name": one.name})
+        for kind, one in things
+        if one.grounding.shows_something
+        for place in re.finditer(rf"\b{re.escape(one.name)}\b", proposal.question)
+    ]
+    # What is named last is what the question ends with.
+    return max(found, key=lambda row: row[0])[1] if found else None
 
 
 def _hunks(proposal: Proposal, program: PhysicalProgram) -> list[dict[str, Any]]:

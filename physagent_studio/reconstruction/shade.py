@@ -23,6 +23,8 @@ FAINT = 1.6
 """The same at its faint rim."""
 GRAINS = (3.0, 1.0)
 """The same in units of how uneven the lit ground is itself."""
+FADES = 0.94
+"""By how much fainter it gets from pixel to pixel where shade is told from paint."""
 REACH = 1.5
 """How far from a thing its shade is looked for, in sizes of it."""
 ENDS = 6
@@ -171,7 +173,7 @@ def _around(
     for times, bare in zip(DEEPER, BARE, strict=True):
         found = _shade(place, tones, times)
         if not found.any() or _ends_lit(found, tones, place.ground, bare):
-            return found
+            return found if times == 1 or not found.any() else _faded(found, place, tones)
     return np.zeros_like(own)
 
 
@@ -207,13 +209,32 @@ def _shade(place: _Place, tones: Tones, times: float) -> BoolArray:
     outer &= ~grow(place.inside & ~grow(own, 4), max(3, side // 3))
     mine = _fading(mine, tones, own, outer)
     # Shade fades out: its faint rim belongs to it.
-    smooth, tinged = (np.asarray(cv2.blur(v, (3, 3))) for v in (tones.darker, tones.glow))
-    faint = smooth > np.maximum(FAINT, GRAINS[1] * tones.uneven)
-    faint = theirs & (faint | (tinged > GLOW[1]))
+    faint = theirs & _faint(tones)
     wide = mine
     for _ in range(max(2, side // 4) if times == 1 else 2):
         wide = mine | (grow(wide, 1) & faint)
     return without_pinholes(grow(wide, 1) & near | place.inside, POCKET) & near
+
+
+def _faint(tones: Tones) -> BoolArray:
+    """(H, W) where it is as dark as the faint rim of a shade at least."""
+    smooth, tinged = (np.asarray(cv2.blur(v, (3, 3))) for v in (tones.darker, tones.glow))
+    dark = smooth > np.maximum(FAINT, GRAINS[1] * tones.uneven)
+    return np.asarray(dark | (tinged > GLOW[1]))
+
+
+def _faded(shade: BoolArray, place: _Place, tones: Tones) -> BoolArray:
+    """What may be painted, with its rim as far as that fades: paint does not, shade does."""
+    smooth = np.asarray(cv2.blur(tones.darker, (3, 3)), np.float32)
+    main = np.bincount(tones.which[shade] + 1, minlength=2)[1:].argmax()
+    faint = place.near & _faint(tones) & (tones.which == main)
+    x0, y0, x1, y1 = bounds(place.own)
+    out = shade
+    for _ in range(max(x1 - x0, y1 - y0) // 4):
+        count = cv2.blur(out.astype(np.float32), (3, 3))
+        beside = cv2.blur(np.where(out, smooth, 0).astype(np.float32), (3, 3))
+        out = out | (grow(out, 1) & faint & (smooth * count < FADES * beside))
+    return out
 
 
 def _ends_lit(shade: BoolArray, tones: Tones, ground: BoolArray, bare: float) -> bool:

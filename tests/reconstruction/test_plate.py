@@ -249,6 +249,20 @@ def test_a_painted_patch_under_a_thing_stays():
     assert not shade[150:, :].any()
 
 
+def test_the_faint_rim_of_a_shade_goes_with_it_also_where_it_ends_at_paint():
+    y, x = np.indices(SHAPE)
+    ball, paint = _ball((160, 110), 40), y > 180
+    spot = (((x - 160) / 62) ** 2 + ((y - 146) / 22) ** 2 < 1).astype(float)
+    shade = 0.4 * cv2.GaussianBlur(spot, (0, 0), 14)
+    ground = np.where(paint[..., None], (188.0, 60, 64), (226.0, 232, 236))
+    photo = np.where(ball[..., None], 60.0, ground * (1 - shade[..., None]) + _noise(1))
+    hole = hole_of([ball], SHAPE)
+    found = shaded(_rgb(photo), [ball], hole)
+    dark = (shade > 0.02) & ~paint & ~hole
+    assert (dark & ~found).sum() < 0.2 * dark.sum()
+    assert not (found & paint & ~hole & (shade < 0.02)).any()
+
+
 def test_a_dark_belt_that_goes_on_behind_a_thing_is_no_shade():
     truth = _lit_wall()
     truth[120:170] *= 0.45

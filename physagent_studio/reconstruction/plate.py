@@ -36,7 +36,7 @@ NEARBY = 0.006
 """Gap between two holes that are filled as one, as a share of the picture's longer side."""
 FOOT = 0.12
 """How much of what grows, from below, keeps what is beside it."""
-SPRAY = 3
+SPRAY = 4
 """How much wider than others' the outline of what grows is: single leaves and twigs are there."""
 SLIT = 5
 """Widest slit between a thing and its shade, pixels."""

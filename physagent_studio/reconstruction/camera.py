@@ -67,11 +67,12 @@ class Disc:
 
 @dataclass(frozen=True, slots=True)
 class Horizon:
-    """row: pixels, in the middle column. sigma: pixels. focal: pixels."""
+    """row: pixels, in the middle column. sigma: pixels. focal: pixels. roll: radians clockwise."""
 
     row: float
     sigma: float
     focal: float
+    roll: float = 0.0
 
 
 def usual_focal(size: tuple[int, int]) -> float:

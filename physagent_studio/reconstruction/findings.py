@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -79,11 +80,15 @@ def _camera(camera: Camera) -> Finding:
 
 
 def _row(camera: Camera) -> str:
-    """ "at row 120", "18 px above the picture"."""
+    """ "at row 120", "18 px above the picture", "at row 120 and tilted by 3.2°"."""
     over, under = -camera.horizon, camera.horizon - camera.size[1]
+    tilt = abs(math.degrees(camera.roll))
+    tilted = f" and tilted by {tilt:.1f}°" if tilt > 0.05 else ""
     if over > 0:
-        return f"{over:.0f} px above the picture"
-    return f"{under:.0f} px below the picture" if under > 0 else f"at row {camera.horizon:.0f}"
+        return f"{over:.0f} px above the picture{tilted}"
+    if under > 0:
+        return f"{under:.0f} px below the picture{tilted}"
+    return f"at row {camera.horizon:.0f}{tilted}"
 
 
 def _points(item: SceneObject, mask: BoolArray | None) -> Finding:

@@ -113,6 +113,12 @@ def reconstruct(
     return replace(scene, hash=key)
 
 
+def _roll_of(state: SceneState, camera: Camera) -> float:
+    """Degrees by which the camera is turned, in the state's own figure where that says the same."""
+    same = abs(camera.roll - math.radians(state.roll)) < SAME_ROLL
+    return state.roll if same else round(math.degrees(camera.roll), 3)
+
+
 def _turned(state: SceneState) -> SceneState:
     """The state with its camera turned to a horizon that was edited since the camera was found."""
     camera, row, roll = state.camera, state.horizon, math.radians(state.roll)
@@ -301,6 +307,7 @@ def _completed(
             "camera": read.camera,
             "horizon": read.camera.horizon,
             "horizon_source": state.horizon_source if state.horizon is not None else "estimated",
+            "roll": _roll_of(state, read.camera),
             "scale": read.scale,
             "objects": placed.objects,
             "supports": solid,

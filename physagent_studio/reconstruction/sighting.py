@@ -23,6 +23,7 @@ from physagent_studio.reconstruction.masks import BoolArray
 from physagent_studio.reconstruction.names import Usual, support_kind, words_of
 from physagent_studio.reconstruction.painted import painted_lines
 from physagent_studio.reconstruction.ramps import Profile, find_profile
+from physagent_studio.reconstruction.roll import Levelled, roll_of
 from physagent_studio.reconstruction.scale import FLOOR
 from physagent_studio.records.case import Case, Image
 
@@ -76,23 +77,27 @@ class Sighting:
         """The horizon as a person gave it or as the picture shows it."""
         focal = case.focal or camera_cues.usual_focal(self.look.size)
         if state.camera is not None:
-            return camera_cues.Horizon(state.camera.horizon, 1.0, state.camera.focal)
+            camera = state.camera
+            return camera_cues.Horizon(camera.horizon, 1.0, camera.focal, camera.roll)
+        roll = math.radians(state.roll)
         if state.horizon is not None:
-            return camera_cues.Horizon(state.horizon, 1.0, focal)
+            return camera_cues.Horizon(state.horizon, 1.0, focal, roll)
+        level = Levelled(self.look.size, roll or roll_of(self.look.found, self.look.size))
         stances = self.look.stances.values()
-        circles = [camera_cues.Disc(e.y, e.flatness) for e in self.shown.circles]
+        circles = [camera_cues.Disc(level.row((e.x, e.y)), e.flatness) for e in self.shown.circles]
         circles += [disc for s in stances for disc in (s.rim, s.disc) if disc is not None]
-        return camera_cues.estimate(
-            self.look.image,
+        found = camera_cues.estimate(
+            level.image(self.look.image),
             self.look.found,
-            self._standing(state),
-            [profile.toe[1] for profile in self.profiles.values()],
+            self._standing(state, level),
+            [level.row(profile.toe) for profile in self.profiles.values()],
             circles,
             case.focal,
-            self._right_angles(state),
+            [level.edges(edges) for edges in self._right_angles(state)],
         )
+        return level.tilted(found)
 
-    def _standing(self, state: SceneState) -> list[camera_cues.Standing]:
+    def _standing(self, state: SceneState, level: Levelled) -> list[camera_cues.Standing]:
         """Things of known size on level planes, a goal among them."""
         out = []
         for name, stance in self.look.stances.items():
@@ -104,7 +109,7 @@ class Sighting:
                 or (ramp and on not in self.profiles)
             ):
                 continue
-            row = self.profiles[on].toe[1] if ramp else stance.foot[1]
+            row = level.row(self.profiles[on].toe if ramp else stance.foot)
             plane = FLOOR if ramp else self.root[name]
             size = self.usual[name]
             out.append(camera_cues.Standing(row, stance.extent, size.metres, size.spread, plane))
@@ -176,7 +181,7 @@ def unit_camera(
         horizon.row,
         1.0,
         focal=case.focal or clicked_supports.focal_of(state, size, horizon.row) or horizon.focal,
-        roll=math.radians(state.roll),
+        roll=horizon.roll,
         source=_source(state),
         # A horizon that a person gave is known; one that was tried for a repair is not.
         confirmed=state.horizon is not None

@@ -79,6 +79,7 @@ def test_an_override_that_cannot_be_is_refused_and_nothing_is_lost(waiting: Desk
     waiting.page.get_by_label("Your own changes").fill("event.actions.nobody.start_step: 3")
     waiting.button("Use mine instead").click()
     expect(waiting.page.get_by_text("has no item 'nobody'")).to_be_visible()
+    assert not waiting.page.get_by_text("Your changes are taken").is_visible()
     assert len(waiting.snapshot.state.rounds) == 1
     expect(waiting.page.get_by_label("Your own changes")).to_have_value(
         "event.actions.nobody.start_step: 3"

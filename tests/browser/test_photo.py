@@ -129,6 +129,7 @@ def test_a_mask_chosen_early_is_taken_after_the_closer_look(
         photo.changed(lambda scene: photo.grounding.settled, "the chosen mask")
         return
     expect(page.get_by_text("Mask 2 did not last a closer look")).to_be_visible()
+    expect(early.first).to_have_attribute("aria-pressed", "true")  # the best leads again
     assert photo.desk.snapshot.program == photo.before
     # The masks on view belong to the last mark until those of the next are there.
     monkeypatch.setattr(photo_desk, "SAME", 0.0)

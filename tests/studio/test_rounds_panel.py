@@ -159,6 +159,9 @@ def test_what_is_read_off_the_photo_again_is_said_in_words(
     row = edit_row(SetField(path=f"scene.objects.ball.{path}", value=value), program)
     assert (row["what"], row["before"], row["after"]) == (what, before, after)
     assert row["fixed"]  # no field to type a number in
+    rubbed = edit_row(SetField(path="scene.objects.ball.friction", value=0.9), program)
+    assert (rubbed["before"], rubbed["after"]) == ("its material's", "0.9")
+    assert "fixed" not in rubbed
 
 
 def test_a_question_about_a_thing_in_the_photo_leads_to_it() -> None:

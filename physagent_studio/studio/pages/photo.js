@@ -134,7 +134,7 @@ export function startPhoto(host) {
     if (!one || data.readOnly) return null;
     const own = data.scale.reference === one.name ? data.scale : null;
     const shapes = one.shapes.includes(one.shape) ? one.shapes : [one.shape, ...one.shapes];
-    return h("div", { key: `about-${one.name}`, class: "form" },
+    return h("div", { key: `about-${one.name}`, class: "form photo-about" },
       h("label", { class: "label", title: "Everything else is measured against it" }, "Size"),
       h("div", { class: "num-with-unit" }, h("input", { type: "text", inputmode: "decimal", "aria-label": `Size of ${one.name} in metres`, placeholder: own ? "" : "largest side", value: own?.metres ? String(Number(own.metres.toPrecision(3))) : "", onchange: (e) => size(one, e.target) }), h("span", { class: "unit" }, own ? `m, ${own.source === "person" ? "set by you" : own.source}` : "m")),
       wrong === one.name ? h("p", { class: "wide wrong-note", role: "alert" }, "A length is a number of metres, or one with its unit: 0.25, 25 cm, 250 mm.") : null,

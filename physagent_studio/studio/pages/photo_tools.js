@@ -77,7 +77,7 @@ export function makeTools({ stage, data, changed }) {
     const [wanted, at] = [one.wanted, now[one.wanted] ?? -1];
     one.wanted = -1;
     if (at >= 0) return take(at);
-    one.lost = wanted + 1;
+    [one.lost, one.chosen] = [wanted + 1, 0];
     changed();
   }
 

@@ -25,6 +25,15 @@ export function makeProposal(show, focus, mark) {
     show();
   };
   on("run", over);
+  // What was refused was not taken, and is there to be decided anew.
+  const refused = () => { if (sent) { sent = ""; show(); } };
+  on("say", (notice) => { if (notice.level === "error") refused(); });
+  let told = 0; // the newest of the errors that last
+  on("notices", (all) => {
+    const newest = Math.max(0, ...all.filter((one) => one.level === "error").map((one) => one.id));
+    if (newest > told) refused();
+    told = newest;
+  });
 
   const set = (next) => { mode = mode === next ? "" : next; text = ""; show(); focus(); };
 

@@ -70,6 +70,8 @@ OPERATORS = {
     "FixObject": "Hold",
 }
 
+OF_MATERIAL = frozenset({"friction", "rolling", "restitution", "density"})
+"""Fields that the material answers for where they are empty."""
 MASK = ".grounding.candidate"
 OPENED = frozenset({"shape", "position", "support", "camera", "horizon", "form"})
 """Fields of the scene that are read off the photo again where they are emptied."""
@@ -203,7 +205,9 @@ def edit_row(edit: Edit, program: PhysicalProgram) -> dict[str, Any]:
             ends = {"before": said[0] or short(before), "after": said[1]}
             return row | ends | {"unit": "", "fixed": True}
         unit = _unit_in(program, edit.path)
-        return row | {"before": short(before), "after": short(edit.value), "unit": unit}
+        own = before is None and edit.path.rpartition(".")[2] in OF_MATERIAL
+        was = "its material's" if own else short(before)
+        return row | {"before": was, "after": short(edit.value), "unit": unit}
     if isinstance(edit, AddItem):
         return {
             "op": "add",

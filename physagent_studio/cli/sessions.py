@@ -24,6 +24,8 @@ def render_session(
     session_id: str, round_id: str | None, out: Path, workspace: Path | None
 ) -> Path:
     """The clip of a round, or of the best one, as a video."""
+    if out.suffix.lower() != ".mp4":
+        raise InputError(f"{out} would be an MP4 video under another name; call it {out.stem}.mp4")
     session = Store(workspace).open(session_id)
     try:
         with progress_control(False) as control:

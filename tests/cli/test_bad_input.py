@@ -13,6 +13,7 @@ import pytest
 
 from physagent_studio.cli.programs import reconstruct_case
 from physagent_studio.cli.run import RunRequest, run_loop
+from physagent_studio.cli.sessions import render_session
 from physagent_studio.errors import InputError
 
 CASE = """
@@ -138,13 +139,15 @@ def test_a_malformed_object_word(tmp_path: Path) -> None:
     one_sentence(result, "name@x,y")
 
 
-def test_what_reconstruct_and_run_need_is_said_before_the_work(tmp_path: Path) -> None:
+def test_what_reconstruct_render_and_run_need_is_said_before_the_work(tmp_path: Path) -> None:
     folder = case_folder(tmp_path / "case")
     with pytest.raises(InputError, match=r"p\.png is a picture, and a case folder is needed"):
         reconstruct_case(tmp_path / "p.png", tmp_path / "sheet.png")
     for sheet in (tmp_path / "sheet", tmp_path / "nowhere" / "sheet.png"):
         with pytest.raises(InputError, match=r"must be a \.png in a folder that exists"):
             reconstruct_case(tmp_path / "no_case", sheet)
+    with pytest.raises(InputError, match=r"another name; call it clip\.mp4"):
+        render_session("nosession", None, tmp_path / "clip.gif", tmp_path)
     text = (folder / "case.yaml").read_text()
     (folder / "case.yaml").write_text(text.partition("events:")[0])
     wanted = RunRequest(str(folder), None, "", (), 1, "auto", (), False, "rules")

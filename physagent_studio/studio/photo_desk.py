@@ -25,8 +25,8 @@ KEPT = 12
 """Things of which the candidates are kept."""
 EARLY = 0.35
 """Seconds after which a person is shown what there is, while better masks are sought."""
-SAME = 0.9
-"""IoU from which a mask that was shown early is one of those that were found in the end."""
+SAME = 0.75
+"""IoU from which a mask that was shown early is one that was found in the end, if refined."""
 
 
 class PhotoDesk:

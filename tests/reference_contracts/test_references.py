@@ -250,7 +250,20 @@ def _ways(program: PhysicalProgram) -> set[str | None]:
     return {_way_of(action) for action in program.event.actions}
 
 
+def _sent(program: PhysicalProgram, name: str) -> set[str | None]:
+    """The ways that the actions of a program send one thing."""
+    return {_way_of(action) for action in program.event.actions if action.name == name}
+
+
 MAY_HAPPEN: dict[str, tuple[str, Callable[[PhysicalProgram], bool]]] = {
+    "books__top_book_flips": (
+        "the prompt asks for a push of the top book sideways, and what it falls off turns it over",
+        lambda program: bool({"left", "right"} & _sent(program, "top_book")),
+    ),
+    "cube_table_edge__slips_off": (
+        "the cube stands beside the table's right edge, and slips over it when it is sent there",
+        lambda program: "right" in _sent(program, "yellow_cube"),
+    ),
     "persimmons__two_fall_one_stays": (
         "the prompt asks for a push of the upper two, and a ball on a ball needs no more",
         lambda program: _targets(program) == {"top_persimmon", "middle_persimmon"},

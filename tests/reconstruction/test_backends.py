@@ -250,6 +250,7 @@ def _huge_glb() -> bytes:
         ("a.glb", b"glTF" + b"\0" * 30, "damaged"),
         ("a.stl", b"\0" * 80 + struct.pack("<I", 50), "cut off"),
         ("a.obj", b"v 0 0 0\nv 1 0 0\n", "no faces"),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 99\n", "a corner that does not exist"),
         ("a.obj", b"v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3\n", "not finite"),
         ("a.obj", b"v 0 0 0\nv 1 0 0\nv 1e9 1 0\nf 1 2 3\n", "farther than"),
         ("a.txt", b"hello", "no mesh file"),

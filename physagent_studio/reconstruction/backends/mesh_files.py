@@ -126,6 +126,10 @@ def _parsed(data: bytes, name: str) -> tuple[NDArray[np.float64], NDArray[np.int
             process=False,
             skip_materials=True,
         )
+    except IndexError as error:
+        # The parsers look vertices up by the numbers that faces give.
+        missing = "something is missing in it, or a face has a corner that does not exist"
+        raise InputError(f"{name} cannot be read as a mesh: {missing}") from error
     except UNREADABLE as error:
         raise InputError(f"{name} cannot be read as a mesh: {error}") from error
     if not isinstance(loaded, trimesh.Trimesh):

@@ -183,6 +183,15 @@ def _speeds(s: Any) -> str:
     return f"at most {top}" if s.low == 0 else f"{number(s.low)} to {top}"
 
 
+def _tilts(s: Any, bound: str) -> str:
+    return f"tilts {bound} {number(s.tilt, '°')}"
+
+
+def _stays(s: Any) -> str:
+    bound, joint = ("more than", " or ") if s.negated else ("at most", ", ")
+    return f"moves {bound} {number(s.distance, 'm')}{joint}{_tilts(s, bound)}"
+
+
 _CLAIMS: dict[str, Callable[[Any], tuple[str, str]]] = {
     "moves": _moves,
     "falls": lambda s: _verb("falls", "fall"),
@@ -216,15 +225,13 @@ _CLAIMS: dict[str, Callable[[Any], tuple[str, str]]] = {
 _BOUNDS: dict[str, Callable[[Any], str]] = {
     "moves": lambda s: f"by at least {number(s.distance, 'm')}",
     "falls": lambda s: f"by at least {number(s.drop, 'm')}",
-    "topples": lambda s: f"tilts at least {number(s.tilt, '°')}",
-    "stays": lambda s: (
-        f"moves at most {number(s.distance, 'm')}, tilts at most {number(s.tilt, '°')}"
-    ),
+    "topples": lambda s: _tilts(s, "less than" if s.negated else "at least"),
+    "stays": _stays,
     "stops": lambda s: f"within {number(s.distance, 'm')}" if s.near else "",
     "airborne": lambda s: f"for at least {number(s.seconds, 's')}",
     "rotates": lambda s: f"by at least {number(s.angle, '°')}",
     "flips": lambda s: f"by at least {number(s.angle, '°')}",
-    "upright": lambda s: f"tilts at most {number(s.tilt, '°')}",
+    "upright": lambda s: _tilts(s, "more than" if s.negated else "at most"),
     "speed_between": _speeds,
     "path_bends": lambda s: f"by at least {number(s.angle, '°')}",
     "reverses": lambda s: f"by at least {number(s.angle, '°')}",

@@ -29,6 +29,19 @@ def test_a_figure_is_compared_with_its_threshold(stage, time):
     assert negated.text == "can tilts 25° > 20°: yes"
 
 
+def test_a_bound_is_said_the_way_it_is_demanded(stage):
+    program = stage.program(
+        {"id": "a", "kind": "topples", "subject": "can", "tilt": 135, "negated": True},
+        {"id": "b", "kind": "stays", "subject": "can", "negated": True},
+        {"id": "c", "kind": "upright", "subject": "can", "negated": True},
+    )
+    assert [describe(one, program) for one in program.contract.statements] == [
+        "can does not topple (tilts less than 135°)",
+        "can does not stay in place (moves more than 0.03 m or tilts more than 15°)",
+        "can does not stand upright at the end (tilts more than 20°)",
+    ]
+
+
 def test_describe_needs_no_rollout(stage):
     program = stage.program(
         {"id": "a", "kind": "contacts", "subject": "ball", "other": "cube", "negated": True},

@@ -86,10 +86,10 @@ def _overlay(scene: Scene, camera: Camera) -> Image:
     """Outlines of masks (white) and of the placed bodies (coloured), supports and horizon."""
     assert scene.photo is not None
     out = scene.photo.copy()
-    width = out.shape[1]
-    ends = [(x, round(camera.horizon_at(x))) for x in (0, width)]
-    if any(0 <= row < out.shape[0] for _, row in ends):
-        cv2.line(out, *ends, (0, 255, 255), 1)
+    right = out.shape[1]
+    start, end = (round(camera.horizon_at(column)) for column in (0, right))
+    if any(0 <= row < out.shape[0] for row in (start, end)):
+        cv2.line(out, (0, start), (right, end), (0, 255, 255), 1)
     for item in scene.state.supports:
         if item.shape is not None and item.shape.kind in ("box", "ramp"):
             _wire(out, camera, scene.support_meshes[item.name])

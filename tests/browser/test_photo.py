@@ -69,6 +69,7 @@ class Photo:
         expect(button).to_have_attribute("aria-pressed", "true")
 
     def drag(self, *points: tuple[float, float]) -> None:
+        self.caught_up()
         mouse = self.desk.page.mouse
         mouse.move(*self.at(*points[0]))
         mouse.down()
@@ -90,9 +91,32 @@ class Photo:
         assert self.scene.is_closed
 
     def undone(self) -> None:
-        """One Ctrl+Z brings everything back."""
+        """One Ctrl+Z brings everything back, on the page as well."""
         self.desk.page.keyboard.press("Control+z")
         self.desk.until(lambda: self.desk.snapshot.program == self.before, "undone")
+        self.caught_up()
+
+    def caught_up(self) -> None:
+        """Waits until the page shows what there is, and the photo is where it will stay.
+
+        What tells of edits and of work comes and goes, and the photo moves up or down with it.
+        """
+        self.desk.idle()
+        draft = str(self.desk.snapshot.has_draft).lower()
+        self.desk.page.wait_for_function(
+            "import('/wire.js').then(({ value }) =>"
+            f" value('program')?.draft === {draft} && !value('run')?.busy)"
+        )
+        self.svg.evaluate(
+            """async (svg) => {
+              for (let still = 0, last = NaN; still < 4;) {
+                await new Promise(requestAnimationFrame);
+                const top = svg.getBoundingClientRect().top;
+                still = top === last ? still + 1 : 0;
+                last = top;
+              }
+            }"""
+        )
 
 
 @pytest.fixture
@@ -267,6 +291,7 @@ def test_the_horizon_is_dragged_and_a_ramp_placed_with_three_clicks(photo: Photo
     photo.undone()
 
     photo.tool("Ramp")
+    photo.caught_up()
     width, height = camera.size
     still = photo.at(0, 0)
     page.mouse.click(*photo.at(0.3 * width, 0.93 * height))

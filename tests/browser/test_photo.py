@@ -287,7 +287,8 @@ def test_the_horizon_is_dragged_and_a_ramp_placed_with_three_clicks(photo: Photo
     assert tilted.roll == pytest.approx(4, abs=0.4)
     assert np.degrees(tilted.camera.roll) == pytest.approx(tilted.roll, abs=0.01)
     assert tilted.camera.horizon == pytest.approx(row, abs=1)
-    expect(page.get_by_text(f"tilted by {tilted.roll:.1f}°")).to_be_visible()
+    line = page.locator(".ph-name", has_text=f"tilted by {tilted.roll:.1f}°")
+    expect(line).to_be_visible()
     photo.undone()
 
     photo.tool("Ramp")

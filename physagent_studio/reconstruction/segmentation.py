@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -48,7 +49,8 @@ SPOT = 0.012
 Offers = tuple[Candidate, ...]
 Meanwhile = Callable[[str, Callable[[], Offers]], None]
 """Told of which thing there are candidates to look at while better ones are sought; they are only
-brought to size when they are called for. Called from the threads that seek."""
+brought to size, with their outlines as they are, when they are called for. Called from the threads
+that seek."""
 
 
 class Segmenter(Protocol):
@@ -130,14 +132,13 @@ class EmbeddedSegmenter:
         best = self._best(image, name, grounding, tell)
         if not best:
             return ()
+        tell(lambda: tuple(full_size(image, *one, settled=False) for one in best))
         with ThreadPoolExecutor(2) as pool:
             sized = [pool.submit(full_size, image, *one) for one in best]
             # Parts of the first are sought while the others are still being brought to size.
-            told = pool.submit(tell, lambda: tuple(one.result() for one in sized))
             first = sized[0].result().mask
             found = with_attached(image, first, grounding, looks_for_poles(name))
             alike = [one.result() for one in sized]
-            told.result()
         return led_by(found, alike, usual_size(name).aspect)
 
     def _whole(self, image: Image, grounding: Grounding) -> BoolArray | None:
@@ -176,7 +177,8 @@ class EmbeddedSegmenter:
             if piece is None or not is_doubtful(look):
                 return [(item, look.view) for item in look.found]
             closely()
-            tell(lambda: tuple(full_size(image, item, look.view) for item in look.found))
+            rough = partial(full_size, image, view=look.view, settled=False)
+            tell(lambda: tuple(rough(item) for item in look.found))
             return merged(look, closer[0].look())
         finally:
             # A closer look that turned out to be of no use is not waited for.

@@ -137,13 +137,15 @@ def looks_for_poles(name: str) -> int:
     return FOLLOWED if STEMMED & set(words_of(name)) else int(is_slender(name))
 
 
-def full_size(image: Image, item: tuple[Draft, float], view: View) -> Candidate:
+def full_size(
+    image: Image, item: tuple[Draft, float], view: View, *, settled: bool = True
+) -> Candidate:
     """The draft at the picture's size, its outline settled there by GrabCut in a band."""
     draft, value = item
     x0, y0, x1, y1 = view.part
     rough = np.zeros(image.shape[:2], bool)
     _enlarge(draft.mask, rough[y0:y1, x0:x1])
-    if draft.family == VARIANT:
+    if draft.family == VARIANT or not settled:
         return Candidate(rough, value, draft.method)
     # Half a pixel on both sides is much of what is few pixels wide.
     least = min(max(1 - 2.4 / _width(draft.mask), 0.55), 0.85)

@@ -66,14 +66,14 @@ def marks_of(
 
 
 @dataclass(frozen=True, slots=True)
-class Horizon:
+class StatedHorizon:
     """The horizon's row in the middle column, pixels, and the camera's roll, degrees clockwise."""
 
     row: float
     roll: float = 0.0
 
 
-def horizon_of(reader: CaseReader, size: tuple[int, int]) -> Horizon | None:
+def horizon_of(reader: CaseReader, size: tuple[int, int]) -> StatedHorizon | None:
     """The horizon of a photo of `size`; None where it is open.
 
     A number is the row itself and may lie outside the picture; two clicks are on the horizon, and
@@ -88,7 +88,7 @@ def horizon_of(reader: CaseReader, size: tuple[int, int]) -> Horizon | None:
         row = reader.number(place, data)
         if abs(row - size[1] / 2) > 10 * size[1]:
             raise reader.fail(place, f"the horizon at row {row:g} is too far from the picture")
-        return Horizon(row)
+        return StatedHorizon(row)
     clicks = _clicks(reader, place, data, size)
     row = _level_row(clicks, size[0] / 2)
     if row is None:
@@ -102,7 +102,7 @@ def horizon_of(reader: CaseReader, size: tuple[int, int]) -> Horizon | None:
         raise reader.fail(
             place, f"the horizon is tilted by {abs(roll):.0f}°; at most {STEEPEST:.0f}° are allowed"
         )
-    return Horizon(row, roll)
+    return StatedHorizon(row, roll)
 
 
 def _roll(clicks: Sequence[tuple[float, float]], width: int) -> float:

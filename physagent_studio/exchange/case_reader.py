@@ -12,7 +12,13 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from physagent_studio.errors import InputError
-from physagent_studio.exchange.case_clicks import MARKS, Horizon, horizon_of, marks_of, scale_of
+from physagent_studio.exchange.case_clicks import (
+    MARKS,
+    StatedHorizon,
+    horizon_of,
+    marks_of,
+    scale_of,
+)
 from physagent_studio.exchange.plain_yaml import MAX_BYTES, Place, PlainYaml, read_yaml
 from physagent_studio.program.materials import MATERIALS
 from physagent_studio.program.problems import problems_of
@@ -205,7 +211,7 @@ class CaseReader:
                 raise self.fail(place, f"event '{name}' has more than {MAX_PROMPT} characters")
         return tuple((name, " ".join(prompt.split())) for name, prompt in entries.items())
 
-    def horizon(self, size: tuple[int, int]) -> Horizon | None:
+    def horizon(self, size: tuple[int, int]) -> StatedHorizon | None:
         """Where the horizon is, and how it is tilted; None where it is not stated."""
         return horizon_of(self, size)
 

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.reconstruction.camera import Horizon
+from physagent_studio.reconstruction.camera import Horizon, usual_focal
 from physagent_studio.reconstruction.lines import Segments
 from physagent_studio.reconstruction.right_angles import Edges
 from physagent_studio.records.case import Image
@@ -53,7 +53,7 @@ def roll_of(found: Segments, size: tuple[int, int]) -> float:
         return 0.0
     weight = np.minimum(found.length[looked] / diagonal, LONGEST)
     middle = found.ends[looked].mean(1) - np.array(size) / 2
-    agree = _agreement(lean[looked], middle, size[1] / 2 / math.tan(math.radians(22.5)))
+    agree = _agreement(lean[looked], middle, usual_focal(size))
     votes = agree @ weight
     pitch, best = (int(k) for k in np.unravel_index(int(votes.argmax()), votes.shape))
     most, level = votes[pitch, best], votes[:, int(np.abs(ROLLS).argmin())].max()

@@ -6,6 +6,7 @@ import base64
 import binascii
 import hashlib
 import textwrap
+from collections.abc import Callable
 from dataclasses import replace
 from functools import singledispatch
 from typing import Any, Protocol
@@ -59,6 +60,7 @@ class Studio(Protocol):
     ) -> None: ...
     def answer(self, browser: int, ticket: int | None, problem: str | None) -> None: ...
     def viewer_of(self, browser: int) -> int: ...
+    def once_written(self, act: Callable[[], None]) -> None: ...
 
 
 @singledispatch

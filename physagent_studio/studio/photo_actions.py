@@ -10,6 +10,7 @@ from physagent_studio.errors import InputError
 from physagent_studio.program import Edit, apply
 from physagent_studio.records import Case, Image, ShapeOffer
 from physagent_studio.studio import intents_photo
+from physagent_studio.studio.first_scene import marked, unwritten
 from physagent_studio.workbench import Snapshot, commands, photo_edits
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ def find_masks(intent: intents_photo.FindMasks, studio: Studio, browser: int) ->
     """Looks for the candidate masks; the page hears of them on `masks`."""
     case, image = _photo(studio.snapshot)
     name, grounding = intent.name, intent.grounding
-    scene = studio.snapshot.program.scene
+    scene = marked(studio.snapshot)
     said = [(item.name, item.grounding) for item in scene.objects if item.name != name]
     desk, shown = studio.photo_desk, studio.snapshot.scene
 
@@ -111,6 +112,12 @@ def _offers(snapshot: Snapshot, name: str) -> tuple[ShapeOffer, ...]:
 def _post(studio: Studio, edits_of: Callable[[Snapshot], tuple[Edit, ...]], reason: str) -> None:
     """Checks a group of edits while the person still looks, then has it carried out."""
     snapshot = studio.snapshot
+    if unwritten(snapshot):
+        if snapshot.busy is None:
+            raise InputError(f"the {reason} needs a scene to belong to: press Start to make one")
+        # What it changes is being made now.
+        studio.once_written(lambda: _post(studio, edits_of, reason))
+        return
     if snapshot.read_only:
         raise InputError("an earlier round is open read-only; go on from here to edit it")
     edits = edits_of(snapshot)

@@ -25,6 +25,7 @@ from physagent_studio.studio import intents
 from physagent_studio.studio.actions import Offer, carry_out
 from physagent_studio.studio.archive import Archive
 from physagent_studio.studio.finder import Finder
+from physagent_studio.studio.first_scene import Act, Waiting
 from physagent_studio.studio.guard import close_client, open_server, stop_server, token_of
 from physagent_studio.studio.hub import Hub
 from physagent_studio.studio.library import Library
@@ -70,6 +71,7 @@ class Studio:
         self.finder = Finder(self.hub.tell)
         self.photo_desk = PhotoDesk()
         self.mesh_desk = MeshDesk()
+        self._waiting = Waiting()
         self._site = Site(workbench.snapshot, workbench.store, self.library)
         self._server = open_server(port, self._site.page, self.hub.talk)
         hands = Hands(self._picked, self._edited, self._wished, self.later)
@@ -227,6 +229,8 @@ class Studio:
         if fresh and self.view.step > snapshot.program.clip.steps:
             self.view = replace(self.view, step=0)
         self._guarded(None, self.repaint)
+        for act in self._waiting.due(snapshot):
+            self._guarded(None, act)
 
     def repaint(self) -> None:
         """Draws everything anew from the snapshot and the view."""
@@ -250,6 +254,10 @@ class Studio:
     def select(self, kind: str, name: str) -> None:
         """Selects a thing in all views."""
         self.set_view(replace(self.view, selection=Selection(kind, name)))
+
+    def once_written(self, act: Act) -> None:
+        """Does something on this thread once the session's first program is there."""
+        self._waiting.add(self.snapshot.session_id, act)
 
     def viewer_of(self, browser: int) -> int:
         """The number of the 3D view in a browser's page; −1 where it is not there yet."""

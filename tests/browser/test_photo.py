@@ -14,6 +14,7 @@ from physagent_studio.assets import assets_dir
 from physagent_studio.program.scene import Grounding, SceneState
 from physagent_studio.reconstruction import segmentation
 from physagent_studio.studio import photo_desk
+from physagent_studio.workbench import engine
 from tests.browser.conftest import Desk
 
 pytestmark = pytest.mark.browser
@@ -345,25 +346,57 @@ def test_a_size_another_shape_and_zoom(photo: Photo) -> None:
     assert wide["width"] > 1.5 * narrow["width"]
 
 
-def test_a_session_from_a_photo_and_a_sentence_alone(fresh: Desk) -> None:
+def test_a_session_from_a_photo_and_a_sentence_alone(
+    fresh: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """No click at all: what the sentence names is found in the photo, and marked as such."""
-    page, before = fresh.page, fresh.snapshot.session_id
+    page, before, go_on = fresh.page, fresh.snapshot.session_id, threading.Event()
+    made = engine.reconstruct
+
+    def slowly(*given: Any, **more: Any) -> Any:
+        assert go_on.wait(60)
+        return made(*given, **more)
+
+    monkeypatch.setattr(engine, "reconstruct", slowly)
     page.keyboard.press("Shift+O")
     page.locator("input[type=file]").set_input_files(assets_dir() / "demo" / "input.png")
-    sentence = "The red ball rolls to the right and hits the green cube."
+    sentence = "The red ball rolls to the right and hits the wooden block and the green cube."
     expect(page.get_by_text("Say what shall happen, in a sentence.")).to_be_visible()
     page.get_by_label("Sentence").fill(sentence)
     page.get_by_role("dialog").get_by_role("button", name="Start", exact=True).click()
-    # The photo is there to look at while its scene is made.
+    # The photo is there to look at while its scene is made, and the things are there to be marked.
     expect(page.locator("img.awaited")).to_be_visible()
     fresh.until(lambda: fresh.snapshot.session_id not in (None, before), "the new session")
-    fresh.idle()
+    fresh.tab("Photo")
+    things = page.locator(".photo-things button")
+    expect(things).to_have_count(4)
+    expect(page.locator(".ph-line")).to_have_count(0)
+    fresh.button("Mask").click()
+    spot = page.locator(".photo-stage > svg").bounding_box()
+    assert spot is not None
+    case = fresh.snapshot.case
+    assert case is not None
+    name, said = case.objects[2]
+    # A mark may come before it is said which thing it belongs to.
+    share = spot["width"] / case.image.shape[1] if case.image is not None else 0
+    page.mouse.click(spot["x"] + said.points[0].x * share, spot["y"] + said.points[0].y * share)
+    expect(page.get_by_text("Which thing is that?")).to_be_visible()
+    things.nth(2).click()
+    expect(page.locator(".photo-masks button")).to_have_count(4)
+    expect(page.get_by_text("to use one.")).to_be_visible()
+    page.keyboard.press("2")
+    expect(page.get_by_text("as soon as the first scene is there")).to_be_visible()
+    assert fresh.snapshot.state.rounds == ()
+    go_on.set()
+    fresh.until(lambda: fresh.snapshot.has_draft, "the mask, once there is a scene")
     expect(page.locator("img.awaited")).to_be_hidden()
+    fresh.idle()
     scene = fresh.snapshot.program.scene
-    assert [item.name for item in scene.objects] == ["red_ball", "green_cube"]
-    assert all(item.grounding.proposed for item in scene.objects)
+    assert [item.name for item in scene.objects] == ["red_ball", "wooden_block", name]
+    assert [item.grounding.settled for item in scene.objects] == [False, False, True]
+    assert [item.grounding.proposed for item in scene.objects] == [True, True, False]
     asked = page.get_by_role("group", name="Found by words")
-    expect(asked).to_contain_text("red ball and green cube were found by their names")
+    expect(asked).to_contain_text("red ball and wooden block were found by their names")
     # A click says where it is: what was found by words is forgotten.
     asked.get_by_role("button", name="No, let me click").click()
     expect(page.get_by_text("found by words").first).to_be_visible()
@@ -375,6 +408,6 @@ def test_a_session_from_a_photo_and_a_sentence_alone(fresh: Desk) -> None:
     photo.changed(lambda state: not state.objects[0].grounding.proposed, "the clicked ball")
     inside = [one for one in fresh.snapshot.program.scene.objects[0].grounding.points if one.label]
     assert len(inside) == 1
-    expect(asked).to_contain_text("green cube was found by its name")
+    expect(asked).to_contain_text("wooden block was found by its name")
     asked.get_by_role("button", name="Yes").click()
     expect(asked).to_have_count(0)

@@ -66,7 +66,7 @@ export function startPhoto(host) {
       ["brush", "scissors"].includes(state.tool) ? h("div", { class: "row", style: "gap:8px" },
         h("div", { class: "row", style: "gap:3px", role: "group", "aria-label": "What it does" }, effects.map(([key, text]) => button(text, () => { state.effect = key; show(); }, { class: "b small", "aria-pressed": String(state.effect === key) }))),
         state.tool === "brush" ? h("input", { type: "range", min: 1, max: 60, value: String(state.radius), "aria-label": "Brush radius in pixels", class: "grow", oninput: (e) => { state.radius = Number(e.target.value); later(); } }) : null) : null,
-      h("p", { class: "photo-hint", "aria-live": "polite" }, needs ? "Select an object below first, or add a new one." : hint(tool)),
+      h("p", { class: "photo-hint", "aria-live": "polite" }, needs ? "Choose a thing below first; or mark one, then say which it is." : hint(tool)),
     ];
   }
 
@@ -79,6 +79,7 @@ export function startPhoto(host) {
   function masks() {
     const one = state.pending;
     if (!one || (!one.past.length && !one.masks.length)) return null;
+    if (!one.name) return nameless();
     const word = one.name.replaceAll("_", " ");
     return h("div", { key: "masks", role: "group", "aria-label": `Masks of ${word}` },
       h("div", { class: "photo-masks" },
@@ -92,9 +93,14 @@ export function startPhoto(host) {
         one.sent ? null : button("Back", tools.back, { class: "b small quiet", disabled: !one.past.length }), one.sent ? null : button("Drop", tools.drop, { class: "b small quiet" })));
   }
 
+  // Marks that nobody has said the thing of.
+  const nameless = () => h("div", { key: "nameless", class: "row", style: "margin-top:8px" },
+    h("span", { class: "grow", style: "font-size:12px", role: "status" }, "Which thing is that? Choose it below, or name a new one."),
+    button("Back", tools.back, { class: "b small quiet" }), button("Drop", tools.drop, { class: "b small quiet" }));
+
   // What happens, or what to do, in words.
   function words(one) {
-    if (one.sent) return "The scene follows…";
+    if (one.sent) return data.seen ? "The scene follows…" : "It is used as soon as the first scene is there…";
     if (one.wanted >= 0) return `Mask ${one.wanted + 1} it is, after a closer look…`;
     if (one.lost) return `Mask ${one.lost} did not last a closer look: choose again.`;
     if (one.waiting && one.soon) return "The best one is taken once it is found…";
@@ -115,7 +121,7 @@ export function startPhoto(host) {
 
   function choose(kind, name) {
     state.fresh = "";
-    if (state.pending && state.pending.name !== name) tools.drop();
+    if (state.pending?.name && state.pending.name !== name) tools.drop();
     send({ do: "select", kind, name });
   }
 
@@ -123,15 +129,12 @@ export function startPhoto(host) {
     const name = input.value.trim().toLowerCase().replace(/[^a-z0-9]+/g, "_").replace(/^_+|_+$/g, "").slice(0, 60);
     if (!name) return input.focus();
     input.value = "";
-    tools.drop();
-    if ([...data.objects, ...data.supports].some((one) => one.name === name)) return choose("object", name);
-    state.fresh = name;
-    tools.pick("mask");
+    tools.begin(name);
   }
 
   function about(chosen) {
     const one = data.objects.find((item) => item.name === chosen);
-    if (!one || data.readOnly) return null;
+    if (!one || data.readOnly || !data.seen) return null;
     const own = data.scale.reference === one.name ? data.scale : null;
     const shapes = one.shapes.includes(one.shape) ? one.shapes : [one.shape, ...one.shapes];
     return h("div", { key: `about-${one.name}`, class: "form photo-about" },
@@ -181,13 +184,11 @@ export function startPhoto(host) {
     told = newest;
   });
   on("line", (up) => { if (up) tools.resume(); });
-  on("playhead", (next) => {
-    const name = next.selection.name;
-    if (last !== name) {
-      [last, wrong] = [name, ""];
-      if (!state.fresh && !state.pending?.sent && state.pending?.name !== name) tools.drop();
-      show();
-    }
+  on("selection", ({ name }) => {
+    if (last === name) return;
+    [last, wrong] = [name, ""];
+    tools.turned();
+    show();
   });
   window.addEventListener("photo-tool", (event) => tools.pick(event.detail));
   window.addEventListener("resize", later);

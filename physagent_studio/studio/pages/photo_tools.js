@@ -1,7 +1,7 @@
 // The photo's tools: what a hand does with the pointer becomes a grounding, a line or a ramp.
 
 import { rise } from "./photo_draw.js";
-import { send, value } from "./wire.js";
+import { selected, send } from "./wire.js";
 
 export const TOOLS = [
   ["look", "Look", "Click an outline to select; drag to move, wheel to zoom."],
@@ -18,7 +18,6 @@ let tickets = 0;
 export function makeTools({ stage, data, changed }) {
   const state = { tool: "look", radius: 10, effect: "add", pending: null, cut: null, ramp: null, row: null, roll: null, pointer: null, drag: null };
 
-  const selected = () => value("playhead")?.selection || { kind: "none", name: "" };
   const named = (name) => data()?.objects.find((one) => one.name === name) || data()?.supports.find((one) => one.name === name);
   const target = () => (state.fresh ? state.fresh : ["object", "support"].includes(selected().kind) ? selected().name : data()?.objects.length === 1 ? data().objects[0].name : "");
 
@@ -31,22 +30,54 @@ export function makeTools({ stage, data, changed }) {
 
   // --- the grounding that is being made ------------------------------------------------------
 
+  // Marks that nothing was chosen for have no name, until it is said which thing they belong to.
   function pending() {
     const name = target();
-    if (!name) return null;
     if (!state.pending || state.pending.name !== name) {
       const known = named(name)?.grounding || EMPTY;
-      state.pending = { name, grounding: structuredClone(known), past: [], masks: [], chosen: known.candidate, ticket: 0, problem: "" };
+      state.pending = { name, grounding: structuredClone(known), past: [], changes: [], masks: [], chosen: known.candidate, ticket: 0, problem: "" };
     }
     return state.pending;
   }
 
   function alter(change) {
     const one = pending();
-    if (!one || one.sent) return;
+    if (one.sent) return;
+    mark(one, change);
+    one.name ? ask(one) : changed();
+  }
+
+  function mark(one, change) {
     one.past.push(structuredClone(one.grounding));
+    one.changes.push(change);
     change(one.grounding);
+  }
+
+  // Another thing was chosen: what was being made of the last one is dropped; marks that had no
+  // name yet are its marks.
+  function turned() {
+    if (state.fresh || state.pending?.sent || (state.pending && state.pending.name === target())) return;
+    const kept = state.pending?.name === "" ? state.pending.changes : [], cut = state.cut?.name === "" ? state.cut : null;
+    drop();
+    state.cut = cut;
+    adopt(kept);
+  }
+
+  function adopt(changes) {
+    if (!changes.length) return;
+    const one = pending();
+    for (const change of changes) mark(one, change);
     ask(one);
+  }
+
+  // What is named here is new, or known by that name.
+  function begin(name) {
+    const kept = state.pending?.name === "" ? state.pending.changes : [];
+    drop();
+    if (named(name)) send({ do: "select", kind: data().supports.some((one) => one.name === name) ? "support" : "object", name });
+    else state.fresh = name;
+    pick("mask");
+    adopt(kept);
   }
 
   function ask(one) {
@@ -117,7 +148,8 @@ export function makeTools({ stage, data, changed }) {
     }
     if (!one || one.past.length < 2) return drop();
     one.grounding = one.past.pop();
-    ask(one);
+    one.changes.pop();
+    one.name ? ask(one) : changed();
   }
 
   function drop() {
@@ -175,7 +207,7 @@ export function makeTools({ stage, data, changed }) {
   }
 
   function anchor(point, straight) {
-    if (!state.cut) state.cut = { anchors: [point], ways: [], live: null, fixing: "", ticket: 0 };
+    if (!state.cut) state.cut = { name: target(), anchors: [point], ways: [], live: null, fixing: "", ticket: 0 };
     else if (!state.cut.fixing) {
       const first = state.cut.anchors[0];
       const near = Math.hypot(first[0] - point[0], first[1] - point[1]) < 9 * stage.unit();
@@ -223,7 +255,7 @@ export function makeTools({ stage, data, changed }) {
 
   function brush(phase, point, event) {
     const erase = event.button === 2 || event.altKey || state.effect === "erase";
-    if (phase === "down" && pending()) state.drag = { kind: "stroke", effect: erase ? "erase" : "add", points: [point] };
+    if (phase === "down") state.drag = { kind: "stroke", effect: erase ? "erase" : "add", points: [point] };
     else if (phase === "move" && state.drag) {
       const last = state.drag.points.at(-1);
       if (Math.hypot(last[0] - point[0], last[1] - point[1]) > Math.max(0.8, state.radius * 0.25) && state.drag.points.length < 590) state.drag.points.push(point);
@@ -236,14 +268,13 @@ export function makeTools({ stage, data, changed }) {
 
   function mask(phase, point, event) {
     if (phase === "down") {
-      if (!target()) {
-        const under = event.target.closest?.("[data-name]");
-        if (under) return send({ do: "select", kind: "object", name: under.dataset.name });
-      } else state.drag = { kind: "box", from: point, to: point, out: event.button === 2 || event.altKey };
+      const under = target() ? null : event.target.closest?.("[data-name]");
+      state.drag = { kind: "box", from: point, to: point, out: event.button === 2 || event.altKey, under };
     } else if (phase === "move" && state.drag) state.drag.to = point;
     else if (phase === "up" && state.drag) {
-      const { from, to, out } = state.drag;
+      const { from, to, out, under } = state.drag;
       state.drag = null;
+      if (under) send({ do: "select", kind: "object", name: under.dataset.name });
       const far = Math.max(Math.abs(from[0] - to[0]), Math.abs(from[1] - to[1]));
       if (!out && far > 6 * stage.unit() && far > 3) alter((g) => { anew(g).box = [Math.min(from[0], to[0]), Math.min(from[1], to[1]), Math.max(from[0], to[0]), Math.max(from[1], to[1])].map(round); });
       else alter((g) => (out ? g : anew(g)).points.push({ x: round(from[0]), y: round(from[1]), label: out ? 0 : 1 }));
@@ -299,7 +330,7 @@ export function makeTools({ stage, data, changed }) {
     else if (state.tool === "horizon") horizon(phase, raw);
     else if (state.tool === "ramp") ramp(phase, point);
     else if (state.tool === "scissors") {
-      if (phase === "up" && event.button === 0 && event.detail < 2 && target()) anchor(point, event.shiftKey);
+      if (phase === "up" && event.button === 0 && event.detail < 2) anchor(point, event.shiftKey);
       else if (phase === "double") close(event.shiftKey);
       else if (phase === "move" && state.cut && !state.cut.fixing) way(point, event.shiftKey);
     }
@@ -319,7 +350,7 @@ export function makeTools({ stage, data, changed }) {
     return false;
   }
 
-  return { state, pick, target, take, drop, back, busy, found, edge, settle, refused, resume, on, key, alter, pending };
+  return { state, pick, target, take, drop, back, busy, found, edge, settle, refused, resume, on, key, turned, begin };
 }
 
 const LEVEL = 0.4; // degrees within which a line is level

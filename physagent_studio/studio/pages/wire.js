@@ -39,10 +39,34 @@ function refuse(intent) {
   return false;
 }
 
+// What is selected here: what this page has asked for, from the moment that it asks.
+let asked = null;
+export const selected = () => asked || values.playhead?.selection || { kind: "none", name: "" };
+
+function select(wish) {
+  const before = selected();
+  asked = wish;
+  tell(before);
+}
+
+function tell(before) {
+  const now = selected();
+  if (now.kind === before.kind && now.name === before.name) return;
+  values.selection = now;
+  emit("selection", now);
+}
+
+// The server has come so far, or never will.
+function confirm(before, given) {
+  if (!asked || given === null || (given.kind === asked.kind && given.name === asked.name)) asked = null;
+  tell(before);
+}
+
 export function send(intent) {
   if (presents && !LOOKING.has(intent.do)) return refuse(intent);
   if (socket && socket.readyState === WebSocket.OPEN) {
     socket.send(JSON.stringify(intent, (_key, one) => (typeof one === "number" && !Number.isFinite(one) ? String(one) : one)));
+    if (intent.do === "select") select({ kind: intent.kind, name: intent.name || "" });
     return true;
   }
   emit("say", { level: "warning", text: "Not connected; this was not sent." });
@@ -117,11 +141,15 @@ export function connect() {
       if (refused && data.problem) refused(data.problem);
       return;
     }
+    const before = selected();
     if (channel !== "say") values[channel] = data;
     if (channel === "playhead" && (data.playing || data.frame === wanted)) wanted = null;
     emit(channel, data);
+    if (channel === "playhead") confirm(before, data.selection);
+    else if (channel === "say" && data.level === "error") confirm(before, null);
   };
   socket.onclose = () => {
+    confirm(selected(), null);
     emit("line", false);
     setTimeout(connect, pause);
     pause = Math.min(pause * 1.6, 4000);

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from physagent_studio.program.scene import SceneObject, Support
 from physagent_studio.reconstruction.names import support_kind
 from physagent_studio.rendering.backdrop import PALETTE
+from physagent_studio.studio.first_scene import marked
 from physagent_studio.workbench import Snapshot
 from physagent_studio.workbench.photo_edits import forms_of
 
@@ -30,7 +31,7 @@ def state_of(snapshot: Snapshot) -> dict[str, Any]:
             "prompt": snapshot.program.event.prompt,
         }
     assert case is not None
-    state = snapshot.program.scene
+    state = marked(snapshot)
     camera = state.camera
     masks = {} if scene is None else scene.masks
     return {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -84,6 +85,20 @@ class Photo:
         expect(masks.first).to_be_visible()
         expect(self.desk.page.get_by_text("to use one.")).to_be_visible()
         return masks.count()
+
+    def steer(self, x: float, y: float) -> None:
+        """Brings the cross to within a step of a place, by the arrow keys."""
+        told = self.desk.page.locator(".photo-stage .unseen")
+        for axis, keys in enumerate((("ArrowLeft", "ArrowRight"), ("ArrowUp", "ArrowDown"))):
+            for prefix in ("Shift+", ""):
+                before = 0.0
+                while True:
+                    numbers = re.findall(r"(\d+) (?:across|down)", told.text_content() or "")
+                    off = (x, y)[axis] - float(numbers[axis])
+                    if before * off < 0 or off == 0:
+                        break
+                    before = off
+                    self.desk.page.keyboard.press(prefix + keys[off > 0])
 
     def changed(self, holds: Callable[[SceneState], object], what: str) -> None:
         """Until an edit has arrived and the scene has followed."""
@@ -185,6 +200,27 @@ def test_click_or_box_choose_one_of_four_and_undo(photo: Photo) -> None:
     expect(dots).to_have_count(count)
     assert photo.desk.snapshot.program == photo.before
     assert not photo.desk.snapshot.can_redo
+    # Without a mouse: a cross is moved by the arrow keys, which are the playhead's elsewhere.
+    cross = page.locator(".ph-cross")
+    expect(cross).to_have_count(0)
+    page.keyboard.press("k")
+    expect(cross).to_be_visible()
+    photo.steer(x + 3, y)
+    name = photo.name.replace("_", " ")
+    expect(page.locator(".photo-stage .unseen")).to_contain_text(f"down, {name}")
+    page.keyboard.press("Enter")
+    expect(dots).to_have_count(count + 1)
+    page.keyboard.press("Escape")
+    expect(dots).to_have_count(count)
+    page.keyboard.press("Space")
+    expect(dots).to_have_count(count + 1)
+    assert photo.thumbnails() == 4
+    page.keyboard.press("Escape")
+    page.keyboard.press("Escape")
+    expect(cross).to_have_count(0)
+    assert photo.desk.studio.view.step == 0
+    assert not photo.desk.studio.view.playing
+    expect(photo.desk.button("Mask")).to_have_attribute("aria-pressed", "true")
     page.mouse.click(*photo.at(x + 3, y))
     photo.thumbnails()
     page.mouse.click(*photo.at(5, 5), button="right")
@@ -269,7 +305,26 @@ def test_the_horizon_is_dragged_and_a_ramp_placed_with_three_clicks(photo: Photo
     assert photo.scene.horizon == pytest.approx(-30, abs=3)
     was, now = photo.before.scene.objects, photo.scene.objects
     assert all(a.position != b.position for a, b in zip(was, now, strict=True))
-    # Above the photo it is drawn at the edge, and goes from there to where it is dragged.
+    # Above the photo it is drawn at the edge with all its grips, and tilted there too.
+    grips = page.locator(".ph-horizon-grip")
+    expect(grips).to_have_count(3)
+    photo.caught_up()
+    for number in range(3):
+        box = grips.nth(number).bounding_box()
+        assert box is not None
+        assert box["y"] >= photo.at(0, 0)[1] - 1
+    right = grips.nth(2).bounding_box()
+    assert right is not None
+    x, y = right["x"] + right["width"] / 2, right["y"] + right["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x, y + 12, steps=3)
+    expect(page.locator(".ph-name", has_text="tilted by")).to_be_visible()
+    page.keyboard.press("Escape")
+    page.mouse.up()
+    photo.tool("Horizon")
+    expect(page.locator(".ph-name", has_text="tilted by")).to_have_count(0)
+    # From the edge it goes to where it is dragged.
     page.mouse.click(*photo.at(width / 2, 4))
     photo.drag((width / 2, 4), (width / 2, row + 30))
     photo.changed(lambda scene: (scene.horizon or 0) > row, "the horizon, back")
@@ -306,6 +361,11 @@ def test_the_horizon_is_dragged_and_a_ramp_placed_with_three_clicks(photo: Photo
     assert ramp is not None
     assert ramp.shape is not None
     assert ramp.shape.kind == "ramp"
+    # Its edges are drawn where the photo's camera sees them, once it is chosen.
+    edges = page.locator(".ph-support .ph-edge")
+    expect(edges).to_be_hidden()
+    page.locator(".photo-things").get_by_role("button", name="ramp").click()
+    expect(edges).to_be_visible()
     photo.undone()
 
 

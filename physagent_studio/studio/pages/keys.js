@@ -73,6 +73,7 @@ export function startKeys({ left, right, dialogs, meshFile, scene, theme, presen
     ["Show the inspector", "", () => right.show("inspector")],
     ["Show the program", "", () => right.show("program")],
     ["Show the photo", "", () => right.show("photo")],
+    ["Mark the photo without a mouse", "K", () => { right.show("photo"); const photo = document.querySelector(".photo-stage"); photo.blur(); photo.focus(); }],
     ["Save the clip as a video", "", () => send({ do: "video" })],
     ["Save the session as a replay (one HTML file)", "", () => send({ do: "export", kind: "html" })],
     ["Save the scene as a recording (.viser)", "", () => send({ do: "export", kind: "viser" })],
@@ -153,7 +154,9 @@ export function startKeys({ left, right, dialogs, meshFile, scene, theme, presen
       h("div", { class: "dialog", role: "dialog", "aria-label": "Keys" },
         h("header", {}, h("div", { class: "title grow" }, "Keys"), h("button", { class: "b quiet", type: "button", onclick: close }, "Close")),
         h("div", { class: "body", style: "columns:2 260px;column-gap:28px" }, commands.filter(([, key]) => key && !/^(Shift\+)?[1-9]$/.test(key)).map(([label, key]) => h("div", { class: "row", style: "break-inside:avoid;padding:3px 0" }, h("span", { class: "grow" }, label), h("kbd", {}, pretty(key)))), h("div", { class: "row", style: "padding:3px 0" }, h("span", { class: "grow" }, "Go to a kept view; with Shift keep it"), h("kbd", {}, "1 … 9")),
-          h("div", { class: "row", style: "padding:3px 0" }, h("span", { class: "grow" }, "On a bar: move, with Ctrl resize"), h("kbd", {}, "← →"))))));
+          h("div", { class: "row", style: "padding:3px 0" }, h("span", { class: "grow" }, "On a bar: move, with Ctrl resize"), h("kbd", {}, "← →")),
+          h("div", { class: "row", style: "padding:3px 0" }, h("span", { class: "grow" }, "On the photo: move the cross, with Shift further"), h("kbd", {}, "← ↑ ↓ →")),
+          h("div", { class: "row", style: "padding:3px 0" }, h("span", { class: "grow" }, "On the photo: what a click does there, with Alt outside"), h("kbd", {}, "Space"))))));
     overlay.querySelector("button").focus();
   }
   addEventListener("keydown", (event) => { if (event.key === "Escape" && sheet) { event.stopPropagation(); close(); } }, true);

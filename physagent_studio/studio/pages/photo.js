@@ -2,6 +2,7 @@
 
 import { button, draw, h } from "./dom.js";
 import { live, marks, outlines, thumbnail } from "./photo_draw.js";
+import { HOW, makePhotoKeys } from "./photo_keys.js";
 import { makeTools, TOOLS } from "./photo_tools.js";
 import { startStage } from "./photo_view.js";
 import { on, send } from "./wire.js";
@@ -32,6 +33,7 @@ export function startPhoto(host) {
   };
   const tools = makeTools({ stage, data: () => (data?.image ? data : null), changed: later });
   const { state } = tools;
+  const keys = makePhotoKeys({ stage, tools, data: () => (data?.image ? data : null), changed: later });
   stage.scaled(later);
 
   function show() {
@@ -45,10 +47,10 @@ export function startPhoto(host) {
     }
     const chosen = tools.target(), unit = stage.unit();
     stage.show(data.image, data.size);
-    stage.stage.setAttribute("aria-label", `Photo. ${TOOLS.find(([key]) => key === state.tool)[2]}`);
+    stage.stage.setAttribute("aria-label", `Photo. ${TOOLS.find(([key]) => key === state.tool)[2]} ${HOW}`);
     draw(stage.layers.outlines, outlines(data, chosen, state));
     draw(stage.layers.marks, marks(data, chosen, state, unit));
-    draw(stage.layers.live, live(data, state, unit));
+    draw(stage.layers.live, live(data, state, unit), keys.draw(unit));
     draw(top, data.readOnly ? sentence() : toolbar());
     draw(bottom, masks(), things(chosen), about(chosen));
   }
@@ -113,7 +115,7 @@ export function startPhoto(host) {
     return h("div", { key: "things" }, h("div", { class: "head" }, "Things"), h("div", { class: "row wrap photo-things", style: "gap:4px" },
       data.objects.map((one) => h("button", { class: "b small", type: "button", "aria-pressed": String(one.name === chosen), onclick: () => choose("object", one.name) },
         h("span", { class: "photo-swatch", style: `background:rgb(${one.colour.join(" ")})` }), one.name.replaceAll("_", " "), one.grounding.proposed ? h("span", { class: "faint", title: "Found by its words; mark it to be sure" }, "found by words") : null)),
-      data.supports.filter((one) => one.grounding.points.length || one.grounding.marks.length || one.ramp).map((one) => h("button", { class: "b small", type: "button", "aria-pressed": String(one.name === chosen), onclick: () => choose("support", one.name) }, one.name.replaceAll("_", " "))),
+      data.supports.filter((one) => one.placed).map((one) => h("button", { class: "b small", type: "button", "aria-pressed": String(one.name === chosen), onclick: () => choose("support", one.name) }, one.name.replaceAll("_", " "))),
       state.fresh ? h("span", { class: "chip accent" }, state.fresh) : null,
       data.readOnly ? null : h("form", { class: "row", style: "gap:3px", onsubmit: (e) => { e.preventDefault(); add(e.target.elements[0]); } },
         h("input", { type: "text", placeholder: "New thing", "aria-label": "Name of a new thing", maxlength: 60, style: "width:92px" }), button("Mark it", null, { class: "b small", type: "submit" }))));
@@ -161,10 +163,17 @@ export function startPhoto(host) {
     const field = event.target.closest?.("input, textarea, select");
     if (!data?.image || host.hidden || field) return;
     if (event.target.tagName === "BUTTON" && event.key === "Enter" && !event.target.closest(".photo-masks")) return;
-    if (tools.key(event) === false) return;
+    if (!keys.pressed(event) && tools.key(event) === false && !small(event)) return;
     event.preventDefault();
     event.stopPropagation();
   }, true);
+
+  // With nothing else to leave, Escape leaves the large photo.
+  function small({ key }) {
+    if (key !== "Escape" || !stage.stage.classList.contains("large")) return false;
+    stage.large(false);
+    return true;
+  }
 
   on("photo", (next) => {
     // What is being made belongs to the photo that it was begun on.

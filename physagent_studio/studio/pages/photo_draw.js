@@ -7,14 +7,19 @@ const rgb = (colour) => `rgb(${colour.join(" ")})`;
 export const rise = (roll, x) => Math.tan((roll * Math.PI) / 180) * x;
 const list = (points) => points.map((p) => p.join(",")).join(" ");
 
+// Supports lie below the things on them, and show where they are pointed at or chosen.
 export function outlines(data, chosen, state) {
   const made = state.pending;
-  return data.objects.filter((one) => one.path && !(made && made.name === one.name && made.masks.length)).map((one) => {
+  const supports = data.supports.filter((one) => one.path).map((one) =>
+    h("g", { key: `on ${one.name}`, class: one.name === chosen ? "ph-support on" : "ph-support" },
+      h("path", { class: "ph-area", "data-name": one.name, "data-kind": "support", d: one.area }, h("title", {}, one.name.replaceAll("_", " "))),
+      h("path", { class: "ph-case", d: one.path }), h("path", { class: "ph-edge", d: one.path })));
+  return [supports, data.objects.filter((one) => one.path && !(made && made.name === one.name && made.masks.length)).map((one) => {
     const on = one.name === chosen;
     return h("g", { key: one.name, class: made && !on ? "ph-dim" : "" },
       h("path", { class: "ph-case", d: one.path }),
-      h("path", { class: on ? "ph-line on" : "ph-line", "data-name": one.name, d: one.path, stroke: rgb(one.colour), fill: rgb(one.colour), "fill-opacity": on ? ".3" : ".12" }, h("title", {}, one.name.replaceAll("_", " "))));
-  });
+      h("path", { class: on ? "ph-line on" : "ph-line", "data-name": one.name, "data-kind": "object", d: one.path, stroke: rgb(one.colour), fill: rgb(one.colour), "fill-opacity": on ? ".3" : ".12" }, h("title", {}, one.name.replaceAll("_", " "))));
+  })];
 }
 
 export function marks(data, chosen, state, unit) {
@@ -72,20 +77,25 @@ export function live(data, state, unit) {
   return out;
 }
 
+const GRIP = 7; // pixels of the screen that a grip keeps from the photo's edge
+const ENDS = 0.4; // where the grips at the ends are, as a share of the width beside the middle
+export const within = (y, height, unit) => Math.max(GRIP * unit, Math.min(height - GRIP * unit, y));
+
 function horizon(data, state, unit) {
   const row = state.row ?? data.horizon;
   if (row === null || row === undefined) return null;
   const [width, height] = data.size;
-  const at = Math.max(7 * unit, Math.min(height - 7 * unit, row));
-  const away = row < 0 ? `${Math.round(-row)} px above the photo` : row > height ? `${Math.round(row - height)} px below the photo` : `row ${Math.round(row)}`;
+  const at = within(row, height, unit);
+  const away = row < 0 ? `${Math.round(-row)} px above` : row > height ? `${Math.round(row - height)} px below` : `row ${Math.round(row)}`;
   const roll = state.roll ?? data.roll ?? 0;
   const tilted = Math.abs(roll) < 0.05 ? "" : `, tilted by ${Math.abs(roll).toFixed(1)}°`;
-  const text = 12 * unit;
-  const grip = (x, r) => h("circle", { class: "ph-horizon-grip", cx: width / 2 + x, cy: at - rise(roll, x), r: r * unit });
+  const text = 12 * unit, slope = Math.abs(rise(roll, width / 2));
+  // A grip is always inside the photo, also where its place on the line is not.
+  const grip = (x, r) => h("circle", { class: "ph-horizon-grip", cx: width / 2 + x, cy: within(at - rise(roll, x), height, unit), r: r * unit });
   return h("g", {},
     h("line", { class: "ph-horizon", x1: 0, x2: width, y1: at + rise(roll, width / 2), y2: at - rise(roll, width / 2), "stroke-dasharray": at === row ? null : "6 4" }),
-    grip(0, 6), at === row ? [grip(-0.4 * width, 4), grip(0.4 * width, 4)] : null,
-    h("text", { class: "ph-name", x: 8 * unit, y: at > height / 2 ? at - 10 * unit : at + 20 * unit, style: `font-size:${text}px;stroke-width:${2.5 * unit}px` }, `Horizon: ${away}${tilted}`));
+    grip(0, 6), grip(-ENDS * width, 4), grip(ENDS * width, 4),
+    h("text", { class: "ph-name", x: 8 * unit, y: Math.max(16 * unit, Math.min(height - 8 * unit, at > height / 2 ? at - slope - 10 * unit : at + slope + 20 * unit)), style: `font-size:${text}px;stroke-width:${2.5 * unit}px` }, `Horizon: ${away}${tilted}`));
 }
 
 // A mask on its piece of the photo.

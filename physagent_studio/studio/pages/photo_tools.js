@@ -1,6 +1,6 @@
 // The photo's tools: what a hand does with the pointer becomes a grounding, a line or a ramp.
 
-import { rise } from "./photo_draw.js";
+import { rise, within } from "./photo_draw.js";
 import { selected, send } from "./wire.js";
 
 export const TOOLS = [
@@ -268,7 +268,7 @@ export function makeTools({ stage, data, changed }) {
 
   function mask(phase, point, event) {
     if (phase === "down") {
-      const under = target() ? null : event.target.closest?.("[data-name]");
+      const under = target() ? null : event.target.closest?.("[data-kind=object]");
       state.drag = { kind: "box", from: point, to: point, out: event.button === 2 || event.altKey, under };
     } else if (phase === "move" && state.drag) state.drag.to = point;
     else if (phase === "up" && state.drag) {
@@ -288,18 +288,19 @@ export function makeTools({ stage, data, changed }) {
     const row = state.row ?? data().horizon ?? y, roll = state.roll ?? data().roll ?? 0;
     if (phase === "down") {
       // A line beyond the photo is drawn at its edge, and is taken from there.
-      const shown = Math.max(0, Math.min(data().size[1], row));
-      const off = shown - rise(roll, x) - y;
-      const tilts = shown === row && Math.abs(x) > 0.3 * data().size[0] && Math.abs(off) < 20 * stage.unit();
+      const [width, height] = data().size, unit = stage.unit();
+      const off = Math.max(0, Math.min(height, row)) - rise(roll, x) - y;
+      const grip = within(within(row, height, unit) - rise(roll, x), height, unit);
+      const tilts = Math.abs(x) > 0.3 * width && Math.abs(grip - y) < 20 * unit;
       // Far from the line a click takes it along.
-      const far = Math.abs(off) > 60 * stage.unit();
-      state.drag = { kind: "horizon", from: y, off: far ? 0 : off, tilts, moved: far };
+      const far = !tilts && Math.abs(off) > 60 * unit;
+      state.drag = { kind: "horizon", from: y, off: far ? 0 : off, tilts, up: rise(roll, x), moved: far };
     }
     if (!state.drag) return;
     state.drag.moved ||= Math.abs(y - state.drag.from) > 2 * stage.unit();
     if (state.drag.moved) {
       [state.row, state.roll] = [round(row), roll];
-      if (state.drag.tilts) state.roll = tilt(row - y - state.drag.off, x);
+      if (state.drag.tilts) state.roll = tilt(state.drag.up + state.drag.from - y, x);
       else state.row = round(y + state.drag.off + rise(roll, x));
     }
     if (phase !== "up") return;
@@ -324,7 +325,7 @@ export function makeTools({ stage, data, changed }) {
     if (phase === "cancel") state.drag = null;
     else if (phase === "pick" || data()?.readOnly) {
       const under = document.elementFromPoint(event.clientX, event.clientY)?.closest?.("[data-name]");
-      if (phase === "pick") send(under ? { do: "select", kind: "object", name: under.dataset.name } : { do: "select", kind: "none" });
+      if (phase === "pick") send(under ? { do: "select", kind: under.dataset.kind, name: under.dataset.name } : { do: "select", kind: "none" });
     } else if (state.tool === "mask") mask(phase, point, event);
     else if (state.tool === "brush") brush(phase, point, event);
     else if (state.tool === "horizon") horizon(phase, raw);

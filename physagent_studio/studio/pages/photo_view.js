@@ -30,7 +30,7 @@ export function startStage(host, { onTool }) {
     picture.setAttribute("width", size[0]);
     picture.setAttribute("height", size[1]);
     view.size = size;
-    stage.style.aspectRatio = `${size[0]} / ${size[1]}`;
+    svg.style.aspectRatio = `${size[0]} / ${size[1]}`;
     fit();
   }
 
@@ -44,6 +44,14 @@ export function startStage(host, { onTool }) {
     const matrix = svg.getScreenCTM();
     if (!matrix) return [0, 0];
     const point = new DOMPoint(event.clientX, event.clientY).matrixTransform(matrix.inverse());
+    return [point.x, point.y];
+  }
+
+  // Where a pixel of the photo is in the window.
+  function client([x, y]) {
+    const matrix = svg.getScreenCTM();
+    if (!matrix) return [0, 0];
+    const point = new DOMPoint(x, y).matrixTransform(matrix);
     return [point.x, point.y];
   }
 
@@ -63,6 +71,15 @@ export function startStage(host, { onTool }) {
   function hold() {
     view.x = Math.max(0, Math.min(view.size[0] - view.w, view.x));
     view.y = Math.max(0, Math.min(view.size[1] - view.h, view.y));
+  }
+
+  // Moves what is on view just so far that a place is inside it.
+  function reveal([x, y]) {
+    const rim = 16 * unit();
+    view.x = Math.max(x + rim - view.w, Math.min(x - rim, view.x));
+    view.y = Math.max(y + rim - view.h, Math.min(y - rim, view.y));
+    hold();
+    apply();
   }
 
   const middle = () => [view.x + view.w / 2, view.y + view.h / 2];
@@ -123,5 +140,5 @@ export function startStage(host, { onTool }) {
   );
   new ResizeObserver(() => apply()).observe(stage);
   host.append(stage);
-  return { stage, layers, show, unit, inside, large, scaled: (listener) => scaled.add(listener) };
+  return { stage, layers, show, unit, client, inside, reveal, held: () => held, large, scaled: (listener) => scaled.add(listener) };
 }

@@ -13,6 +13,7 @@ from physagent_studio.program.scene import SceneObject, Support
 from physagent_studio.reconstruction.names import support_kind
 from physagent_studio.rendering.backdrop import PALETTE
 from physagent_studio.studio.first_scene import marked
+from physagent_studio.studio.panels.seen_edges import seen_edges
 from physagent_studio.workbench import Snapshot
 from physagent_studio.workbench.photo_edits import forms_of
 
@@ -56,7 +57,11 @@ def state_of(snapshot: Snapshot) -> dict[str, Any]:
             for index, item in enumerate(state.objects)
         ],
         "supports": [
-            {**_grounded(item), "ramp": support_kind(item.name) == "ramp"}
+            {
+                **_grounded(item),
+                "ramp": support_kind(item.name) == "ramp",
+                **(_edges(item, snapshot) if _placed(item) else {"placed": False}),
+            }
             for item in state.supports
         ],
     }
@@ -70,6 +75,18 @@ def _shapes(name: str, snapshot: Snapshot) -> dict[str, Any]:
         "shapes": forms_of(name, snapshot.program.event.prompt, offers),
         "covers": {offer.kind: round(100 * offer.iou) for offer in offers},
     }
+
+
+def _placed(item: Support) -> bool:
+    """Whether it was put where it is by hand, or can be by the ramp's tool."""
+    said = item.grounding
+    return bool(said.points or said.marks) or support_kind(item.name) == "ramp"
+
+
+def _edges(item: Support, snapshot: Snapshot) -> dict[str, Any]:
+    meshes = {} if snapshot.scene is None else snapshot.scene.support_meshes
+    camera = snapshot.program.scene.camera
+    return {"placed": True, **seen_edges(item, camera, meshes.get(item.name))}
 
 
 def _grounded(item: SceneObject | Support) -> dict[str, Any]:

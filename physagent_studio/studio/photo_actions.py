@@ -11,6 +11,7 @@ from physagent_studio.program import Edit, apply
 from physagent_studio.records import Case, Image, ShapeOffer
 from physagent_studio.studio import intents_photo
 from physagent_studio.studio.first_scene import marked, unwritten
+from physagent_studio.studio.guesses import disproved
 from physagent_studio.workbench import Snapshot, commands, photo_edits
 
 if TYPE_CHECKING:
@@ -22,8 +23,9 @@ def find_masks(intent: intents_photo.FindMasks, studio: Studio, browser: int) ->
     case, image = _photo(studio.snapshot)
     name, grounding = intent.name, intent.grounding
     scene = marked(studio.snapshot)
-    said = [(item.name, item.grounding) for item in scene.objects if item.name != name]
     desk, shown = studio.photo_desk, studio.snapshot.scene
+    out = {name, *disproved(scene, shown, name, grounding)}
+    said = [(item.name, item.grounding) for item in scene.objects if item.name not in out]
 
     def find(*, whole: bool) -> dict[str, Any]:
         photo_edits.check_grounding(case, name, grounding)
@@ -49,13 +51,24 @@ def take_mask(intent: intents_photo.TakeMask, studio: Studio, browser: int) -> N
     """Takes a mask over into the program."""
     case, _ = _photo(studio.snapshot)
     name, grounding = intent.name, intent.grounding
-    _post(
-        studio,
-        lambda s: photo_edits.mask_edits(
-            s.program, case, s.state.pinned, name, grounding, layer=intent.layer
-        ),
-        f"mask of {name}",
-    )
+
+    def edits_of(s: Snapshot) -> tuple[Edit, ...]:
+        wrong = disproved(s.program.scene, s.scene, name, grounding)
+        if wrong:
+            _ask_for(studio, browser, name, sorted(wrong))
+        return photo_edits.mask_edits(
+            s.program, case, s.state.pinned, name, grounding, layer=intent.layer, wrong=wrong
+        )
+
+    _post(studio, edits_of, f"mask of {name}")
+
+
+def _ask_for(studio: Studio, browser: int, name: str, wrong: list[str]) -> None:
+    """Asks for the first of the things whose place another has taken."""
+    spoken, other = name.replace("_", " "), wrong[0].replace("_", " ")
+    text = f"The words had found {other} where {spoken} is: mark {other} as well."
+    choose = {"do": "select", "kind": "object", "name": wrong[0]}
+    studio.say(browser, "info", text, (f"Choose {other}", choose))
 
 
 def set_horizon(intent: intents_photo.SetHorizon, studio: Studio, browser: int) -> None:

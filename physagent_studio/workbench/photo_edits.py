@@ -47,11 +47,13 @@ def mask_edits(
     grounding: Grounding,
     *,
     layer: bool = False,
+    wrong: Collection[str] = (),
 ) -> tuple[Edit, ...]:
     """A person's mask: clicks, box, strokes and the chosen candidate of an object or support.
 
     A name that is not there yet becomes an object. layer: it is a layer of a stack, which the
-    clicks on the others go on to tell apart. Raises InputError for clicks outside the
+    clicks on the others go on to tell apart. wrong: things whose clicks are wrong, so that
+    they do not count as outside of this one. Raises InputError for clicks outside the
     picture, and for a grounding that shows nothing.
     """
     scene = program.scene
@@ -63,7 +65,7 @@ def mask_edits(
         opened += _opened_objects(_carried(scene, name), pinned, ("position",))
     else:
         path = f"scene.objects.{name}"
-        said = [(o.name, o.grounding) for o in scene.objects if o.name != name]
+        said = [(o.name, o.grounding) for o in scene.objects if o.name not in {name, *wrong}]
         if not layer:
             grounding = settled(name, [*said, (name, grounding)])
         item = scene.object(name)

@@ -245,9 +245,10 @@ export function makeTools({ stage, data, changed }) {
     changed();
   }
 
-  // A hand that points at a thing which was only found by its words says where it is: anew.
+  // A hand that points at a thing which was only found by its words says where it is: anew. What
+  // the hand said to lie outside stays so.
   function anew(grounding) {
-    if (grounding.proposed) [grounding.points, grounding.candidate, grounding.proposed] = [[], 0, false];
+    if (grounding.proposed) [grounding.points, grounding.candidate, grounding.proposed] = [grounding.points.filter((p) => !p.label), 0, false];
     return grounding;
   }
 

@@ -13,6 +13,7 @@ from physagent_studio.program.scene import SceneObject, Support
 from physagent_studio.reconstruction.names import support_kind
 from physagent_studio.rendering.backdrop import PALETTE
 from physagent_studio.studio.first_scene import marked
+from physagent_studio.studio.guesses import Spot, stale_spots, without_stale
 from physagent_studio.studio.panels.seen_edges import seen_edges
 from physagent_studio.workbench import Snapshot
 from physagent_studio.workbench.photo_edits import forms_of
@@ -35,6 +36,7 @@ def state_of(snapshot: Snapshot) -> dict[str, Any]:
     state = marked(snapshot)
     camera = state.camera
     masks = {} if scene is None else scene.masks
+    stale = stale_spots(case, state)
     return {
         "session": snapshot.session_id,
         "image": f"/photo/{case.image_hash}.jpg",
@@ -48,7 +50,7 @@ def state_of(snapshot: Snapshot) -> dict[str, Any]:
         "scale": state.scale.model_dump(mode="json"),
         "objects": [
             {
-                **_grounded(item),
+                **_grounded(item, stale),
                 "colour": PALETTE[index % len(PALETTE)],
                 "path": path_of(masks[item.name]) if item.name in masks else "",
                 "shape": item.form or (item.shape.kind if item.shape is not None else ""),
@@ -58,7 +60,7 @@ def state_of(snapshot: Snapshot) -> dict[str, Any]:
         ],
         "supports": [
             {
-                **_grounded(item),
+                **_grounded(item, stale),
                 "ramp": support_kind(item.name) == "ramp",
                 **(_edges(item, snapshot) if _placed(item) else {"placed": False}),
             }
@@ -89,8 +91,9 @@ def _edges(item: Support, snapshot: Snapshot) -> dict[str, Any]:
     return {"placed": True, **seen_edges(item, camera, meshes.get(item.name))}
 
 
-def _grounded(item: SceneObject | Support) -> dict[str, Any]:
-    return {"name": item.name, "grounding": item.grounding.model_dump(mode="json")}
+def _grounded(item: SceneObject | Support, stale: set[Spot]) -> dict[str, Any]:
+    said = without_stale(item.grounding, stale)
+    return {"name": item.name, "grounding": said.model_dump(mode="json")}
 
 
 def _horizon_by(snapshot: Snapshot) -> str:

@@ -27,6 +27,7 @@ from physagent_studio.reconstruction.masks import (
 )
 from physagent_studio.reconstruction.segmentation_beside import Parted
 from physagent_studio.reconstruction.segmentation_choice import CANDIDATES
+from physagent_studio.reconstruction.segmentation_crossbars import with_crossbars
 from physagent_studio.reconstruction.segmentation_focus import Focus
 from physagent_studio.reconstruction.segmentation_joining import LEAST, Around, Grown, joining
 from physagent_studio.reconstruction.segmentation_patches import (
@@ -36,6 +37,7 @@ from physagent_studio.reconstruction.segmentation_patches import (
     steps_of,
 )
 from physagent_studio.reconstruction.segmentation_shafts import WIDE, edges_of, strips_of
+from physagent_studio.reconstruction.segmentation_task import snapped
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 
@@ -47,6 +49,9 @@ FINE, LEVELS = 3.5, (5.0, 8.0, 12.0, 17.0)
 """How unlike patches are that the mask snaps to, and that parts are made of."""
 ROUNDS, MOST = 5, 1.5
 """How often parts join, and how much larger the mask becomes at most."""
+BAND, UNFRAYED = (4, 0.02), 0.55
+"""Pixels, and share of the mask's longer side, by which the outline is off with parts at most, and
+share of the mask (IoU) that is left at least where it is settled."""
 SAME = 0.95
 """IoU from which two masks need not both be offered."""
 COARSE = 500
@@ -105,7 +110,16 @@ def with_attached(
         if prepared is None or found is None:
             break
         mask = mask | _placed(found, prepared[0], mask.shape)
-    return None if mask is first else mask
+    crossed = with_crossbars(image, mask, grounding) if for_poles else None
+    mask = mask if crossed is None else crossed
+    return None if mask is first else _settled(image, mask)
+
+
+def _settled(image: Image, mask: BoolArray) -> BoolArray:
+    """The mask (H, W) with its outline, found on a small picture, moved to where colours part."""
+    x0, y0, x1, y1 = bounds(mask)
+    band = max(BAND[0], round(BAND[1] * max(x1 - x0, y1 - y0)))
+    return snapped(image, mask, band, UNFRAYED)
 
 
 def _placed(found: BoolArray, around: Around, shape: tuple[int, ...]) -> BoolArray:

@@ -28,8 +28,7 @@ def case_in_words(
     if not names:
         raise InputError(
             "the sentence names nothing that could be found in the photo (it is read as English);"
-            " say where a thing is:"
-            " --object name@x,y"
+            " click a thing in it and name it, or say where it is with --object name@x,y"
         )
     if all(clicks.get(name) for name in names):
         return case_from_image(path, prompt, clicks)

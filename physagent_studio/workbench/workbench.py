@@ -166,6 +166,7 @@ class Workbench:
         if isinstance(command, commands.OpenCase):
             self._open_case(with_proposals(load_case(command.folder, command.event), ask=False))
         elif isinstance(command, commands.OpenImage):
+            self._progress("looking for what the sentence names", None)
             case = case_in_words(command.path, command.prompt, dict(command.objects), ask=False)
             self._open_case(case, command.title)
         elif isinstance(command, commands.OpenProgram):

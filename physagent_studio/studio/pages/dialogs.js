@@ -2,7 +2,7 @@
 
 import { button, draw, dropping, h, keepInside, say } from "./dom.js";
 import { makeShelf } from "./shelf.js";
-import { on, send } from "./wire.js";
+import { on, send, value } from "./wire.js";
 
 const MAX_PHOTO = 16 * 2 ** 20, LONGEST = 4000;
 const COLORS = ["#2f6fed", "#d9482b", "#17885a", "#a15cd6", "#d97706", "#0e9384", "#c0398c", "#667085"];
@@ -15,6 +15,7 @@ export function startDialogs(host) {
   let prompt = "";
   let problem = "";
 
+  let sent = null; // a photo on its way: in which session it was sent, and the newest error then
   let from = null; // what had the focus before the dialog
 
   const close = () => { kind = ""; draw(host); from?.focus?.({ preventScroll: true }); from = null; };
@@ -76,9 +77,18 @@ export function startDialogs(host) {
     if (kind !== "new" || !ready()) return;
     const objects = things.filter((one) => one.clicks.length).map((one) => [tidy(one.name), one.clicks]);
     if (!send({ do: "new", photo: photo.data, prompt: prompt.trim(), objects })) return;
+    sent = { session: value("run")?.session, error: newest(value("notices") || []) };
+    problem = "";
     close();
-    photo = null;
-    prompt = "";
+  }
+
+  const newest = (notices) => Math.max(0, ...notices.filter((one) => one.level === "error").map((one) => one.id));
+
+  // What could not be begun comes back as it was, with the reason.
+  function refused(text) {
+    sent = null;
+    problem = text.charAt(0).toUpperCase() + text.slice(1);
+    enter("new", "textarea");
   }
 
   function fresh() {
@@ -105,6 +115,17 @@ export function startDialogs(host) {
     ], photo ? [h("span", { class: "muted grow", "aria-live": "polite" }, lacks()), button("Another photo", () => { photo = null; show(); }), button("Start", begin, { class: "b main", disabled: !ready() })] : null);
   }
 
+  on("run", ({ session }) => {
+    if (!sent || session === sent.session) return;
+    [sent, photo, prompt, problem] = [null, null, "", ""];
+  });
+  on("notices", (all) => {
+    if (!sent || newest(all) <= sent.error) return;
+    const one = all.find((item) => item.id === newest(all));
+    send({ do: "dismiss", id: one.id });
+    refused(one.text);
+  });
+  on("say", (one) => { if (sent && one.level === "error") refused(one.text); });
   on("library", () => { if (kind === "open") show(); });
   // A click on the photo takes the focus out of the dialog; Escape closes it all the same.
   addEventListener("keydown", (event) => { if (event.key === "Escape" && kind && !host.contains(document.activeElement)) close(); });

@@ -26,7 +26,7 @@ export function startNotices(host) {
       line ? null : h("div", { class: "notice warning", key: "line" }, h("div", { class: "grow" }, "The studio does not answer. This page goes on as soon as it does.")),
       [...held(), ...passing].map((one) =>
         h("div", { class: `notice ${one.level}`, key: one.key || `w${one.id}`, role: one.level === "error" ? "alert" : "status" },
-          h("div", { class: "grow pre" }, one.text, one.times > 1 ? h("span", { class: "muted" }, ` (${one.times} times)`) : null),
+          h("div", { class: "grow pre" }, one.text.charAt(0).toUpperCase() + one.text.slice(1), one.times > 1 ? h("span", { class: "muted" }, ` (${one.times} times)`) : null),
           one.offer ? h("button", { class: "b small", type: "button", onclick: () => { send(one.do); one.close(); } }, one.offer) : null,
           h("button", { class: "b quiet small", type: "button", "aria-label": "Dismiss", onclick: one.close }, "✕"))));
 

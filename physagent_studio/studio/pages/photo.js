@@ -20,7 +20,9 @@ export function startPhoto(host) {
   const top = h("div", { class: "photo-top" });
   const middle = h("div", {});
   const bottom = h("div", { class: "stack" });
-  host.append(top, middle, bottom);
+  // Masks stay in sight below a tall photo.
+  const choice = h("div", { class: "photo-choice" });
+  host.append(top, middle, choice, bottom);
   const stage = startStage(middle, { onTool: (...all) => tools.on(...all) });
   // Until there is a scene to look at, the photo itself is in the middle of the page.
   const awaited = h("img", { class: "awaited", alt: "Your photo, while its scene is made", hidden: true });
@@ -43,6 +45,7 @@ export function startPhoto(host) {
     if (!awaited.hidden && awaited.getAttribute("src") !== data.image) awaited.src = data.image;
     if (!data.image) {
       draw(top, sentence());
+      draw(choice);
       return draw(bottom, h("p", { class: "muted" }, "This program has no photo."));
     }
     const chosen = tools.target(), unit = stage.unit();
@@ -52,7 +55,8 @@ export function startPhoto(host) {
     draw(stage.layers.marks, marks(data, chosen, state, unit));
     draw(stage.layers.live, live(data, state, unit), keys.draw(unit));
     draw(top, data.readOnly ? sentence() : toolbar());
-    draw(bottom, masks(), things(chosen), about(chosen));
+    draw(choice, masks());
+    draw(bottom, things(chosen), about(chosen));
   }
 
   const sentence = () => (data.prompt ? h("p", {}, "“", data.prompt, "”") : null);

@@ -108,7 +108,7 @@ export function makeProposal(show, focus, mark) {
     return h("div", { class: "change", key },
       h("span", { class: "clip", title: change.path }, change.what),
       h("span", { class: "row", style: "gap:4px" },
-        change.op === "set" && (mode !== "edit" || change.fixed) ? [h("span", { class: "was num" }, change.before), "→", h("span", { class: "now num" }, values.has(key) ? compact(now) : change.after), h("span", { class: "faint" }, change.unit)] : change.op === "set" ? h("span", { class: "faint num" }, `was ${change.before} ${change.unit}`) : h("span", { class: "now clip" }, change.after),
+        change.op === "set" && (mode !== "edit" || change.fixed) ? [change.value === null && change.before.length > 20 ? null : [h("span", { class: "was num" }, change.before), "→"], h("span", { class: "now num" }, values.has(key) ? compact(now) : change.after), h("span", { class: "faint" }, change.unit)] : change.op === "set" ? h("span", { class: "faint num" }, `was ${change.before} ${change.unit}`) : h("span", { class: "now clip" }, change.after),
         change.op === "set" ? iconButton("pin", "Pin: never change this", () => send({ do: "pin", path: change.path, on: !pinned.includes(change.path) }), { "aria-pressed": String(pinned.includes(change.path)), style: "width:20px;height:20px" }) : null),
       mode === "edit" && change.op === "set" && !change.fixed ? h("div", { class: "nums" }, numbers(now, [], (next) => { values.set(key, next); show(); }, change)) : null);
   }

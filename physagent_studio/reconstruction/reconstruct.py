@@ -30,6 +30,7 @@ from physagent_studio.reconstruction import (
     grounds,
     landmarks,
     layout,
+    named_tops,
     supports,
 )
 from physagent_studio.reconstruction.bare import scene_without_photo
@@ -37,6 +38,7 @@ from physagent_studio.reconstruction.layout import Stance
 from physagent_studio.reconstruction.lines import Segments, segments
 from physagent_studio.reconstruction.marked import candidates_of, regions_of
 from physagent_studio.reconstruction.meshes import support_mesh
+from physagent_studio.reconstruction.named_tops import with_named_tops
 from physagent_studio.reconstruction.offers import ranked, ranking
 from physagent_studio.reconstruction.parts import with_parts
 from physagent_studio.reconstruction.placement import Placed, place_all
@@ -47,6 +49,7 @@ from physagent_studio.reconstruction.sighting import Look
 from physagent_studio.reconstruction.steady import reaching
 from physagent_studio.reconstruction.stored import stated_mesh
 from physagent_studio.reconstruction.survey import Survey, survey
+from physagent_studio.reconstruction.tabletops import Top
 from physagent_studio.reconstruction.texture import textured
 from physagent_studio.records.case import Case, Image
 from physagent_studio.records.scene import Candidate, Mesh, Scene
@@ -142,7 +145,7 @@ def _turned(state: SceneState) -> SceneState:
 @dataclass(frozen=True, eq=False, slots=True)
 class _Sight:
     """What the picture shows before anything is placed. basins: masks of supports that are open
-    vessels."""
+    vessels. tops: those that are known by name alone."""
 
     candidates: Mapping[str, tuple[Candidate, ...]]
     masks: dict[str, BoolArray]
@@ -151,6 +154,7 @@ class _Sight:
     found: Segments
     stances: Mapping[str, Stance]
     read: Survey
+    tops: Mapping[str, Top]
 
 
 def _look(
@@ -217,9 +221,10 @@ def _seen(
         for item in state.supports
     }
     look = Look(image, stances, chosen, regions, found, covered, offers)
+    look, tops = with_named_tops(case, state, look)
     read = survey(case, state, look, hollow)
     pools = {name: mask for name, mask in chosen.items() if name in hollow}
-    return _Sight(candidates, masks, pools, regions, found, stances, read)
+    return _Sight(candidates, masks, pools, look.regions, found, stances, read, tops)
 
 
 def _put(
@@ -232,7 +237,9 @@ def _put(
     """Supports, objects and landmarks in their places: the completed state."""
     read, stances = sight.read, sight.stances
     run.at("supports", 0.5)
-    solid, open_supports = supports.resolve(state, read, stances, sight.regions, sight.found)
+    solid, open_supports = supports.resolve(
+        state, read, stances, sight.regions, sight.found, sight.tops
+    )
     solid = basins.with_basins(solid, sight.basins, sight.masks, stances, read)
     run.at("objects", 0.55)
     given = {**(previous.meshes if previous is not None else {}), **bodies}
@@ -250,7 +257,7 @@ def _put(
     )
     solid = _carrying(state, solid, placed)
     marks, open_marks = landmarks.resolve(state.landmarks, read.camera, solid, read.shown)
-    still_open = (*open_supports, *open_marks)
+    still_open = (*open_supports, *open_marks, *named_tops.said(sight.tops))
     return _completed(state, read, solid, placed, marks, still_open), placed
 
 

@@ -43,12 +43,14 @@ def fit_slab(
     half_widths: Sequence[float],
     clicks: Sequence[tuple[float, float]],
     thickness: float,
+    beyond: float = math.inf,
 ) -> Slab | None:
     """The slab whose top at height `top` shows as `region` in the picture.
 
     found: edges of the picture. standing: pixels of the feet of what stands on it, with half
     the width of each (pixels): the middle of its base, behind the foot, lies on the top.
-    clicks: pixels that a person gave; four or more clicks are the corners of the top.
+    clicks: pixels that a person gave; four or more clicks are the corners of the top. beyond:
+    how far it goes on outside the picture at most, m.
     None where nothing of the plane is in view.
     """
     if len(clicks) >= 4:
@@ -71,7 +73,7 @@ def fit_slab(
     edges = _nearer_counts_more(_edges_on_plane(camera, top, region, found), seeds)
     yaw = _main_direction(edges)
     limits, bounded = _limits(camera.position[2] - top, yaw, (seeds, halves), edges, area)
-    limits = _past_the_picture(camera, top, region, yaw, limits, bounded)
+    limits = _past_the_picture(camera, top, region, yaw, limits, bounded, beyond)
     return _slab(yaw, limits, top, thickness)
 
 
@@ -226,10 +228,11 @@ def _past_the_picture(
     yaw: float,
     limits: FloatArray,
     bounded: BoolArray,
+    beyond: float,
 ) -> FloatArray:
     """Limits pushed out where the top leaves the picture: nobody sees it end there.
 
-    bounded: (4,) sides where an edge is seen.
+    bounded: (4,) sides where an edge is seen. beyond: how far at most, m.
     """
     rim = np.zeros_like(region)
     rim[:, :3] = rim[:, -3:] = True
@@ -243,7 +246,7 @@ def _past_the_picture(
     for k, direction in enumerate(directions):
         length = limits[k] + limits[(k + 2) % 4]
         if not bounded[k] and float((places @ direction).max()) > limits[k] - 0.3 * length:
-            out[k] = max(limits[k], float((places @ direction).max())) + 0.5 * length
+            out[k] = max(limits[k], float((places @ direction).max())) + min(0.5 * length, beyond)
     return out
 
 

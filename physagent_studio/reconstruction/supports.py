@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
@@ -29,11 +30,14 @@ from physagent_studio.reconstruction.slabs import SOLID, fit_slab
 from physagent_studio.reconstruction.snapping import snapped
 from physagent_studio.reconstruction.stairs import with_steps
 from physagent_studio.reconstruction.survey import Survey, is_ground
+from physagent_studio.reconstruction.tabletops import Top
 
 RAIL = 0.06
 """Width of a rail over the outer width of the pair."""
 BOARD = 0.05
 """Thickness of a table top, m."""
+UNSEEN = 0.25
+"""How far a table that nobody clicked goes on outside the picture, m."""
 
 
 def resolve(
@@ -42,10 +46,12 @@ def resolve(
     stances: Mapping[str, Stance],
     regions: Mapping[str, BoolArray],
     found: Segments,
+    tops: Mapping[str, Top] = MappingProxyType({}),
 ) -> tuple[tuple[Support, ...], tuple[str, ...]]:
     """The supports with their shapes, a floor added where there is none, and what stays open.
 
-    The second value are sentences about supports that could not be resolved.
+    tops: of supports that are known by name alone. The second value are sentences about supports
+    that could not be resolved.
     """
     out: list[Support] = []
     flags: list[str] = []
@@ -53,7 +59,12 @@ def resolve(
         if support.shape is not None or support.name in read.basins:
             out.append(support)
             continue
-        shape = _shape(support, read, stances, regions, found)
+        top = tops.get(support.name)
+        shape = (
+            _shape(support, read, stances, regions, found)
+            if top is None
+            else _slab(support, read, stances, {support.name: top.region}, top.edges, (), UNSEEN)
+        )
         if isinstance(shape, Ramp):
             shape = with_steps(support, shape)
         if isinstance(shape, Slab) and is_rails(support.name):
@@ -112,6 +123,7 @@ def _slab(
     regions: Mapping[str, BoolArray],
     found: Segments,
     clicks: Sequence[tuple[float, float]],
+    beyond: float = math.inf,
 ) -> Slab | None:
     if support.name in read.blocks:
         return read.blocks[support.name].slab(read.camera.position[2])
@@ -123,7 +135,7 @@ def _slab(
     if region is None:
         width, height = read.camera.size
         region = np.zeros((height, width), bool)
-    return fit_slab(read.camera, top, region, found, feet, halves, clicks, thickness)
+    return fit_slab(read.camera, top, region, found, feet, halves, clicks, thickness, beyond)
 
 
 def _wall(camera: Camera, clicks: Sequence[tuple[float, float]]) -> Wall | None:

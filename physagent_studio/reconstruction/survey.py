@@ -72,7 +72,7 @@ def survey(
     basins: supports that are open vessels, which have stances and masks as objects have.
     """
     state = _without(state, basins)
-    first = _first_sight(case, state, look)
+    first = first_sight(case, state, look)
     unit = unit_camera(case, state, look.size, first.horizon(case, state))
     seen = _upon(case, state, look, unit, first)
     heights = _heights(state, look, unit, first, seen)
@@ -99,7 +99,7 @@ def survey(
     )
 
 
-def _first_sight(case: Case, state: SceneState, look: Look) -> Sighting:
+def first_sight(case: Case, state: SceneState, look: Look) -> Sighting:
     """What stands on what by the masks alone, sizes, outlines of ramps, painted marks."""
     usual = {name: _usual(name, case.prompt, state.scale) for name in look.stances}
     usual = as_toys(usual, {name: stance.extent for name, stance in look.stances.items()})

@@ -20,6 +20,7 @@ from physagent_studio.agent.rules.look import density_of, material_of
 from physagent_studio.agent.rules.ramps import friction_for
 from physagent_studio.agent.rules.reading import Inventory, Reading, inventory, read
 from physagent_studio.agent.rules.reading.vocabulary import GROUND_WORDS
+from physagent_studio.agent.rules.surfaces import surface_left
 from physagent_studio.agent.rules.withdrawing import without_withdrawn
 from physagent_studio.program.contract import Contract
 from physagent_studio.program.plants import FOLIAGE
@@ -57,10 +58,10 @@ class RuleGenerator:
 
 
 def stock_of(case: Case) -> Inventory:
-    """What the case names, as the reader asks for it."""
+    """What the case names, as the reader asks for it, and the table that the prompt alone names."""
     return inventory(
         case.objects,
-        [(s.name, s.grounding) for s in case.supports],
+        [(s.name, s.grounding) for s in _supports_of(case)],
         [landmark.name for landmark in case.landmarks],
     )
 
@@ -72,7 +73,7 @@ def stock_in(case: Case, state: SceneState) -> Inventory:
     lowest = [n for n in known if layout.above(n) and state.object(layout.carrier(n) or "") is None]
     return inventory(
         case.objects,
-        [(s.name, s.grounding) for s in case.supports],
+        [(s.name, s.grounding) for s in _supports_of(case)],
         [landmark.name for landmark in case.landmarks],
         {name: (layout.height(name), layout.size(name)) for name in known},
         tuple((name, *layout.above(name)) for name in lowest),
@@ -92,7 +93,7 @@ def open_scene(case: Case, reading: Reading, stock: Inventory) -> SceneState:
         )
         for name, grounding in case.objects
     )
-    supports = case.supports
+    supports = _supports_of(case)
     if all(s.name != stock.ground for s in supports):
         ground = Support(name=stock.ground, material=_ground_material(case.prompt))
         supports = (*supports, ground)
@@ -110,6 +111,12 @@ def open_scene(case: Case, reading: Reading, stock: Inventory) -> SceneState:
         supports=supports,
         landmarks=(*case.landmarks, *needed),
     )
+
+
+def _supports_of(case: Case) -> tuple[Support, ...]:
+    """The supports of the case, and the table that things leave by the prompt alone."""
+    left = surface_left(case)
+    return (*case.supports, Support(name=left)) if left is not None else case.supports
 
 
 def _ground_material(prompt: str) -> str:

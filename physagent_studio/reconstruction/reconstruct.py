@@ -38,7 +38,7 @@ from physagent_studio.reconstruction.layout import Stance
 from physagent_studio.reconstruction.lines import Segments, segments
 from physagent_studio.reconstruction.marked import candidates_of, regions_of
 from physagent_studio.reconstruction.meshes import support_mesh
-from physagent_studio.reconstruction.named_tops import with_named_tops
+from physagent_studio.reconstruction.named_tops import with_tops
 from physagent_studio.reconstruction.offers import ranked, ranking
 from physagent_studio.reconstruction.parts import with_parts
 from physagent_studio.reconstruction.placement import Placed, place_all
@@ -145,7 +145,7 @@ def _turned(state: SceneState) -> SceneState:
 @dataclass(frozen=True, eq=False, slots=True)
 class _Sight:
     """What the picture shows before anything is placed. basins: masks of supports that are open
-    vessels. tops: those that are known by name alone."""
+    vessels. tops: supports whose edges were found."""
 
     candidates: Mapping[str, tuple[Candidate, ...]]
     masks: dict[str, BoolArray]
@@ -221,7 +221,7 @@ def _seen(
         for item in state.supports
     }
     look = Look(image, stances, chosen, regions, found, covered, offers)
-    look, tops = with_named_tops(case, state, look)
+    look, tops = with_tops(case, state, look)
     read = survey(case, state, look, hollow)
     pools = {name: mask for name, mask in chosen.items() if name in hollow}
     return _Sight(candidates, masks, pools, look.regions, found, stances, read, tops)
@@ -257,7 +257,7 @@ def _put(
     )
     solid = _carrying(state, solid, placed)
     marks, open_marks = landmarks.resolve(state.landmarks, read.camera, solid, read.shown)
-    still_open = (*open_supports, *open_marks, *named_tops.said(sight.tops))
+    still_open = (*open_supports, *open_marks, *named_tops.said(state))
     return _completed(state, read, solid, placed, marks, still_open), placed
 
 

@@ -158,7 +158,8 @@ def _heights(state: SceneState, look: Look, unit: Camera, first: Sighting, seen:
     measured = measured_of(unit, look.stances, seen.on, seen.under, seen.root, usual, profiles)
     boards = boards_of(state, look.size[1])
     shelved = shelf_rises(boards, unit, look.stances, seen.on, usual)
-    legs = rises_by_legs(state, unit, look.offers, look.covered, look.found)
+    boarded = {**look.offers, **{name: (mask,) for name, mask in look.tops.items()}}
+    legs = rises_by_legs(state, unit, boarded, look.covered, look.found)
     return heights_of(state, unit, measured, seen.blocks, seen.steps, shelved, legs)
 
 

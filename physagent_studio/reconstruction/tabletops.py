@@ -27,7 +27,8 @@ LONG = 0.06
 STRAIGHT, OVER = 0.12, 0.15
 """Greatest bend of an edge, rad, of up to that share of the picture's longer side; longer ones may
 bend as much more as they are longer."""
-SAMPLES = 120
+SPACING = 3.0
+"""Pixels between the places along a line that are looked at."""
 LIGHTNESS = 0.5
 """Weight of a step in lightness: one top is lit and shaded."""
 LIKE, STEP = 14.0, 6.0
@@ -40,7 +41,12 @@ COMMON = 0.3
 ENDS = 0.7
 """Least share of a line that is an edge, of where the top is on its near side."""
 SEEN, LEAST = 0.5, 0.09
-"""Least length of it that is an edge, as a share of the segment's own and of the longer side."""
+"""Least part of the segment itself that is an edge; least length along its line, as a share of the
+picture's longer side."""
+SHORT, WHOLE = 0.04, 0.6
+"""Least length where an edge is more than that share of what other lines have left of its line."""
+HANGING = 0.1
+"""How far the middle of a base may be seen beyond an edge, as a share of the thing's width."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -73,18 +79,24 @@ def top_around(
     inside = np.ones(covered.shape, bool)
     rows, columns = np.indices(covered.shape)
     kept: list[int] = []
-    order = np.argsort(-found.length, kind="stable")
-    side = max(covered.shape)
-    straight = found.bend < STRAIGHT * np.maximum(1.0, found.length / (OVER * side))
-    able = straight & (found.length > LONG * side) & _clear(found.ends, free)
-    for k in order[able[order]]:
+    # A short side is seen to be whole only once the long ones have cut off the rest of its line.
+    for k in [*_able(found, free), *_able(found, free)]:
         line = _line(found.ends[k], bases)
-        if ((bases @ line[:2] + line[2]) < -0.1 * widths).any():
+        if k in kept or ((bases @ line[:2] + line[2]) < -HANGING * widths).any():
             continue
-        if _ends_here(lab, line, found.ends[k], looks, inside & free):
-            kept.append(int(k))
+        if _ends_here(lab, line, found.ends[k], looks, free, inside):
+            kept.append(k)
             inside &= line[0] * columns + line[1] * rows + line[2] > 0
     return Top(inside & ~covered, found.only(np.array(kept, int)))
+
+
+def _able(found: Segments, free: BoolArray) -> list[int]:
+    """Edges that may be looked at, longest first: straight, long, and not those of things."""
+    side = max(free.shape)
+    straight = found.bend < STRAIGHT * np.maximum(1.0, found.length / (OVER * side))
+    able = straight & (found.length > LONG * side) & _clear(found.ends, free)
+    order = np.argsort(-found.length, kind="stable")
+    return [int(k) for k in order if able[k]]
 
 
 def _smooth_lab(image: Image) -> FloatArray:
@@ -133,26 +145,36 @@ def _line(ends: FloatArray, bases: FloatArray) -> FloatArray:
 
 
 def _ends_here(
-    lab: FloatArray, line: FloatArray, ends: FloatArray, looks: FloatArray, free: BoolArray
+    lab: FloatArray,
+    line: FloatArray,
+    ends: FloatArray,
+    looks: FloatArray,
+    free: BoolArray,
+    inside: BoolArray,
 ) -> bool:
     """Whether the top ends at a line, wherever the top is seen on the near side of it.
 
-    free: (H, W) where the top may be, without things.
+    ends: (2, 2) of the edge itself. free: (H, W) pixels of no thing. inside: those where the top
+    may still be.
     """
     spots = _across_picture(line, free.shape)
     if not len(spots):
         return False
     strip = np.linspace(0.004, 0.016, 5) * max(free.shape)
-    near, seen = _beside(lab, spots, line[:2], strip, free)
+    near, seen = _beside(lab, spots, line[:2], strip, free & inside)
     far, beyond = _beside(lab, spots, -line[:2], strip, np.ones_like(free))
     off = np.linalg.norm(near[:, None] - looks[None], axis=2).min(1)
-    off[~(seen & beyond)] = np.inf
     step = np.linalg.norm(near - far, axis=1)
-    edge = int(((off < LIKE) & (step > STEP)).sum())
-    on = int(((off < STEP) & (step < STEP)).sum())
-    length = edge * float(np.linalg.norm(spots[-1] - spots[0])) / len(spots)
-    long = length > max(SEEN * float(np.linalg.norm(ends[1] - ends[0])), LEAST * max(free.shape))
-    return long and edge >= ENDS * (edge + on)
+    seen &= beyond
+    edge = seen & (off < LIKE) & (step > STEP)
+    on = seen & (off < STEP) & (step < STEP)
+    share = ((spots - ends[0]) @ (ends[1] - ends[0])) / float(np.sum((ends[1] - ends[0]) ** 2))
+    own = (share > 0) & (share < 1) & _beside(lab, spots, line[:2], strip, free)[1]
+    # A side of a top that is seen flat is short: it does where it is all that is left of its line.
+    least = SHORT if edge.sum() > WHOLE * seen.sum() else LEAST
+    long = edge.sum() * SPACING > least * max(free.shape)
+    clear = (edge & own).sum() > SEEN * own.sum()
+    return bool(long and clear and edge.sum() >= ENDS * (edge | on).sum())
 
 
 def _across_picture(line: FloatArray, size: tuple[int, ...]) -> FloatArray:
@@ -169,7 +191,8 @@ def _across_picture(line: FloatArray, size: tuple[int, ...]) -> FloatArray:
         return np.zeros((0, 2))
     first = np.array(inside[0])
     last = np.array(max(inside, key=lambda p: float(np.hypot(*(np.array(p) - first)))))
-    return first + np.linspace(0.01, 0.99, SAMPLES)[:, None] * (last - first)
+    count = max(2, int(np.hypot(*(last - first)) / SPACING))
+    return first + np.linspace(0.01, 0.99, count)[:, None] * (last - first)
 
 
 def _beside(

@@ -19,6 +19,8 @@ from physagent_studio.program.scene import (
 from physagent_studio.reconstruction import layout, reconstruct
 from physagent_studio.reconstruction.lines import segments
 from physagent_studio.reconstruction.masks import iou
+from physagent_studio.reconstruction.named_tops import with_tops
+from physagent_studio.reconstruction.sighting import Look
 from physagent_studio.reconstruction.tabletops import top_around
 from physagent_studio.records.case import Case
 
@@ -81,6 +83,32 @@ def test_without_ground_around_its_feet_nothing_is_said():
     stance = layout.read({"box": box}, "")["box"]
     everything = np.ones_like(box)
     assert top_around(picture, segments(picture), [stance], np.zeros((1, 2)), everything) is None
+
+
+@pytest.mark.parametrize(("share", "taken"), [(0.65, True), (0.2, False)])
+def test_a_click_gets_the_whole_top_where_its_mask_is_most_of_it(share: float, taken: bool):
+    picture, table, box = _drawn(CORNER)
+    part = table & (np.arange(SIZE[0]) > SIZE[0] * (1 - share))
+    stance = layout.read({"box": box}, "")["box"]
+    mark = Grounding(points=(Click(x=450, y=280),))
+    state = SceneState(
+        camera=CAMERA,
+        objects=(SceneObject(name="box", support="table"),),
+        supports=(Support(name="table", grounding=mark),),
+    )
+    look = Look(
+        image=picture,
+        stances={"box": stance},
+        masks={"box": box},
+        regions={"table": part},
+        found=segments(picture),
+        covered=box,
+        offers={"table": [part]},
+    )
+    case = Case("x", picture, "x", (), (), (), "The box falls.")
+    seen, tops = with_tops(case, state, look)
+    assert ("table" in tops) == taken
+    assert iou(seen.regions["table"], table if taken else part) > 0.97
 
 
 @pytest.fixture(scope="module")

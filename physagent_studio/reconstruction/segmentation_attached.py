@@ -110,9 +110,9 @@ def with_attached(
         if prepared is None or found is None:
             break
         mask = mask | _placed(found, prepared[0], mask.shape)
-    crossed = with_crossbars(image, mask, grounding) if for_poles else None
-    mask = mask if crossed is None else crossed
-    return None if mask is first else _settled(image, mask)
+    out = None if mask is first else _settled(image, mask)
+    crossed = with_crossbars(image, mask if out is None else out, grounding) if for_poles else None
+    return out if crossed is None else crossed
 
 
 def _settled(image: Image, mask: BoolArray) -> BoolArray:

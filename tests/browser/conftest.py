@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import shutil
 import time
 from collections.abc import Callable, Iterator
@@ -11,7 +12,7 @@ from typing import Any
 
 import pytest
 import yaml
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, FloatRect, Locator, Page, expect, sync_playwright
 
 from physagent_studio.assets import assets_dir
 from physagent_studio.session import Store
@@ -23,9 +24,20 @@ FLAGS = [
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
     "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist",
 ]  # fmt: skip
-PATIENCE = 60.0
+PATIENCE = 120.0
+"""Seconds to wait for what has to happen; only where it does not, they are spent."""
 
-expect.set_options(timeout=20_000)
+expect.set_options(timeout=60_000)
+
+STILL = """async (node) => {
+  const place = () => JSON.stringify(node.getBoundingClientRect());
+  await document.fonts.ready;
+  for (let still = 0, last = ""; still < 3;) {
+    await new Promise(requestAnimationFrame);
+    still = place() === last ? still + 1 : 0;
+    last = place();
+  }
+}"""
 
 
 @pytest.fixture(scope="session")
@@ -34,6 +46,16 @@ def browser(chromium: str) -> Iterator[Browser]:
         running = playwright.chromium.launch(executable_path=chromium, headless=True, args=FLAGS)
         yield running
         running.close()
+
+
+MARKS = itertools.count(1)
+
+
+def until_told(page: Page) -> None:
+    """Waits until a page has been sent everything there is when it comes."""
+    page.evaluate(
+        "import('/wire.js').then(w => new Promise(done => w.on('library', () => done(true))))"
+    )
 
 
 class Desk:
@@ -57,9 +79,19 @@ class Desk:
     def open(self) -> None:
         """Goes to the studio and waits until it has told the page what there is to see."""
         self.page.goto(self.studio.address)
-        self.page.wait_for_function(
-            "import('/wire.js').then(wire => Boolean(wire.value('playhead')))"
-        )
+        self.told()
+
+    def reload(self) -> None:
+        """Loads the page anew, and waits in the same way."""
+        self.page.reload()
+        self.told()
+
+    def told(self) -> None:
+        """Until the page has every panel; keys and clicks that came before have nothing to act on.
+
+        The list of cases is the last that a page is sent when it comes.
+        """
+        until_told(self.page)
 
     def until(self, holds: Callable[[], Any], what: str = "", patience: float = PATIENCE) -> Any:
         """Waits until `holds` gives something true, which is returned."""
@@ -72,11 +104,36 @@ class Desk:
         notices = [one.text for one in self.snapshot.notices]
         raise AssertionError(f"never happened: {what or holds}; notices: {notices}")
 
+    def heard(self) -> None:
+        """Until the studio has carried out what the page has sent: messages keep their order."""
+        mark = f"{next(MARKS):012x}"
+        send = "token => import('/wire.js').then(w => w.send({ do: 'viewer', token }))"
+        self.until(lambda: self.page.evaluate(send, mark), "a line to the studio")
+        self.until(lambda: mark in self.studio.tokens.values(), "what the page has sent")
+        again = "import('/wire.js').then(w => w.send({ do: 'viewer', token: w.viewerToken }))"
+        self.page.evaluate(again)
+
+    def shown(self) -> None:
+        """Until the page has drawn what the workbench holds now."""
+        now, mark = self.snapshot.revision, next(MARKS)
+        self.until(lambda: self.studio.snapshot.revision >= now, "the studio's own picture of it")
+        self.studio.later(lambda: self.studio.hub.tell(None, "mark", mark))
+        there = "mark => import('/wire.js').then(w => (w.value('mark') || 0) >= mark)"
+        self.until(lambda: self.page.evaluate(there, mark), "it on the page")
+
     def idle(self) -> None:
-        """Until everything that was asked for is done."""
-        self.page.wait_for_timeout(100)
+        """Until everything that was asked for is done, and the page shows it."""
+        self.heard()
         assert self.workbench.wait(PATIENCE)
         self.until(lambda: self.snapshot.busy is None, "nothing is running")
+        self.shown()
+
+    def box(self, found: Locator) -> FloatRect:
+        """Where something is on the page, once it stays there: for a hand that goes there."""
+        found.evaluate(STILL)
+        box = found.bounding_box()
+        assert box is not None
+        return box
 
     def button(self, name: str) -> Any:
         return self.page.get_by_role("button", name=name, exact=True)

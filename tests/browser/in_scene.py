@@ -43,8 +43,7 @@ def pose_of(view: Frame, name: str) -> list[float] | None:
 def pixel_of(desk: Desk, view: Frame, point: Any) -> tuple[float, float]:
     """Where a world point is on the page."""
     x, y = view.evaluate(PIXEL, [float(part) for part in point])
-    box = desk.page.locator("#viewer").bounding_box()
-    assert box is not None
+    box = desk.box(desk.page.locator("#viewer"))
     return box["x"] + x, box["y"] + y
 
 

@@ -156,7 +156,7 @@ def test_a_pass_is_overruled_to_a_failure_in_my_words(waiting: Desk) -> None:
     proposal = waiting.proposal()
     assert len(waiting.snapshot.state.rounds) == rounds
     assert "slow" in proposal.rationale or proposal.question
-    waiting.page.reload()
+    waiting.reload()
     expect(page.get_by_text(said)).to_be_visible()
 
 
@@ -174,7 +174,7 @@ def test_i_give_every_verdict_and_repair_it_myself(waiting: Desk) -> None:
     waiting.button("It matches").click()
     expect(mine).to_contain_text("Does the event happen?")
     expect(waiting.button("Run to the end")).to_be_disabled()
-    waiting.page.reload()
+    waiting.reload()
     mine.get_by_label("Your reason").fill("a bit late")
     waiting.button("It does not").click()
     expect(page.get_by_role("group", name="Your repair")).to_be_visible()

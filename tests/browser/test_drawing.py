@@ -78,7 +78,7 @@ def test_what_is_chosen_is_drawn_and_remembered(desk: Desk) -> None:
     now = _picture(desk, view, solid=False)
     assert not now["light"]
     assert now["smooth"]
-    desk.page.reload()
+    desk.reload()
     desk.tab("Scene")
     assert desk.page.get_by_label("How to draw").input_value() == "full"
 

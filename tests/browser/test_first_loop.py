@@ -37,7 +37,7 @@ def test_step_edit_accept_and_reload(fresh: Desk) -> None:
     expect(page.get_by_role("list", name="History").get_by_role("listitem")).to_have_count(2)
 
     held = fresh.snapshot
-    page.reload()
+    fresh.reload()
     expect(page.get_by_role("list", name="History").get_by_role("listitem")).to_have_count(2)
     expect(page.get_by_text(held.program.event.prompt).first).to_be_visible()
     assert fresh.snapshot.state == held.state

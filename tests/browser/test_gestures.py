@@ -49,9 +49,8 @@ def _drag_begun(desk: Desk) -> tuple[str, float, float]:
     bar = desk.page.locator(".tl [data-action]").first
     expect(bar).to_be_visible()
     name = bar.get_attribute("data-action")
-    box = bar.locator(".body").bounding_box()
+    box = desk.box(bar.locator(".body"))
     assert name is not None
-    assert box is not None
     x, y = box["x"] + box["width"] / 2, box["y"] + 8
     mouse = desk.page.mouse
     mouse.move(x, y)
@@ -115,8 +114,7 @@ def test_a_dial_turns_by_a_hand_that_holds_it_alone(waiting: Desk) -> None:
     page.locator("[data-action=shove] .body").click()
     dial = page.get_by_label("seen from above")
     expect(dial).to_be_visible()
-    box = dial.bounding_box()
-    assert box is not None
+    box = waiting.box(dial)
     x, y = box["x"] + 32, box["y"] + 32
     # What goes down elsewhere and up here turns nothing.
     page.mouse.move(x, y - 60)
@@ -137,8 +135,7 @@ def test_a_dial_turns_by_a_hand_that_holds_it_alone(waiting: Desk) -> None:
     waiting.until(lambda: np.allclose(force("shove"), (-2, 0, 0), atol=0.1), "a turned force")
     page.locator("[data-action=aimed] .body").click()
     aside = page.get_by_label("Aside: dial seen from above")
-    box = aside.bounding_box()
-    assert box is not None
+    box = waiting.box(aside)
     page.mouse.click(box["x"] + 12, box["y"] + 32)
     waiting.until(lambda: np.isclose(force("aimed").azimuth, 90, atol=1), "straight to the left")
 

@@ -15,7 +15,7 @@ from websockets.typing import Origin
 from physagent_studio.session import Store
 from physagent_studio.studio import serve
 from physagent_studio.workbench import Workbench, commands
-from tests.browser.conftest import Desk, running
+from tests.browser.conftest import Desk, running, until_told
 
 pytestmark = pytest.mark.browser
 
@@ -25,7 +25,7 @@ def _other_page(desk: Desk, browser: Browser):
     page.add_init_script("localStorage.setItem('studio.toured', 'true')")
     page.route("**/viewer/**", lambda route: route.fulfill(body=""))
     page.goto(desk.studio.address)
-    expect(page.locator(".tl [data-action]").first).to_be_visible()
+    until_told(page)
     return page
 
 
@@ -131,8 +131,7 @@ def test_a_new_session_from_a_photo_by_clicks_alone(waiting: Desk, repository: P
     )
     picture = page.locator("[data-photo]")
     expect(picture).to_be_visible()
-    box = picture.bounding_box()
-    assert box is not None
+    box = waiting.box(picture)
     scale = box["width"] / 832
     picture.click(position={"x": 180 * scale, "y": 354 * scale})
     page.get_by_label("Name 1").fill("red_ball")
@@ -194,9 +193,7 @@ def test_the_layout_is_moved_by_keys_and_remembered(waiting: Desk) -> None:
     page = waiting.page
 
     def width() -> float:
-        box = page.locator("#left").bounding_box()
-        assert box is not None
-        return box["width"]
+        return waiting.box(page.locator("#left"))["width"]
 
     before, step = width(), waiting.studio.view.step
     page.locator("#split-left").focus()
@@ -205,7 +202,7 @@ def test_the_layout_is_moved_by_keys_and_remembered(waiting: Desk) -> None:
     waiting.until(lambda: width() > before + 30, "a wider dock")
     assert waiting.studio.view.step == step, "the playhead stays"
     wider = width()
-    page.reload()
+    waiting.reload()
     expect(page.get_by_role("tab", name="Rounds")).to_be_visible()
     waiting.until(lambda: width() == wider, "the same after a reload")
     page.locator("#split-left").dblclick()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import threading
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -118,21 +118,12 @@ class Photo:
         What tells of edits and of work comes and goes, and the photo moves up or down with it.
         """
         self.desk.idle()
-        draft = str(self.desk.snapshot.has_draft).lower()
-        self.desk.page.wait_for_function(
-            "import('/wire.js').then(({ value }) =>"
-            f" value('program')?.draft === {draft} && !value('run')?.busy)"
-        )
-        self.svg.evaluate(
-            """async (svg) => {
-              for (let still = 0, last = NaN; still < 4;) {
-                await new Promise(requestAnimationFrame);
-                const top = svg.getBoundingClientRect().top;
-                still = top === last ? still + 1 : 0;
-                last = top;
-              }
-            }"""
-        )
+        self.desk.box(self.svg)
+
+    def click(self, x: float, y: float, button: Literal["left", "right"] = "left") -> None:
+        """A click on a pixel of the photo, once the photo is where it will stay."""
+        self.desk.box(self.svg)
+        self.desk.page.mouse.click(*self.at(x, y), button=button)
 
 
 @pytest.fixture
@@ -157,7 +148,7 @@ def test_a_mask_chosen_early_is_taken_after_the_closer_look(
         monkeypatch.setattr(photo_desk, "SAME", 1.1)
     photo.tool("Mask")
     x, y = photo.middle()
-    page.mouse.click(*photo.at(x + 3, y))
+    photo.click(x + 3, y)
     early = page.locator(".photo-masks button")
     expect(page.get_by_text("looking more closely")).to_be_visible()
     expect(early).to_have_count(4)
@@ -175,7 +166,7 @@ def test_a_mask_chosen_early_is_taken_after_the_closer_look(
     monkeypatch.setattr(photo_desk, "SAME", 0.0)
     go_on.clear()
     monkeypatch.setattr(photo_desk, "EARLY", 60.0)
-    page.mouse.click(*photo.at(x - 4, y + 3))
+    photo.click(x - 4, y + 3)
     expect(page.get_by_text("Looking…")).to_be_visible()
     expect(early.nth(1)).to_be_disabled()
     page.keyboard.press("2")
@@ -192,7 +183,7 @@ def test_click_or_box_choose_one_of_four_and_undo(photo: Photo) -> None:
     x, y = photo.middle()
     dots = page.locator(".ph-dot.in")
     count = dots.count()
-    page.mouse.click(*photo.at(x + 3, y))
+    photo.click(x + 3, y)
     expect(dots).to_have_count(count + 1)
     assert photo.thumbnails() == 4
     # Before a mask is taken, Ctrl+Z takes back the mark and nothing else.
@@ -221,9 +212,9 @@ def test_click_or_box_choose_one_of_four_and_undo(photo: Photo) -> None:
     assert photo.desk.studio.view.step == 0
     assert not photo.desk.studio.view.playing
     expect(photo.desk.button("Mask")).to_have_attribute("aria-pressed", "true")
-    page.mouse.click(*photo.at(x + 3, y))
+    photo.click(x + 3, y)
     photo.thumbnails()
-    page.mouse.click(*photo.at(5, 5), button="right")
+    photo.click(5, 5, button="right")
     rows, columns = np.nonzero(photo.mask())
     low = (float(columns.min()) - 5, float(rows.min()) - 5)
     photo.drag(low, (float(columns.max()) + 5, float(rows.max()) + 5))
@@ -260,7 +251,7 @@ def test_brush_and_scissors(photo: Photo) -> None:
     photo.desk.button("Exactly this").click()
     page.keyboard.down("Shift")
     for corner in ((x - 20, y - 20), (x + 20, y - 20), (x + 20, y + 20), (x - 20, y + 20)):
-        page.mouse.click(*photo.at(*corner))
+        photo.click(*corner)
     page.keyboard.press("Enter")
     page.keyboard.up("Shift")
     photo.thumbnails()
@@ -281,7 +272,7 @@ def test_brush_and_scissors(photo: Photo) -> None:
     middle = ((left + right) / 2, (top + low) / 2)
     around = [(left, middle[1]), (middle[0], top), (right, middle[1]), (middle[0], low)]
     for number, spot in enumerate(around, start=1):
-        page.mouse.click(*photo.at(*spot))
+        photo.click(*spot)
         expect(page.locator(".ph-live .ph-dot")).to_have_count(number)
     page.keyboard.press("Enter")
     photo.thumbnails()
@@ -310,11 +301,8 @@ def test_the_horizon_is_dragged_and_a_ramp_placed_with_three_clicks(photo: Photo
     expect(grips).to_have_count(3)
     photo.caught_up()
     for number in range(3):
-        box = grips.nth(number).bounding_box()
-        assert box is not None
-        assert box["y"] >= photo.at(0, 0)[1] - 1
-    right = grips.nth(2).bounding_box()
-    assert right is not None
+        assert photo.desk.box(grips.nth(number))["y"] >= photo.at(0, 0)[1] - 1
+    right = photo.desk.box(grips.nth(2))
     x, y = right["x"] + right["width"] / 2, right["y"] + right["height"] / 2
     page.mouse.move(x, y)
     page.mouse.down()
@@ -325,7 +313,7 @@ def test_the_horizon_is_dragged_and_a_ramp_placed_with_three_clicks(photo: Photo
     photo.tool("Horizon")
     expect(page.locator(".ph-name", has_text="tilted by")).to_have_count(0)
     # From the edge it goes to where it is dragged.
-    page.mouse.click(*photo.at(width / 2, 4))
+    photo.click(width / 2, 4)
     photo.drag((width / 2, 4), (width / 2, row + 30))
     photo.changed(lambda scene: (scene.horizon or 0) > row, "the horizon, back")
     assert photo.scene.camera is not None
@@ -351,11 +339,11 @@ def test_the_horizon_is_dragged_and_a_ramp_placed_with_three_clicks(photo: Photo
     photo.caught_up()
     width, height = camera.size
     still = photo.at(0, 0)
-    page.mouse.click(*photo.at(0.3 * width, 0.93 * height))
+    photo.click(0.3 * width, 0.93 * height)
     expect(page.get_by_text("Now the ground below its upper end.")).to_be_visible()
     assert photo.at(0, 0) == pytest.approx(still, abs=0.5)  # nothing moves under the pointer
-    page.mouse.click(*photo.at(0.6 * width, 0.93 * height))
-    page.mouse.click(*photo.at(0.6 * width, 0.75 * height))
+    photo.click(0.6 * width, 0.93 * height)
+    photo.click(0.6 * width, 0.75 * height)
     photo.changed(lambda scene: scene.support("ramp"), "a ramp")
     ramp = photo.scene.support("ramp")
     assert ramp is not None
@@ -398,11 +386,9 @@ def test_a_size_another_shape_and_zoom(photo: Photo) -> None:
     expect(photo.svg).not_to_have_attribute("viewBox", before or "")
     x, y = photo.at(100, 100)
     assert (x, y) == pytest.approx(photo.at(100, 100), abs=1)
-    narrow = photo.svg.bounding_box()
+    narrow = photo.desk.box(photo.svg)
     photo.desk.button("Large photo").click()
-    wide = photo.svg.bounding_box()
-    assert narrow is not None
-    assert wide is not None
+    wide = photo.desk.box(photo.svg)
     assert wide["width"] > 1.5 * narrow["width"]
 
 
@@ -440,8 +426,7 @@ def test_a_session_from_a_photo_and_a_sentence_alone(
     expect(things).to_have_count(4)
     expect(page.locator(".ph-line")).to_have_count(0)
     fresh.button("Mask").click()
-    spot = page.locator(".photo-stage > svg").bounding_box()
-    assert spot is not None
+    spot = fresh.box(page.locator(".photo-stage > svg"))
     case = fresh.snapshot.case
     assert case is not None
     name, said = case.objects[2]
@@ -470,7 +455,7 @@ def test_a_session_from_a_photo_and_a_sentence_alone(
     expect(page.get_by_text("found by words").first).to_be_visible()
     photo = Photo(fresh)
     x, y = photo.middle()
-    page.mouse.click(*photo.at(x + 4, y + 4))
+    photo.click(x + 4, y + 4)
     photo.thumbnails()
     page.keyboard.press("Enter")
     photo.changed(lambda state: not state.objects[0].grounding.proposed, "the clicked ball")

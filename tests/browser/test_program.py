@@ -38,7 +38,7 @@ def test_an_error_is_shown_at_its_line_and_nothing_is_lost(waiting: Desk) -> Non
     waiting.idle()
     assert waiting.snapshot.program == program
     expect(area).to_have_value(wrong)
-    page.reload()
+    waiting.reload()
     waiting.tab("Program")
     expect(area).to_have_value(wrong)
 

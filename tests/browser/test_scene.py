@@ -36,8 +36,7 @@ def test_scene_shows_selects_and_edits(drawn: Desk) -> None:
     assert camera is not None
     seen, _ = camera.project(rollout.positions[:1, at])
     width, rows = camera.size
-    box = page.locator("#viewer").bounding_box()
-    assert box is not None
+    box = drawn.box(page.locator("#viewer"))
 
     def matches() -> bool:
         x, y = pixel_of(drawn, view, rollout.positions[0, at])

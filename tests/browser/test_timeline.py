@@ -51,7 +51,7 @@ def test_drag_a_bar_and_resize_it(waiting: Desk) -> None:
     action = waiting.snapshot.program.action(name)
     assert action is not None
     before = _positions(waiting)
-    box = bar.locator(".body").bounding_box()
+    box = waiting.box(bar.locator(".body"))
     frame = _per_frame(waiting)
     _drag(waiting, box["x"] + box["width"] / 2, box["y"] + 8, 10 * frame)
     waiting.until(lambda: waiting.snapshot.has_draft, "a draft")
@@ -63,7 +63,7 @@ def test_drag_a_bar_and_resize_it(waiting: Desk) -> None:
     expect(bar).to_have_attribute("data-start", str(moved.start_step))
 
     before = _positions(waiting)
-    edge = bar.locator("[data-edge=end]").bounding_box()
+    edge = waiting.box(bar.locator("[data-edge=end]"))
     _drag(waiting, edge["x"] + edge["width"] - 2, edge["y"] + 8, 6 * frame)
     waiting.until(
         lambda: waiting.snapshot.program.action(name).duration != action.duration,  # type: ignore[union-attr]
@@ -78,7 +78,7 @@ def test_a_drag_is_run_while_it_goes_on_and_is_one_step_to_undo(waiting: Desk) -
     bar = _bar(waiting)
     name = bar.get_attribute("data-action")
     before = waiting.snapshot
-    box = bar.locator(".body").bounding_box()
+    box = waiting.box(bar.locator(".body"))
     frame = _per_frame(waiting)
     x, y = box["x"] + box["width"] / 2, box["y"] + 8
     page.mouse.move(x, y)
@@ -181,8 +181,7 @@ def test_playing_moves_the_playhead_and_a_scrub_stops_it(waiting: Desk) -> None:
     line = page.locator(".tl .head-line")
     x = float(line.get_attribute("x1") or 0)
     waiting.until(lambda: float(line.get_attribute("x1") or 0) != x, "a moving playhead")
-    box = page.locator("svg.tl").bounding_box()
-    assert box is not None
+    box = waiting.box(page.locator("svg.tl"))
     page.mouse.click(box["x"] + box["width"] * 0.6, box["y"] + 5)
     waiting.until(lambda: not waiting.studio.view.playing, "a stop")
     page.keyboard.press("Home")
@@ -196,7 +195,7 @@ def test_the_pointer_moves_on_before_a_drop_is_answered(waiting: Desk) -> None:
     name = bar.get_attribute("data-action")
     action = waiting.snapshot.program.action(name)
     assert action is not None
-    box = bar.locator(".body").bounding_box()
+    box = waiting.box(bar.locator(".body"))
     x, y = box["x"] + box["width"] / 2, box["y"] + 8
     page.mouse.move(x, y)
     page.mouse.down()
@@ -252,9 +251,7 @@ def test_a_conditional_start_shows_its_cause_and_moves_by_its_delay(waiting: Des
     expect(link).to_be_attached()
     # What overlaps in one lane stands in rows of its own.
     shove, twist = (page.locator(f"[data-action={name}] .body") for name in ("shove", "twist"))
-    one, other = shove.bounding_box(), twist.bounding_box()
-    assert one is not None
-    assert other is not None
+    one, other = waiting.box(shove), waiting.box(twist)
     assert abs(one["y"] - other["y"]) >= one["height"]
     box, frame = one, _per_frame(waiting)
     _drag(waiting, box["x"] + box["width"] / 2, box["y"] + 8, 3 * frame)
@@ -269,8 +266,7 @@ def test_a_conditional_start_shows_its_cause_and_moves_by_its_delay(waiting: Des
     assert 8 < delay() <= 8 + 16
     # A right-click on a lane adds something to that object, there.
     count = len(waiting.snapshot.program.event.actions)
-    lane = page.locator("svg.tl rect.lane").first.bounding_box()
-    assert lane is not None
+    lane = waiting.box(page.locator("svg.tl rect.lane").first)
     page.mouse.click(lane["x"] + lane["width"] * 0.6, lane["y"] + 8, button="right")
     page.get_by_role("menuitem", name="Push ball").click()
     waiting.until(lambda: len(waiting.snapshot.program.event.actions) == count + 1, "an action")

@@ -34,7 +34,7 @@ def test_five_steps_by_keyboard_and_never_again(first: Desk) -> None:
         page.keyboard.press("Enter")
     card = page.get_by_role("dialog", name=re.compile("^Tour"))
     expect(card).to_have_count(0)
-    page.reload()
+    first.reload()
     expect(page.get_by_role("group", name="Proposal")).to_be_visible()
     expect(card).to_have_count(0)
     # Again from the palette, back a step, and out by Escape.
@@ -58,7 +58,7 @@ def test_the_tour_stands_in_nobody_s_way(first: Desk) -> None:
     expect(card).to_be_visible()
     first.button("Skip").click()
     expect(card).to_have_count(0)
-    page.reload()
+    first.reload()
     expect(page.get_by_role("tab", name="Plots")).to_be_visible()
     expect(card).to_have_count(0)
 

@@ -43,11 +43,19 @@ def scene_plate(
 
 
 def _same_masks(previous: Scene, image: Image, masks: Mapping[str, BoolArray]) -> bool:
-    """Whether the same is to be taken out of the same photo."""
-    if previous.photo is None or previous.masks.keys() != masks.keys():
+    """Whether the same is to be taken out of the same photo.
+
+    What was set down beside it has an empty mask: nothing of the photo is behind that.
+    """
+    old, new = _seen(previous.masks), _seen(masks)
+    if previous.photo is None or old.keys() != new.keys():
         return False
     same = np.array_equal(previous.photo, image)
-    return same and all(np.array_equal(previous.masks[name], masks[name]) for name in masks)
+    return same and all(np.array_equal(old[name], new[name]) for name in new)
+
+
+def _seen(masks: Mapping[str, BoolArray]) -> dict[str, BoolArray]:
+    return {name: mask for name, mask in masks.items() if mask.any()}
 
 
 def _same_ways(

@@ -42,12 +42,17 @@ class Pictures:
         self._made: OrderedDict[str, bytes] = OrderedDict()
         self._lock = threading.Lock()
         self._drawing: tuple[str, Compositor, Rollout] | None = None
+        self._stopped = False
+
+    def stop(self) -> None:
+        """Makes nothing more: whoever still waits for a frame gets none, so the server may end."""
+        self._stopped = True
 
     def frame(self, tag: str, number: int) -> bytes | None:
         """Frame `number` of the round of the open session that `tag_of` gave that tag."""
         with self._lock:
             key = f"{tag}/{number}"
-            if key not in self._made and not self._make_frames(tag, number):
+            if key not in self._made and (self._stopped or not self._make_frames(tag, number)):
                 return None
             return self._get(key)
 

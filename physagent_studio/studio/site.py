@@ -35,6 +35,10 @@ class Site:
         self._photos: dict[str, bytes] = {}
         self._pictures = Pictures(snapshot, store)
 
+    def stop(self) -> None:
+        """Draws nothing more for anybody."""
+        self._pictures.stop()
+
     def page(self, path: str) -> Page | None:
         """The page at a path, or None."""
         if path == "/":

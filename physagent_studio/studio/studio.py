@@ -93,6 +93,7 @@ class Studio:
         self._inbox.put(None)
         self._thread.join(timeout=5)
         self.finder.stop()
+        self._site.stop()
         stop_server(self._server)
 
     # --- from other threads: only enqueue ------------------------------------------------------

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 from playwright.sync_api import Browser, FloatRect, Locator, Page, expect, sync_playwright
@@ -17,6 +18,7 @@ from playwright.sync_api import Browser, FloatRect, Locator, Page, expect, sync_
 from physagent_studio.assets import assets_dir
 from physagent_studio.session import Store
 from physagent_studio.studio import Studio, serve
+from physagent_studio.studio.pictures import jpeg_of
 from physagent_studio.workbench import Snapshot, Workbench, commands
 
 FLAGS = [
@@ -28,6 +30,9 @@ PATIENCE = 120.0
 """Seconds to wait for what has to happen; only where it does not, they are spent."""
 
 expect.set_options(timeout=60_000)
+
+DOT = jpeg_of(np.zeros((1, 1, 3), np.uint8))
+"""Stands for the frames of the strip where nobody looks at them."""
 
 STILL = """async (node) => {
   const place = () => JSON.stringify(node.getBoundingClientRect());
@@ -231,11 +236,13 @@ def running(
     scene: bool = False,
     tour: bool = False,
     nothing: bool = False,
+    pictures: bool = False,
 ) -> Iterator[Desk]:
     """A studio over a workspace, and a page on it; `tour`: as for whoever comes first;
-    `nothing`: with no session open.
+    `nothing`: with no session open; `pictures`: with the frames of the strip.
 
-    Drawing in software takes most of the machine, so only tests that look at the scene get one.
+    Drawing in software takes most of the machine, so only tests that look at the scene, or at the
+    sampled frames of a round, get them.
     """
     workbench = Workbench(Store(root), evidence=False)
     if nothing:
@@ -251,6 +258,8 @@ def running(
         page.add_init_script("localStorage.setItem('studio.toured', 'true')")
     if not scene:
         page.route("**/viewer/**", lambda route: route.fulfill(body=""))
+    if not pictures:
+        page.route("**/frame/**", lambda route: route.fulfill(body=DOT, content_type="image/jpeg"))
     desk = Desk(studio, page)
     yield desk
     errors = list(desk.errors)

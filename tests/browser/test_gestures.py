@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import Browser, WebSocketRoute, expect
 
 from physagent_studio.program.actions import ApplyForce
 from physagent_studio.program.document import load_program
@@ -42,6 +42,29 @@ def test_a_page_that_was_told_nothing_yet_takes_every_gesture(
     expect(text).to_have_value("")
     page.close()
     assert errors == []
+
+
+def test_a_key_that_comes_before_the_page_is_told_of_a_clip_is_not_lost(
+    waiting: Desk, browser: Browser
+) -> None:
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.route("**/viewer/**", lambda route: route.fulfill(body=""))
+    held: list[str | bytes] = []
+    lines: list[WebSocketRoute] = []
+
+    def hold(line: WebSocketRoute) -> None:
+        line.connect_to_server().on_message(lambda one: held.append(one))
+        lines.append(line)
+
+    page.route_web_socket("**/socket", hold)
+    page.goto(waiting.studio.address)
+    waiting.until(lambda: any('"on":"library"' in str(one) for one in held), "all that is told")
+    page.keyboard.press("End")
+    for one in held:
+        lines[0].send(one)
+    clip = waiting.snapshot.program.clip
+    waiting.until(lambda: waiting.studio.view.frame(clip) == clip.frames - 1, "the end")
+    page.close()
 
 
 def _drag_begun(desk: Desk) -> tuple[str, float, float]:

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import re
+import shutil
 import urllib.error
 import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Browser, expect
 
 from physagent_studio.records import Assessment
 from physagent_studio.records.judgement import Criterion
-from tests.browser.conftest import Desk
+from physagent_studio.session import Store
+from tests.browser.conftest import Desk, running
 
 pytestmark = pytest.mark.browser
 
@@ -83,8 +87,16 @@ def test_the_open_session_is_not_deleted(waiting: Desk) -> None:
     assert waiting.workbench.store.list()[0].id == waiting.snapshot.session_id
 
 
-def test_sampled_frames_load_as_they_come_into_view_and_go_there(waiting: Desk) -> None:
-    page = waiting.page
+@pytest.fixture
+def with_frames(tmp_path: Path, browser: Browser, decided_once: Path) -> Iterator[Desk]:
+    """The waiting session with the frames of its strip."""
+    root = tmp_path / "workspace"
+    shutil.copytree(decided_once, root)
+    yield from running(root, browser, Store(root).list()[0].id, pictures=True)
+
+
+def test_sampled_frames_load_as_they_come_into_view_and_go_there(with_frames: Desk) -> None:
+    waiting, page = with_frames, with_frames.page
     waiting.proposal()
     strip = page.get_by_role("group", name="Sampled frames")
     frames = strip.get_by_role("button")

@@ -145,6 +145,7 @@ def test_what_a_person_sets_down_in_the_scene_is_not_sought_in_the_photo(correct
     after = reconstruct(case, state, previous=found)
     assert after.state.objects[-1] == ball
     assert "added" in after.meshes
+    assert after.plate is found.plate  # nothing of the photo is behind it
     assert all(one.ok for one in after.findings if one.subject == "added")
     # What the photo shows is judged as before, also where the new thing would cover it.
     kept = {(one.name, one.subject): one.ok for one in found.findings}

@@ -44,6 +44,10 @@ def test_frames_of_a_round(tmp_path: Path, evidence: bool) -> None:
     assert pictures.frame(tag_of(item), 1) is None
     assert pictures.frame(tag_of(item), 81) is None
     assert pictures.frame("r9-0000000000000000", 0) is None
+    # A server that ends draws nothing more; what is made already costs nothing.
+    pictures.stop()
+    assert pictures.frame(tag_of(item), 78) is not None
+    assert (pictures.frame(tag_of(item), 3) is None) is not evidence
 
 
 def test_a_lost_file_is_no_picture(tmp_path: Path) -> None:

@@ -33,7 +33,7 @@ export function startKeys({ left, right, dialogs, meshFile, scene, theme, presen
     ["Ten frames back", "Shift+ArrowLeft", () => scrubBy(-10)],
     ["Ten frames on", "Shift+ArrowRight", () => scrubBy(10)],
     ["To the start", "Home", () => scrub(0)],
-    ["To the end", "End", () => scrub(head().frames - 1)],
+    ["To the end", "End", () => scrub(Infinity)],
     ["Repeat from here", "[", () => loop("start")],
     ["Repeat up to here", "]", () => loop("end")],
     ["Repeat on or off", "L", () => loop("")],

@@ -113,17 +113,18 @@ export function endAttempt() {
   if (open) send({ do: "try", edits: null });
 }
 
-// The frame that was asked for last; key presses faster than the answers add up.
-let wanted = null;
+// The frame that was asked for last; key presses faster than the answers add up. `early` was asked
+// for before the page was told of a clip, and is gone to as soon as it is.
+let wanted = null, early = null;
 
 export function scrub(frame) {
   const head = values.playhead;
-  if (!head) return;
+  if (!head) return void (early = frame);
   wanted = Math.max(0, Math.min(head.frames - 1, frame));
   send({ do: "scrub", frame: wanted });
 }
 
-export const scrubBy = (by) => scrub((wanted ?? values.playhead?.frame ?? 0) + by);
+export const scrubBy = (by) => scrub((wanted ?? values.playhead?.frame ?? early ?? 0) + by);
 
 export function connect() {
   socket = new WebSocket(`ws://${location.host}/socket`);
@@ -145,6 +146,10 @@ export function connect() {
     if (channel !== "say") values[channel] = data;
     if (channel === "playhead" && (data.playing || data.frame === wanted)) wanted = null;
     emit(channel, data);
+    if (channel === "playhead" && early !== null) {
+      scrub(early);
+      early = null;
+    }
     if (channel === "playhead") confirm(before, data.selection);
     else if (channel === "say" && data.level === "error") confirm(before, null);
   };

@@ -4,13 +4,14 @@ The rim of that is seen at too flat an angle to be of use when the thing has rol
 
 The body is covered by the six sides of a cube around it, the first of which looks at the camera.
 The others show the first one again, folded over the edges that they share with it, in the light
-that falls on them; where they meet they pass into one another.
+that falls on them; where they meet they pass into one another. What is there once, as the calyx of
+a fruit is, is not repeated; where it lies about the axis, it is led around that.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import cv2
@@ -19,18 +20,18 @@ from numpy.typing import NDArray
 
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import matrix_of
-from physagent_studio.program.scene import Ellipsoid, Revolved, SceneObject, Sphere
-from physagent_studio.reconstruction.masks import BoolArray
+from physagent_studio.program.scene import Revolved, SceneObject
+from physagent_studio.reconstruction.masks import BoolArray, grow
+from physagent_studio.reconstruction.round_body import body_of, fitted, is_pattern, terms_of
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Mesh
 
 FloatArray = NDArray[np.float64]
+FloatImage = NDArray[np.float32]
 OFF = 0.05
 """How far vertices may be off a round outline, in radii: what has stems is no ball."""
 LEAST = 0.72
 """How near to its middle the outline of a round thing may come, in radii."""
-ROUNDISH = 0.45
-"""How flat or slim it may be."""
 SHOWN = (60.0, 70.0)
 """Angle from the view within which the photo itself is shown, and beyond which no longer, °."""
 NARROW = 8
@@ -47,6 +48,21 @@ SPOT = 8.0
 """Percentile below which what is dark on it is a spot that is there once."""
 GLOSS = 92.0
 """Percentile beyond which what is bright on the body is gloss, and stays on the first side."""
+SPAN, DETAIL = 2.0, 160
+"""Half the extent of the picture of what is repeated, in its distance from the middle of the body,
+and pixels across it."""
+SEEN_WELL = math.cos(math.radians(LIT))
+STRANGE, MUCH = 0.3, 4.0
+"""Least detail that is there once, log, and in times of what is usual on the body."""
+TURN = 75.0
+"""Angle about the axis, from the view, within which a cap is shown as the photo shows it, °."""
+SEEN_CAP, LEVEL_CAP = math.sin(math.radians(4.0)), math.cos(math.radians(35.0))
+"""Cosines between axis and view: below the first a top is not seen, beyond the second it is seen
+from above."""
+FLATTEST = math.cos(math.radians(85.0))
+"""The least between surface and view at which something is still told."""
+OFTEN, LEAST_CAP, SOFT = 0.25, 8.0, 10.0
+"""Share of a circle about the axis that is strange on a cap; its least extent and its rim, °."""
 
 # x is right and y up as the camera sees the body, z looks at the camera.
 _FIRST = np.eye(3)
@@ -58,6 +74,7 @@ _SIDES = {
     "back": np.array([[-1, 0, 0], [0, 1, 0], [0, 0, -1]], float),
 }
 """By which map each side's directions become those of the first one."""
+_PART = -1
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -65,8 +82,10 @@ class _Ball:
     """A body as a unit sphere. frame: (3, 3) columns are its x, y and z in the world. stretch:
     (3, 3) from the unit sphere to the ellipsoid, world. axis: (3,) unit, and outline: (K, 2) how
     far out the body is, in the ellipsoid's radii, by the cosine with that axis. photo, origin:
-    the crop, and its corner in the photo. light: (6, 3) see `_terms`, log. mean: (3,) of it.
-    least, most: (3,) darkest and brightest detail, log.
+    the crop, and its corner in the photo. light: (6, 3) see `terms_of`, log. mean: (3,) of it.
+    least, most: (3,) darkest and brightest detail, log. strange: from what detail on something is
+    there once, log. cap: angle from the axis within which most is so, °. detail: (K, K, 3) of the
+    first side, see `_usual`.
     """
 
     frame: FloatArray
@@ -81,6 +100,9 @@ class _Ball:
     mean: FloatArray
     least: FloatArray
     most: FloatArray
+    strange: float = math.inf
+    cap: float = 0.0
+    detail: FloatImage = field(default_factory=lambda: np.zeros((2, 2, 3), np.float32))
 
     @classmethod
     def of(
@@ -120,14 +142,87 @@ class _Ball:
         for fold in (_FIRST, *_SIDES.values()):
             own = ways @ fold.T
             weight = np.maximum(own[:, 2:] - math.cos(math.radians(LIT)), 0) ** NARROW
-            detail += weight * np.clip(self._detail(own), self.least, self.most)
+            detail += weight * np.clip(self._repeated(own), self.least, self.most)
             total += weight
         others = np.exp(self._tone(ways) + detail / np.maximum(total, 1e-12)) - DARK
+        if self.cap > 0:
+            around, off = self._led_around(ways)
+            capped = np.clip((self.cap + SOFT - off) / SOFT, 0, 1)[:, None]
+            others = capped * self._photographed(around) + (1 - capped) * others
         return first * self._photographed(ways) + (1 - first) * others
+
+    def _repeated(self, ways: FloatArray) -> FloatArray:
+        """Detail (N, 3) that may be there several times, in directions of the first side."""
+        flat = ways[:, :2] / np.maximum(ways[:, 2:], 0.2)
+        x, y = ((flat / SPAN + 1) / 2 * len(self.detail) - 0.5).astype(np.float32).T
+        out = cv2.remap(self.detail, x[None], y[None], cv2.INTER_LINEAR)[0]
+        return np.asarray(out, np.float64)
+
+    def _usual(self, mask: BoolArray) -> FloatImage:
+        """(K, K, 3) the detail of the first side without what is there once: a calyx, a bruise."""
+        y, x = ((np.indices((DETAIL, DETAIL)) + 0.5) / DETAIL * 2 - 1) * SPAN
+        ways = np.stack([x.ravel(), y.ravel(), np.ones(x.size)], 1)
+        ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+        detail = self._detail(ways)
+        strange = (np.abs(detail).mean(-1) > self.strange) & (ways[:, 2] > SEEN_WELL)
+        if is_pattern(strange.reshape(x.shape)):
+            return np.asarray(detail.reshape(*x.shape, 3), np.float32)
+        strange |= ~self._within(ways, mask)
+        wide = cv2.dilate(strange.reshape(x.shape).astype(np.uint8), np.ones((5, 5), np.uint8))
+        kept = cv2.GaussianBlur(1 - grow(wide > 0, 3).astype(np.float32), (0, 0), 1.5)
+        kept = np.where(wide > 0, 0, kept)[..., None]
+        return np.asarray(kept * detail.reshape(*x.shape, 3), np.float32)
+
+    def _poles(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Unit vectors in the body's frame of view: the axis' end that is seen, front and side."""
+        axis = self.axis @ self.frame
+        axis = axis if axis[2] > 0 else -axis
+        front = np.array([0.0, 0.0, 1.0]) - axis[2] * axis
+        front /= max(float(np.linalg.norm(front)), 1e-9)
+        return axis, front, np.asarray(np.cross(axis, front), np.float64)
+
+    def _led_around(self, ways: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Directions (N, 3) turned about the axis to where they are seen, angles (N,) to it, °."""
+        axis, front, side = self._poles()
+        turn = np.arctan2(ways @ side, ways @ front)
+        limit = math.radians(TURN)
+        back = limit * (np.pi - np.abs(turn)) / (np.pi - limit)
+        turn = np.where(np.abs(turn) > limit, np.sign(turn) * back, turn)
+        along = np.clip(ways @ axis, -1, 1)
+        flat = np.cos(turn)[:, None] * front + np.sin(turn)[:, None] * side
+        led = along[:, None] * axis + np.sqrt(1 - along**2)[:, None] * flat
+        return led, np.degrees(np.arccos(along))
+
+    def capped(self, mask: BoolArray) -> Self:
+        """The same, knowing how far something that is there once reaches down from its top."""
+        axis, front, side = self._poles()
+        if not SEEN_CAP < axis[2] < LEVEL_CAP:
+            return self
+        turn = np.radians(np.linspace(-60, 60, 13))
+        flat = np.cos(turn)[:, None] * front + np.sin(turn)[:, None] * side
+        cap = 0.0
+        for angle in range(4, 72, 4):
+            off = math.radians(angle)
+            ways = math.cos(off) * axis + math.sin(off) * flat
+            ways = ways[(ways[:, 2] > FLATTEST) & self._within(ways, mask)]
+            if not len(ways):
+                continue
+            rest = np.log(self._photographed(ways) + DARK) - self._tone(ways)
+            if (np.abs(rest).mean(-1) > self.strange).mean() < OFTEN:
+                break
+            cap = float(angle)
+        return replace(self, cap=cap if cap >= LEAST_CAP else 0.0)
+
+    def _within(self, ways: FloatArray, mask: BoolArray) -> BoolArray:
+        """(N,) whether directions (N, 3) of the first side are seen in the mask (H, W)."""
+        column, row = (self.pixels(ways) + self.origin).astype(int).T
+        inside = (column >= 0) & (row >= 0) & (column < mask.shape[1]) & (row < mask.shape[0])
+        inside[inside] = mask[row[inside], column[inside]]
+        return np.asarray(inside, bool)
 
     def _detail(self, ways: FloatArray) -> FloatArray:
         """What the photo shows (N, 3) beside the light, log, in directions of the first side."""
-        return np.log(self._photographed(ways) + DARK) - _terms(ways) @ self.light
+        return np.log(self._photographed(ways) + DARK) - terms_of(ways) @ self.light
 
     def _tone(self, ways: FloatArray) -> FloatArray:
         """The log of the body's colour in its light (N, 3), evener the farther from the view."""
@@ -138,7 +233,7 @@ class _Ball:
         seen = np.column_stack([flat * np.sin(near), np.cos(near)])
         share = np.clip((angle - limit) / (math.pi - limit), 0, 1)[:, None]
         even = (1 - share) ** 2
-        return even * (_terms(seen) @ self.light) + (1 - even) * self.mean
+        return even * (terms_of(seen) @ self.light) + (1 - even) * self.mean
 
     def _photographed(self, ways: FloatArray) -> FloatArray:
         where = (self.pixels(np.where(ways[:, 2:] > 0, ways, (0.0, 0, 1))) - 0.5).astype(np.float32)
@@ -165,36 +260,18 @@ class _Ball:
         flat = np.sqrt(1 - up**2)
         turn = np.tile(around, len(share))
         ways = np.stack([flat * np.cos(turn), flat * np.sin(turn), up], 1)
-        column, row = (self.pixels(ways) + self.origin).astype(int).T
-        inside = (column >= 0) & (row >= 0) & (column < mask.shape[1]) & (row < mask.shape[0])
-        inside[inside] = mask[row[inside], column[inside]]
+        inside = self._within(ways, mask)
         if np.count_nonzero(inside) < 40:
             return self
         ways = ways[inside]
         tone = np.log(self._photographed(ways) + DARK)
-        fit = _fitted(_terms(ways), tone)
-        rest = tone - _terms(ways) @ fit
-        mean = (_terms(ways) @ fit).mean(0)
+        fit = fitted(terms_of(ways), tone)
+        rest = tone - terms_of(ways) @ fit
+        mean = (terms_of(ways) @ fit).mean(0)
         least, most = np.percentile(rest, (SPOT, GLOSS), axis=0)
-        return replace(self, light=fit, mean=mean, least=least, most=most)
-
-
-def _terms(ways: FloatArray) -> FloatArray:
-    """(N, 6) of which light on a body is a sum, by direction (N, 3)."""
-    x, y = ways[:, 0], ways[:, 1]
-    return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], 1)
-
-
-def _fitted(terms: FloatArray, tone: FloatArray) -> FloatArray:
-    """(6, 3) by which terms (N, 6) come nearest to most of what is seen (N, 3)."""
-    pull = 0.01 * len(terms) * np.diag([0.0, 1, 1, 1, 1, 1])
-    weight, fit = np.ones(len(terms)), np.zeros((terms.shape[1], 3))
-    for _ in range(8):
-        fit = np.linalg.solve((terms.T * weight) @ terms + pull, (terms.T * weight) @ tone)
-        rest = np.abs(tone - terms @ fit).mean(-1)
-        # What is painted otherwise, and highlights, are no light.
-        weight = 1 / (1 + (rest / max(1.5 * float(np.median(rest)), 0.03)) ** 2)
-    return np.asarray(fit, np.float64)
+        strange = max(STRANGE, MUCH * float(np.median(np.abs(rest).mean(-1))))
+        lit = replace(self, light=fit, mean=mean, least=least, most=most, strange=strange)
+        return replace(lit, detail=lit._usual(mask))
 
 
 def round_textured(
@@ -209,51 +286,50 @@ def round_textured(
     None for others. crop: the photo around the thing (h, w, 3) and its top left corner (x, y) in
     the photo.
     """
-    radii = _radii(item, mesh)
-    if radii is None:
+    body = body_of(item)
+    if body is None:
+        return None
+    radii, outline = body
+    if outline[:, 1].min() < LEAST:
         return None
     unit = mesh.vertices / radii
     away = np.linalg.norm(unit, axis=1)
-    if away.min() < LEAST:
-        return None
-    upright = unit[:, 2] / away
-    order = np.argsort(upright, kind="stable")
-    outline = np.stack([upright[order], away[order]], 1)
-    if np.abs(np.interp(upright, *outline.T) - away).max() > OFF:
-        return None
+    upright = unit[:, 2] / np.maximum(away, 1e-12)
+    beside = away - np.interp(upright, *outline.T) > OFF
     ball = _Ball.of(camera, item, radii, outline, crop).lit(mask)
+    if isinstance(item.shape, Revolved):
+        ball = ball.capped(mask)
     turned = mesh.vertices @ matrix_of(item.rotation).T
     ways = np.linalg.solve(ball.stretch, turned.T).T @ ball.frame
     ways /= np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-12)
     folds = [_FIRST, *_SIDES.values()]
     middle = ways[mesh.faces].mean(1)
     side = np.argmax([(middle @ fold.T)[:, 2] for fold in folds], 0)
-    return _laid_out(ball, mesh, ways, side, folds)
-
-
-def _radii(item: SceneObject, mesh: Mesh) -> FloatArray | None:
-    """(3,) of the ellipsoid that a body is or comes near to; None for none."""
-    if isinstance(item.shape, Sphere):
-        return np.full(3, item.shape.radius)
-    if isinstance(item.shape, Ellipsoid):
-        return np.asarray(item.shape.radii, float)
-    if not isinstance(item.shape, Revolved) or item.shape.wall is not None:
-        return None
-    radii = np.maximum(np.abs(mesh.vertices).max(0), 1e-9)
-    return radii if ROUNDISH < radii[2] / radii[0] < 1 / ROUNDISH else None
+    # Stems and leaves are as thin as they are seen, and show the same from behind.
+    side = np.where(beside[mesh.faces].sum(1) > 1, _PART, side)
+    return _laid_out(ball, mesh, ways, turned, side, folds)
 
 
 def _laid_out(
-    ball: _Ball, mesh: Mesh, ways: FloatArray, side: NDArray[np.intp], folds: list[FloatArray]
+    ball: _Ball,
+    mesh: Mesh,
+    ways: FloatArray,
+    turned: FloatArray,
+    side: NDArray[np.intp],
+    folds: list[FloatArray],
 ) -> Mesh:
-    """Every side's faces with vertices of their own, and the sides' pictures beside the crop."""
+    """Every side's faces with vertices of their own, and the sides' pictures beside the crop.
+
+    turned: (V, 3) vertices from the middle, world.
+    """
     rows, columns = ball.photo.shape[:2]
     across = int(np.clip(0.8 * min(rows, columns), *SIDE))
     texture = np.zeros((max(rows, across), columns + across * (len(folds) - 1), 3), np.uint8)
     texture[:rows, :columns] = ball.photo
     vertices, faces, places = [], [], []
     count = 0
-    for number, fold in enumerate(folds):
+    for number, fold in enumerate([*folds, _FIRST]):
+        number = _PART if number == len(folds) else number
         own = mesh.faces[side == number]
         used, compact = np.unique(own, return_inverse=True)
         vertices.append(mesh.vertices[used])
@@ -261,6 +337,9 @@ def _laid_out(
         count += len(used)
         if number == 0:
             places.append(ball.pixels(ways[used]))
+            continue
+        if number == _PART:
+            places.append(ball.camera.project(ball.place + turned[used])[0] - ball.origin)
             continue
         left = columns + across * (number - 1)
         texture[:across, left : left + across] = _picture(ball, fold, across)

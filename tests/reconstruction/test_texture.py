@@ -11,6 +11,7 @@ from physagent_studio.program.scene import (
     Ellipsoid,
     Frustum,
     Inflated,
+    Revolved,
     SceneObject,
     Sphere,
 )
@@ -126,3 +127,35 @@ def test_what_is_as_deep_as_wide_is_led_around_too_and_flat_things_are_not():
     for shape in (Inflated(size=(0.6, 0.2, 0.7)), Inflated(size=(0.6, 0.6, 0.1), flat=True)):
         shallow = item.model_copy(update={"shape": shape})
         assert turned_sides(camera, shallow, body.vertices, body.faces) is None
+
+
+def _colour(mesh, way: np.ndarray) -> np.ndarray:
+    """The colour (3,) of the mesh where a ray from its middle leaves it."""
+    unit = mesh.vertices / np.linalg.norm(mesh.vertices, axis=1, keepdims=True)
+    u, v = mesh.uv[int((unit @ way).argmax())].astype(int)
+    return mesh.texture[v, u].astype(float)
+
+
+def test_the_calyx_of_a_fruit_goes_around_its_axis_and_comes_once():
+    camera = Camera.from_horizon((320, 240), 20, 1.0, focal=420.0)
+    angle = np.linspace(-np.pi / 2, np.pi / 2, 24)
+    profile = [(0.2 * float(np.sin(a)), 0.25 * float(np.cos(a)) + 1e-4) for a in angle]
+    fruit = Revolved(profile=tuple(profile))
+    item = SceneObject(name="fruit", shape=fruit, position=(0.0, 2.5, 0.2))
+    body = mesh_of(fruit)
+    world = body.vertices + np.asarray(item.position)
+    pixels = camera.project(world)[0]
+    hull = cv2.convexHull(np.round(pixels).astype(np.int32))
+    mask = cv2.fillConvexPoly(np.zeros((240, 320), np.uint8), hull, 1).astype(bool)
+    # Orange, and dark within 35 degrees of its upper end.
+    photo = np.full((240, 320, 3), (230, 120, 30), np.uint8)
+    cap = world[np.arctan2(np.hypot(*body.vertices[:, :2].T), body.vertices[:, 2]) < 0.6]
+    dark = cv2.convexHull(np.round(camera.project(cap)[0]).astype(np.int32))
+    cv2.fillConvexPoly(photo, dark, (40, 30, 20))
+    mesh = textured(photo, mask, camera, item, body)
+    for azimuth in np.linspace(0, 2 * np.pi, 8, endpoint=False):
+        flat = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+        assert _colour(mesh, 0.3 * flat + [0, 0, 0.954])[0] < 120
+        for height in (-0.9, -0.5, 0.0, 0.4):
+            way = np.sqrt(1 - height**2) * flat + [0, 0, height]
+            assert _colour(mesh, way)[0] > 190

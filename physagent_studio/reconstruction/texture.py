@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene import SceneObject
-from physagent_studio.reconstruction.masks import BoolArray, bounds, shrink
+from physagent_studio.reconstruction.masks import BoolArray, bounds, grow, shrink
 from physagent_studio.reconstruction.round_texture import round_textured
 from physagent_studio.reconstruction.turned_texture import turned_sides
 from physagent_studio.records.case import Image
@@ -87,7 +87,7 @@ def _folded(pixels: FloatArray, mask: BoolArray, ring: float) -> FloatArray:
     ring: its width, as a share of the mask's smaller extent.
     """
     x0, y0, x1, y1 = bounds(mask)
-    core = shrink(mask, max(1, round(ring * min(x1 - x0, y1 - y0))))
+    core = _core(mask, max(1, round(ring * min(x1 - x0, y1 - y0))))
     if not core.any() or not len(pixels):
         return pixels
     nearest = _nearest(core)
@@ -101,6 +101,17 @@ def _folded(pixels: FloatArray, mask: BoolArray, ring: float) -> FloatArray:
     row = np.clip(folded[:, 1].astype(int), 0, mask.shape[0] - 1)
     folded = np.where(core[row, column][:, None], folded, border)
     return np.where(outside[:, None], folded, pixels)
+
+
+def _core(mask: BoolArray, ring: int) -> BoolArray:
+    """The mask without its outer ring, pixels; of what is narrower than that, its middle."""
+    core = shrink(mask, ring)
+    while ring > 0:
+        # What lies farther from the core than the ring is wide belongs to something narrow.
+        narrow = mask & ~grow(core, ring + 1 + ring // 2)
+        ring //= 2
+        core = core | (shrink(mask, ring) & narrow)
+    return core
 
 
 def _nearest(core: BoolArray) -> NDArray[np.int64]:

@@ -16,6 +16,8 @@ from physagent_studio.program.scene import (
     Sphere,
 )
 from physagent_studio.reconstruction import mesh_of
+from physagent_studio.reconstruction.geometry import on_upright
+from physagent_studio.reconstruction.inflation import inflated_mesh, upright_extent
 from physagent_studio.reconstruction.texture import textured
 from physagent_studio.reconstruction.turned_texture import turned_sides
 
@@ -159,3 +161,29 @@ def test_the_calyx_of_a_fruit_goes_around_its_axis_and_comes_once():
         for height in (-0.9, -0.5, 0.0, 0.4):
             way = np.sqrt(1 - height**2) * flat + [0, 0, height]
             assert _colour(mesh, way)[0] > 190
+
+
+def test_the_far_side_of_what_is_thin_shows_its_own_colour():
+    camera = Camera.from_horizon((320, 240), 90, 1.0, focal=300.0)
+    # A dark block and a light pole above it that is narrower than the block's outer ring.
+    mask = np.zeros((240, 320), bool)
+    mask[150:220, 110:210] = True
+    mask[60:150, 157:163] = True
+    photo = np.full((240, 320, 3), (40, 120, 40), np.uint8)
+    photo[150:220, 110:210] = (20, 20, 20)
+    photo[60:150, 157:163] = (220, 220, 220)
+    width, depth, height = (2.5 * part for part in upright_extent(mask, camera, 12))
+    shape = Inflated(size=(width, depth, height))
+    body = inflated_mesh(mask, camera, shape)
+    middle = on_upright(camera, [(160, 140)], 2.5)[0]
+    x, y, z = middle - (body.vertices.min(0) + body.vertices.max(0)) / 2
+    item = SceneObject(name="sign", shape=shape, position=(float(x), float(y), float(z)))
+    mesh = textured(photo, mask, camera, item, body)
+    assert mesh.uv is not None
+    assert mesh.texture is not None
+    place = mesh.vertices + np.asarray(item.position)
+    behind = place[:, 1] > 2.5
+    rows = camera.project(place)[0][:, 1]
+    pole = mesh.uv[behind & (rows > 70) & (rows < 140)].astype(int)
+    assert len(pole) > 20
+    assert (mesh.texture[pole[:, 1], pole[:, 0]].mean(1) > 180).mean() > 0.9

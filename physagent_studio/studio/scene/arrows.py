@@ -129,7 +129,7 @@ def _of_action(action: ApplyForce | SetVelocity, snapshot: Snapshot, step: int) 
         scale, unit, field = WEIGHT_METRES / (mass * GRAVITY), "N", "force"
     if value is None:
         return None
-    text = f"{action.id}: {number(float(np.linalg.norm(value)))} {unit}"
+    text = f"{action.id.replace('_', ' ')}: {number(float(np.linalg.norm(value)))} {unit}"
     path = f"event.actions.{action.id}.{field}"
     reach = reach_of(action.name, snapshot, step)
     return Arrow(f"action {action.id}", foot, value * scale, scale, text, "action", reach, path)

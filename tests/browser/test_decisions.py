@@ -134,6 +134,7 @@ def test_a_pass_is_overruled_to_a_failure_in_my_words(waiting: Desk) -> None:
     _accept_until_it_happens(waiting)
     assert waiting.snapshot.state.outcome == "realised"
     rounds = len(waiting.snapshot.state.rounds)
+    expect(page.get_by_text("The event happens", exact=True)).to_be_visible()
     waiting.button("Overrule").click()
     page.get_by_label("Your reason").fill("it is <i>far</i> too slow")
     waiting.button("It does not").click()

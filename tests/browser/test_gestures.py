@@ -91,6 +91,7 @@ def test_the_program_changes_under_a_bar_that_is_dragged(waiting: Desk) -> None:
     waiting.workbench.post(
         commands.ApplyEdits((AddItem(path="scene.objects", item=ball),), "a lane more")
     )
+    waiting.until(lambda: waiting.snapshot.program.scene.object("late"), "a lane more")
     expect(page.locator("[data-lane=late]")).to_be_attached()
     page.mouse.move(x + 20, y, steps=3)
     waiting.workbench.post(

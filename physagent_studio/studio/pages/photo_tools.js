@@ -1,6 +1,7 @@
 // The photo's tools: what a hand does with the pointer becomes a grounding, a line or a ramp.
 
 import { rise, within } from "./photo_draw.js";
+import { makeScissors } from "./photo_scissors.js";
 import { selected, send } from "./wire.js";
 
 export const TOOLS = [
@@ -179,71 +180,7 @@ export function makeTools({ stage, data, changed }) {
     if (state.pending?.waiting || state.pending?.looking) ask(state.pending);
   }
 
-  // --- scissors ------------------------------------------------------------------------------
-
-  function way(end, straight) {
-    const cut = state.cut;
-    if (straight) {
-      cut.live = [cut.anchors.at(-1), end];
-      return changed();
-    }
-    cut.ticket = ++tickets;
-    if (!send({ do: "edge", start: cut.anchors.at(-1), end, ticket: cut.ticket })) cut.fixing = "";
-  }
-
-  function edge(answer) {
-    const cut = state.cut;
-    if (!cut || answer.ticket !== cut.ticket) return;
-    if (!answer.points) return refused();
-    cut.live = answer.points;
-    if (cut.fixing) {
-      const closing = cut.fixing === "close";
-      cut.ways.push(cut.live);
-      if (!closing) cut.anchors.push(cut.live.at(-1));
-      [cut.fixing, cut.live] = ["", null];
-      if (closing) finish();
-    }
-    changed();
-  }
-
-  function anchor(point, straight) {
-    if (!state.cut) state.cut = { name: target(), anchors: [point], ways: [], live: null, fixing: "", ticket: 0 };
-    else if (!state.cut.fixing) {
-      const first = state.cut.anchors[0];
-      const near = Math.hypot(first[0] - point[0], first[1] - point[1]) < 9 * stage.unit();
-      if (near && state.cut.anchors.length > 1) return close(straight);
-      if (straight) {
-        state.cut.ways.push([state.cut.anchors.at(-1), point]);
-        state.cut.anchors.push(point);
-        state.cut.live = null;
-      } else {
-        state.cut.fixing = "anchor";
-        way(point, false);
-      }
-    }
-    changed();
-  }
-
-  function close(straight) {
-    const cut = state.cut;
-    if (!cut || cut.fixing || cut.anchors.length < 2) return;
-    if (straight || cut.anchors.length < 3) {
-      if (cut.anchors.length < 3 && cut.ways.flat().length < 3) return;
-      cut.ways.push([cut.anchors.at(-1), cut.anchors[0]]);
-      return finish();
-    }
-    cut.fixing = "close";
-    way(cut.anchors[0], false);
-  }
-
-  function finish() {
-    let points = state.cut.ways.flat();
-    const every = Math.ceil(points.length / 590);
-    points = points.filter((_, i) => i % every === 0);
-    state.cut = null;
-    if (points.length > 2) alter((g) => g.strokes.push({ tool: "scissors", effect: state.effect, radius: 1, points }));
-    changed();
-  }
+  const { way, edge, anchor, close } = makeScissors({ state, stage, changed, target, ticket: () => ++tickets, alter, refused });
 
   // A hand that points at a thing which was only found by its words says where it is: anew. What
   // the hand said to lie outside stays so.

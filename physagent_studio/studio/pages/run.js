@@ -90,7 +90,8 @@ function meters(run) {
 }
 
 function busy(run, since) {
-  const known = run.progress !== null && run.progress !== undefined;
+  // What has not begun to count yet is shown as going on, not as standing still.
+  const known = Boolean(run.progress);
   return h("div", { class: "stack" },
     h("div", { role: "status" }, sentence(run.busy)),
     h("div", { class: "row" },

@@ -30,7 +30,6 @@ from physagent_studio.reconstruction.segmentation_stack import stacked, stacks_o
 from physagent_studio.reconstruction.segmentation_task import (
     View,
     full_size,
-    looks_for_poles,
     part_around,
     task_of,
     view_of,
@@ -137,7 +136,7 @@ class EmbeddedSegmenter:
             sized = [pool.submit(full_size, image, *one) for one in best]
             # Parts of the first are sought while the others are still being brought to size.
             first = sized[0].result().mask
-            found = with_attached(image, first, grounding, looks_for_poles(name))
+            found = with_attached(image, first, grounding, name)
             alike = [one.result() for one in sized]
         return led_by(found, alike, usual_size(name).aspect)
 

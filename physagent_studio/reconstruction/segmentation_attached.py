@@ -29,6 +29,7 @@ from physagent_studio.reconstruction.segmentation_beside import Parted
 from physagent_studio.reconstruction.segmentation_choice import CANDIDATES
 from physagent_studio.reconstruction.segmentation_crossbars import with_crossbars
 from physagent_studio.reconstruction.segmentation_focus import Focus
+from physagent_studio.reconstruction.segmentation_handles import with_handles
 from physagent_studio.reconstruction.segmentation_joining import LEAST, Around, Grown, joining
 from physagent_studio.reconstruction.segmentation_patches import (
     joined,
@@ -37,7 +38,11 @@ from physagent_studio.reconstruction.segmentation_patches import (
     steps_of,
 )
 from physagent_studio.reconstruction.segmentation_shafts import WIDE, edges_of, strips_of
-from physagent_studio.reconstruction.segmentation_task import snapped
+from physagent_studio.reconstruction.segmentation_task import (
+    looks_for_handles,
+    looks_for_poles,
+    snapped,
+)
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 
@@ -96,13 +101,14 @@ def _odder(before: BoolArray, after: BoolArray, usual: Usual) -> bool:
 
 
 def with_attached(
-    image: Image, mask: BoolArray, grounding: Grounding, for_poles: int = 0
+    image: Image, mask: BoolArray, grounding: Grounding, name: str = ""
 ) -> BoolArray | None:
     """The mask (H, W) with the parts attached to the thing; None where there is none to be seen.
 
-    What holds a click outside, or lies outside of a box, is no part of it. for_poles: how often
-    its surroundings are looked at for poles, wider as the mask grows; 0 for a thing without any.
+    What holds a click outside, or lies outside of a box, is no part of it. name: of the thing;
+    poles, bars across them and thin handles are only looked for where things of it have such.
     """
+    for_poles = looks_for_poles(name)
     first = mask
     for _ in range(max(1, for_poles)):
         prepared = _around(image, mask, grounding, for_poles > 0)
@@ -110,9 +116,12 @@ def with_attached(
         if prepared is None or found is None:
             break
         mask = mask | _placed(found, prepared[0], mask.shape)
-    out = None if mask is first else _settled(image, mask)
-    crossed = with_crossbars(image, mask if out is None else out, grounding) if for_poles else None
-    return out if crossed is None else crossed
+    mask = mask if mask is first else _settled(image, mask)
+    thin = [with_crossbars] * (for_poles > 0) + [with_handles] * looks_for_handles(name)
+    for look in thin:
+        found = look(image, mask, grounding)
+        mask = mask if found is None else found
+    return None if mask is first else mask
 
 
 def _settled(image: Image, mask: BoolArray) -> BoolArray:

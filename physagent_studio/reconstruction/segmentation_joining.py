@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.reconstruction.masks import BoolArray, grow
+from physagent_studio.reconstruction.masks import BoolArray, bounds, grow
 from physagent_studio.reconstruction.segmentation_beside import Parted, ground_of, patches_beside
 from physagent_studio.reconstruction.segmentation_evidence import (
     TALL,
@@ -63,6 +63,12 @@ UNSEEN, UNSEEN_LEAST = -7.0, 0.02
 mask's area from which that counts as much for a patch as prolonging does for a shaft."""
 COMMON = -4.1
 """Log share of its colours elsewhere from which a patch is like what is around."""
+ON_TOP, SEEN_AROUND, CAP, ALONG = 2.3, -3.7, 0.15, 0.4
+"""Score from which a patch on the top joins though its colours are seen around, log share of these
+elsewhere from which it does not, how far down the top goes, and share of the patch's outline at
+the mask at least: a pale lid before a pale street."""
+SHADE = 0.25
+"""Shade (see `shade_of`) from which a patch may be a shadow."""
 BLURRED, SOFT = 2.4, 1.9
 """Sharpness (log, as `Outline.sharp`) below which a patch, and one between two edges, has none."""
 
@@ -163,10 +169,13 @@ def _weighed(
         return None
     colours = colours_of(patch, here)
     pole = is_shaft and around.has_poles and _is_pole(patch, outline)
-    if not pole and _ruled_out(patch, here, outline, colours):
+    ruled_out = not pole and _ruled_out(patch, here, outline, colours)
+    if ruled_out and not (outline.touching > ALONG and _is_on_top(patch, here, colours)):
         return None
     found = features_of(patch, here, outline, colours)
     value = float(scores([found])[0])
+    if ruled_out and value < ON_TOP:
+        return None
     if large and not runs_on(patch, here.mask):
         return None
     if is_shaft:
@@ -241,6 +250,14 @@ def _no_form(outline: Outline, blurred: float) -> bool:
     return outline.sharp < blurred
 
 
+def _is_on_top(patch: Patch, here: Surroundings, colours: Colours) -> bool:
+    """Whether a patch lies on the top of the thing and is no shade of the ground."""
+    left, top, right, low = bounds(here.mask)
+    within = patch.columns.min() >= left - 2 and patch.columns.max() < right + 2
+    on_top = within and patch.rows.max() < top + CAP * (low - top)
+    return bool(on_top) and colours.others < SEEN_AROUND and shade_of(colours) <= SHADE
+
+
 def _ruled_out(patch: Patch, here: Surroundings, outline: Outline, colours: Colours) -> bool:
     """Whether a patch is what is seen all around, or may be a shadow."""
     more = colours.own - colours.others
@@ -250,5 +267,5 @@ def _ruled_out(patch: Patch, here: Surroundings, outline: Outline, colours: Colo
         return False
     # A shadow is soft, darker than the ground in its own tint, and lies flat.
     seen = colours.tint > 12 or colours.darker < -8 or patch.tall > TALL
-    flat = shade_of(colours) > 0.25 and patch.tall < TALL
+    flat = shade_of(colours) > SHADE and patch.tall < TALL
     return outline.sharp < 2.9 or not seen or flat

@@ -42,9 +42,9 @@ def _strips(image: np.ndarray) -> Strips:
     return strips_of(edges_of(_lab(image)), 30.0)
 
 
-def _found(image: np.ndarray, mask: np.ndarray, for_poles: int = 0) -> np.ndarray:
+def _found(image: np.ndarray, mask: np.ndarray, name: str = "") -> np.ndarray:
     picture = np.clip(image, 0, 255).astype(np.uint8)
-    found = with_attached(picture, mask, NOTHING, for_poles)
+    found = with_attached(picture, mask, NOTHING, name)
     return mask if found is None else found
 
 
@@ -74,13 +74,13 @@ def test_a_thing_made_of_poles_takes_the_pole_and_not_the_kerb_behind_it() -> No
     image[150:170] = (176, 172, 166)
     _tube(image)
     _painted(image, DECK, (214, 60, 50))
-    found = _found(image, DECK, for_poles=1)
+    found = _found(image, DECK, name="scooter")
     assert found[POLE].mean() > 0.8
     assert (found & ~(DECK | POLE)).sum() < 0.3 * POLE.sum()
 
 
-@pytest.mark.parametrize("for_poles", [0, 1])
-def test_what_passes_behind_does_not_join(for_poles: int) -> None:
+@pytest.mark.parametrize("name", ["", "scooter"])
+def test_what_passes_behind_does_not_join(name: str) -> None:
     body = _polygon((190, 70), (212, 70), (212, 262), (190, 262))
     image = _scene()
     for x, shade in ((0, 0.9), (110, 1.0), (240, 1.1)):
@@ -88,7 +88,7 @@ def test_what_passes_behind_does_not_join(for_poles: int) -> None:
         piece[:, :x] = piece[:, x + 125 :] = False
         _painted(image, piece, (int(150 * shade), int(116 * shade), int(80 * shade)))
     _painted(image, body, (190, 40, 48))
-    found = _found(image, body, for_poles)
+    found = _found(image, body, name)
     assert iou(found, body) > 0.95
 
 
@@ -127,9 +127,9 @@ def test_what_reaches_the_rim_or_is_barred_is_no_shaft() -> None:
     assert not any((shaft.region & barred).any() for shaft in shafts)
 
 
-@pytest.mark.parametrize(("for_poles", "least", "most"), [(0, 0.0, 0.1), (3, 0.85, 1.0)])
+@pytest.mark.parametrize(("name", "least", "most"), [("", 0.0, 0.1), ("lamp", 0.85, 1.0)])
 def test_a_stem_is_followed_beyond_what_is_around_the_body(
-    for_poles: int, least: float, most: float
+    name: str, least: float, most: float
 ) -> None:
     """Grey as the floor it leads to; that things of the name have a stem makes it one."""
     body = _polygon((180, 40), (220, 40), (220, 80), (180, 80))
@@ -137,5 +137,5 @@ def test_a_stem_is_followed_beyond_what_is_around_the_body(
     image = _scene(grain=2.0)
     _painted(image, stem, (126, 118, 112))
     _painted(image, body, (206, 44, 40))
-    found = _found(image, body, for_poles)
+    found = _found(image, body, name)
     assert least <= found[stem & ~body].mean() <= most

@@ -161,9 +161,13 @@ def _in_plane(place: Place, points: FloatArray) -> tuple[FloatArray, FloatArray,
 
 
 def lands_in(statement: LandsIn, facts: Facts, window: Window) -> Outcome:
-    """Ends within the outline and no higher than it can lie there, or beyond the opening."""
+    """Ends within the outline and no higher than it can lie there, or beyond the opening.
+
+    In a thing that moved it is in it where that is in the end.
+    """
     track = facts.track(statement.subject, window)
-    place = place_of(statement.landmark, facts, window.first)
+    moved = statement.landmark in facts.rollout.objects
+    place = place_of(statement.landmark, facts, window.last if moved else window.first)
     if not isinstance(place, Place):
         return unmeasurable(place)
     if place.kind == "opening" and not place.lies:

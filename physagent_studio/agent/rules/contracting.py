@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from physagent_studio.agent.rules.intents import met, prevented
 from physagent_studio.agent.rules.layout import Layout
@@ -12,14 +12,26 @@ from physagent_studio.agent.rules.reading import EventFrame, Place, Reading
 from physagent_studio.agent.rules.reading.vocabulary import words_of
 from physagent_studio.agent.rules.senses import SENSES
 from physagent_studio.agent.rules.senses.beside import beside
-from physagent_studio.agent.rules.sequence import afterwards, matched, ranked
-from physagent_studio.agent.rules.specs import Context, Spec, place_name
+from physagent_studio.agent.rules.senses.common import touch
+from physagent_studio.agent.rules.sequence import (
+    OVER,
+    afterwards,
+    farther,
+    matched,
+    over_then_on,
+    ranked,
+)
+from physagent_studio.agent.rules.specs import Context, Spec, any_of, place_name
 from physagent_studio.agent.rules.statements import Statements
 from physagent_studio.agent.rules.untold import untold
 from physagent_studio.program.contract import Contract
 
-_GIVING_WAY = words_of("topple fall collapse flip lean lose_balance knock_over")
+_GIVING_WAY = words_of("topple fall collapse flip lean lose_balance knock_over break crush")
+_BLOWS = words_of("hit push kick fall land knock throw")
 """What happens to a thing because something hits it."""
+_BY_ITSELF = words_of("fall leave slip jump bounce rise land flip spin break reach enter descend")
+"""What is denied of everything else where only one thing does it."""
+_COMING_DOWN = words_of("fall leave slip descend topple land")
 BEGINNING = 12
 """Steps at the beginning in which what "does not move until …" is still, and must be so."""
 
@@ -66,20 +78,38 @@ class _Draft:
             self._count_group(groups, frame)
         elif frame.any_one and len(groups) > 1:
             self._any_group(self._matched(index, frame, groups) or groups, frame.clause)
+            told = [found[0] for group in groups if (found := events(group))]
+            if len(told) == len(groups):
+                self._sequel(index, frame, [[any_of(*told)]])
         else:
             for spec in (one for group in groups for one in group):
                 self.told.state(spec, frame.clause)
             self._order(index, frame, groups)
             self._sequel(index, frame, groups)
+            self._no_other(index, frame)
             for spec in ranked(frame, groups):
                 self.told.state(spec, frame.clause)
             self._in_time(index, frame, groups)
 
     def _demanded(self, index: int, frame: EventFrame, subject: str) -> list[Spec]:
         """What the verb demands of one object, and what is said beside it."""
+        frame = _beside_itself(frame, subject)
         context = self._context(index, frame, subject)
         found = list(SENSES[frame.sense](context))
+        if frame.agent and not frame.negated and not any(_touches(one, frame) for one in found):
+            # "Sinks the red ball", "spins the plate": it touches what it moves.
+            found += touch(context)
+        if self._turned_first(index, frame) and self.layout.has(subject):
+            found = farther(found, round(0.8 * self.layout.height(subject), 3))
         return [*found, *(one for one in beside(context) if one not in found)]
+
+    def _turned_first(self, index: int, frame: EventFrame) -> bool:
+        """Whether it is told that it falls over and goes on."""
+        frames = self.reading.frames
+        if index > 0 and over_then_on(frames[index - 1], frame):
+            return True
+        between = index > 1 and over_then_on(frames[index - 2], frames[index - 1])
+        return between and over_then_on(frames[index - 2], frame)
 
     def _until(self, index: int, frame: EventFrame) -> bool:
         """ "Stands still until the ball hits it": it does so first, and not for ever."""
@@ -102,6 +132,21 @@ class _Draft:
     def _context(self, index: int, frame: EventFrame, subject: str) -> Context:
         return Context(frame, subject, index, self.reading, self.layout, SENSES)
 
+    def _no_other(self, index: int, frame: EventFrame) -> None:
+        """ "Only the cup falls": nothing that is not spoken of does."""
+        if not frame.only or frame.agent or frame.sense not in _BY_ITSELF:
+            return
+        told = {*frame.patient}
+        for one in self.reading.frames:
+            alike = one.sense == frame.sense or {one.sense, frame.sense} <= _COMING_DOWN
+            told |= set(one.patient) if alike and not one.negated and one is not frame else set()
+        told |= {row["subject"] for row in self.told.rows if row["kind"] == "stays"}
+        for other in (item.name for item in self.layout.state.objects if item.name not in told):
+            alone = replace(frame, patient=(other,), only=False)
+            context = Context(alone, other, index, self.reading, self.layout, SENSES)
+            for event in events(list(SENSES[frame.sense](context)))[:1]:
+                self.told.state(event.opposite(), frame.clause)
+
     def _never(self, index: int, frame: EventFrame, groups: list[list[Spec]]) -> None:
         """ "Stops before it touches the cup": that does not happen."""
         for agent in frame.agent:
@@ -121,6 +166,7 @@ class _Draft:
         if main is None or build is None or main.negated or told or not main.patient:
             return
         blow = frame.link == "as" and (frame.sense == "hit" or bool(met(frame)))
+        blow |= frame.link in ("because", "since") and frame.sense in _BLOWS
         caused = blow and main.sense in _GIVING_WAY and not frame.leads
         if frame.link not in ("before", "after", "once") and not caused:
             return
@@ -135,12 +181,22 @@ class _Draft:
     def _sequel(self, index: int, frame: EventFrame, groups: list[list[Spec]]) -> None:
         """ "First … then … finally": in that order."""
         main = self.reading.frames[index - 1] if index else None
-        if main is None or not frame.sequel or main.negated or main.any_one or main.counted:
+        over = self._turned_first(index, frame)
+        told = frame.sequel or over
+        if over and not frame.sequel and main is not None and main.sense not in OVER:
+            # "Tips over, rolls to the edge and drops": it tipped over before all of that.
+            index, main = index - 1, self.reading.frames[index - 2]
+        if main is None or not told or main.negated or main.any_one or main.counted:
             return
         if main.sense not in SENSES or frame.link not in ("then", "once"):
             return
         earlier = [s for name in main.patient[:1] for s in self._demanded(index - 1, main, name)]
-        order = afterwards(earlier, groups[0] if groups else [])
+        later = list(groups[0] if groups else [])
+        below = self.layout.carrier(frame.patient[0]) if over else None
+        if frame.sense in _COMING_DOWN and below not in (None, self.layout.ground()):
+            # It falls over where it stands, and not only in the air.
+            later = [Spec("leaves", {"subject": frame.patient[0], "other": below}), *later]
+        order = afterwards(earlier, later, goes_on=over)
         if order is not None:
             self.told.state(order, frame.clause)
 
@@ -188,6 +244,8 @@ class _Draft:
         # "Does not move until …" speaks of the beginning.
         first = bool(following) and following[0].link in ("until", "before")
         touched = self._touched(index, frame)
+        if self._only_after(index, frame, groups):
+            return
         for one in (part for group in groups for part in denied(group, touched)):
             if one.kind == "moves" and not {"direction", "toward"} & set(one.fields):
                 still = {"subject": one.fields["subject"], "distance": 0.05, "tilt": 15.0}
@@ -195,6 +253,20 @@ class _Draft:
                 self.told.state(Spec("stays", still), clause)
             else:
                 self.told.state(one.opposite(), clause)
+
+    def _only_after(self, index: int, frame: EventFrame, groups: list[list[Spec]]) -> bool:
+        """ "Does not topple until the ball hits it": it does, and not before."""
+        following = self.reading.frames[index + 1 : index + 2]
+        if not following or following[0].link != "until" or frame.sense not in _GIVING_WAY:
+            return False
+        after = following[0]
+        build = SENSES.get(after.sense)
+        who = (*after.patient, *frame.patient)[0]
+        cause = events(list(build(self._context(index + 1, after, who)))) if build else []
+        told = [found[0] for group in groups if (found := events(group))]
+        for event in told if cause else ():
+            self.told.state(Spec("before", {}, (cause[0], event)), frame.clause)
+        return bool(told and cause)
 
     def _touched(self, index: int, frame: EventFrame) -> bool | None:
         """Whether an earlier clause has the agent touch it; None where nothing acts on it."""
@@ -226,3 +298,21 @@ def landmarks_needed(reading: Reading) -> tuple[Place, ...]:
         if place.kind == "landmark" or (place.kind == "support" and place.part):
             found.setdefault(place_name(place), place)
     return tuple(found.values())
+
+
+def _beside_itself(frame: EventFrame, subject: str) -> EventFrame:
+    """ "One of the two rolls into the other": into the one that it is not."""
+    others = [name for name in frame.patient if name != subject]
+    if not frame.any_one or len(others) != 1:
+        return frame
+    rows = tuple(
+        (relation, replace(place, name=others[0]) if place.name == subject else place)
+        for relation, place in frame.places
+    )
+    return replace(frame, places=rows)
+
+
+def _touches(spec: Spec, frame: EventFrame) -> bool:
+    """Whether a demand holds that something that acts touches something."""
+    mine = spec.kind == "contacts" and spec.fields.get("subject") in (*frame.agent, *frame.patient)
+    return mine or any(_touches(part, frame) for part in spec.parts)

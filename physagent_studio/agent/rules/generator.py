@@ -77,6 +77,7 @@ def stock_in(case: Case, state: SceneState) -> Inventory:
         [landmark.name for landmark in case.landmarks],
         {name: (layout.height(name), layout.size(name)) for name in known},
         tuple((name, *layout.above(name)) for name in lowest),
+        tuple((name, below) for name in known if (below := layout.base(name)) is not None),
     )
 
 

@@ -163,7 +163,7 @@ def _struck(frame: EventFrame, intent) -> None:  # noqa: ANN001 - a local functi
         other.struck_by += [a for a in frame.agent if a != patient]
 
 
-_MEETING = words_of("move roll slide drift accelerate slip fly push kick bounce")
+_MEETING = words_of("move roll slide drift accelerate slip fly push kick throw bounce")
 
 
 def met(frame: EventFrame) -> tuple[str, ...]:

@@ -44,6 +44,6 @@ _ENDS_OF_WAY = ("leaves", "contacts", "passes_over")
 _AIMS = ("lands_in", "side_of", "covers")
 """What says where something gets to; "does not roll into the goal" denies that alone."""
 _MOMENTS = (
-    "topples", "flips", "passes_over", "side_of", "covers", "bounces", "leaves", "contacts",
-    "falls", "reverses", "airborne", "moves", "rotates",
+    "breaks", "topples", "flips", "passes_over", "side_of", "covers", "bounces", "leaves",
+    "contacts", "falls", "reverses", "airborne", "moves", "rotates",
 )  # fmt: skip

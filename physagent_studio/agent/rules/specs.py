@@ -94,6 +94,11 @@ def ways_of(
     """Named directions for a way as said; `forward` and `sideways` depend on the scene."""
     if way in ("left", "right", "up", "down", "away", "toward_camera"):
         return (way,)  # type: ignore[return-value]
+    if frame.sense == "fall" and not frame.agent and way in ("forward", "backward"):
+        # "Falls backwards off the shelf": things face who looks at them.
+        slope = layout.downhill(subject) is not None
+        if not slope:
+            return ("toward_camera",) if way == "forward" else ("away",)
     if way == "forward":
         return (forward(frame, subject, layout),)
     if way == "backward" and frame.agent and subject in frame.patient:

@@ -12,6 +12,8 @@ from physagent_studio.agent.rules.specs import place_name
 
 _WHERE = ("on", "in", "at", "from", "along", "over", "down", "object")
 """Relations to what a thing stands on that only say where the event happens."""
+_AMONG = ("on", "in", "at", "from", "off", "atop", "object")
+"""Relations to a stack or row that say from where in it a thing comes."""
 _SAID = {
     "alltheway": "all the way", "partway": "part of the way", "mostway": "most of the way",
     "thirdway": "a third of the way", "in_turn": "one after another",
@@ -68,8 +70,12 @@ def _unsaid(frame: EventFrame, rows: Sequence[dict[str, Any]]) -> list[str]:
 
 
 def _is_given(layout: Layout, frame: EventFrame, relation: str, place: Place) -> bool:
-    if place.kind == "group" or frame.sense in ("be", "hang", "withdrawn"):
+    if frame.sense in ("be", "hang", "withdrawn"):
         return True
+    if place.kind == "group":
+        # "Knocks down the tower": what is knocked down, and no place.
+        acted_on = len(frame.patient) > 1 and bool(frame.agent or frame.cause)
+        return relation in _AMONG or (acted_on and relation in ("down", "over"))
     carriers = {layout.ground()}
     for name in (*frame.patient, *frame.agent):
         if layout.has(name):

@@ -18,7 +18,8 @@ def demands(stage: str, prompt: str) -> list[dict[str, Any]]:
 @pytest.mark.parametrize("rest", ["", " without tipping over", ", and does not fall off the table"])
 def test_so_far_is_no_farther_whatever_else_is_denied(rest: str) -> None:
     found = demands("desk", f"The cup slides 10 cm to the left{rest}.")
-    moves = [(s["distance"], s.get("negated", False)) for s in found if s["kind"] == "moves"]
+    level = [s for s in found if s["kind"] == "moves" and s.get("direction") != "up"]
+    moves = [(s["distance"], s.get("negated", False)) for s in level]
     assert moves == [(0.08, False), (0.15, True)]
 
 

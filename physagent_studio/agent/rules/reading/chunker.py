@@ -75,7 +75,9 @@ class Chunker(NounPhrases):
         return word in ALWAYS or self._clause_follows(i + 1)
 
     def _is_quantity(self, i: int) -> bool:
-        """ "After 1 second …"."""
+        """ "After 1 second …"; "after rolling two metres" is none."""
+        if self.word(i).endswith("ing") and verb_base(self.word(i)) is not None:
+            return False
         found = self.noun_phrase(i)
         return found is not None and found[0].head in UNITS and amount_of(found[0]) is not None
 
@@ -84,6 +86,10 @@ class Chunker(NounPhrases):
         for index in range(i, len(self.tokens)):
             word = self.word(index)
             if word in ".,;:!?":
+                return False
+            following = self.word(index + 1)
+            if word in ("and", "but") and verb_base(following) and not self._noun_here(index + 1):
+                # "Veers left before the pins and misses them": that is the verb before the pins.
                 return False
             if word in v.BE or word in _DOES or (verb_base(word) and not self._noun_here(index)):
                 return True
@@ -151,7 +157,10 @@ class Chunker(NounPhrases):
             j += 1
         word = self.word(j)
         base = verb_base(word)
-        if j == i and (base is None or self._noun_here(i) or not self._verb_position(i, before)):
+        # "The book that lies on top": behind such a "that" there is the verb.
+        relates = bool(before) and before[-1].kind == "rel"
+        here = not relates and self._noun_here(i)
+        if j == i and (base is None or here or not self._verb_position(i, before)):
             return None
         if base is None:
             return self._auxiliary_alone(i, j, passive, negated)

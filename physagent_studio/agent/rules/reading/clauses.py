@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from physagent_studio.agent.rules.reading import vocabulary as v
 from physagent_studio.agent.rules.reading.phrases import Chunk, NounPhrase
 
 
@@ -56,13 +57,17 @@ def split(chunks: Sequence[Chunk]) -> tuple[RawClause, ...]:
         spared = _spared(chunks, verb, cut)
         then = _then(chunks, verb, spared)
         found.append(_clause(chunks, start, verb, then))
-        if then < spared:
-            found.append(_again(found[-1], chunks[then:spared], then, spared))
+        while then < spared:
+            onward = (
+                _other_way(chunks, then, spared) if _way_at(chunks, then + 1, spared) else spared
+            )
+            found.append(_again(found[-1], chunks[then:onward], then, onward))
+            then = onward
         if spared < cut:
             found.append(_without(found[-1], chunks[spared:cut], spared, cut))
         if cut < end:
             found.append(RawClause(None, start=cut, end=end))
-    return tuple(_resumed(found))
+    return tuple(_resumed(_taken_up(found, chunks)))
 
 
 def _first_sentence(chunks: Sequence[Chunk], verb: int) -> int:
@@ -107,11 +112,71 @@ def _boundary(chunks: Sequence[Chunk], before: int, verb: int) -> int:
     if not joiners:
         return verb
     if hard:
+        about = _antecedent(chunks, hard[-1])
+        if (
+            about is not None
+            and before < about - 1
+            and _resumes(chunks, hard[-1], verb) is not None
+        ):
+            # "The lamp falls, but the vase, which stood there, is not hit".
+            return _run_start(chunks, about - 1, before)
         return _run_start(chunks, hard[-1], before)
     last = joiners[-1]
     if any(chunk.kind == "np" for chunk in chunks[last + 1 : verb]):
         last = _coordinated_subject(chunks, joiners, before)
     return _run_start(chunks, last, before)
+
+
+def _antecedent(chunks: Sequence[Chunk], relative: int) -> int | None:
+    """Index of what a relative clause hangs on, where that is a subject: it opens a clause."""
+    if chunks[relative].kind != "rel":
+        return None
+    index = relative - 1
+    index -= index > 0 and chunks[index].kind == "stop"
+    while index > 0 and chunks[index].kind == "pp":
+        index -= 1
+    opens = index == 0 or chunks[index - 1].kind in ("and", "sub", "stop")
+    return index if index >= 0 and chunks[index].kind == "np" and opens else None
+
+
+_CAUSING = ("make", "let", "cause", "see", "send", "set", "get")
+
+
+def _resumes(chunks: Sequence[Chunk], relative: int, verb: int) -> int | None:
+    """Index of the verb with which the sentence goes on behind a relative clause; None where the
+    clause is its end."""
+    following = next((i for i in range(verb + 1, len(chunks)) if chunks[i].kind == "verb"), None)
+    if following is None or not chunks[following].finite or chunks[verb].verb in _CAUSING:
+        return None
+    between = chunks[verb + 1 : following]
+    if any(chunk.kind in ("and", "sub", "rel") or chunk.strong_stop for chunk in between):
+        return None
+    set_off = relative > 0 and chunks[relative - 1].kind == "stop"
+    stops = [i for i, chunk in enumerate(between) if chunk.kind == "stop"]
+    if set_off:
+        # "…, which is heavy, does not move": the second comma ends it.
+        plain = stops and all(chunk.kind == "adv" for chunk in between[stops[-1] + 1 :])
+        return following if plain else None
+    return following if not stops else None
+
+
+def _taken_up(found: Sequence[RawClause], chunks: Sequence[Chunk]) -> list[RawClause]:
+    """Gives what a relative clause hangs on to the verb with which the sentence goes on."""
+    out = list(found)
+    for index, (clause, after) in enumerate(itertools.pairwise(found)):
+        verb = next((i for i in range(clause.start, clause.end) if chunks[i].kind == "verb"), None)
+        if not clause.relative or verb is None or after.subjects or after.verb is None:
+            continue
+        relative = max(i for i in range(clause.start, verb) if chunks[i].kind == "rel")
+        about = _antecedent(chunks, relative)
+        goes_on = _resumes(chunks, relative, verb)
+        phrase = chunks[about].np if about is not None else None
+        if goes_on is None or phrase is None or chunks[goes_on] is not after.verb:
+            continue
+        joint = next((chunks[i].word for i in range(clause.start, relative) if
+                      chunks[i].kind in ("and", "sub")), "")  # fmt: skip
+        out[index + 1] = replace(after, subjects=(phrase,), complement=False, joint=joint)
+    return out
 
 
 def _coordinated_subject(chunks: Sequence[Chunk], joiners: Sequence[int], before: int) -> int:
@@ -190,16 +255,44 @@ def _then(chunks: Sequence[Chunk], verb: int, end: int) -> int:
     """ "Hits the cup, then the box": where the verb goes on to another thing; else the end."""
     for index in range(verb + 2, end - 1):
         told = any(c.np is not None for c in chunks[verb + 1 : index]) or chunks[verb].passive
+        # "The cherry falls off, then the candle".
+        told |= any(c.np is not None for c in chunks[max(verb - 3, 0) : verb])
         if (chunks[index].kind, chunks[index].word) != ("and", "then") or not told:
             continue
         if chunks[index + 1].kind == "np" and all(c.kind != "gap" for c in chunks[index:end]):
             return index
+    return _other_way(chunks, verb, end)
+
+
+_TURNING = v.DIRECTIONS.keys() - {"apart", "away", "off", "together"}
+
+
+def _other_way(chunks: Sequence[Chunk], verb: int, end: int) -> int:
+    """ "Slides left, then right": where the verb goes on in another direction; else the end."""
+    told = False
+    for index in range(verb + 1, end - 1):
+        if told and (chunks[index].kind, chunks[index].word) == ("and", "then"):
+            return index if _way_at(chunks, index + 1, end) else end
+        told |= chunks[index].word in _TURNING
+        told |= chunks[index].kind == "pp"
     return end
+
+
+def _way_at(chunks: Sequence[Chunk], index: int, end: int) -> bool:
+    said = [chunk.word for chunk in chunks[index:end] if chunk.kind == "adv"]
+    turns = any(word in _TURNING for word in said) and "back" not in said
+    return turns and chunks[index].kind == "adv"
 
 
 def _again(told: RawClause, tail: Sequence[Chunk], start: int, end: int) -> RawClause:
     """The same verb of the next thing, afterwards."""
     things, places = _after_verb(tail)
+    if not things:
+        ways = tuple(chunk.word for chunk in tail if chunk.kind == "adv")
+        return replace(
+            told, places=places, lead=(), adverbs=ways, joint="then", sequel=True, subjects=(),
+            start=start, end=end,
+        )  # fmt: skip
     passive = told.verb is not None and (told.verb.passive or not told.objects)
     about = {"subjects": things} if passive else {"objects": things}
     fresh = replace(told, places=places or told.places, lead=(), joint="then", sequel=True, **about)  # type: ignore[arg-type]
@@ -214,10 +307,15 @@ def _without(told: RawClause, tail: Sequence[Chunk], start: int, end: int) -> Ra
     if objects and not told.objects:
         # "Knocks down two pins but not the third": the particle goes with both.
         particles = tuple(word for word, _ in told.places[:1])
+    subjects = told.subjects
+    entry = v.VERBS.get(told.verb.verb)
+    if not told.objects and not told.places and entry is not None and entry.kind != "act":
+        # "The dominoes fall, but not the last two": those do not.
+        subjects, objects = objects, ()
     return replace(
         told, verb=replace(told.verb, negated=not told.verb.negated), objects=objects,
-        places=places, lead=(), adverbs=(*told.adverbs, *particles), joint="and", start=start,
-        end=end,
+        subjects=subjects, places=places, lead=(), adverbs=(*told.adverbs, *particles), joint="and",
+        start=start, end=end,
     )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from physagent_studio.agent.rules.reading.measures import (
     ANGLES,
     LENGTHS,
     SPEEDS,
+    TIMES,
     UNITS,
     in_units,
 )
@@ -78,6 +79,8 @@ def take_measure(phrase: NounPhrase, details: Details) -> None:
         details.count = phrase.number
     if phrase.head not in UNITS:
         return
+    if (seconds := in_units(phrase, TIMES)) is not None:
+        details.unknown[f"{seconds:g} s"] = None
     details.distance = in_units(phrase, LENGTHS) or details.distance
     details.speed = in_units(phrase, SPEEDS) or details.speed
     details.angle = in_units(phrase, ANGLES) or details.angle

@@ -6,6 +6,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from physagent_studio.agent.rules.reading import vocabulary as v
+from physagent_studio.agent.rules.reading.companions import (
+    accompanied,
+    first_of_all,
+    going_round,
+    where_it_is,
+)
 from physagent_studio.agent.rules.reading.measures import ROUGHLY, UNITS
 from physagent_studio.agent.rules.reading.tokens import Token, is_number, singular, verb_base
 from physagent_studio.agent.rules.reading.vocabulary import words_of
@@ -19,7 +25,18 @@ def in_plain_words(tokens: Sequence[Token], nouns: frozenset[str]) -> Tokens:
     nouns: the words of the case's names.
     """
     found = _not_asked(tuple(tokens), nouns)
-    for rule in (_sided, _performed, _amounts, _compared, _unable, _slipped, _untouched, _instead):
+    for rule in (
+        where_it_is,
+        _sided,
+        _performed,
+        _amounts,
+        _compared,
+        _unable,
+        _slipped,
+        _untouched,
+    ):
+        found = rule(found, nouns)
+    for rule in (_instead, going_round, first_of_all, accompanied, _there_and_back):
         found = rule(found, nouns)
     return found
 
@@ -65,7 +82,7 @@ def _amounts(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
     out: list[Token] = []
     index = 0
     while index < len(tokens):
-        words = _texts(tokens, index, 4)
+        words = _texts(tokens, index, 5)
         taken, plain = _amount(words, nouns)
         if taken:
             out += _said(tokens[index], tokens[index + taken - 1], *plain)
@@ -80,7 +97,7 @@ _TURNS = words_of("turn rotation revolution spin")
 
 def _amount(words: tuple[str, ...], nouns: frozenset[str]) -> tuple[int, tuple[str, ...]]:
     """How many of the words an amount takes, and what it is in plainer ones; (0, ()) for none."""
-    first, second, third, fourth = (*words, "", "", "", "")[:4]
+    first, second, third, fourth, fifth = (*words, *[""] * 5)[:5]
     if first in ROUGHLY and is_number(second) and singular(third) in UNITS:
         return 3, (second, third)
     if first in ROUGHLY and second in ("a", "an") and singular(third) in UNITS:
@@ -94,6 +111,9 @@ def _amount(words: tuple[str, ...], nouns: frozenset[str]) -> tuple[int, tuple[s
         return 3, (shares[second], "degrees")
     if (first, second, third, fourth) == ("a", "quarter", "of", "a"):
         return 0, ()
+    if first in ("a", "one") and singular(second) in UNITS and (third, fourth) == ("and", "a"):
+        # "A metre and a half".
+        return (5, ("1.5", second)) if fifth == "half" else (0, ())
     if first in ("a", "one") and second in ("full", "whole", "complete") and third in _TURNS:
         return 3, ("once",)
     number = v.NUMBERS.get(first) or (int(first) if first.isdecimal() else 0)
@@ -209,7 +229,14 @@ def _unable(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
     while index < len(tokens):
         words = _texts(tokens, index, 5)
         told = len(words) == 5 and words[0] in v.BE and (words[1], words[3]) == ("too", "to")
-        if told and verb_base(words[4]) is not None:
+        slowly = len(words) > 3 and (words[0], words[2]) == ("too", "to") and words[1] in v.MANNERS
+        if slowly and verb_base(tokens[index + 3].text) is not None:
+            # "Rolls too slowly to knock it over".
+            out.append(tokens[index + 1])
+            out += _said(tokens[index], tokens[index + 2], "and", "does", "not")
+            index += 3
+            continue
+        if told and verb_base(tokens[index + 4].text) is not None:
             out += _said(tokens[index], tokens[index + 3], "does", "not")
             index += 4
             continue
@@ -285,4 +312,25 @@ def _instead(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
         plain = ("without",) if acts else ("but", "not")
         out += _said(tokens[index], tokens[index + 1], *plain)
         index += 2
+    return tuple(out)
+
+
+_OPPOSITE = {"left": "right", "right": "left"}
+
+
+def _there_and_back(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
+    """ "Slides left, then right": then back to the right."""
+    out = list(tokens)
+    for index, token in enumerate(tokens):
+        before = [t.text for t in tokens[max(index - 4, 0) : index] if t.text in _OPPOSITE]
+        if token.text != "then" or not before:
+            continue
+        at = index + (3 if _texts(tokens, index + 1, 2) == ("to", "the") else 1)
+        if _texts(tokens, at, 1) == (_OPPOSITE[before[-1]],):
+            out[index] = replace(token, text="then back")
+            out[at] = replace(tokens[at], text=f"{tokens[at].text}wards")
+            out[index + 1 : at] = []
+            parted = out[index].text.split()
+            out[index : index + 1] = [replace(token, text=word) for word in parted]
+            return tuple(out)
     return tuple(out)

@@ -8,6 +8,7 @@ from physagent_studio.agent.rules.reading import vocabulary as v
 from physagent_studio.agent.rules.reading.clauses import RawClause
 from physagent_studio.agent.rules.reading.phrases import NounPhrase
 from physagent_studio.agent.rules.reading.roles import Roles
+from physagent_studio.agent.rules.reading.tokens import Token
 
 
 @dataclass
@@ -16,6 +17,7 @@ class Meanings(Roles):
 
     left_so: bool = False
     acting: str = ""
+    tokens: tuple[Token, ...] = ()
 
     def _cause(self, clause: RawClause) -> str:
         """What brings it about that is no object; it goes on doing so ("… and tips the cup")."""
@@ -36,6 +38,8 @@ class Meanings(Roles):
         """The sense of the verb with its particle or object, and the objects that are left."""
         verb = clause.verb
         assert verb is not None
+        if self._in_the_end(clause):
+            return "end", "state", clause.objects
         if verb.verb == "be":
             return "be", "state", clause.objects
         if self.left_so and v.VERBS[verb.verb].kind == "state":
@@ -66,15 +70,31 @@ class Meanings(Roles):
                 return v.WITH_OBJECT[key], "move", rest
         for particle in clause.adverbs:
             if (verb.verb, particle) in v.COMBINED:
-                return v.COMBINED[(verb.verb, particle)], kind, clause.objects
+                sense = v.COMBINED[(verb.verb, particle)]
+                # "Comes crashing down on the vase": what comes down is not the vase.
+                own = kind == "act" and sense in _OWN and not verb.passive
+                return sense, "move" if own and not clause.objects else kind, clause.objects
         for preposition, _ in clause.places:
             if preposition == "off" and kind == "act" and (verb.verb, "off") in v.COMBINED:
                 # "Is knocked off the table".
                 return v.COMBINED[(verb.verb, "off")], kind, clause.objects
-        for particle, phrase in self._stranded(clause):
+        stranded = self._stranded(clause)
+        for particle, _ in stranded[:1]:
             if (verb.verb, particle) in v.COMBINED:
-                return v.COMBINED[(verb.verb, particle)], kind, (phrase,)
+                phrases = tuple(phrase for _, phrase in stranded)
+                return v.COMBINED[(verb.verb, particle)], kind, phrases
         return sense, kind, clause.objects
+
+    def _in_the_end(self, clause: RawClause) -> bool:
+        """ "Are standing at the end", "in the end the cup lies on the floor"."""
+        verb = clause.verb
+        assert verb is not None
+        state = verb.verb == "be" or v.VERBS[verb.verb].kind == "state"
+        told = any(
+            prep in ("at", "in", "by") and np.head == "end" and np.of is None and not np.adjectives
+            for prep, np in (*clause.lead, *clause.places)
+        )
+        return state and told
 
     def _stranded(self, clause: RawClause) -> tuple[tuple[str, NounPhrase], ...]:
         """ "Knocks over the pin": a preposition that is the verb's particle, with its object."""
@@ -82,7 +102,16 @@ class Meanings(Roles):
         assert verb is not None
         if v.VERBS[verb.verb].kind != "act" or clause.objects or verb.passive:
             return ()
-        return tuple((prep, np) for prep, np in clause.places if self.is_object(np))[:1]
+        found = tuple((prep, np) for prep, np in clause.places if self.is_object(np))
+        # "Knocks over the left and the right pin".
+        return tuple(row for row in found if row[0] == found[0][0])
+
+    def _forestalled(self, clause: RawClause) -> bool:
+        """ "Drives off before the other can hit it": it does not."""
+        verb = clause.verb
+        assert verb is not None
+        said = {self.tokens[i].text for i in range(verb.start, verb.end)}
+        return clause.joint == "before" and not verb.negated and bool(said & set(_ABLE))
 
     def _negated(self, clause: RawClause) -> bool:
         assert clause.verb is not None
@@ -90,6 +119,7 @@ class Meanings(Roles):
         nearly = any(word in v.NEARLY for word in clause.adverbs)
         return (
             nearly
+            or self._forestalled(clause)
             or clause.verb.negated
             or clause.joint == "without"
             or "not" in clause.adverbs
@@ -97,6 +127,9 @@ class Meanings(Roles):
         )
 
 
+_ABLE = ("can", "could")
+_OWN = ("fall", "rise", "descend", "topple", "leave", "move")
+"""Senses of what something does by itself, whatever the verb without its particle."""
 _INTO = ("into", "against", "toward", "towards", "off", "onto")
 _STANDSTILL = ("halt", "stop", "standstill", "rest")
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from physagent_studio.agent.rules.reading import vocabulary as v
 from physagent_studio.agent.rules.reading.clauses import RawClause
+from physagent_studio.agent.rules.reading.containers import is_container
 from physagent_studio.agent.rules.reading.details import Details, is_path, take_force, take_measure
 from physagent_studio.agent.rules.reading.frames import Place, Relation, Way
 from physagent_studio.agent.rules.reading.names import resolve_objects
@@ -42,8 +43,15 @@ def details_of(
         # "Pulls the red one from under the others".
         if (direct := resolve_objects(phrase, stock, talk)) is not None:
             talk.mention(direct.names)
+    inside = _opening(clause, sense, stock, talk)
     for word in clause.adverbs:
-        _adverb(word, details, talk)
+        if word in ("in", "inside") and inside is not None:
+            details.places = (*details.places, ("in", inside))
+        elif word in ("in", "inside") and sense in _GOING and not clause.places:
+            # "The puck doesn't go in": where that would be is not known.
+            details.unknown[word] = None
+        else:
+            _adverb(word, details, talk)
     for phrase in (*objects, *clause.subjects):
         _adjectives(phrase, details)
     for preposition, phrase in clause.lead:
@@ -60,6 +68,26 @@ def details_of(
         take_preposition(preposition, phrase, details, stock, talk, clause)
     _join_between(details)
     return details
+
+
+_GOING = v.words_of("move roll slide drift fly fall jump bounce slip kick throw push drop hit")
+"""Senses of what can get into something."""
+
+
+def _opening(clause: RawClause, sense: str, stock: Inventory, talk: Discourse) -> Place | None:
+    """What "goes in" means without a name: what was spoken of, else the only thing there is that
+    something can be in."""
+    if sense not in _GOING or clause.places:
+        return None
+    if talk.landmark is not None:
+        return talk.landmark
+    marks = [t.name for t in stock.landmarks if v.LANDMARKS.get(t.head) in ("opening", "area")]
+    things = [t.name for t in stock.objects if is_container(t.name)]
+    about = (*talk.acting, *talk.subject)
+    things = [name for name in things if name not in about]
+    if len(marks) + len(things) != 1:
+        return None
+    return Place(marks[0], "landmark") if marks else Place(things[0], "object")
 
 
 def _is_above(relation: Relation, place: Place, stock: Inventory) -> bool:

@@ -22,6 +22,7 @@ def inventory(
     landmarks: Sequence[str] = (),
     extents: Mapping[str, tuple[float, float]] = MappingProxyType({}),
     stacks: tuple[tuple[str, ...], ...] = (),
+    on: tuple[tuple[str, str], ...] = (),
 ) -> Inventory:
     """The inventory of a case; how large its objects are and what stands on what, if known."""
     own = tuple(
@@ -35,7 +36,7 @@ def inventory(
     words |= {w for row in v.SUPPORT_CLASSES for w in row if w not in v.VERBS}
     words |= {t.name.lower() for t in (*own, *carried, *places)}
     words -= (v.ORDINALS.keys() | v.COLOURS | v.SIZES.keys() | v.MATERIAL_WORDS) - _heads(own)
-    return Inventory(own, carried, places, ground, frozenset(words), stacks)
+    return Inventory(own, carried, places, ground, frozenset(words), stacks, on)
 
 
 def _heads(things: Iterable[Thing]) -> frozenset[str]:
@@ -157,7 +158,10 @@ def of_pronoun(word: str, stock: Inventory, talk: Discourse, subject: bool) -> R
     if word not in ("it", "one", "that", "this", "he", "she", "him"):
         return None
     if subject and talk.subject:
-        return Resolved(talk.subject)
+        # "Neither cup is touched by the ball as it rolls by": of one thing, where one was named.
+        single = next((m for m in reversed(talk.mentions) if len(m) == 1), ())
+        apart = single and len(talk.subject) > 1 and not set(single) & set(talk.subject)
+        return Resolved(single if apart else talk.subject)
     # "Hits the crate and tips it over" is not about itself, where nothing else is known by a name.
     own = talk.subject if talk.subject != talk.acting else ()
     other = next((m for m in reversed(talk.mentions) if m != talk.subject), own)
@@ -282,8 +286,13 @@ def _quantify(
         return Resolved(names, any_one=True)
     if phrase.determiner == "either":
         return Resolved(names, any_one=True)
+    if number is not None and inner is not phrase and number < len(names):
+        # "Two of the three cups": whichever two, and no third.
+        return Resolved(names, least=number, most=number)
     if number is not None:
         return Resolved(names[:number])
+    if inner.head in v.COLLECTIVES and inner.determiner not in ("a", "an", "another"):
+        return Resolved(names)
     if phrase.plural or inner.plural or phrase.determiner in ("all", "both", "each", "every"):
         return Resolved(names)
     if phrase.head in v.OTHERS:
@@ -301,6 +310,18 @@ def _limited(names: tuple[str, ...], bound: str, number: int) -> Resolved:
         "fewerthan": (0, max(number - 1, 0)), "exactly": (number, number),
     }[bound]  # fmt: skip
     return Resolved(names, least=min(low, len(names)), most=high)
+
+
+def of_them(phrases: Sequence[NounPhrase], count: int) -> Resolved | None:
+    """ "One of the cup, the box and the ball": how many of what is listed; None where the first
+    phrase counts nothing."""
+    first = phrases[0] if phrases else None
+    if first is None or first.of is None or len(phrases) < 2 or not 0 < (first.number or 0) < count:
+        return None
+    number = first.number or 0
+    if first.bound:
+        return _limited(("",) * count, first.bound, number)
+    return Resolved((), any_one=number == 1) if number == 1 else Resolved((), False, number, number)
 
 
 def _share_of(phrase: NounPhrase, inner: NounPhrase, count: int) -> tuple[int, int | None] | None:

@@ -105,7 +105,9 @@ class NounPhrases:
             # "Past the pins on the right": where it passes them, and not which of them.
             return words, j
         where, after = self.word(j + 2), j + 3
-        if where not in v.POSITIONS or self.nominal(after) or self.word(after) == "of":
+        closed = v.CAUSES.keys() | v.FORCE_NOUNS | v.PARTS.keys() | self.nouns
+        told = self.word(after) in closed or self._reaches_noun(after)
+        if where not in v.POSITIONS or told or self.word(after) == "of":
             return words, j
         return [where, *words], after
 

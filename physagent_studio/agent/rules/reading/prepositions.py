@@ -80,11 +80,12 @@ def take_preposition(
             return
         if preposition in STRIKING and not is_group(phrase, stock):
             details.struck = resolved.names
-        if phrase.head not in GROUPS:
-            talk.mention(resolved.names)
     if preposition == "by" and _goes_by(clause):
         preposition = "past"
     _place(preposition, phrase, details, stock, talk)
+    if resolved is not None and phrase.head not in GROUPS:
+        # Only now: the second bottle is still the second while its place is looked up.
+        talk.mention(resolved.names)
 
 
 def _only_said(
@@ -191,7 +192,8 @@ def _place(
         details.places = (*details.places, ("off", Place("stack", "group")))
         return
     several = resolve_objects(phrase, stock, talk) if preposition not in ("to", "at") else None
-    plain = several is not None and not several.any_one and not is_group(phrase, stock)
+    group = is_group(phrase, stock) and phrase.head in GROUPS
+    plain = several is not None and not several.any_one and not group
     if several is not None and plain and len(several.names) > 1 and relation in PLURAL:
         rows = tuple((relation, Place(name, "object")) for name in several.names)
         details.places = (*details.places, *rows)  # type: ignore[assignment]
@@ -212,5 +214,7 @@ def _place(
     if relation in ("off", "over") and side and not _tells_apart(side, phrase, stock):
         # "Off the plate on the left".
         details.direction = details.direction or side
+    if relation == "with" and place.kind == "object" and not details.struck:
+        details.unknown[f"with the {phrase.head}"] = None
     if relation not in ("with", "by", "during"):
         details.places = (*details.places, (relation, place))  # type: ignore[assignment]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from itertools import zip_longest
+from itertools import pairwise, zip_longest
 
 from physagent_studio.agent.rules.reading import vocabulary as v
 from physagent_studio.agent.rules.reading.chunker import Chunker
@@ -19,7 +19,7 @@ from physagent_studio.agent.rules.reading.places import extent_of
 from physagent_studio.agent.rules.reading.rewriting import rewritten
 from physagent_studio.agent.rules.reading.spelling import corrected
 from physagent_studio.agent.rules.reading.stock import Inventory
-from physagent_studio.agent.rules.reading.tokens import Token, tokenise
+from physagent_studio.agent.rules.reading.tokens import tokenise
 
 MAX_WORDS = 400
 """Longer prompts are cut here; what was cut is reported as not understood."""
@@ -47,7 +47,6 @@ class _Reader(Meanings):
     """Walks through the clauses once; what was said before resolves what comes."""
 
     prompt: str = ""
-    tokens: tuple[Token, ...] = ()
     clauses: list[ReadClause] = field(default_factory=list)
     pending_cause: str = ""
     pending_manner: frozenset[str] = frozenset()
@@ -144,6 +143,7 @@ class _Reader(Meanings):
         """The reading of everything taken."""
         for word in cut:
             self.unknown[word] = None
+        _aim_at_what_gives_way(self.frames)
         clauses = tuple(c for c in self.clauses if c.text)
         return Reading(clauses, tuple(self.frames), tuple(self.unknown))
 
@@ -208,6 +208,7 @@ class _Reader(Meanings):
         subject = None if cause else self.subject_of(clause)
         self.talk.acting = subject.names if subject is not None else ()
         sense, kind, objects = self._sense(clause)
+        objects = tuple(self._said_before(phrase) for phrase in objects)
         details = details_of(clause, objects, self.stock, self.talk, self.unknown, sense)
         frame = EventFrame(
             sense,
@@ -253,6 +254,16 @@ class _Reader(Meanings):
             self.talk.subject = self.last.names
         return frame
 
+    def _said_before(self, phrase: NounPhrase) -> NounPhrase:
+        """ "Pushes it into the bowl": not the bowl, which is only named behind it."""
+        if not phrase.pronoun or phrase.head not in ("it", "him", "her"):
+            return phrase
+        meant = resolve_objects(phrase, self.stock, self.talk)
+        if meant is None or len(meant.names) != 1:
+            return phrase
+        name = meant.names[0]
+        return replace(phrase, head=name.lower(), nouns=(name.lower(),), pronoun=False)
+
     def _next_subject(
         self, frame: EventFrame, subject: Resolved | None, before: Resolved | None
     ) -> Resolved | None:
@@ -261,6 +272,8 @@ class _Reader(Meanings):
     def _link(self, clause: RawClause) -> str:
         if clause.joint in ("while", "as", "whilst", "whereas", "when"):
             return "as" if clause.joint in ("as", "when") else "while"
+        if self._forestalled(clause):
+            return "while"
         if clause.joint in ("before", "after", "until", "because", "since"):
             return clause.joint
         if clause.joint in ("assoonas", "once"):
@@ -334,3 +347,21 @@ def _manner(clause: RawClause) -> tuple[str, ...]:
     assert clause.verb is not None
     entry = v.VERBS.get(clause.verb.verb)
     return entry.manner if entry else ()
+
+
+_THROWN = ("throw", "kick", "push")
+_GIVES_WAY = (
+    "topple", "fall", "knock_over", "tip_over", "collapse", "break", "flip", "sway", "leave",
+    "spin", "slide", "roll", "slip", "dislodge",
+)  # fmt: skip
+
+
+def _aim_at_what_gives_way(frames: list[EventFrame]) -> None:
+    """ "Is thrown at the clock, which falls": it is thrown against it, not only towards it."""
+    for index, (frame, after) in enumerate(pairwise(frames)):
+        aim = frame.place("at")
+        if frame.sense not in _THROWN or frame.negated or aim is None or aim.kind != "object":
+            continue
+        if after.patient == (aim.name,) and after.sense in _GIVES_WAY and not after.negated:
+            rows = tuple(("against", p) if r == "at" else (r, p) for r, p in frame.places)
+            frames[index] = replace(frame, places=rows)  # type: ignore[arg-type]

@@ -49,6 +49,9 @@ def _excepted(tokens: tuple[Token, ...], nouns: frozenset[str]) -> tuple[Token, 
     found = list(tokens)
     words = [token.text for token in tokens]
     for at in (i for i, word in enumerate(words) if word == "but" and i + 1 < len(words)):
+        if words[at - 1 : at + 2] == ["all", "but", "one"] and words[at + 2 : at + 3] != ["that"]:
+            # "All but one of the cups": however many that are.
+            continue
         verbs = [i for i, word in enumerate(words) if _is_verb(word, nouns) or word in v.BE]
         end = next((i for i in range(at, len(words)) if words[i] in ".,;:!?"), len(words))
         whole = any(word in _ALL for word in words[max(at - 6, 0) : at])

@@ -114,12 +114,13 @@ def _ordinal(
     fresh = tuple(t for t in kept if t.name not in talk.known)
     told = len(kept) - len(fresh)
     last = talk.mentions[-1] if talk.mentions else ()
-    if told == which and len(last) == 1 and last[0] in {t.name for t in kept}:
-        # Spoken of a moment ago, as the first, the second, …
+    if told == which > 1 and len(last) == 1 and last[0] in {t.name for t in kept}:
+        # Spoken of a moment ago, as the second, the third, …
         return tuple(t for t in kept if t.name == last[0])
-    if told and which != 1:
+    there = kept[which if which < 0 else min(which, len(kept)) - 1]
+    if told and which != 1 and there not in fresh:
         return fresh[:1] or kept[-1:]
-    return (kept[which if which < 0 else min(which, len(kept)) - 1],)
+    return (there,)
 
 
 def nearest_to(names: Sequence[str], place: Thing, stock: Inventory) -> tuple[str, ...]:

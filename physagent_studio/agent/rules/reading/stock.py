@@ -52,6 +52,7 @@ class Inventory:
     """Everything that the case names, and the name of its ground.
 
     stacks: objects that stand on one another, from the lowest to the highest, where it is known.
+    on: objects with the support that carries them in the end, where that is known.
     """
 
     objects: tuple[Thing, ...]
@@ -60,6 +61,7 @@ class Inventory:
     ground: str = "floor"
     nouns: frozenset[str] = field(default_factory=frozenset)
     stacks: tuple[tuple[str, ...], ...] = ()
+    on: tuple[tuple[str, str], ...] = ()
 
     def phrases(self) -> tuple[tuple[str, ...], ...]:
         """Names of several words that would confuse a word-by-word reading."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from physagent_studio.agent.rules.reading import vocabulary as v
 from physagent_studio.agent.rules.reading.clauses import RawClause
 from physagent_studio.agent.rules.reading.frames import EventFrame
-from physagent_studio.agent.rules.reading.names import Resolved, resolve_objects
+from physagent_studio.agent.rules.reading.names import Resolved, of_them, resolve_objects
 from physagent_studio.agent.rules.reading.phrases import Chunk, NounPhrase
 from physagent_studio.agent.rules.reading.selecting import filtered, near_to, nearest_to
 from physagent_studio.agent.rules.reading.stock import Discourse, Inventory
@@ -28,6 +28,10 @@ class Subjects:
     def is_object(self, phrase: NounPhrase) -> bool:
         return resolve_objects(phrase, self.stock, Discourse()) is not None
 
+    def _is_named(self, phrase: NounPhrase) -> bool:
+        """Whether the case has a thing of that very word, as a picture on a wall."""
+        return any(phrase.head == t.head for t in self.stock.objects)
+
     def subject_of(self, clause: RawClause) -> Resolved | None:
         """The objects that the subject stands for; None where it names nothing of the case."""
         if clause.complement:
@@ -40,7 +44,8 @@ class Subjects:
         any_one = "subjects" in clause.either
         counted: Resolved | None = None
         for phrase in clause.subjects:
-            if phrase.head in v.IGNORED_NOUNS | {"motion", "masscenter"} and not phrase.pronoun:
+            plain = phrase.head in v.IGNORED_NOUNS | {"motion", "masscenter"}
+            if plain and not phrase.pronoun and not self._is_named(phrase):
                 found = self._possessed(phrase)
             elif phrase.head == "it" and (struck := self._struck(clause)) is not None:
                 found = struck
@@ -64,6 +69,9 @@ class Subjects:
             counted = None
         if len(clause.subjects) == 1 and counted is not None:
             resolved = replace(counted, any_one=any_one)
+        elif (limits := of_them(clause.subjects, len(names))) is not None:
+            # "Exactly one of the cup and the box": of both together.
+            resolved = replace(limits, names=tuple(names))
         self.talk.subject = resolved.names
         return resolved
 
@@ -114,7 +122,8 @@ class Subjects:
 
     def _antecedent(self, clause: RawClause) -> Resolved | None:
         """What a relative clause is about: the noun phrase right before it."""
-        index = clause.start - 1
+        within = range(clause.start, clause.end)
+        index = next((i for i in within if self.chunks[i].kind == "rel"), clause.start) - 1
         while index >= 0 and self.chunks[index].np is None:
             index -= 1
         phrase = self.chunks[index].np if index >= 0 else None
@@ -164,8 +173,16 @@ class Subjects:
             if named:
                 return replace(found, names=tuple(named))
             for support in there[:1]:
-                kept = near_to(found.names, support, self.stock)
-                return replace(found, names=kept) if kept else found
+                known = tuple(n for n, below in self.stock.on if below == support.name)
+                there = tuple(name for name in found.names if name in known)
+                kept = there or near_to(found.names, support, self.stock)
+                # "All but one of the things on the shelf": of those that are there.
+                fewer = len(found.names) - len(kept)
+                least = max(found.least - fewer, 0) if found.most is not None else found.least
+                most = max(found.most - fewer, 0) if found.most is not None else None
+                most = found.most if found.most == found.least == 1 else most
+                least = found.least if found.most == found.least == 1 else least
+                return replace(found, names=kept, least=least, most=most) if kept else found
         return found
 
     def _count_by_place(self, found: Resolved, phrase: NounPhrase, clause: RawClause) -> Resolved:

@@ -81,7 +81,7 @@ VERBS: dict[str, Verb] = {
         "act",
         {
             "push": "push shove putt nudge press poke prod propel bump_away force flick carry "
-            "bring sweep",
+            "bring sweep bat paw swipe deliver",
             "pull": "pull drag tug tow yank remove withdraw",
             "kick": "kick boot punt",
             "throw": "throw toss hurl fling lob pitch launch shoot yeet chuck heave catapult sling",
@@ -142,14 +142,15 @@ IRREGULAR: dict[str, str] = {
     "sat": "sit", "dove": "dive", "froze": "freeze", "frozen": "freeze", "slung": "sling",
     "cut": "cut", "split": "split", "shot": "shoot", "rode": "ride", "overturned": "overturn",
     "hit": "hit", "set": "set", "let": "let", "burst": "burst", "flung": "fling",
-    "sprang": "jump", "put": "put", "held": "hold",
+    "sprang": "jump", "put": "put", "held": "hold", "lowers": "sink", "lowered": "sink",
+    "lowering": "sink", "swept": "sweep",
 }  # fmt: skip
 """Irregular forms; those that are past participles as well as regular `-ed` read as passive."""
 
 PARTICIPLES = words_of(
     "fallen thrown flown hung swung blown struck broken spun lost bent shaken sent made laid "
     "frozen slung cut kept caught driven sunk given taken met hit set split shot flung hung "
-    "slid held put"
+    "slid held put swept"
 )
 
 COMBINED: dict[tuple[str, str], str] = {
@@ -178,6 +179,7 @@ COMBINED: dict[tuple[str, str], str] = {
     ("knock", "flat"): "knock_over", ("crash", "down"): "fall",
     ("run", "over"): "crush", ("give", "in"): "collapse", ("slump", "over"): "topple",
     ("flop", "over"): "topple", ("curl", "around"): "curve",
+    ("take", "down"): "knock_over", ("bring", "down"): "knock_over",
 }  # fmt: skip
 """A verb with a particle or direction after it, where that makes another sense."""
 

@@ -69,6 +69,7 @@ MANNERS: dict[str, str] = {
     **dict.fromkeys(words_of("rhythmically rhythmic periodically periodic repeatedly"), "rhythmic"),
     **dict.fromkeys(("straight", "directly", "vertical"), "straight"),
     **dict.fromkeys(("slightly", "barely"), "slight"),
+    "closely": "close",
 }
 
 FILLERS = words_of(
@@ -87,7 +88,8 @@ COUNTS = {"once": 1, "twice": 2, "thrice": 3}
 POSTURES: dict[str, str] = {
     "upright": "upright", "standing": "upright", "stable": "still", "still": "still",
     "untouched": "still", "unmoved": "still", "motionless": "still", "stationary": "still",
-    "undisturbed": "still", "intact": "still", "unaffected": "still", "fixed": "still",
+    "undisturbed": "still", "unharmed": "still", "unscathed": "still", "undamaged": "still",
+    "intact": "still", "unaffected": "still", "fixed": "still",
     "put": "still", "supine": "supine", "prone": "prone",
     "flat": "flat", "steady": "still", "balanced": "upright",
     "vertical": "upright", "behind": "still",
@@ -216,7 +218,7 @@ LANDMARKS: dict[str, str] = {
 }  # fmt: skip
 MASS_HEADS = words_of(
     "stack pile row pair set group line bunch tower heap piece block slice number all each "
-    "one two three some both half"
+    "one two three four five six seven eight nine ten some both half"
 )
 """Heads that stand for what follows their "of"."""
 
@@ -277,7 +279,10 @@ SYNONYMS: tuple[frozenset[str], ...] = tuple(
         "lamp lantern",
         "domino tile",
         "person man woman figure figurine doll",
-        "orange apple persimmon lemon lime peach pear melon pumpkin fruit",
+        "orange apple persimmon lemon lime peach pear melon pumpkin plum grape cherry banana mango "
+        "strawberry apricot nectarine grapefruit watermelon kiwi fruit",
     )
 )
-GENERIC = words_of("object objects thing things item items body")
+GENERIC = words_of("object objects thing things item items body stuff")
+COLLECTIVES = words_of("fruit crockery tableware cutlery furniture luggage stuff")
+"""Nouns that stand for all of a kind without a plural."""

@@ -29,6 +29,7 @@ from physagent_studio.agent.rules.senses.motion import (
     move,
     rise,
     roll,
+    slide,
     slip,
 )
 from physagent_studio.agent.rules.senses.resting import be, end, slow, stack, stay, stop
@@ -56,7 +57,7 @@ from physagent_studio.agent.rules.specs import Context, Spec
 Builder = Callable[[Context], Sequence[Spec]]
 
 SENSES: dict[str, Builder] = {
-    "move": move, "slide": move, "drift": move, "accelerate": move, "roll": roll, "fly": fly,
+    "move": move, "slide": slide, "drift": move, "accelerate": move, "roll": roll, "fly": fly,
     "curve": curve, "circle": circle, "fall": fall, "descend": descend, "float": float_down,
     "rise": rise, "jump": jump, "bounce": bounce, "slip": slip, "hit": hit, "push": push,
     "pull": push, "dislodge": push, "kick": kick, "throw": kick, "knock": hit,

@@ -17,12 +17,22 @@ from physagent_studio.agent.rules.specs import Context, Spec, any_of, before, pl
 
 def hit(c: Context) -> list[Spec]:
     """Two objects touch."""
+    if c.frame.negated and not c.frame.agent:
+        return _touched_by_anything(c)
     found = [*touch(c), *siblings(c), *_driven_to(c)]
     if c.frame.agent and ("hard" in c.frame.manner or "fast" in c.frame.manner):
         found.append(spec("speed_between", c.frame.agent[0], low=0.7))
     if c.frame.agent and c.frame.manner & {"gentle", "slow"}:
         found.append(spec("speed_between", c.frame.agent[0], low=0.01, high=1.5))
     return found or move(c)
+
+
+def _touched_by_anything(c: Context) -> list[Spec]:
+    """ "The vase was not hit": by whatever there is but what it stands on and what stands on it."""
+    near = {*c.frame.patient, c.layout.carrier(c.subject), *c.layout.above(c.subject)}
+    others = [item.name for item in c.layout.state.objects if item.name not in near]
+    found = [spec("contacts", c.subject, other=name) for name in others]
+    return found or [spec("moves", c.subject, distance=0.05)]
 
 
 def _driven_to(c: Context) -> list[Spec]:

@@ -8,7 +8,7 @@ from physagent_studio.agent.rules.reading import EventFrame, Place
 from physagent_studio.agent.rules.senses.common import arrival, posture
 from physagent_studio.agent.rules.senses.remaining import is_container, is_last
 from physagent_studio.agent.rules.senses.whereabouts import is_ground, off
-from physagent_studio.agent.rules.specs import Context, Spec, before, place_name, spec
+from physagent_studio.agent.rules.specs import Context, Spec, any_of, before, place_name, spec
 
 
 def reach(c: Context) -> list[Spec]:
@@ -21,7 +21,12 @@ def reach(c: Context) -> list[Spec]:
     if c.frame.link == "before" and main is not None:
         if main.sense in ("stop", "settle", "stay", "rest", "slow"):
             several = [place_name(p) for r, p in c.frame.places if r == "object"] or [name]
-            return [spec("stops_before", c.subject, before=one) for one in several]
+            near = c.length(1.6, 0.1, 0.6)
+            close = "close" in main.manner and len(several) == 1
+            return [
+                *(spec("stops_before", c.subject, before=one) for one in several),
+                *([spec("stops", c.subject, near=name, distance=near)] if close else []),
+            ]
         return _ordered(c, main)
     got = arrival(c, c.frame)
     if place.kind == "support" and not place.part and c.frame.link != "after":
@@ -95,7 +100,7 @@ def land(c: Context) -> list[Spec]:
         far = c.length(2.0, 0.1, 0.6)
         found.append(spec("stops", c.subject, near=place_name(near), distance=far))
     elif place is None or place.kind == "group":
-        found.append(spec("contacts", c.subject, other=c.layout.ground()))
+        found.append(_on_something(c))
     elif place.kind == "landmark":
         found.append(spec("lands_in", c.subject, landmark=place_name(place)))
     elif c.frame.posture or (c.frame.place("atop") is not None and is_last(c)):
@@ -107,6 +112,17 @@ def land(c: Context) -> list[Spec]:
     if "hard" in c.frame.manner:
         found.append(spec("speed_between", c.subject, low=0.7))
     return [*found, *posture(c)]
+
+
+def _on_something(c: Context) -> Spec:
+    """It comes down: on the ground, or where it leapt from."""
+    ground, below = c.layout.ground(), c.layout.carrier(c.subject)
+    leaps = any(f.sense in ("jump", "rise", "bounce", "flip") for f in c.earlier)
+    falls = any(f.sense in ("fall", "leave") or f.place("off", "from") for f in c.earlier)
+    on_ground = spec("contacts", c.subject, other=ground)
+    if not leaps or falls or below in (None, ground):
+        return on_ground
+    return any_of(on_ground, spec("reaches", c.subject, other=below))
 
 
 def _is_inside(c: Context, place: Place) -> bool:
@@ -141,9 +157,18 @@ def leave(c: Context) -> list[Spec]:
 
 def miss(c: Context) -> list[Spec]:
     """Never touches it."""
-    missed = [p for r, p in c.frame.places if r == "object" and p.kind not in ("landmark", "group")]
+    missed = [
+        p
+        for r, p in c.frame.places
+        if r == "object" and p.kind not in ("landmark", "group") and p.name != c.subject
+    ]
     marks = [p for r, p in c.frame.places if r == "object" and p.kind == "landmark"]
+    others = (f for f in c.reading.frames if f is not c.frame and not f.negated)
+    alone = not any(c.subject in f.patient + f.agent for f in others) and not c.frame.negated
+    moved = [spec("moves", c.subject, distance=c.length(0.5, 0.02, 0.2))] if alone else []
     return [
+        # Only what moves misses anything.
+        *(moved if missed or marks else []),
         *(spec("contacts", c.subject, other=p.name, negated=True) for p in missed),
         *(_not_reached(c, p) for p in marks),
     ]

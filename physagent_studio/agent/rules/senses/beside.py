@@ -103,6 +103,10 @@ def _around(c: Context) -> list[Spec]:
             spec("side_of", c.subject, other=place_name(place), side=side)
             for side in ("left", "right", "behind", "in_front")
         )
+        # What goes round a thing does not bump into it.
+        clear = spec("contacts", c.subject, other=place_name(place), negated=True)
+        if place.kind == "object":
+            found.append(clear)
         if circles:
             found += [left, right, behind, front]
             continue

@@ -25,6 +25,8 @@ SIDE_TILT = 60.0
 def travel(c: Context) -> list[Spec]:
     """That it moves, along the way that is said, towards what is named."""
     distance = _least_way(c)
+    if _comes_back_down(c):
+        return [spec("falls", c.subject, drop=c.length(0.3, 0.015, 0.1))]
     ways = [w for w in c.ways() if w != "down" or c.layout.is_raised(c.subject)]
     found = (
         [any_of(*(spec("moves", c.subject, distance=distance, direction=w) for w in ways))]
@@ -39,6 +41,13 @@ def travel(c: Context) -> list[Spec]:
         nearer = spec("moves", c.subject, distance=distance, toward=place_name(gone))
         found += [spec("moves", c.subject, distance=distance), nearer.opposite()]
     return found or [spec("moves", c.subject, distance=distance)]
+
+
+def _comes_back_down(c: Context) -> bool:
+    """ "Is pushed up the ramp and slides back down": what was below goes down again."""
+    below = c.layout.has(c.subject) and not c.layout.is_raised(c.subject)
+    up = any(f.direction == "up" or f.place("up") or f.sense == "rise" for f in c.earlier)
+    return c.frame.direction == "down" and below and up
 
 
 def _least_way(c: Context) -> float:

@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 from physagent_studio.agent.rules.layout import level, named_way
-from physagent_studio.agent.rules.senses.common import bent_path, comes_down, manner, travel
+from physagent_studio.agent.rules.senses.common import (
+    bent_path,
+    comes_down,
+    manner,
+    struck_before,
+    travel,
+)
 from physagent_studio.agent.rules.senses.turning import topple
 from physagent_studio.agent.rules.senses.whereabouts import along, downstairs, landed_on, was_raised
 from physagent_studio.agent.rules.senses.yielding import wind
@@ -30,6 +36,25 @@ def move(c: Context) -> list[Spec]:
     return [*travel(c), *along(c), *manner(c), *bent_path(c), *_while_descending(c)]
 
 
+def slide(c: Context) -> list[Spec]:
+    """Moves along what it is on, and is not thrown through the air."""
+    found = move(c)
+    over = any(r in ("off", "from", "over", "down") or p.part for r, p in c.frame.places)
+    leaves = c.frame.direction in ("off", "down", "up") or c.layout.carrier(c.subject) is None
+    if over or leaves or comes_down(c) or _never_level(c):
+        return found
+    high = c.length(1.5, 0.2, 0.6)
+    return [*found, spec("moves", c.subject, distance=high, direction="up", negated=True)]
+
+
+def _never_level(c: Context) -> bool:
+    """Whether what it is on is a slope, is taken away, or is itself moved."""
+    withdrawn = any(f.sense in ("withdrawn", "lose_support") for f in c.reading.frames)
+    carrier = c.layout.carrier(c.subject)
+    carried = c.layout.state.object(carrier or "") is not None
+    return withdrawn or carried or c.layout.ramp_below(c.subject) is not None
+
+
 def roll(c: Context) -> list[Spec]:
     """Moves on the ground; a ball turns while it does."""
     found = move(c)
@@ -38,8 +63,17 @@ def roll(c: Context) -> list[Spec]:
         if not comes_down(c):
             found.append(spec("airborne", c.subject, seconds=0.3, negated=True))
     elif c.layout.ramp_below(c.subject) is not None and not comes_down(c):
-        found += _down_the_slope(c)
+        uphill = c.frame.place("up") is not None or c.frame.direction == "up"
+        found += _on_the_slope(c) if uphill else _down_the_slope(c)
     return found
+
+
+def _on_the_slope(c: Context) -> list[Spec]:
+    """Upright and never far off the slope."""
+    return [
+        spec("upright", c.subject, tilt=50.0),
+        spec("airborne", c.subject, seconds=0.12, negated=True),
+    ]
 
 
 def _down_the_slope(c: Context) -> list[Spec]:
@@ -50,12 +84,8 @@ def _down_the_slope(c: Context) -> list[Spec]:
     way = named_way(level(downhill))
     along_it = spec("moves", c.subject, distance=far, direction=way)
     below = spec("contacts", c.subject, other=c.layout.ground())
-    return [
-        spec("upright", c.subject, tilt=50.0),
-        along_it,
-        spec("airborne", c.subject, seconds=0.12, negated=True),
-        *_not_off_the_side(c, way, below),
-    ]
+    upright, held = _on_the_slope(c)
+    return [upright, along_it, held, *_not_off_the_side(c, way, below)]
 
 
 def _not_off_the_side(c: Context, way: Direction, below: Spec) -> list[Spec]:
@@ -95,6 +125,9 @@ def circle(c: Context) -> list[Spec]:
 
 def fly(c: Context) -> list[Spec]:
     """Goes through the air towards something."""
+    if c.frame.negated and not c.frame.places:
+        # "Falls over but does not fly away": it may well move.
+        return [spec("airborne", c.subject, seconds=0.3)]
     return [*move(c), spec("airborne", c.subject, seconds=0.15)]
 
 
@@ -122,7 +155,8 @@ def fall(c: Context) -> list[Spec]:
         found += _straight_down(c, found[0])
     if told == "flip":
         found += _flipped_first(c, found[0])
-    return [*found, *along(c), *manner(c), *_once_there(c, found[0])]
+    struck = [before(blow, found[0]) for blow in struck_before(c)[:1]]
+    return [*found, *along(c), *manner(c), *struck, *_once_there(c, found[0])]
 
 
 def _only_topples(c: Context) -> bool:
@@ -202,7 +236,16 @@ def float_down(c: Context) -> list[Spec]:
 def rise(c: Context) -> list[Spec]:
     """Goes up."""
     far = c.length(0.3, 0.02, 0.2)
-    found = [spec("moves", c.subject, distance=far, direction="up")]
+    if c.frame.distance is not None:
+        # "Is lifted 20 cm": about as high, and not to the ceiling.
+        high = round(1.5 * c.frame.distance + 0.02, 3)
+        raised = round(0.8 * c.frame.distance, 4)
+        found = [
+            spec("moves", c.subject, distance=raised, direction="up"),
+            spec("moves", c.subject, distance=high, direction="up", negated=True),
+        ]
+    else:
+        found = [spec("moves", c.subject, distance=far, direction="up")]
     found += [
         spec("moves", c.subject, distance=far, direction=w)
         for w in c.ways()
@@ -229,12 +272,20 @@ def bounce(c: Context) -> list[Spec]:
     steps = steps_below(c.layout, c.subject) if c.frame.place("down") else ()
     if steps:
         return [*downstairs(c, steps), spec("airborne", c.subject, seconds=0.1)]
+    inside = c.frame.place("in", "into")
+    if inside is not None and inside.kind != "group":
+        # "Bounces into the box": it leaps, and is in it.
+        return [spec("airborne", c.subject, seconds=0.1), *along(c)]
     off = c.frame.place("off", "on", "against", "from", "object")
     named = off.name if off is not None and off.kind not in ("landmark", "group") else None
     other = named or landed_on(c) or c.layout.ground()
     if c.frame.count is not None:
         return [spec("bounces", c.subject, other=other, times=c.frame.count)]
     thing = c.layout.state.object(other) is not None and c.layout.carrier(c.subject) is not None
+    raised = c.layout.is_raised(c.subject) and c.layout.carrier(c.subject) != other
+    if not thing and (raised or was_raised(c)) and c.layout.state.landmark(other) is None:
+        # What comes down is in the air in any case: it has to be thrown back.
+        return [spec("bounces", c.subject, other=other)]
     if not thing and (c.layout.is_raised(c.subject) or other == c.layout.ground()):
         return [spec("contacts", c.subject, other=other), spec("airborne", c.subject, seconds=0.1)]
     return [spec("contacts", c.subject, other=other), spec("leaves", c.subject, other=other)]

@@ -27,7 +27,10 @@ def stop(c: Context) -> list[Spec]:
         place = None
     leant = c.frame.place("against")
     if leant is not None and leant.kind in ("object", "support") and leant.name != c.subject:
-        return [spec("stops", c.subject), spec("contacts", c.subject, other=leant.name)]
+        # At rest against it is beside it in the end, and not only after a touch.
+        beside = round(0.8 * c.size + 0.01, 3)
+        stopped = spec("stops", c.subject, near=place_name(leant), distance=beside)
+        return [stopped, spec("contacts", c.subject, other=leant.name)]
     ahead = c.frame.place("before", "in_front")
     if ahead is not None and ahead.kind != "group":
         name, near = place_name(ahead), c.length(0.3, 0.02, 0.2)
@@ -61,6 +64,9 @@ def _slope_length(support: Support) -> float:
 
 def _so_near(c: Context, name: str) -> list[Spec]:
     """ "Stops 5 cm before it"."""
+    if c.frame.distance is None and "close" in c.frame.manner:
+        # "Stops just before it".
+        return [spec("stops", c.subject, near=name, distance=c.length(1.6, 0.1, 0.6))]
     if c.frame.distance is None:
         return []
     far = round(1.6 * c.frame.distance + 0.01, 3)
@@ -131,7 +137,7 @@ def be(c: Context) -> list[Spec]:
             continue
         if relation in ("on", "in", "atop") and place.kind != "landmark":
             found.append(spec("contacts", c.subject, other=place.name, to_step=START))
-        elif relation in ("above", "over") and place.kind != "landmark":
+        elif relation in ("above", "over") and place.kind != "landmark" and not place.part:
             found.append(spec("contacts", c.subject, other=place.name, to_step=3, negated=True))
     if not found and c.frame.sense in ("rest", "stack", "be") and not c.frame.manner:
         carrier = c.layout.carrier(c.subject)

@@ -88,6 +88,9 @@ def _over(c: Context, place: Place) -> list[Spec]:
     # What rolls or slides "over the box" goes by it; what flies over it is above it.
     level = place.kind == "object" and not flies
     found = [spec("passes_over", c.subject, landmark=name, by=True if level else None)]
+    if level and c.frame.sense in ("roll", "slide") and c.layout.state.object(name):
+        # Over a thing is on it, and not only past it.
+        found.append(spec("contacts", c.subject, other=name))
     if place.kind == "object" and c.frame.sense in ("drift", "float"):
         found.append(spec("side_of", c.subject, other=name, side="above"))
     if _clears(c, place):

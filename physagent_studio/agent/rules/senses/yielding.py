@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from physagent_studio.agent.rules.senses.common import keeps_standing, quality, sideways_fall, touch
 from physagent_studio.agent.rules.senses.whereabouts import along
-from physagent_studio.agent.rules.specs import Context, Spec, any_of, place_name, spec
+from physagent_studio.agent.rules.specs import (
+    Context,
+    Spec,
+    any_of,
+    apart,
+    over_way,
+    place_name,
+    spec,
+)
 from physagent_studio.program.bodies import Cloth
 
 
@@ -48,6 +56,9 @@ def lean(c: Context) -> list[Spec]:
     item = c.layout.state.object(c.subject)
     if item is not None and item.body.kind == "soft":
         return bend(c)
+    ways = [w for w in (over_way(c.frame, c.subject), *c.ways()) if w not in (None, "up", "down")]
+    if ways and not c.layout.rolls(c.subject):
+        return [spec("flips", c.subject, angle=10.0, direction=ways[0])]
     return [spec("rotates", c.subject, angle=10.0)]
 
 
@@ -84,6 +95,11 @@ def break_apart(c: Context) -> list[Spec]:
 def spread(c: Context) -> list[Spec]:
     """Covers more ground, towards where it is said."""
     ways = [w for w in c.ways() if w not in ("up", "down")]
+    item = c.layout.state.object(c.subject)
+    away = apart(c.frame, c.subject, c.layout)
+    if item is not None and item.body.kind == "rigid" and away and not c.frame.agent:
+        # "The marbles scatter": away from one another, each as it is.
+        return [spec("moves", c.subject, distance=c.length(0.5, 0.05, 0.3), direction=away[0])]
     found = [spec("spreads", c.subject, factor=1.3)]
     if ways:
         distance = c.length(0.15, 0.02, 0.1)

@@ -257,7 +257,14 @@ class _Draft:
     def _only_after(self, index: int, frame: EventFrame, groups: list[list[Spec]]) -> bool:
         """ "Does not topple until the ball hits it": it does, and not before."""
         following = self.reading.frames[index + 1 : index + 2]
-        if not following or following[0].link != "until" or frame.sense not in _GIVING_WAY:
+        if not following or following[0].link != "until":
+            return False
+        if frame.sense in ("stop", "rest", "settle"):
+            # "Does not stop until it reaches the wall": it goes on to there.
+            for name in frame.patient:
+                self.told.state(Spec("moves", {"subject": name, "distance": 0.05}), frame.clause)
+            return True
+        if frame.sense not in _GIVING_WAY:
             return False
         after = following[0]
         build = SENSES.get(after.sense)

@@ -55,14 +55,16 @@ def split(chunks: Sequence[Chunk]) -> tuple[RawClause, ...]:
         cut = next((i for i in range(verb + 1, end) if chunks[i].kind == "sub"), end)
         cut = _apposition(chunks, verb, cut)
         spared = _spared(chunks, verb, cut)
-        then = _then(chunks, verb, spared)
+        gap = _gapped(chunks, start, verb, spared)
+        then = _then(chunks, verb, gap)
         found.append(_clause(chunks, start, verb, then))
-        while then < spared:
-            onward = (
-                _other_way(chunks, then, spared) if _way_at(chunks, then + 1, spared) else spared
-            )
+        main = found[-1]
+        while then < gap:
+            onward = _next_then(chunks, then + 1, gap)
             found.append(_again(found[-1], chunks[then:onward], then, onward))
             then = onward
+        if gap < spared:
+            found.append(_likewise(main, chunks[gap + 1 : spared], gap, spared))
         if spared < cut:
             found.append(_without(found[-1], chunks[spared:cut], spared, cut))
         if cut < end:
@@ -84,6 +86,10 @@ def _resumed(found: Sequence[RawClause]) -> list[RawClause]:
         verb = clause.verb
         told = next((c for c in reversed(out) if c.verb is not None and c.verb.verb != "?"), None)
         alone = verb is not None and verb.verb == "?" and set(verb.word.split()) <= _ALONE
+        if verb is not None and verb.verb == "be" and told is not None and told.verb is not None:
+            # "Two are knocked over; the other is not".
+            bare = not (clause.objects or clause.places or set(clause.adverbs) - {"not"})
+            alone = bare and told.verb.passive and clause.joint in ("", "and", "but", "while")
         # "The hammer falls and the can follows": it does so too, after it.
         follows = verb is not None and verb.verb == "follow" and not clause.objects
         alone = alone or (follows and bool(clause.subjects))
@@ -278,10 +284,50 @@ def _other_way(chunks: Sequence[Chunk], verb: int, end: int) -> int:
     return end
 
 
+def _next_then(chunks: Sequence[Chunk], start: int, end: int) -> int:
+    """Where the verb goes on once more behind `start`; else the end."""
+    for index in range(start, end - 1):
+        if (chunks[index].kind, chunks[index].word) == ("and", "then"):
+            more = chunks[index + 1].kind == "np" or _way_at(chunks, index + 1, end)
+            return index if more else end
+    return end
+
+
 def _way_at(chunks: Sequence[Chunk], index: int, end: int) -> bool:
     said = [chunk.word for chunk in chunks[index:end] if chunk.kind == "adv"]
     turns = any(word in _TURNING for word in said) and "back" not in said
     return turns and chunks[index].kind == "adv"
+
+
+def _gapped(chunks: Sequence[Chunk], start: int, verb: int, end: int) -> int:
+    """ "The cup slides to the left and the box to the right": where the verb is left out; else the
+    end."""
+    entry, whole = v.VERBS.get(chunks[verb].verb or ""), end
+    if entry is None or entry.kind != "move" or not any(c.np for c in chunks[start:verb]):
+        return end
+    while end > verb and chunks[end - 1].kind == "stop":
+        end -= 1
+    for index in range(verb + 2, end - 2):
+        before, after = chunks[verb + 1 : index], chunks[index + 2 : end]
+        if chunks[index].kind not in ("and", "stop") or chunks[index + 1].kind != "np":
+            continue
+        ways = (
+            any(c.word in _TURNING for c in part if c.kind == "adv") for part in (before, after)
+        )
+        plain = {c.kind for c in (*before, *after)} <= {"adv", "pp"}
+        if all(ways) and plain and chunks[index].word in ("and", ",", "but"):
+            return index
+    return whole
+
+
+def _likewise(told: RawClause, tail: Sequence[Chunk], start: int, end: int) -> RawClause:
+    """The same verb of another thing, with its own places."""
+    things, places = _after_verb(tail)
+    ways = tuple(chunk.word for chunk in tail if chunk.kind == "adv")
+    return replace(
+        told, subjects=things, objects=(), places=places, lead=(), adverbs=ways, joint="and",
+        relative=False, complement=False, sequel=False, start=start, end=end,
+    )  # fmt: skip
 
 
 def _again(told: RawClause, tail: Sequence[Chunk], start: int, end: int) -> RawClause:

@@ -125,3 +125,42 @@ def where_it_is(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
         out.append(tokens[index])
         index += 1
     return tuple(out)
+
+
+_RANKS = words_of("first last")
+
+
+def ranked(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
+    """ "Is the last to fall": falls, and when is what nothing tests; "the second cup from the
+    left": counted from there."""
+    out = list(tokens)
+    texts = [token.text for token in tokens]
+    for index in range(len(tokens) - 3):
+        words = texts[index : index + 5]
+        if words[0] in v.BE and words[1] == "the" and words[2] in _RANKS and words[3] == "to":
+            verb = verb_base(words[4]) if len(words) > 4 else None
+            if verb is not None:
+                out[index] = replace(tokens[index], text="will")
+                out[index + 1] = tokens[index + 4]
+                out[index + 2] = replace(tokens[index + 2], text=f"{words[2]}_of_all")
+                del out[index + 3 : index + 5]
+                return tuple(out)
+        counted = words[:2] == ["from", "the"] and words[2] in ("left", "right")
+        if counted and index > 1 and tokens[index - 2].text in v.ORDINALS:
+            out[index : index + 3] = _said(tokens[index], tokens[index + 2], f"counted_{words[2]}")
+            return tuple(out)
+    return tuple(out)
+
+
+def nearest(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
+    """ "The cup nearest to the ball": by where they are in the picture."""
+    out = list(tokens)
+    for index in range(1, len(tokens) - 2):
+        before = tokens[index - 1].text
+        named = before in nouns or singular(before) in nouns or before in ("one", "ones")
+        if named and tokens[index].text in ("nearest", "closest"):
+            out[index] = replace(tokens[index], text="nearest_to")
+            if tokens[index + 1].text == "to":
+                del out[index + 1]
+            return tuple(out)
+    return tuple(out)

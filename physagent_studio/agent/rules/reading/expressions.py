@@ -66,6 +66,12 @@ FIXED: tuple[tuple[tuple[str, ...], str], ...] = tuple(
         ("put down", "lowered"),
         ("set back down", "lowered"),
         ("set down", "lowered"),
+        ("but not both", "not_both"),
+        ("in order to", "to"),
+        ("in order", "successively"),
+        ("in sequence", "successively"),
+        ("where it was thrown from", "where_it_started"),
+        ("to a standstill", "to halt"),
         ("make it to", "reach"),
         ("makes it to", "reaches"),
         ("made it to", "reached"),
@@ -326,7 +332,8 @@ FIXED: tuple[tuple[tuple[str, ...], str], ...] = tuple(
 )
 ADVERBIAL = words_of(
     "motionless airborne sidelong inverted halfway midway alltheway partway mostway thirdway "
-    "successively simultaneously stepwise alone nearly almost supine prone where_it_started "
+    "successively simultaneously stepwise first_of_all last_of_all not_both alone nearly almost "
+    "supine prone where_it_started "
     "toward_camera from_camera from_left from_right from_front from_side from_behind "
     "from_above from_below"
 )

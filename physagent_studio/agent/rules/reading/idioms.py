@@ -10,6 +10,8 @@ from physagent_studio.agent.rules.reading.companions import (
     accompanied,
     first_of_all,
     going_round,
+    nearest,
+    ranked,
     where_it_is,
 )
 from physagent_studio.agent.rules.reading.measures import ROUGHLY, UNITS
@@ -36,7 +38,16 @@ def in_plain_words(tokens: Sequence[Token], nouns: frozenset[str]) -> Tokens:
         _untouched,
     ):
         found = rule(found, nouns)
-    for rule in (_instead, going_round, first_of_all, accompanied, _there_and_back):
+    for rule in (
+        _instead,
+        going_round,
+        first_of_all,
+        accompanied,
+        _there_and_back,
+        _late_subject,
+        ranked,
+        nearest,
+    ):
         found = rule(found, nouns)
     return found
 
@@ -334,3 +345,16 @@ def _there_and_back(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
             out[index : index + 1] = [replace(token, text=word) for word in parted]
             return tuple(out)
     return tuple(out)
+
+
+def _late_subject(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
+    """ "Only after the glass fell does the bottle tip over": then the bottle tips over."""
+    words = [token.text for token in tokens]
+    if words[:1] != ["only"] or words[1:2] not in (["after"], ["when"], ["once"], ["then"]):
+        return tokens
+    told = next((i for i, w in enumerate(words) if verb_base(w) and w not in nouns), len(words))
+    for index in range(told + 1 if words[1] != "then" else 2, len(words) - 1):
+        if words[index] in ("does", "do", "did", "will") and words[index + 1] in v.DETERMINERS:
+            comma = replace(tokens[index], text=",")
+            return (*tokens[1:index], comma, *tokens[index + 1 :])
+    return tokens

@@ -141,7 +141,7 @@ def _adverb(word: str, details: Details, talk: Discourse) -> None:
         details.count = v.COUNTS[word]
     elif word in v.POSTURES:
         details.posture = v.POSTURES[word]
-    elif word in ("where_it_started", "stepwise"):
+    elif word in _WRITTEN:
         details.unknown[_WRITTEN[word]] = None
     elif word in _ENDS:
         details.posture = _ENDS[word]
@@ -149,7 +149,10 @@ def _adverb(word: str, details: Details, talk: Discourse) -> None:
         details.unknown[word] = None
 
 
-_WRITTEN = {"where_it_started": "where it started", "stepwise": "step by step"}
+_WRITTEN = {
+    "where_it_started": "where it started", "stepwise": "step by step",
+    "first_of_all": "the first to", "last_of_all": "the last to",
+}  # fmt: skip
 """How words that were joined, and that nothing tests, were written."""
 _ENDS = {"motionless": "still", "sidelong": "side", "inverted": "inverted", "airborne": "airborne"}
 
@@ -160,7 +163,7 @@ def _is_known(word: str) -> bool:
         v.NEGATIONS, v.DETERMINERS, v.AUXILIARIES, v.SUBORDINATORS, v.RELATIVES, v.CONJUNCTIONS,
         v.MATERIAL_WORDS,
     )  # fmt: skip
-    return any(word in table for table in tables) or word in ("times", "horizontally")
+    return any(word in table for table in tables) or word in ("times", "horizontally", "not_both")
 
 
 def _adjectives(phrase: NounPhrase, details: Details) -> None:

@@ -81,7 +81,8 @@ def resolve_objects(
     if is_group(phrase, stock):
         group = next((m for m in reversed(talk.mentions) if len(m) > 1), ())
         everything = tuple(t.name for t in stock.objects)
-        others = any(a in v.OTHERS or a in v.POSITIONS for a in phrase.adjectives)
+        telling = v.OTHERS | v.POSITIONS.keys() | v.ORDINALS.keys()
+        others = any(a in telling for a in phrase.adjectives)
         if others or phrase.head in ("one", "other", "rest", "each", "both", "all"):
             kind = _class_of_last(stock, talk)
             fresh = tuple(t for t in kind if t.name not in talk.known)
@@ -137,6 +138,8 @@ def is_group(phrase: NounPhrase, stock: Inventory) -> bool:
 def of_pronoun(word: str, stock: Inventory, talk: Discourse, subject: bool) -> Resolved | None:
     """The objects that a pronoun stands for; `subject`: it is the subject of its clause."""
     everything = tuple(t.name for t in stock.objects)
+    if word == "all" and (group := _all_of_them(stock, talk)):
+        return Resolved(group)
     if word in ("everything", "all"):
         return Resolved(everything)
     if word in ("itself", "themselves"):
@@ -166,6 +169,14 @@ def of_pronoun(word: str, stock: Inventory, talk: Discourse, subject: bool) -> R
     own = talk.subject if talk.subject != talk.acting else ()
     other = next((m for m in reversed(talk.mentions) if m != talk.subject), own)
     return Resolved(other) if other else None
+
+
+def _all_of_them(stock: Inventory, talk: Discourse) -> tuple[str, ...]:
+    """ "The marble hits the first domino and all fall": those spoken of, or all of that kind."""
+    group = next((m for m in reversed(talk.mentions) if len(m) > 1), ())
+    heads = {t.head for t in stock.objects if talk.mentions and t.name in talk.mentions[-1]}
+    kind = tuple(t.name for t in stock.objects if t.head in heads)
+    return group or (kind if len(kind) > 2 else ())
 
 
 def _last_two(talk: Discourse) -> tuple[str, ...]:

@@ -107,6 +107,14 @@ class NounPhrases:
         where, after = self.word(j + 2), j + 3
         closed = v.CAUSES.keys() | v.FORCE_NOUNS | v.PARTS.keys() | self.nouns
         told = self.word(after) in closed or self._reaches_noun(after)
+        pair = {where, self.word(after + 1)} == {"left", "right"}
+        if (
+            pair
+            and self.word(after) == "and"
+            and singular(nouns[-1] if nouns else "") in self.nouns
+        ):
+            # "The cups on the left and right".
+            return ["outer", *words], after + 2
         if where not in v.POSITIONS or told or self.word(after) == "of":
             return words, j
         return [where, *words], after

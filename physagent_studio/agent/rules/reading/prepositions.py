@@ -29,7 +29,7 @@ OUT = {"off": "out of", "from": "from", "into": "into"}
 """How something gets out of, or into, what the picture shows, and how that is said."""
 SIDED = ("behind", "in_front", "left_of", "right_of")
 """Relations that say on which side of a thing something is."""
-PLURAL = (*SIDED, "between", "over", "past", "through", "under", "before")
+PLURAL = (*SIDED, "between", "over", "past", "through", "under", "before", "around")
 """Relations to several things that are relations to each of them: "past the pins"."""
 
 
@@ -47,7 +47,7 @@ def take_preposition(
         return
     if _quantity(preposition, phrase, details):
         return
-    if _only_said(preposition, phrase, details, stock, talk):
+    if _only_said(preposition, phrase, details, stock, talk, clause):
         return
     if preposition in TO and phrase.of is not None and phrase.head in v.SIDES:
         # "To the back of the plate".
@@ -89,7 +89,12 @@ def take_preposition(
 
 
 def _only_said(
-    preposition: str, phrase: NounPhrase, details: Details, stock: Inventory, talk: Discourse
+    preposition: str,
+    phrase: NounPhrase,
+    details: Details,
+    stock: Inventory,
+    talk: Discourse,
+    clause: RawClause,
 ) -> bool:
     """Whether it says nothing that could be measured, or what nothing measures."""
     if preposition in OUT and phrase.head in v.VIEW_WORDS and not _is_there(phrase, stock):
@@ -100,6 +105,9 @@ def _only_said(
         details.unknown["as … as " + " ".join(whose.names if whose else phrase.nouns)] = None
     elif preposition == "starting_with":
         details.unknown["starting with"] = None
+    elif preposition == "nearest_to":
+        if any(np is phrase for _, np in clause.places) or not clause.subjects:
+            details.unknown["nearest to " + " ".join(phrase.nouns or (phrase.head,))] = None
     else:
         # A comparison tells nothing; who is spared is read with the subject.
         return preposition in ("like", "except")
@@ -134,7 +142,9 @@ def _quantity(preposition: str, phrase: NounPhrase, details: Details) -> bool:
     if phrase.head not in UNITS or amount_of(phrase) is None:
         return False
     seconds = in_units(phrase, TIMES)
-    if seconds is None:
+    if preposition == "within":
+        details.unknown[f"within {amount_of(phrase):g} {phrase.head}"] = None
+    elif seconds is None:
         take_measure(phrase, details)
     elif preposition in ("after", "in"):
         details.delay = seconds

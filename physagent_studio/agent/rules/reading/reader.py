@@ -144,6 +144,7 @@ class _Reader(Meanings):
         for word in cut:
             self.unknown[word] = None
         _aim_at_what_gives_way(self.frames)
+        _but_not(self.frames)
         clauses = tuple(c for c in self.clauses if c.text)
         return Reading(clauses, tuple(self.frames), tuple(self.unknown))
 
@@ -244,6 +245,8 @@ class _Reader(Meanings):
             # "Until it is in the goal": until it gets there.
             frame = replace(frame, sense="enter" if frame.place("in") else "reach")
         frame = self.completed(frame, clause, kind, subject, objects, details)
+        if frame is not None and frame.any_one and "not_both" in clause.adverbs:
+            frame = replace(frame, any_one=False, least=1, most=1)
         goes_on = subject is not None and subject is self.relative and not clause.subjects
         self.relative = self.relative if goes_on else subject if clause.relative else None
         if clause.relative or goes_on:
@@ -365,3 +368,13 @@ def _aim_at_what_gives_way(frames: list[EventFrame]) -> None:
         if after.patient == (aim.name,) and after.sense in _GIVES_WAY and not after.negated:
             rows = tuple(("against", p) if r == "at" else (r, p) for r, p in frame.places)
             frames[index] = replace(frame, places=rows)  # type: ignore[arg-type]
+
+
+def _but_not(frames: list[EventFrame]) -> None:
+    """ "The dominoes fall, but not the last two": those that do are the others."""
+    for index, (frame, after) in enumerate(pairwise(frames)):
+        denied = after.negated and not frame.negated and after.sense == frame.sense
+        fewer = set(after.patient) < set(frame.patient) and after.link == "then"
+        if denied and fewer and not (frame.any_one or frame.counted or after.sequel):
+            kept = tuple(name for name in frame.patient if name not in after.patient)
+            frames[index] = replace(frame, patient=kept)

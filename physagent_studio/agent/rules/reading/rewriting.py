@@ -52,7 +52,12 @@ def _excepted(tokens: tuple[Token, ...], nouns: frozenset[str]) -> tuple[Token, 
         if words[at - 1 : at + 2] == ["all", "but", "one"] and words[at + 2 : at + 3] != ["that"]:
             # "All but one of the cups": however many that are.
             continue
-        verbs = [i for i, word in enumerate(words) if _is_verb(word, nouns) or word in v.BE]
+        said = ("does", "do", "did", "will", "has", "have")
+        verbs = [
+            i
+            for i, word in enumerate(words)
+            if _is_verb(word, nouns) or word in v.BE or word in said
+        ]
         end = next((i for i in range(at, len(words)) if words[i] in ".,;:!?"), len(words))
         whole = any(word in _ALL for word in words[max(at - 6, 0) : at])
         subject = not any(i < at for i in verbs)

@@ -171,6 +171,9 @@ class Roles(Subjects):
             heads = [phrase.head for phrase in direct_phrases] or [verb.word]
             self.unknown |= dict.fromkeys(heads)
             return None
+        if len(struck.names) > len(agent) and set(agent) < set(struck.names):
+            # "Hits nothing": nothing but itself.
+            struck = replace(struck, names=tuple(n for n in struck.names if n not in agent))
         kept = tuple(p for p in frame.places if p[1].name not in struck.names)
         return replace(frame, agent=agent, patient=struck.names, places=kept, **struck.counts)
 

@@ -124,7 +124,10 @@ SIDES: dict[str, Way] = {
 }  # fmt: skip
 """Which way the sides of a thing lie; "the back of the plate" is a part of it."""
 ORDINALS = {"first": 1, "second": 2, "third": 3, "fourth": 4, "fifth": 5, "last": -1}
-COUNTED_FROM = {"counted_top": "top", "counted_bottom": "bottom"}
+COUNTED_FROM = {
+    "counted_top": "top", "counted_bottom": "bottom", "counted_left": "left",
+    "counted_right": "right",
+}  # fmt: skip
 """Fixed expressions after a noun: "the second box from the top"."""
 NUMBERS = {
     "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8,
@@ -166,7 +169,8 @@ PREPOSITIONS = words_of(
     "on onto upon in into inside within to toward towards from off of over under underneath "
     "beneath below above across along through past against with without by at near beside "
     "behind before after around between among beyond down up outside until via for alongside "
-    "about throughout during like starting_with except infront leftof rightof atop as_much_as"
+    "about throughout during like starting_with nearest_to except infront leftof rightof atop "
+    "as_much_as"
 )
 CONJUNCTIONS = words_of("and or but then nor")
 SUBORDINATORS = words_of(

@@ -19,6 +19,10 @@ def hit(c: Context) -> list[Spec]:
     """Two objects touch."""
     if c.frame.negated and not c.frame.agent:
         return _touched_by_anything(c)
+    stacked = any(c.layout.carrier(name) in c.frame.patient for name in c.frame.patient)
+    if c.frame.agent and stacked and not c.frame.negated:
+        # "Hits the tower": one of what it is made of.
+        return [*touch_one(c), *siblings(c), *_driven_to(c)]
     found = [*touch(c), *siblings(c), *_driven_to(c)]
     if c.frame.agent and ("hard" in c.frame.manner or "fast" in c.frame.manner):
         found.append(spec("speed_between", c.frame.agent[0], low=0.7))

@@ -46,7 +46,8 @@ def _sides(c: Context) -> list[Spec]:
         if relation == "in_front" and c.frame.sense in ("stop", "settle"):
             # "Stops in front of the cup" is before it gets there, from wherever it comes.
             continue
-        first = c.frame.sense in ("be", "hang", "stack") and not c.earlier
+        describes = c.frame.link == "which" and c.frame.sense == "rest"
+        first = (c.frame.sense in ("be", "hang", "stack") or describes) and not c.earlier
         ends = c.frame.sense in _ENDING and not first
         found.append(
             spec(

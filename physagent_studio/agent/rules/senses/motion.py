@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from physagent_studio.agent.rules.intents import met
 from physagent_studio.agent.rules.layout import level, named_way
 from physagent_studio.agent.rules.senses.common import (
     bent_path,
@@ -278,6 +279,9 @@ def bounce(c: Context) -> list[Spec]:
         return [spec("airborne", c.subject, seconds=0.1), *along(c)]
     off = c.frame.place("off", "on", "against", "from", "object")
     named = off.name if off is not None and off.kind not in ("landmark", "group") else None
+    if off is not None and off.kind == "group" and c.earlier and (struck := met(c.earlier[-1])):
+        # "Rolls into the rock, bounces off": off the rock.
+        named = struck[0]
     other = named or landed_on(c) or c.layout.ground()
     if c.frame.count is not None:
         return [spec("bounces", c.subject, other=other, times=c.frame.count)]

@@ -99,7 +99,9 @@ def over_then_on(earlier: EventFrame, frame: EventFrame) -> bool:
     """ "Tips over and rolls off": of one thing, told one after the other, and so meant."""
     same = earlier.patient == frame.patient and len(frame.patient) == 1
     plain = not (earlier.negated or frame.negated or earlier.any_one or frame.any_one)
-    turned = earlier.sense in OVER and frame.sense in _ON_ITS_WAY
+    # What flips over an edge flips as it falls; that order is told by the fall itself.
+    falls = earlier.sense == "flip" and frame.sense in ("fall", "leave")
+    turned = earlier.sense in OVER and frame.sense in _ON_ITS_WAY and not falls
     return same and plain and turned and frame.link == "then"
 
 

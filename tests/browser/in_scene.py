@@ -47,6 +47,15 @@ def pixel_of(desk: Desk, view: Frame, point: Any) -> tuple[float, float]:
     return box["x"] + x, box["y"] + y
 
 
+FRAMES = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+
+
+def looked(desk: Desk) -> None:
+    """Until the viewer has drawn, and so looked where the pointer is."""
+    desk.page.wait_for_timeout(150)
+    view_of(desk).evaluate(FRAMES)
+
+
 def pull(desk: Desk, start: Callable[[], Any], by: tuple[float, float], done: Callable) -> Any:
     """Drags as a hand does, slowly, from where `start` is on the page, until it has an effect.
 
@@ -57,14 +66,18 @@ def pull(desk: Desk, start: Callable[[], Any], by: tuple[float, float], done: Ca
     for _ in range(8):
         x, y = start()
         mouse.move(x, y)
-        page.wait_for_timeout(200)
+        looked(desk)
         mouse.down()
         mouse.move(x + by[0] * 0.7, y + by[1] * 0.7, steps=3)
         mouse.move(x + by[0], y + by[1], steps=2)
-        page.wait_for_timeout(200)
+        looked(desk)
         mouse.up()
+        looked(desk)
         for _ in range(100):
             if found := done():
                 return found
             page.wait_for_timeout(25)
+        desk.idle()
+        if found := done():
+            return found
     raise AssertionError(f"no drag by {by} had an effect")

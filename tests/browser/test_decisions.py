@@ -286,7 +286,7 @@ def test_comparing_shows_values_diff_curves_and_a_ghost(compared: Desk) -> None:
 @pytest.fixture
 def empty(tmp_path: Path, browser: Browser) -> Iterator[Desk]:
     """A studio with nothing opened yet."""
-    yield from running(tmp_path / "workspace", browser, nothing=True)
+    yield from running(tmp_path / "workspace", browser)
 
 
 def _tab_to(desk: Desk, words: str) -> None:

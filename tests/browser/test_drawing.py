@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,8 +11,9 @@ import pytest
 from playwright.sync_api import Browser, Frame
 
 from physagent_studio.program import SetField
+from physagent_studio.session import Store
 from physagent_studio.workbench import commands
-from tests.browser.conftest import Desk, running
+from tests.browser.conftest import PATIENCE, Desk, Hard, running
 from tests.browser.in_scene import view_of
 
 pytestmark = pytest.mark.browser
@@ -32,8 +34,10 @@ PICTURE = """() => {
 
 
 @pytest.fixture
-def desk(tmp_path: Path, browser: Browser) -> Iterator[Desk]:
-    yield from running(tmp_path / "workspace", browser, scene=True)
+def desk(tmp_path: Path, browser: Browser, hard: Hard) -> Iterator[Desk]:
+    root = tmp_path / "workspace"
+    shutil.copytree(hard.opened, root)
+    yield from running(root, browser, Store(root).list()[0].id, scene=True)
 
 
 def _picture(desk: Desk, view: Frame, **wanted: Any) -> dict[str, Any]:
@@ -74,7 +78,7 @@ def test_what_is_chosen_is_drawn_and_remembered(desk: Desk) -> None:
         lambda: next((one for one in desk.page.frames if one.url.endswith("/?full")), None),
         "the view, opened anew",
     )
-    view.wait_for_function("() => window.__viserMutable?.camera", timeout=60_000)
+    view.wait_for_function("() => window.__viserMutable?.camera", timeout=1000 * PATIENCE)
     now = _picture(desk, view, solid=False)
     assert not now["light"]
     assert now["smooth"]

@@ -12,7 +12,7 @@ from playwright.sync_api import Browser
 from physagent_studio.program.document import load_program
 from physagent_studio.session import Store
 from physagent_studio.workbench import Workbench, commands
-from tests.browser.conftest import Desk, running
+from tests.browser.conftest import PATIENCE, Desk, running
 from tests.browser.in_scene import POSE, pixel_of, pull, view_of
 
 pytestmark = pytest.mark.browser
@@ -36,7 +36,7 @@ def built(tmp_path: Path, browser: Browser) -> Iterator[Desk]:
     """A program of two things, opened without a photo, its scene drawn."""
     workbench = Workbench(Store(tmp_path), evidence=False)
     workbench.post(commands.OpenProgram(load_program(PROGRAM), "two things"))
-    assert workbench.wait(60)
+    assert workbench.wait(PATIENCE)
     workbench.close()
     yield from running(tmp_path, browser, Store(tmp_path).list()[0].id, scene=True)
 

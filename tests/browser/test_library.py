@@ -16,7 +16,7 @@ from playwright.sync_api import Browser, expect
 from physagent_studio.records import Assessment
 from physagent_studio.records.judgement import Criterion
 from physagent_studio.session import Store
-from tests.browser.conftest import Desk, running
+from tests.browser.conftest import PATIENCE, Desk, running
 
 pytestmark = pytest.mark.browser
 
@@ -119,12 +119,12 @@ def test_pictures_are_for_this_page_only(waiting: Desk) -> None:
     waiting.proposal()
     source = waiting.page.locator(".evidence img").first.get_attribute("src")
     address = f"{waiting.studio.address}{source}"
-    with urllib.request.urlopen(address, timeout=20) as answer:
+    with urllib.request.urlopen(address, timeout=PATIENCE) as answer:
         assert answer.read(3) == b"\xff\xd8\xff"
     foreign = urllib.request.Request(address, headers={"Origin": "http://example.org"})
     for request in (foreign, f"{waiting.studio.address}/frame/../../etc/passwd/1.jpg"):
         with pytest.raises(urllib.error.HTTPError):
-            urllib.request.urlopen(request, timeout=20)
+            urllib.request.urlopen(request, timeout=PATIENCE)
 
 
 def test_a_model_s_question_reasons_and_contradiction_are_shown(waiting: Desk) -> None:
@@ -169,8 +169,8 @@ def test_the_video_of_a_round_is_linked_when_it_is_done(waiting: Desk) -> None:
     page.keyboard.type("save the clip as a video")
     page.keyboard.press("Enter")
     link = page.get_by_role("link", name="Video of this round")
-    expect(link).to_be_visible(timeout=60_000)
+    expect(link).to_be_visible(timeout=1000 * PATIENCE)
     address = f"{waiting.studio.address}{link.get_attribute('href')}"
-    with urllib.request.urlopen(address, timeout=20) as answer:
+    with urllib.request.urlopen(address, timeout=PATIENCE) as answer:
         assert answer.headers["Content-Type"] == "video/mp4"
         assert answer.read(12)[4:8] == b"ftyp"

@@ -15,13 +15,14 @@ from websockets.typing import Origin
 from physagent_studio.session import Store
 from physagent_studio.studio import serve
 from physagent_studio.workbench import Workbench, commands
-from tests.browser.conftest import Desk, running, until_told
+from tests.browser.conftest import PATIENCE, Desk, running, until_told
 
 pytestmark = pytest.mark.browser
 
 
 def _other_page(desk: Desk, browser: Browser):
     page = browser.new_page(viewport={"width": 1000, "height": 700})
+    page.set_default_timeout(1000 * PATIENCE)
     page.add_init_script("localStorage.setItem('studio.toured', 'true')")
     page.route("**/viewer/**", lambda route: route.fulfill(body=""))
     page.goto(desk.studio.address)
@@ -53,9 +54,11 @@ def test_the_tab_comes_back_after_a_restart(waiting: Desk, tmp_path: Path) -> No
     again = Workbench(Store(tmp_path / "workspace"), evidence=False)
     assert held.session_id is not None
     again.post(commands.OpenSession(held.session_id))
-    assert again.wait(60)
+    assert again.wait(PATIENCE)
     waiting.studio = serve(again, port=port)
-    expect(page.get_by_text("The studio does not answer.")).to_have_count(0, timeout=30_000)
+    expect(page.get_by_text("The studio does not answer.")).to_have_count(
+        0, timeout=1000 * PATIENCE
+    )
     expect(page.get_by_role("group", name="Proposal")).to_be_visible()
     assert waiting.snapshot.state == held.state
     waiting.button("Accept").click()
@@ -174,7 +177,7 @@ def test_sessions_are_listed_and_opened(waiting: Desk) -> None:
 @pytest.fixture
 def nothing(tmp_path: Path, browser: Browser) -> Iterator[Desk]:
     """A studio in which nothing was opened yet."""
-    yield from running(tmp_path, browser, nothing=True)
+    yield from running(tmp_path, browser)
 
 
 def test_who_comes_first_is_told_where_to_begin(nothing: Desk) -> None:

@@ -16,7 +16,7 @@ from physagent_studio.program.scene import Grounding, SceneState
 from physagent_studio.reconstruction import segmentation
 from physagent_studio.studio import photo_desk
 from physagent_studio.workbench import engine
-from tests.browser.conftest import Desk
+from tests.browser.conftest import PATIENCE, Desk
 
 pytestmark = pytest.mark.browser
 
@@ -139,7 +139,7 @@ def test_a_mask_chosen_early_is_taken_after_the_closer_look(
     sought = segmentation.with_attached
 
     def slowly(*given: Any) -> Any:
-        assert go_on.wait(60)
+        assert go_on.wait(PATIENCE)
         return sought(*given)
 
     monkeypatch.setattr(segmentation, "with_attached", slowly)
@@ -165,7 +165,7 @@ def test_a_mask_chosen_early_is_taken_after_the_closer_look(
     # The masks on view belong to the last mark until those of the next are there.
     monkeypatch.setattr(photo_desk, "SAME", 0.0)
     go_on.clear()
-    monkeypatch.setattr(photo_desk, "EARLY", 60.0)
+    monkeypatch.setattr(photo_desk, "EARLY", 1e6)
     photo.click(x - 4, y + 3)
     expect(page.get_by_text("Looking…")).to_be_visible()
     expect(early.nth(1)).to_be_disabled()
@@ -400,7 +400,7 @@ def test_a_session_from_a_photo_and_a_sentence_alone(
     made = engine.reconstruct
 
     def slowly(*given: Any, **more: Any) -> Any:
-        assert go_on.wait(60)
+        assert go_on.wait(PATIENCE)
         return made(*given, **more)
 
     monkeypatch.setattr(engine, "reconstruct", slowly)

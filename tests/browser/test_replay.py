@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, expect
 
 from physagent_studio.cli.sessions import export_session
 from physagent_studio.session import Store
-from tests.browser.conftest import Desk
+from tests.browser.conftest import PATIENCE, Desk
 
 pytestmark = pytest.mark.browser
 
@@ -49,7 +49,7 @@ def test_a_replay_opens_offline_from_a_file(
         "name => Boolean(document.querySelector('iframe')?.contentWindow.__viserMutable"
         "?.nodeRefFromName?.[`/objects/${name}`])",
         arg=ball,
-        timeout=60_000,
+        timeout=1000 * PATIENCE,
     )
     outside = [url for url in asked if not url.startswith(("file:", "data:", "blob:", "about:"))]
     assert outside == []
@@ -64,7 +64,7 @@ def test_a_replay_from_the_palette(waiting: Desk) -> None:
     page.keyboard.type("replay html")
     page.keyboard.press("Enter")
     link: Any = page.get_by_role("link", name="Replay (HTML)")
-    expect(link).to_be_visible(timeout=60_000)
+    expect(link).to_be_visible(timeout=1000 * PATIENCE)
     with page.expect_download() as download:
         link.click()
     text = Path(download.value.path()).read_text(encoding="utf-8")

@@ -13,7 +13,7 @@ pytestmark = pytest.mark.browser
 
 
 def test_scene_shows_selects_and_edits(drawn: Desk) -> None:
-    page, workbench = drawn.page, drawn.workbench
+    page = drawn.page
     view = view_of(drawn)
     rollout = drawn.snapshot.rollout
     assert rollout is not None
@@ -63,20 +63,8 @@ def test_scene_shows_selects_and_edits(drawn: Desk) -> None:
     before = drawn.snapshot.program
     tip = np.array(view.evaluate(POSE, grip))
 
-    def drag() -> bool:
-        x, y = pixel_of(drawn, view, tip)
-        page.mouse.move(x, y)
-        page.wait_for_timeout(150)
-        page.mouse.down()
-        page.mouse.move(x + 30, y + 8, steps=6)
-        page.mouse.move(x + 40, y + 10, steps=3)
-        page.wait_for_timeout(150)
-        page.mouse.up()
-        page.wait_for_timeout(500)
-        return drawn.snapshot.has_draft
-
-    drawn.until(drag, "another vector")
-    assert workbench.wait(60)
+    pull(drawn, lambda: pixel_of(drawn, view, tip), (40, 10), lambda: drawn.snapshot.has_draft)
+    drawn.idle()
     changed = drawn.snapshot.program.action(action.id)
     assert changed is not None
     assert changed != before.action(action.id)

@@ -14,7 +14,7 @@ from websockets.sync.client import connect
 from websockets.typing import Origin
 
 from physagent_studio.session import Store
-from tests.browser.conftest import Desk, running
+from tests.browser.conftest import PATIENCE, Desk, running
 
 pytestmark = pytest.mark.browser
 
@@ -103,7 +103,7 @@ def test_the_server_refuses_what_a_presenting_page_sends(waiting: Desk) -> None:
         line.send(json.dumps({"do": "budget", "rounds": 3}))
         said = {}
         while said.get("on") != "say":
-            said = json.loads(line.recv(timeout=20))
+            said = json.loads(line.recv(timeout=PATIENCE))
         assert "presents" in said["is"]["text"]
         line.send(json.dumps({"do": "scrub", "frame": 7}))
         clip = waiting.snapshot.program.clip

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from physagent_studio.assets import assets_dir
+from physagent_studio.exchange import load_case
 from physagent_studio.program.document import load_program
+from physagent_studio.records import LoopState
 from physagent_studio.session import Store
 from physagent_studio.studio.library import Library
 from physagent_studio.studio.pictures import FACE, WIDTH, Pictures, strip_of, tag_of
@@ -61,17 +63,15 @@ def test_a_lost_file_is_no_picture(tmp_path: Path) -> None:
 
 def test_faces_of_sessions_and_examples(tmp_path: Path) -> None:
     store = Store(tmp_path)
-    workbench = Workbench(store, evidence=False)
-    workbench.post(commands.OpenCase(assets_dir() / "demo", "only_the_cube"))
-    assert workbench.wait(60)
-    snapshot = workbench.snapshot()
+    session = store.create(load_case(assets_dir() / "demo", "only_the_cube"), LoopState())
+    snapshot = Snapshot(revision=0, session_id=session.id)
     pictures = Pictures(lambda: snapshot, store)
-    assert _decoded(pictures.face(str(snapshot.session_id))).shape[1] == FACE
+    assert _decoded(pictures.face(session.id)).shape[1] == FACE
     assert _decoded(pictures.example(assets_dir() / "demo" / "input.png")).shape[1] == FACE
     assert pictures.face("nobody") is None
     assert pictures.face("../../etc") is None
     assert pictures.example(tmp_path / "nothing.png") is None
-    workbench.close()
+    session.close()
 
 
 def test_a_session_without_a_photo_shows_its_scene(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from physagent_studio.session import Store
 from physagent_studio.studio.panels.checklist import checklist_of, demands_of, merged
 from physagent_studio.studio.panels.rounds import asked_about, state_of
 from physagent_studio.studio.panels.words import edit_row, figure, speaker
-from physagent_studio.workbench import Workbench, commands
+from physagent_studio.workbench import Snapshot, Workbench, commands
 
 
 def _check(**more: Any) -> Check:
@@ -91,13 +92,21 @@ def test_what_two_clauses_ask_alike_stands_once() -> None:
     assert [first.id for first, _ in merged(checks)] == ["s1", "s3", "part", "energy"]
 
 
-def test_a_scene_that_matches_is_no_failed_event(tmp_path: Path) -> None:
-    """What everybody sees first: a case that was opened, looked at and not run yet."""
-    workbench = Workbench(Store(tmp_path), evidence=False)
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory: pytest.TempPathFactory) -> tuple[Snapshot, Path]:
+    """A case that was opened, looked at and not run yet, and its workspace."""
+    root = tmp_path_factory.mktemp("demo")
+    workbench = Workbench(Store(root), evidence=False)
     workbench.post(commands.OpenCase(assets_dir() / "demo", "only_the_cube"))
     assert workbench.wait(120)
     opened = workbench.snapshot()
     workbench.close()
+    return opened, root
+
+
+def test_a_scene_that_matches_is_no_failed_event(demo: tuple[Snapshot, Path]) -> None:
+    """What everybody sees first."""
+    opened, _ = demo
     assert opened.state.phase == "simulate"
     found = state_of(opened)
     assert [one["verdict"] for one in found["rounds"]] == ["open"]
@@ -106,10 +115,13 @@ def test_a_scene_that_matches_is_no_failed_event(tmp_path: Path) -> None:
     assert all(one["text"] and not one["measured"] for one in found["checks"])
 
 
-def test_a_round_that_waits_for_my_verdict_has_none_yet(tmp_path: Path) -> None:
-    workbench = Workbench(Store(tmp_path), evidence=False)
-    role = commands.TakeRole("verifier")
-    for command in (commands.OpenCase(assets_dir() / "demo"), role, commands.ForkFrom("r1")):
+def test_a_round_that_waits_for_my_verdict_has_none_yet(
+    demo: tuple[Snapshot, Path], tmp_path: Path
+) -> None:
+    store = Store(shutil.copytree(demo[1], tmp_path / "mine"))
+    workbench = Workbench(store, evidence=False)
+    opening = commands.OpenSession(store.list()[0].id)
+    for command in (opening, commands.TakeRole("verifier"), commands.ForkFrom("r1")):
         workbench.post(command)
     assert workbench.wait(60)
     waiting = state_of(workbench.snapshot())

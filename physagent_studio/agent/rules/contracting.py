@@ -220,7 +220,10 @@ class _Draft:
                 groups = [self._demanded(index - 1, main, main.patient[0]), *groups]
         told = [(events(group) or group)[0] for group in groups if group]
         if len(told) > 1:
-            self.told.state(Spec(frame.timing, {}, tuple(told)), frame.clause)
+            # A row of dominoes goes down as a wave: closer after one another than two things do.
+            wave = frame.timing == "in_turn" and len(told) > 3
+            fields = {"apart": 0.03} if wave else {}
+            self.told.state(Spec(frame.timing, fields, tuple(told)), frame.clause)
 
     def _everyone(self, frame: EventFrame) -> tuple[str, ...]:
         """A wind that names nobody blows on whatever the prompt speaks of; what loses its

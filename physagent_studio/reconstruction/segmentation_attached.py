@@ -77,9 +77,14 @@ def led_by(
         return tuple(offers)
     first = offers[0]
     led = Candidate(found, first.score, f"{first.method} and parts")
-    others = [other for other in offers[1:] if iou(_coarse(other.mask), _coarse(found)) < SAME]
+    unlike = [iou(_coarse(other.mask), _coarse(found)) < SAME for other in offers[1:]]
+    others = [other for other, kept in zip(offers[1:], unlike, strict=True) if kept]
     # The last one is the mask with its shadow, where it has one.
-    return (led, first, *others[: CANDIDATES - 3], *others[CANDIDATES - 3 :][-1:])
+    others = [*others[: CANDIDATES - 3], *others[CANDIDATES - 3 :][-1:]]
+    # Masks that hardly differ come where there are not enough others.
+    alike = [other for other, kept in zip(offers[1:], unlike, strict=True) if not kept]
+    alike = alike[: CANDIDATES - 2 - len(others)]
+    return (led, first, *others[:-1], *alike, *others[-1:])
 
 
 def _coarse(mask: BoolArray) -> BoolArray:

@@ -146,3 +146,7 @@ def test_the_mask_with_its_parts_leads_and_the_one_without_comes_next() -> None:
     assert led[0].mask[part].mean() > 0.8
     # A ball has no stem: nothing joins that makes it less like one.
     assert led_by(found, offers, (0.77, 0.05)) == tuple(offers)
+    # There are four still where others hardly differ from the one that leads.
+    near = Candidate(found, 0.8, "near")
+    led = led_by(found, [offers[0], near, near, offers[-1]])
+    assert [offer.method for offer in led] == ["colour and parts", "colour", "near", "with shadow"]

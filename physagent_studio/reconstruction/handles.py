@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.reconstruction.grabcut import side_by_side
 from physagent_studio.reconstruction.masks import BoolArray, grow
 
 FloatArray = NDArray[np.float64]
@@ -25,7 +26,7 @@ THICK, FORMS = (0.014, 0.02, 0.03, 0.045), (2.0, 3.5)
 """Thicknesses as shares of the thing's side; exponents of superellipses, from an ellipse on."""
 THINNEST, OPEN = 2.2, 2.2
 """Pixels of a thickness at least, and height over thickness at least."""
-STEPS, ROOTS = 36, 0.35
+STEPS, ROOTS = 24, 0.35
 """Places along an arch, and how far its legs go on into the thing, in heights."""
 SPACED = 0.02
 """Way between bases along the outline, in sides of the thing."""
@@ -67,26 +68,13 @@ class Arches:
 
     def course(self) -> tuple[FloatArray, FloatArray]:
         """(M, N, 2) places along each from foot to foot, and the unit normals to its outside."""
-        turn = np.linspace(0, np.pi, 4 * STEPS)
-        power = 2 / self.form[:, None]
-        x = -np.sign(np.cos(turn)) * np.abs(np.cos(turn)) ** power * self.half[:, None]
-        y = np.sin(turn).clip(0) ** power * self.high[:, None]
-        root = -ROOTS * self.high[:, None]
-        x = np.concatenate([x[:, :1], x, x[:, -1:]], 1)
-        y = np.concatenate([root, y, root], 1)
-        way = np.cumsum(np.hypot(np.diff(x, prepend=x[:, :1]), np.diff(y, prepend=y[:, :1])), 1)
-        even = np.linspace(0, 1, STEPS)
-        at = np.array([np.searchsorted(one, even * one[-1]) for one in way]).clip(0, x.shape[1] - 1)
-        x, y = np.take_along_axis(x, at, 1), np.take_along_axis(y, at, 1)
-        aside = np.stack([-self.up[:, 1], self.up[:, 0]], 1)
-        places = (
-            self.base[:, None] + x[..., None] * aside[:, None] + y[..., None] * self.up[:, None]
-        )
-        along = np.gradient(places, axis=1)
-        along /= np.linalg.norm(along, axis=2, keepdims=True) + 1e-9
-        normal = np.stack([along[..., 1], -along[..., 0]], 2)
-        out = np.sign(((places - self.base[:, None]) * normal).sum((1, 2)))
-        return places, normal * out[:, None, None]
+        # Many have one form at different places.
+        forms = np.stack([self.half, self.high, self.form], 1)
+        forms, which = np.unique(forms, axis=0, return_inverse=True)
+        local, normal = _forms(forms)
+        frame = np.stack([np.stack([-self.up[:, 1], self.up[:, 0]], 1), self.up], 1)
+        local, normal = local[which.ravel()], normal[which.ravel()]
+        return self.base[:, None] + local @ frame, normal @ frame
 
     def drawn(self, shape: tuple[int, ...], wider: float = 0.0) -> BoolArray:
         """(H, W) where they are; wider: pixels by which they are thicker than they seem."""
@@ -95,6 +83,25 @@ class Arches:
             line = np.rint(places * 16).astype(np.int32)
             cv2.polylines(out, [line], False, 1, max(1, round(thick + wider)), shift=4)
         return out.astype(bool)
+
+
+def _forms(forms: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(M, N, 2) places aside and up along arches, (M, 3) half, high and form; outward normals."""
+    half, high, form = (forms[:, k, None] for k in range(3))
+    turn = np.linspace(0, np.pi, 4 * STEPS)
+    x = -np.sign(np.cos(turn)) * np.abs(np.cos(turn)) ** (2 / form) * half
+    y = np.sin(turn).clip(0) ** (2 / form) * high
+    x, y = (
+        np.concatenate(v, 1) for v in ((x[:, :1], x, x[:, -1:]), (-ROOTS * high, y, -ROOTS * high))
+    )
+    way = np.cumsum(np.hypot(np.diff(x, prepend=x[:, :1]), np.diff(y, prepend=y[:, :1])), 1)
+    even = np.linspace(0, 1, STEPS)
+    at = np.array([np.searchsorted(one, even * one[-1]) for one in way]).clip(0, x.shape[1] - 1)
+    places = np.stack([np.take_along_axis(v, at, 1) for v in (x, y)], 2)
+    along = np.gradient(places, axis=1)
+    along /= np.linalg.norm(along, axis=2, keepdims=True) + 1e-9
+    # From the left foot over the top to the right one: outside is on the left of the way.
+    return places, np.stack([-along[..., 1], along[..., 0]], 2)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -188,22 +195,20 @@ def handle_of(image: NDArray[np.uint8], mask: BoolArray, side: float) -> tuple[A
     """
     lab = cv2.cvtColor(image, cv2.COLOR_RGB2LAB).astype(np.float32)
     lab[..., 1:] *= 2
-    draw = np.random.default_rng(SEED)
-    best, clearest = Arches.none(), 0.0
     near = grow(mask, 2)
-    for thick in THICK:
-        thickness = max(THINNEST, thick * side)
+
+    def clearest(number: int) -> tuple[Arches, float]:
+        thickness = max(THINNEST, THICK[number] * side)
+        draw = np.random.default_rng((SEED, number))
         soft = cv2.GaussianBlur(lab, (0, 0), max(0.5, thickness / 4)).astype(np.float32)
         ground = _Ground(soft, near)
         arches = _beside(mask, side, thickness)
         apart, _, alone = ground.standing_out(_anywhere(arches, mask.shape, draw))
         if np.count_nonzero(alone) < 40:
-            continue
-        usual = _Usual.of(apart[:, :, alone])
-        found, clear = _clearest(ground, arches, usual, draw)
-        if clear > clearest:
-            best, clearest = found, clear
-    return best, clearest
+            return Arches.none(), 0.0
+        return _clearest(ground, arches, _Usual.of(apart[:, :, alone]), draw)
+
+    return max(side_by_side(clearest, range(len(THICK))), key=lambda found: found[1])
 
 
 def _beside(mask: BoolArray, side: float, thickness: float) -> Arches:

@@ -25,6 +25,7 @@ from physagent_studio.reconstruction.masks import BoolArray, grow
 from physagent_studio.reconstruction.round_body import body_of, fitted, is_pattern, terms_of
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Mesh
+from physagent_studio.rendering.texture import bilinear
 
 FloatArray = NDArray[np.float64]
 FloatImage = NDArray[np.float32]
@@ -52,8 +53,9 @@ SPAN, DETAIL = 2.0, 160
 """Half the extent of the picture of what is repeated, in its distance from the middle of the body,
 and pixels across it."""
 SEEN_WELL = math.cos(math.radians(LIT))
-STRANGE, MUCH = 0.3, 4.0
-"""Least detail that is there once, log, and in times of what is usual on the body."""
+STRANGE, MUCH, MANY, WIDEST_CAP = 0.3, 4.0, 0.8, 45.0
+"""Least detail that is there once, log, and in times of what is usual on the body; from how much
+of that on a body is of several colours, as it is where its cap reaches farther down, °."""
 TURN = 75.0
 """Angle about the axis, from the view, within which a cap is shown as the photo shows it, °."""
 SEEN_CAP, LEVEL_CAP = math.sin(math.radians(4.0)), math.cos(math.radians(35.0))
@@ -154,9 +156,8 @@ class _Ball:
     def _repeated(self, ways: FloatArray) -> FloatArray:
         """Detail (N, 3) that may be there several times, in directions of the first side."""
         flat = ways[:, :2] / np.maximum(ways[:, 2:], 0.2)
-        x, y = ((flat / SPAN + 1) / 2 * len(self.detail) - 0.5).astype(np.float32).T
-        out = cv2.remap(self.detail, x[None], y[None], cv2.INTER_LINEAR)[0]
-        return np.asarray(out, np.float64)
+        where = (flat / SPAN + 1) / 2 * len(self.detail) - 0.5
+        return bilinear(self.detail, where).astype(np.float64)
 
     def _usual(self, mask: BoolArray) -> FloatImage:
         """(K, K, 3) the detail of the first side without what is there once: a calyx, a bruise."""
@@ -236,20 +237,8 @@ class _Ball:
         return even * (terms_of(seen) @ self.light) + (1 - even) * self.mean
 
     def _photographed(self, ways: FloatArray) -> FloatArray:
-        where = (self.pixels(np.where(ways[:, 2:] > 0, ways, (0.0, 0, 1))) - 0.5).astype(np.float32)
-        x, y = (np.ascontiguousarray(where[:, k])[None] for k in (0, 1))
-        fold = 16384
-        parts = [
-            cv2.remap(
-                self.photo,
-                x[:, k : k + fold],
-                y[:, k : k + fold],
-                cv2.INTER_LINEAR,
-                borderMode=cv2.BORDER_REPLICATE,
-            )[0]
-            for k in range(0, len(ways), fold)
-        ]
-        return np.concatenate(parts).astype(float)
+        where = self.pixels(np.where(ways[:, 2:] > 0, ways, (0.0, 0, 1))) - 0.5
+        return bilinear(self.photo, where).astype(np.float64)
 
     def lit(self, mask: BoolArray) -> Self:
         """The same, with the light that the photo shows on it where the mask (H, W) is."""
@@ -297,8 +286,10 @@ def round_textured(
     upright = unit[:, 2] / np.maximum(away, 1e-12)
     beside = away - np.interp(upright, *outline.T) > OFF
     ball = _Ball.of(camera, item, radii, outline, crop).lit(mask)
-    if isinstance(item.shape, Revolved):
-        ball = ball.capped(mask)
+    ball = ball.capped(mask) if isinstance(item.shape, Revolved) else ball
+    if beside.any() and (ball.strange > MANY or ball.cap > WIDEST_CAP):
+        # A body of several colours with a handle on it: its front says little of its other sides.
+        return None
     turned = mesh.vertices @ matrix_of(item.rotation).T
     ways = np.linalg.solve(ball.stretch, turned.T).T @ ball.frame
     ways /= np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-12)

@@ -18,8 +18,10 @@ from physagent_studio.program.scene import (
 from physagent_studio.reconstruction import mesh_of
 from physagent_studio.reconstruction.geometry import on_upright
 from physagent_studio.reconstruction.inflation import inflated_mesh, upright_extent
+from physagent_studio.reconstruction.round_texture import round_textured
 from physagent_studio.reconstruction.texture import textured
 from physagent_studio.reconstruction.turned_texture import turned_sides
+from physagent_studio.records.scene import Mesh
 
 
 def test_the_far_side_of_a_ball_shows_nothing_of_its_surroundings():
@@ -187,3 +189,25 @@ def test_the_far_side_of_what_is_thin_shows_its_own_colour():
     pole = mesh.uv[behind & (rows > 70) & (rows < 140)].astype(int)
     assert len(pole) > 20
     assert (mesh.texture[pole[:, 1], pole[:, 0]].mean(1) > 180).mean() > 0.9
+
+
+def test_a_body_of_several_colours_with_a_handle_is_not_shown_again_on_its_sides():
+    camera = Camera.from_horizon((320, 240), 20, 1.0, focal=420.0)
+    angle = np.linspace(-np.pi / 2, np.pi / 2, 24)
+    profile = [(0.16 * float(np.sin(a)), 0.25 * float(np.cos(a)) + 1e-4) for a in angle]
+    stone = Revolved(profile=tuple(profile))
+    item = SceneObject(name="stone", shape=stone, position=(0.0, 2.5, 0.16))
+    body = mesh_of(stone)
+    rod = np.array([[-0.1, 0, 0.2], [0.1, 0, 0.2], [0.1, 0, 0.24], [-0.1, 0, 0.24]])
+    faces = np.array([[0, 1, 2], [0, 2, 3]]) + len(body.vertices)
+    handled = Mesh(np.vstack([body.vertices, rod]), np.vstack([body.faces, faces]))
+    world = body.vertices + np.asarray(item.position)
+    pixels = np.round(camera.project(world)[0]).astype(np.int32)
+    outline = cv2.convexHull(pixels)
+    mask = cv2.fillConvexPoly(np.zeros((240, 320), np.uint8), outline, 1).astype(bool)
+    # Wide bands of yellow and black.
+    photo = np.full((240, 320, 3), (40, 42, 45), np.uint8)
+    photo[:, np.arange(320) // 9 % 2 == 0] = (240, 210, 20)
+    crop = (photo, (0, 0))
+    assert round_textured(camera, item, body, mask, crop) is not None
+    assert round_textured(camera, item, handled, mask, crop) is None

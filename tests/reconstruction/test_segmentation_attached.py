@@ -141,6 +141,7 @@ def test_the_mask_with_its_parts_leads_and_the_one_without_comes_next() -> None:
     offers = [Candidate(body, 0.9, "colour"), Candidate(small, 0.8, "a"), Candidate(part, 0.7, "b")]
     offers.append(Candidate(np.roll(body, 20, 0), 0.5, "with shadow"))
     found = with_attached(picture, body, NOTHING)
+    assert found is not None
     led = led_by(found, offers)
     assert [offer.method for offer in led] == ["colour and parts", "colour", "a", "with shadow"]
     assert led[0].mask[part].mean() > 0.8

@@ -18,7 +18,12 @@ from physagent_studio.program.scene import Click, Grounding, Stroke
 from physagent_studio.reconstruction.masks import BoolArray
 from physagent_studio.reconstruction.maskscore import Draft
 from physagent_studio.reconstruction.names import usual_size
-from physagent_studio.reconstruction.segmentation_attached import led_by, with_attached
+from physagent_studio.reconstruction.segmentation_attached import (
+    has_thin_parts,
+    led_by,
+    with_attached,
+    with_thin_parts,
+)
 from physagent_studio.reconstruction.segmentation_closeup import (
     EARLY,
     is_doubtful,
@@ -120,8 +125,8 @@ class EmbeddedSegmenter:
     ) -> Offers:
         """Candidates (H, W) of one thing whose grounding says all; its name helps to rank them.
 
-        meanwhile: told what the first look shows before a closer one, and all that has no parts
-        yet before these are sought.
+        meanwhile: told what the first look shows before a closer one, all that has no parts yet
+        before these are sought, and all without its thin parts before those are.
         """
 
         def tell(offers: Callable[[], Offers]) -> None:
@@ -138,7 +143,13 @@ class EmbeddedSegmenter:
             first = sized[0].result().mask
             found = with_attached(image, first, grounding, name)
             alike = [one.result() for one in sized]
-        return led_by(found, alike, usual_size(name).aspect)
+        usual = usual_size(name).aspect
+        offers = led_by(found, alike, usual)
+        if not has_thin_parts(name):
+            return offers
+        tell(lambda: offers)
+        thin = with_thin_parts(image, offers[0].mask, grounding, name)
+        return offers if thin is None else led_by(thin, alike, usual)
 
     def _whole(self, image: Image, grounding: Grounding) -> BoolArray | None:
         """(H, W) what most looks like all that was clicked; None where nothing does."""

@@ -111,7 +111,7 @@ def with_attached(
     """The mask (H, W) with the parts attached to the thing; None where there is none to be seen.
 
     What holds a click outside, or lies outside of a box, is no part of it. name: of the thing;
-    poles, bars across them and thin handles are only looked for where things of it have such.
+    poles are looked for where things of it have some.
     """
     for_poles = looks_for_poles(name)
     first = mask
@@ -121,9 +121,26 @@ def with_attached(
         if prepared is None or found is None:
             break
         mask = mask | _placed(found, prepared[0], mask.shape)
-    mask = mask if mask is first else _settled(image, mask)
-    thin = [with_crossbars] * (for_poles > 0) + [with_handles] * looks_for_handles(name)
-    for look in thin:
+    return None if mask is first else _settled(image, mask)
+
+
+def has_thin_parts(name: str) -> bool:
+    """Whether things of that name often have bars across poles, or handles."""
+    return looks_for_poles(name) > 0 or looks_for_handles(name)
+
+
+def with_thin_parts(
+    image: Image, mask: BoolArray, grounding: Grounding, name: str
+) -> BoolArray | None:
+    """The mask (H, W) with bars across its poles and with thin handles; None without any.
+
+    What holds a click outside, or lies outside of a box, is none.
+    """
+    first = mask
+    looks = [with_crossbars] * (looks_for_poles(name) > 0) + [with_handles] * looks_for_handles(
+        name
+    )
+    for look in looks:
         found = look(image, mask, grounding)
         mask = mask if found is None else found
     return None if mask is first else mask

@@ -8,6 +8,7 @@ import pytest
 
 from physagent_studio.program.scene import Click, Grounding
 from physagent_studio.reconstruction.masks import BoolArray, iou
+from physagent_studio.reconstruction.segmentation import EmbeddedSegmenter
 from physagent_studio.reconstruction.segmentation_handles import with_handles
 from physagent_studio.reconstruction.segmentation_task import looks_for_handles
 from physagent_studio.records.case import Image
@@ -90,3 +91,18 @@ def test_names_of_things_with_handles() -> None:
     assert looks_for_handles("the trash can")
     assert looks_for_handles("red bucket")
     assert not looks_for_handles("soccer ball")
+
+
+def test_masks_without_thin_parts_are_told_while_these_are_looked_for() -> None:
+    image = _street(1)
+    _bin(image)
+    click = Grounding(points=(Click(x=160, y=150, label=1),))
+    told: dict[str, list[BoolArray]] = {"bin": [], "block": []}
+    found = {
+        name: EmbeddedSegmenter().candidates(
+            image, name, click, lambda name, offers: told[name].append(offers()[0].mask)
+        )
+        for name in told
+    }
+    assert len(told["bin"]) == len(told["block"]) + 1
+    assert iou(told["bin"][-1], found["bin"][0].mask) > 0.95

@@ -38,7 +38,7 @@ COMMON, COMMON_PART = 97, 75
 """Per cent of the usual arches, and of thirds of them, that stand out less than the common one."""
 TRIED, CLOSER = ((60, 30), (10, 80), (3, 160)), (0.5, 0.25, 0.12)
 """In each round, how many good arches are kept and tried around each; how far from it these are."""
-CLEAR = 4.0
+CLEAR = 5.0
 """How much more than the common arch a handle stands out."""
 
 

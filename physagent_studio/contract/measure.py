@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +13,7 @@ from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.outcome import Outcome, bounded, opposite, unmeasurable
 from physagent_studio.contract.places import lands_in, passes_over
 from physagent_studio.contract.track import Window
+from physagent_studio.contract.view import Drawn, view_checks
 from physagent_studio.contract.words import MEASURED, SIDES, claim, compared, window_text
 from physagent_studio.program.contract import Before, Composite, Statement
 from physagent_studio.program.program import PhysicalProgram
@@ -53,8 +54,10 @@ MEASURES: dict[str, Measure] = {
 OPPOSITE = {"≥": "<", "≤": ">"}
 
 
-def measure(program: PhysicalProgram, rollout: Rollout) -> tuple[Check, ...]:
-    """The contract's statements in order, then the always-on checks of the physics.
+def measure(
+    program: PhysicalProgram, rollout: Rollout, drawn: Mapping[str, Drawn] | None = None
+) -> tuple[Check, ...]:
+    """The contract's statements in order, then what always has to hold: the physics, the view.
 
     Shapes come from `program.scene`, which must be the completed one. Nothing is raised for a
     rollout that blew up: what it cannot show is failed and says so.
@@ -62,11 +65,11 @@ def measure(program: PhysicalProgram, rollout: Rollout) -> tuple[Check, ...]:
     facts = Facts.of(program, rollout)
     serving = program.contract.serving
     known: dict[str, Outcome] = {}
-    checks = [
+    checks = tuple(
         _check(statement, _measured(statement, facts, known, ()), facts, statement.id in serving)
         for statement in program.contract.statements
-    ]
-    return (*checks, *always_on(facts))
+    )
+    return (*checks, *always_on(facts), *view_checks(facts, checks, drawn))
 
 
 def met(statement: Statement, program: PhysicalProgram, rollout: Rollout) -> bool:

@@ -38,6 +38,12 @@ class Clip(Frozen):
         """Simulated time of the clip."""
         return self.steps * self.step_seconds
 
+    @property
+    def time_factor(self) -> float:
+        """Simulated seconds for each second that is shown: less than 1 is slow motion, more than
+        1 time lapse."""
+        return round(self.steps_per_frame * self.step_seconds * self.playback_fps, 6)
+
 
 class EventProgram(Frozen):
     """E: the prompt it serves and the schedule of actions."""

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.agent.rules.layout import Layout, level, unit
 from physagent_studio.contract import Facts
+from physagent_studio.contract.view import subject_of
 from physagent_studio.contract.words import number
 from physagent_studio.program.contract import (
     AllOf,
@@ -61,11 +62,16 @@ CODES: dict[str, tuple[str, str]] = {
     "energy": ("energy", "energy"),
     "cause": ("no_cause", "no_cause"),
     "sink": ("sinks", "sinks"),
-    "visible": ("not_visible", "not_visible"),
 }
 """Code where the plain statement fails, and where its negation does."""
 
 
+VIEW_CODES = {
+    "inside": "framing", "pace": "pace", "fills": "pace", "meeting": "pace", "in_time": "pace",
+    "ends": "not_stopped", "something": "not_visible", "calm": "stirs", "wheels": "heading",
+    "amount": "pace",
+}  # fmt: skip
+"""Code of a failed view check, by its rule: the second word of its id."""
 BEGINNING = 40
 """Statements over no more steps than these speak of how things are when the clip begins."""
 
@@ -95,7 +101,7 @@ def mismatches(
 
 _RANK: dict[str, float] = {
     "blow_up": 0.0, "moves": 1.0, "contacts": 1.0, "passes_over": 1.0, "lands_in": 1.0,
-    "reaches": 1.5, "leaves": 2.0, "falls": 2.0, "airborne": 2.0, "visible": 9.0,
+    "reaches": 1.5, "leaves": 2.0, "falls": 2.0, "airborne": 2.0, "view": 9.0,
 }  # fmt: skip
 """What fails first comes first: a pin that is not hit cannot fall over."""
 
@@ -140,6 +146,8 @@ def _mismatch(
     kind = statement.kind if statement is not None else check.kind
     negated = bool(statement is not None and statement.negated)
     code = CODES.get(kind, ("fails", "fails"))[negated]
+    if check.kind == "view":
+        return _unseen(check, rollout)
     if kind == "contacts" and (getattr(statement, "to_step", None) or 1000) <= BEGINNING:
         # How things stood in the photo: no force can put that right.
         return Mismatch(
@@ -179,6 +187,21 @@ def _mismatch(
         text=text,
         subject=subject,
         other=other,
+        check=check.id,
+        figures=figures,
+        step=check.step,
+    )
+
+
+def _unseen(check: Check, rollout: Rollout) -> Mismatch:
+    """What a viewer does not see, or not well."""
+    figures = {"margin": round(check.margin, 4)}
+    if check.measured is not None:
+        figures["measured"] = round(check.measured, 4)
+    return Mismatch(
+        code=VIEW_CODES.get(check.id.split(".")[1], "unlike_the_photo"),
+        text=check.text,
+        subject=subject_of(check, rollout),
         check=check.id,
         figures=figures,
         step=check.step,

@@ -8,7 +8,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from physagent_studio.agent.roles import Situation
-from physagent_studio.agent.rules.knobs import Knob, action_knobs, material_knobs
+from physagent_studio.agent.rules.directing import is_sudden
+from physagent_studio.agent.rules.knobs import Knob, action_knobs, material_knobs, time_knobs
 from physagent_studio.program.edits import AddItem, Edit
 from physagent_studio.records import Mismatch
 
@@ -46,6 +47,10 @@ ORDER: dict[str, tuple[str, ...]] = {
     "not_visible": ("magnitude", "timing", "duration"),
     "blow_up": ("magnitude", "material", "density"),
     "wrong_start": ("timing",),
+    "framing": ("magnitude", "rolling", "friction", "duration", "direction", "elevation", "pace"),
+    "pace": ("magnitude", "pace", "duration", "rolling", "friction", "timing"),
+    "heading": ("direction",),
+    "stirs": ("timing", "density", "friction"),
     "penetration": ("magnitude", "density", "material"),
 }
 """Factors by code of a mismatch, the most natural first."""
@@ -132,6 +137,8 @@ def relevant_knobs(situation: Situation, verified: bool) -> list[Knob]:
     """Knobs for the failed checks, most natural first; verified ones only where asked for."""
     program = situation.program
     knobs = [*action_knobs(program), *material_knobs(program)]
+    if situation.rollout is not None and is_sudden(program, situation.rollout):
+        knobs += time_knobs(program)
     knobs = [k for k in knobs if _is_verified(situation, k.path) == verified]
     knobs = [k for k in knobs if not _is_pinned(situation, k.path)]
     turned_down = _rejected_factors(situation)
@@ -175,7 +182,7 @@ def _credit(knob: Knob, situation: Situation) -> float:
 
 def _nearness(knob: Knob, mismatch: Mismatch, situation: Situation) -> float:
     """0 for the object of the mismatch, 1 for what touches it or acts in the prompt, 2 else."""
-    if knob.target in (mismatch.subject, mismatch.other):
+    if knob.target in (mismatch.subject, mismatch.other, ""):
         return 0.0
     driven = {action.name for action in situation.program.event.actions}
     if mismatch.subject not in driven and knob.target in driven:

@@ -26,6 +26,7 @@ from physagent_studio.program.edits import Edit, SetField
 from physagent_studio.program.materials import MATERIALS
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.scene import SceneObject
+from physagent_studio.program.timing import SLOWEST, retimed
 
 VECTORS = {
     "SetVelocity": "velocity",
@@ -90,6 +91,17 @@ def action_knobs(program: PhysicalProgram) -> list[Knob]:
         if not action.muted:
             found += [*_strength(action), *_aim(action), *_timing(action, program)]
     return found
+
+
+def time_knobs(program: PhysicalProgram) -> list[Knob]:
+    """The clip's time factor, where something falls or is struck: slow motion, never faster."""
+    now = program.clip.time_factor
+    return [
+        Knob(
+            "clip.step_seconds", "pace", "", now, SLOWEST, max(now, 1.0), 0.4, True,
+            lambda value: retimed(program, value),
+        )
+    ]  # fmt: skip
 
 
 def _strength(action: Action) -> Iterable[Knob]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.costs import cost_of
+from physagent_studio.agent.rules.directing import VIEW, direct
 from physagent_studio.agent.rules.factors import Bias, bias_of, may_change, relevant_knobs
 from physagent_studio.agent.rules.knob_search import along_one, cross_entropy
 from physagent_studio.agent.rules.knobs import Knob
@@ -16,6 +17,7 @@ from physagent_studio.agent.rules.repairs import structural
 from physagent_studio.agent.rules.searching import Candidate, Score, Search
 from physagent_studio.agent.rules.stage_one import repair_scene
 from physagent_studio.agent.rules.wording import question_for, rationale_of, summary_of
+from physagent_studio.program.edits import Edit
 from physagent_studio.records import Hunk, Proposal
 
 BETTER = 0.02
@@ -71,9 +73,13 @@ class RulePlanner:
         self, situation: Situation, search: Search, knobs: list[Knob], bias: Bias, verified: bool
     ) -> Candidate | None:
         codes = {m.code for m in situation.assessment.diagnosis}
+        if not verified and codes <= set(VIEW):
+            found = self._restructured(situation, search, bias, direct(situation))
+            if found is not None:
+                return found
         idle = bool(codes & {"does_not_move", "no_cause"})
         if idle and not verified:
-            found = self._restructured(situation, search, bias)
+            found = self._restructured(situation, search, bias, structural(situation))
             if found is not None:
                 return found
         singles: list[tuple[Score, Knob]] = []
@@ -84,18 +90,23 @@ class RulePlanner:
                     return found
                 singles.append((found.score, knob))
         if not idle and not verified:
-            found = self._restructured(situation, search, bias)
+            changes = (*structural(situation), *direct(situation))
+            found = self._restructured(situation, search, bias, changes)
             if found is not None:
                 return found
         return self._together(situation, search, singles, bias)
 
-    def _restructured(self, situation: Situation, search: Search, bias: Bias) -> Candidate | None:
-        """Adds, removes or re-aims an action, then turns the numbers of what helped most."""
+    def _restructured(
+        self, situation: Situation, search: Search, bias: Bias, changes: Iterable[tuple[Edit, ...]]
+    ) -> Candidate | None:
+        """Tries changes of the schedule, then turns the numbers of what helped most."""
         best: Candidate | None = None
-        for edits in structural(situation):
+        for edits in changes:
             found = search.run(edits) if may_change(situation, edits) else None
             if found is not None and (best is None or found.score < best.score):
                 best = found
+            if best is not None and best.score.holds:
+                return best
         if best is None or best.score.holds or not _worth(best.score, search.start().score):
             return best if best is not None and best.score.holds else None
         changed = replace(situation, program=best.program)

@@ -9,9 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from physagent_studio.agent.roles import Situation, Trial
+from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.knobs import Knob
-from physagent_studio.agent.rules.seen import seen_checks
 from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.program.edits import Edit, apply
 from physagent_studio.program.program import PhysicalProgram
@@ -157,13 +156,8 @@ class Search:
             raise
         except StudioError:
             return None
-        checks = all_checks(program, trial)
+        checks = trial.checks
         return Candidate(program, edits, score_of(checks), checks, turned)
-
-
-def all_checks(program: PhysicalProgram, trial: Trial) -> tuple[Check, ...]:
-    """The trial's checks with those of what is visible."""
-    return (*trial.checks, *seen_checks(program, trial.rollout, trial.checks))
 
 
 def better(one: Candidate, other: Candidate) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from physagent_studio.agent.rules.diagnosing import mismatches, stage_one_mismatch
 from physagent_studio.agent.rules.reading.vocabulary import words_of
-from physagent_studio.agent.rules.seen import seen_checks
 from physagent_studio.records import (
     CRITERIA,
     Assessment,
@@ -100,7 +99,7 @@ def _of_finding(finding: Finding, number: int, guessed: bool) -> Check:
 _GROUPS: dict[str, frozenset[str]] = {
     "object trajectory": words_of(
         "moves falls lands_in passes_over stays stops stops_before reaches rests_on leaves "
-        "descends_slowly speed_between path_bends reverses visible covers side_of"
+        "descends_slowly speed_between path_bends reverses view covers side_of"
     ),
     "contact timing": words_of("contacts before airborne bounces in_turn together"),
     "force direction": words_of("cause energy"),
@@ -111,9 +110,9 @@ _GROUPS: dict[str, frozenset[str]] = {
 
 
 def judge_rollout(evidence: RolloutEvidence) -> Assessment:
-    """The contract, the physics and what a person would notice."""
+    """The contract, the physics and the view."""
     program, rollout = evidence.program, evidence.rollout
-    checks = (*evidence.checks, *seen_checks(program, rollout, evidence.checks))
+    checks = evidence.checks
     demanded = [c for c in checks if c.demanded]
     stated = [c for c in demanded if not c.always_on]
     return Assessment(

@@ -8,6 +8,7 @@ import numpy as np
 
 from physagent_studio.agent.rules import actions as act
 from physagent_studio.agent.rules import mechanics as mech
+from physagent_studio.agent.rules.framing import good_way
 from physagent_studio.agent.rules.layout import WAYS, FloatArray, Layout, level, unit
 from physagent_studio.agent.rules.paths import arc_length, clearance, free_turn
 from physagent_studio.agent.rules.reading import Place
@@ -15,6 +16,11 @@ from physagent_studio.agent.rules.scripts.task import FASTEST, UP, Task
 from physagent_studio.agent.rules.specs import place_name
 from physagent_studio.program.actions import Action, Directed, Direction
 from physagent_studio.program.scene import Slab
+
+PUSHED = 0.5
+"""Longest part of the clip for which something is pushed along."""
+GLIDES = 0.08
+"""Friction below which a thing goes on by itself, as a stone on ice does."""
 
 
 def along_ground(task: Task) -> list[Action]:
@@ -28,11 +34,46 @@ def along_ground(task: Task) -> list[Action]:
     if (round_it := _way_round(task, target)) is not None:
         return _curved(task, target, speed, *round_it)
     force = _aimed(task, target, speed)
-    duration = act.PUSH_STEPS
+    duration = _push_steps(task, target, speed)
     start: list[Action] = [act.push(task.name, force, start=task.delay, duration=duration)]
     if task.intent.manner("rhythmic"):
         return [*start, *_returning(task, speed)]
     return [*start, *_brake(task, target, speed, duration)]
+
+
+def _push_steps(task: Task, target: Place | None, speed: float) -> int:
+    """How long it is pushed: what would come to rest at once, for the whole of its way.
+
+    A hand that goes along: half of distance = speed · time / 2 is gone when it lets go. A kick, a
+    blow and what rolls by itself are short.
+    """
+    if not _is_shoved(task):
+        return act.PUSH_STEPS
+    seconds = min(2 * _way_ahead(task, target) / max(speed, 0.05), task.seconds(PUSHED))
+    return max(round(seconds / task.clip.step_seconds), act.PUSH_STEPS)
+
+
+def _is_shoved(task: Task) -> bool:
+    """Whether it slides under something that pushes it on, and is not sent off by a blow."""
+    sliding = not task.layout.rolls(task.name)
+    sent = task.intent.has("kick", "throw", "hit", "strike", "slip") or bool(task.intent.struck_by)
+    glides = task.ground_friction() < GLIDES
+    rigid = (item := task.layout.state.object(task.name)) is not None and item.body.kind == "rigid"
+    return sliding and rigid and not sent and not glides
+
+
+def _way_ahead(task: Task, target: Place | None) -> float:
+    """How far it shall go, m: to where it is told, else a good part of the way that is free."""
+    if task.far is not None and not task.intent.hits:
+        return task.far
+    if target is not None:
+        distance = task.way_to(target)
+        if task.intent.hits:
+            distance -= task.layout.extent(task.name, _heading(task))
+            if task.layout.has(task.intent.hits[0]):
+                distance -= task.layout.extent(task.intent.hits[0], -_heading(task))
+        return max(distance, 0.3 * task.layout.size(task.name))
+    return good_way(task.layout, task.name, _heading(task))
 
 
 def spared(task: Task, target: Place | None) -> list[str]:
@@ -148,19 +189,17 @@ def _ground_speed(task: Task, target: Place | None) -> float:
     friction = task.ground_friction()
     rolls = task.layout.rolls(task.name)
     slowing = mech.rolling_slowing(task.ground_rolling()) if rolls else mech.G * friction
-    distance = task.way_to(target) if target is not None else max(4 * size, 0.5)
+    distance = _way_ahead(task, target)
     if task.speed is not None:
         return task.speed
-    if task.far is not None and not task.intent.hits:
-        distance = task.far
-    if task.intent.hits:
-        distance = max(distance - size, min(0.1, size))
     if task.passes() is not None:
         distance *= 1.6
-    arrive = mech.speed_to_arrive(distance, task.seconds(0.45), slowing)
+    arrive = mech.speed_to_arrive(distance, task.seconds(0.6), slowing)
+    if _is_shoved(task):
+        return _shoved_speed(task, distance)
     if (task.intent.has("stop", "settle") or task.ends_short) and not rolls:
         return _stopping_speed(task, distance, friction)
-    speed = min(max(arrive, math.sqrt(2 * slowing * distance) * 1.15, 0.3), FASTEST)
+    speed = min(max(arrive, math.sqrt(2 * slowing * distance) * 1.05, 0.05), FASTEST)
     if task.intent.manner("slow", "gentle"):
         speed = max(min(speed, 0.8), 0.2)
     return max(
@@ -169,6 +208,14 @@ def _ground_speed(task: Task, target: Place | None) -> float:
         *(_shoving_speed(task, hit, slowing, distance) for hit in task.intent.shoves),
         0.0,
     )
+
+
+def _shoved_speed(task: Task, distance: float) -> float:
+    """Speed at the end of a push that lasts for the whole way, enough for what it shall do."""
+    speed = 2 * distance / task.seconds(PUSHED)
+    fells = (_knocking_speed(task, hit, 0.0, 0.0) for hit in task.intent.fells)
+    shoves = (_shoving_speed(task, hit, 0.0, 0.0) for hit in task.intent.shoves)
+    return min(max(speed, *fells, *shoves, 0.05), FASTEST)
 
 
 def _knocking_speed(task: Task, other: str, slowing: float, distance: float) -> float:
@@ -218,8 +265,7 @@ def _brake(task: Task, target: Place | None, speed: float, start: int) -> list[A
     stops = task.intent.has("stop", "settle", "slow") or task.ends_short
     if not stops or not task.layout.rolls(task.name):
         return []
-    distance = task.way_to(target) if target is not None else 1.0
-    distance = task.far or distance
+    distance = _way_ahead(task, target)
     slowing = max(speed * speed / max(distance, 0.05), 0.2)
     first = start + int(
         min(0.5 * distance / max(speed, 0.1), task.seconds(0.4)) / task.clip.step_seconds

@@ -1,0 +1,178 @@
+"""The director: the same event at a pace and within bounds that a viewer can follow.
+
+From what the view checks measured follow, in closed form, how much gentler the pushes have to be
+and how much slower the clip; a handful of such programs is tried before any number is searched.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from physagent_studio.agent.roles import Situation
+from physagent_studio.contract import Facts
+from physagent_studio.contract.picture import sight_of
+from physagent_studio.contract.view import FILLS, INSIDE, acting_objects, subject_of
+from physagent_studio.errors import StudioError
+from physagent_studio.program.actions import ApplyForce, Directed, SetVelocity
+from physagent_studio.program.edits import Edit, SetField, apply
+from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.program.timing import SLOWEST, retimed
+from physagent_studio.records import Rollout
+
+VIEW = ("framing", "pace", "heading", "stirs")
+"""Codes of mismatches of the view."""
+SPARE = 0.9
+"""Part of what would just do that is aimed at."""
+FACTORS = (0.25, 1 / 3, 0.4, 0.5, 2 / 3, 0.8, 1.0)
+"""Time factors that are chosen by themselves."""
+COMFORT = 0.6
+"""Part of the clip that a motion shall fill."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """What a viewer saw of a run. haste: how many times too fast the fastest thing was; falling:
+    the same of what falls or is struck; kept: part of the way of what got out of the picture
+    that lay inside; fills: part of the clip in which something moved; sudden: whether anything
+    falls freely or is struck."""
+
+    haste: float
+    kept: float
+    fills: float
+    sudden: bool
+
+
+def direct(situation: Situation) -> Iterator[tuple[Edit, ...]]:
+    """Programs that show the same event more gently, the mildest change first."""
+    rollout = situation.rollout
+    codes = {m.code for m in situation.assessment.diagnosis}
+    if rollout is None or rollout.blown_up is not None or not codes & set(VIEW):
+        return
+    shown = shown_of(situation, rollout)
+    seen: set[str] = set()
+    for gentler, longer, factor in _plans(shown, situation.program):
+        edits = replanned(situation.program, gentler, longer, factor)
+        if edits and repr(edits) not in seen:
+            seen.add(repr(edits))
+            yield edits
+
+
+def shown_of(situation: Situation, rollout: Rollout) -> Shown:
+    """What the view checks of a run amount to."""
+    program = situation.program
+    facts = Facts.of(program, rollout)
+    checks = [c for c in situation.assessment.checks if c.kind == "view"]
+    haste = max(
+        (
+            c.measured / c.threshold
+            for c in checks
+            if ".pace." in c.id and c.measured and c.threshold
+        ),
+        default=0.0,
+    )
+    fills = next((c.measured or 0.0 for c in checks if c.id == "view.fills"), FILLS)
+    kept = 1.0
+    for check in checks:
+        if ".inside." in check.id and not check.ok:
+            kept = min(kept, _kept(facts, subject_of(check, rollout)))
+    return Shown(haste, kept, fills, is_sudden(program, rollout))
+
+
+def is_sudden(program: PhysicalProgram, rollout: Rollout) -> bool:
+    """Whether something falls, flies, falls over or is struck: what slow motion is for."""
+    kinds = ("contacts", "topples", "breaks", "flips", "spreads")
+    if any(s.kind in kinds and not s.negated for s in program.contract.statements):
+        return True
+    facts = Facts.of(program, rollout)
+    acting = acting_objects(program)
+    return any(_falls(facts, name) for name in rollout.objects if name in acting)
+
+
+def _falls(facts: Facts, name: str) -> bool:
+    """Whether it is in the air for a while and comes down by a part of its height."""
+    free = ~facts.touching_anything(name, facts.whole())
+    height = facts.track(name, facts.whole()).positions[:, 2]
+    return bool(free.sum() * facts.dt > 0.04 and np.ptp(height[free]) > 0.3 * _size(facts, name))
+
+
+def _size(facts: Facts, name: str) -> float:
+    return float(facts.outline(name).size.mean())
+
+
+def _kept(facts: Facts, name: str) -> float:
+    """Part of its way that a thing went before it left the picture."""
+    sight = sight_of(facts, name) if facts.is_object(name) else None
+    if sight is None:
+        return 1.0
+    out = np.flatnonzero(sight.share < INSIDE)
+    if not len(out):
+        return 1.0
+    rows = np.minimum(facts.rollout.frame_steps(), facts.last)
+    path = facts.rollout.positions[rows, facts.rollout.objects.index(name)]
+    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=-1))])
+    return float(np.clip(way[out[0]] / max(way[-1], 1e-6), 0.02, 1.0))
+
+
+def _plans(shown: Shown, program: PhysicalProgram) -> Iterator[tuple[float, float, float]]:
+    """(ratio of speeds, ratio of the pushes' durations, ratio of the clip's time)."""
+    now = program.clip.time_factor
+    slow = min(1.0, SPARE / shown.haste) if shown.haste > 1 else 1.0
+    nearer, much_nearer = SPARE * shown.kept**0.5, SPARE * shown.kept
+    gentler = min(slow, nearer) if shown.kept < 1 else slow
+    short = shown.fills < FILLS
+    stretch = min(shown.fills / COMFORT, 1.0) if short else 1.0
+    if gentler < 1:
+        yield gentler, 1.0, 1.0
+        yield gentler, 1 / gentler, 1.0
+    if shown.kept < 1:
+        yield min(slow, much_nearer), 1.0, 1.0
+        yield min(slow, much_nearer), 1 / max(much_nearer, 0.1), 1.0
+    if short:
+        for length in (2.0, 4.0):
+            yield min(gentler, 1 / length), length, 1.0
+    if shown.sudden:
+        for wanted in dict.fromkeys((min(slow, stretch), slow, stretch, 0.7 * min(slow, stretch))):
+            factor = _named_factor(now * wanted)
+            if factor < now:
+                yield 1.0, 1.0, factor / now
+                if shown.kept < 1:
+                    yield nearer, 1.0, factor / now
+                left = min(1.0, slow * now / factor)
+                if left < 1:
+                    yield left, 1.0, factor / now
+
+
+def _named_factor(factor: float) -> float:
+    """The slowest of the usual factors that is not faster than this."""
+    return max((f for f in FACTORS if f <= factor + 1e-9), default=SLOWEST)
+
+
+def replanned(
+    program: PhysicalProgram, gentler: float, longer: float, slower: float
+) -> tuple[Edit, ...]:
+    """Edits that scale the speeds that pushes give, how long they last, and the clip's time."""
+    edits: list[Edit] = []
+    for action in program.event.actions:
+        base = f"event.actions.{action.id}"
+        vector = getattr(action, "force", None) or getattr(action, "velocity", None)
+        if not isinstance(vector, Directed) or not isinstance(action, ApplyForce | SetVelocity):
+            continue
+        speeds = isinstance(action, SetVelocity) or vector.quantity == "target_speed"
+        if gentler != 1 and speeds:
+            field = "force" if isinstance(action, ApplyForce) else "velocity"
+            value = float(f"{vector.magnitude * gentler:.5g}")
+            edits.append(SetField(path=f"{base}.{field}.magnitude", value=value))
+        if longer != 1 and isinstance(action, ApplyForce) and speeds:
+            room = program.clip.steps - (action.start_step if action.when is None else 0)
+            value = max(min(round(action.duration * longer), room), 1)
+            edits.append(SetField(path=f"{base}.duration", value=value))
+    if slower == 1:
+        return tuple(edits)
+    try:
+        changed = apply(program, edits)
+    except StudioError:
+        return ()
+    return (*edits, *retimed(changed, changed.clip.time_factor * slower))

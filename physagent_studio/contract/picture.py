@@ -1,0 +1,161 @@
+"""Where things are in the picture, frame by frame: outlines through the camera, NumPy only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.contract.facts import Facts
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.rotations import matrices_of
+from physagent_studio.program.shapes import Outline, Placed
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+NEAR = 0.01
+"""What is nearer to the camera than this, m, along its axis, is not in the picture."""
+AROUND = 16
+"""Points of an outline's silhouette."""
+FOLLOWED = 48
+"""Points of a deforming body that are followed."""
+_RINGS = np.sqrt((np.arange(4) + 0.5) / 4)
+"""Radii of rings that share the area of a disc equally."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Sight:
+    """One thing in the picture over F frames.
+
+    outline: (F, K, 2) pixels of its silhouette, in order round it where it is rigid. marks:
+    (F, M, 2) pixels of points of its body that a viewer follows. share: (F,) part of its
+    silhouette within the frame. steps: (F − 1,) how far a mark moves at most from one frame to
+    the next while it is in the frame, parts of the picture's width.
+    """
+
+    outline: FloatArray
+    marks: FloatArray
+    share: FloatArray
+    steps: FloatArray
+
+    @property
+    def centre(self) -> FloatArray:
+        """(F, 2) middle of the silhouette, pixels."""
+        return self.outline.mean(axis=1)
+
+    @property
+    def length(self) -> FloatArray:
+        """(F,) longer side of the silhouette's bounding box, pixels."""
+        return np.ptp(self.outline, axis=1).max(axis=-1)
+
+
+def sight_of(facts: Facts, name: str) -> Sight | None:
+    """One object in the picture; None where there is no camera."""
+    camera = facts.program.scene.camera
+    if camera is None:
+        return None
+    return facts.cached(("sight", name), lambda: _sight(facts, name, camera))
+
+
+def shares_of(placed: Placed, camera: Camera) -> FloatArray:
+    """(T,) part of a body's silhouette within the frame, at each of its poses."""
+    outline, _, ahead = _of_outline(placed, camera)
+    return np.where(ahead, _share(outline, camera), 0.0)
+
+
+def _sight(facts: Facts, name: str, camera: Camera) -> Sight:
+    rollout = facts.rollout
+    deformed = dict(rollout.vertices).get(name)
+    if deformed is not None and len(deformed):
+        outline, marks, ahead = _of_vertices(deformed, rollout.frames, camera)
+        share = _within(outline, camera).mean(axis=1)
+    else:
+        rows = np.minimum(rollout.frame_steps(), facts.last)
+        index = rollout.objects.index(name)
+        placed = Placed(
+            facts.outline(name),
+            positions=rollout.positions[rows, index],
+            matrices=matrices_of(rollout.rotations[rows, index]),
+        )
+        outline, marks, ahead = _of_outline(placed, camera)
+        share = _share(outline, camera)
+    share = np.where(ahead, share, 0.0)
+    return Sight(outline, marks, share, _steps(marks, share, camera))
+
+
+def _of_vertices(
+    deformed: FloatArray, frames: int, camera: Camera
+) -> tuple[FloatArray, FloatArray, BoolArray]:
+    rows = np.minimum(np.arange(frames), len(deformed) - 1)
+    every = max(deformed.shape[1] // (4 * FOLLOWED), 1)
+    points = deformed[rows][:, ::every]
+    pixels, ahead = _projected(points, camera)
+    return pixels, pixels[:, :: max(pixels.shape[1] // FOLLOWED, 1)], ahead
+
+
+def _of_outline(placed: Placed, camera: Camera) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """The silhouette, from the directions across the line of sight, and the marks."""
+    assert placed.outline is not None
+    right, down, _ = camera.matrix.T
+    turn = np.linspace(0, 2 * np.pi, AROUND, endpoint=False)
+    ways = np.cos(turn)[:, None] * right + np.sin(turn)[:, None] * down
+    shape = placed.positions.shape
+    rim = np.stack([placed.support(np.broadcast_to(way, shape)) for way in ways], axis=1)
+    local = _marks(placed.outline)
+    body = placed.positions[:, None] + np.einsum("tij,mj->tmi", placed.matrices, local)
+    outline, ahead = _projected(rim, camera)
+    return outline, _projected(body, camera)[0], ahead
+
+
+def _marks(outline: Outline) -> FloatArray:
+    """(M, 3) points by which a viewer sees a body turn, body frame: none but the middle of a
+    ball, the ends of its axis of what is round, else the middles of its six sides."""
+    middle = outline.bounds.mean(axis=0)
+    if outline.is_ball:
+        return middle[None]
+    axes = np.eye(3) if outline.axis is None else np.array([outline.axis])
+    ends = np.concatenate([outline.support(axes), outline.support(-axes)])
+    on_axes = ends * np.tile(np.abs(axes), (2, 1))
+    return np.concatenate([middle[None], on_axes])
+
+
+def _projected(points: FloatArray, camera: Camera) -> tuple[FloatArray, BoolArray]:
+    """Pixels (F, M, 2) of world points (F, M, 3), and (F,) whether all lie before the camera."""
+    frames, count = points.shape[:2]
+    finite = np.isfinite(points).all(axis=(1, 2))
+    flat = np.where(finite[:, None, None], points, 0.0).reshape(-1, 3)
+    local = (flat - camera.position) @ camera.matrix
+    depth = np.maximum(local[:, 2], NEAR)
+    pixels = camera.focal * local[:, :2] / depth[:, None] + camera.principal
+    ahead = (local[:, 2] > NEAR).reshape(frames, count).all(axis=1)
+    return pixels.reshape(frames, count, 2), ahead & finite
+
+
+def _within(pixels: FloatArray, camera: Camera) -> BoolArray:
+    """(…,) whether pixels (…, 2) lie in the frame."""
+    return ((pixels >= 0) & (pixels <= camera.size)).all(axis=-1)
+
+
+def _share(outline: FloatArray, camera: Camera) -> FloatArray:
+    """(F,) part of the area of convex outlines (F, K, 2) that lies in the frame.
+
+    Each triangle about the middle is sampled where rings that share its area equally cross it.
+    """
+    middle = outline.mean(axis=1, keepdims=True)
+    spoke = (outline + np.roll(outline, -1, axis=1)) / 2 - middle
+    edge = np.roll(outline, -1, axis=1) - outline
+    area = np.abs(spoke[..., 0] * edge[..., 1] - spoke[..., 1] * edge[..., 0]) + 1e-9
+    samples = middle[:, :, None] + spoke[:, :, None] * _RINGS[:, None]
+    inside = _within(samples, camera).mean(axis=2)
+    return (inside * area).sum(axis=1) / area.sum(axis=1)
+
+
+def _steps(marks: FloatArray, share: FloatArray, camera: Camera) -> FloatArray:
+    """(F − 1,) greatest step of a mark between frames that both show the thing; of many marks
+    the step that all but a tenth keep within."""
+    moved = np.linalg.norm(np.diff(marks, axis=0), axis=-1) / camera.size[0]
+    most = np.quantile(moved, 0.9, axis=1) if marks.shape[1] > 8 else moved.max(axis=1)
+    seen = (share[1:] > 0.25) & (share[:-1] > 0.25)
+    return np.where(seen, most, 0.0)

@@ -1,0 +1,77 @@
+"""Slow motion and time lapse: another time factor for a program, its schedule kept in seconds."""
+
+from __future__ import annotations
+
+import math
+
+from physagent_studio.program.actions import After, OnContact, When, duration_of
+from physagent_studio.program.edits import Edit, SetField
+from physagent_studio.program.program import Clip, PhysicalProgram
+
+SLOWEST, FASTEST = 0.25, 4.0
+"""Bounds of the time factor that is chosen by itself: slow motion and time lapse fourfold."""
+ENGINE_STEP = 1e-3
+"""Longest step of the physics engine, s."""
+STEP = 0.01
+"""Control step that a clip keeps as near to as it can, s."""
+
+
+def clip_at(clip: Clip, factor: float) -> Clip:
+    """The clip with another time factor; `playback_fps` and the number of frames stay.
+
+    Whole steps per frame come first, so that for quarters the steps stay as long as they were.
+    """
+    seconds = factor / clip.playback_fps
+    per_frame = max(round(seconds / STEP), 1)
+    step = float(f"{seconds / per_frame:.6g}")
+    substeps = max(math.ceil(step / ENGINE_STEP - 1e-9), min(clip.substeps, 10))
+    return clip.model_copy(
+        update={"step_seconds": step, "steps_per_frame": per_frame, "substeps": substeps}
+    )
+
+
+def retimed(program: PhysicalProgram, factor: float) -> tuple[Edit, ...]:
+    """The edits that give a program another time factor, to be applied together.
+
+    All starts, durations and windows keep their seconds; what reached beyond the shorter clip
+    ends with it. An action that would begin after the end begins on the last step.
+    """
+    clip = clip_at(program.clip, factor)
+    ratio = program.clip.step_seconds / clip.step_seconds
+    found: list[Edit] = []
+    for field in ("step_seconds", "steps_per_frame", "substeps"):
+        if getattr(clip, field) != getattr(program.clip, field):
+            found.append(SetField(path=f"clip.{field}", value=getattr(clip, field)))
+    for action in program.event.actions:
+        base = f"event.actions.{action.id}"
+        whole = action.start_step + duration_of(action) >= program.clip.steps
+        start = round(action.start_step * ratio)
+        if action.when is None:
+            start = min(start, clip.steps - 1)
+            found += _changed(f"{base}.start_step", action.start_step, start)
+        else:
+            found += _condition(base, action.when, ratio)
+        if hasattr(action, "duration"):
+            length = max(round(duration_of(action) * ratio), 1)
+            if action.when is None:
+                room = clip.steps - start
+                length = room if whole else min(length, room)
+            found += _changed(f"{base}.duration", duration_of(action), length)
+    for statement in program.contract.statements:
+        base = f"contract.statements.{statement.id}"
+        for field in ("from_step", "to_step"):
+            step = getattr(statement, field)
+            if step is not None:
+                found += _changed(f"{base}.{field}", step, min(round(step * ratio), clip.steps))
+    return tuple(found)
+
+
+def _condition(base: str, when: OnContact | After | When, ratio: float) -> list[Edit]:
+    found = _changed(f"{base}.when.delay", when.delay, round(when.delay * ratio))
+    if when.timeout is not None:
+        found += _changed(f"{base}.when.timeout", when.timeout, round(when.timeout * ratio))
+    return found
+
+
+def _changed(path: str, before: int, after: int) -> list[Edit]:
+    return [SetField(path=path, value=after)] if after != before else []

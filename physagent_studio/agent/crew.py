@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from physagent_studio.agent.roles import Generator, Planner, Verifier
+from physagent_studio.agent.roles import Director, Generator, Planner, Verifier
 from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.records import Case, Check, Image, Rollout, Scene
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Crew:
-    """Who plays the three roles."""
+    """Who plays the three roles, and who eases what holds; None leaves it as it is."""
 
     generator: Generator
     verifier: Verifier
     planner: Planner
+    director: Director | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)

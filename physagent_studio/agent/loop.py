@@ -24,6 +24,8 @@ from physagent_studio.records import (
     SceneEvidence,
 )
 
+EASING = "easing"
+"""Factor of a proposal that only makes gentler what holds."""
 REFUSALS = 5
 """Proposals of one round that a policy turns down before it stops asking for more."""
 
@@ -42,6 +44,8 @@ def advance(state: LoopState, crew: Crew, bench: Bench) -> LoopState:
         return after_verdict(state)
     if state.phase == "propose":
         return _propose(state, crew, bench)
+    if state.phase == "ease":
+        return _ease(state, crew, bench)
     if state.phase == "decide":
         return _review(state)
     return state
@@ -124,27 +128,67 @@ def after_verdict(state: LoopState) -> LoopState:
     if _head(state).scene_holds:
         return _to(state, "simulate")
     if _head(state).passed:
-        return _to(state, "done", "realised")
+        return _to(state, "ease") if _is_to_be_eased(state) else _to(state, "done", "realised")
     if len(state.path()) >= state.budget:
         return _to(state, "done", "budget")
     return _to(state, "propose")
 
 
-def _propose(state: LoopState, crew: Crew, bench: Bench) -> LoopState:
+def _is_to_be_eased(state: LoopState) -> bool:
+    """Whether a pass is made gentler: once, where nobody is asked and a round is left."""
+    current = _head(state)
+    eased = current.proposal is not None or any(
+        item.proposal is not None and item.proposal.factor == EASING for item in state.path()
+    )
+    spoken = current.author == "person" or current.override is not None
+    left = len(state.path()) < state.budget
+    return state.policy != "ask" and not eased and not spoken and not state.by_hand and left
+
+
+def _ease(state: LoopState, crew: Crew, bench: Bench) -> LoopState:
+    """The one easing step after a pass; what it proposes is decided on like a repair."""
+    if crew.director is None:
+        return _to(state, "done", "realised")
+    current = _head(state)
+    situation = _situation(state, bench)
+    proposal = crew.director.ease(situation)
+    if not proposal.hunks:
+        used = current.simulations + proposal.simulations
+        changed = current.model_copy(update={"simulations": used})
+        return _to(replace_round(state, changed), "done", "realised")
+    preview = preview_of(current.program, proposal, situation.try_out, bench)
+    changed = current.model_copy(
+        update={
+            "proposal": proposal,
+            "preview": preview,
+            "simulations": current.simulations + proposal.simulations + 1,
+        }
+    )
+    return _to(replace_round(state, changed), "decide")
+
+
+def _situation(state: LoopState, bench: Bench) -> Situation:
+    """What a planner or a director works from at the head."""
     current = _head(state)
     assert current.assessment is not None
     scene = bench.get_scene(_key(current.scene))
-    trial = trial_of(scene, bench)
-    situation = Situation(
+    return Situation(
         case=bench.case,
         program=current.program,
         scene=scene,
         rollout=bench.get_rollout(current.rollout) if current.rollout else None,
         assessment=current.assessment,
         memory=memory_of(state),
-        try_out=trial,
+        try_out=trial_of(scene, bench),
         look=lambda changed: bench.reconstruct(changed, scene),
     )
+
+
+def _propose(state: LoopState, crew: Crew, bench: Bench) -> LoopState:
+    current = _head(state)
+    situation = _situation(state, bench)
+    assert current.assessment is not None
+    trial = situation.try_out
     proposal = crew.planner.propose(situation)
     contradiction = current.assessment.contradiction
     if contradiction:
@@ -216,6 +260,8 @@ def decide(state: LoopState, decision: Decision) -> LoopState:
     decision = decision.model_copy(
         update={"before": current.program.hash, "evidence": current.evidence}
     )
+    if _is_easing(current) and decision.kind in ("stop", "skip", "reject"):
+        return _to(_decided(state, decision), "done", "realised")
     if decision.kind == "stop":
         return _to(_decided(state, decision), "done", "stuck" if _is_stuck(current) else "stopped")
     if decision.kind in ("reject", "hint", "skip"):
@@ -234,6 +280,10 @@ def decide(state: LoopState, decision: Decision) -> LoopState:
     decision = decision.model_copy(update={"after": revised.hash})
     author = "planner" if decision.kind in ("accept", "accept_hunks") else "person"
     return add_round(_decided(state, decision), revised, author, decision)
+
+
+def _is_easing(current: Round) -> bool:
+    return current.proposal is not None and current.proposal.factor == EASING
 
 
 def _is_stuck(current: Round) -> bool:

@@ -73,6 +73,12 @@ class Planner(Protocol):
     def propose(self, situation: Situation) -> Proposal: ...
 
 
+class Director(Protocol):
+    """Makes an event that holds gentler: proposes lower efforts, or nothing."""
+
+    def ease(self, situation: Situation) -> Proposal: ...
+
+
 class Reviewer(Protocol):
     """Decides on a proposal; None means that a person is asked, and nobody answering is no."""
 

@@ -9,7 +9,7 @@ from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.records.judgement import Lesson, Round
 
 Phase = Literal[
-    "generate", "reconstruct", "simulate", "judge", "propose", "decide", "revise", "done"
+    "generate", "reconstruct", "simulate", "judge", "propose", "ease", "decide", "revise", "done"
 ]
 Outcome = Literal["realised", "budget", "stopped", "stuck", "running"]
 PolicyName = Literal["auto", "ask", "ask_when"]

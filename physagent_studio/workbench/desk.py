@@ -30,6 +30,7 @@ RUNNING = {
     "simulate": "simulating",
     "judge": "judging",
     "propose": "searching for a repair",
+    "ease": "looking for a gentler way",
     "decide": "deciding",
 }
 

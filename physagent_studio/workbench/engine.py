@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.agent.by_hand import without_schedule
 from physagent_studio.agent.crew import Bench, Crew
-from physagent_studio.agent.rules import RuleGenerator, RulePlanner, RuleVerifier
+from physagent_studio.agent.rules import Easing, RuleGenerator, RulePlanner, RuleVerifier
 from physagent_studio.agent.vlm import (
     CallRecord,
     Limits,
@@ -86,7 +86,7 @@ class Engine:
         by_hand: the roles that a person plays. What a person judges from is measured by the
         embedded verifier: a model is not asked for a verdict that nobody waits for.
         """
-        embedded = Crew(RuleGenerator(), RuleVerifier(), RulePlanner())
+        embedded = Crew(RuleGenerator(), RuleVerifier(), RulePlanner(), Easing())
         crew = self.members or (embedded if self.agent == "rules" else self._model(embedded))
         return replace(crew, verifier=embedded.verifier) if "verifier" in by_hand else crew
 

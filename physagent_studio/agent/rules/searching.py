@@ -14,7 +14,7 @@ from physagent_studio.agent.rules.knobs import Knob
 from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.program.edits import Edit, apply
 from physagent_studio.program.program import PhysicalProgram
-from physagent_studio.records import Check
+from physagent_studio.records import Check, Rollout
 
 LIMIT = 200
 """Most candidate runs of one proposal."""
@@ -63,6 +63,7 @@ class Candidate:
     score: Score
     checks: tuple[Check, ...]
     turned: tuple[tuple[Knob, float], ...] = ()
+    rollout: Rollout | None = None
 
     @property
     def weakness(self) -> float:
@@ -157,7 +158,7 @@ class Search:
         except StudioError:
             return None
         checks = trial.checks
-        return Candidate(program, edits, score_of(checks), checks, turned)
+        return Candidate(program, edits, score_of(checks), checks, turned, trial.rollout)
 
 
 def better(one: Candidate, other: Candidate) -> bool:

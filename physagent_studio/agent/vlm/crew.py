@@ -55,6 +55,7 @@ def crew_from_environment(
         generator=crew.generator if "generator" in roles else default.generator,
         verifier=crew.verifier if "verifier" in roles else default.verifier,
         planner=crew.planner if "planner" in roles else default.planner,
+        director=default.director,
     )
 
 

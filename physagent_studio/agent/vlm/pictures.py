@@ -93,19 +93,23 @@ def side_by_side(left: Image, right: Image, labels: tuple[str, str]) -> Image:
     return np.concatenate([cells[0], gap, cells[1]], axis=1)
 
 
-def contact_sheet(frames: Sequence[Image], labels: Sequence[str]) -> Image:
-    """All frames in rows of `SHEET_COLUMNS`, left to right, each under its label."""
+def contact_sheet(
+    frames: Sequence[Image],
+    labels: Sequence[str],
+    columns: int = SHEET_COLUMNS,
+    width: int = CELL_WIDTH,
+) -> Image:
+    """All frames in rows of so many, left to right, each under its label."""
     cells = [
-        _labelled(fitted(frame, CELL_WIDTH), label)
-        for frame, label in zip(frames, labels, strict=True)
+        _labelled(fitted(frame, width), label) for frame, label in zip(frames, labels, strict=True)
     ]
-    rows, columns = cells[0].shape[:2]
-    lines = math.ceil(len(cells) / SHEET_COLUMNS)
-    across = min(SHEET_COLUMNS, len(cells))
-    sheet = np.full((lines * (rows + 4), across * (columns + 4), 3), 255, np.uint8)
+    high, wide = cells[0].shape[:2]
+    lines = math.ceil(len(cells) / columns)
+    across = min(columns, len(cells))
+    sheet = np.full((lines * (high + 4), across * (wide + 4), 3), 255, np.uint8)
     for index, cell in enumerate(cells):
-        top, left = index // across * (rows + 4), index % across * (columns + 4)
-        sheet[top : top + rows, left : left + columns] = cell
+        top, left = index // across * (high + 4), index % across * (wide + 4)
+        sheet[top : top + high, left : left + wide] = cell
     return sheet
 
 

@@ -16,6 +16,7 @@ PHASES = {
     "simulate": "next: run the event",
     "judge": "next: judge what happened",
     "propose": "next: think of a repair",
+    "ease": "next: look for a gentler way",
     "decide": "waiting for your decision",
     "revise": "next: apply the decision",
     "done": "done",

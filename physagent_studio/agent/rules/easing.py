@@ -1,0 +1,110 @@
+"""The gentlest program that realises the event: after a pass, efforts and speeds are lowered.
+
+What things do and how far they go stays as it was; only how hard they are driven changes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+
+import numpy as np
+
+from physagent_studio.agent.roles import Situation
+from physagent_studio.agent.rules.directing import replanned
+from physagent_studio.agent.rules.factors import may_change
+from physagent_studio.agent.rules.searching import STURDY, Candidate, Search
+from physagent_studio.agent.rules.wording import summary_of
+from physagent_studio.contract.view import acting_objects
+from physagent_studio.program.edits import Edit
+from physagent_studio.records import Hunk, Proposal, Rollout
+
+RUNS = 10
+"""Most candidate runs of one easing."""
+WORTH = 0.9
+"""Efforts that come out above this part of what they were are left alone."""
+LEAST = 0.35
+"""No easing goes below this part of the efforts at once."""
+SAME_WAY = 0.85
+"""Part of its way, at least, that each acting thing still goes."""
+
+
+class Easing:
+    """Lowers efforts and speeds of a program that holds, while all margins stay."""
+
+    def ease(self, situation: Situation) -> Proposal:
+        """A gentler program; without hunks where there is none."""
+        search = Search(situation, RUNS)
+        best, ratio = None, 1.0
+        for longer in (False, True):
+            found = self._lowest(situation, search, longer=longer)
+            if found is not None and found[1] < ratio:
+                best, ratio = found
+        if best is None or ratio > WORTH:
+            return _nothing(situation, search)
+        return _proposal(situation, best, ratio, search)
+
+    def _lowest(
+        self, situation: Situation, search: Search, *, longer: bool
+    ) -> tuple[Candidate, float] | None:
+        """By halving: the lowest ratio of the speeds with which everything still holds."""
+        low, high = LEAST, 1.0
+        best: tuple[Candidate, float] | None = None
+        for _ in range(RUNS // 2):
+            ratio = (low * high) ** 0.5
+            edits = replanned(situation.program, ratio, 1 / ratio if longer else 1.0, 1.0)
+            found = search.run(edits) if edits and may_change(situation, edits) else None
+            if found is not None and _is_as_good(situation, found):
+                best, high = (found, ratio), ratio
+            else:
+                low = ratio
+            if high / low < 1.1:
+                break
+        return best
+
+
+def _is_as_good(situation: Situation, found: Candidate) -> bool:
+    """Whether all still holds, no margin that was sturdy is weak now, and each goes as far."""
+    if not found.score.holds or found.rollout is None or situation.rollout is None:
+        return False
+    before = {c.id: c.margin for c in situation.assessment.checks if c.demanded}
+    weaker = any(
+        c.margin < min(STURDY, before.get(c.id, STURDY)) for c in found.checks if c.demanded
+    )
+    return not weaker and _goes_as_far(situation, situation.rollout, found.rollout)
+
+
+def _goes_as_far(situation: Situation, before: Rollout, now: Rollout) -> bool:
+    names = acting_objects(situation.program)
+    return all(
+        _way(now, name) >= SAME_WAY * _way(before, name) for name in before.objects if name in names
+    )
+
+
+def _way(rollout: Rollout, name: str) -> float:
+    path = rollout.positions[:, rollout.objects.index(name)]
+    return float(np.linalg.norm(path - path[0], axis=1).max())
+
+
+def _proposal(situation: Situation, best: Candidate, ratio: float, search: Search) -> Proposal:
+    edits: tuple[Edit, ...] = best.edits
+    hunk = Hunk(id="h1", summary=summary_of(situation.program, edits), edits=edits)
+    return Proposal(
+        id=f"p{hashlib.sha256(best.program.hash.encode()).hexdigest()[:12]}",
+        hunks=(hunk,),
+        rationale=f"It happens as well with {100 * ratio:.0f} % of the speeds: the gentlest of "
+        f"{search.runs} tried that holds everything.",
+        factor="easing",
+        confidence=0.9,
+        simulations=search.runs,
+    )
+
+
+def _nothing(situation: Situation, search: Search) -> Proposal:
+    return Proposal(
+        id=f"p{hashlib.sha256(('eased' + situation.program.hash).encode()).hexdigest()[:12]}",
+        hunks=(),
+        rationale=f"nothing gentler holds everything ({search.runs} tried)",
+        factor="easing",
+        confidence=1.0,
+        simulations=search.runs,
+    )

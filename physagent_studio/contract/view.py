@@ -23,6 +23,7 @@ from physagent_studio.program.actions import FixObject
 from physagent_studio.program.contract import Contacts, Statement
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.scene import Floor
+from physagent_studio.program.timing import SLOWEST
 from physagent_studio.records.judgement import Check
 from physagent_studio.records.rollout import Rollout
 
@@ -35,6 +36,8 @@ STEP, FALLING_STEP = 0.04, 0.08
 """Farthest step from frame to frame, parts of the width; in the frames of a blow or a fall."""
 NOTICED = 0.0006
 """Least step from frame to frame that is seen as motion, parts of the width: half a pixel."""
+FALL_FILLS = 0.2
+"""The same of a fall in the slowest motion there is."""
 FILLS, RESTS_BY = 0.45, 0.9
 """Least part of the clip that the motion fills, and by when what comes to rest does so."""
 BESIDE = 3
@@ -273,10 +276,11 @@ def _fills(facts: Facts, names: tuple[str, ...]) -> Check:
     """The motion that the sentence is about fills a good part of the clip."""
     moving = moving_frames(facts, names)
     share = float(moving.mean())
-    if share < FILLS:
-        text = f"the motion fills {100 * share:.0f} % of the clip ≥ {100 * FILLS:.0f} %: {{answer}}"
-        margin = (share - FILLS) / FILLS
-        return view_check("fills", "", text, margin, measured=share, threshold=FILLS)
+    least = _least_fill(facts, names)
+    if share < least:
+        text = f"the motion fills {100 * share:.0f} % of the clip ≥ {100 * least:.0f} %: {{answer}}"
+        margin = (share - least) / least
+        return view_check("fills", "", text, margin, measured=share, threshold=least)
     rests = [n for n in names if _said(facts.program, n, STOPPING)]
     ends = (int(np.flatnonzero(moving)[-1]) + 1) / len(moving)
     if rests and len(rests) == len(names) and ends > RESTS_BY:
@@ -286,7 +290,14 @@ def _fills(facts: Facts, names: tuple[str, ...]) -> Check:
             "fills", "", text + ": {answer}", margin, measured=ends, threshold=RESTS_BY
         )  # fmt: skip
     text = f"the motion fills {100 * share:.0f} % of the clip: {{answer}}"
-    return view_check("fills", "", text, (share - FILLS) / FILLS, measured=share, threshold=FILLS)
+    return view_check("fills", "", text, (share - least) / least, measured=share, threshold=least)
+
+
+def _least_fill(facts: Facts, names: tuple[str, ...]) -> float:
+    """Less in the slowest motion there is, where things fall: a fall lasts as long as it does."""
+    slowest = facts.program.clip.time_factor <= SLOWEST + 1e-6
+    falls = any(_said(facts.program, name, DROPPING) for name in names)
+    return FALL_FILLS if slowest and falls else FILLS
 
 
 def _meetings(facts: Facts) -> list[Check]:

@@ -148,6 +148,12 @@ class ApplyForceEffect(Push):
         return self._unit * size
 
 
+STUCK, CREEPS = 0.02, 1e-3
+"""Part of the asked acceleration, and m/s, below which a pushed thing has not moved yet."""
+LEANS = 0.3
+"""Growth of the push from step to step while it sticks."""
+
+
 @dataclass(eq=False, slots=True)
 class Steering:
     """The force along a line that brings a speed to its target at the end of a window.
@@ -176,6 +182,9 @@ class Steering:
         """N; speed: m/s now; time: s since the start."""
         if self.count:
             gained = (speed - self.last_speed) / max(time - self.last_time, 1e-9)
+            if abs(gained) < STUCK * abs(self.last_acceleration) and abs(speed) < CREEPS:
+                # It sticks: a hand leans on it harder until it gives way, whatever the window.
+                self.resistance += LEANS * max(abs(self.resistance), 1.0) * np.sign(self.target)
             # A mean at first, then forgetting: single steps of a sliding contact are noisy.
             share = max(1 / self.count, 0.25)
             self.resistance += share * (self.last_acceleration - gained - self.resistance)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from physagent_studio.agent.rules.layout import FloatArray, Layout
+from physagent_studio.agent.rules.layout import GRAVITY, FloatArray, Layout
 from physagent_studio.program.actions import (
     Action,
     After,
@@ -17,7 +17,6 @@ from physagent_studio.program.actions import (
     FixObject,
     OnContact,
     SetAngularVelocity,
-    SetPosition,
     SetVelocity,
 )
 from physagent_studio.program.base import Position
@@ -25,6 +24,12 @@ from physagent_studio.program.rotations import matrix_of
 
 PUSH_STEPS = 12
 KICK_STEPS = 4
+RISES = 80
+"""Steps that it takes to raise what the sentence has in the air and the photo does not."""
+STEP_SECONDS = 0.01
+"""Control step of a first program, s."""
+HANGS = 20
+"""Steps for which what falls is first seen where it hung."""
 FIRST_STEP = 4
 """Actions begin one frame after the clip, so that it is seen how things stood."""
 
@@ -146,10 +151,23 @@ def hold(name: str, steps: int) -> FixObject:
     return FixObject(id=f"hold_{name}"[:64], name=name, start_step=0, duration=steps)
 
 
-def place(name: str, position: FloatArray) -> SetPosition:
-    """Puts it somewhere else as the clip begins."""
-    x, y, z = (round(float(part), 4) for part in position)
-    return SetPosition(id=f"place_{name}"[:64], name=name, start_step=0, position=(x, y, z))
+def raised(name: str, height: float) -> list[Action]:
+    """Lifted from where it stands and at rest again after `RISES` steps, so many m higher.
+
+    Half of the time it gains speed, half of the time it loses it.
+    """
+    half = RISES // 2
+    gain = height / (half * STEP_SECONDS) ** 2
+    return [
+        push(
+            name,
+            toward_or_along(GRAVITY + share, way="up", quantity="acceleration"),
+            start=FIRST_STEP + late,
+            duration=half,
+            label=label,
+        )
+        for share, late, label in ((gain, 0, "raise"), (-gain, half, "slow"))
+    ]
 
 
 def top_point(layout: Layout, name: str) -> Position:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from physagent_studio.agent.rules import actions as act
 from physagent_studio.agent.rules import scripts
+from physagent_studio.agent.rules.framing import free_way
 from physagent_studio.agent.rules.intents import Intent, intents_of
 from physagent_studio.agent.rules.layout import WAYS, FloatArray, Layout
 from physagent_studio.agent.rules.ramps import down_ramp
@@ -23,10 +24,12 @@ def schedule(reading: Reading, layout: Layout, clip: Clip) -> tuple[Action, ...]
     actions: list[Action] = []
     raised = raised_places(reading, layout)
     for name, place in raised.items():
-        actions.append(act.place(name, place))
+        # The photo has it standing: it is seen to rise, and does not jump.
+        actions += act.raised(name, float((place - layout.position(name))[2]))
     layout = layout.with_places(raised)
     for task in tasks_of(reading, layout, clip):
         wait = steps_to_wait(task.intent, reading, clip)
+        wait += act.FIRST_STEP + act.RISES if task.name in raised else 0
         for action in _script_for(task)(task):
             later = _later(action, wait)
             actions += [a for a in [_fitted(later, clip, actions)] if a is not None]
@@ -78,7 +81,8 @@ def raised_places(reading: Reading, layout: Layout) -> dict[str, FloatArray]:
                 continue
             size = layout.size(name)
             if layout.gap(name, under.name) < 0.06 * size:
-                found[name] = layout.position(name) + WAYS["up"] * max(1.5 * size, 0.1)
+                rise = min(max(1.5 * size, 0.1), 0.7 * free_way(layout, name, WAYS["up"]))
+                found[name] = layout.position(name) + WAYS["up"] * max(rise, 0.3 * size)
     return found
 
 
@@ -320,8 +324,15 @@ def _is_blown(task: Task) -> bool:
 
 
 def _nothing(task: Task) -> list[Action]:
-    """Gravity does it."""
-    return []
+    """Gravity does it; what hangs in the air is seen to hang before it falls."""
+    if task.layout.carrier(task.name) is not None or _is_struck_in_air(task):
+        return []
+    return [act.hold(task.name, act.HANGS)]
+
+
+def _is_struck_in_air(task: Task) -> bool:
+    """Whether something else sets it going."""
+    return bool(task.intent.struck_by)
 
 
 def _fitted(action: Action, clip: Clip, taken: list[Action]) -> Action | None:

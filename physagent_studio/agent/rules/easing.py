@@ -10,19 +10,19 @@ import hashlib
 import numpy as np
 
 from physagent_studio.agent.roles import Situation
+from physagent_studio.agent.rules.costs import cost_of
 from physagent_studio.agent.rules.directing import replanned
 from physagent_studio.agent.rules.factors import may_change
 from physagent_studio.agent.rules.searching import STURDY, Candidate, Search
 from physagent_studio.agent.rules.wording import summary_of
 from physagent_studio.contract.view import acting_objects
-from physagent_studio.program.edits import Edit
 from physagent_studio.records import Hunk, Proposal, Rollout
 
 RUNS = 10
-"""Most candidate runs of one easing."""
+"""Most candidate runs of one easing, where a run costs one unit (`costs`)."""
 WORTH = 0.9
-"""Efforts that come out above this part of what they were are left alone."""
-LEAST = 0.35
+"""Nearer than this the ratio of the efforts is not settled."""
+LEAST = 0.5
 """No easing goes below this part of the efforts at once."""
 SAME_WAY = 0.85
 """Part of its way, at least, that each acting thing still goes."""
@@ -33,33 +33,22 @@ class Easing:
 
     def ease(self, situation: Situation) -> Proposal:
         """A gentler program; without hunks where there is none."""
-        search = Search(situation, RUNS)
-        best, ratio = None, 1.0
-        for longer in (False, True):
-            found = self._lowest(situation, search, longer=longer)
-            if found is not None and found[1] < ratio:
-                best, ratio = found
-        if best is None or ratio > WORTH:
-            return _nothing(situation, search)
-        return _proposal(situation, best, ratio, search)
-
-    def _lowest(
-        self, situation: Situation, search: Search, *, longer: bool
-    ) -> tuple[Candidate, float] | None:
-        """By halving: the lowest ratio of the speeds with which everything still holds."""
-        low, high = LEAST, 1.0
-        best: tuple[Candidate, float] | None = None
-        for _ in range(RUNS // 2):
+        search = Search(situation, max(int(RUNS / cost_of(situation.program)), 1))
+        low, high, best = LEAST, 1.0, None
+        # By halving: the lowest ratio of the speeds with which everything still holds.
+        while high / low > 1 / WORTH and not search.exhausted:
             ratio = (low * high) ** 0.5
-            edits = replanned(situation.program, ratio, 1 / ratio if longer else 1.0, 1.0)
-            found = search.run(edits) if edits and may_change(situation, edits) else None
+            edits = replanned(situation.program, ratio, 1.0, 1.0)
+            if not edits or not may_change(situation, edits):
+                break
+            found = search.run(edits)
             if found is not None and _is_as_good(situation, found):
-                best, high = (found, ratio), ratio
+                best, high = found, ratio
             else:
                 low = ratio
-            if high / low < 1.1:
-                break
-        return best
+        if best is None:
+            return _nothing(situation, search)
+        return _proposal(situation, best, high, search)
 
 
 def _is_as_good(situation: Situation, found: Candidate) -> bool:
@@ -86,8 +75,8 @@ def _way(rollout: Rollout, name: str) -> float:
 
 
 def _proposal(situation: Situation, best: Candidate, ratio: float, search: Search) -> Proposal:
-    edits: tuple[Edit, ...] = best.edits
-    hunk = Hunk(id="h1", summary=summary_of(situation.program, edits), edits=edits)
+    summary = summary_of(situation.program, best.edits)
+    hunk = Hunk(id="h1", summary=summary, edits=best.edits)
     return Proposal(
         id=f"p{hashlib.sha256(best.program.hash.encode()).hexdigest()[:12]}",
         hunks=(hunk,),

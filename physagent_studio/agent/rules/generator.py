@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from physagent_studio.agent.rules import actions as act
 from physagent_studio.agent.rules.bodies import bodies_for
-from physagent_studio.agent.rules.choosing import schedule, tasks_of
+from physagent_studio.agent.rules.choosing import raised_places, schedule, tasks_of
 from physagent_studio.agent.rules.contracting import contract_of, landmarks_needed
 from physagent_studio.agent.rules.footing import (
     with_depth,
@@ -13,7 +14,7 @@ from physagent_studio.agent.rules.footing import (
     with_room,
     with_walls_weighed,
 )
-from physagent_studio.agent.rules.hanging import in_the_air
+from physagent_studio.agent.rules.hanging import from_nowhere, in_the_air
 from physagent_studio.agent.rules.landmarks import assume_open, derived_landmarks
 from physagent_studio.agent.rules.layout import Layout
 from physagent_studio.agent.rules.look import density_of, material_of
@@ -38,6 +39,8 @@ class RuleGenerator:
         stock = stock_of(case)
         reading = read(case.prompt, stock)
         state = reconstruct(open_scene(case, reading, stock)).state
+        if aloft := from_nowhere(case, reading, Layout(state)):
+            state = reconstruct(open_scene(case, reading, stock, aloft)).state
         # Which one is the taller, and what stands on what, is known only now.
         return self.program(case, read(case.prompt, stock_in(case, state)), state)
 
@@ -53,7 +56,9 @@ class RuleGenerator:
             clip=clip,
             scene=state,
             event=EventProgram(prompt=case.prompt[:4000], actions=schedule(reading, layout, clip)),
-            contract=_known_only(contract_of(reading, layout), state),
+            contract=_once_raised(
+                _known_only(contract_of(reading, layout), state), reading, layout
+            ),
         )
 
 
@@ -81,9 +86,11 @@ def stock_in(case: Case, state: SceneState) -> Inventory:
     )
 
 
-def open_scene(case: Case, reading: Reading, stock: Inventory) -> SceneState:
-    """What the picture shows, with its geometry still open."""
-    hanging = in_the_air(case, reading)
+def open_scene(
+    case: Case, reading: Reading, stock: Inventory, aloft: frozenset[str] = frozenset()
+) -> SceneState:
+    """What the picture shows, with its geometry still open; aloft: what is known to hang."""
+    hanging = in_the_air(case, reading) | aloft
     objects = tuple(
         SceneObject(
             name=name,
@@ -167,6 +174,28 @@ def _with_materials(state: SceneState, reading: Reading, clip: Clip) -> SceneSta
                 update |= {"material": FOLIAGE, "density": own}
         changed.append(item.model_copy(update=update))
     return state.model_copy(update={"objects": tuple(changed)})
+
+
+def _once_raised(contract: Contract, reading: Reading, layout: Layout) -> Contract:
+    """What is said of things that are raised first is asked for from then on."""
+    raised, wait = raised_places(reading, layout), act.FIRST_STEP + act.RISES
+    if not raised:
+        return contract
+    return contract.model_copy(
+        update={
+            "statements": tuple(
+                s.model_copy(
+                    update={
+                        "from_step": (s.from_step or 0) + wait,
+                        "to_step": None if s.to_step is None else s.to_step + wait,
+                    }
+                )
+                if getattr(s, "subject", "") in raised
+                else s
+                for s in contract.statements
+            )
+        }
+    )
 
 
 def _known_only(contract: Contract, state: SceneState) -> Contract:

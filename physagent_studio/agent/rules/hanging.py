@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from physagent_studio.agent.rules.layout import Layout
 from physagent_studio.agent.rules.reading import Reading
 from physagent_studio.program.scene import Grounding
 from physagent_studio.records import Case
@@ -36,6 +37,37 @@ def in_the_air(case: Case, reading: Reading) -> frozenset[str]:
                 found.add(name)
         acted |= set(frame.patient)
     return frozenset(found)
+
+
+def from_nowhere(case: Case, reading: Reading, layout: Layout) -> frozenset[str]:
+    """Objects that fall although the scene has them on the ground: they hung in the air.
+
+    Told of things that nothing pushes, that lie on nothing else and cannot fall over: what is
+    round, or comes from something that the picture does not name ("from its branch").
+    """
+    found: set[str] = set()
+    told: set[str] = set()
+    for frame in reading.frames:
+        for name in frame.patient:
+            first = name not in told
+            told.add(name)
+            falls = frame.sense in _FALLS and not frame.agent and not frame.negated
+            if not first or not falls or not layout.has(name) or frame.place("off", "from"):
+                continue
+            lies = layout.carrier(name) == layout.ground()
+            if lies and (layout.rolls(name) or _from_unknown(case.prompt, reading)):
+                found.add(name)
+    return frozenset(found)
+
+
+def _from_unknown(prompt: str, reading: Reading) -> bool:
+    """Whether something comes from, or off, what the picture does not name."""
+    words = "".join(c if c.isalpha() else " " for c in prompt.lower()).split()
+    strange = {word for said in reading.not_understood for word in said.lower().split()}
+    return any(
+        word in ("from", "off") and strange & set(words[i + 1 : i + 4])
+        for i, word in enumerate(words)
+    )
 
 
 def _spot(grounding: Grounding) -> Spot | None:

@@ -143,7 +143,7 @@ def _aim(action: Action) -> Iterable[Knob]:
             yield _turned_vector(path, action.name, vector)
         return
     if vector.along is None and vector.direction not in ("up", "down"):
-        yield _angle(f"{path}.azimuth", "direction", action.name, vector.azimuth)
+        yield _turned(f"{path}.azimuth", action.name, vector.azimuth)
         yield _angle(f"{path}.elevation", "elevation", action.name, vector.elevation, 85.0)
 
 
@@ -185,6 +185,16 @@ def _ratio(path: str, factor: str, target: str, value: float, most: float = math
 def _angle(path: str, factor: str, target: str, value: float, limit: float = 360.0) -> Knob:
     low, high = max(value - 180.0, -limit), min(value + 180.0, limit)
     return Knob(path, factor, target, value, low, high, 4.0, False, _field(path))
+
+
+ASIDE = 35.0
+"""Degrees by which no search turns a push away from where the sentence has it point."""
+
+
+def _turned(path: str, target: str, value: float) -> Knob:
+    """A turn away from a named way or an aim, as far as nobody would call it another way."""
+    low, high = min(value, 0.0) - ASIDE, max(value, 0.0) + ASIDE
+    return Knob(path, "direction", target, value, low, high, 4.0, False, _field(path))
 
 
 def _scaled_vector(path: str, target: str, vector: tuple[float, float, float]) -> Knob:

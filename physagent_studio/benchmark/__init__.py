@@ -15,8 +15,9 @@ BENCHES = {
     "reconstruction": "physagent_studio.benchmark.reconstruction",
     "events": "physagent_studio.benchmark.events",
     "ablation": "physagent_studio.benchmark.ablation",
+    "view": "physagent_studio.benchmark.view",
 }
-_ON_EVENTS = ("events", "ablation")
+_ON_EVENTS = ("events", "ablation", "view")
 """Benches that run events of cases and take annotations, references and a choice of them."""
 
 
@@ -29,12 +30,13 @@ def run_bench(
     references: Path | None = None,
     only: Sequence[str] = (),
     full: bool = False,
+    sheets: Path | None = None,
 ) -> list[Row]:
     """Runs a bench by name.
 
     cases: folder of case folders. out: a Markdown file to write. annotations, references:
     folders of clicks and of contracts per case. only: `case` or `case/event`. full: every
-    sample of the bench of physics, not a dose.
+    sample of the bench of physics, not a dose. sheets: folder for the contact sheets of `view`.
     """
     if name not in BENCHES:
         raise InputError(f"there is no bench '{name}'; benches: {', '.join(BENCHES)}")
@@ -44,6 +46,10 @@ def run_bench(
     elif annotations or references or only:
         listed = " and ".join(_ON_EVENTS)
         raise InputError(f"--annotations, --references and --only are for the benches {listed}")
+    if sheets is not None and name != "view":
+        raise InputError("--sheets is for the bench view")
+    if sheets is not None:
+        options["sheets"] = sheets
     if full and name != "physics":
         raise InputError("--full is for the bench physics")
     if full:

@@ -14,6 +14,7 @@ from pydantic import TypeAdapter
 
 from physagent_studio.benchmark.bare_scenes import BareEngine, BareScene, load_bare_scene
 from physagent_studio.benchmark.references import judge, load_reference
+from physagent_studio.benchmark.sheets import write_sheet
 from physagent_studio.benchmark.variants import variant_of
 from physagent_studio.errors import StudioError
 from physagent_studio.exchange import annotated, load_case
@@ -34,7 +35,8 @@ class EventTask:
     """What to run. folder: of the case. annotation, reference: files, or None.
 
     Without a photo, folder is the file of a `BareScene` and event is `name#wording`.
-    variant: a name of `benchmark.variants.VARIANTS`.
+    variant: a name of `benchmark.variants.VARIANTS`. sheet: where a contact sheet of the final
+    rollout is written.
     """
 
     folder: Path
@@ -42,6 +44,7 @@ class EventTask:
     annotation: Path | None = None
     reference: Path | None = None
     variant: str = "full"
+    sheet: Path | None = None
 
     @property
     def label(self) -> str:
@@ -119,8 +122,17 @@ def run_event(task: EventTask) -> EventResult:
             task.label, case.prompt, task.annotation is not None, task.variant, report
         )
         result = replace(_judged(result, task, desk.state, session), problem=problem)
+        if task.sheet is not None:
+            _draw(task.sheet, desk.state, session)
         session.close()
     return result
+
+
+def _draw(path: Path, state: LoopState, session: Session) -> None:
+    best = state.best or state.current
+    if best is not None and best.rollout is not None and best.scene is not None:
+        scene, rollout = session.scene(best.scene), session.rollout(best.rollout)
+        write_sheet(path, scene, rollout, best.program.event.prompt)
 
 
 def _case_of(task: EventTask) -> tuple[Case, BareScene | None]:

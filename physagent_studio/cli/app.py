@@ -243,6 +243,9 @@ def bench(
     only: Annotated[
         list[str] | None, typer.Option(help="A case or case/event; again for more.")
     ] = None,
+    sheets: Annotated[
+        Path | None, typer.Option(help="view: folder for a contact sheet of every event.")
+    ] = None,
     full: Annotated[
         bool, typer.Option("--full", help="physics: all 100,000 malformed programs, not a dose.")
     ] = False,
@@ -259,6 +262,7 @@ def bench(
         references=references,
         only=tuple(only or ()),
         full=full,
+        sheets=sheets,
     )
     output.print_rows(name, rows, as_json)
     if not all(row.ok for row in rows):

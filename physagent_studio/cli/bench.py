@@ -18,6 +18,7 @@ def measured(
     references: Path | None,
     only: tuple[str, ...],
     full: bool = False,
+    sheets: Path | None = None,
 ) -> list[Row]:
     """The rows of the bench of that name."""
     if name == "list":
@@ -34,6 +35,7 @@ def measured(
         references=references,
         only=only,
         full=full,
+        sheets=sheets,
     )
 
 

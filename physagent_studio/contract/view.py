@@ -272,6 +272,46 @@ def moving_frames(facts: Facts, names: tuple[str, ...]) -> BoolArray:
     return moving
 
 
+@dataclass(frozen=True, slots=True)
+class Pacing:
+    """When a viewer sees something, in frames. moving: how many of the clip's intervals show a
+    motion; first, last: the first and the last of them, None where nothing moves; crossings: for
+    each acting thing that gets out of the picture the frame from which less than half of it is
+    seen; fastest: the farthest step, parts of the width; time_factor: of the clip."""
+
+    moving: int
+    first: int | None
+    last: int | None
+    crossings: tuple[tuple[str, int], ...]
+    fastest: float
+    time_factor: float
+
+
+def pacing_of(facts: Facts) -> Pacing | None:
+    """The pace of a run as a viewer sees it; None where there is no camera."""
+    program = facts.program
+    if program.scene.camera is None:
+        return None
+    acting = acting_objects(program)
+    names = tuple(n for n in facts.rollout.objects if n in acting)
+    moving = np.flatnonzero(moving_frames(facts, names))
+    crossings = []
+    for name in names:
+        out = np.flatnonzero(_sight(facts, name).share < INSIDE)
+        if len(out):
+            crossings.append((name, int(out[0])))
+    return Pacing(
+        moving=len(moving),
+        first=int(moving[0]) if len(moving) else None,
+        last=int(moving[-1]) + 1 if len(moving) else None,
+        crossings=tuple(crossings),
+        fastest=max(
+            (float(_sight(facts, n).steps.max()) for n in facts.rollout.objects), default=0.0
+        ),
+        time_factor=program.clip.time_factor,
+    )
+
+
 def _fills(facts: Facts, names: tuple[str, ...]) -> Check:
     """The motion that the sentence is about fills a good part of the clip."""
     moving = moving_frames(facts, names)

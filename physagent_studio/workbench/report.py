@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
+from physagent_studio.contract import Facts
+from physagent_studio.contract.view import pacing_of
 from physagent_studio.records import Check, LoopState, Round
 from physagent_studio.session import Session
 
@@ -29,7 +32,7 @@ def report_of(state: LoopState, session: Session, seconds: float) -> dict[str, A
             if check.always_on and check.kind != "view"
         ],
         "view": [_row(check, best) for check in checks if check.kind == "view"],
-        "time_factor": best.program.clip.time_factor if best else None,
+        "pacing": _pacing(best, session),
         "diagnosis": [item.text for item in assessment.diagnosis] if assessment else [],
         "untested": [item.text for item in best.program.contract.untested] if best else [],
         "not_understood": list(best.program.contract.not_understood) if best else [],
@@ -39,6 +42,7 @@ def report_of(state: LoopState, session: Session, seconds: float) -> dict[str, A
 
 def _row(check: Check, item: Round | None) -> dict[str, Any]:
     return {
+        "check": check.id,
         "statement": check.text,
         "clause": _clause(item, check.clause),
         "measured": check.measured,
@@ -47,6 +51,14 @@ def _row(check: Check, item: Round | None) -> dict[str, Any]:
         "margin": check.margin,
         "ok": check.ok,
     }
+
+
+def _pacing(item: Round | None, session: Session) -> dict[str, Any] | None:
+    """When the clip shows a motion, how fast, and what leaves the picture; see `Pacing`."""
+    if item is None or item.rollout is None:
+        return None
+    found = pacing_of(Facts.of(item.program, session.rollout(item.rollout)))
+    return None if found is None else asdict(found) | {"crossings": dict(found.crossings)}
 
 
 def _clause(item: Round | None, clause_id: str | None) -> str | None:

@@ -16,7 +16,7 @@ from physagent_studio.agent.rules.factors import may_change
 from physagent_studio.agent.rules.searching import STURDY, Candidate, Search
 from physagent_studio.agent.rules.wording import summary_of
 from physagent_studio.contract.view import acting_objects
-from physagent_studio.records import Hunk, Proposal, Rollout
+from physagent_studio.records import Check, Hunk, Proposal, Rollout
 
 RUNS = 10
 """Most candidate runs of one easing, where a run costs one unit (`costs`)."""
@@ -59,7 +59,13 @@ def _is_as_good(situation: Situation, found: Candidate) -> bool:
     weaker = any(
         c.margin < min(STURDY, before.get(c.id, STURDY)) for c in found.checks if c.demanded
     )
-    return not weaker and _goes_as_far(situation, situation.rollout, found.rollout)
+    shorter = _filled(found.checks) < _filled(situation.assessment.checks) - 0.02
+    return not weaker and not shorter and _goes_as_far(situation, situation.rollout, found.rollout)
+
+
+def _filled(checks: tuple[Check, ...]) -> float:
+    """Part of the clip in which something moves."""
+    return next((c.measured or 0.0 for c in checks if c.id == "view.fills"), 1.0)
 
 
 def _goes_as_far(situation: Situation, before: Rollout, now: Rollout) -> bool:

@@ -31,7 +31,7 @@ class Bench:
     case: Case
     reconstruct: Callable[[SceneState, Scene | None], Scene]
     simulate: Callable[[PhysicalProgram, Scene], Rollout]
-    measure: Callable[[PhysicalProgram, Rollout], tuple[Check, ...]]
+    measure: Callable[[PhysicalProgram, Rollout, Scene], tuple[Check, ...]]
     view: Callable[[Scene], Image | None]
     evidence: Callable[[Scene, Rollout], tuple[Image, ...]]
     put_scene: Callable[[Scene], str]

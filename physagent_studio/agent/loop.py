@@ -103,7 +103,7 @@ def _stage_two(state: LoopState, crew: Crew, bench: Bench) -> LoopState:
     current = _head(state)
     scene = bench.get_scene(_key(current.scene))
     rollout = bench.simulate(current.program, scene)
-    checks = bench.measure(current.program, rollout)
+    checks = bench.measure(current.program, rollout, scene)
     frames = bench.evidence(scene, rollout)
     evidence = RolloutEvidence(current.program, scene, rollout, checks, frames)
     assessment = crew.verifier.judge(evidence, current.program.event.prompt)

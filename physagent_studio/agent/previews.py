@@ -18,10 +18,10 @@ def trial_of(scene: Scene, bench: Bench) -> Callable[[PhysicalProgram], Trial]:
         if program.scene != scene.state:
             changed = bench.reconstruct(program.scene, scene)
             program = program.model_copy(update={"scene": changed.state})
-            rollout = bench.simulate(program, changed)
         else:
-            rollout = bench.simulate(program, scene)
-        return Trial(rollout, bench.measure(program, rollout))
+            changed = scene
+        rollout = bench.simulate(program, changed)
+        return Trial(rollout, bench.measure(program, rollout, changed))
 
     return try_out
 

@@ -22,15 +22,17 @@ from physagent_studio.agent.vlm import (
     load_settings,
 )
 from physagent_studio.contract import measure
+from physagent_studio.contract.view import Drawn
 from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.program.scene import Meshed
 from physagent_studio.reconstruction import reconstruct
-from physagent_studio.records import Case, Image, Mesh, Rollout, Scene
+from physagent_studio.records import Case, Check, Image, Mesh, Rollout, Scene
 from physagent_studio.records.loop_state import RoleName
 from physagent_studio.rendering import Compositor, frame_of
 from physagent_studio.session import Session
 from physagent_studio.simulation import Simulator
+from physagent_studio.workbench.likeness import drawn_of
 
 AgentName = Literal["rules", "vlm"]
 """The embedded agent, or a language model behind an OpenAI-compatible server."""
@@ -78,6 +80,7 @@ class Engine:
     simulations: int = 0
     members: Crew | None = None
     _scenes: dict[str, Scene] = field(default_factory=dict)
+    _drawn: dict[str, dict[str, Drawn]] = field(default_factory=dict)
     _simulator: Simulator = field(default_factory=Simulator)
 
     def crew(self, by_hand: Collection[RoleName] = ()) -> Crew:
@@ -116,7 +119,7 @@ class Engine:
             case=self.case,
             reconstruct=self.reconstruct,
             simulate=self.simulate,
-            measure=measure,
+            measure=self.measure,
             view=self.view,
             evidence=self.sample,
             put_scene=session.put_scene,
@@ -186,6 +189,14 @@ class Engine:
             return None
         positions, rotations = _initial(scene)
         return Compositor(scene).frame(positions, rotations, as_built=True).rgb
+
+    def measure(
+        self, program: PhysicalProgram, rollout: Rollout, scene: Scene
+    ) -> tuple[Check, ...]:
+        """Every check of a run: the contract, the physics, the view."""
+        if scene.hash not in self._drawn:
+            self._drawn = {scene.hash: drawn_of(scene)}
+        return measure(program, rollout, self._drawn[scene.hash])
 
     def sample(self, scene: Scene, rollout: Rollout) -> tuple[Image, ...]:
         """Every third frame of a rollout, rendered."""

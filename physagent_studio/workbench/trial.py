@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from physagent_studio.contract import measure
 from physagent_studio.errors import SimulationError
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.records import Check, Mesh, Rollout, Round, Scene
@@ -36,7 +35,10 @@ class Trial:
             else:
                 complete = draft.model_copy(update={"scene": scene.state})
                 rollout = self._engine.again(complete, scene, self._rollout_before(head))
-                self._draft = (draft.hash, (scene, rollout, measure(complete, rollout)))
+                self._draft = (
+                    draft.hash,
+                    (scene, rollout, self._engine.measure(complete, rollout, scene)),
+                )
         return self._draft[1]
 
     def attempt(self, now: PhysicalProgram, edited: PhysicalProgram, on_view: OnView) -> Attempt:
@@ -47,7 +49,7 @@ class Trial:
         built = self._built(edited, now, scene)
         complete = edited.model_copy(update={"scene": built.state})
         rollout = self._engine.again(complete, built, before)
-        checks = measure(complete, rollout)
+        checks = self._engine.measure(complete, rollout, built)
         self._tried = (edited.hash, (built, rollout, checks))
         return Attempt(complete, rollout, checks)
 

@@ -51,7 +51,7 @@ class Loop:
             case=STAGE.case(PROMPT),
             reconstruct=lambda state, before: STAGE.reconstruct(state),
             simulate=lambda program, scene: simulate(program, {}),
-            measure=measure,
+            measure=lambda program, rollout, scene: measure(program, rollout),
             view=lambda scene: None,
             evidence=lambda scene, rollout: (),
             put_scene=self._put_scene,

@@ -131,7 +131,7 @@ def bench_of(script: Script) -> Bench:
         case=CASE,
         reconstruct=reconstruct,
         simulate=simulate,
-        measure=lambda program, rollout: (),
+        measure=lambda program, rollout, scene: (),
         view=lambda scene: None,
         evidence=lambda scene, rollout: (),
         put_scene=put_scene,

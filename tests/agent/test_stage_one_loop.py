@@ -40,7 +40,7 @@ class Room:
             case=self.case,
             reconstruct=lambda state, before: reconstruct(self.case, state, previous=before),
             simulate=self._simulate,
-            measure=lambda program, rollout: (),
+            measure=lambda program, rollout, scene: (),
             view=lambda scene: None,
             evidence=lambda scene, rollout: (),
             put_scene=self._put,

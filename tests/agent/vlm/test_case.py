@@ -70,7 +70,7 @@ def real_bench(case: Case) -> Bench:
         case=case,
         reconstruct=see_again,
         simulate=lambda program, scene: simulate(program, scene.meshes),
-        measure=measure,
+        measure=lambda program, rollout, scene: measure(program, rollout),
         view=view,
         evidence=evidence,
         put_scene=keep(scenes),

@@ -142,7 +142,7 @@ def bench() -> Bench:
         case=CASE,
         reconstruct=reconstruct,
         simulate=simulate,
-        measure=measure,
+        measure=lambda program, rollout, scene: measure(program, rollout),
         view=lambda scene: PHOTO,
         evidence=frames,
         put_scene=put_scene,

@@ -103,7 +103,7 @@ def beach_ball(rng: Rng) -> Scene:
     bodies = [
         Body(cubic(0.161), (Part(ball(0.16), vinyl),), (-0.22, 1.45, 0.16), turned(20, 28, 35),
              "beach_ball"),
-        slab((5, 4, 0.05), (0.1, 2, -0.05), spread(stone, 0.002, (5, 4, 0.05))),
+        slab((5, 4, 0.05), (0.1, 2, -0.05), spread(stone, 0.002, (5, 4, 0.05), tiles=True)),
         flat_wall(3.3, wall, 0.0025), skirting(3.3, (226, 222, 212)),
         bookcase(rng, (0.42, 0.18, 0.42), (1.05, 3.1, 0.42)),
     ]  # fmt: skip
@@ -233,7 +233,7 @@ def mug(rng: Rng) -> Scene:
             Part(rod(0.0374, 0.02, centre=(0, 0, 0.012)), Finish(even((44, 24, 14)), 0.03, 0.02)),
         ), (0.09, 0.62, 0.047), turned(-24), "mug"),
         slab(half, (0, 0.83, -0.02), spread(stone, 0.0006, half, rough=0.18)),
-        flat_wall(1.25, metro, 0.0015, -0.02),
+        flat_wall(1.25, metro, 0.0015, -0.02, tiles=True),
         Body((0.05, 0.05, 0.2), (Part(joined(rod(0.045, 0.075, centre=(0, 0, -0.125), edge=0.006),
              rod(0.018, 0.012, centre=(0, 0, -0.04))), Finish(even((196, 120, 84)), rough=0.3)),),
              (-0.3, 1.05, 0.2)),
@@ -360,7 +360,7 @@ def skateboard(rng: Rng) -> Scene:
     """A skateboard from the side on asphalt, a kerb and a brick wall behind."""
 
     tar = grit(rng, [(96, 94, 92), (124, 120, 116), (64, 63, 63), (138, 133, 126)], 2.6)
-    kerb = grit(rng, [(168, 164, 156), (190, 186, 176), (130, 128, 122)], 4, 900)
+    kerb = grit(rng, [(168, 164, 156), (190, 186, 176), (130, 128, 122)], 4)
     brickwork = tiled(rng, (32, 94), [(150, 82, 62), (164, 96, 72), (132, 72, 58), (172, 112, 84)],
                       (178, 170, 156), count=14, shift=0.5)  # fmt: skip
     walk = (9, 0.8, 0.06)
@@ -368,7 +368,7 @@ def skateboard(rng: Rng) -> Scene:
         Body((0.41, 0.102, 0.08), board(), (-0.1, 1.45, 0.073), turned(7), name="skateboard"),
         slab((9, 6, 0.05), (0, 3, -0.05), spread(tar, 0.0016, (9, 6, 0.05))),
         slab(walk, (0, 3.3, 0.06), spread(kerb, 0.0025, walk)),
-        flat_wall(4.1, brickwork, 0.0025),
+        flat_wall(4.1, brickwork, 0.0025, tiles=True),
     ]  # fmt: skip
     eye = eye_at((832, 480), 33, 0.34, 9, 1.45, 0.004)
     event = ("rolls", "The skateboard rolls slowly to the right.")
@@ -479,7 +479,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Draw ten strange pictures as cases.")
     parser.add_argument("out", type=Path)
     parser.add_argument("names", nargs="*", default=list(SCENES), help=", ".join(SCENES))
-    parser.add_argument("--samples", type=int, default=40, help="paths per pixel")
+    parser.add_argument("--samples", type=int, default=20, help="paths per pixel")
     parser.add_argument("--scale", type=float, default=1.0, help="of the picture's sides")
     args = parser.parse_args()
     for name in args.names:

@@ -7,6 +7,7 @@ are metres and stand in the body frame.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import cv2
 import numpy as np
@@ -121,27 +122,48 @@ def grainy(height: float, scale: float, seed: int = 3) -> Field:
     return lambda p: np.float32(height) * solid_layered(p * np.float32(scale), seed)
 
 
-def picked(image: Array, rows: Array, columns: Array) -> Array:
-    """Texels of an image that repeats itself."""
-    height, width = image.shape[:2]
-    return image[np.floor(rows).astype(int) % height, np.floor(columns).astype(int) % width]
+def picked(image: Array, rows: Array, columns: Array, *, mirror: bool = False) -> Array:
+    """Texels of an image that repeats itself, or, `mirror`, is reflected at its borders."""
+    index = []
+    for values, count in zip((rows, columns), image.shape[:2], strict=True):
+        whole = np.floor(values).astype(int) % (2 * count if mirror else count)
+        index.append(np.minimum(whole, 2 * count - 1 - whole) if mirror else whole)
+    return image[index[0], index[1]]
 
 
-def spread(surface: Surface, texel: float, half: Triple, **look: float) -> Finish:
-    """A sheet laid over a box: its rows along x, its columns along y, folded down at the sides."""
+def _laid(
+    surface: Surface, texel: float, places: Callable[[Array], tuple[Array, Array]], mirror: bool
+) -> tuple[Field, Field]:
+    """Paint and relief of a sheet whose middle lies at the origin of `places`, in metres."""
+    height = surface.height.astype(np.float32)
+    middle = np.array(height.shape) // 2
+
+    def texels(p: Array) -> tuple[Array, Array]:
+        row, column = places(p)
+        return row / texel + middle[0], column / texel + middle[1]
+
+    return (
+        lambda p: picked(surface.colour, *texels(p), mirror=mirror),
+        lambda p: picked(height, *texels(p), mirror=mirror),
+    )
+
+
+def spread(
+    surface: Surface, texel: float, half: Triple, *, rough: float | None = None, tiles: bool = False
+) -> Finish:
+    """A sheet laid over a box: its rows along x, its columns along y, folded down at the sides.
+
+    tiles: it repeats without a seam; any other is reflected at its borders.
+    """
 
     def places(p: Array) -> tuple[Array, Array]:
         down = np.float32(half[2]) - p[:, 2]
         side = np.abs(p[:, 0]) > half[0] - 1e-4
-        return (p[:, 0] + side * down) / texel, (p[:, 1] - ~side * down) / texel
+        return p[:, 0] + side * down, p[:, 1] - ~side * down
 
-    height = surface.height.astype(np.float32)
-    rough = float(surface.roughness.mean())
-    return Finish(
-        lambda p: picked(surface.colour, *places(p)),
-        rough=look.get("rough", rough), shine=look.get("shine", 0.04),
-        relief=lambda p: picked(height, *places(p)), grain=texel,
-    )  # fmt: skip
+    paint, relief = _laid(surface, texel, places, not tiles)
+    dull = float(surface.roughness.mean()) if rough is None else rough
+    return Finish(paint, rough=dull, relief=relief, grain=texel)
 
 
 def slab(half: Triple, position: Triple, finish: Finish, name: str | None = None) -> Body:
@@ -149,11 +171,11 @@ def slab(half: Triple, position: Triple, finish: Finish, name: str | None = None
     return Body(half, (Part(None, finish),), position, name=name)
 
 
-def flat_wall(y: float, surface: Surface, texel: float, base: float = 0.0) -> Body:
+def flat_wall(
+    y: float, surface: Surface, texel: float, base: float = 0.0, *, tiles: bool = False
+) -> Body:
     """A wall across the view whose sheet runs along x and up; its foot is at height `base`."""
-    height = surface.height.astype(np.float32)
-    paint = lambda p: picked(surface.colour, -p[:, 2] / texel, p[:, 0] / texel)  # noqa: E731
-    relief = lambda p: picked(height, -p[:, 2] / texel, p[:, 0] / texel)  # noqa: E731
+    paint, relief = _laid(surface, texel, lambda p: (-p[:, 2], p[:, 0]), not tiles)
     finish = Finish(paint, rough=float(surface.roughness.mean()), relief=relief, grain=texel)
     return slab((6, 0.05, 1.5), (0, y + 0.05, base + 1.5), finish)
 

@@ -134,7 +134,7 @@ def bookcase(rng: Rng, half: Triple, position: Triple) -> Body:
     tints = (
         linear((120, 110, 100))
         * rng.uniform(0.25, 1.7, (count, 1))
-        * rng.uniform(0.45, 1.4, (count, 3))
+        * rng.uniform(0.6, 1.3, (count, 3))
     )
     tops = rng.uniform(0.66, 0.9, count)
 

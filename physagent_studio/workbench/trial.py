@@ -35,10 +35,8 @@ class Trial:
             else:
                 complete = draft.model_copy(update={"scene": scene.state})
                 rollout = self._engine.again(complete, scene, self._rollout_before(head))
-                self._draft = (
-                    draft.hash,
-                    (scene, rollout, self._engine.measure(complete, rollout, scene)),
-                )
+                checks = self._engine.measure(complete, rollout, scene)
+                self._draft = (draft.hash, (scene, rollout, checks))
         return self._draft[1]
 
     def attempt(self, now: PhysicalProgram, edited: PhysicalProgram, on_view: OnView) -> Attempt:

@@ -29,7 +29,7 @@ _SCENE = world.reconstruct(
 )
 PROGRAM = program_of(EventReply.model_validate(scripted.event()), world.SENTENCE, _SCENE.state)
 ROLLOUT = world.simulate(PROGRAM, _SCENE)
-CHECKS = world.bench().measure(PROGRAM, ROLLOUT)
+CHECKS = world.bench().measure(PROGRAM, ROLLOUT, _SCENE)
 
 
 @dataclass

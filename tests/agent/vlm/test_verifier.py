@@ -28,7 +28,7 @@ def rollout_evidence(first: PhysicalProgram) -> RolloutEvidence:
     bench = world.bench()
     scene = world.reconstruct(first.scene)
     rollout = world.simulate(first, scene)
-    checks = bench.measure(first, rollout)
+    checks = bench.measure(first, rollout, scene)
     return RolloutEvidence(first, scene, rollout, checks, bench.evidence(scene, rollout))
 
 

@@ -149,7 +149,7 @@ def test_generator_and_planner_say_everything_plainly(stage: str, prompt: str):
         case=case,
         reconstruct=lambda state, before: STAGES[stage].reconstruct(state),
         simulate=run,
-        measure=measure,
+        measure=lambda program, rollout, scene: measure(program, rollout),
         view=lambda scene: None,
         evidence=lambda scene, rollout: (),
         put_scene=put,

@@ -66,7 +66,7 @@ def bench_of(stage: Stage, prompt: str) -> tuple[Bench, list[int]]:
         case=stage.case(prompt),
         reconstruct=lambda state, previous: stage.reconstruct(state),
         simulate=run,
-        measure=measure,
+        measure=lambda program, rollout, scene: measure(program, rollout),
         view=lambda scene: None,
         evidence=lambda scene, rollout: (),
         put_scene=put,

@@ -14,6 +14,7 @@ from physagent_studio.agent.rules.footing import (
     with_walls_weighed,
 )
 from physagent_studio.agent.rules.hanging import in_the_air
+from physagent_studio.agent.rules.heading import with_wheels
 from physagent_studio.agent.rules.landmarks import assume_open, derived_landmarks
 from physagent_studio.agent.rules.layout import Layout
 from physagent_studio.agent.rules.look import density_of, material_of
@@ -47,7 +48,7 @@ class RuleGenerator:
         state = with_walls_weighed(state)
         state = with_hold(_with_landmarks(state, reading))
         clip = Clip()
-        state = _with_materials(state, reading, clip)
+        state = _with_materials(_on_wheels(state, reading, clip), reading, clip)
         layout = Layout(state)
         return PhysicalProgram(
             clip=clip,
@@ -143,6 +144,14 @@ def _with_landmarks(state: SceneState, reading: Reading) -> SceneState:
     marks, said = assume_open(Layout(state), reading)
     flags = tuple(dict.fromkeys((*state.flags, *said)))[:64]
     return state.model_copy(update={"landmarks": marks, "flags": flags})
+
+
+def _on_wheels(state: SceneState, reading: Reading, clip: Clip) -> SceneState:
+    """Wheels under what has them by its name, facing the way it goes; what is assumed as flags."""
+    layout = Layout(state)
+    objects, said = with_wheels(state.objects, layout, tasks_of(reading, layout, clip))
+    flags = tuple(dict.fromkeys((*state.flags, *said)))[:64]
+    return state.model_copy(update={"objects": objects, "flags": flags})
 
 
 def _with_materials(state: SceneState, reading: Reading, clip: Clip) -> SceneState:

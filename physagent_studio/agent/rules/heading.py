@@ -63,13 +63,13 @@ def _wheels(
         return None, ()
     way, bound = (None, False) if task is None else _way(task)
     axis, shown = _axis(item.name, layout, kind.heading)
-    if task is not None and layout.downhill(item.name) is not None:
-        # What goes up or down a slope on wheels lies along it.
-        shown = shown and way is None
-    goes = axis if way is None else _facing(axis, way, shown, bound)
+    # What goes up or down a slope on wheels lies along it.
+    on_slope = way is not None and layout.downhill(item.name) is not None
+    keeps = shown and not on_slope and kind.heading != "none"
+    goes = axis if way is None else _facing(axis, way, keeps, bound)
     backwards = task is not None and task.backwards
     front = -goes if backwards else goes
-    heading = round(math.degrees(math.atan2(front[1], front[0])), 1)
+    heading = round(math.degrees(math.atan2(front[1], front[0])), 1) % 360
     rolling = None if task is None else rolling_for(task) or _rolling_to_stop(task)
     wheels = Wheels(heading=heading, rolling=USUAL if rolling is None else rolling)
     if kind.heading == "none":
@@ -116,12 +116,13 @@ def _axis(name: str, layout: Layout, heading: str) -> tuple[FloatArray, bool]:
     return ways[best], max(aspect, 1 / aspect) > LONG
 
 
-def _facing(axis: FloatArray, way: FloatArray, shown: bool, bound: bool) -> FloatArray:
+def _facing(axis: FloatArray, way: FloatArray, keeps: bool, bound: bool) -> FloatArray:
     """Level unit direction in which it sets out: that of its axis, the end nearer to the way.
 
-    way: as the prompt has it, (3,) level. bound: whether that is exact: to a thing, down a slope.
+    way: as the prompt has it, (3,) level. keeps: whether it has to keep to its axis at all.
+    bound: whether the way is exact: to a thing, down a slope.
     """
-    if not shown:
+    if not keeps:
         return way
     nearer = axis if float(axis @ way) >= 0 else -axis
     close = float(nearer @ way) > math.cos(math.radians(SURE))

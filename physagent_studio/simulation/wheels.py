@@ -62,6 +62,7 @@ class Wheelset:
         self.ahead = turn.T @ (ahead / math.hypot(*ahead))
         self.arm = ARM * float(np.abs(self.ahead) @ extent)
         self.part, self.given = part, given
+        self.principal = matrix_of(part.model.body_iquat[part.handle.body].tolist())
         # Of each of its contact pairs: the other's index, friction, and whether it is a support
         # that carries things.
         self.pairs: dict[int, tuple[int, float, bool]] = {}
@@ -90,9 +91,13 @@ class Wheelset:
         load = -float(force @ normal)
         if load <= 0:
             return None
-        angular = part.angular()
-        velocity = part.velocity() + cross(angular, part.centre() - part.position())
-        mass, inertia = part.mass, float(normal @ part.inertia() @ normal)
+        body, at = part.handle.body, part.handle.velocity
+        spin, middle = data.qvel[at + 3 : at + 6], part.model.body_ipos[body]
+        angular, velocity = turn @ spin, part.velocity()
+        if middle.any():
+            velocity += turn @ cross(spin, middle)
+        own = self.principal.T @ (turn.T @ normal)
+        mass, inertia = part.mass, float(part.model.body_inertia[body] @ (own * own))
         if carrier is not None:
             velocity = velocity - carrier.velocity()
             velocity = velocity - cross(carrier.angular(), spot - carrier.centre())
@@ -100,7 +105,7 @@ class Wheelset:
             # What it stands on gives way as well.
             mass *= carrier.mass / (mass + carrier.mass)
         grip = load * (friction if self.given.grip is None else self.given.grip)
-        across = np.array(cross(normal, ahead))
+        across = cross(normal, ahead)
         found = np.zeros(3)
         for way, limit in ((ahead, self.given.rolling * load), (across, grip)):
             found += way * _within(-mass * float(velocity @ way) / seconds - force @ way, limit)
@@ -204,11 +209,11 @@ class Wheels:
         self._loosen(one, frozenset(carrying | (coming if upright else set())))
         one.footing = None
         if below:
-            normal = np.sum([row[1] for row in below], axis=0)
-            spot = np.mean([row[2] for row in below], axis=0)
+            normal = np.add.reduce([row[1] for row in below])
+            spot = np.add.reduce([row[2] for row in below])
             other, friction, _ = one.pairs[below[0][0]]
             carrier = other if other < len(self._parts) else -1
-            one.footing = (normal / math.hypot(*normal), spot, carrier, friction)
+            one.footing = (normal / math.hypot(*normal), spot / len(below), carrier, friction)
 
     def _loosen(self, one: Wheelset, pairs: frozenset[int]) -> None:
         """Takes the friction from these of its contact pairs and gives it back to the others."""

@@ -1,13 +1,15 @@
 """Which way things on wheels face, and what the prompt lets them do on their wheels.
 
-The axis is what the picture shows: the longer side of the outline from above. Its front end is
-not measured: it is the end with which the thing goes first, as the prompt has it go, or the other
-one where the prompt has it go backwards.
+The axis is what the picture shows: the longer one of the two sides on which it is seen to stand,
+else the longer side of the reconstructed outline from above. Its front end is not measured: it is
+the end with which the thing goes first, as the prompt has it go, or the other one where the prompt
+has it go backwards.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -19,6 +21,7 @@ from physagent_studio.agent.rules.ramps import down_ramp, rolling_for
 from physagent_studio.agent.rules.scripts import Task
 from physagent_studio.knowledge import kind_of
 from physagent_studio.program.scene import SceneObject, Wheels
+from physagent_studio.reconstruction.facing import footprint_of
 
 LONG = 1.3
 """Length over width from which on the picture shows along which axis a thing lies."""
@@ -38,31 +41,35 @@ CASTERS = 0.02
 
 
 def with_wheels(
-    objects: tuple[SceneObject, ...], layout: Layout, tasks: list[Task]
+    layout: Layout, tasks: list[Task], masks: Mapping[str, np.ndarray]
 ) -> tuple[tuple[SceneObject, ...], tuple[str, ...]]:
     """The objects with wheels under those whose kind has them, and a sentence for each front
-    that is assumed."""
+    that is assumed. masks: (H, W) bool of objects, where there is a photo."""
     by_name = {task.name: task for task in tasks}
     found: list[SceneObject] = []
     said: list[str] = []
-    for item in objects:
+    for item in layout.state.objects:
         wheels = None
         if item.wheels is None and item.body.kind == "rigid" and layout.has(item.name):
-            wheels, words = _wheels(item, layout, by_name.get(item.name))
+            axis = _seen_axis(item.name, layout, masks.get(item.name))
+            wheels, words = _wheels(item, layout, by_name.get(item.name), axis)
             said += words
         found.append(item if wheels is None else item.model_copy(update={"wheels": wheels}))
     return tuple(found), tuple(said)
 
 
 def _wheels(
-    item: SceneObject, layout: Layout, task: Task | None
+    item: SceneObject, layout: Layout, task: Task | None, seen: FloatArray | None
 ) -> tuple[Wheels | None, tuple[str, ...]]:
     """The wheels of one thing, None where it has or uses none, and what is assumed of it."""
     kind = kind_of(item.name)
     if kind is None or not kind.wheels or (task is not None and leaves_its_axis(task)):
         return None, ()
     way, bound = (None, False) if task is None else _way(task)
-    axis, shown = _axis(item.name, layout, kind.heading)
+    axis, shown = _axis(item, layout)
+    axis, shown = (axis, shown) if seen is None else (seen, True)
+    if kind.heading == "short_axis":
+        axis = np.array([-axis[1], axis[0], 0.0])
     # What goes up or down a slope on wheels lies along it.
     on_slope = way is not None and layout.downhill(item.name) is not None
     keeps = shown and not on_slope and kind.heading != "none"
@@ -75,9 +82,18 @@ def _wheels(
     if kind.heading == "none":
         return wheels.model_copy(update={"known": True, "grip": CASTERS}), ()
     why = _reason(way is not None, backwards, shown)
-    toward = named_way(front).replace("_", " the ")
-    text = f"which way {item.name} faces is not seen in the picture; taken to face {toward}, {why}"
-    return wheels, (text,)
+    text = f"which way {item.name} faces is not seen in the picture; taken to face {_said(front)}"
+    return wheels, (f"{text}, {why}",)
+
+
+def _said(way: FloatArray) -> str:
+    """A level unit direction in words: one named way, or two where it lies well between them."""
+    parts = [level(way) * np.eye(3)[axis] for axis in (0, 1) if abs(way[axis]) > ASLANT]
+    return " and ".join(named_way(part).replace("_", " the ") for part in parts)
+
+
+ASLANT = math.sin(math.radians(22.5))
+"""Least part of a direction along a named way for which that way is said."""
 
 
 def _reason(goes: bool, backwards: bool, shown: bool) -> str:
@@ -100,8 +116,23 @@ def leaves_its_axis(task: Task) -> bool:
     return sideways or tipped or (intent.has("reverse") and on_slope)
 
 
-def _axis(name: str, layout: Layout, heading: str) -> tuple[FloatArray, bool]:
-    """Level unit axis (3,) along which it faces, and whether its outline shows it."""
+def _seen_axis(name: str, layout: Layout, mask: np.ndarray | None) -> FloatArray | None:
+    """Level unit axis (3,) of the longer side on which it is seen to stand; None if unclear."""
+    camera, slope = layout.state.camera, layout.ramp_below(name)
+    if mask is None or camera is None or slope is not None or layout.carrier(name) is None:
+        return None
+    foot = float(layout.position(name)[2]) - layout.extent(name, -WAYS["up"])
+    seen = footprint_of(mask, camera, foot)
+    # Of a thing seen straight on one side is hidden, and may be the longer one.
+    if seen is None or seen.across <= 0 or seen.along < LONG * seen.across:
+        return None
+    angle = math.radians(seen.angle)
+    return np.array([math.cos(angle), math.sin(angle), 0.0])
+
+
+def _axis(item: SceneObject, layout: Layout) -> tuple[FloatArray, bool]:
+    """Level unit axis (3,) of the longer side of its outline, and whether it clearly is longer."""
+    name = item.name
     ways = [
         np.array([math.cos(angle), math.sin(angle), 0.0])
         for angle in np.radians(np.arange(0.0, 180.0, 1.0))
@@ -110,10 +141,13 @@ def _axis(name: str, layout: Layout, heading: str) -> tuple[FloatArray, bool]:
     across = np.roll(wide, -90)
     # The smallest upright box around it, from above, lies as it does.
     best = int(np.argmin(wide * across))
-    aspect = float(wide[best] / max(across[best], 1e-9))
-    if (aspect < 1) != (heading == "short_axis"):
+    if wide[best] < across[best]:
         best = (best + 90) % 180
-    return ways[best], max(aspect, 1 / aspect) > LONG
+    shown = bool(wide[best] > LONG * across[best])
+    if item.shape is not None and item.shape.kind == "inflated":
+        # Its depth is a guess: as wide as high it may as well be seen from behind.
+        shown = shown and bool(wide[best] > LONG * layout.height(name))
+    return ways[best], shown
 
 
 def _facing(axis: FloatArray, way: FloatArray, keeps: bool, bound: bool) -> FloatArray:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from types import MappingProxyType
 
+import cv2
 import numpy as np
 import pytest
 
@@ -13,7 +16,7 @@ from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.rotations import about_up, matrix_of
 from physagent_studio.program.scene import Box, Cylinder, Wheels
 from physagent_studio.simulation import simulate
-from tests.agent.rules.scenes import STAGES, Stage
+from tests.agent.rules.scenes import CAMERA, STAGES, Stage
 
 LONG, SHORT = (0.2, 0.1, 0.08), (0.12, 0.1, 0.08)
 
@@ -56,6 +59,23 @@ def test_it_sets_out_along_its_axis_with_the_end_that_goes_first(turn, prompt, h
     assert off(wheels.heading, heading) < 2
     assert not wheels.known
     assert any("toy_car faces is not seen in the picture" in flag for flag in program.scene.flags)
+
+
+def test_the_two_sides_that_a_mask_shows_are_its_axis_before_any_outline():
+    stage, prompt = yard(0), "The toy car drives to the left."
+    corners = np.array([[x, y, 0.0] for x in (-0.2, 0.2) for y in (-0.09, 0.09)])
+    turned = corners @ matrix_of(about_up(math.radians(130))).T + [0.0, 2.5, 0.0]
+    pixels, _ = CAMERA.project(np.concatenate([turned, turned + [0.0, 0.0, 0.1]]))
+    mask = np.zeros((480, 832), np.uint8)
+    cv2.fillConvexPoly(mask, cv2.convexHull(pixels.astype(np.float32)).astype(np.int32), 1)
+
+    def seen(state):
+        masks = MappingProxyType({"toy_car": mask.astype(bool)})
+        return dataclasses.replace(stage.reconstruct(state), masks=masks)
+
+    program = RuleGenerator().first(stage.case(prompt), seen)
+    assert off(wheels_of(program).heading, 130) < 6
+    assert any("taken to face left and away" in flag for flag in program.scene.flags)
 
 
 @pytest.mark.parametrize("turn", [0, 30, 140])

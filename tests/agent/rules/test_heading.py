@@ -65,7 +65,7 @@ def test_the_two_sides_that_a_mask_shows_are_its_axis_before_any_outline():
     stage, prompt = yard(0), "The toy car drives to the left."
     corners = np.array([[x, y, 0.0] for x in (-0.2, 0.2) for y in (-0.09, 0.09)])
     turned = corners @ matrix_of(about_up(math.radians(130))).T + [0.0, 2.5, 0.0]
-    pixels, _ = CAMERA.project(np.concatenate([turned, turned + [0.0, 0.0, 0.1]]))
+    pixels, _ = CAMERA.project(np.concatenate([turned, turned + np.array([0, 0, 0.1])]))
     mask = np.zeros((480, 832), np.uint8)
     cv2.fillConvexPoly(mask, cv2.convexHull(pixels.astype(np.float32)).astype(np.int32), 1)
 

@@ -223,7 +223,8 @@ def _static_friction(program: PhysicalProgram, item: SceneObject) -> tuple[float
         return None
     if under.shape is not None and under.shape.kind in ("ramp", "wall", "vessel", "mesh"):
         return None
-    coefficient = friction_between(item, under)
+    wheels = item.wheels
+    coefficient = friction_between(item, under) if wheels is None else wheels.rolling
     return coefficient * mass * gravity_of(scene), coefficient
 
 

@@ -71,7 +71,7 @@ class PhysicalProgram(Frozen):
     @property
     def hash(self) -> str:
         """SHA-256 of the canonical JSON form."""
-        data = self.model_dump(mode="json")
+        data = self.model_dump(mode="json", exclude={"scene": self.scene.without})
         text = _canonical(data)
         if "-0.0" in text:
             text = _canonical(unsigned_zeros(data))

@@ -7,12 +7,13 @@ background plate) are not here; they belong to `records.Scene`.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from physagent_studio.program.base import (
     IDENTITY,
+    Degrees,
     Frozen,
     Length,
     Name,
@@ -127,6 +128,22 @@ FormKind = Literal[
 ]
 
 
+class Wheels(Frozen):
+    """What a thing stands on that rolls along one way and grips across it.
+
+    heading: degrees in the world, seen from above at the initial pose, of where its front points:
+    0 right, 90 away from the camera. rolling: resistance along, force over weight. grip: Coulomb
+    friction across; None is that of its material on what carries it. known: whether the front is
+    seen or was told, else it is assumed. It moves along its heading and keeps it, unless what
+    pushes it is stronger than the grip; lying on its side it slides as its material does.
+    """
+
+    heading: Degrees
+    rolling: Rolling = 0.02
+    grip: Friction | None = None
+    known: bool = False
+
+
 class SceneObject(Frozen):
     """A thing that can move.
 
@@ -135,7 +152,8 @@ class SceneObject(Frozen):
     object), "air" for nothing, None for open. material: a row of `program.materials`; density
     (kg/m³), friction, restitution and rolling (resistance of round things, the force that it
     takes to keep one rolling over its weight) override that row. body: how it holds together.
-    form: the kind of shape that an open `shape` becomes; None leaves the choice open too.
+    wheels: on which it stands, None for none. form: the kind of shape that an open `shape`
+    becomes; None leaves the choice open too.
     """
 
     name: Name
@@ -150,6 +168,7 @@ class SceneObject(Frozen):
     friction: Friction | None = None
     restitution: Restitution | None = None
     rolling: Rolling | None = None
+    wheels: Wheels | None = None
     body: Body = Rigid()
     source: Source = "estimated"
 
@@ -220,6 +239,13 @@ class SceneState(Frozen):
         return next((item for item in self.landmarks if item.name == name), None)
 
     @property
+    def without(self) -> dict[str, Any]:
+        """What a hash leaves out (pydantic's `exclude`): fields that came later and are not used,
+        so that a scene without them keeps the hash that it always had."""
+        unused = {i: {"wheels"} for i, item in enumerate(self.objects) if item.wheels is None}
+        return {"objects": unused} if unused else {}
+
+    @property
     def is_closed(self) -> bool:
         """Whether nothing is left for reconstruction to fill, the camera included."""
         return self.camera is not None and self.is_resolved
@@ -265,4 +291,5 @@ __all__ = [
     "Torus",
     "Vessel",
     "Wall",
+    "Wheels",
 ]

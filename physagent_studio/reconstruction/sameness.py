@@ -10,7 +10,7 @@ from physagent_studio.records.case import Case
 VERSION = "16"
 """Changes whenever the same input gives another scene."""
 
-_UNSEEN = ("material", "density", "friction", "restitution", "rolling", "body")
+_UNSEEN = ("material", "density", "friction", "restitution", "rolling", "wheels", "body")
 """Fields of objects and supports that no picture shows: changing them changes no geometry."""
 
 
@@ -31,7 +31,7 @@ def _sight(state: SceneState) -> dict[str, object]:
 
 def scene_hash(case: Case, state: SceneState) -> str:
     """SHA-256 of everything that a reconstruction depends on."""
-    parts = [VERSION, case.image_hash, case.prompt, state.model_dump_json()]
+    parts = [VERSION, case.image_hash, case.prompt, state.model_dump_json(exclude=state.without)]
     if case.focal is not None:
         parts.append(f"{case.focal:.3f}")
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()

@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Callable
 from functools import partial
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from physagent_studio.contract import met
 from physagent_studio.errors import Cancelled
@@ -64,16 +64,19 @@ def _snapshot(world: World, trace: Trace, frame: int) -> None:
 def _memory(world: World, trace: Trace) -> str:
     """What a snapshot needs beyond the engine's state, as JSON."""
     calm = (len(world.kicks), len(trace.came_true), trace.schedule.just_ended)
-    if not trace.schedule.active and trace.memory[0] == calm:
+    still = not trace.schedule.active and world.wheels is None
+    if still and trace.memory[0] == calm:
         return trace.memory[1]
-    memory = {
+    memory: dict[str, Any] = {
         "kicks": [[step, index, kick.tolist()] for step, index, kick in world.kicks],
         "active": {slot.action.id: slot.effect.memory() for slot in trace.schedule.active},
         "true": trace.came_true,
         "wrench": trace.schedule.just_ended,
     }
+    if world.wheels is not None:
+        memory["wheels"] = world.wheels.memory()
     text = _compact(memory)
-    trace.memory = (None if trace.schedule.active else calm, text)
+    trace.memory = (calm if still else None, text)
     return text
 
 
@@ -95,6 +98,8 @@ def _edges(world: World, trace: Trace, step: int) -> None:
     if step == 0:
         for item in world.program.scene.objects:
             world.half_kick(item.name)
+        if world.wheels is not None:
+            world.wheels.look()
         trace.grip.update(world.data.ncon)
         trace.fracture.follow(world.data)
     if schedule.is_conditional:
@@ -134,23 +139,28 @@ def _touched(world: World, trace: Trace, a: str, b: str) -> int | None:
 
 def _advance(world: World, trace: Trace, step: int, reached: Reached) -> int:
     """Goes on from a control step, as far as nothing of ours can act; returns the next one."""
-    schedule, calm = trace.schedule, trace.calm
+    schedule, calm, wheels = trace.schedule, trace.calm, world.wheels
     busy = [slot for slot in schedule.active if slot.effect.acts] if schedule.active else []
-    if busy or schedule.just_ended:
+    if busy or schedule.just_ended or wheels is not None:
         world.data.xfrc_applied[:] = 0
         schedule.just_ended = False
     fine = _work(world, busy, step) if busy else []
+    if wheels is not None and not fine:
+        wheels.act()
     if fine:
         _step_by_step(world, trace, step, _pushes(world, fine, step))
     elif step < calm.until:
         step = _stretch(world, trace, step, bool(busy), reached) - 1
     else:
         _meet(world, trace, step, not busy and step > 0 and not schedule.has_edge(step))
+    if wheels is not None:
+        wheels.look()
     first = step * trace.substeps
     if trace.fracture.watches:
         trace.releases += trace.fracture.release(world.data, trace.log.blows(first), step)
     if step + 1 >= calm.until:
         gain = sum(slot.effect.most_gain(world) for slot in busy) if busy else 0.0
+        gain += wheels.most_gain if wheels is not None else 0.0
         if fine or math.isinf(gain):
             calm.end(step + 1)
         else:
@@ -168,13 +178,16 @@ def _work(world: World, busy: list[Slot], step: int) -> list[Slot]:
 
 def _pushes(world: World, fine: list[Slot], step: int) -> Callable[[int], None]:
     """What acts anew before each engine step of a control step."""
-    data, seconds = world.data, world.step_seconds
+    data, seconds, wheels = world.data, world.step_seconds, world.wheels
     base = data.xfrc_applied.copy()
 
     def before(tick: int) -> None:
         data.xfrc_applied[:] = base
         for slot in fine:
             slot.effect.act(world, (step - _start(slot)) * seconds + tick * world.dt)
+        if wheels is not None:
+            # Against the pushes as they are when the control step begins.
+            (wheels.again if tick else wheels.act)()
 
     return before
 
@@ -188,7 +201,8 @@ def _stretch(world: World, trace: Trace, step: int, busy: bool, reached: Reached
     go_on, substeps, per = mj.mj_step, trace.substeps, world.program.clip.steps_per_frame
     places, rates, positions, velocities = data.qpos, data.qvel, trace.positions, trace.velocities
     quiet = not busy and step > 0 and not trace.schedule.has_edge(step)
-    stop, close = step + 1 if busy else _stop(trace, step), grip.now
+    alone = busy or world.wheels is not None
+    stop, close = step + 1 if alone else _stop(trace, step), grip.now
     while True:
         go_on(model, data, substeps)
         first, count = step * substeps, data.ncon

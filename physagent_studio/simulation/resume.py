@@ -21,7 +21,8 @@ LAW = 4
 
 def setting_key(program: PhysicalProgram, structure: str, substeps: int) -> str:
     """Hash of everything in a run but its actions, the engine's version and our law's included."""
-    scene = program.scene.model_dump_json(exclude={"camera", "horizon", "flags"})
+    unseen = dict.fromkeys(("camera", "horizon", "flags"), True)
+    scene = program.scene.model_dump_json(exclude={**unseen, **program.scene.without})
     clip = program.clip.model_dump_json(exclude={"playback_fps"})
     parts = (structure, scene, clip, str(substeps), mj.mj_versionString(), str(LAW))
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
@@ -82,6 +83,8 @@ def restore(world: World, trace: Trace, previous: Rollout, frame: int) -> int:
     spans = {span.id: span for span in previous.spans}
     trace.schedule.recall(spans, memory["active"], step)
     trace.schedule.just_ended = memory["wrench"]
+    if world.wheels is not None:
+        world.wheels.recall(memory["wheels"])
     for slot in trace.schedule.active:
         slot.effect.resume(world)
     return step

@@ -35,6 +35,7 @@ from physagent_studio.simulation.solids import Solid, solid_of
 from physagent_studio.simulation.surfaces import FloatArray, Surface
 from physagent_studio.simulation.trace import Trace, new_trace
 from physagent_studio.simulation.tunnelling import substeps_for
+from physagent_studio.simulation.wheels import wheels_of
 from physagent_studio.simulation.world import World
 
 K = TypeVar("K")
@@ -217,7 +218,8 @@ def _prepare(
         for handle, item in zip(compiled.handles, scene.objects, strict=True)
     )
     skins = _skins(program, compiled, meshes)
-    world = World(program, compiled, parts, dt, names, bodies, skins)
+    wheels = wheels_of(program, compiled, parts)
+    world = World(program, compiled, parts, dt, names, bodies, skins, wheels)
     trace = new_trace(program, compiled, substeps)
     for solid in compiled.solids:
         if solid.note:

@@ -16,6 +16,7 @@ from physagent_studio.simulation.model import Compiled
 from physagent_studio.simulation.parts import Part, RigidPart
 from physagent_studio.simulation.surfaces import FloatArray
 from physagent_studio.simulation.vectors import support_centre
+from physagent_studio.simulation.wheels import Wheels
 
 IMPACT = 50.0
 """Accelerations above this many g are impacts; they are not extrapolated over half a step."""
@@ -33,8 +34,8 @@ class World:
 
     parts: the objects. dt: engine step, s. names: index of each object. bodies: the same,
     supports after objects. skins: (V, 3) m, world, first places of the vertices of what is
-    not rigid. step: the control step that comes next. kicks: (step, object,
-    velocity that was held back).
+    not rigid. wheels: what is on wheels, None where nothing is. step: the control step that comes
+    next. kicks: (step, object, velocity that was held back).
     """
 
     program: PhysicalProgram
@@ -44,6 +45,7 @@ class World:
     names: dict[str, int]
     bodies: dict[str, int]
     skins: dict[str, FloatArray]
+    wheels: Wheels | None = None
     step: int = 0
     kicks: list[tuple[int, int, FloatArray]] = field(default_factory=list)
 

@@ -30,7 +30,7 @@ def schedule(reading: Reading, layout: Layout, clip: Clip) -> tuple[Action, ...]
     for task in tasks_of(reading, layout, clip):
         wait = steps_to_wait(task.intent, reading, clip)
         wait += act.FIRST_STEP + act.RISES if task.name in raised else 0
-        for action in _script_for(task)(task):
+        for action in script_for(task)(task):
             later = _later(action, wait)
             actions += [a for a in [_fitted(later, clip, actions)] if a is not None]
     return tuple(actions[:500])
@@ -130,7 +130,8 @@ def _rank(intent: Intent, driven: list[Intent], layout: Layout) -> tuple[int, in
     return ordered.index(intent.name), len(ordered)
 
 
-def _script_for(task: Task) -> Script:
+def script_for(task: Task) -> Script:
+    """The script that sets an object going."""
     intent, layout = task.intent, task.layout
     if intent.has("wind") or _is_blown(task):
         return scripts.in_wind

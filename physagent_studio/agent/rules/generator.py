@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+import numpy as np
 
 from physagent_studio.agent.rules import actions as act
 from physagent_studio.agent.rules.bodies import bodies_for
@@ -15,6 +18,7 @@ from physagent_studio.agent.rules.footing import (
     with_walls_weighed,
 )
 from physagent_studio.agent.rules.hanging import from_nowhere, in_the_air
+from physagent_studio.agent.rules.heading import with_wheels
 from physagent_studio.agent.rules.landmarks import assume_open, derived_landmarks
 from physagent_studio.agent.rules.layout import Layout
 from physagent_studio.agent.rules.look import density_of, material_of
@@ -38,19 +42,26 @@ class RuleGenerator:
         """The program of a case; raises what `reconstruct` raises."""
         stock = stock_of(case)
         reading = read(case.prompt, stock)
-        state = reconstruct(open_scene(case, reading, stock)).state
-        if aloft := from_nowhere(case, reading, Layout(state)):
-            state = reconstruct(open_scene(case, reading, stock, aloft)).state
+        scene = reconstruct(open_scene(case, reading, stock))
+        if aloft := from_nowhere(case, reading, Layout(scene.state)):
+            scene = reconstruct(open_scene(case, reading, stock, aloft))
         # Which one is the taller, and what stands on what, is known only now.
-        return self.program(case, read(case.prompt, stock_in(case, state)), state)
+        told = read(case.prompt, stock_in(case, scene.state))
+        return self.program(case, told, scene.state, scene.masks)
 
-    def program(self, case: Case, reading: Reading, state: SceneState) -> PhysicalProgram:
-        """The program over a completed scene state."""
+    def program(
+        self,
+        case: Case,
+        reading: Reading,
+        state: SceneState,
+        masks: Mapping[str, np.ndarray] = MappingProxyType({}),
+    ) -> PhysicalProgram:
+        """The program over a completed scene state. masks: (H, W) bool of objects in the photo."""
         state = with_room(with_depth(without_withdrawn(state, reading)))
         state = with_walls_weighed(state)
         state = with_hold(_with_landmarks(state, reading))
         clip = Clip()
-        state = _with_materials(state, reading, clip)
+        state = _with_materials(_on_wheels(state, reading, clip, masks), reading, clip)
         layout = Layout(state)
         return PhysicalProgram(
             clip=clip,
@@ -150,6 +161,16 @@ def _with_landmarks(state: SceneState, reading: Reading) -> SceneState:
     marks, said = assume_open(Layout(state), reading)
     flags = tuple(dict.fromkeys((*state.flags, *said)))[:64]
     return state.model_copy(update={"landmarks": marks, "flags": flags})
+
+
+def _on_wheels(
+    state: SceneState, reading: Reading, clip: Clip, masks: Mapping[str, np.ndarray]
+) -> SceneState:
+    """Wheels under what has them by its name, facing the way it goes; what is assumed as flags."""
+    layout = Layout(state)
+    objects, said = with_wheels(layout, tasks_of(reading, layout, clip), masks)
+    flags = tuple(dict.fromkeys((*state.flags, *said)))[:64]
+    return state.model_copy(update={"objects": objects, "flags": flags})
 
 
 def _with_materials(state: SceneState, reading: Reading, clip: Clip) -> SceneState:

@@ -10,7 +10,6 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from physagent_studio.agent.rules.reading.vocabulary import words_of
 from physagent_studio.program.actions import (
     Action,
     ApplyAngledForce,
@@ -24,6 +23,7 @@ from physagent_studio.program.actions import (
 )
 from physagent_studio.program.edits import Edit, SetField
 from physagent_studio.program.materials import MATERIALS
+from physagent_studio.program.mechanics import friction_between
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.scene import SceneObject
 from physagent_studio.program.timing import SLOWEST, retimed
@@ -87,9 +87,12 @@ def _field(path: str) -> Callable[[float], tuple[Edit, ...]]:
 def action_knobs(program: PhysicalProgram) -> list[Knob]:
     """All knobs of the schedule."""
     found: list[Knob] = []
+    # Wheels go along their axis, wherever they are pushed.
+    wheeled = {item.name for item in program.scene.objects if item.wheels is not None}
     for action in program.event.actions:
         if not action.muted:
-            found += [*_strength(action), *_aim(action), *_timing(action, program)]
+            aim = () if action.name in wheeled else _aim(action)
+            found += [*_strength(action), *aim, *_timing(action, program)]
     return found
 
 
@@ -221,21 +224,20 @@ def _turned_vector(path: str, target: str, vector: tuple[float, float, float]) -
 
 SLIPPERY = 6.0
 """How many times more slippery or rougher than its material a thing may be made."""
-ROLLING_FRICTION = 0.01
-"""Least friction of what runs on wheels or runners, which here slides."""
+SLIPPING = 0.01
+"""Least friction of what lies on something as slippery as ice: runners, stones that are swept."""
+SLICK = 0.1
+"""Friction of a support up to which it is as slippery as that."""
 LIKELY = 4.0
 """How many times denser or lighter than its material a thing may be made: hollow, or filled."""
 
 
-def _least_friction(name: str, usual: float) -> float:
-    runs = bool(set(name.lower().split("_")) & _RUNNING)
-    return ROLLING_FRICTION if runs else usual / SLIPPERY
-
-
-_RUNNING = words_of(
-    "car truck lorry vehicle bus van train tram wagon cart trolley scooter moped motorcycle bike "
-    "bicycle skateboard skate sled sledge sleigh toboggan ski stone puck wheel tyre tire tractor"
-)
+def _least_friction(program: PhysicalProgram, item: SceneObject, usual: float) -> float:
+    if item.wheels is not None:
+        return usual
+    below = program.scene.support(item.support or "")
+    slick = below is not None and friction_between(below, below) <= SLICK
+    return SLIPPING if slick else usual / SLIPPERY
 
 
 def material_knobs(program: PhysicalProgram) -> list[Knob]:
@@ -249,7 +251,7 @@ def material_knobs(program: PhysicalProgram) -> list[Knob]:
         bounce = item.restitution if item.restitution is not None else row.restitution
         found += [
             Knob(f"{base}.friction", "friction", item.name, max(friction, 0.005),
-                 min(_least_friction(item.name, row.friction), max(friction, 0.005)),
+                 min(_least_friction(program, item, row.friction), max(friction, 0.005)),
                  min(max(row.friction * SLIPPERY, friction), 5.0), 0.3, True,
                  _field(f"{base}.friction")),
             Knob(f"{base}.density", "density", item.name, density,
@@ -258,15 +260,7 @@ def material_knobs(program: PhysicalProgram) -> list[Knob]:
             Knob(f"{base}.restitution", "restitution", item.name, bounce, 0.0, 0.95, 0.15, False,
                  _field(f"{base}.restitution")),
         ]  # fmt: skip
-        if is_round(item):
-            own = item.rolling if item.rolling is not None else row.rolling
-            low, high = max(0.1 * own, 0.0005), max(10 * own, ROUGHEST)
-            path = f"{base}.rolling"
-            found.append(
-                Knob(
-                    path, "rolling", item.name, max(own, 0.001), low, high, 0.6, True, _field(path)
-                )
-            )
+        found += _rolling_knobs(item)
         for field, low, high in _BODY_FIELDS:
             value = getattr(item.body, field, None)
             if isinstance(value, float) and value > 0:
@@ -277,6 +271,29 @@ def material_knobs(program: PhysicalProgram) -> list[Knob]:
     return found
 
 
+def _rolling_knobs(item: SceneObject) -> Iterable[Knob]:
+    """Resistance of what rolls by itself or on wheels; of these also where the front points, as
+    far as that may be wrong."""
+    base = f"scene.objects.{item.name}"
+    if item.wheels is None:
+        own = item.rolling if item.rolling is not None else MATERIALS[item.material].rolling
+        low, high, path = max(0.1 * own, 0.0005), max(10 * own, ROUGHEST), f"{base}.rolling"
+    else:
+        own, path = item.wheels.rolling, f"{base}.wheels.rolling"
+        low, high = min(FREEST, max(own, 0.001)), max(4 * own, BRAKED)
+    if item.wheels is not None or is_round(item):
+        own = max(own, 0.001)
+        yield Knob(path, "rolling", item.name, own, low, high, 0.6, True, _field(path))
+    if item.wheels is not None and not item.wheels.known:
+        at, path = item.wheels.heading, f"{base}.wheels.heading"
+        write = _field(path)
+        yield Knob(path, "direction", item.name, at, at - ASKEW, at + ASKEW, 4.0, False, write)
+
+
+ASKEW = 12.0
+"""Degrees by which a front that is not known may be taken to point elsewhere."""
+FREEST, BRAKED = 0.005, 0.4
+"""Resistances of wheels between which a search goes: on a smooth track, and held back."""
 ROUGHEST = 0.12
 """Resistance of long grass or sand: what rolls on nothing rougher loses no more than that."""
 

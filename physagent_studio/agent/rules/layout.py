@@ -176,7 +176,13 @@ class Layout:
         return (mass_of(item) if item is not None else None) or 1.0
 
     def friction(self, name: str, other: str) -> float:
-        """Coulomb coefficient between two bodies: the mean that the simulation uses."""
+        """Coulomb coefficient between two bodies: the mean that the simulation uses.
+
+        Of what stands on wheels it is the resistance with which it rolls on along them.
+        """
+        item = self.state.object(name)
+        if item is not None and item.wheels is not None:
+            return item.wheels.rolling
         return math.sqrt(self._own_friction(name) * self._own_friction(other))
 
     def _own_friction(self, name: str) -> float:

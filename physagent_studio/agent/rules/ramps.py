@@ -37,7 +37,7 @@ def ways_ahead(task: Task) -> tuple[float, float]:
 def friction_for(task: Task) -> float | None:
     """Friction of the object that lets it run, or stops it where it shall; None: as it is."""
     ramp = task.layout.ramp_below(task.name)
-    if ramp is None or task.layout.rolls(task.name):
+    if ramp is None or task.layout.rolls(task.name) or task.wheels is not None:
         return None
     if isinstance(ramp.shape, Ramp) and ramp.shape.steps:
         return None
@@ -53,6 +53,20 @@ def friction_for(task: Task) -> float | None:
     return round(float(np.clip(wanted * wanted / max(own, 0.02), 0.005, 3.0)), 4)
 
 
+def rolling_for(task: Task) -> float | None:
+    """Resistance of wheels with which it stops on a slope where it shall, or slowly goes down it;
+    None: as usual, or off any slope."""
+    ramp = task.layout.ramp_below(task.name)
+    if ramp is None or (isinstance(ramp.shape, Ramp) and ramp.shape.steps):
+        return None
+    if task.intent.has("stop", "settle", "slow") or task.ends_short:
+        return round(min(_stopping_friction(task), 1.0), 4)
+    slowly = task.intent.manner("slow", "gentle")
+    return round(SLOWLY * math.tan(slope_of(task)), 4) if slowly else None
+
+
+SLOWLY = 0.7
+"""Share of the pull of a slope that is used up by what goes down it slowly."""
 FIRM = 1.3
 """Least friction of what shall stop on a slope, as a multiple of what just holds it there."""
 STOP_AT = 0.7

@@ -18,7 +18,8 @@ from physagent_studio.program import (
 from physagent_studio.records.judgement import Stage
 
 _OBJECT_LOOKS = (
-    *("material", "density", "friction", "restitution", "rolling", "body", "position", "rotation"),
+    *("material", "density", "friction", "restitution", "rolling", "wheels"),
+    *("body", "position", "rotation"),
 )
 _OBJECT_SCENE = ("grounding", "shape", "position", "rotation", "support")
 _SUPPORT_SCENE = ("grounding", "shape")

@@ -25,6 +25,10 @@ LABELS = {
     "friction": "Friction",
     "restitution": "Bounciness",
     "rolling": "Rolling resistance",
+    "wheels": "Runs on wheels",
+    "heading": "Front points to",
+    "grip": "Grip across",
+    "known": "Front is certain",
     "support": "Stands on",
     "material": "Material",
     "shape": "Shape",
@@ -54,6 +58,7 @@ KINDS = {
     "torus": "ring",
     "revolved": "turned",
     "inflated": "outline, inflated",
+    "Wheels": "wheels",
     "floor": "level ground",
 }
 """Kinds of values in words, where their own name says too little."""
@@ -97,7 +102,9 @@ class Form:
         options = self._alternatives(schema)
         field["optional"] = any(one.get("type") == "null" for one in options)
         kinds = [one for one in options if one.get("type") != "null"]
-        if len(kinds) == 1:
+        # What may be absent as a whole is chosen before there are parts of it to change.
+        whole = field["optional"] and len(kinds) == 1 and kinds[0].get("type") == "object"
+        if len(kinds) == 1 and not whole:
             field.update(self._one_kind(path, key, kinds[0], value))
         else:
             choices = [self._choice(path, key, one, value) for one in kinds]

@@ -20,6 +20,7 @@ UNITS = {
     "angle": "°",
     "elevation": "°",
     "azimuth": "°",
+    "heading": "°",
     "frequency": "Hz",
     "position": "m",
     "point": "m",

@@ -41,7 +41,7 @@ VERBS: dict[str, Verb] = {
             "descend": "descend sink",
             "float": "float drift_down waft",
             "roll": "roll trundle trickle",
-            "slide": "slide glide slither skid skate skim",
+            "slide": "slide glide slither skate skim",
             "slip": "slip",
             "move": "move go travel advance proceed drive run continue come head race speed ride "
             "creep shift progress coast hurtle zip zoom dash barrel career careen scoot rush inch "
@@ -77,6 +77,7 @@ VERBS: dict[str, Verb] = {
             "reverse": "reverse return",
         },
     ),
+    **_verbs("move", {"slide": "skid"}, ("skidding",)),
     **_verbs(
         "act",
         {

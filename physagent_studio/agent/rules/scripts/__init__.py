@@ -5,9 +5,9 @@ numbers come from the reconstructed geometry; what the engine does beyond the fo
 to the rounds that follow.
 """
 
-from physagent_studio.agent.rules.scripts.edges import off_edge
+from physagent_studio.agent.rules.scripts.edges import off_edge, way_off
 from physagent_studio.agent.rules.scripts.flight import float_down, in_wind, leap, lift, through_air
-from physagent_studio.agent.rules.scripts.ground import along_ground
+from physagent_studio.agent.rules.scripts.ground import along_ground, way_ahead, way_to_go
 from physagent_studio.agent.rules.scripts.landing import (
     landed_on,
     let_go,
@@ -37,4 +37,7 @@ __all__ = [
     "tip",
     "turn_back",
     "up_ramp",
+    "way_ahead",
+    "way_off",
+    "way_to_go",
 ]

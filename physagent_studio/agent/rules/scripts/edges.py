@@ -15,7 +15,7 @@ from physagent_studio.program.actions import Action
 
 def off_edge(task: Task) -> list[Action]:
     """Pushed over the edge of what it stands on."""
-    way, distance = _way_off(task)
+    way, distance = way_off(task)
     friction = task.ground_friction()
     size = task.layout.size(task.name)
     needed = math.sqrt(2 * mech.G * friction * distance) * 1.25
@@ -58,13 +58,15 @@ def _tumble(task: Task, way: FloatArray, distance: float, speed: float, start: i
     return [act.spin(task.name, axis, rate, start=steps, duration=3, label="flip")]
 
 
-def _way_off(task: Task) -> tuple[FloatArray, float]:
+def way_off(task: Task) -> tuple[FloatArray, float]:
     """Unit direction and way until its centre is over nothing."""
     layout = task.layout
     said = task.way()
     carrier = layout.carrier(task.name)
     onto_stack = carrier is not None and layout.state.object(carrier) is not None
-    if said in ("left", "right", "away", "toward_camera"):
+    if (axis := task.axis_way()) is not None:
+        way = axis
+    elif said in ("left", "right", "away", "toward_camera"):
         way = WAYS[said]
     elif (aim := _aim_beyond(task)) is not None:
         way = aim

@@ -27,11 +27,12 @@ def along_ground(task: Task) -> list[Action]:
     """Rolls or slides to where it shall get, fast enough for what it shall do there."""
     target = task.target()
     speed = _ground_speed(task, target)
-    if any(
+    # Wheels go straight: what bends its way has none, see `heading`.
+    if task.wheels is None and any(
         f.sense in ("curve", "circle") or f.path in ("curve", "circle") for f in task.intent.frames
     ):
         return _curved(task, target, speed)
-    if (round_it := _way_round(task, target)) is not None:
+    if task.wheels is None and (round_it := _way_round(task, target)) is not None:
         return _curved(task, target, speed, *round_it)
     force = _aimed(task, target, speed)
     duration = _push_steps(task, target, speed)
@@ -49,20 +50,20 @@ def _push_steps(task: Task, target: Place | None, speed: float) -> int:
     """
     if not _is_shoved(task):
         return act.PUSH_STEPS
-    seconds = min(2 * _way_ahead(task, target) / max(speed, 0.05), task.seconds(PUSHED))
+    seconds = min(2 * _distance(task, target) / max(speed, 0.05), task.seconds(PUSHED))
     return max(round(seconds / task.clip.step_seconds), act.PUSH_STEPS)
 
 
 def _is_shoved(task: Task) -> bool:
     """Whether it slides under something that pushes it on, and is not sent off by a blow."""
-    sliding = not task.layout.rolls(task.name)
+    sliding = not task.layout.rolls(task.name) and task.wheels is None
     sent = task.intent.has("kick", "throw", "hit", "strike", "slip") or bool(task.intent.struck_by)
     glides = task.ground_friction() < GLIDES
     rigid = (item := task.layout.state.object(task.name)) is not None and item.body.kind == "rigid"
     return sliding and rigid and not sent and not glides
 
 
-def _way_ahead(task: Task, target: Place | None) -> float:
+def _distance(task: Task, target: Place | None) -> float:
     """How far it shall go, m: to where it is told, else a good part of the way that is free."""
     if task.far is not None and not task.intent.hits:
         return task.far
@@ -118,7 +119,37 @@ def _way_round(task: Task, target: Place | None) -> tuple[float, float] | None:
     return (sign, turn) if gap > 0 else None
 
 
+def way_ahead(task: Task) -> FloatArray:
+    """Level unit direction (3,) in which the prompt has it go along the ground."""
+    aim, layout = _aimed(task, task.target(), 1.0), task.layout
+    if isinstance(aim.toward, str):
+        way = level(layout.position(aim.toward) - layout.position(task.name))
+    else:
+        way = WAYS[aim.direction or "right"]
+    x, y, _ = unit(level(way))
+    cos, sin = math.cos(math.radians(aim.azimuth)), math.sin(math.radians(aim.azimuth))
+    return np.array([cos * x - sin * y, sin * x + cos * y, 0.0])
+
+
+AHEAD = math.cos(math.radians(15.0))
+"""What lies less than 15 degrees off its axis is ahead of a thing on wheels."""
+
+
+def _on_wheels(task: Task, axis: FloatArray, target: Place | None, speed: float) -> Directed:
+    """A push along its axis, to what lies ahead or straight on."""
+    if target is not None and target.kind == "object" and task.passes() is None:
+        place = place_name(target)
+        if (
+            float(unit(level(task.layout.position(place) - task.layout.position(task.name))) @ axis)
+            > AHEAD
+        ):
+            return act.toward_or_along(speed, toward=place)
+    return act.toward_or_along(speed, vector=axis)
+
+
 def _aimed(task: Task, target: Place | None, speed: float, azimuth: float = 0.0) -> Directed:
+    if (axis := task.axis_way()) is not None:
+        return _on_wheels(task, axis, target, speed)
     way = task.way()
     behind = task.intent.place("away_from")
     if behind is not None and task.layout.is_known(place_name(behind)):
@@ -145,6 +176,8 @@ def _returning(task: Task, speed: float) -> list[Action]:
 
 
 def _heading(task: Task) -> FloatArray:
+    if (axis := task.axis_way()) is not None:
+        return axis
     target, way = task.target(), task.way() or _open_way(task)
     if target is None or way in (task.way(),):
         return WAYS[way]
@@ -189,7 +222,7 @@ def _ground_speed(task: Task, target: Place | None) -> float:
     friction = task.ground_friction()
     rolls = task.layout.rolls(task.name)
     slowing = mech.rolling_slowing(task.ground_rolling()) if rolls else mech.G * friction
-    distance = _way_ahead(task, target)
+    distance = _distance(task, target)
     if task.speed is not None:
         return task.speed
     if task.passes() is not None:
@@ -216,6 +249,11 @@ def _shoved_speed(task: Task, distance: float) -> float:
     fells = (_knocking_speed(task, hit, 0.0, 0.0) for hit in task.intent.fells)
     shoves = (_shoving_speed(task, hit, 0.0, 0.0) for hit in task.intent.shoves)
     return min(max(speed, *fells, *shoves, 0.05), FASTEST)
+
+
+def way_to_go(task: Task) -> float:
+    """Way along the ground that it shall cover, m."""
+    return _distance(task, task.target())
 
 
 def _knocking_speed(task: Task, other: str, slowing: float, distance: float) -> float:
@@ -265,7 +303,7 @@ def _brake(task: Task, target: Place | None, speed: float, start: int) -> list[A
     stops = task.intent.has("stop", "settle", "slow") or task.ends_short
     if not stops or not task.layout.rolls(task.name):
         return []
-    distance = _way_ahead(task, target)
+    distance = _distance(task, target)
     slowing = max(speed * speed / max(distance, 0.05), 0.2)
     first = start + int(
         min(0.5 * distance / max(speed, 0.1), task.seconds(0.4)) / task.clip.step_seconds

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ from physagent_studio.agent.rules.specs import over_way, place_name, spot_name, 
 from physagent_studio.agent.rules.stairs import steps_below
 from physagent_studio.program.actions import Direction
 from physagent_studio.program.program import Clip
-from physagent_studio.program.scene import Ramp
+from physagent_studio.program.scene import Ramp, Wheels
 
 UP = WAYS["up"]
 FASTEST = 8.0
@@ -42,6 +43,24 @@ class Task:
         """Steps by which it starts later than the first of its row."""
         together = any(f.timing == "together" for f in self.intent.frames)
         return act.FIRST_STEP + (0 if together else self.rank * 25)
+
+    @property
+    def wheels(self) -> Wheels | None:
+        """What it rolls on, None for what has no wheels or leaves their axis."""
+        item = self.layout.state.object(self.name)
+        return None if item is None else item.wheels
+
+    @property
+    def backwards(self) -> bool:
+        """Whether the prompt has it go with its back first."""
+        return any(f.direction == "backward" and not f.agent for f in self.intent.frames)
+
+    def axis_way(self) -> FloatArray | None:
+        """Level unit direction (3,) in which it can be set going on its wheels; None without."""
+        if self.wheels is None:
+            return None
+        angle = math.radians(self.wheels.heading + (180.0 if self.backwards else 0.0))
+        return np.array([math.cos(angle), math.sin(angle), 0.0])
 
     def seconds(self, share: float) -> float:
         """A share of the clip, s."""

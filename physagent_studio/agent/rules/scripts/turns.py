@@ -84,8 +84,10 @@ def there_and_back(task: Task) -> list[Action]:
         # As fast as takes it there by a third of the clip.
         speed = task.speed or mech.speed_to_arrive(task.far, task.seconds(0.33), slowing)
         turn = int(0.36 * task.clip.steps)
-    there = act.push(task.name, act.toward_or_along(speed, way=named), start=task.delay)
-    back = act.toward_or_along(2.5 * speed, vector=-WAYS[named])
+    ahead = task.axis_way()
+    ahead = WAYS[named] if ahead is None else ahead
+    there = act.push(task.name, act.toward_or_along(speed, vector=ahead), start=task.delay)
+    back = act.toward_or_along(2.5 * speed, vector=-ahead)
     return [there, act.push(task.name, back, start=max(turn, 20), duration=15, label="back")]
 
 

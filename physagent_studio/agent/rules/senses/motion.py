@@ -142,7 +142,9 @@ def fall(c: Context) -> list[Spec]:
     # What was lifted comes down by less than what stood high to begin with.
     least = 0.015 if raised and stands else 0.03
     found = [spec("falls", c.subject, drop=c.length(0.4, least, 0.1))]
-    if "straight" in c.frame.manner or (c.frame.direction == "down" and c.frame.manner):
+    if "straight" in c.frame.manner or (
+        c.frame.direction == "down" and c.frame.manner - {"skidding"}
+    ):
         found += _vertical(c)
     ways = [w for w in c.ways() if w not in ("down", "up")]
     if ways:

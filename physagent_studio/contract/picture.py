@@ -124,18 +124,18 @@ def _marks(outline: Outline) -> FloatArray:
 def _projected(points: FloatArray, camera: Camera) -> tuple[FloatArray, BoolArray]:
     """Pixels (F, M, 2) of world points (F, M, 3), and (F,) whether all lie before the camera."""
     frames, count = points.shape[:2]
-    finite = np.isfinite(points).all(axis=(1, 2))
+    finite = np.asarray(np.isfinite(points).all(axis=(1, 2)), bool)
     flat = np.where(finite[:, None, None], points, 0.0).reshape(-1, 3)
     local = (flat - camera.position) @ camera.matrix
     depth = np.maximum(local[:, 2], NEAR)
     pixels = camera.focal * local[:, :2] / depth[:, None] + camera.principal
-    ahead = (local[:, 2] > NEAR).reshape(frames, count).all(axis=1)
+    ahead = np.asarray((local[:, 2] > NEAR).reshape(frames, count).all(axis=1), bool)
     return pixels.reshape(frames, count, 2), ahead & finite
 
 
 def _within(pixels: FloatArray, camera: Camera) -> BoolArray:
     """(…,) whether pixels (…, 2) lie in the frame."""
-    return ((pixels >= 0) & (pixels <= camera.size)).all(axis=-1)
+    return np.asarray(((pixels >= 0) & (pixels <= camera.size)).all(axis=-1), bool)
 
 
 def _share(outline: FloatArray, camera: Camera) -> FloatArray:

@@ -48,6 +48,8 @@ SETTLED = 0.1
 """Part of the clip at its end for which what stops is at rest."""
 TOUCHING = 2.0
 """Widest gap between what is drawn to stand on something and that, pixels."""
+OFF_AXIS, TIPPED = 20.0, 45.0
+"""Degrees that what rolls on wheels may go off its axis, and tilt (a ramp tilts it as well)."""
 LEAST_SHIFT = 0.012
 """Least way in the picture that is noticed, parts of its diagonal."""
 STILL = frozenset(("stays", "upright", "rests_on"))
@@ -85,7 +87,7 @@ def view_checks(
     found += _paces(facts, names)
     if not nothing_happens(program):
         found += [_something(facts, names), _fills(facts, names)]
-    found += [*_meetings(facts), *_ends(facts, names)]
+    found += [*_meetings(facts), *_ends(facts, names), *_amounts(facts), *_on_wheels(facts, names)]
     return tuple(found)
 
 
@@ -482,4 +484,65 @@ def _ends(facts: Facts, names: tuple[str, ...]) -> list[Check]:
                 view_check("ends", name, text, (most - NOTICED) / NOTICED, measured=most,
                            threshold=NOTICED, unit="width")
             )  # fmt: skip
+    return found
+
+
+# --- as much as told -------------------------------------------------------------------------
+
+
+def _amounts(facts: Facts) -> list[Check]:
+    """What something sets going is as fast as the verb and its size allow, while it stands on
+    something: a fall is as fast as it is."""
+    found = []
+    for pace in facts.program.contract.paces:
+        if not facts.is_object(pace.subject):
+            continue
+        speed = facts.track(pace.subject, facts.whole()).speed
+        carried = facts.touching_anything(pace.subject, facts.whole())
+        most = float(np.where(carried, speed, 0.0).max())
+        text = (
+            f"{pace.subject} goes at most as fast as “{pace.verb}” says: "
+            f"{number(most, 'm/s')} ≤ {number(pace.high, 'm/s')}: {{answer}}"
+        )
+        found.append(
+            view_check(
+                "amount", pace.subject, text, (pace.high - most) / max(pace.high, 1e-3),
+                measured=most, threshold=pace.high, unit="m/s",
+                step=int(np.where(carried, speed, 0.0).argmax()),
+            )
+        )  # fmt: skip
+    return found
+
+
+def _on_wheels(facts: Facts, names: tuple[str, ...]) -> list[Check]:
+    """What rolls on wheels goes along its axis, front first, and stays upright."""
+    found = []
+    for name in names:
+        item = facts.program.scene.object(name)
+        wheels = None if item is None else item.wheels
+        if wheels is None or (wheels.grip is not None and wheels.grip <= wheels.rolling):
+            continue
+        track = facts.track(name, facts.whole())
+        if _said(facts.program, name, ("topples", "flips", "rotates", "reverses")):
+            continue
+        turned = track.placed.matrices @ track.placed.matrices[0].T
+        angle = np.radians(wheels.heading)
+        front = turned @ np.array([np.cos(angle), np.sin(angle), 0.0])
+        moves = track.speed > max(0.05, 0.1 * float(track.speed.max()))
+        if not moves.any():
+            continue
+        along = np.abs(np.einsum("ti,ti->t", front, track.velocities)) / np.maximum(
+            np.linalg.norm(front, axis=1) * track.speed, 1e-9
+        )
+        off = np.degrees(np.arccos(np.clip(along, 0, 1)))
+        worst = float(np.quantile(off[moves], 0.9))
+        tilt = float(track.tilt()[moves].max())
+        text = (
+            f"{name} rolls along its own axis: {number(worst, '°')} off ≤ {OFF_AXIS:.0f}°, "
+            f"tilted by {number(tilt, '°')}: {{answer}}"
+        )
+        margin = min(1 - worst / OFF_AXIS, 1 - tilt / TIPPED)
+        found.append(
+            view_check("wheels", name, text, margin, measured=worst, threshold=OFF_AXIS, unit="°")
+        )
     return found

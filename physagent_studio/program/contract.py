@@ -112,16 +112,30 @@ Composite = Before | AllOf | AnyOf | CountOf | InTurn | Together
 Statement = Annotated[Leaf | Composite, Field(discriminator="kind")]
 
 
+class Speeds(Frozen):
+    """How fast a thing may be seen to go by the verb that the sentence has for it.
+
+    verb: the sense of the verb. low, high: m/s of its centre, by the verb and the thing's size.
+    """
+
+    subject: Name
+    verb: Text
+    low: Distance = 0.0
+    high: Distance
+
+
 class Contract(Frozen):
     """What must be true of the rollout for the event to have happened.
 
     Statements that only serve a composite are listed in its `of`; all others must hold.
-    not_understood: the words of the prompt that nothing here stands for.
+    not_understood: the words of the prompt that nothing here stands for. paces: the speeds that
+    its verbs allow; a check of the view, not a demand.
     """
 
     clauses: tuple[Clause, ...] = Field(default=(), max_length=64)
     statements: tuple[Statement, ...] = Field(default=(), max_length=256)
     not_understood: tuple[Text, ...] = Field(default=(), max_length=64)
+    paces: tuple[Speeds, ...] = Field(default=(), max_length=64)
 
     @property
     def serving(self) -> frozenset[str]:

@@ -71,7 +71,11 @@ class PhysicalProgram(Frozen):
     @property
     def hash(self) -> str:
         """SHA-256 of the canonical JSON form."""
-        data = self.model_dump(mode="json", exclude={"scene": self.scene.without})
+        unused: dict[str, Any] = {"scene": self.scene.without}
+        if not self.contract.paces:
+            # Told later than version 1: a program without them keeps the hash that it always had.
+            unused["contract"] = {"paces"}
+        data = self.model_dump(mode="json", exclude=unused)
         text = _canonical(data)
         if "-0.0" in text:
             text = _canonical(unsigned_zeros(data))

@@ -22,6 +22,7 @@ from physagent_studio.agent.rules.heading import with_wheels
 from physagent_studio.agent.rules.landmarks import assume_open, derived_landmarks
 from physagent_studio.agent.rules.layout import Layout
 from physagent_studio.agent.rules.look import density_of, material_of
+from physagent_studio.agent.rules.pacing import paces_of
 from physagent_studio.agent.rules.ramps import friction_for
 from physagent_studio.agent.rules.reading import Inventory, Reading, inventory, read
 from physagent_studio.agent.rules.reading.vocabulary import GROUND_WORDS
@@ -67,9 +68,7 @@ class RuleGenerator:
             clip=clip,
             scene=state,
             event=EventProgram(prompt=case.prompt[:4000], actions=schedule(reading, layout, clip)),
-            contract=_once_raised(
-                _known_only(contract_of(reading, layout), state), reading, layout
-            ),
+            contract=_contract(reading, layout),
         )
 
 
@@ -195,6 +194,13 @@ def _with_materials(state: SceneState, reading: Reading, clip: Clip) -> SceneSta
                 update |= {"material": FOLIAGE, "density": own}
         changed.append(item.model_copy(update=update))
     return state.model_copy(update={"objects": tuple(changed)})
+
+
+def _contract(reading: Reading, layout: Layout) -> Contract:
+    """What the sentence demands, as far as the scene has what it speaks of, and its paces."""
+    contract = _known_only(contract_of(reading, layout), layout.state)
+    paced = contract.model_copy(update={"paces": paces_of(reading, layout)})
+    return _once_raised(paced, reading, layout)
 
 
 def _once_raised(contract: Contract, reading: Reading, layout: Layout) -> Contract:

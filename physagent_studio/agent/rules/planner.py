@@ -44,6 +44,9 @@ class RulePlanner:
         search = self._search(situation)
         if situation.assessment.passed:
             return as_the_person_says(situation, search)
+        if {m.code for m in situation.assessment.diagnosis} == {"unlike_the_photo"}:
+            # No schedule mends how a thing is drawn: a person chooses another mask or shape.
+            return _stuck(situation, search)
         best = self._searched(situation, search)
         start = search.start()
         if best is None or not _worth(best.score, start.score):

@@ -95,6 +95,8 @@ def question_for(situation: Situation) -> str:
     if flags:
         return f"{worst.text}. {flags[0][0].upper()}{flags[0][1:]}: can you put it right?"
     about = worst.subject or "it"
+    if worst.code == "unlike_the_photo":
+        return f"{worst.text}. Does another mask or another kind of shape suit {about} better?"
     if worst.code in ("not_deformed", "not_broken", "not_spread", "not_swaying"):
         return f"{worst.text}. What is {about} made of: soft, brittle, loose grains or rigid?"
     if worst.other:

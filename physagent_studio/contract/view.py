@@ -34,6 +34,8 @@ INSIDE = 0.5
 """Least part of a subject's outline that is in the frame."""
 STEP, FALLING_STEP = 0.04, 0.08
 """Farthest step from frame to frame, parts of the width; in the frames of a blow or a fall."""
+TIPPING = 2.0
+"""Degrees from frame to frame from which on a tilting thing is falling over."""
 NOTICED = 0.0006
 """Least step from frame to frame that is seen as motion, parts of the width: half a pixel."""
 FALL_FILLS = 0.2
@@ -250,7 +252,7 @@ def _paces(facts: Facts, names: tuple[str, ...]) -> list[Check]:
 
 
 def _sudden(facts: Facts, name: str) -> BoolArray:
-    """(F − 1,) the frames in which it falls or flies freely, or something strikes it."""
+    """(F − 1,) the frames in which it falls, flies freely or falls over, or is struck."""
     whole = facts.whole()
     free = ~facts.touching_anything(name, whole)
     struck = np.zeros(len(whole), bool)
@@ -261,8 +263,10 @@ def _sudden(facts: Facts, name: str) -> BoolArray:
     rows = np.minimum(facts.rollout.frame_steps(), facts.last)
     falls = np.array([free[a : b + 1].mean() > 0.5 for a, b in itertools.pairwise(rows)])
     blows = np.array([struck[a : b + 1].any() for a, b in itertools.pairwise(rows)])
+    tilt = facts.track(name, whole).tilt()[rows]
+    tips = np.abs(np.diff(tilt)) > TIPPING
     # A blow is seen on its own frame and on the next.
-    return falls | blows | np.concatenate([[False], blows[:-1]])
+    return falls | tips | blows | np.concatenate([[False], blows[:-1]])
 
 
 def moving_frames(facts: Facts, names: tuple[str, ...]) -> BoolArray:

@@ -34,15 +34,16 @@ COMFORT = 0.6
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """What a viewer saw of a run. haste: how many times too fast the fastest thing was; falling:
-    the same of what falls or is struck; kept: part of the way of what got out of the picture
-    that lay inside; fills: part of the clip in which something moved; sudden: whether anything
-    falls freely or is struck."""
+    """What a viewer saw of a run. haste: how many times too fast the fastest thing was; kept: part
+    of the way of what got out of the picture that lay inside; fills: part of the clip in which
+    something moved; sudden: whether anything falls or is struck; falls: whether it falls, breaks
+    or falls over, which takes as long as it takes however gently it begins."""
 
     haste: float
     kept: float
     fills: float
     sudden: bool
+    falls: bool
 
 
 def direct(situation: Situation) -> Iterator[tuple[Edit, ...]]:
@@ -78,12 +79,18 @@ def shown_of(situation: Situation, rollout: Rollout) -> Shown:
     for check in checks:
         if ".inside." in check.id and not check.ok:
             kept = min(kept, _kept(facts, subject_of(check, rollout)))
-    return Shown(haste, kept, fills, is_sudden(program, rollout))
+    falls = _falls_down(program, rollout)
+    return Shown(haste, kept, fills, falls or is_sudden(program, rollout), falls)
 
 
 def is_sudden(program: PhysicalProgram, rollout: Rollout) -> bool:
     """Whether something falls, flies, falls over or is struck: what slow motion is for."""
-    kinds = ("contacts", "topples", "breaks", "flips", "spreads")
+    met = any(s.kind == "contacts" and not s.negated for s in program.contract.statements)
+    return met or _falls_down(program, rollout)
+
+
+def _falls_down(program: PhysicalProgram, rollout: Rollout) -> bool:
+    kinds = ("topples", "breaks", "flips", "spreads")
     if any(s.kind in kinds and not s.negated for s in program.contract.statements):
         return True
     facts = Facts.of(program, rollout)
@@ -117,32 +124,45 @@ def _kept(facts: Facts, name: str) -> float:
 
 
 def _plans(shown: Shown, program: PhysicalProgram) -> Iterator[tuple[float, float, float]]:
-    """(ratio of speeds, ratio of the pushes' durations, ratio of the clip's time)."""
-    now = program.clip.time_factor
+    """(ratio of speeds, ratio of the pushes' durations, ratio of the clip's time).
+
+    What falls is slowed first; what rolls, slides or is pushed stays at real time if it can.
+    """
+    slower, gentler = [*_slower(shown, program)], [*_gentler(shown)]
+    yield from (*slower, *gentler) if shown.falls else (*gentler, *slower)
+
+
+def _gentler(shown: Shown) -> Iterator[tuple[float, float, float]]:
     slow = min(1.0, SPARE / shown.haste) if shown.haste > 1 else 1.0
     nearer, much_nearer = SPARE * shown.kept**0.5, SPARE * shown.kept
-    gentler = min(slow, nearer) if shown.kept < 1 else slow
-    short = shown.fills < FILLS
-    stretch = min(shown.fills / COMFORT, 1.0) if short else 1.0
-    if gentler < 1:
-        yield gentler, 1.0, 1.0
-        yield gentler, 1 / gentler, 1.0
+    gentle = min(slow, nearer) if shown.kept < 1 else slow
+    if gentle < 1:
+        yield gentle, 1.0, 1.0
+        yield gentle, 1 / gentle, 1.0
     if shown.kept < 1:
         yield min(slow, much_nearer), 1.0, 1.0
         yield min(slow, much_nearer), 1 / max(much_nearer, 0.1), 1.0
-    if short:
+    if shown.fills < FILLS:
         for length in (2.0, 4.0):
-            yield min(gentler, 1 / length), length, 1.0
-    if shown.sudden:
-        for wanted in dict.fromkeys((min(slow, stretch), slow, stretch, 0.7 * min(slow, stretch))):
-            factor = _named_factor(now * wanted)
-            if factor < now:
-                yield 1.0, 1.0, factor / now
-                if shown.kept < 1:
-                    yield nearer, 1.0, factor / now
-                left = min(1.0, slow * now / factor)
-                if left < 1:
-                    yield left, 1.0, factor / now
+            yield min(gentle, 1 / length), length, 1.0
+
+
+def _slower(shown: Shown, program: PhysicalProgram) -> Iterator[tuple[float, float, float]]:
+    now = program.clip.time_factor
+    if not shown.sudden or now <= SLOWEST:
+        return
+    slow = min(1.0, SPARE / shown.haste) if shown.haste > 1 else 1.0
+    stretch = min(shown.fills / COMFORT, 1.0) if shown.fills < FILLS else 1.0
+    both = min(slow, stretch)
+    for wanted in dict.fromkeys((both, 1.4 * both, slow, stretch, 0.7 * both)):
+        factor = _named_factor(now * wanted)
+        if factor >= now:
+            continue
+        yield 1.0, 1.0, factor / now
+        if shown.kept < 1:
+            yield SPARE * shown.kept**0.5, 1.0, factor / now
+        if (left := min(1.0, slow * now / factor)) < 1:
+            yield left, 1.0, factor / now
 
 
 def _named_factor(factor: float) -> float:

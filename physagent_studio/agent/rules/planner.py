@@ -76,10 +76,13 @@ class RulePlanner:
         self, situation: Situation, search: Search, knobs: list[Knob], bias: Bias, verified: bool
     ) -> Candidate | None:
         codes = {m.code for m in situation.assessment.diagnosis}
-        if not verified and codes <= set(VIEW):
+        if not verified and codes & set(VIEW):
             found = self._restructured(situation, search, bias, direct(situation))
             if found is not None:
                 return found
+            best, failing = search.best, search.start().score.failing
+            if best is not None and best.score.failing <= failing / 2:
+                return best
         idle = bool(codes & {"does_not_move", "no_cause"})
         if idle and not verified:
             found = self._restructured(situation, search, bias, structural(situation))
@@ -93,8 +96,7 @@ class RulePlanner:
                     return found
                 singles.append((found.score, knob))
         if not idle and not verified:
-            changes = (*structural(situation), *direct(situation))
-            found = self._restructured(situation, search, bias, changes)
+            found = self._restructured(situation, search, bias, structural(situation))
             if found is not None:
                 return found
         return self._together(situation, search, singles, bias)

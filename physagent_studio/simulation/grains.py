@@ -82,7 +82,7 @@ def _grain_contact(
 
 def add_pieces(spec: Spec, item: SceneObject, body: Breakable, solid: Solid) -> Swarm:
     """Adds the boxes of a breakable object and the welds between those that touch."""
-    pieces = body.pieces or cut(solid.extent, body.cuts)
+    pieces = body.pieces or cut(solid.extent, body.cuts, solid.middle)
     volumes = np.array([float(np.prod(piece.size)) for piece in pieces])
     shares = volumes / volumes.sum()
     turn = matrix_of(item.rotation)
@@ -116,12 +116,12 @@ def add_pieces(spec: Spec, item: SceneObject, body: Breakable, solid: Solid) -> 
     return Swarm(item.name, tuple(names), np.array(places), shares, solid.mass.volume, pairs)
 
 
-def cut(extent: FloatArray, cuts: tuple[int, int, int]) -> tuple[Piece, ...]:
-    """A bounding box (3,) cut into equal boxes."""
+def cut(extent: FloatArray, cuts: tuple[int, int, int], middle: FloatArray) -> tuple[Piece, ...]:
+    """A bounding box (3,) about `middle`, body frame, cut into equal boxes."""
     size = extent / np.array(cuts)
     found = []
     for cell in product(*(range(count) for count in cuts)):
-        x, y, z = (np.array(cell) + 0.5) * size - extent / 2
+        x, y, z = ((np.array(cell) + 0.5) * size - extent / 2 + middle).tolist()
         wide, deep, high = size.tolist()
         found.append(Piece(position=(x, y, z), size=(wide, deep, high)))
     return tuple(found)

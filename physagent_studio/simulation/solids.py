@@ -76,6 +76,16 @@ class Solid:
     rims: tuple[Primitive, ...] = ()
     barrel: Primitive | None = None
 
+    @property
+    def middle(self) -> FloatArray:
+        """(3,) middle of the bounding box, body frame, m: of what is not symmetric it is not the
+        centre of mass."""
+        hulls = [piece.vertices for piece in self.pieces if isinstance(piece, Hull)]
+        if not hulls or len(hulls) < len(self.pieces):
+            return np.zeros(3)
+        points = np.concatenate(hulls)
+        return (points.min(axis=0) + points.max(axis=0)) / 2
+
 
 Decompose = Callable[[Surface], tuple[Surface, ...] | None]
 """Splits a concave surface into convex ones; None where the backend is missing."""

@@ -97,7 +97,7 @@ def _add_thing(
         case Granular() | Liquid():
             swarm = add_grains(spec, item, item.body, solid, mesh)
         case Breakable():
-            swarm = add_pieces(spec, item, item.body, solid)
+            swarm = add_pieces(spec, item, item.body, solid, mesh)
         case _:
             names = []
             if item.name not in plan.flexes:

@@ -80,9 +80,15 @@ def _grain_contact(
         geom.gap = 0.1 * radius
 
 
-def add_pieces(spec: Spec, item: SceneObject, body: Breakable, solid: Solid) -> Swarm:
+def add_pieces(
+    spec: Spec, item: SceneObject, body: Breakable, solid: Solid, mesh: Mesh | None
+) -> Swarm:
     """Adds the boxes of a breakable object and the welds between those that touch."""
-    pieces = body.pieces or cut(solid.extent, body.cuts, solid.middle)
+    boxes = body.pieces or cut(solid.extent, body.cuts, solid.middle)
+    pieces = boxes
+    if not body.pieces:
+        fits = fitted(boxes, mesh)
+        boxes, pieces = (tuple(row) for row in zip(*fits, strict=True))
     volumes = np.array([float(np.prod(piece.size)) for piece in pieces])
     shares = volumes / volumes.sum()
     turn = matrix_of(item.rotation)
@@ -109,7 +115,7 @@ def add_pieces(spec: Spec, item: SceneObject, body: Breakable, solid: Solid) -> 
         part.add_geom(name=label, type=kind, size=half, contype=0, conaffinity=2)
         names.append(label)
         places.append(place)
-    joined = [pair for pair in combinations(range(len(pieces)), 2) if _touch(pieces, *pair)]
+    joined = [pair for pair in combinations(range(len(pieces)), 2) if _touch(boxes, *pair)]
     for a, b in joined:
         _add_weld(spec, item.name, pieces, a, b)
     pairs = np.array(joined, np.int64).reshape(-1, 2)
@@ -125,6 +131,50 @@ def cut(extent: FloatArray, cuts: tuple[int, int, int], middle: FloatArray) -> t
         wide, deep, high = size.tolist()
         found.append(Piece(position=(x, y, z), size=(wide, deep, high)))
     return tuple(found)
+
+
+LEAST_FILLED = 0.15
+"""Part of a box's face that the mesh covers, below which there is no piece."""
+CELLS = 8
+"""Cells along an edge by which that is told."""
+
+
+def fitted(boxes: tuple[Piece, ...], mesh: Mesh | None) -> list[tuple[Piece, Piece]]:
+    """Each box with one as large as what of the mesh is in it, and none where there is hardly any:
+    a stool breaks into a seat and legs, and not into blocks that stand by themselves."""
+    if mesh is None or not len(mesh.faces):
+        return [(box, box) for box in boxes]
+    points = _on_faces(mesh, min(min(box.size) for box in boxes) / CELLS)
+    found = []
+    for box in boxes:
+        middle, half = np.array(box.position), np.array(box.size) / 2
+        mine = points[(np.abs(points - middle) <= half + 1e-9).all(axis=1)]
+        if not len(mine):
+            continue
+        cells = np.unique(
+            ((mine - middle + half) / (2 * half) * (CELLS - 1e-6)).astype(int)[:, ::2], axis=0
+        )
+        if len(cells) < LEAST_FILLED * CELLS**2:
+            continue
+        low, high = mine.min(axis=0), mine.max(axis=0)
+        size = np.maximum(high - low, 0.15 * np.array(box.size))
+        (x, y, z), (wide, deep, tall) = ((low + high) / 2).tolist(), size.tolist()
+        found.append((box, Piece(position=(x, y, z), size=(wide, deep, tall))))
+    return found if len(found) > 1 else [(box, box) for box in boxes]
+
+
+def _on_faces(mesh: Mesh, step: float) -> FloatArray:
+    """(K, 3) points of a mesh's faces, hardly farther from each other than `step`, m."""
+    a, b, c = (mesh.vertices[mesh.faces[:, i]] for i in range(3))
+    longest = np.max([np.linalg.norm(v, axis=1) for v in (b - a, c - b, a - c)], axis=0)
+    found = [mesh.vertices]
+    parts = np.clip(np.ceil(longest / max(step, 1e-6)).astype(int), 1, 40)
+    for count in np.unique(parts):
+        mine = parts == count
+        grid = [(i / count, j / count) for i in range(count + 1) for j in range(count + 1 - i)]
+        u, v = np.array(grid).T[:, :, None, None]
+        found.append((a[mine] + u * (b - a)[mine] + v * (c - a)[mine]).reshape(-1, 3))
+    return np.concatenate(found)
 
 
 def _touch(pieces: tuple[Piece, ...], a: int, b: int) -> bool:

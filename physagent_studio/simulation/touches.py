@@ -228,7 +228,8 @@ def _aggregate(
     within = one == other
     if within.any():
         order = order[~within[order]]
-    key, depth = key[order], depth[order]
+    # A run that blows up leaves contacts that are no numbers.
+    key, depth = key[order], np.nan_to_num(depth[order], nan=0.0)
     if not len(key):
         return NOTHING
     starts = np.flatnonzero(np.diff(key, prepend=-1))

@@ -43,7 +43,7 @@ def _body(frame: EventFrame, name: str, layout: Layout) -> Body | None:
     if sense in ("collapse", "spread", "knock_over") and is_loose(name):
         return Granular(grains=GRAINS, cohesion=0.01)
     if sense in ("collapse", "break", "crush"):
-        return Breakable(cuts=(2, 1, 3), release_impulse=round(_blow(frame, name, layout), 4))
+        return Breakable(cuts=(3, 1, 3), release_impulse=round(_blow(frame, name, layout), 4))
     if sense in ("wind", "sway", "bend") and is_flag(name):
         # It streams away from its pole, which is where the wind comes from.
         side = "right" if frame.direction == "left" else "left"

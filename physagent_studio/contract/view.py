@@ -460,16 +460,30 @@ def _begins(facts: Facts, drawn: Mapping[str, Drawn]) -> list[Check]:
 
 
 def _first_cause(facts: Facts, name: str) -> int:
-    """The last frame before an action is on it or another thing touches it that did not at first;
-    the last of the clip where nothing ever does."""
-    window = facts.whole()
-    caused = facts.acted_on(name)[window.rows].copy()
-    for other in facts.rollout.objects:
-        if other != name:
-            touching = facts.touching(name, other, window)
-            caused |= touching if not touching[:3].any() else facts.acted_on(other)[window.rows]
+    """The last frame before an action is on it, or on what it leans on or carries, or another
+    thing touches it that did not at first; the last of the clip where nothing ever does."""
+    window, stack = facts.whole(), _stack(facts, name)
+    caused = np.zeros(len(window), bool)
+    for one in stack:
+        caused |= facts.acted_on(one)[window.rows]
+        for other in facts.rollout.objects:
+            if other not in stack:
+                caused |= facts.touching(one, other, window)
     first = int(np.argmax(caused)) if caused.any() else facts.last
     return max(facts.rollout.frame_of(first) - 1, 0)
+
+
+def _stack(facts: Facts, name: str) -> frozenset[str]:
+    """The object with all that it touches at first, directly or through others."""
+    start, found = Window(0, min(3, facts.last)), {name}
+    for _ in facts.rollout.objects:
+        found |= {
+            other
+            for one in tuple(found)
+            for other in facts.rollout.objects
+            if other not in found and facts.touching(one, other, start).any()
+        }
+    return frozenset(found)
 
 
 def _may_stir(facts: Facts, name: str) -> bool:

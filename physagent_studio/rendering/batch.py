@@ -13,6 +13,9 @@ from physagent_studio.records.scene import Mesh
 from physagent_studio.rendering.raster import FloatArray, IntArray
 
 _CREASE = np.cos(np.radians(40))
+_TORN, _CRACK = 3.0, 0.05
+"""How many times its length a face may be drawn out, and the part of the thing's own size below
+which no gap is seen."""
 _CASTER_FACES = 500
 _CASTER_CELLS = 12
 
@@ -108,6 +111,24 @@ class Batch:
         for index, vertices in (deformed or {}).items():
             world[self.first[index] : self.first[index + 1]] = vertices
         return world
+
+    def torn(self, world: FloatArray) -> NDArray[np.bool_]:
+        """(F,) the faces that bridge what has come apart: drawn out to many times their length.
+
+        world: (V, 3) vertices now, m.
+        """
+        longest = _longest(world, self.faces)
+        before = _longest(self.vertices, self.faces)
+        size = np.zeros(len(self.first) - 1)
+        np.maximum.at(size, self.owner, np.linalg.norm(self.vertices, axis=1))
+        return longest > np.maximum(_TORN * before, _CRACK * size[self.face_owner])
+
+
+def _longest(vertices: FloatArray, faces: IntArray) -> FloatArray:
+    """(F,) longest edge of each face, m."""
+    a, b, c = (vertices[faces[:, i]] for i in range(3))
+    edges = [np.linalg.norm(v, axis=1) for v in (b - a, c - b, a - c)]
+    return np.max(edges, axis=0) if len(faces) else np.zeros(0)
 
 
 def corner_normals(vertices: FloatArray, faces: IntArray, welded: IntArray) -> FloatArray:

@@ -83,13 +83,14 @@ class Compositor:
         deformed = self._deformed(vertices or {})
         world = self._batch.placed(where, turned, deformed)
         points = self._to_camera(world)
-        cast = self._cast(points)
+        torn = self._batch.torn(world) if deformed else None
+        cast = self._cast(points, torn)
         hidden = self._stage.hidden(cast, self._owner(cast), self._tolerance)
         hits = _chosen(cast, ~hidden)
         standing = np.zeros(len(self.names)) if as_built else self._scenery.standing(points)
         backdrop = self._scenery.behind(world, standing, shadows)
         colors = self._skin.colors(hits, turned, world if deformed else None)
-        frame = self._composed(hits, points, backdrop, colors, standing)
+        frame = self._composed(hits, points, backdrop, colors, standing, torn)
         if hidden.any():
             behind, owner = cast.pixel[hidden], self._owner(cast)[hidden]
             blend_hidden(frame.rgb, backdrop, frame.ids, behind, owner, self._stage.share)
@@ -143,8 +144,17 @@ class Compositor:
     def _to_camera(self, world: FloatArray) -> FloatArray:
         return (world - np.array(self._camera.position)) @ self._matrix
 
-    def _cast(self, points: FloatArray) -> Hits:
-        return rasterise(points, self._batch.faces, self.lens, self._batch.one_sided)
+    def _cast(self, points: FloatArray, torn: NDArray[np.bool_] | None = None) -> Hits:
+        batch = self._batch
+        if torn is None or not torn.any():
+            return rasterise(points, batch.faces, self.lens, batch.one_sided)
+        # What has come apart is open, and its insides are seen.
+        opened = np.zeros(len(self.names), bool)
+        opened[batch.face_owner[torn]] = True
+        keep = np.flatnonzero(~torn)
+        closed = batch.one_sided[keep] & ~opened[batch.face_owner[keep]]
+        hits = rasterise(points, batch.faces[keep], self.lens, closed)
+        return Hits(hits.pixel, keep[hits.face].astype(np.int32), hits.weights, hits.depth)
 
     def _owner(self, hits: Hits) -> NDArray[np.int32]:
         return self._batch.face_owner[hits.face]
@@ -156,6 +166,7 @@ class Compositor:
         backdrop: Picture,
         colors: NDArray[np.float32],
         standing: FloatArray,
+        torn: NDArray[np.bool_] | None,
     ) -> Frame:
         """Objects over the backdrop, with smooth outlines."""
         shape, owner = (self.lens.height, self.lens.width), self._owner(hits)
@@ -166,7 +177,7 @@ class Compositor:
         ids.ravel()[hits.pixel] = owner
         depth = np.full(shape, np.inf, np.float32)
         depth.ravel()[hits.pixel] = hits.depth
-        partial = partial_pixels(self._batch, points, self.lens)
+        partial = partial_pixels(self._batch, points, self.lens, torn)
 
         def photographed(pixel: NDArray[np.int64], index: NDArray[np.int32]) -> NDArray[np.float32]:
             return self._scenery.shares(pixel, index, standing)

@@ -26,10 +26,13 @@ class Partial:
     share: NDArray[np.float32]
 
 
-def partial_pixels(batch: Batch, points: FloatArray, lens: Lens) -> list[Partial]:
+def partial_pixels(
+    batch: Batch, points: FloatArray, lens: Lens, torn: NDArray[np.bool_] | None = None
+) -> list[Partial]:
     """Partly covered pixels of each object, whether or not something stands before it.
 
-    points: (V, 3) camera frame. Objects that reach behind the camera have none.
+    points: (V, 3) camera frame. Objects that reach behind the camera have none. torn: (F,) faces
+    that are not drawn.
     """
     count = len(batch.first) - 1
     nothing = Partial(np.zeros(0, np.int64), np.zeros(0, np.float32))
@@ -38,7 +41,7 @@ def partial_pixels(batch: Batch, points: FloatArray, lens: Lens) -> list[Partial
     behind = np.zeros(count, bool)
     np.logical_or.at(behind, batch.owner, points[:, 2] < NEAR)
     pixels = lens.project(np.maximum(points, (-np.inf, -np.inf, NEAR)))
-    weight = _outline_weight(batch, pixels)
+    weight = _outline_weight(batch, pixels, torn)
     outline = np.flatnonzero(weight)
     start = np.searchsorted(batch.edges.owner[outline], np.arange(count + 1))
     result = []
@@ -52,13 +55,17 @@ def partial_pixels(batch: Batch, points: FloatArray, lens: Lens) -> list[Partial
     return result
 
 
-def _outline_weight(batch: Batch, pixels: FloatArray) -> NDArray[np.int8]:
+def _outline_weight(
+    batch: Batch, pixels: FloatArray, torn: NDArray[np.bool_] | None
+) -> NDArray[np.int8]:
     """(E,) how often the seen patch runs along each edge, as stored minus against."""
     x, y = pixels.T
     a, b, c = batch.faces.T
     area = (x[b] - x[a]) * (y[c] - y[a]) - (x[c] - x[a]) * (y[b] - y[a])
     # Rows grow downwards, so a face that looks at the camera runs clockwise: negative area.
     facing = np.where(area < 0, np.int8(1), np.where(batch.one_sided, np.int8(0), np.int8(-1)))
+    if torn is not None:
+        facing[torn] = 0
     edges = batch.edges
     total = np.zeros(len(edges.ends), np.int8)
     for slot in range(edges.face.shape[1]):

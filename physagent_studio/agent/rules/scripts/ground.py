@@ -19,6 +19,9 @@ from physagent_studio.program.scene import Slab
 
 PUSHED = 0.5
 """Longest part of the clip for which something is pushed along."""
+HEAP = 0.5
+"""Speed with which a heap is pushed, over that of what falls by half its own size: it collapses
+where it stands, and does not slide away whole."""
 GLIDES = 0.08
 """Friction below which a thing goes on by itself, as a stone on ice does."""
 
@@ -218,7 +221,7 @@ def _ground_speed(task: Task, target: Place | None) -> float:
     item = task.layout.state.object(task.name)
     if item is not None and item.body.kind == "granular":
         # A heap is pushed over; faster, and all of its grains fly off together.
-        return math.sqrt(mech.G * size)
+        return HEAP * math.sqrt(mech.G * size)
     friction = task.ground_friction()
     rolls = task.layout.rolls(task.name)
     slowing = mech.rolling_slowing(task.ground_rolling()) if rolls else mech.G * friction

@@ -438,11 +438,21 @@ SCENES: dict[str, Callable[[Rng], Scene]] = {
 }  # fmt: skip
 
 
-def click(mask: NDArray[np.bool_]) -> list[int]:
-    """The pixel deepest inside a mask, as [x, y, 1]."""
+MANY_PARTS = {"mug": 3, "glass": 3, "toy_train": 4, "skateboard": 3, "beach_ball": 3}
+"""Clicks on things of many parts or colours; one on all others."""
+
+
+def clicks(mask: NDArray[np.bool_], count: int) -> list[list[int]]:
+    """The pixels deepest inside a mask, each away from those before it, as [x, y, 1]."""
     depth = cv2.distanceTransform(np.pad(mask, 1).astype(np.uint8), cv2.DIST_L2, 5)
-    y, x = np.unravel_index(int(depth.argmax()), depth.shape)
-    return [int(x) - 1, int(y) - 1, 1]
+    rows, columns = np.indices(depth.shape)
+    apart = 0.25 * float(np.sqrt(mask.sum()))
+    found: list[list[int]] = []
+    for _ in range(count):
+        y, x = np.unravel_index(int(depth.argmax()), depth.shape)
+        found.append([int(x) - 1, int(y) - 1, 1])
+        depth[np.hypot(rows - y, columns - x) < 2 * apart] = 0
+    return [one for one in found if mask[one[1], one[0]]]
 
 
 def write(name: str, out: Path, samples: int, factor: float) -> None:
@@ -462,7 +472,7 @@ def write(name: str, out: Path, samples: int, factor: float) -> None:
     for number, body in enumerate(scene.bodies):
         if body.name is not None:
             mask = numbers == number
-            points[body.name] = [click(mask)]
+            points[body.name] = clicks(mask, MANY_PARTS.get(body.name, 1))
             cv2.imwrite(str(folder / "masks" / f"{body.name}.png"), mask.astype(np.uint8) * 255)
     case = {
         "image": "input.png",

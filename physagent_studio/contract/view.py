@@ -36,6 +36,8 @@ STEP, FALLING_STEP = 0.04, 0.08
 """Farthest step from frame to frame, parts of the width; in the frames of a blow or a fall."""
 TIPPING = 2.0
 """Degrees from frame to frame from which on a tilting thing is falling over."""
+LEAVES = 0.4
+"""Part of the clip for which what leaves the picture is at least seen in it."""
 NOTICED = 0.0006
 """Least step from frame to frame that is seen as motion, parts of the width: half a pixel."""
 FALL_FILLS = 0.2
@@ -89,6 +91,7 @@ def view_checks(
     found += _paces(facts, names)
     if not nothing_happens(program):
         found += [_something(facts, names), _fills(facts, names)]
+    found += [_gone(facts, name) for name in names if name in program.contract.leaving]
     found += [*_meetings(facts), *_ends(facts, names), *_amounts(facts), *_on_wheels(facts, names)]
     return tuple(found)
 
@@ -179,6 +182,13 @@ def _inside(facts: Facts, name: str) -> Check:
     )  # fmt: skip
 
 
+def _gone(facts: Facts, name: str) -> Check:
+    """What the sentence has leave the picture is out of it at the end."""
+    left = float(_sight(facts, name).share[-1])
+    text = f"{name} has left the picture at the end: {{answer}}"
+    return view_check("gone", name, text, (0.1 - left) / 0.9, measured=left, threshold=0.1)
+
+
 def _distance_out(facts: Facts, sight: Sight, until: int) -> float:
     """How far its middle gets from the frame, in widths of the picture."""
     camera = facts.program.scene.camera
@@ -188,12 +198,15 @@ def _distance_out(facts: Facts, sight: Sight, until: int) -> float:
 
 
 def _needed(facts: Facts, name: str, sight: Sight) -> int:
-    """The last frame on which it has to be seen.
+    """The last frame on which it has to be seen: that before it leaves, where it shall.
 
     What falls where the floor is not in the picture has been seen once it fell by its own height.
     """
     last = facts.rollout.frames - 1
     out = np.flatnonzero(sight.share < INSIDE)
+    if len(out) and name in facts.program.contract.leaving:
+        # Seen to go: on its way out it is seen for a good part of the clip.
+        return min(int(out[0]) - 1, last) if out[0] >= LEAVES * last else round(LEAVES * last)
     if not len(out) or not _said(facts.program, name, DROPPING):
         return last
     rows = np.minimum(facts.rollout.frame_steps(), facts.last)

@@ -129,13 +129,15 @@ class Contract(Frozen):
 
     Statements that only serve a composite are listed in its `of`; all others must hold.
     not_understood: the words of the prompt that nothing here stands for. paces: the speeds that
-    its verbs allow; a check of the view, not a demand.
+    its verbs allow; a check of the view, not a demand. leaving: objects that it has leave the
+    picture.
     """
 
     clauses: tuple[Clause, ...] = Field(default=(), max_length=64)
     statements: tuple[Statement, ...] = Field(default=(), max_length=256)
     not_understood: tuple[Text, ...] = Field(default=(), max_length=64)
     paces: tuple[Speeds, ...] = Field(default=(), max_length=64)
+    leaving: tuple[Name, ...] = Field(default=(), max_length=64)
 
     @property
     def serving(self) -> frozenset[str]:

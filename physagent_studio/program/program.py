@@ -72,9 +72,8 @@ class PhysicalProgram(Frozen):
     def hash(self) -> str:
         """SHA-256 of the canonical JSON form."""
         unused: dict[str, Any] = {"scene": self.scene.without}
-        if not self.contract.paces:
-            # Told later than version 1: a program without them keeps the hash that it always had.
-            unused["contract"] = {"paces"}
+        # Told later than version 1: a program without them keeps the hash that it always had.
+        unused["contract"] = {f for f in ("paces", "leaving") if not getattr(self.contract, f)}
         data = self.model_dump(mode="json", exclude=unused)
         text = _canonical(data)
         if "-0.0" in text:

@@ -199,7 +199,10 @@ def _with_materials(state: SceneState, reading: Reading, clip: Clip) -> SceneSta
 def _contract(reading: Reading, layout: Layout) -> Contract:
     """What the sentence demands, as far as the scene has what it speaks of, and its paces."""
     contract = _known_only(contract_of(reading, layout), layout.state)
-    paced = contract.model_copy(update={"paces": paces_of(reading, layout)})
+    gone = {name for f in reading.frames if "offscreen" in f.manner for name in f.patient}
+    leaving = tuple(item.name for item in layout.state.objects if item.name in gone)
+    update = {"paces": paces_of(reading, layout), "leaving": leaving}
+    paced = contract.model_copy(update=update)
     return _once_raised(paced, reading, layout)
 
 

@@ -28,6 +28,7 @@ def in_plain_words(tokens: Sequence[Token], nouns: frozenset[str]) -> Tokens:
     """
     found = _not_asked(tuple(tokens), nouns)
     for rule in (
+        _out_of_sight,
         where_it_is,
         _sided,
         _performed,
@@ -71,6 +72,34 @@ _OPENINGS = tuple(
         "please let", "please", "can you", "could you", "would you", "now make",
     )
 )  # fmt: skip
+_FRAMES = v.VIEW_WORDS | words_of("camera photo photograph")
+
+
+def _out_of_sight(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
+    """ "Rolls out of the picture", "leaves the frame": it goes offscreen."""
+    found: list[Token] = []
+    index = 0
+    while index < len(tokens):
+        for turn, words in (
+            (("out", "of"), ("offscreen",)),
+            (("off",), ("offscreen",)),
+            (("leaves",), ("moves", "offscreen")),
+            (("leave",), ("move", "offscreen")),
+            (("exits",), ("moves", "offscreen")),
+        ):
+            start = index + len(turn)
+            start += _texts(tokens, start, 1) in (("the",), ("our",))
+            named = _texts(tokens, start, 1)
+            if _texts(tokens, index, len(turn)) == turn and named and named[0] in _FRAMES - nouns:
+                found += _said(tokens[index], tokens[start], *words)
+                index = start + 1
+                break
+        else:
+            found.append(tokens[index])
+            index += 1
+    return tuple(found)
+
+
 _ASKING = words_of("would could can will does did do should might may")
 
 

@@ -50,6 +50,7 @@ CAMERA_WORDS = words_of("camera viewer us observer lens you")
 
 MANNERS: dict[str, str] = {
     **dict.fromkeys(words_of("slowly slow gradually leisurely sluggishly"), "slow"),
+    "offscreen": "offscreen",
     **dict.fromkeys(
         words_of("gently gentle softly lightly light soft weak weakly mild mildly"), "gentle"
     ),

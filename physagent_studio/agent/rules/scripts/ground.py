@@ -8,7 +8,7 @@ import numpy as np
 
 from physagent_studio.agent.rules import actions as act
 from physagent_studio.agent.rules import mechanics as mech
-from physagent_studio.agent.rules.framing import good_way
+from physagent_studio.agent.rules.framing import free_way, good_way
 from physagent_studio.agent.rules.layout import WAYS, FloatArray, Layout, level, unit
 from physagent_studio.agent.rules.paths import arc_length, clearance, free_turn
 from physagent_studio.agent.rules.reading import Place
@@ -19,6 +19,8 @@ from physagent_studio.program.scene import Slab
 
 PUSHED = 0.5
 """Longest part of the clip for which something is pushed along."""
+OUT = 40.0
+"""No thing leaves the picture that would have to go farther than so many of its sizes."""
 HEAP = 0.5
 """Speed with which a heap is pushed, over that of what falls by half its own size: it collapses
 where it stands, and does not slide away whole."""
@@ -70,6 +72,9 @@ def _distance(task: Task, target: Place | None) -> float:
     """How far it shall go, m: to where it is told, else a good part of the way that is free."""
     if task.far is not None and not task.intent.hits:
         return task.far
+    if task.intent.manner("offscreen"):
+        free = free_way(task.layout, task.name, _heading(task))
+        return min(free, OUT * task.layout.size(task.name)) + 1.5 * task.layout.size(task.name)
     if target is not None:
         distance = task.way_to(target)
         if task.intent.hits:

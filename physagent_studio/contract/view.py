@@ -211,7 +211,9 @@ def _needed(facts: Facts, name: str, sight: Sight) -> int:
         return last
     rows = np.minimum(facts.rollout.frame_steps(), facts.last)
     path = facts.rollout.positions[rows, facts.rollout.objects.index(name)]
-    if _sees(facts, path[out[0]]):
+    at = int(rows[out[0]])
+    lands = facts.touching_anything(name, Window(max(at - 1, 0), at)).any()
+    if lands or _sees(facts, path[out[0]]):
         return last
     drop = np.maximum.accumulate(path[:, 2]) - path[:, 2]
     seen = np.flatnonzero((drop >= _height(facts, name)) & (sight.share >= INSIDE))

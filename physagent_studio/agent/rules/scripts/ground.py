@@ -19,6 +19,8 @@ from physagent_studio.program.scene import Slab
 
 PUSHED = 0.5
 """Longest part of the clip for which something is pushed along."""
+ARRIVES = 0.6
+"""Part of the clip after which a thing is where it shall be."""
 OUT = 40.0
 """No thing leaves the picture that would have to go farther than so many of its sizes."""
 HEAP = 0.5
@@ -235,7 +237,9 @@ def _ground_speed(task: Task, target: Place | None) -> float:
         return task.speed
     if task.passes() is not None:
         distance *= 1.6
-    arrive = mech.speed_to_arrive(distance, task.seconds(0.6), slowing)
+    # What is told no end rolls on for the whole clip, and shall still be seen then.
+    share = ARRIVES if target is not None or task.intent.hits else 0.95
+    arrive = mech.speed_to_arrive(distance, task.seconds(share), slowing)
     if _is_shoved(task):
         return _shoved_speed(task, distance)
     if (task.intent.has("stop", "settle") or task.ends_short) and not rolls:

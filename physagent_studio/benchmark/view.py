@@ -102,17 +102,23 @@ def _figures(mode: str, results: Sequence[EventResult]) -> list[Row]:
 _INTRO = """\
 # Results on real photographs
 
-Made by `physagent bench view --cases FOLDER --sheets SHEETS --out docs/results.md` with the embedded
-agent (rules, no network, no GPU), policy `auto`, at most ten rounds. The photographs are not part of
-this repository.
+Made by `physagent bench view --cases FOLDER --sheets SHEETS --out docs/results.md` with the
+embedded agent (rules, no network, no GPU), policy `auto`, at most ten rounds. The photographs are
+not part of this repository.
 
-An event counts as realised when the agent says so (its demands, the physics and every check of what a
-viewer sees hold) and a reference contract, written by hand from the sentence where there is one, holds
-as well. *Clicks alone*: the case as it is. *Annotated*: with what a person would click beyond that.
-*Motion*: frames of 81 in which something is seen to move. *Time*: simulated seconds for each second
-shown. *Fastest*: farthest step from frame to frame, parts of the picture's width. *Grade*: 0 to 1, by
-one who saw eight frames and the sentence and nothing else.
+An event counts as realised when the agent says so (its demands, the physics and every check of what
+a viewer sees hold) and a reference contract, written by hand from the sentence where there is one,
+holds as well. *Clicks alone*: the case as it is. *Annotated*: with what a person would click beyond
+that. *Motion*: frames of 81 in which something is seen to move. *Time*: simulated seconds for each
+second shown. *Fastest*: farthest step from frame to frame, parts of the picture's width. *Grade*:
+0 to 1, by one who saw eight frames and the sentence and nothing else.
 """
+
+
+_COLUMNS = (
+    "event", "mode", "outcome", "rounds", "seconds", "motion", "time", "fastest", "grade",
+    "why not 1",
+)  # fmt: skip
 
 
 def _page(results: Sequence[EventResult], rows: Sequence[Row], sheets: Path | None) -> str:
@@ -129,8 +135,8 @@ def _page(results: Sequence[EventResult], rows: Sequence[Row], sheets: Path | No
         lines.append(f"| grade by eye, mean of {len(grades)} | {mean:.2f} | | |")
     lines += [
         "",
-        "| event | mode | outcome | rounds | seconds | motion | time | fastest | grade | why not 1 |",
-        "|---|---|---|---|---|---|---|---|---|---|",
+        f"| {' | '.join(_COLUMNS)} |",
+        f"|{'---|' * len(_COLUMNS)}",
     ]
     for item in results:
         pace, name = _pacing(item), _sheet_name(item.label, item.annotated)

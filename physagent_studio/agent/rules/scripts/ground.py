@@ -55,15 +55,19 @@ def _push_steps(task: Task, target: Place | None, speed: float) -> int:
     A hand that goes along: half of distance = speed · time / 2 is gone when it lets go. A kick, a
     blow and what rolls by itself are short.
     """
-    if not _is_shoved(task):
+    if not _is_shoved(task, target):
         return act.PUSH_STEPS
     seconds = min(2 * _distance(task, target) / max(speed, 0.05), task.seconds(PUSHED))
     return max(round(seconds / task.clip.step_seconds), act.PUSH_STEPS)
 
 
-def _is_shoved(task: Task) -> bool:
-    """Whether it slides under something that pushes it on, and is not sent off by a blow."""
-    sliding = not task.layout.rolls(task.name) and task.wheels is None
+def _is_shoved(task: Task, target: Place | None) -> bool:
+    """Whether it slides under something that pushes it on, and is not sent off by a blow; on
+    wheels, whether it drives: coasting it would stand still long before the clip is over."""
+    if task.wheels is not None:
+        coasting = math.sqrt(2 * _distance(task, target) / (mech.G * task.wheels.rolling))
+        return coasting < task.seconds(PUSHED) and not task.intent.hits
+    sliding = not task.layout.rolls(task.name)
     sent = task.intent.has("kick", "throw", "hit", "strike", "slip") or bool(task.intent.struck_by)
     glides = task.ground_friction() < GLIDES
     rigid = (item := task.layout.state.object(task.name)) is not None and item.body.kind == "rigid"
@@ -240,7 +244,7 @@ def _ground_speed(task: Task, target: Place | None) -> float:
     # What is told no end rolls on for the whole clip, and shall still be seen then.
     share = ARRIVES if target is not None or task.intent.hits else 0.95
     arrive = mech.speed_to_arrive(distance, task.seconds(share), slowing)
-    if _is_shoved(task):
+    if _is_shoved(task, target):
         return _shoved_speed(task, distance)
     if (task.intent.has("stop", "settle") or task.ends_short) and not rolls:
         return _stopping_speed(task, distance, friction)

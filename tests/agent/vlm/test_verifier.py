@@ -69,10 +69,10 @@ def test_a_verdict_carries_clauses_criteria_and_mismatches(serve: Serve, connect
     assert (measured.code, measured.check) == ("falls_short", "s1")
     assert measured.figures["measured"] == pytest.approx(0.5, abs=0.01)
     # It is over after a second of the three.
-    assert (shown.code, shown.check) == ("pace", "view.fills")
+    assert shown.check == "view.fills"
 
 
-@pytest.mark.parametrize(("speed", "says_passed"), [(1.0, True), (3.0, False)])
+@pytest.mark.parametrize(("speed", "says_passed"), [(1.0, True), (2.0, False)])
 def test_a_verdict_against_the_measured_contract_is_flagged_and_does_not_pass(
     speed: float, says_passed: bool, serve: Serve, connect: Connect
 ) -> None:

@@ -79,7 +79,7 @@ def test_the_share_in_the_frame_is_what_counting_gives(
 ) -> None:
     pixel = np.array([[x * CAMERA.size[0], y * CAMERA.size[1]]])
     spot = np.array(CAMERA.position) + away * CAMERA.rays(pixel)
-    body = placed(shape, spot, about_axis(way, angle))
+    body = placed(shape, spot, np.array(about_axis(way, angle)))
     assert shares_of(body, CAMERA)[0] == pytest.approx(counted(cloud(body), CAMERA), abs=0.03)
 
 

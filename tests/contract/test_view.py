@@ -100,7 +100,7 @@ def widest(program: PhysicalProgram) -> float:
     """The farthest step of the ball from frame to frame, parts of the width."""
     rollout = simulate(program, {})
     pixels, _ = CAMERA.project(rollout.positions[rollout.frame_steps(), 0])
-    seen = ((pixels > 8) & (pixels < np.array(CAMERA.size) - 8)).all(axis=1)
+    seen = np.all((pixels > 8) & (pixels < np.array(CAMERA.size) - 8), axis=1)
     steps = np.linalg.norm(np.diff(pixels, axis=0), axis=1)
     return float(steps[seen[1:] & seen[:-1]].max() / CAMERA.size[0])
 
@@ -402,7 +402,8 @@ def test_it_goes_no_faster_than_the_verb_says(seed: int) -> None:
 def test_a_fall_is_as_fast_as_it_is() -> None:
     pace = {"subject": "ball", "verb": "roll", "high": 1.0}
     things = [at(BALL, 0.0, 1.5, support="air")]
-    check = views(scene_of(things, [], says("falls"), paces=[pace], frames=12))["view.amount.ball"]
+    check = views(scene_of(things, [], says("falls"), paces=[pace]))["view.amount.ball"]
+    # It lands at more than 5 m/s.
     assert check.ok, check.text
 
 

@@ -376,7 +376,9 @@ def test_what_sways_still_moves_at_the_end(seed: int) -> None:
     }  # fmt: skip
     still = [side_to_side | {"duration": 100}, hold("ball", 100, 320)]
     for actions, ok in (([side_to_side], True), (still, False)):
-        check = views(scene_of([at(BALL, 0.0, friction=0.5)], actions, says("sways")))["view.ends.ball"]
+        check = views(scene_of([at(BALL, 0.0, friction=0.5)], actions, says("sways")))[
+            "view.ends.ball"
+        ]
         agrees(check)
         assert check.ok == ok, check.text
 

@@ -57,7 +57,8 @@ class AskWhen:
 
     def decide(self, proposal: Proposal, preview: Preview) -> Decision | None:
         """None when unsure, stuck, tripped, at odds with the facts, or touching a kept one."""
-        tripped = any(check.always_on and not check.ok for check in preview.checks)
+        physics = (c for c in preview.checks if c.always_on and c.kind != "view")
+        tripped = any(not check.ok for check in physics)
         if (
             not proposal.hunks
             or proposal.confidence < self.low_confidence

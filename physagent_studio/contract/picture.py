@@ -21,8 +21,6 @@ AROUND = 16
 """Points of an outline's silhouette."""
 FOLLOWED = 48
 """Points of a deforming body that are followed."""
-_RINGS = np.sqrt((np.arange(4) + 0.5) / 4)
-"""Radii of rings that share the area of a disc equally."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -98,15 +96,25 @@ def _of_vertices(
 def _of_outline(placed: Placed, camera: Camera) -> tuple[FloatArray, FloatArray, BoolArray]:
     """The silhouette, from the directions across the line of sight, and the marks."""
     assert placed.outline is not None
-    right, down, _ = camera.matrix.T
+    right, down = _across(placed.positions, camera)
     turn = np.linspace(0, 2 * np.pi, AROUND, endpoint=False)
-    ways = np.cos(turn)[:, None] * right + np.sin(turn)[:, None] * down
-    shape = placed.positions.shape
-    rim = np.stack([placed.support(np.broadcast_to(way, shape)) for way in ways], axis=1)
+    rim = np.stack([placed.support(np.cos(t) * right + np.sin(t) * down) for t in turn], axis=1)
     local = _marks(placed.outline)
     body = placed.positions[:, None] + np.einsum("tij,mj->tmi", placed.matrices, local)
     outline, ahead = _projected(rim, camera)
     return outline, _projected(body, camera)[0], ahead
+
+
+def _across(places: FloatArray, camera: Camera) -> tuple[FloatArray, FloatArray]:
+    """Two unit directions (T, 3) across the line of sight to each place (T, 3)."""
+    ahead = _unit(places - camera.position)
+    along = ahead @ camera.matrix[:, 0]
+    right = _unit(camera.matrix[:, 0] - along[:, None] * ahead)
+    return right, np.cross(ahead, right)
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
 
 
 def _marks(outline: Outline) -> FloatArray:
@@ -139,17 +147,35 @@ def _within(pixels: FloatArray, camera: Camera) -> BoolArray:
 
 
 def _share(outline: FloatArray, camera: Camera) -> FloatArray:
-    """(F,) part of the area of convex outlines (F, K, 2) that lies in the frame.
+    """(F,) part of the area of convex outlines (F, K, 2) that lies in the frame."""
+    cut = outline
+    for axis in (0, 1):
+        cut = _cut(cut, axis, 0.0, 1.0)
+        cut = _cut(cut, axis, float(camera.size[axis]), -1.0)
+    return np.clip(_area(cut) / np.maximum(_area(outline), 1e-9), 0.0, 1.0)
 
-    Each triangle about the middle is sampled where rings that share its area equally cross it.
+
+def _cut(outline: FloatArray, axis: int, limit: float, sign: float) -> FloatArray:
+    """(F, 2K, 2) outlines cut off at a line across an axis (Sutherland and Hodgman, 1974).
+
+    What lies beyond falls onto the line, where it has no area: each keeps as many points.
     """
-    middle = outline.mean(axis=1, keepdims=True)
-    spoke = (outline + np.roll(outline, -1, axis=1)) / 2 - middle
-    edge = np.roll(outline, -1, axis=1) - outline
-    area = np.abs(spoke[..., 0] * edge[..., 1] - spoke[..., 1] * edge[..., 0]) + 1e-9
-    samples = middle[:, :, None] + spoke[:, :, None] * _RINGS[:, None]
-    inside = _within(samples, camera).mean(axis=2)
-    return (inside * area).sum(axis=1) / area.sum(axis=1)
+    following = np.roll(outline, -1, axis=1)
+    here, there = outline[..., axis] - limit, following[..., axis] - limit
+    crosses = here * there < 0
+    part = np.where(crosses, here / np.where(crosses, here - there, 1.0), 0.0)
+    kept = outline.copy()
+    kept[..., axis] = limit + sign * np.maximum(sign * here, 0.0)
+    border = np.where(crosses[..., None], outline + part[..., None] * (following - outline), kept)
+    return np.stack([kept, border], axis=2).reshape(len(outline), -1, 2)
+
+
+def _area(outline: FloatArray) -> FloatArray:
+    """(F,) area within outlines (F, K, 2), taken about one of their points."""
+    own = outline - outline[:, :1]
+    following = np.roll(own, -1, axis=1)
+    turns = own[..., 0] * following[..., 1] - own[..., 1] * following[..., 0]
+    return np.abs(turns.sum(axis=1)) / 2
 
 
 def _steps(marks: FloatArray, share: FloatArray, camera: Camera) -> FloatArray:

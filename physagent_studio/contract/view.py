@@ -546,9 +546,11 @@ def _amounts(facts: Facts) -> list[Check]:
     for pace in facts.program.contract.paces:
         if not facts.is_object(pace.subject):
             continue
-        speed = facts.track(pace.subject, facts.whole()).speed
+        # Level, since what lands is still as fast as it fell on the step that it touches down.
+        level = facts.track(pace.subject, facts.whole()).velocities[:, :2]
         carried = facts.touching_anything(pace.subject, facts.whole())
-        most = float(np.where(carried, speed, 0.0).max())
+        speed = np.where(carried, np.linalg.norm(level, axis=1), 0.0)
+        most = float(speed.max())
         text = (
             f"{pace.subject} goes at most as fast as “{pace.verb}” says: "
             f"{number(most, 'm/s')} ≤ {number(pace.high, 'm/s')}: {{answer}}"
@@ -557,7 +559,7 @@ def _amounts(facts: Facts) -> list[Check]:
             view_check(
                 "amount", pace.subject, text, (pace.high - most) / max(pace.high, 1e-3),
                 measured=most, threshold=pace.high, unit="m/s",
-                step=int(np.where(carried, speed, 0.0).argmax()),
+                step=int(speed.argmax()),
             )
         )  # fmt: skip
     return found

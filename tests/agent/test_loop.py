@@ -11,7 +11,7 @@ import pytest
 from physagent_studio.agent.crew import Bench, Crew
 from physagent_studio.agent.loop import advance, decide
 from physagent_studio.agent.reviewer import POLICIES
-from physagent_studio.agent.roles import Situation
+from physagent_studio.agent.roles import Director, Situation
 from physagent_studio.errors import EditError
 from physagent_studio.program import PhysicalProgram, SceneObject, SceneState, SetField
 from physagent_studio.records import (
@@ -142,8 +142,10 @@ def bench_of(script: Script) -> Bench:
     )
 
 
-def run(script: Script, state: LoopState, most: int = 200) -> list[LoopState]:
-    crew, bench = Crew(script, script, script), bench_of(script)
+def run(
+    script: Script, state: LoopState, most: int = 200, director: Director | None = None
+) -> list[LoopState]:
+    crew, bench = Crew(script, script, script, director), bench_of(script)
     states = [state]
     for _ in range(most):
         after = advance(states[-1], crew, bench)
@@ -272,6 +274,114 @@ def test_ask_when_asks_where_a_persons_judgement_is_worth_most(
         id="energy", text="", ok=not tripped, measured=0, threshold=0, unit="J", margin=-1.0,
         always_on=True,
     )  # fmt: skip
-    preview = Preview(program=program_with(1), checks=(physics,))
+    # What cannot be seen well yet fails like any statement: no person has to be asked for that.
+    unseen = physics.model_copy(update={"id": "view.fills", "kind": "view", "ok": False})
+    preview = Preview(program=program_with(1), checks=(physics, unseen))
     decided = POLICIES["ask_when"].decide(plain.model_copy(update=odd), preview)
     assert (decided is None) == (bool(odd) or tripped)
+
+
+# --- easing --------------------------------------------------------------------------------------
+
+
+@dataclass
+class Gentle:
+    """Proposes a density of 550 once asked; or nothing; counts how often it is."""
+
+    confidence: float = 0.9
+    silent: bool = False
+    asked: int = 0
+
+    def ease(self, situation: Situation) -> Proposal:
+        self.asked += 1
+        edit = SetField(path="scene.objects.ball.density", value=550.0)
+        hunks = () if self.silent else (Hunk(id="h1", summary="gentler", edits=(edit,)),)
+        return Proposal(
+            id="eased",
+            hunks=hunks,
+            rationale="as well with less",
+            factor="easing",
+            confidence=self.confidence,
+            simulations=3,
+        )
+
+
+def densities(state: LoopState) -> list[float]:
+    return [density_of(item.program) for item in state.path()]
+
+
+def test_a_pass_is_eased_once_and_is_realised() -> None:
+    gentle = Gentle()
+    states = run(Script(), LoopState(policy="auto"), director=gentle)
+    final = states[-1]
+    assert (final.phase, final.outcome) == ("done", "realised")
+    assert gentle.asked == 1
+    assert densities(final) == [200, 300, 400, 500, 550]
+    assert "ease" in [state.phase for state in states]
+    # Its own runs and the one for the preview count as those of the round that was eased.
+    plain = run(Script(), LoopState(policy="auto"))[-1]
+    used = [sum(item.simulations for item in one.path()) for one in (final, plain)]
+    assert used[0] - used[1] == 3 + 1 + 1
+    for state in states:
+        assert LoopState.model_validate_json(state.model_dump_json()) == state
+
+
+def test_where_nothing_gentler_is_found_it_is_realised_all_the_same() -> None:
+    gentle = Gentle(silent=True)
+    final = run(Script(), LoopState(policy="auto"), director=gentle)[-1]
+    assert (final.phase, final.outcome) == ("done", "realised")
+    assert densities(final) == [200, 300, 400, 500]
+    assert gentle.asked == 1
+    plain = run(Script(), LoopState(policy="auto"))[-1]
+    assert final.path()[-1].simulations == plain.path()[-1].simulations + 3
+
+
+def test_a_person_who_is_asked_is_not_asked_to_ease() -> None:
+    gentle, state = Gentle(), LoopState(policy="ask")
+    crew_of = Script()
+    crew, bench = Crew(crew_of, crew_of, crew_of, gentle), bench_of(crew_of)
+    for _ in range(200):
+        after = advance(state, crew, bench)
+        if after is state and state.phase == "decide":
+            assert state.current is not None
+            assert state.current.proposal is not None
+            after = decide(state, decision("accept", edits=state.current.proposal.edits))
+        if after is state:
+            break
+        state = after
+    assert (state.phase, state.outcome) == ("done", "realised")
+    assert densities(state) == [200, 300, 400, 500]
+    assert gentle.asked == 0
+
+
+def test_what_a_person_wrote_is_not_eased() -> None:
+    gentle = Gentle()
+    draft = LoopState(policy="auto", draft=program_with(600))
+    final = run(Script(), draft, director=gentle)[-1]
+    assert (final.outcome, gentle.asked) == ("realised", 0)
+
+
+@pytest.mark.parametrize("kind", ["skip", "reject", "stop"])
+def test_an_easing_that_is_turned_down_leaves_it_realised(kind: str) -> None:
+    unsure = Gentle(confidence=0.1)
+    asked = run(Script(), LoopState(policy="ask_when"), director=unsure)[-1]
+    assert asked.phase == "decide"
+    assert densities(asked) == [200, 300, 400, 500]
+    done = decide(asked, decision(kind))
+    assert (done.phase, done.outcome) == ("done", "realised")
+    assert densities(done) == densities(asked)
+    assert done.current is not None
+    assert done.current.decision is not None
+    assert done.current.decision.kind == kind
+
+
+@pytest.mark.parametrize(("budget", "asked"), [(1, 0), (2, 1)])
+def test_easing_needs_a_round_that_is_left(budget: int, asked: int) -> None:
+    class Heavy(Script):
+        def first(self, case: Case, reconstruct: object) -> PhysicalProgram:
+            return program_with(500)
+
+    gentle = Gentle()
+    final = run(Heavy(), LoopState(policy="auto", budget=budget), director=gentle)[-1]
+    assert (final.outcome, gentle.asked) == ("realised", asked)
+    assert len(final.path()) == budget

@@ -89,7 +89,7 @@ class _Line:
         return (min(tried, key=lambda sign: tried[sign]),)
 
     def follow(self) -> None:
-        """Outwards while it gets better, then halving around the best."""
+        """Outwards while it gets better, then halving what is left on either side of the best."""
         before, shortfall = 0.0, self.base.shortfall
         while not self.spent and not self.holds and abs(self.at) < 16:
             assert self.best is not None
@@ -99,15 +99,21 @@ class _Line:
             if self.at == here:
                 break
             before, shortfall = here, now
-        width = max(abs(self.at) / 2, 0.4)
-        while not self.spent and not self.holds and width > 0.05:
+        while not self.spent and not self.holds:
             here = self.at
-            for offset in (here - width, here + width):
-                self.try_at(offset)
+            for end in self._ends():
+                if not self.holds and abs(end - here) > 0.1:
+                    self.try_at((here + end) / 2)
                 if self.at != here:
                     break
-            if self.at == here:
-                width /= 2
+            if self.at == here and max(abs(end - here) for end in self._ends()) <= 0.1:
+                break
+
+    def _ends(self) -> tuple[float, float]:
+        """What was tried next to the best, nearer to the start and farther away."""
+        inner = max(self._beside(inner=True), key=abs, default=0.0)
+        farther = self.at + max(abs(self.at) / 2, 0.4) * (1.0 if self.at > 0 else -1.0)
+        return inner, min(self._beside(inner=False), key=abs, default=farther)
 
     def settled(self) -> Candidate:
         """What holds, made sturdy, or smaller where it is sturdy already, in a few more runs."""

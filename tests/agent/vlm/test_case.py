@@ -130,7 +130,7 @@ def model(asked: Asked) -> Reply:
         "EventReply": stage,
         "StageOneReply": scripted.stage_one,
         "StageTwoReply": lambda: judge(asked),
-        "EventPlan": lambda: scripted.faster(round(scripted.speed_shown(asked) * 6, 3)),
+        "EventPlan": lambda: scripted.faster(round(scripted.speed_shown(asked) * 2, 3)),
     }
     return says(answers[asked.form]())
 

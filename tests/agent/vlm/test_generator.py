@@ -28,7 +28,7 @@ def test_the_generator_asks_for_the_scene_and_then_with_figures_for_the_event(
     assert [asked.form for asked in server.asked] == ["SceneReply", "EventReply"]
     assert all(len(asked.pictures) == 1 for asked in server.asked)
     assert world.SENTENCE in server.asked[0].text("user")
-    assert "extent [0.2, 0.2, 0.2] m; at [0, 3, 0.1]" in server.asked[1].text("user")
+    assert "extent [0.2, 0.2, 0.2] m; at [-1, 3, 0.1]" in server.asked[1].text("user")
     assert first.scene.is_resolved
     assert first.event.prompt == world.SENTENCE
     assert first.scene.objects[0].grounding == world.CASE.objects[0][1]

@@ -43,7 +43,7 @@ def test_stage_two_is_shown_the_frames_and_the_measured_facts(
         assert len(asked.pictures) == count
         text = asked.text("user")
         assert "moves to the right 0.5 m ≥ 1.8 m: no" in text
-        assert "ball: from [0, 3, 0.1] to [0.5, 3, 0.1] m" in text
+        assert "ball: from [-1, 3, 0.1] to [-0.5, 3, 0.1] m" in text
         assert "acted on steps 0 to 1" in text
     assert "Picture: x79  3.12 s" in text
 
@@ -64,13 +64,15 @@ def test_a_verdict_carries_clauses_criteria_and_mismatches(serve: Serve, connect
     assert verdict.contradiction == ""
     assert [(one.name, one.ok) for one in verdict.clauses] == [(world.SENTENCE, False)]
     assert [one.ok for one in verdict.criteria] == [False, True, True, True]
-    seen, measured = verdict.diagnosis
+    seen, measured, shown = verdict.diagnosis
     assert (seen.code, seen.subject, seen.step) == ("falls_short", "ball", 160)
     assert (measured.code, measured.check) == ("falls_short", "s1")
     assert measured.figures["measured"] == pytest.approx(0.5, abs=0.01)
+    # It is over after a second of the three.
+    assert shown.check == "view.fills"
 
 
-@pytest.mark.parametrize(("speed", "says_passed"), [(1.0, True), (3.0, False)])
+@pytest.mark.parametrize(("speed", "says_passed"), [(1.0, True), (2.0, False)])
 def test_a_verdict_against_the_measured_contract_is_flagged_and_does_not_pass(
     speed: float, says_passed: bool, serve: Serve, connect: Connect
 ) -> None:

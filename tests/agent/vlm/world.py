@@ -41,12 +41,15 @@ CAMERA = Camera.from_horizon((64, 48), 10.0, 0.5)
 
 
 def reconstruct(state: SceneState, previous: Scene | None = None) -> Scene:
-    """Fills what is open: every ball is a sphere on the floor, the nth n metres to the right."""
+    """Fills what is open: every ball is a sphere on the floor, a metre to the right of the last.
+
+    The first stands far enough left that two metres to the right are in the picture.
+    """
     objects = tuple(
         item.model_copy(
             update={
                 "shape": item.shape or Sphere(radius=RADIUS),
-                "position": item.position or (float(index), 3.0, RADIUS),
+                "position": item.position or (index - 1.0, 3.0, RADIUS),
                 "support": item.support or "floor",
             }
         )

@@ -57,6 +57,13 @@ def wish(intent: intents.Wish, studio: Studio, browser: int) -> None:
     studio.workbench.post(commands.Wish(intent.name, intent.position, step))
 
 
+def retime(intent: intents.Retime, studio: Studio, browser: int) -> None:
+    """Slow motion or time lapse, as one hand edit; the pace is pinned with it."""
+    if studio.snapshot.read_only:
+        raise InputError("an earlier round is open read-only; go on from here to edit it")
+    studio.workbench.post(commands.Retime(intent.factor))
+
+
 def write_text(intent: intents.WriteText, studio: Studio, browser: int) -> None:
     """The program as text, looked at or applied."""
     make = commands.ApplyText if intent.apply else commands.ValidateText
@@ -78,6 +85,7 @@ ACTIONS: dict[type, Callable[..., None]] = {
     intents.Remove: remove,
     intents.Try: try_out,
     intents.Wish: wish,
+    intents.Retime: retime,
     intents.WriteText: write_text,
     intents.DropDraft: drop_draft,
     intents.Undo: undo,

@@ -53,7 +53,7 @@ class Scrub(Frozen):
 
 
 class Speed(Frozen):
-    """Playback speed, 1 is real time."""
+    """Playback speed, 1 is as the clip is shown."""
 
     do: Literal["speed"] = "speed"
     factor: Annotated[float, Field(ge=0.05, le=8)]
@@ -232,6 +232,7 @@ class Retime(Frozen):
 
     do: Literal["retime"] = "retime"
     factor: Annotated[float, Field(ge=SLOWEST, le=FASTEST)]
+    ticket: Annotated[int, Field(ge=0, le=2**53)] | None = None
 
 
 class WriteText(Frozen):

@@ -78,7 +78,7 @@ const taken = (run) => h("div", { class: "stack", style: "gap:4px" },
   h("div", { class: "row" },
     button("Save the video", () => send({ do: "video" }), { class: "b wide", title: `The clip as an MP4, over the photo: ${run.clip}` }),
     button("Save a replay", () => send({ do: "export", kind: "html" }), { class: "b wide", title: "All rounds and the scene in one HTML file" })),
-  h("p", { class: "faint num", style: "font-size:12px" }, run.clip));
+  h("p", { class: "faint num hide-narrow", style: "font-size:12px" }, run.clip));
 
 // What it has cost so far, and what was made of the round on view.
 function meters(run) {

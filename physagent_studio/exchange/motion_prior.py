@@ -29,6 +29,7 @@ from physagent_studio.exchange.flow_colors import flow_picture
 from physagent_studio.exchange.video import write_video
 from physagent_studio.program.document import dump_program
 from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.program.timing import timing_of
 from physagent_studio.records.rollout import Rollout
 from physagent_studio.records.rollout_io import save_rollout
 from physagent_studio.records.scene import Scene
@@ -36,7 +37,7 @@ from physagent_studio.rendering import Flow, Frame, flow_between, render_clip
 
 META = "meta.json"
 _MARK = "physagent motion prior"
-_FORMAT = 2
+_FORMAT = 3
 _OPENING = ".started.json"
 
 
@@ -72,11 +73,14 @@ def export_motion_prior(
     write_glb(folder / "scene.glb", scene, rollout, fps)
     clip = render_clip(scene, rollout, cancelled=cancelled, progress=progress)
     flows: list[NDArray[np.float32]] = []
-    write_video(folder / "video.mp4", _pictures(folder, clip, flows), fps)
+    timing = timing_of(program.clip.model_copy(update={"playback_fps": fps}))
+    write_video(folder / "video.mp4", _pictures(folder, clip, flows), fps, timing)
     fastest = max((float(np.linalg.norm(f, axis=-1).max()) for f in flows), default=0.0)
     if flows:
-        write_video(folder / "flow.mp4", (flow_picture(f, fastest) for f in flows), fps)
-    _write_json(folder / META, _meta(scene, rollout, program, fps, key, fastest))
+        pictures = (flow_picture(f, fastest) for f in flows)
+        write_video(folder / "flow.mp4", pictures, fps, timing)
+    meta = _meta(scene, rollout, program, fps, key, fastest)
+    _write_json(folder / META, meta | timing)
     (folder / _OPENING).unlink(missing_ok=True)
     return folder
 

@@ -6,14 +6,16 @@ import base64
 import html
 import json
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from importlib.resources import files
 from typing import Any
 
 
 @dataclass(frozen=True, slots=True)
 class ReplayCheck:
-    """A line of the checklist. frame: where it was decided, None without."""
+    """A line of the checklist. frame: where it was decided, None without. group: "demand",
+    "physics" or "view", what a viewer sees."""
 
     ok: bool
     clause: str
@@ -21,13 +23,15 @@ class ReplayCheck:
     measured: str
     frame: int | None
     always: bool = False
+    group: str = "demand"
 
 
 @dataclass(frozen=True, slots=True)
 class ReplayRound:
     """A round. verdict: "ok", "failed" or "open". video: MP4. recording: of viser, zstd.
 
-    decided: what became of its proposal, in words. program: YAML.
+    decided: what became of its proposal, in words. program: YAML. gentler: its proposal repairs
+    nothing. pace: how fast its video shows the event, in words; timing: the same in figures.
     """
 
     number: int
@@ -40,6 +44,9 @@ class ReplayRound:
     decided: str = ""
     video: bytes = b""
     recording: bytes = b""
+    gentler: bool = False
+    pace: str = ""
+    timing: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +111,7 @@ def _plain_round(one: ReplayRound) -> dict[str, Any]:
                 "measured": check.measured,
                 "frame": check.frame,
                 "always": check.always,
+                "group": check.group,
             }
             for check in one.checks
         ],
@@ -113,6 +121,9 @@ def _plain_round(one: ReplayRound) -> dict[str, Any]:
         "decided": one.decided,
         "video": _base64(one.video),
         "recording": _base64(one.recording),
+        "gentler": one.gentler,
+        "pace": one.pace,
+        "timing": dict(one.timing),
     }
 
 

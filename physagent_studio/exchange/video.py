@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import json
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from pathlib import Path
 
@@ -50,11 +51,17 @@ def encoder_name() -> str:
     )
 
 
-def write_video(path: Path | str, frames: Iterable[Picture], fps: float) -> None:
+def write_video(
+    path: Path | str,
+    frames: Iterable[Picture],
+    fps: float,
+    timing: Mapping[str, float] | None = None,
+) -> None:
     """Write pictures (H, W, 3) uint8 RGB, all of one size, as an MP4 (H.264, yuv420p, faststart).
 
     An odd side grows by one repeated row or column, since the format wants even ones. The file
-    appears under its name only when it is complete.
+    appears under its name only when it is complete. Its comment holds `timing` as JSON
+    (`program.timing.timing_of`).
 
     Raises:
         InputError: no frames, frames of different sizes, a bad rate, an unwritable path.
@@ -72,6 +79,8 @@ def write_video(path: Path | str, frames: Iterable[Picture], fps: float) -> None
         written(path) as partial,
         av.open(str(partial), "w", format="mp4", options={"movflags": "+faststart"}) as container,
     ):
+        if timing is not None:
+            container.metadata["comment"] = json.dumps(dict(timing))
         stream = container.add_stream(name, Fraction(fps).limit_denominator(100_000))
         assert isinstance(stream, VideoStream)
         _set_up(stream, first, name)

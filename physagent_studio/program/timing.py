@@ -14,6 +14,18 @@ ENGINE_STEP = 1e-3
 """Longest step of the physics engine, s."""
 STEP = 0.01
 """Control step that a clip keeps as near to as it can, s."""
+PACE = ("clip.step_seconds", "clip.steps_per_frame")
+"""Paths that hold a clip's time factor: pinned where a person sets it."""
+
+
+def timing_of(clip: Clip) -> dict[str, float]:
+    """How the clip's time goes, for files that carry it: `time_factor` (simulated seconds for each
+    that is shown), `simulated_seconds` and `playback_fps`."""
+    return {
+        "time_factor": clip.time_factor,
+        "simulated_seconds": round(clip.seconds, 6),
+        "playback_fps": clip.playback_fps,
+    }
 
 
 def clip_at(clip: Clip, factor: float) -> Clip:

@@ -15,6 +15,7 @@ from physagent_studio.errors import InputError
 from physagent_studio.program import Edit, Frozen
 from physagent_studio.program.base import Name, Text
 from physagent_studio.program.scene import Click
+from physagent_studio.program.timing import FASTEST, SLOWEST
 from physagent_studio.records.judgement import DecisionKind
 from physagent_studio.records.loop_state import PolicyName, RoleName
 from physagent_studio.studio.intents_mesh import MeshIntent
@@ -52,7 +53,7 @@ class Scrub(Frozen):
 
 
 class Speed(Frozen):
-    """Playback speed, 1 is real time."""
+    """Playback speed, 1 is as the clip is shown."""
 
     do: Literal["speed"] = "speed"
     factor: Annotated[float, Field(ge=0.05, le=8)]
@@ -71,7 +72,7 @@ class Select(Frozen):
     """Selects a thing in all views at once."""
 
     do: Literal["select"] = "select"
-    kind: Literal["object", "support", "landmark", "action", "statement", "camera", "none"]
+    kind: Literal["object", "support", "landmark", "action", "statement", "camera", "clip", "none"]
     name: Label = ""
 
 
@@ -226,6 +227,14 @@ class Wish(Frozen):
     frame: Frame | None = None
 
 
+class Retime(Frozen):
+    """Another time factor for the clip, which is pinned; see `program.timing`."""
+
+    do: Literal["retime"] = "retime"
+    factor: Annotated[float, Field(ge=SLOWEST, le=FASTEST)]
+    ticket: Annotated[int, Field(ge=0, le=2**53)] | None = None
+
+
 class WriteText(Frozen):
     """The program as text: only looked at, or applied."""
 
@@ -299,7 +308,7 @@ class Video(Frozen):
 Intent = Annotated[
     Play | Scrub | Speed | Loop | Select | Show | Look | Bookmark | Viewer | Compare
     | StepOn | Cancel | DecideOn | Overrule | Policy | Role | Budget | PinFact | ShowRound | Fork
-    | Change | Remove | Try | Wish | WriteText | DropDraft | Undo
+    | Change | Remove | Try | Wish | Retime | WriteText | DropDraft | Undo
     | OpenKnown | OpenBare | NewCase | RenameTo | Dismiss | Video | ShelfIntent
     | PhotoIntent | MeshIntent,
     Field(discriminator="do"),

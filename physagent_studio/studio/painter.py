@@ -19,6 +19,7 @@ from physagent_studio.studio.panels import (
     scene,
     timeline,
 )
+from physagent_studio.studio.panels.pacing import Pacings
 from physagent_studio.studio.scene.cameras import Cameras
 from physagent_studio.studio.scene.places import poses_at
 from physagent_studio.studio.scene.stage import Hands, Stage
@@ -36,6 +37,7 @@ class Painter:
         self._hub = hub
         self._archive = archive
         self._stage = Stage(server, hands)
+        self._pacings = Pacings()
         self.cameras = Cameras()
         self._drawn: dict[str, tuple[object, ...]] = {}
         self._facts_at = 0.0
@@ -53,8 +55,9 @@ class Painter:
         self._hub.publish("rounds", rounds.state_of(snapshot, compared))
         self._hub.publish("notices", [_notice(one) for one in snapshot.notices])
         document = (snapshot.program, snapshot.rollout, snapshot.scene, snapshot.read_only)
-        if self._changed("timeline", (*document, snapshot.checks)):
-            self._hub.publish("timeline", timeline.state_of(snapshot))
+        if self._changed("timeline", (*document, snapshot.checks, snapshot.state.pinned)):
+            pacing = self._pacings.of(snapshot.program, snapshot.rollout)
+            self._hub.publish("timeline", timeline.state_of(snapshot, pacing))
         if self._changed("photo", (*document, snapshot.case)):
             self._hub.publish("photo", photo.state_of(snapshot))
         other = earlier if view.compare else snapshot.preview_rollout

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from physagent_studio.errors import InputError, StudioError
 from physagent_studio.program import apply
+from physagent_studio.program.timing import retimed
 from physagent_studio.studio import intents
 from physagent_studio.studio.removing import removing
 from physagent_studio.workbench import commands
@@ -57,6 +58,19 @@ def wish(intent: intents.Wish, studio: Studio, browser: int) -> None:
     studio.workbench.post(commands.Wish(intent.name, intent.position, step))
 
 
+def retime(intent: intents.Retime, studio: Studio, browser: int) -> None:
+    """Slow motion or time lapse, as one hand edit; the pace is pinned with it."""
+    try:
+        if studio.snapshot.read_only:
+            raise InputError("an earlier round is open read-only; go on from here to edit it")
+        apply(studio.snapshot.program, retimed(studio.snapshot.program, intent.factor))
+    except StudioError as error:
+        studio.answer(browser, intent.ticket, str(error))
+        raise
+    studio.workbench.post(commands.Retime(intent.factor))
+    studio.answer(browser, intent.ticket, None)
+
+
 def write_text(intent: intents.WriteText, studio: Studio, browser: int) -> None:
     """The program as text, looked at or applied."""
     make = commands.ApplyText if intent.apply else commands.ValidateText
@@ -78,6 +92,7 @@ ACTIONS: dict[type, Callable[..., None]] = {
     intents.Remove: remove,
     intents.Try: try_out,
     intents.Wish: wish,
+    intents.Retime: retime,
     intents.WriteText: write_text,
     intents.DropDraft: drop_draft,
     intents.Undo: undo,

@@ -9,11 +9,14 @@ from pathlib import Path
 from physagent_studio import __version__
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import Replay, ReplayCheck, ReplayRound, replay_html, write_video
+from physagent_studio.program import Clip
 from physagent_studio.program.document import dump_program
+from physagent_studio.program.timing import timing_of
 from physagent_studio.records import Rollout, Round, Scene
 from physagent_studio.rendering import render_clip
 from physagent_studio.studio.panels.checklist import checklist_of
-from physagent_studio.studio.panels.rounds import DECIDED, OUTCOMES, verdict_of
+from physagent_studio.studio.panels.pacing import pace_in_words
+from physagent_studio.studio.panels.rounds import OUTCOMES, decided_words, is_gentler, verdict_of
 from physagent_studio.studio.panels.words import speaker
 from physagent_studio.studio.pictures import jpeg_of
 from physagent_studio.studio.recording import Recording, record
@@ -74,6 +77,7 @@ def _round_of(desk: Desk, item: Round) -> tuple[ReplayRound, Recording | None]:
             ReplayCheck(
                 ok=row["ok"], clause=row["clause"], text=speak(row["text"]),
                 measured=row["measured"], frame=row["frame"], always=row["always"],
+                group=row["group"],
             )
             for row in checklist_of(item.assessment.checks, item.program)
         ),
@@ -81,23 +85,27 @@ def _round_of(desk: Desk, item: Round) -> tuple[ReplayRound, Recording | None]:
         proposal=speak(item.proposal.rationale) if item.proposal else "",
         changes=tuple(speak(one.summary) for one in item.proposal.hunks) if item.proposal else (),
         decided=_decided(item),
+        gentler=is_gentler(item.proposal),
+        pace=pace_in_words(item.program.clip.time_factor),
+        timing=timing_of(item.program.clip),
     )  # fmt: skip
     if item.scene is None or item.rollout is None:
         return one, None
     scene, rollout = desk.session.scene(item.scene), desk.session.rollout(item.rollout)
     shown = Snapshot(revision=0, case=desk.case, program=item.program, scene=scene, rollout=rollout)
     recording = record(shown, desk.control.cancelled, paged=True)
-    video = _video(desk, scene, rollout, item.program.clip.playback_fps)
+    video = _video(desk, scene, rollout, item.program.clip)
     return replace(one, video=video, recording=recording.data), recording
 
 
-def _video(desk: Desk, scene: Scene, rollout: Rollout, fps: float) -> bytes:
+def _video(desk: Desk, scene: Scene, rollout: Rollout, timed: Clip) -> bytes:
     if scene.state.camera is None:
         return b""
     clip = render_clip(scene, rollout, cancelled=desk.control.cancelled)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "clip.mp4"
-        write_video(path, (frame.rgb for frame in clip), fps)
+        timing = timing_of(timed)
+        write_video(path, (frame.rgb for frame in clip), timed.playback_fps, timing)
         return path.read_bytes()
 
 
@@ -105,5 +113,5 @@ def _decided(item: Round) -> str:
     decision = item.decision
     if decision is None:
         return ""
-    words = f"{DECIDED.get(decision.kind, decision.kind)} by {decision.author}"
+    words = f"{decided_words(item)} by {decision.author}"
     return f"{words}: {decision.reason}" if decision.reason else words

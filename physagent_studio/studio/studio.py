@@ -185,12 +185,13 @@ class Studio:
         """Moves the playhead; returns the time that was too short for a step."""
         clip = self.snapshot.program.clip
         before = self.view
-        whole = round(seconds * before.speed / clip.step_seconds)
+        pace = before.speed * clip.time_factor / clip.step_seconds
+        whole = round(seconds * pace)
         if whole == 0:
             return seconds
         self.view = advance(before, clip, seconds)
         self.painter.move(self.snapshot, self.view)
-        return seconds - whole * clip.step_seconds / before.speed
+        return seconds - whole / pace
 
     def _handle(self, batch: list[_Heard | _Call | Snapshot]) -> None:
         newest = next((item for item in reversed(batch) if isinstance(item, Snapshot)), None)

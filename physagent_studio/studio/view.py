@@ -59,12 +59,14 @@ class View:
 def advance(view: View, clip: Clip, seconds: float) -> View:
     """The view after `seconds` of the wall clock, playing; at the end it repeats or stops.
 
+    At speed 1 it goes as the clip is shown, slow motion and all.
+
     Keeps whole steps only; the caller carries the rest of the time over.
     """
     if not view.playing:
         return view
     first, last = view.range(clip)
-    step = view.step + round(seconds * view.speed / clip.step_seconds)
+    step = view.step + round(seconds * view.speed * clip.time_factor / clip.step_seconds)
     if step < last:
         return replace(view, step=max(step, first))
     if view.loop:

@@ -82,6 +82,14 @@ class ApplyEdits:
     reason: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class Retime:
+    """Another time factor for the clip, 0.25 … 4, its schedule kept in seconds, and both numbers
+    that hold it pinned: a draft like any hand edit."""
+
+    factor: float
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class AddMesh:
     """A new object with the form `body` (body frame, m), set down with its lowest point on `foot`.
@@ -237,6 +245,7 @@ Command = (
     | Run
     | Decide
     | ApplyEdits
+    | Retime
     | AddMesh
     | Wish
     | ApplyText

@@ -15,6 +15,7 @@ from physagent_studio.agent.rules.wishing import proposal_for
 from physagent_studio.errors import InputError, Problem, ProgramError
 from physagent_studio.program import Edit, PhysicalProgram, apply, value_at
 from physagent_studio.program.document import load_program
+from physagent_studio.program.timing import FASTEST, PACE, SLOWEST, retimed
 from physagent_studio.records import Decision, LoopState, Mesh, Override, Rollout, Round, Scene
 from physagent_studio.session import Session
 from physagent_studio.session.session import now
@@ -197,6 +198,16 @@ class Desk:
         self._draft(draft, command.reason or "edit")
 
     @handle.register
+    def _(self, command: commands.Retime) -> None:
+        self._require_head("change its pace")
+        if not SLOWEST <= command.factor <= FASTEST:
+            raise InputError(
+                f"a time factor of {command.factor:g} is not allowed ({SLOWEST:g} … {FASTEST:g})"
+            )
+        draft = apply(self.program, retimed(self.program, command.factor))
+        self._draft(draft, "pace", pins=PACE)
+
+    @handle.register
     def _(self, command: commands.AddMesh) -> None:
         self._require_head("add something")
         name = mesh_edits.name_for(self.program, command.name)
@@ -251,12 +262,15 @@ class Desk:
         self.problems = ()
         return program
 
-    def _draft(self, draft: PhysicalProgram, label: str) -> None:
-        if draft == self.program:
-            return
-        draft = self._completed(draft)
-        self.problems = ()
-        self._save(self.state.model_copy(update={"draft": draft}), label)
+    def _draft(self, draft: PhysicalProgram, label: str, pins: tuple[str, ...] = ()) -> None:
+        """Takes over a draft, and what is pinned with it, as one step to undo."""
+        pinned = tuple(dict.fromkeys((*self.state.pinned, *pins)))
+        changed: dict[str, Any] = {} if pinned == self.state.pinned else {"pinned": pinned}
+        if draft != self.program:
+            changed["draft"] = self._completed(draft)
+            self.problems = ()
+        if changed:
+            self._save(self.state.model_copy(update=changed), label)
 
     def _completed(self, draft: PhysicalProgram) -> PhysicalProgram:
         """The draft after its first run, with what an edit had opened as the photo shows it."""

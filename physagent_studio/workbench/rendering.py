@@ -8,6 +8,7 @@ from physagent_studio.agent.memory import lessons_of
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import export_motion_prior, write_lessons, write_video
 from physagent_studio.exchange.files import written
+from physagent_studio.program.timing import timing_of
 from physagent_studio.rendering import render_clip
 from physagent_studio.workbench import commands
 from physagent_studio.workbench.desk import Desk
@@ -25,7 +26,8 @@ def render_rollout(desk: Desk, path: Path) -> Path:
         cancelled=control.cancelled,
         progress=lambda share: control.progress("rendering", share),
     )
-    write_video(path, (frame.rgb for frame in clip), desk.program.clip.playback_fps)
+    timing = timing_of(desk.program.clip)
+    write_video(path, (frame.rgb for frame in clip), desk.program.clip.playback_fps, timing)
     return path
 
 

@@ -58,6 +58,37 @@ def test_accept_only_some_hunks(two_hunks: Desk) -> None:
     assert value_at(second.program, dropped.edits[0].path) is None
 
 
+@pytest.fixture
+def gentler(tmp_path: Path, browser: Browser, decided_once: Path) -> Iterator[Desk]:
+    """The waiting session, as if its proposal made gentler what happens already."""
+    root = tmp_path / "workspace"
+    shutil.copytree(decided_once, root)
+    store = Store(root)
+    session = store.open(store.list()[0].id)
+    state = session.load()
+    head = state.current
+    assert head is not None
+    assert head.proposal is not None
+    proposal = head.proposal.model_copy(update={"factor": "easing"})
+    changed = head.model_copy(update={"proposal": proposal})
+    session.save(state.model_copy(update={"rounds": (changed,)}), checkpoint="test")
+    session.close()
+    yield from running(root, browser, store.list()[0].id)
+
+
+def test_a_gentler_way_is_taken_or_left_and_is_no_repair(gentler: Desk) -> None:
+    gentler.proposal()
+    card = gentler.page.get_by_role("group", name="Proposal")
+    expect(card).to_contain_text("A gentler way")
+    expect(card).not_to_contain_text("repair")
+    expect(gentler.button("Accept")).to_be_visible()
+    expect(gentler.button("Reject")).to_have_count(0)
+    gentler.button("Keep as it is").click()
+    gentler.until(lambda: gentler.snapshot.state.outcome == "realised", "an end")
+    assert len(gentler.snapshot.state.rounds) == 1
+    expect(gentler.page.get_by_text("kept as it was")).to_be_visible()
+
+
 def test_override_with_my_own_edits(waiting: Desk) -> None:
     page = waiting.page
     path = waiting.proposal().edits[0].path

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -42,6 +43,10 @@ def test_a_replay_opens_offline_from_a_file(
     at = film.evaluate("film => film.currentTime")
     page.keyboard.press("ArrowRight")
     page.wait_for_function("at => document.querySelector('video').currentTime > at", arg=at)
+
+    # How fast it is shown is said with the frames, and in full.
+    expect(page.locator("#at")).to_contain_text("real time")
+    expect(page.get_by_text(re.compile("^Shown for .* frames a second"))).to_be_visible()
 
     page.get_by_role("button", name="3D").click()
     ball = head.program.scene.objects[0].name

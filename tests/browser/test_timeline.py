@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from playwright.sync_api import expect
 
 from physagent_studio.program.document import load_program
+from physagent_studio.program.timing import PACE
 from physagent_studio.workbench import commands
 from tests.browser.conftest import Desk
 
@@ -114,6 +116,30 @@ def test_a_drag_is_run_while_it_goes_on_and_is_one_step_to_undo(waiting: Desk) -
     page.mouse.up()
     waiting.idle()
     assert waiting.snapshot.program == before.program
+
+
+def test_slow_motion_is_chosen_by_keyboard_is_one_step_and_stays(waiting: Desk) -> None:
+    page = waiting.page
+    before = waiting.snapshot.program
+    pace = page.locator(".tl .pace")
+    expect(pace).to_have_attribute("aria-label", re.compile("^Pace: "))
+    expect(page.locator(".tl .motion")).to_have_attribute("aria-label", re.compile("moves|move"))
+    pace.focus()
+    page.keyboard.press("Enter")
+    choice = page.get_by_label("Pace of the clip")
+    choice.select_option(label="1/4 of real time")
+    waiting.until(lambda: waiting.snapshot.program.clip.time_factor == 0.25, "slow motion")
+    waiting.idle()
+    assert waiting.snapshot.state.pinned == PACE
+    expect(pace).to_contain_text("0.25 ×")
+    expect(page.get_by_role("button", name="Unpin: the planner may choose the pace")).to_be_visible()
+    page.get_by_label("Time factor").fill("9")
+    page.get_by_label("Time factor").press("Enter")
+    expect(page.get_by_label("Time factor")).to_have_class("wrong")
+    page.get_by_role("button", name="Undo (Ctrl+Z)").click()
+    waiting.until(lambda: waiting.snapshot.program == before, "the pace before")
+    waiting.idle()
+    assert waiting.snapshot.state.pinned == ()
 
 
 def test_undo_and_redo_ten_steps_back_to_the_same_program(waiting: Desk) -> None:

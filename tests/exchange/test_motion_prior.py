@@ -71,6 +71,9 @@ def test_everything_is_there_and_agrees(parts: Parts, tmp_path: Path):
     meta = json.loads((folder / "meta.json").read_text())
     assert meta["objects"] == ["ball", "crate"]
     assert meta["made_from"]["program"] == program.hash
+    timing = {"simulated_seconds": program.clip.seconds, "playback_fps": meta["fps"]}
+    timing["time_factor"] = meta["seconds_per_frame"] * meta["fps"]
+    assert {name: meta[name] for name in timing} == pytest.approx(timing)
     assert load_program((folder / "program.yaml").read_text()).hash == program.hash
     assert np.array_equal(load_rollout(folder / "rollout.npz").positions, rollout.positions)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import struct
 from pathlib import Path
 
@@ -11,6 +12,8 @@ import pytest
 
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import write_video
+from physagent_studio.program import Clip
+from physagent_studio.program.timing import timing_of
 
 
 def pictures(count: int, height: int, width: int):
@@ -41,6 +44,17 @@ def test_plays_in_browsers(tmp_path: Path):
     order = boxes(path)
     assert order.index("moov") < order.index("mdat")
     assert [p.name for p in path.parent.iterdir()] == ["clip.mp4"]
+
+
+def test_how_the_time_goes_is_in_the_file(tmp_path: Path):
+    timing = timing_of(Clip(step_seconds=0.01, steps_per_frame=1))
+    assert timing == {"time_factor": 0.25, "simulated_seconds": 0.8, "playback_fps": 25.0}
+    write_video(tmp_path / "slow.mp4", pictures(3, 48, 64), 25, timing)
+    with av.open(str(tmp_path / "slow.mp4")) as container:
+        assert json.loads(container.metadata["comment"]) == timing
+    write_video(tmp_path / "plain.mp4", pictures(3, 48, 64), 25)
+    with av.open(str(tmp_path / "plain.mp4")) as container:
+        assert "comment" not in container.metadata
 
 
 def test_colours_come_back(tmp_path: Path):

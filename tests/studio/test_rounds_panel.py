@@ -13,10 +13,10 @@ from physagent_studio.program import Clause, PhysicalProgram, SceneObject, Scene
 from physagent_studio.program.contract import Contacts, Contract
 from physagent_studio.program.document import load_program
 from physagent_studio.program.scene import Sphere
-from physagent_studio.records import Assessment, Check, Proposal, Round
+from physagent_studio.records import Assessment, Check, Decision, Proposal, Round
 from physagent_studio.session import Store
-from physagent_studio.studio.panels.checklist import checklist_of, demands_of, merged
-from physagent_studio.studio.panels.rounds import asked_about, state_of
+from physagent_studio.studio.panels.checklist import checklist_of, demands_of, merged, viewed
+from physagent_studio.studio.panels.rounds import asked_about, decided_words, is_gentler, state_of
 from physagent_studio.studio.panels.words import edit_row, figure, speaker
 from physagent_studio.workbench import Snapshot, Workbench, commands
 
@@ -90,6 +90,59 @@ def test_what_two_clauses_ask_alike_stands_once() -> None:
     assert rows[1]["also"] == []
     assert [check.id for check in demands_of(checks)] == ["s1", "s3"]
     assert [first.id for first, _ in merged(checks)] == ["s1", "s3", "part", "energy"]
+
+
+@pytest.mark.parametrize(
+    ("text", "said", "figures"),
+    [
+        ("red_ball is in the picture: at least 93 % of it: yes",
+         "red_ball is in the picture", "at least 93 % of it"),
+        ("red_ball is in the picture: no, from frame 8 on less than half of it",
+         "red_ball is in the picture", "from frame 8 on less than half of it"),
+        ("red_ball moves so that an eye can follow: 12.5 % of the width per frame ≤ 4 %: no",
+         "red_ball moves so that an eye can follow", "12.5 % of the width per frame (at most 4 %)"),
+        ("the motion fills 9 % of the clip ≥ 45 %: no",
+         "the motion fills 9 % of the clip", "not at least 45 %"),
+        ("the motion fills 59 % of the clip: yes", "the motion fills 59 % of the clip", ""),
+        ("car rolls along its own axis: 3° off ≤ 20°, tilted by 2°: yes",
+         "car rolls along its own axis", "3° off (at most 20°), tilted by 2°"),
+        ("car is at rest at the end: no", "car is at rest at the end", ""),
+    ],
+)  # fmt: skip
+def test_what_a_viewer_sees_in_words(text: str, said: str, figures: str) -> None:
+    assert viewed(_check(kind="view", text=text, ok="yes" in text)) == (said, figures)
+
+
+def test_the_checklist_has_three_groups() -> None:
+    ball = SceneObject(name="red_ball", shape=Sphere(radius=0.1))
+    program = PhysicalProgram(scene=SceneState(objects=(ball,)))
+    checks = (
+        _check(id="s1"),
+        _check(id="energy", kind="energy", ok=True, always_on=True),
+        _check(
+            id="view.calm", kind="view", always_on=True,
+            text="nothing stirs before its time: no, red_ball moves by 3.2 px",
+        ),
+    )  # fmt: skip
+    rows = checklist_of(checks, program)
+    assert [row["group"] for row in rows] == ["demand", "physics", "view"]
+    assert rows[2]["measured"] == "red ball moves by 3.2 px"
+    # What went wrong repeats a check as it was measured; so it can be told from news.
+    assert rows[2]["told"] == checks[2].text
+    assert demands_of(checks) == [checks[0]]
+
+
+@pytest.mark.parametrize(
+    ("factor", "kind", "words"),
+    [("easing", "skip", "kept as it was"), ("easing", "accept", "accepted"),
+     ("pace", "skip", "skipped")],
+)  # fmt: skip
+def test_a_gentler_way_is_no_repair(factor: str, kind: Any, words: str) -> None:
+    proposal = Proposal(id="p", hunks=(), rationale="", factor=factor, confidence=0.9)
+    decision = Decision(kind=kind, author="person", at="")
+    item = Round.model_construct(proposal=proposal, decision=decision)
+    assert is_gentler(item.proposal) == (factor == "easing")
+    assert decided_words(item) == words
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,14 @@ from typing import Any
 
 import pytest
 
+from physagent_studio.program import Clip
+from physagent_studio.program.camera import Camera
 from physagent_studio.program.document import load_program
+from physagent_studio.program.timing import PACE, clip_at
+from physagent_studio.records import Check
 from physagent_studio.session import Store
+from physagent_studio.simulation import simulate
+from physagent_studio.studio.panels.pacing import Pacings, choice_of, pace_of
 from physagent_studio.studio.panels.timeline import state_of
 from physagent_studio.workbench import Snapshot, Workbench, commands
 
@@ -40,6 +46,19 @@ event:
       duration: 10
       when: {kind: on_contact, a: ball, b: cube}
 clip: {frames: 41}
+"""
+
+FLEEING = """
+scene:
+  objects:
+    - {name: ball, shape: {kind: sphere, radius: 0.1}, position: [0.5, 3, 0.1], support: floor}
+    - {name: cube, shape: {kind: box, size: [0.2, 0.2, 0.2]}, position: [-0.5, 3, 0.1],
+       support: floor}
+  supports:
+    - {name: floor, shape: {kind: floor}}
+event:
+  actions:
+    - {operator: SetVelocity, id: kick, name: ball, start_step: 20, velocity: [3, 0, 0]}
 """
 
 
@@ -85,3 +104,52 @@ def test_labels_say_what_the_number_is(shown: Snapshot) -> None:
     assert bars["shove"]["label"] == "Push to 2 m/s"
     assert bars["hop"]["label"] == "Set velocity 1 m/s"
     assert bars["never"]["label"] == "Twist 0.1 N·m"
+
+
+def test_what_leaves_the_picture_and_what_moves_is_on_the_timeline() -> None:
+    program = load_program(FLEEING)
+    camera = Camera.from_horizon((832, 480), 200, 0.8)
+    scene = program.scene.model_copy(update={"camera": camera})
+    program = program.model_copy(update={"scene": scene})
+    rollout = simulate(program, {})
+    pacings = Pacings()
+    pacing = pacings.of(program, rollout)
+    assert pacing is not None
+    ((name, frame),) = pacing.crossings
+    failed = Check(
+        id="view.inside.ball", text="", ok=False, measured=None, threshold=None, unit="",
+        margin=-1, kind="view", always_on=True,
+    )  # fmt: skip
+    shown = Snapshot(revision=0, program=program, rollout=rollout, checks=(failed,))
+    found = state_of(shown, pacing)
+    ball, cube = found["lanes"]
+    assert (name, cube["leaves"]) == ("ball", None)
+    assert ball["leaves"]["step"] == frame * program.clip.steps_per_frame
+    assert ball["leaves"]["ok"] is False
+    assert f"from frame {frame} on" in ball["leaves"]["text"]
+    moves = found["pace"]["moves"]
+    # It is set going on step 20, and is no longer seen to move once it has left.
+    assert 20 - program.clip.steps_per_frame <= moves["first"] <= 20
+    assert moves["first"] < moves["last"] <= ball["leaves"]["step"] + program.clip.steps_per_frame
+    # Going back and forth over the same run measures it once.
+    assert pacings.of(program, rollout) is pacing
+    assert pacings.of(program, None) is None
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [
+        (1.0, "real time"),
+        (0.4, "0.4 × real time"),
+        (1 / 3, "0.33 × real time"),
+        (2.0, "2 × real time"),
+    ],
+)
+def test_the_pace_in_words(factor: float, words: str) -> None:
+    clip = clip_at(Clip(), factor)
+    found = pace_of(clip, None, None, ())
+    assert (found["text"], found["pinned"], found["moves"]) == (words, False, None)
+    assert found["length"].startswith("3.2 s at 25 frames a second")
+    assert pace_of(clip, None, None, PACE)["pinned"]
+    chosen = [one["factor"] for one in choice_of(clip, ())["offered"] if one["on"]]
+    assert chosen == ([factor] if factor in (1.0, 1 / 3) else [])

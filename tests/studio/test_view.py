@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from physagent_studio.program import Clip
+from physagent_studio.program.timing import clip_at
 from physagent_studio.studio.view import View, advance
 
 CLIP = Clip()
@@ -17,6 +19,14 @@ def test_real_time_at_speed_one() -> None:
     view = View(playing=True)
     assert advance(view, CLIP, 1.0).step == round(1.0 / CLIP.step_seconds)
     assert advance(replace(view, speed=0.25), CLIP, 1.0).step == 25
+
+
+def test_slow_motion_plays_as_it_is_shown() -> None:
+    slow = clip_at(CLIP, 0.4)
+    after = advance(View(playing=True), slow, 1.0)
+    # A second of the video is as many frames as it has in a second.
+    assert after.frame(slow) == slow.playback_fps
+    assert after.step * slow.step_seconds == pytest.approx(0.4)
 
 
 def test_it_stops_at_the_end_or_begins_again() -> None:

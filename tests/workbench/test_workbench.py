@@ -11,6 +11,7 @@ import pytest
 from physagent_studio.assets import assets_dir
 from physagent_studio.program import AddItem, PhysicalProgram, SetField
 from physagent_studio.program.document import dump_program, load_program
+from physagent_studio.program.timing import PACE
 from physagent_studio.records import Hunk, LoopState, Preview, Proposal
 from physagent_studio.session import Store
 from physagent_studio.workbench import Snapshot, Workbench, commands
@@ -226,6 +227,29 @@ def test_pins_must_name_something(bench: Workbench) -> None:
     assert snapshot.state.pinned == ("event.actions.go.velocity",)
     assert "has no field" in after(bench, commands.Pin("event.nothing")).notices[-1].text
     assert after(bench, commands.Unpin("event.actions.go.velocity")).state.pinned == ()
+
+
+def test_a_pace_that_a_person_sets_is_one_edit_and_pinned(bench: Workbench) -> None:
+    before = opened(bench)
+    later = SetField(path="event.actions.go.start_step", value=40)
+    moved = after(bench, commands.ApplyEdits((later,)))
+    slow = after(bench, commands.Retime(0.4))
+    clip = slow.program.clip
+    assert clip.time_factor == pytest.approx(0.4)
+    assert (clip.frames, clip.playback_fps) == (moved.program.clip.frames, 25.0)
+    # What begins 0.4 s into the event still does.
+    action = slow.program.action("go")
+    assert action is not None
+    assert action.start_step * clip.step_seconds == pytest.approx(0.4)
+    assert slow.rollout is not None
+    assert slow.rollout.step_seconds == clip.step_seconds
+    assert slow.state.pinned == PACE
+    back = after(bench, commands.Undo())
+    assert (back.program, back.state.pinned) == (moved.program, ())
+    # The pace that it has already can be pinned as well; nothing else changes.
+    kept = after(bench, commands.Retime(before.program.clip.time_factor))
+    assert (kept.program, kept.state.pinned) == (moved.program, PACE)
+    assert "not allowed" in after(bench, commands.Retime(0.1)).notices[-1].text
 
 
 def test_dump_of_the_program_on_view_is_what_the_text_panel_shows(bench: Workbench) -> None:

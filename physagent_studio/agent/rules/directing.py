@@ -19,7 +19,7 @@ from physagent_studio.errors import StudioError
 from physagent_studio.program.actions import ApplyForce, Directed, SetVelocity
 from physagent_studio.program.edits import Edit, SetField, apply
 from physagent_studio.program.program import PhysicalProgram
-from physagent_studio.program.timing import SLOWEST, retimed
+from physagent_studio.program.timing import PACE, SLOWEST, retimed
 from physagent_studio.records import Rollout
 
 VIEW = ("framing", "pace", "heading", "stirs")
@@ -53,8 +53,11 @@ def direct(situation: Situation) -> Iterator[tuple[Edit, ...]]:
     if rollout is None or rollout.blown_up is not None or not codes & set(VIEW):
         return
     shown = shown_of(situation, rollout)
+    keeps_pace = pace_is_pinned(situation)
     seen: set[str] = set()
     for gentler, longer, factor in _plans(shown, situation.program):
+        if factor != 1 and keeps_pace:
+            continue
         edits = replanned(situation.program, gentler, longer, factor)
         if edits and repr(edits) not in seen:
             seen.add(repr(edits))
@@ -81,6 +84,11 @@ def shown_of(situation: Situation, rollout: Rollout) -> Shown:
             kept = min(kept, _kept(facts, subject_of(check, rollout)))
     falls = _falls_down(program, rollout)
     return Shown(haste, kept, fills, falls or is_sudden(program, rollout), falls)
+
+
+def pace_is_pinned(situation: Situation) -> bool:
+    """Whether a person has pinned how fast the clip is shown, as a whole or one number of it."""
+    return any(path == "clip" or path in PACE for path in situation.memory.pinned)
 
 
 def is_sudden(program: PhysicalProgram, rollout: Rollout) -> bool:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from physagent_studio.agent.roles import Situation
-from physagent_studio.agent.rules.directing import is_sudden
+from physagent_studio.agent.rules.directing import is_sudden, pace_is_pinned
 from physagent_studio.agent.rules.knobs import Knob, action_knobs, material_knobs, time_knobs
 from physagent_studio.program.edits import AddItem, Edit
 from physagent_studio.records import Mismatch
@@ -138,7 +138,7 @@ def relevant_knobs(situation: Situation, verified: bool) -> list[Knob]:
     program = situation.program
     knobs = [*action_knobs(program), *material_knobs(program)]
     if situation.rollout is not None and is_sudden(program, situation.rollout):
-        knobs += time_knobs(program)
+        knobs += [] if pace_is_pinned(situation) else time_knobs(program)
     knobs = [k for k in knobs if _is_verified(situation, k.path) == verified]
     knobs = [k for k in knobs if not _is_pinned(situation, k.path)]
     turned_down = _rejected_factors(situation)

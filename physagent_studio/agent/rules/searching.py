@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from physagent_studio.agent.roles import Situation
+from physagent_studio.agent.rules.factors import may_change
 from physagent_studio.agent.rules.knobs import Knob
 from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.program.edits import Edit, apply
@@ -114,8 +115,8 @@ class Search:
     def run(
         self, edits: tuple[Edit, ...], turned: tuple[tuple[Knob, float], ...] = ()
     ) -> Candidate | None:
-        """Runs the program with edits applied, unless it was run before."""
-        if not edits:
+        """Runs the program with edits applied, unless it was run before or they touch a pin."""
+        if not edits or not may_change(self.situation, edits):
             return None
         try:
             program = apply(self.situation.program, edits)

@@ -1,4 +1,5 @@
-// Checklist: what the sentence demands, what was measured for it, and a new demand by hand.
+// Checklist: what the sentence demands, what physics does and what a viewer sees, with what was
+// measured for it, and a new demand by hand.
 
 import { button, h, say } from "./dom.js";
 import { edit, scrub, send } from "./wire.js";
@@ -11,6 +12,7 @@ const STATEMENTS = [
 export function makeChecklist(show, focus) {
   let data = null;
   let unfolded = false;
+  const opened = new Set(); // groups that show what holds as well
   const folds = () => data.proposal || data.checks.some((c) => c.seen);
   let adding = false;
 
@@ -35,22 +37,36 @@ export function makeChecklist(show, focus) {
 
   function checklist() {
     if (!data.checks.length) return data.names ? demand() : null;
-    const contract = data.checks.filter((c) => !c.always);
-    const always = data.checks.filter((c) => c.always);
-    const broken = always.filter((c) => !c.ok);
+    const contract = data.checks.filter((c) => c.group === "demand");
     // While there is something to decide, what holds is folded away, so that the proposal is near;
     // so is what holds in the reconstruction, which is not what the sentence speaks of.
     const holds = contract.filter((c) => c.ok || (c.seen && c.part));
     const counted = contract.filter((c) => !c.part), held = counted.filter((c) => c.ok).length;
     const fold = Boolean(folds()) && !unfolded && holds.length > 0;
-    const what = contract.some((c) => c.seen) ? "check" : "demand";
-    return h("div", { class: "section" },
-      h("div", { class: "head" }, "Checklist", h("span", { class: "push num" }, `${counted.filter((c) => c.ok).length} of ${counted.length}`)),
-      h("div", { role: "list", "aria-label": "Checklist" }, (fold ? contract.filter((c) => !holds.includes(c)) : contract).map(check)),
+    const seen = contract.some((c) => c.seen), what = seen ? "check" : "demand";
+    const asked = () => [
+      contract.length ? heading(seen ? "The scene against the photo" : "What the sentence demands", held, counted.length) : null,
+      h("div", { role: "list", "aria-label": seen ? "The scene against the photo" : "What the sentence demands" }, (fold ? contract.filter((c) => !holds.includes(c)) : contract).map(check)),
       folds() && holds.length ? h("p", { style: "padding:4px" }, h("button", { class: "link", type: "button", onclick: () => { unfolded = !unfolded; show(); } }, fold ? `${say(held, what)} ${held === 1 ? "holds" : "hold"}: show` : "Show only what fails")) : null,
-      broken.map(check),
-      fold ? null : demand(),
-      fold ? null : h("p", { class: "faint", style: "padding:4px" }, broken.length || !always.length ? "" : `Physics holds: ${say(always.length, "check")} passed.`));
+      fold ? null : demand()];
+    const parts = [["demand", asked], ["view", () => group("view", "What a viewer sees")], ["physics", () => group("physics", "Physics")]];
+    // What fails comes first and is never folded away.
+    const fails = ([key]) => data.checks.some((c) => c.group === key && !c.ok && !c.part);
+    return h("div", { class: "section" }, h("div", { class: "head" }, "Checklist"), [...parts.filter(fails), ...parts.filter((one) => !fails(one))].map(([, part]) => part()));
+  }
+
+  const heading = (text, held, of) => h("div", { class: "group" }, h("span", {}, text), h("span", { class: `push num${held < of ? " bad" : ""}`, title: "hold" }, `${held} of ${of}`));
+
+  function group(key, text) {
+    const all = data.checks.filter((c) => c.group === key);
+    if (!all.length) return null;
+    const broken = all.filter((c) => !c.ok), whole = opened.has(key);
+    const toggle = () => { if (whole) opened.delete(key); else opened.add(key); show(); };
+    const count = all.length - broken.length;
+    return h("div", { key: `group-${key}` },
+      heading(text, count, all.length),
+      h("div", { role: "list", "aria-label": text }, (whole ? [...broken, ...all.filter((c) => c.ok)] : broken).map(check)),
+      count ? h("p", { style: "padding:0 4px" }, h("button", { class: "link", type: "button", "aria-expanded": String(whole), onclick: toggle }, whole ? (broken.length ? "Show only what fails" : "Hide") : `${say(count, "check")} ${count === 1 ? "holds" : "hold"}: show`)) : null);
   }
 
   function check(c, at, all) {
@@ -63,7 +79,7 @@ export function makeChecklist(show, focus) {
         c.also?.length ? h("span", { class: "fig" }, "also for ", c.also.map((one) => `“${one}”`).join(", ")) : null,
         h("span", { class: "fig num" },
           c.measured ? h("span", {}, c.measured) : null, jump,
-          c.predicted && c.predicted.ok !== c.ok ? h("span", { class: c.predicted.ok ? "chip ok" : "chip bad", title: c.predicted.measured }, `with the repair: ${c.predicted.ok ? "holds" : "fails"}`) : null))];
+          c.predicted && c.predicted.ok !== c.ok ? h("span", { class: c.predicted.ok ? "chip ok" : "chip bad", title: c.predicted.measured }, `${data.proposal?.gentler ? "more gently" : "with the repair"}: ${c.predicted.ok ? "holds" : "fails"}`) : null))];
   }
 
   return (next) => {

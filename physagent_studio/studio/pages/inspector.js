@@ -2,7 +2,7 @@
 
 import { dial } from "./dial.js";
 import { button, draw, h, iconButton } from "./dom.js";
-import { on, send, setField, value } from "./wire.js";
+import { on, retime, send, setField, value } from "./wire.js";
 
 export function startInspector(host) {
   let data = null;
@@ -16,9 +16,31 @@ export function startInspector(host) {
       data.help ? h("p", { class: "faint", style: "margin:2px 0 10px" }, data.help) : null,
       data.facts && data.facts.length ? h("div", { class: "facts strip num", style: "margin-bottom:12px" }, data.facts.map((one) => [h("span", { class: "muted" }, one.what), h("span", {}, one.is, " ", h("span", { class: "faint" }, one.unit))])) : null,
       data.kind === "object" && !data.readOnly && later() ? button("It should be elsewhere now…", () => send({ do: "show", what: "gizmo", on: true }), { class: "b small", style: "margin-bottom:10px", title: "Drag the handle in the scene to where it should be at this frame; a repair that brings it there is searched" }) : null,
+      data.pace ? pace(data.pace) : null,
       h("div", { class: "form", key: data.path }, data.fields.map((one) => field(one))),
       data.actions && data.actions.length ? [h("div", { class: "head" }, "Actions"), h("div", { class: "row wrap" }, data.actions.map((id) => button(id.replaceAll("_", " "), () => send({ do: "select", kind: "action", name: id }), { class: "b small" })))] : null,
     ];
+  }
+
+  // The clip's pace: a usual one, or a number of one's own; what is chosen is pinned.
+  function pace(one) {
+    const off = data.readOnly, usual = one.offered.findIndex((each) => each.on);
+    const ask = (factor) => { if (!retime(factor, () => show())) show(); };
+    const type = (e) => {
+      const factor = Number(e.target.value.replace(",", "."));
+      if (factor >= 0.25 && factor <= 4) ask(factor);
+      else e.target.classList.add("wrong");
+    };
+    return h("div", { class: "form pace-form", key: "pace", role: "group", "aria-label": "Pace" },
+      h("label", { class: "label row", style: "gap:3px" }, h("span", { class: "grow" }, "Pace"),
+        iconButton("pin", one.pinned ? "Unpin: the planner may choose the pace" : "Pin: the planner keeps this pace", () => (one.pinned ? one.paths.forEach((path) => send({ do: "pin", path, on: false })) : ask(one.factor)), { "aria-pressed": String(one.pinned), disabled: off, style: `width:18px;height:18px;${one.pinned ? "" : "opacity:.35"}` })),
+      h("select", { "aria-label": "Pace of the clip", value: String(usual), disabled: off, onchange: (e) => { if (Number(e.target.value) >= 0) ask(one.offered[Number(e.target.value)].factor); } },
+        usual < 0 ? h("option", { value: "-1" }, one.text) : null, one.offered.map((each, i) => h("option", { value: String(i) }, each.factor === 1 ? each.text : `${each.text} of real time`))),
+      h("label", { class: "label" }, "Factor"),
+      h("div", { class: "num-with-unit" },
+        h("input", { type: "text", inputmode: "decimal", value: String(Number(one.factor.toPrecision(3))), "aria-label": "Time factor", title: "0.25 to 4; less than 1 is slow motion", disabled: off, oninput: (e) => e.target.classList.remove("wrong"), onchange: type }),
+        h("span", { class: "unit" }, "× real time")),
+      h("p", { class: "wide faint", style: "font-size:12px" }, one.pinned ? "Chosen by hand and pinned: the planner changes other things." : "Starts, lengths and windows keep their seconds. What is chosen is pinned."));
   }
 
   const later = () => { const head = value("playhead"); return Boolean(head && head.ready && head.step > 0); };

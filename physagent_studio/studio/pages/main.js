@@ -123,7 +123,7 @@ function start() {
   startPhoto(right.bodies.photo);
   const meshFile = startMeshFile(document.body.appendChild(h("div", {})));
   const scene = startScene(right.bodies.scene, document.getElementById("viewbar"), document.getElementById("banner"), meshFile, () => right.show("inspector"));
-  startTimeline(document.getElementById("timeline"));
+  startTimeline(document.getElementById("timeline"), () => right.show("inspector"));
   const presenter = startPresenter(left);
   const tour = startTour(() => !document.querySelector(".shade"));
   startKeys({ left, right, dialogs, meshFile, scene, theme, presenter, tour });

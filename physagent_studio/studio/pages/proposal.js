@@ -1,4 +1,4 @@
-// Proposal: the repair hunk by hunk, and every way to decide on it.
+// Proposal: the repair, or a gentler way, hunk by hunk, and every way to decide on it.
 
 import { button, h, iconButton, say } from "./dom.js";
 import { on, send as post, value } from "./wire.js";
@@ -57,7 +57,8 @@ export function makeProposal(show, focus, mark) {
     if (p.id !== proposal) { proposal = p.id; off = new Set(); values = new Map(); mode = ""; text = ""; answer = ""; }
     const label = edited() ? "Accept edited" : off.size ? "Accept selected" : "Accept";
     return h("div", { class: "card accent stack", key: `proposal-${p.id}`, style: "margin-top:16px", "aria-label": "Proposal", role: "group" },
-      h("div", { class: "row wrap", style: "gap:4px 8px" }, h("span", { class: "title", style: "white-space:nowrap;flex:1 0 auto" }, p.hunks.length ? "Proposed repair" : "No repair found"), p.hunks.length ? h("span", { class: "chip accent clip", title: p.factor }, p.factor) : null),
+      h("div", { class: "row wrap", style: "gap:4px 8px" }, h("span", { class: "title", style: "white-space:nowrap;flex:1 0 auto" }, p.gentler ? "A gentler way" : p.hunks.length ? "Proposed repair" : "No repair found"), p.hunks.length && !p.gentler ? h("span", { class: "chip accent clip", title: p.factor }, p.factor) : null),
+      p.gentler ? h("p", { class: "muted" }, "The event happens as it is. This would make it happen more gently.") : null,
       h("p", {}, p.rationale),
       p.question ? asked(p) : null,
       p.verified ? h("div", { class: "strip warn" }, "This changes something that was already verified.") : null,
@@ -66,12 +67,13 @@ export function makeProposal(show, focus, mark) {
       !p.hunks.length ? null : h("div", { class: "row muted", style: "font-size:12px" }, h("span", {}, `Confidence ${p.confidence} %`), h("span", { class: "grow bar" }, h("i", { style: `width:${p.confidence}%` })), p.simulations ? h("span", { class: "num" }, say(p.simulations, "trial")) : null),
       h("div", { class: sent ? "decide off" : "decide", "aria-disabled": sent ? "true" : null },
       draft ? h("div", { class: "strip warn" }, "You have edits of your own. Deciding here leaves them behind; undo brings them back.") : null,
-      sent ? h("div", { class: "strip", role: "status" }, `${DONE[sent]}; what follows is worked out…`) : null,
+      sent ? h("div", { class: "strip", role: "status" }, `${p.gentler && sent === "skip" ? "Kept as it is" : DONE[sent]}; what follows is worked out…`) : null,
       h("div", { class: "row" },
         button(label, () => accept(p), { class: "b main wide", disabled: taken(p).length === 0, title: "Accept (A)", "data-act": "accept" }),
         button("Edit", () => set("edit"), { "aria-pressed": String(mode === "edit"), title: "Change the numbers, then accept (E)", "data-act": "edit" }),
-        button("Reject", () => set("reject"), { class: "b bad", "aria-pressed": String(mode === "reject"), title: "The planner tries again, knowing why (X)", "data-act": "reject" })),
-      h("div", { class: "row wrap", style: "gap:2px" },
+        p.gentler ? button("Keep as it is", () => send({ do: "decide", kind: "skip", proposal: p.id }), { title: "Nothing is changed (X)", "data-act": "reject" })
+          : button("Reject", () => set("reject"), { class: "b bad", "aria-pressed": String(mode === "reject"), title: "The planner tries again, knowing why (X)", "data-act": "reject" })),
+      p.gentler ? null : h("div", { class: "row wrap", style: "gap:2px" },
         button("Override", () => { set("override"); }, { class: "b quiet", "aria-pressed": String(mode === "override"), title: "Your own edits in its place" }),
         button("Hint", () => set("hint"), { class: "b quiet", "aria-pressed": String(mode === "hint"), title: "Tell the planner something" }),
         button("Skip", () => send({ do: "decide", kind: "skip", proposal: p.id }), { class: "b quiet", title: "Go on without this repair" }),

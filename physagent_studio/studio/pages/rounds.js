@@ -80,12 +80,13 @@ export function startRounds(host, showPlots, showPhoto) {
     if (shown.verdict === "open") return shown.stage ? h("div", { style: "margin-top:14px" }, h("p", { class: "title" }, "The scene matches the photo"), h("p", { class: "muted" }, "Next the event is run in it and measured.")) : null;
     const good = shown.verdict === "ok";
     const stage = shown.stage === "reconstruction";
-    const said = good ? "The event happens" : stage ? "The scene does not match the photo" : "The event does not happen yet";
+    const unseen = !stage && !shown.override && data.checks.every((c) => c.ok || c.part || c.group === "view");
+    const said = good ? "The event happens" : stage ? "The scene does not match the photo" : unseen ? "It happens, but a viewer cannot see it well" : "The event does not happen yet";
     return h("div", { style: "margin-top:14px" },
       h("div", { class: "row" },
         h("span", { class: "title grow" }, said),
         data.readOnly ? null : h("button", { class: "link", type: "button", "aria-expanded": String(overruling === shown.id), onclick: toggle }, "Overrule")),
-      data.proposal ? h("button", { class: "link", type: "button", onclick: () => host.querySelector("[aria-label=Proposal]")?.scrollIntoView({ block: "start" }) }, "See the proposed repair ↓") : null,
+      data.proposal ? h("button", { class: "link", type: "button", onclick: () => host.querySelector("[aria-label=Proposal]")?.scrollIntoView({ block: "start" }) }, data.proposal.gentler ? "See a gentler way ↓" : data.proposal.hunks.length ? "See the proposed repair ↓" : "See the planner's answer ↓") : null,
       shown.override ? h("p", { class: "muted" }, `Your verdict: ${SAYS[shown.stage][Number(shown.override.passed)]}${shown.override.words ? ` (“${shown.override.words}”)` : ""}. The checks said: ${SAYS[shown.stage][Number(shown.machine)]}.`) : null,
       shown.contradiction ? h("div", { class: "strip warn", style: "margin-top:6px" }, h("b", {}, "Verdict and measurement disagree. "), shown.contradiction) : null,
       overruling === shown.id && !data.readOnly ? h("div", { class: "stack card", style: "margin-top:8px" },
@@ -98,7 +99,7 @@ export function startRounds(host, showPlots, showPhoto) {
 
   function why(shown) {
     // What stands in the checklist already is not said again.
-    const said = new Set(data.checks.filter((c) => !c.ok).map((c) => c.text));
+    const said = new Set(data.checks.filter((c) => !c.ok).flatMap((c) => [c.text, c.told]));
     const fresh = (one) => !said.has(one.text) && said.add(one.text);
     const notes = data.draft ? [] : shown.diagnosis.filter(fresh);
     const findings = shown.findings.filter((f) => !f.ok && fresh(f));

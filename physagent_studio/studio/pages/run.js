@@ -41,7 +41,7 @@ export function startRun(host, dialogs) {
         h("div", { class: "row" }, button("New from a photo", dialogs.fresh, { class: "b wide" }), button("An empty scene", () => send({ do: "bare" }), { class: "b wide" }))) : null,
       run.busy || !run.session ? null : h("div", { class: "stack" },
         state(run),
-        over && run.realised ? taken() : h("div", { class: "row wrap" },
+        over && run.realised ? taken(run) : h("div", { class: "row wrap" },
           button(run.draft ? "Run my edits" : over ? "Go on" : run.started ? "Next step" : "Start", () => send({ do: "step" }),
             { class: waiting || mine || over ? "b wide" : "b main wide", disabled: waiting || mine || run.readOnly, title: "Goes on until a decision is needed (R)" }),
           button("Run to the end", () => send({ do: "step", all: true }), { class: "b wide", disabled: mine || run.readOnly, title: "Decides by itself, round after round" }))),
@@ -74,16 +74,18 @@ function roles(run, unfolded, unfold) {
 const passed = (since) => { const seconds = Math.floor((Date.now() - since) / 1000); return seconds < 2 ? "" : `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}`; };
 
 // What has been reached can be taken away.
-const taken = () => h("div", { class: "row" },
-  button("Save the video", () => send({ do: "video" }), { class: "b wide", title: "The clip as an MP4, over the photo" }),
-  button("Save a replay", () => send({ do: "export", kind: "html" }), { class: "b wide", title: "All rounds and the scene in one HTML file" }));
+const taken = (run) => h("div", { class: "stack", style: "gap:4px" },
+  h("div", { class: "row" },
+    button("Save the video", () => send({ do: "video" }), { class: "b wide", title: `The clip as an MP4, over the photo: ${run.clip}` }),
+    button("Save a replay", () => send({ do: "export", kind: "html" }), { class: "b wide", title: "All rounds and the scene in one HTML file" })),
+  h("p", { class: "faint num hide-narrow", style: "font-size:12px" }, run.clip));
 
 // What it has cost so far, and what was made of the round on view.
 function meters(run) {
   const { time, waited, rows } = run.spending;
   const parts = [say(run.simulations, "simulation"), `${time} of work`, waited ? `${waited} of it the model's` : ""];
   return h("div", { class: "meters" },
-    run.outputs.length ? h("div", { class: "row wrap outputs" }, run.outputs.map((one) => h("a", { class: "chip accent", key: one.url, href: one.url, ...(one.save ? { download: "" } : { target: "_blank", rel: "noopener" }) }, { video: "Video of this round", replay: "Replay (HTML)", recording: "Recording (.viser)" }[one.kind]))) : null,
+    run.outputs.length ? h("div", { class: "row wrap outputs" }, run.outputs.map((one) => h("a", { class: "chip accent", key: one.url, href: one.url, title: one.kind === "video" ? run.clip : null, ...(one.save ? { download: "" } : { target: "_blank", rel: "noopener" }) }, { video: "Video of this round", replay: "Replay (HTML)", recording: "Recording (.viser)" }[one.kind]))) : null,
     rows.map((one) => h("div", { class: "meter", key: one.name, title: one.most ? `${one.used} of ${one.most}` : one.used },
       h("span", { class: "muted" }, one.name), h("span", { class: "bar" }, h("i", { class: one.share > 0.8 ? "near" : "", style: `width:${(one.share || 0) * 100}%` })), h("span", { class: "num" }, one.most ? `${one.used} of ${one.most}` : one.used))),
     run.simulations ? h("p", { class: "faint num" }, parts.filter(Boolean).join(" · ")) : null);

@@ -8,9 +8,9 @@ const COLORS = {
   SetVelocity: "#2f6fed", SetAngularVelocity: "#7a5af5", ApplyForce: "#d9482b", ApplyTorque: "#c0398c", ApplyAngledForce: "#d97706",
   ApplyDisturbance: "#0e9384", SetPosition: "#3e7cb1", SetOrientation: "#5c6ac4", FixObject: "#667085",
 };
-const LANE = 26, TOP = 24, SPEEDS = [0.125, 0.25, 0.5, 1, 2, 4];
+const LANE = 26, TOP = 31, SPEEDS = [0.125, 0.25, 0.5, 1, 2, 4];
 
-export function startTimeline(host) {
+export function startTimeline(host, inspect) {
   const top = h("div", { class: "bar-top", role: "toolbar", "aria-label": "Playback" });
   const box = h("div", { class: "lanes", tabindex: 0, "aria-label": "Actions over time" });
   const svg = h("svg", { class: "tl", role: "application", "aria-label": "Timeline" });
@@ -41,7 +41,7 @@ export function startTimeline(host) {
       iconButton("on", "One frame on (→)", () => scrubBy(1)),
       iconButton("last", "To the end (End)", () => scrub(head.frames - 1), { "data-end": "last" }),
       iconButton("loop", "Repeat (L)", () => send({ do: "loop", on: !head.loop, start: head.loopStart, end: head.loopEnd }), { "aria-pressed": String(head.loop) }),
-      h("select", { value: String(head.speed), "aria-label": "Speed", style: "width:62px", onchange: (e) => send({ do: "speed", factor: Number(e.target.value) }) },
+      h("select", { value: String(head.speed), "aria-label": "Speed", title: "Playback; 1× is as the clip is shown", style: "width:62px", onchange: (e) => send({ do: "speed", factor: Number(e.target.value) }) },
         SPEEDS.map((one) => h("option", { value: String(one) }, one < 1 ? `1/${1 / one}×` : `${one}×`))),
       h("span", { class: "num clip", title: "Simulated time, and time in the video", "data-frame": head.frame }, `Frame ${head.frame} of ${head.frames - 1}`, h("span", { class: "muted" }, ` · ${head.seconds.toFixed(2)} s`, h("span", { class: "hide-narrow" }, ` · video ${head.video.toFixed(2)} s`))),
       h("span", { class: "grow" }),
@@ -83,7 +83,7 @@ export function startTimeline(host) {
     const marks = [];
     for (let frame = 0; frame < data.frames; frame += every) {
       const at = x(frame * data.stepsPerFrame);
-      marks.push(h("line", { class: "grid", x1: at, x2: at, y1: TOP - 6, y2: height }), h("text", { x: at, y: 13, "text-anchor": "middle" }, frame));
+      marks.push(h("line", { class: "grid", x1: at, x2: at, y1: TOP - 6, y2: height }), h("text", { x: at, y: 12, "text-anchor": "middle" }, frame));
     }
     const selected = head ? head.selection : { kind: "none", name: "" };
     draw(svg,
@@ -91,12 +91,51 @@ export function startTimeline(host) {
       data.lanes.map((lane, at) => h("rect", { class: `lane ${at % 2 ? "" : "alt"} ${selected.kind === "object" && selected.name === lane.name ? "on" : ""}`, x: 0, y: tops[at], width: "100%", height: tall(at), onpointerdown: startScrub, oncontextmenu: (e) => { e.preventDefault(); if (!data.readOnly) openMenu(e, addItems(lane.name, snap(step(e.clientX), e))); } })),
       h("g", { key: "grid" }, marks),
       head && head.loopEnd !== null && head.loopEnd !== undefined ? h("rect", { class: "range", key: "range", x: x((head.loopStart || 0) * data.stepsPerFrame), y: 0, width: Math.max(0, x(head.loopEnd * data.stepsPerFrame) - x((head.loopStart || 0) * data.stepsPerFrame)), height }) : null,
+      motion(),
       h("g", { key: "marks" }, data.marks.map((one) => h("path", { class: `mark ${one.ok ? "ok" : "bad"}`, d: `M${x(one.step)} ${TOP - 1}l-4 -7h8z`, style: "cursor:pointer", onclick: () => send({ do: "scrub", frame: frames(one.step) }) }, h("title", {}, `${one.ok ? "Holds" : "Fails"}: ${one.text}`)))),
       h("g", { key: "alarms" }, data.alarms.map((one) => h("path", { class: "alarm", d: `M${x(one.step)} ${TOP + 1}l-4 8h8z` }, h("title", {}, one.text)))),
       h("g", { key: "links" }, data.lanes.flatMap((lane, at) => lane.actions.map((one) => linkOf(one, at)))),
       data.lanes.map((lane, at) => laneOf(lane, at, selected)),
+      pace(selected),
       h("g", { class: "playhead", key: "head" }));
     playhead();
+  }
+
+  // A band from the first to the last motion that a viewer sees.
+  function motion() {
+    const moves = data.pace.moves;
+    return h("g", { key: "motion", class: "motion", role: "img", "aria-label": moves ? moves.text : "Nothing is seen to move" },
+      h("rect", { class: "all", x: x(0), y: 18, width: Math.max(0, x(data.steps) - x(0)), height: 3, rx: 1.5 }),
+      moves ? [h("rect", { class: "some", x: x(moves.first), y: 17.5, width: Math.max(3, x(moves.last) - x(moves.first)), height: 4, rx: 2 }), h("rect", { x: x(moves.first), y: 15, width: Math.max(3, x(moves.last) - x(moves.first)), height: 9, fill: "transparent", onpointerdown: startScrub }, h("title", {}, moves.text))] : null);
+  }
+
+  // How slow the clip is, beside its frames; a click leads to where that is chosen.
+  function pace(selected) {
+    const { text, length, pinned } = data.pace;
+    const shown = text.length * 5.65 < gutter() - 16 ? text : text.replace("real time", "").trim() || "1 ×";
+    const go = () => { send({ do: "select", kind: "clip" }); inspect(); };
+    const title = `Shown for ${length}${pinned ? ". Pinned: the planner keeps this pace" : ""}. Click to choose another`;
+    return h("g", { key: "pace", class: `pace ${selected.kind === "clip" ? "on" : ""}`, role: "button", tabindex: 0, "aria-label": `Pace: ${text}. ${title}`, onclick: go, onkeydown: (e) => press(e, go) },
+      h("title", {}, title),
+      h("rect", { class: "under", x: box.scrollLeft, y: 0, width: gutter() - 10, height: TOP - 1 }),
+      h("rect", { class: "knob", x: box.scrollLeft + 3, y: 4, width: gutter() - 11, height: TOP - 9, rx: 5 }),
+      h("text", { x: box.scrollLeft + 9, y: 19 }, shown));
+  }
+
+  const press = (event, act) => {
+    if (event.key !== "Enter" && event.key !== " ") return;
+    event.preventDefault();
+    event.stopPropagation();
+    act();
+  };
+
+  // The picture's border, and the way out of it.
+  function leaving(one, y) {
+    const at = x(one.step), mid = y + LANE / 2 - 1, border = `M${at} ${y + 1}v${LANE - 4}`;
+    const go = () => scrub(one.frame);
+    return h("g", { class: one.ok ? "out" : "out bad", key: "leaves", role: "button", tabindex: 0, "aria-label": `${one.text}. Go to frame ${one.frame}`, onclick: go, onkeydown: (e) => press(e, go) },
+      h("title", {}, one.text), h("path", { class: "halo", d: border }),
+      h("rect", { class: "badge", x: at, y: mid - 7, width: 16, height: 14, rx: 3 }), h("path", { class: "sign", d: `${border}M${at + 4} ${mid}h8M${at + 9} ${mid - 3}l3 3l-3 3` }));
   }
 
   // From where its cause happened to where a conditional action started.
@@ -115,6 +154,7 @@ export function startTimeline(host) {
     return h("g", { "data-lane": lane.name, key: `lane ${lane.name}` },
       h("g", { key: "contacts" }, lane.contacts.map((one) => h("circle", { class: "contact", cx: x(one.step), cy: y + tall(at) - 3, r: 2 }, h("title", {}, `Touches ${one.with.replaceAll("_", " ")} at frame ${frames(one.step)}`)))),
       lane.actions.map((one) => actionOf(one, y + rowOf(one.id), selected, lane)),
+      lane.leaves ? leaving(lane.leaves, y) : null,
       h("rect", { x: box.scrollLeft, y, width: gutter() - 4, height: tall(at), fill: "var(--panel)" }),
       h("text", { class: "name", x: box.scrollLeft + 10, y: y + 17, onclick: () => send({ do: "select", kind: "object", name: lane.name }) }, fit(lane.name.replaceAll("_", " ")), h("title", {}, lane.name)));
   }

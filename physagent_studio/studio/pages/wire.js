@@ -74,11 +74,16 @@ export function send(intent) {
 }
 
 // An edit that is already drawn: `refused` is called with the reason when the server says no.
-export function edit(edits, reason, refused) {
+function ask(intent, refused) {
   ticket += 1;
   if (refused) answers.set(ticket, refused);
-  return send({ do: "edit", edits, reason: reason || "", ticket });
+  return send({ ...intent, ticket });
 }
+
+export const edit = (edits, reason, refused) => ask({ do: "edit", edits, reason: reason || "" }, refused);
+
+// Another pace of the clip, pinned.
+export const retime = (factor, refused) => ask({ do: "retime", factor }, refused);
 
 export const setField = (path, data, refused) => edit([{ op: "set", path, value: data }], "", refused);
 

@@ -1,16 +1,20 @@
-"""Checklist: what the sentence demands, what was measured for it, what is found in the scene."""
+"""Checklist: what the sentence demands, what physics does, what a viewer sees, and what is found in
+the scene; each with what was measured for it."""
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from physagent_studio.contract import describe
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.records import Check, Round
-from physagent_studio.studio.panels.words import figure
+from physagent_studio.studio.panels.words import AS_WORDS, figure, spoken
 
 SEEN = frozenset({"points", "mask", "camera", "geometry", "placement", "support"})
 """Kinds of what is found in the reconstruction: their sentences hold the figures already."""
+ANSWER = re.compile(r": (?:yes|no)(, |$)")
+HELD_AGAINST = re.compile(r" ([≤≥]) ([^,]+)")
 
 
 def checklist_of(
@@ -51,6 +55,30 @@ def demands_of(checks: tuple[Check, ...]) -> list[Check]:
     return [check for check in wanted if check.demanded]
 
 
+def group_of(check: Check) -> str:
+    """Where a check stands: with the `view`, with `physics`, or with what is a `demand`."""
+    if check.kind == "view":
+        return "view"
+    return "physics" if check.always_on else "demand"
+
+
+def viewed(check: Check) -> tuple[str, str]:
+    """What a check of the view says, and its figures, as one says them."""
+    plain = ANSWER.sub(lambda m: ": " if m[1] else "", check.text)
+    text, _, figures = plain.partition(": ")
+    if figures:
+        return text, HELD_AGAINST.sub(lambda m: f" ({in_words(m[1], m[2])})", figures)
+    bound = HELD_AGAINST.search(text)
+    if bound is None:
+        return text, ""
+    return text[: bound.start()], "" if check.ok else f"not {in_words(bound[1], bound[2])}"
+
+
+def in_words(sign: str, value: str) -> str:
+    """`≤`, `4 %` → `at most 4 %`."""
+    return f"{AS_WORDS[sign]} {value}"
+
+
 def check_row(
     check: Check,
     program: PhysicalProgram,
@@ -61,17 +89,24 @@ def check_row(
     """One line of the checklist: the statement in words, and what was measured for it."""
     # What a stage finds in the reconstruction has no statement; then the figure says it all.
     found = check.text.partition(": ")[2] if stated else ""
+    text, measured = stated or check.text, "" if check.kind in SEEN else figure(check, stated)
+    if check.kind == "view":
+        text, measured = viewed(check)
+        measured = spoken(measured, program)
     row: dict[str, Any] = {
         "id": check.id,
         "ok": check.ok,
-        "text": stated or check.text,
+        "text": text,
         "clause": clauses.get(check.clause or "", ""),
-        "measured": "" if check.kind in SEEN else figure(check, stated),
+        "measured": measured,
         "found": found,
         "part": not check.demanded,
         "seen": check.kind in SEEN,
         "frame": None if check.step is None else check.step // program.clip.steps_per_frame,
         "always": check.always_on,
+        "group": group_of(check),
+        # As the diagnosis repeats it.
+        "told": check.text if check.kind == "view" else "",
     }
     if predicted is not None:
         row["predicted"] = {"ok": predicted.ok, "measured": figure(predicted)}

@@ -48,6 +48,7 @@ LABELS = {
     "subject": "Who",
     "other": "With what",
     "on": "Lies on",
+    "playback_fps": "Frames a second",
 }
 KINDS = {
     "on_contact": "when two things touch",

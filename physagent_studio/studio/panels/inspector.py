@@ -13,7 +13,9 @@ from pydantic import BaseModel
 from physagent_studio.contract import describe
 from physagent_studio.program import MATERIALS, PhysicalProgram
 from physagent_studio.program.materials import material
+from physagent_studio.program.timing import PACE
 from physagent_studio.studio.panels.forms import Form
+from physagent_studio.studio.panels.pacing import choice_of
 from physagent_studio.studio.panels.seeds import seeds_for
 from physagent_studio.studio.panels.words import OPERATORS, number, plain, spoken
 from physagent_studio.studio.scene.places import poses_at
@@ -35,6 +37,8 @@ def state_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
     base = {"kind": kind, "name": name, "readOnly": snapshot.read_only, "names": _names(snapshot)}
     if kind == "camera":
         return base | _form(snapshot.program.scene.camera, "scene.camera", snapshot, "Camera")
+    if kind == "clip":
+        return base | _clip(snapshot)
     item = _item(snapshot.program, kind, name)
     if item is None:
         return base | {"kind": "none", "title": "", "fields": []}
@@ -47,6 +51,24 @@ def state_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
     if kind == "object":
         form["facts"] = _facts(snapshot, name, view.step)
         form["actions"] = [a.id for a in snapshot.program.event.actions if a.name == name]
+    return form
+
+
+def _clip(snapshot: Snapshot) -> dict[str, Any]:
+    """The clip: its pace as a choice, and what is free beside it."""
+    clip = snapshot.program.clip
+    form = _form(clip, "clip", snapshot, "The clip")
+    # The pace sets these, together with all starts and lengths.
+    form["fields"] = [one for one in form["fields"] if one["path"] not in PACE]
+    form["help"] = "How long it is and how fast it is shown; 1 is real time, less is slow motion."
+    form["pace"] = choice_of(clip, snapshot.state.pinned)
+    shown = f"{number(clip.seconds / clip.time_factor)} s"
+    step = f"{number(1000 * clip.step_seconds)} ms, {clip.steps_per_frame} to a frame"
+    form["facts"] = [
+        {"what": "Shown for", "is": shown, "unit": ""},
+        {"what": "In the event", "is": f"{number(clip.seconds)} s", "unit": ""},
+        {"what": "Control step", "is": step, "unit": ""},
+    ]
     return form
 
 

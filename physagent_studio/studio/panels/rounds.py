@@ -6,11 +6,12 @@ import re
 from typing import Any
 
 from physagent_studio.agent.by_hand import turn_of
+from physagent_studio.agent.loop import EASING
 from physagent_studio.contract import describe
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.diff import diff
 from physagent_studio.records import Check, LoopState, Proposal, Round
-from physagent_studio.studio.panels.checklist import checklist_of, demands_of, merged
+from physagent_studio.studio.panels.checklist import checklist_of, demands_of, merged, viewed
 from physagent_studio.studio.panels.words import (
     all_spoken,
     edit_row,
@@ -130,13 +131,28 @@ def _row(
         "score": None if assessment is None else number(assessment.score),
         "author": item.author,
         "factor": item.proposal.factor if item.proposal else "",
-        "decided": DECIDED.get(item.decision.kind, "") if item.decision else "",
+        "decided": decided_words(item),
         "by": item.decision.author if item.decision else "",
         "head": item.id == loop.head,
         "shown": item.id == shown,
         "onPath": item.id in on_path,
         "best": best is not None and item.id == best.id,
     }
+
+
+def decided_words(item: Round) -> str:
+    """What became of the proposal of a round; "" while nothing was decided."""
+    decision = item.decision
+    if decision is None:
+        return ""
+    if is_gentler(item.proposal) and decision.kind in ("skip", "reject", "stop"):
+        return "kept as it was"
+    return DECIDED.get(decision.kind, decision.kind)
+
+
+def is_gentler(proposal: Proposal | None) -> bool:
+    """Whether a proposal repairs nothing: it makes what happens already happen more gently."""
+    return proposal is not None and proposal.factor == EASING
 
 
 def _details(item: Round, snapshot: Snapshot) -> dict[str, Any]:
@@ -174,7 +190,7 @@ def _details(item: Round, snapshot: Snapshot) -> dict[str, Any]:
         "decision": None
         if item.decision is None
         else {
-            "kind": DECIDED.get(item.decision.kind, item.decision.kind),
+            "kind": decided_words(item),
             "author": item.decision.author,
             "reason": item.decision.reason,
         },
@@ -200,6 +216,7 @@ def _proposal(loop: LoopState, snapshot: Snapshot) -> dict[str, Any] | None:
     return {
         "id": proposal.id,
         "factor": proposal.factor,
+        "gentler": is_gentler(proposal),
         "rationale": proposal.rationale,
         "confidence": round(proposal.confidence * 100),
         "verified": proposal.touches_verified,
@@ -263,9 +280,11 @@ def _comparison(other: Round, snapshot: Snapshot) -> dict[str, Any]:
         assert one is not None
         rows.append(
             {
-                "text": stated.get(key, one.text.partition(": ")[0]),
-                "here": None if a is None else {"ok": a.ok, "measured": figure(a)},
-                "there": None if b is None else {"ok": b.ok, "measured": figure(b)},
+                "text": viewed(one)[0]
+                if one.kind == "view"
+                else stated.get(key, one.text.partition(": ")[0]),
+                "here": None if a is None else {"ok": a.ok, "measured": _measured(a)},
+                "there": None if b is None else {"ok": b.ok, "measured": _measured(b)},
             }
         )
     return {
@@ -274,6 +293,10 @@ def _comparison(other: Round, snapshot: Snapshot) -> dict[str, Any]:
         "rows": rows,
         "diff": _lines(other.program, snapshot.program)[:400],
     }
+
+
+def _measured(check: Check) -> str:
+    return viewed(check)[1] if check.kind == "view" else figure(check)
 
 
 def _lines(before: PhysicalProgram, after: PhysicalProgram) -> list[dict[str, str]]:

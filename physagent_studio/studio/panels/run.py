@@ -7,6 +7,7 @@ from typing import Any
 
 from physagent_studio.agent.by_hand import turn_of
 from physagent_studio.studio.library import Output
+from physagent_studio.studio.panels.pacing import length_in_words
 from physagent_studio.studio.panels.rounds import OUTCOMES
 from physagent_studio.workbench import Snapshot, Spending
 
@@ -70,6 +71,7 @@ def state_of(snapshot: Snapshot, outputs: Sequence[Output] = ()) -> dict[str, An
             for one in outputs
             if one.round == snapshot.shown_round and not snapshot.has_draft
         ],
+        "clip": length_in_words(snapshot.program.clip),
         "spending": _spending(snapshot.spending),
         "started": any(item.rollout is not None for item in loop.rounds),
     }

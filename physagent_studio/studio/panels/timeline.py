@@ -1,4 +1,5 @@
-"""Timeline: a lane per object with its actions, what was touched when, and the contract's marks."""
+"""Timeline: a lane per object with its actions, what was touched when, and the contract's marks;
+when something is seen to move, and what leaves the picture."""
 
 from __future__ import annotations
 
@@ -7,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from physagent_studio.contract import describe
+from physagent_studio.contract.view import Pacing
 from physagent_studio.program import Action, Directed, PhysicalProgram, duration_of
 from physagent_studio.program.actions import (
     After,
@@ -16,6 +18,7 @@ from physagent_studio.program.actions import (
     SetVelocity,
 )
 from physagent_studio.records import ActionSpan, Rollout
+from physagent_studio.studio.panels.pacing import leaving, pace_of
 from physagent_studio.studio.panels.words import DIRECTED_UNITS, OPERATORS, number, plain, unit_of
 from physagent_studio.workbench import Snapshot
 
@@ -23,8 +26,8 @@ INSTANT = (SetVelocity, SetPosition, SetOrientation)
 MARKS_PER_LANE = 80
 
 
-def state_of(snapshot: Snapshot) -> dict[str, Any]:
-    """All that the timeline draws; times in control steps."""
+def state_of(snapshot: Snapshot, pacing: Pacing | None = None) -> dict[str, Any]:
+    """All that the timeline draws; times in control steps. pacing: of the rollout on view."""
     program, rollout = snapshot.program, snapshot.rollout
     clip = program.clip
     return {
@@ -34,7 +37,12 @@ def state_of(snapshot: Snapshot) -> dict[str, Any]:
         "frames": clip.frames,
         "fps": clip.playback_fps,
         "readOnly": snapshot.read_only,
-        "lanes": [_lane(item.name, program, rollout) for item in program.scene.objects],
+        "pace": pace_of(clip, pacing, rollout, snapshot.state.pinned),
+        "lanes": [
+            _lane(item.name, program, rollout)
+            | {"leaves": leaving(item.name, pacing, rollout, snapshot.checks)}
+            for item in program.scene.objects
+        ],
         "marks": [
             {"step": check.step, "ok": check.ok, "text": check.text}
             for check in snapshot.checks

@@ -155,7 +155,9 @@ def short(value: Any) -> str:
 MISSED = re.compile(r"([^:;,]+?) (≤|≥|<|>) ([^:;,]+): no\b")
 IOU = re.compile(r"\bwith IoU (\d(?:\.\d+)?)")
 MINUS = re.compile(r"(?<![\w.])-(?=\d)")
-SAID = frozenset({"text", "found", "also", "rationale", "summary", "question", "reason", "problem"})
+SAID = frozenset(
+    {"text", "found", "told", "also", "rationale", "summary", "question", "reason", "problem"}
+)
 """Keys of what is written for a person to read."""
 
 

@@ -48,6 +48,8 @@ TOUCHING = 0.75
 """Pixels over its lowest point up to which a body touches what it stands on."""
 WHOLE = ("sphere", "ellipsoid")
 """What rolls stays round: it is moved and scaled as a whole alone."""
+AS_DRAWN = ("inflated",)
+"""Kinds that collide as their mesh."""
 LEFT = ("meshed", "torus")
 """Bodies whose looks are given, or have a hole."""
 
@@ -134,11 +136,14 @@ def _led(
     middle = float(depth.mean())
     depth = middle + (depth - middle) * scale
     moved = np.asarray(sight.camera.position) + sight.camera.rays(led) * depth[:, None]
-    return _standing(sight, first, moved)
+    return _standing(sight, first, moved, kind in AS_DRAWN)
 
 
-def _standing(sight: Sight, first: FloatArray, moved: FloatArray) -> FloatArray:
-    """The same with what touched the support still on it, and nothing within it."""
+def _standing(sight: Sight, first: FloatArray, moved: FloatArray, as_drawn: bool) -> FloatArray:
+    """The same with what touched the support still on it, and nothing within it.
+
+    as_drawn: the body collides as it is drawn, so that its foot stays where it carries it.
+    """
     if sight.up is None:
         return moved
     height = first @ sight.up
@@ -156,6 +161,8 @@ def _standing(sight: Sight, first: FloatArray, moved: FloatArray) -> FloatArray:
     most = SLIDE * float(np.ptp(first, axis=0).max())
     slide *= np.minimum(1, most / np.maximum(np.linalg.norm(slide, axis=1), 1e-9))[:, None]
     out[foot] = moved[foot] + slide
+    if as_drawn:
+        out[foot] = first[foot]
     out[foot] -= np.outer(out[foot] @ sight.up - height[foot], sight.up)
     under = np.minimum(out @ sight.up - low, 0.0)
     return np.asarray(out - under[:, None] * sight.up)

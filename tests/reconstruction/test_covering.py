@@ -15,6 +15,7 @@ from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import (
     Box,
     Cylinder,
+    Inflated,
     Revolved,
     SceneObject,
     SceneState,
@@ -24,6 +25,7 @@ from physagent_studio.program.scene import (
 from physagent_studio.reconstruction import mesh_of, reconstruct
 from physagent_studio.reconstruction.covered import sights_of
 from physagent_studio.reconstruction.covering import covering
+from physagent_studio.reconstruction.inflation import inflated_mesh
 from physagent_studio.reconstruction.masks import BoolArray, iou
 from physagent_studio.reconstruction.round_spill import without_spill
 from physagent_studio.reconstruction.silhouette import in_world, silhouette
@@ -87,6 +89,23 @@ def test_what_stands_elsewhere_is_not_drawn_to_its_mask() -> None:
     mesh = mesh_of(PIN)
     sights = sights_of(CAMERA, {"thing": _drawn(item)}, (moved,), {"thing": mesh}, ())
     assert covering(sights["thing"], moved, mesh) is mesh
+
+
+def test_what_collides_as_it_is_drawn_keeps_its_foot() -> None:
+    mask = np.zeros((240, 320), bool)
+    mask[90:160, 150:166], mask[60:110, 110:210] = True, True
+    shape = Inflated(size=(0.7, 0.3, 0.7))
+    mesh = inflated_mesh(mask, CAMERA, shape)
+    low = float(mesh.vertices[:, 2].min())
+    item = _thing("tree", shape, 0.0, -low)
+    seen = silhouette(CAMERA, in_world(item, mesh), mesh.faces)
+    shown = np.roll(seen, (-3, 4), axis=(0, 1))
+    sights = sights_of(CAMERA, {"tree": shown}, (item,), {"tree": mesh}, ())
+    led = covering(sights["tree"], item, mesh)
+    assert led is not mesh
+    foot = mesh.vertices[:, 2] < low + 1e-4
+    assert np.allclose(led.vertices[foot], mesh.vertices[foot])
+    assert float(led.vertices[:, 2].min()) >= low - 1e-9
 
 
 def test_a_ball_stays_round() -> None:

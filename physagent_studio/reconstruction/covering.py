@@ -35,7 +35,7 @@ POINTS = 160
 """Points of an outline that are compared."""
 ROUNDS = 5
 """Maps that are found one upon the other, each from where the last has led."""
-STIFF = {"cylinder": 3.0, "frustum": 3.0, "capsule": 3.0}
+STIFF = {"revolved": 20.0, "cylinder": 10.0, "frustum": 10.0, "capsule": 10.0}
 PLIANT = 1.0
 """How stiff a kind's outline is against being led on its own, and that of others is."""
 FLAT = ("box",)

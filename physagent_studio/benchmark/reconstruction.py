@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.benchmark.at_rest import movers, standing
 from physagent_studio.benchmark.bad_pictures import cost_of, make_all
+from physagent_studio.benchmark.cover import Cover, cover_rows, covers_of
 from physagent_studio.benchmark.lookalikes import scooter, stack
 from physagent_studio.benchmark.plates import plate_rows
 from physagent_studio.benchmark.ranker import Thing, ranking_rows, things_of
@@ -120,6 +121,7 @@ def _synthetic() -> list[Row]:
         at_least("one click: mask IoU, median", float(np.median(clicked)), 0.93),
         at_least("one click: mask IoU, 10th percentile", float(np.percentile(clicked, 10)), 0.80),
         Row("same bits on a second run", str(same), "", "True", same),
+        *cover_rows("synthetic", [cover for made in scenes for cover in covers_of(made)]),
     ]
 
 
@@ -250,6 +252,7 @@ def _photographs(cases: Path) -> list[Row]:
     seconds: list[float] = []
     fallen: list[str] = []
     things: list[Thing] = []
+    covers: list[Cover] = []
     stood = 0
     for folder in sorted(cases.iterdir()):
         if not (folder / "case.yaml").is_file():
@@ -273,6 +276,7 @@ def _photographs(cases: Path) -> list[Row]:
         seconds.append((time.perf_counter() - start) * 3 / max(len(case.objects), 3))
         fallen += [f"{folder.name}: {name}" for name in movers(made)]
         stood += standing(made)
+        covers += covers_of(made)
     return [
         shown("objects in photographs", len(clicked)),
         at_least("photographs, clicks: mask IoU, median", float(np.median(clicked)), 0.88),
@@ -280,6 +284,7 @@ def _photographs(cases: Path) -> list[Row]:
         shown("photographs: objects that stand", stood),
         at_most("photographs, clicks: objects that move by themselves", len(fallen), 0),
         at_most("photographs: time for three objects, median", float(np.median(seconds)), 6, "s"),
+        *cover_rows("photographs", covers),
         *ranking_rows(things),
     ]
 

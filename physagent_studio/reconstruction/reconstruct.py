@@ -19,7 +19,6 @@ from physagent_studio.errors import Cancelled
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import (
     Landmark,
-    SceneObject,
     SceneState,
     Slab,
     Support,
@@ -34,6 +33,7 @@ from physagent_studio.reconstruction import (
     supports,
 )
 from physagent_studio.reconstruction.bare import scene_without_photo
+from physagent_studio.reconstruction.covered import skinned
 from physagent_studio.reconstruction.layout import Stance
 from physagent_studio.reconstruction.lines import Segments, segments
 from physagent_studio.reconstruction.marked import candidates_of, regions_of
@@ -42,6 +42,7 @@ from physagent_studio.reconstruction.named_tops import with_tops
 from physagent_studio.reconstruction.offers import ranked, ranking
 from physagent_studio.reconstruction.parts import with_parts
 from physagent_studio.reconstruction.placement import Placed, place_all
+from physagent_studio.reconstruction.round_spill import sound_masks
 from physagent_studio.reconstruction.sameness import same_sight, scene_hash
 from physagent_studio.reconstruction.scene_plate import scene_plate
 from physagent_studio.reconstruction.segmentation import Segmenter, choose
@@ -50,7 +51,6 @@ from physagent_studio.reconstruction.steady import reaching
 from physagent_studio.reconstruction.stored import stated_mesh
 from physagent_studio.reconstruction.survey import Survey, survey
 from physagent_studio.reconstruction.tabletops import Top
-from physagent_studio.reconstruction.texture import textured
 from physagent_studio.records.case import Case, Image
 from physagent_studio.records.scene import Candidate, Mesh, Scene
 
@@ -172,12 +172,14 @@ def _look(
     done, placed = _put(state, sight, previous, bodies or {}, run)
     masks, camera = sight.masks, sight.read.camera
     run.at("textures", 0.78)
-    meshes = _skins(image, sight, placed, assets)
+    bodies = _bodies(sight, placed, assets)
+    meshes = bodies | skinned(image, masks, done, bodies)
     run.at("background", 0.82)
     plate = scene_plate(image, masks, sight.found, camera, done.supports, previous)
     run.at("checks", 0.97)
     fixed = _support_meshes(done)
-    checks = findings.measure(done, masks, meshes, fixed, sight.read.estimate, image)
+    # Checked is what collides: what is drawn lies in its mask whatever the body is.
+    checks = findings.measure(done, masks, bodies, fixed, sight.read.estimate, image)
     checks += tuple(grounds.measure(state, image, masks))
     return Scene(
         state=done,
@@ -210,6 +212,7 @@ def _seen(
     things = (*state.objects, *(item for item in state.supports if item.name in hollow))
     groundings = [(item.name, item.grounding) for item in things]
     chosen = choose(candidates, groundings, image.shape[:2], image)
+    chosen = sound_masks(chosen, state.objects, case.prompt)
     masks = {name: mask for name, mask in chosen.items() if name not in hollow}
     regions = regions_of(state, image, candidates, masks)
     run.at("camera", 0.45)
@@ -261,24 +264,18 @@ def _put(
     return _completed(state, read, solid, placed, marks, still_open), placed
 
 
-def _skins(
-    image: Image, sight: _Sight, placed: Placed, assets: Mapping[str, Mesh]
-) -> dict[str, Mesh]:
-    """The bodies with the photo on them, and those that a person has set down beside it."""
+def _bodies(sight: _Sight, placed: Placed, assets: Mapping[str, Mesh]) -> dict[str, Mesh]:
+    """The bodies with their stems and handles, and those that a person has set down beside them."""
     camera = sight.read.camera
     meshes = {
-        item.name: _skinned(image, sight.masks[item.name], camera, item, placed.meshes[item.name])
+        item.name: with_parts(camera, sight.masks[item.name], item, placed.meshes[item.name])
         for item in placed.objects
         if item.name in placed.meshes
     }
     added = [item for item in placed.objects if findings.is_added(item)]
-    meshes |= {item.name: stated_mesh(item, assets) for item in added if item.name not in meshes}
-    return meshes
-
-
-def _skinned(image: Image, mask: BoolArray, camera: Camera, item: SceneObject, mesh: Mesh) -> Mesh:
-    """The body with its stems and handles, the photo on it."""
-    return textured(image, mask, camera, item, with_parts(camera, mask, item, mesh))
+    return meshes | {
+        item.name: stated_mesh(item, assets) for item in added if item.name not in meshes
+    }
 
 
 def _carrying(state: SceneState, solid: tuple[Support, ...], placed: Placed) -> tuple[Support, ...]:

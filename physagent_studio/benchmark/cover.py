@@ -1,0 +1,63 @@
+"""How well the drawn things cover their masks before anything has moved."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
+from physagent_studio.reconstruction.masks import iou
+from physagent_studio.records.scene import Scene
+from physagent_studio.rendering import Compositor
+
+LEAST = 300
+"""Pixels of a mask from which on a thing counts."""
+WELL = 0.93
+"""IoU from which on what is drawn changes its form for nobody as it sets off."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cover:
+    """One thing as drawn against its mask: IoU, and how far their middles are apart, pixels."""
+
+    name: str
+    iou: float
+    jump: float
+
+
+def covers_of(scene: Scene) -> list[Cover]:
+    """Of each thing that the photo shows, drawn as it was built among the others."""
+    seen = Compositor(scene).frame(as_built=True).ids
+    out = []
+    for index, item in enumerate(scene.state.objects):
+        mask = scene.masks.get(item.name)
+        if mask is None or np.count_nonzero(mask) < LEAST:
+            continue
+        drawn = seen == index
+        away = np.inf
+        if drawn.any():
+            away = float(np.linalg.norm(_middle(drawn) - _middle(mask)))
+        out.append(Cover(item.name, iou(drawn, mask), away))
+    return out
+
+
+def cover_rows(where: str, covers: Sequence[Cover]) -> list[Row]:
+    """The figures of many things. where: what pictures they are of."""
+    values = np.array([one.iou for one in covers])
+    jumps = np.array([one.jump for one in covers])
+    covered = f"{where}: drawn solids cover their masks"
+    return [
+        at_least(f"{covered}, median", float(np.median(values)), 0.95),
+        shown(f"{covered}, lowest", float(values.min())),
+        at_least(f"{where}: share that covers {WELL} of it", float((values >= WELL).mean()), 0.9),
+        at_most(f"{where}: jump as it sets off, median", float(np.median(jumps)), 1.0, "px"),
+        shown(f"{where}: jump as it sets off, worst", float(jumps.max()), "px"),
+    ]
+
+
+def _middle(area: NDArray[np.bool_]) -> NDArray[np.float64]:
+    rows, columns = area.nonzero()
+    return np.array([columns.mean(), rows.mean()])

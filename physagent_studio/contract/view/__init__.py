@@ -1,0 +1,74 @@
+"""What a viewer must be able to see: checks of kind `view`, always on.
+
+They speak of the picture, from outlines through the camera (`picture`): is it in the frame, slow
+enough to be followed, long enough to be seen, as the photograph at the start and as told at the
+end? What needs drawn silhouettes comes as `Drawn`. No check where there is no camera or no run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from physagent_studio.contract.facts import Facts
+from physagent_studio.contract.view.amounts import amounts, on_wheels
+from physagent_studio.contract.view.basics import (
+    INSIDE,
+    acting_objects,
+    nothing_happens,
+    subject_of,
+)
+from physagent_studio.contract.view.framing import gone, inside, meetings
+from physagent_studio.contract.view.pace import (
+    FALL_FILLS,
+    FALLING_STEP,
+    FILLS,
+    STEP,
+    Pacing,
+    fills,
+    in_time,
+    moving_frames,
+    paces,
+    pacing_of,
+    something,
+)
+from physagent_studio.contract.view.staging import COVERS, Drawn, begins, ends, touches
+from physagent_studio.records.judgement import Check
+
+__all__ = [
+    "COVERS",
+    "FALLING_STEP",
+    "FALL_FILLS",
+    "FILLS",
+    "INSIDE",
+    "STEP",
+    "Drawn",
+    "Pacing",
+    "acting_objects",
+    "moving_frames",
+    "nothing_happens",
+    "pacing_of",
+    "subject_of",
+    "view_checks",
+]
+
+
+def view_checks(
+    facts: Facts, checks: tuple[Check, ...], drawn: Mapping[str, Drawn] | None = None
+) -> tuple[Check, ...]:
+    """All view checks of a run; `checks` are those of its contract."""
+    program = facts.program
+    names = tuple(n for n in facts.rollout.objects if n in acting_objects(program))
+    if program.scene.camera is None or not facts.complete:
+        return ()
+    found = [*begins(facts, drawn or {})]
+    if not names:
+        return tuple(found)
+    found.append(in_time(facts, checks))
+    found += [inside(facts, name) for name in names]
+    found += paces(facts, names)
+    if not nothing_happens(program):
+        found += [something(facts, names), fills(facts, names)]
+    found += touches(facts, names)
+    found += [gone(facts, name) for name in names if name in program.contract.leaving]
+    found += [*meetings(facts), *ends(facts, names), *amounts(facts), *on_wheels(facts, names)]
+    return tuple(found)

@@ -1,0 +1,135 @@
+"""Is it in the picture, for as long as it has something to do there?"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.contract.facts import Facts
+from physagent_studio.contract.picture import Sight
+from physagent_studio.contract.track import Window
+from physagent_studio.contract.view.basics import (
+    DROPPING,
+    INSIDE,
+    said,
+    sight_in,
+    view_check,
+)
+from physagent_studio.contract.words import number
+from physagent_studio.program.contract import Contacts
+from physagent_studio.program.scene import Floor
+from physagent_studio.records.judgement import Check
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+LEAVES = 0.4
+"""Part of the clip for which what leaves the picture is at least seen in it."""
+BESIDE = 3
+"""Frames that show each of two things before they meet, and after."""
+
+
+def inside(facts: Facts, name: str) -> Check:
+    """At least half of its outline is in the frame, as long as it has something to do there."""
+    sight = sight_in(facts, name)
+    until = needed_until(facts, name, sight)
+    share = sight.share[: until + 1]
+    out = np.flatnonzero(share < INSIDE)
+    least = float(share.min())
+    if not len(out):
+        text = f"{name} is in the picture: at least {number(100 * least, '%')} of it: {{answer}}"
+        margin = (least - INSIDE) / INSIDE
+        return view_check("inside", name, text, margin, measured=least, threshold=INSIDE)
+    first = int(out[0])
+    text = f"{name} is in the picture: {{answer}}, from frame {first} on less than half of it"
+    margin = -len(out) / len(sight.share) - 0.1 * min(_distance_out(facts, sight, until), 5.0)
+    step = int(facts.rollout.frame_steps()[first])
+    return view_check(
+        "inside", name, text, margin, measured=least, threshold=INSIDE, step=step
+    )  # fmt: skip
+
+
+def gone(facts: Facts, name: str) -> Check:
+    """What the sentence has leave the picture is out of it at the end."""
+    left = float(sight_in(facts, name).share[-1])
+    text = f"{name} has left the picture at the end: {{answer}}"
+    return view_check("gone", name, text, (0.1 - left) / 0.9, measured=left, threshold=0.1)
+
+
+def _distance_out(facts: Facts, sight: Sight, until: int) -> float:
+    """How far its middle gets from the frame, in widths of the picture."""
+    camera = facts.program.scene.camera
+    assert camera is not None
+    middle, size = sight.centre[: until + 1], np.array(camera.size, float)
+    return float(np.maximum(-middle, middle - size).max() / size[0])
+
+
+def needed_until(facts: Facts, name: str, sight: Sight) -> int:
+    """The last frame on which it has to be seen: that before it leaves, where it shall.
+
+    What falls where the floor is not in the picture has been seen once it fell by its own height.
+    """
+    last = facts.rollout.frames - 1
+    out = np.flatnonzero(sight.share < INSIDE)
+    if len(out) and name in facts.program.contract.leaving:
+        # Seen to go: on its way out it is seen for a good part of the clip.
+        return min(int(out[0]) - 1, last) if out[0] >= LEAVES * last else round(LEAVES * last)
+    if not len(out) or not said(facts.program, name, DROPPING):
+        return last
+    rows = np.minimum(facts.rollout.frame_steps(), facts.last)
+    path = facts.rollout.positions[rows, facts.rollout.objects.index(name)]
+    at = int(rows[out[0]])
+    lands = facts.touching_anything(name, Window(max(at - 1, 0), at)).any()
+    if lands or _sees(facts, path[out[0]]):
+        return last
+    drop = np.maximum.accumulate(path[:, 2]) - path[:, 2]
+    seen = np.flatnonzero((drop >= _height(facts, name)) & (sight.share >= INSIDE))
+    return int(seen[0]) if len(seen) else last
+
+
+def _sees(facts: Facts, place: FloatArray) -> bool:
+    """Whether the floor below a place (3,) is in the picture."""
+    camera = facts.program.scene.camera
+    assert camera is not None
+    floors = [s.shape.height for s in facts.program.scene.supports if isinstance(s.shape, Floor)]
+    pixel, depth = camera.project(np.array([[place[0], place[1], min(floors, default=0.0)]]))
+    inside = (pixel[0] >= 0) & (pixel[0] <= camera.size)
+    return bool(inside.all() and depth[0] > 0)
+
+
+def _height(facts: Facts, name: str) -> float:
+    placed = facts.track(name, Window(0, 0)).placed
+    up = np.array([[0.0, 0.0, 1.0]])
+    return float((placed.support(up) - placed.support(-up))[0, 2])
+
+
+def meetings(facts: Facts) -> list[Check]:
+    """Where one thing acts on another, the first is seen before they meet, the other after."""
+    found = []
+    for statement in facts.program.contract.statements:
+        if not isinstance(statement, Contacts) or statement.negated:
+            continue
+        one, other = statement.subject, statement.other
+        known = facts.rollout.objects
+        window = facts.window(statement.from_step, statement.to_step)
+        if one not in known or other not in known or window is None:
+            continue
+        touching = np.flatnonzero(facts.touching(one, other, window))
+        if not len(touching) or facts.touching(one, other, Window(0, 0)).any():
+            continue
+        frame = facts.rollout.frame_of(window.first + int(touching[0]))
+        before = int((sight_in(facts, one).share[: frame + 1] >= INSIDE).sum())
+        after = int((sight_in(facts, other).share[frame + 1 :] >= INSIDE).sum())
+        fewest = min(before, after)
+        text = (
+            f"{one} is seen for {before} frames before it meets {other}, and {other} for "
+            f"{after} after: {{answer}}"
+        )
+        found.append(
+            view_check(
+                "meeting", f"{one}.{other}", text, (fewest - BESIDE) / BESIDE,
+                measured=fewest, threshold=BESIDE, unit="frames",
+                step=window.first + int(touching[0]),
+            )
+        )  # fmt: skip
+    return found

@@ -22,7 +22,7 @@ from physagent_studio.agent.rules.heading import with_wheels
 from physagent_studio.agent.rules.landmarks import assume_open, derived_landmarks
 from physagent_studio.agent.rules.layout import Layout
 from physagent_studio.agent.rules.look import density_of, material_of
-from physagent_studio.agent.rules.pacing import paces_of
+from physagent_studio.agent.rules.pacing import paces_of, speed_to_get_there
 from physagent_studio.agent.rules.ramps import friction_for
 from physagent_studio.agent.rules.reading import Inventory, Reading, inventory, read
 from physagent_studio.agent.rules.reading.vocabulary import GROUND_WORDS
@@ -68,7 +68,7 @@ class RuleGenerator:
             clip=clip,
             scene=state,
             event=EventProgram(prompt=case.prompt[:4000], actions=schedule(reading, layout, clip)),
-            contract=_contract(reading, layout),
+            contract=_contract(reading, layout, clip),
         )
 
 
@@ -196,12 +196,17 @@ def _with_materials(state: SceneState, reading: Reading, clip: Clip) -> SceneSta
     return state.model_copy(update={"objects": tuple(changed)})
 
 
-def _contract(reading: Reading, layout: Layout) -> Contract:
+def _contract(reading: Reading, layout: Layout, clip: Clip) -> Contract:
     """What the sentence demands, as far as the scene has what it speaks of, and its paces."""
     contract = _known_only(contract_of(reading, layout), layout.state)
     gone = {name for f in reading.frames if "offscreen" in f.manner for name in f.patient}
     leaving = tuple(item.name for item in layout.state.objects if item.name in gone)
-    update = {"paces": paces_of(reading, layout), "leaving": leaving}
+    needed = {
+        task.name: speed_to_get_there(task)
+        for task in tasks_of(reading, layout, clip)
+        if task.target() is not None
+    }
+    update = {"paces": paces_of(reading, layout, needed), "leaving": leaving}
     paced = contract.model_copy(update=update)
     return _once_raised(paced, reading, layout)
 

@@ -31,7 +31,14 @@ from physagent_studio.contract.view.pace import (
     pacing_of,
     something,
 )
-from physagent_studio.contract.view.staging import COVERS, Drawn, begins, ends, touches
+from physagent_studio.contract.view.staging import (
+    COVERS,
+    Drawn,
+    begins,
+    comes_apart,
+    ends,
+    touches,
+)
 from physagent_studio.records.judgement import Check
 
 __all__ = [
@@ -68,7 +75,7 @@ def view_checks(
     found += paces(facts, names)
     if not nothing_happens(program):
         found += [something(facts, names), fills(facts, names)]
-    found += touches(facts, names)
+    found += [*touches(facts, names), *comes_apart(facts, names)]
     found += [gone(facts, name) for name in names if name in program.contract.leaving]
     found += [*meetings(facts), *ends(facts, names), *amounts(facts), *on_wheels(facts, names)]
     return tuple(found)

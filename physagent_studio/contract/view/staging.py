@@ -19,6 +19,7 @@ from physagent_studio.contract.view.basics import (
     sight_in,
     view_check,
 )
+from physagent_studio.contract.words import number
 from physagent_studio.records.judgement import Check
 
 FloatArray = NDArray[np.float64]
@@ -26,6 +27,8 @@ BoolArray = NDArray[np.bool_]
 
 COVERS, JUMP = 0.93, 1.0
 """Least overlap of the drawn solid with its mask, and farthest jump as it takes over, pixels."""
+APART = 0.06
+"""How far the parts of what breaks move at least against each other, in its own sizes."""
 SETTLED = 0.1
 """Part of the clip at its end for which what stops is at rest."""
 TOUCHING = 2.0
@@ -134,6 +137,27 @@ def ends(facts: Facts, names: tuple[str, ...]) -> list[Check]:
                 view_check("ends", name, text, (most - NOTICED) / NOTICED, measured=most,
                            threshold=NOTICED, unit="width")
             )  # fmt: skip
+    return found
+
+
+def comes_apart(facts: Facts, names: tuple[str, ...]) -> list[Check]:
+    """What broke is seen to be broken: its parts are no longer where they were to each other."""
+    found = []
+    for name in dict.fromkeys(release.name for release in facts.rollout.releases):
+        if name not in names:
+            continue
+        marks = sight_in(facts, name).marks
+        moved = marks[-1] - marks[0]
+        apart = float(np.linalg.norm(moved - np.median(moved, axis=0), axis=-1).mean())
+        share = apart / max(float(sight_in(facts, name).length[0]), 1.0)
+        text = (
+            f"{name} is seen to come apart: by {number(100 * share, '%')} of its size "
+            f"≥ {number(100 * APART, '%')}: {{answer}}"
+        )
+        found.append(
+            view_check("apart", name, text, (share - APART) / APART, measured=share,
+                       threshold=APART)
+        )  # fmt: skip
     return found
 
 

@@ -132,9 +132,7 @@ def test_slow_motion_is_chosen_by_keyboard_is_one_step_and_stays(waiting: Desk) 
     waiting.idle()
     assert waiting.snapshot.state.pinned == PACE
     expect(pace).to_contain_text("0.25 ×")
-    expect(
-        page.get_by_role("button", name="Unpin: the planner may choose the pace")
-    ).to_be_visible()
+    expect(waiting.button("Unpin: the planner may choose the pace")).to_be_visible()
     page.get_by_label("Time factor").fill("9")
     page.get_by_label("Time factor").press("Enter")
     expect(page.get_by_label("Time factor")).to_have_class("wrong")

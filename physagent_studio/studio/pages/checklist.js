@@ -46,7 +46,7 @@ export function makeChecklist(show, focus) {
     const seen = contract.some((c) => c.seen), what = seen ? "check" : "demand";
     const asked = () => [
       contract.length ? heading(seen ? "The scene against the photo" : "What the sentence demands", held, counted.length) : null,
-      h("div", { role: "list", "aria-label": seen ? "The scene against the photo" : "What the sentence demands" }, (fold ? contract.filter((c) => !holds.includes(c)) : contract).map(check)),
+      h("div", { role: "list", "aria-label": seen ? "Checklist of the scene" : "Checklist of what is demanded" }, (fold ? contract.filter((c) => !holds.includes(c)) : contract).map(check)),
       folds() && holds.length ? h("p", { style: "padding:4px" }, h("button", { class: "link", type: "button", onclick: () => { unfolded = !unfolded; show(); } }, fold ? `${say(held, what)} ${held === 1 ? "holds" : "hold"}: show` : "Show only what fails")) : null,
       fold ? null : demand()];
     const parts = [["demand", asked], ["view", () => group("view", "What a viewer sees")], ["physics", () => group("physics", "Physics")]];

@@ -71,6 +71,7 @@ export function startKeys({ left, right, dialogs, meshFile, scene, theme, presen
     ["Show the rounds", "", () => left.show("rounds")],
     ["Show the plots", "", () => left.show("plots")],
     ["Show the inspector", "", () => right.show("inspector")],
+    ["Slow motion: the pace of the clip", "", () => { send({ do: "select", kind: "clip" }); right.show("inspector"); }],
     ["Show the program", "", () => right.show("program")],
     ["Show the photo", "", () => right.show("photo")],
     ["Mark the photo without a mouse", "K", () => { right.show("photo"); const photo = document.querySelector(".photo-stage"); photo.blur(); photo.focus(); }],

@@ -2,7 +2,7 @@
 
 import { makeChecklist } from "./checklist.js";
 import { makeByHand } from "./by_hand.js";
-import { button, draw, h, icon } from "./dom.js";
+import { button, draw, h, icon, say } from "./dom.js";
 import { makeProposal } from "./proposal.js";
 import { makeStrip } from "./strip.js";
 import { on, scrub, send } from "./wire.js";
@@ -67,7 +67,7 @@ export function startRounds(host, showPlots, showPhoto) {
     return h("div", { class: "row", role: "listitem", key: r.id, style: `padding-left:${r.depth * 14}px;gap:2px` },
       h("button", { class: `r grow${r.shown ? " on" : ""}${r.onPath ? "" : " off"}`, type: "button", title: r.factor ? `Proposed to change: ${r.factor}` : "", onclick: () => send({ do: "round", id: r.head ? null : r.id }) },
         h("span", { class: `dot ${r.verdict}` }, MARK[r.verdict]),
-        h("span", { class: "grow" }, h("b", {}, `Round ${r.number}`), h("span", { class: "muted", title: r.checks ? "demands that hold" : "" }, ` · ${words}`), r.overruled ? h("span", { class: "muted" }, " · overruled") : null),
+        h("span", { class: "grow" }, h("b", {}, `Round ${r.number}`), h("span", { class: "muted", title: r.checks ? `demands that hold${r.unseen ? `; a viewer misses something: ${say(r.unseen, "check")}` : ""}` : "" }, ` · ${words}`), r.overruled ? h("span", { class: "muted" }, " · overruled") : null),
         r.decided ? h("span", { class: "chip", title: `by ${r.by}` }, r.decided) : null,
         r.best && data.rounds.length > 1 ? h("span", { class: "chip ok" }, "best") : null),
       r.shown || data.rounds.length < 2 ? null

@@ -10,7 +10,7 @@ from physagent_studio.agent.loop import EASING
 from physagent_studio.contract import describe
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.diff import diff
-from physagent_studio.records import Check, LoopState, Proposal, Round
+from physagent_studio.records import Assessment, Check, LoopState, Proposal, Round
 from physagent_studio.studio.panels.checklist import checklist_of, demands_of, merged, viewed
 from physagent_studio.studio.panels.words import (
     all_spoken,
@@ -128,6 +128,7 @@ def _row(
         "stage": "" if assessment is None else assessment.stage,
         "realised": sum(check.ok for check in demands),
         "checks": len(demands),
+        "unseen": _unseen(assessment),
         "score": None if assessment is None else number(assessment.score),
         "author": item.author,
         "factor": item.proposal.factor if item.proposal else "",
@@ -138,6 +139,12 @@ def _row(
         "onPath": item.id in on_path,
         "best": best is not None and item.id == best.id,
     }
+
+
+def _unseen(assessment: Assessment | None) -> int:
+    """How many checks of what a viewer sees fail."""
+    checks = () if assessment is None else assessment.checks
+    return sum(check.kind == "view" and not check.ok for check in checks)
 
 
 def decided_words(item: Round) -> str:

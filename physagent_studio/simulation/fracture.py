@@ -65,7 +65,8 @@ class Fracture:
         found = []
         for _, name, cloud, limit in self._clouds:
             intact = np.asarray(data.eq_active)[cloud.joints].astype(bool)
-            hit = blows[cloud.bodies][cloud.joined].max(axis=1, initial=0.0)
+            taken = _run_through(blows[cloud.bodies], cloud.joined[intact], limit)
+            hit = taken[cloud.joined].max(axis=1, initial=0.0)
             for number in np.flatnonzero(intact & (hit > limit)).tolist():
                 data.eq_active[cloud.joints[number]] = 0
                 a, b = cloud.joined[number].tolist()
@@ -73,3 +74,18 @@ class Fracture:
         if found:
             self.follow(data)
         return found
+
+
+def _run_through(blows: FloatArray, joined: np.ndarray, limit: float) -> FloatArray:
+    """(P,) N·s that reach each piece: what a joint cannot take runs on to the piece behind it.
+
+    blows: (P,) N·s from outside. joined: (J, 2) pieces whose joint holds. limit: of a joint.
+    """
+    taken = np.array(blows, float)
+    for _ in range(len(taken)):
+        before = taken.copy()
+        for a, b in joined.tolist():
+            taken[a], taken[b] = max(taken[a], taken[b] - limit), max(taken[b], taken[a] - limit)
+        if np.array_equal(before, taken):
+            break
+    return taken

@@ -267,6 +267,15 @@ def test_what_touches_from_the_start_does_not_meet() -> None:
     assert not [one for one in found if one.startswith("view.meeting")]
 
 
+def test_a_meeting_that_is_told_twice_is_checked_once() -> None:
+    hit = says("contacts", other="box")
+    again = hit | {"id": "again", "from_step": 5}
+    program = scene_of([at(BALL, 0.0), at(BOX, 0.7)], [go("ball", 1.0, 0, 0)], hit, again)
+    checks = [c.id for c in measure(program, simulate(program, {}))]
+    assert sorted(set(checks)) == sorted(checks)
+    assert "view.meeting.ball.box" in checks
+
+
 @seeds
 def test_nothing_decisive_comes_with_the_last_frames(seed: int) -> None:
     rng = np.random.default_rng(seed)

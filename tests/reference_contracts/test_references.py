@@ -33,7 +33,7 @@ from physagent_studio.program.actions import (
 from physagent_studio.program.contract import Contract
 from physagent_studio.program.document import load_program
 from physagent_studio.program.scene import Box, Inflated, SceneObject
-from physagent_studio.records import Case
+from physagent_studio.records import Case, Check
 from physagent_studio.simulation import simulate
 
 HERE = Path(__file__).parent
@@ -103,7 +103,8 @@ def holds(name: str, program: PhysicalProgram) -> bool:
     """Whether the reference holds on a run of the program."""
     judged = program.model_copy(update={"contract": contract_of(name)})
     checks = measure(judged, simulate(judged, {}))
-    return all(check.ok for check in checks if check.demanded)
+    # How well it is seen is no matter of the prompt's words.
+    return all(check.ok for check in checks if check.demanded and check.kind != "view")
 
 
 def acting(program: PhysicalProgram, actions: tuple[Action, ...]) -> PhysicalProgram:
@@ -157,11 +158,15 @@ def _mirrored(action: Action) -> Action:
 
 
 def misplaced(program: PhysicalProgram) -> Iterator[PhysicalProgram]:
-    """The same actions on each object that they do not act on."""
-    driven = {action.name for action in program.event.actions}
+    """The same motions of each object that they do not move; what is held at first is held."""
+    actions = program.event.actions
+    driven = {action.name for action in actions if not isinstance(action, FixObject)}
     for item in program.scene.objects:
         if driven and item.name not in driven:
-            moved = tuple(a.model_copy(update={"name": item.name}) for a in program.event.actions)
+            moved = tuple(
+                a if isinstance(a, FixObject) else a.model_copy(update={"name": item.name})
+                for a in actions
+            )
             yield acting(program, moved)
 
 
@@ -337,3 +342,73 @@ def test_random_programs_are_rejected(name: str) -> None:
 @stored
 def test_twenty_random_programs_are_rejected(name: str) -> None:
     assert not accepted(name, 20)
+
+
+# --- what a viewer sees --------------------------------------------------------------------------
+
+
+seen = pytest.mark.parametrize("name", sorted(n for n in STATES if not n.startswith(COSTLY)))
+
+
+@cache
+def view_of(name: str, program: PhysicalProgram) -> tuple[Check, ...]:
+    """The view checks of a run that is judged by the reference."""
+    judged = program.model_copy(update={"contract": contract_of(name)})
+    return tuple(c for c in measure(judged, simulate(judged, {})) if c.kind == "view")
+
+
+def in_the_picture(name: str) -> bool:
+    """Whether what acts in the first program stays in the frame."""
+    view = view_of(name, first_program(name))
+    return all(check.ok for check in view if check.id.startswith("view.inside."))
+
+
+def shortfall(view: tuple[Check, ...]) -> float:
+    return -sum(min(check.margin, 0.0) for check in view)
+
+
+def hastened(program: PhysicalProgram, times: float) -> PhysicalProgram | None:
+    """Every push and speed as many times as strong; None where nothing is pushed."""
+    found = [_hastened(action, times) for action in program.event.actions]
+    changed = any(new is not old for new, old in zip(found, program.event.actions, strict=True))
+    return acting(program, tuple(found)) if changed else None
+
+
+def _hastened(action: Action, times: float) -> Action:
+    for field in ("force", "velocity"):
+        vector = getattr(action, field, None)
+        if isinstance(vector, Directed):
+            more = vector.model_copy(update={"magnitude": times * vector.magnitude})
+            action = action.model_copy(update={field: more})
+    return action
+
+
+@seen
+def test_the_view_is_measured_of_every_reference(name: str) -> None:
+    view = view_of(name, first_program(name))
+    ids = [check.id for check in view]
+    assert len(set(ids)) == len(ids)
+    assert {"view.calm", "view.in_time"} <= set(ids)
+    subjects = {check.id.split(".")[2] for check in view if check.id.startswith("view.inside.")}
+    assert _targets(first_program(name)) <= subjects
+    for check in view:
+        assert np.isfinite(check.margin)
+        assert check.ok == (check.margin >= 0)
+
+
+@seen
+def test_ten_times_as_fast_is_harder_to_see(name: str) -> None:
+    program = hastened(first_program(name), 10.0)
+    if program is None or not in_the_picture(name):
+        pytest.skip("nothing is pushed in it, or it leaves the picture as it is")
+    view = view_of(name, program)
+    assert not all(check.ok for check in view)
+    assert shortfall(view) > shortfall(view_of(name, first_program(name)))
+
+
+@seen
+def test_the_mirrored_program_leaves_the_picture_or_cannot_be_followed(name: str) -> None:
+    program = mirrored(first_program(name))
+    if program is None or not has_direction(name) or not in_the_picture(name):
+        pytest.skip("nothing to mirror, or it leaves the picture as it is")
+    assert not all(check.ok for check in view_of(name, program))

@@ -105,11 +105,13 @@ def _height(facts: Facts, name: str) -> float:
 
 def meetings(facts: Facts) -> list[Check]:
     """Where one thing acts on another, the first is seen before they meet, the other after."""
-    found = []
+    found, met = [], set()
     for statement in facts.program.contract.statements:
         if not isinstance(statement, Contacts) or statement.negated:
             continue
         one, other = statement.subject, statement.other
+        if (one, other) in met:
+            continue
         known = facts.rollout.objects
         window = facts.window(statement.from_step, statement.to_step)
         if one not in known or other not in known or window is None:
@@ -117,6 +119,7 @@ def meetings(facts: Facts) -> list[Check]:
         touching = np.flatnonzero(facts.touching(one, other, window))
         if not len(touching) or facts.touching(one, other, Window(0, 0)).any():
             continue
+        met.add((one, other))
         frame = facts.rollout.frame_of(window.first + int(touching[0]))
         before = int((sight_in(facts, one).share[: frame + 1] >= INSIDE).sum())
         after = int((sight_in(facts, other).share[frame + 1 :] >= INSIDE).sum())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import quaternion_of
 from physagent_studio.records.rollout import Rollout
 from physagent_studio.records.scene import Mesh, Scene
+from physagent_studio.rendering.lit import vertex_light
 
 _UNLIT = "KHR_materials_unlit"
 _Y_UP = [-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)]
@@ -106,9 +108,9 @@ def _deforming(
     """vertices: (T, V, 3) world. The first is the mesh, the others are morph targets."""
     keys = np.unique(np.linspace(0, len(vertices) - 1, _MOST_SHAPES).round().astype(int))
     first = vertices[0]
-    base = Mesh(first, mesh.faces, mesh.uv, mesh.texture, mesh.color)
+    base = replace(mesh, vertices=first)
     shapes = [(vertices[key] - first).astype(np.float32) for key in keys[1:]]
-    index = _mesh(gltf, name, base)
+    index = _mesh(gltf, name, base, vertex_light(mesh))
     primitive = gltf.document["meshes"][index]["primitives"][0]
     primitive["targets"] = [{"POSITION": gltf.add_array(s, VERTICES)} for s in shapes]
     gltf.document["meshes"][index]["weights"] = [0.0] * len(shapes)
@@ -125,13 +127,18 @@ def _still(gltf: GltfWriter, name: str, mesh: Mesh) -> int:
     return gltf.add("nodes", {"name": name, "mesh": _mesh(gltf, name, mesh)})
 
 
-def _mesh(gltf: GltfWriter, name: str, mesh: Mesh) -> int:
+def _mesh(gltf: GltfWriter, name: str, mesh: Mesh, light: NDArray[np.float64] | None = None) -> int:
+    """light: (V, 3) the photo's on the mesh; where its texture is without it, as built if None."""
     attributes = {"POSITION": gltf.add_array(mesh.vertices.astype(np.float32), VERTICES)}
     textured = mesh.uv is not None and mesh.texture is not None
     if mesh.uv is not None and mesh.texture is not None:
         height, width = mesh.texture.shape[:2]
         uv = (mesh.uv / (width, height)).astype(np.float32)
         attributes["TEXCOORD_0"] = gltf.add_array(uv, VERTICES)
+        light = vertex_light(mesh) if light is None else light
+        if light is not None:
+            # Colours of vertices multiply linear light.
+            attributes["COLOR_0"] = gltf.add_array((light**2.2).astype(np.float32), VERTICES)
     indices = gltf.add_array(mesh.faces.astype(np.uint32).ravel(), INDICES)
     material = _photo(gltf, name, mesh) if textured else _plain(gltf, name, mesh.color)
     primitive = {"attributes": attributes, "indices": indices, "material": material}

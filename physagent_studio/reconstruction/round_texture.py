@@ -49,6 +49,8 @@ SPOT = 8.0
 """Percentile below which what is dark on it is a spot that is there once."""
 GLOSS = 92.0
 """Percentile beyond which what is bright on the body is gloss, and stays on the first side."""
+KNEE = 1.5
+"""In times of those two, how far detail comes at most."""
 SPAN, DETAIL = 2.0, 160
 """Half the extent of the picture of what is repeated, in its distance from the middle of the body,
 and pixels across it."""
@@ -144,7 +146,7 @@ class _Ball:
         for fold in (_FIRST, *_SIDES.values()):
             own = ways @ fold.T
             weight = np.maximum(own[:, 2:] - math.cos(math.radians(LIT)), 0) ** NARROW
-            detail += weight * np.clip(self._repeated(own), self.least, self.most)
+            detail += weight * _bent(self._repeated(own), self.least, self.most)
             total += weight
         others = np.exp(self._tone(ways) + detail / np.maximum(total, 1e-12)) - DARK
         if self.cap > 0:
@@ -261,6 +263,12 @@ class _Ball:
         strange = max(STRANGE, MUCH * float(np.median(np.abs(rest).mean(-1))))
         lit = replace(self, light=fit, mean=mean, least=least, most=most, strange=strange)
         return replace(lit, detail=lit._usual(mask))
+
+
+def _bent(values: FloatArray, least: FloatArray, most: FloatArray) -> FloatArray:
+    """Values (N, 3) drawn in towards least < 0 and most > 0 (3,), without flats where they end."""
+    bound = KNEE * np.where(values < 0, np.minimum(least, -1e-6), np.maximum(most, 1e-6))
+    return np.where(np.isfinite(bound), bound * np.tanh(values / bound), values)
 
 
 def round_textured(

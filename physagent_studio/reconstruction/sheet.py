@@ -11,6 +11,7 @@ from physagent_studio.program.rotations import quaternion_of
 from physagent_studio.reconstruction.silhouette import Seen, in_world, look
 from physagent_studio.records.case import Case, Image
 from physagent_studio.records.scene import Mesh, Scene
+from physagent_studio.rendering.lit import DARK, vertex_light
 
 COLORS = ((230, 60, 50), (50, 180, 70), (60, 110, 240), (240, 190, 30), (180, 70, 210))
 _WIDTH = 560
@@ -144,7 +145,12 @@ def _paint(
     weights = _barycentric(points, vertices[faces])
     uv = (mesh.uv[faces] * weights[..., None]).sum(1)
     columns_, rows_ = (np.clip(uv[:, k], 0, mesh.texture.shape[1 - k] - 1) for k in range(2))
-    image[rows, columns] = mesh.texture[rows_.astype(int), columns_.astype(int)]
+    colours = mesh.texture[rows_.astype(int), columns_.astype(int)]
+    light = vertex_light(mesh)
+    if light is not None:
+        shown = (light[faces] * weights[..., None]).sum(1)
+        colours = np.clip((colours + DARK) * shown - DARK, 0, 255).astype(np.uint8)
+    image[rows, columns] = colours
 
 
 def _barycentric(points: NDArray, corners: NDArray) -> NDArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -36,4 +37,4 @@ def stretched(mesh: Mesh, size: tuple[float, float, float]) -> Mesh:
     factors = np.array(size) / np.maximum(np.ptp(mesh.vertices, axis=0), 1e-12)
     if np.allclose(factors, 1.0, rtol=1e-9):
         return mesh
-    return Mesh(mesh.vertices * factors, mesh.faces, mesh.uv, mesh.texture, mesh.color)
+    return replace(mesh, vertices=mesh.vertices * factors)

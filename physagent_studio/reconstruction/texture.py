@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene import SceneObject
+from physagent_studio.reconstruction.lighting import unlit
 from physagent_studio.reconstruction.masks import BoolArray, bounds, grow, shrink
 from physagent_studio.reconstruction.round_texture import round_textured
 from physagent_studio.reconstruction.turned_texture import turned_sides
@@ -33,14 +34,25 @@ def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, m
     far side continues the near one without a seam. There the outermost ring of the outline, in
     which little of the surface is much stretched and the surroundings shine through, gives
     way to what lies as far inside of it. Balls and ellipsoids: see `round_textured`; what else is
-    round about an axis: see `turned_sides`.
+    round about an axis: see `turned_sides`. Where the light on what is smooth and round is told by
+    the photo, the texture is without it, and the mesh has it as its `shading`: see `unlit`.
     """
     if not mask.any():
         return mesh
+    color = _mean_color(photo, mask)
+    plain = unlit(photo, mask, camera, item, mesh)
+    if plain is None:
+        return replace(_painted(photo, mask, camera, item, mesh), color=color)
+    painted = _painted(plain[0], mask, camera, item, mesh)
+    return replace(painted, color=color, shading=plain[1])
+
+
+def _painted(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, mesh: Mesh) -> Mesh:
+    """The mesh with that picture (H, W, 3) on it; see `textured`."""
     texture, origin = padded_crop(photo, mask)
     whole = round_textured(camera, item, mesh, mask, (texture, origin))
     if whole is not None:
-        return replace(whole, color=_mean_color(photo, mask))
+        return whole
     kinds = np.where(_unseen(camera, item, mesh), _MIRRORED, _SEEN)
     led = turned_sides(camera, item, mesh.vertices, mesh.faces)
     if led is not None:
@@ -56,7 +68,7 @@ def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, m
         uv[kind == which] = _folded(uv[kind == which], mask, ring)
     uv = uv - origin
     edge = np.array([texture.shape[1], texture.shape[0]])
-    return Mesh(vertices, faces, np.clip(uv, 0.5, edge - 0.5), texture, _mean_color(photo, mask))
+    return Mesh(vertices, faces, np.clip(uv, 0.5, edge - 0.5), texture)
 
 
 def padded_crop(photo: Image, mask: BoolArray) -> tuple[Image, tuple[int, int]]:

@@ -20,7 +20,7 @@ from physagent_studio.records.judgement import (
 )
 from physagent_studio.records.loop_state import LoopState
 from physagent_studio.records.rollout import CONTACT_DTYPE, ActionSpan, Alarm, Release, Rollout
-from physagent_studio.records.scene import Candidate, Finding, Mesh, Scene, ShapeOffer
+from physagent_studio.records.scene import Candidate, Finding, Mesh, Scene, Shading, ShapeOffer
 
 __all__ = [
     "CONTACT_DTYPE",
@@ -51,6 +51,7 @@ __all__ = [
     "Round",
     "Scene",
     "SceneEvidence",
+    "Shading",
     "ShapeOffer",
     "Alarm",
 ]

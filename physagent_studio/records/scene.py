@@ -18,12 +18,31 @@ BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Shading:
+    """How light falls on a thing, by the direction in which its surface faces.
+
+    terms: for red, green and blue, the log of brightness, 1 where it is 0: the factors of the 16
+    functions of the unit normal, world frame, that `rendering.lit` lists. towards: unit, from the
+    thing to the camera, world: normals are told about that side alone. built: wxyz R_world_body as
+    the photo shows it. gloss: (K, K) uint8, the share of white in the colours, in 255ths, by the
+    normal as seen from `towards`, its right and its up from −1 to 1 (the first row is up); None
+    for none.
+    """
+
+    terms: tuple[tuple[float, ...], ...]
+    towards: tuple[float, float, float]
+    built: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+    gloss: NDArray[np.uint8] | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Mesh:
     """A textured triangle mesh in the body frame (origin at the centre of mass), m.
 
     vertices: (V, 3) float64. faces: (F, 3) int32, counter-clockwise seen from outside.
     uv: (V, 2) float64 pixels in `texture`, (0, 0) its top left corner; None without texture.
     texture: (h, w, 3) uint8 RGB, or None. color: RGB 0–255 where there is no texture.
+    shading: the light that the texture is without; None where it carries the photo's own.
     """
 
     vertices: FloatArray
@@ -31,6 +50,7 @@ class Mesh:
     uv: FloatArray | None = None
     texture: Image | None = None
     color: tuple[int, int, int] = (160, 160, 160)
+    shading: Shading | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.program.rotations import matrices_of
-from physagent_studio.records.scene import Mesh
+from physagent_studio.records.scene import Mesh, Shading
 from physagent_studio.rendering.batch import Batch, corner_normals
 from physagent_studio.rendering.light import lambert, relative
+from physagent_studio.rendering.lit import lit
 from physagent_studio.rendering.raster import FloatArray, Hits, Lens
 from physagent_studio.rendering.texture import Paint
 
@@ -25,7 +26,7 @@ class Skin:
 
     light: (3,) unit, towards the light. rotations: (N, 4) initial. cosine: (F, 3) between the
     light and each corner's normal at the initial pose. detail: (N,) texture pixels per screen
-    pixel and metre of depth.
+    pixel and metre of depth. shadings: (N,) the light that textures are without.
     """
 
     batch: Batch
@@ -35,6 +36,7 @@ class Skin:
     rotations: FloatArray
     cosine: FloatArray
     detail: FloatArray
+    shadings: tuple[Shading | None, ...]
 
     @classmethod
     def of(
@@ -51,7 +53,11 @@ class Skin:
         textured = np.array([bool(paint.levels) for paint in paints], bool)
         cosine = _cosines(batch, rotations, light)
         detail = _detail(batch, points, lens)
-        return cls(batch, paints, textured, light, rotations, cosine, detail)
+        shadings = tuple(
+            mesh.shading if paint.levels else None
+            for mesh, paint in zip(meshes, paints, strict=True)
+        )
+        return cls(batch, paints, textured, light, rotations, cosine, detail, shadings)
 
     def colors(
         self, hits: Hits, rotations: FloatArray, bent: FloatArray | None
@@ -60,7 +66,7 @@ class Skin:
 
         bent: (V, 3) world vertices where something has deformed.
         """
-        colors = self._painted(hits)
+        colors = self._lit(self._painted(hits), hits, rotations, bent)
         same = np.abs(rotations - self.rotations).max(initial=0) < _SAME
         if bent is None and same and self.textured.all():
             return colors
@@ -79,6 +85,32 @@ class Skin:
                 colors[mine] = paint.sample(uv[mine], shrink)
         return colors
 
+    def _lit(
+        self,
+        colors: NDArray[np.float32],
+        hits: Hits,
+        rotations: FloatArray,
+        bent: FloatArray | None,
+    ) -> NDArray[np.float32]:
+        """The colours (K, 3), the photo's light put back on what is without it."""
+        if not any(self.shadings):
+            return colors
+        owner = self.batch.face_owner[hits.face]
+        batch, turned = self.batch, matrices_of(rotations)
+        if bent is None:
+            corners = batch.normals
+        else:
+            corners = corner_normals(bent, batch.faces, batch.welded)
+            turned = np.tile(np.eye(3), (len(turned), 1, 1))
+        for index, shading in enumerate(self.shadings):
+            mine = np.flatnonzero(owner == index)
+            if shading is None or not len(mine):
+                continue
+            normals = np.einsum("ki,kij->kj", hits.weights[mine], corners[hits.face[mine]])
+            normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+            colors[mine] = lit(shading, colors[mine], normals @ turned[index].T)
+        return colors
+
     def _brightness(self, rotations: FloatArray, bent: FloatArray | None) -> FloatArray:
         """Brightness (F, 3): the change since the photo, or all of it on flat colours."""
         if bent is None:
@@ -88,6 +120,8 @@ class Skin:
             cosine = normals @ self.light
         change = relative(cosine, self.cosine)
         full = np.minimum(lambert(cosine, 0.35) * 1.12, 1.15)
+        known = np.array([shading is not None for shading in self.shadings], bool)
+        change = np.where(known[self.batch.face_owner, None], 1.0, change)
         return np.where(self.textured[self.batch.face_owner, None], change, full)
 
 

@@ -14,7 +14,16 @@ from numpy.typing import NDArray
 
 from physagent_studio.program import Grounding, Landmark, SceneState, Support
 from physagent_studio.program.scene import Scale
-from physagent_studio.records import Candidate, Case, Finding, Image, Mesh, Scene, ShapeOffer
+from physagent_studio.records import (
+    Candidate,
+    Case,
+    Finding,
+    Image,
+    Mesh,
+    Scene,
+    Shading,
+    ShapeOffer,
+)
 
 
 def png(image: Image) -> bytes:
@@ -83,6 +92,12 @@ def pack_scene(scene: Scene) -> bytes:
         "mask_shape": shape,
         "masks": list(scene.masks),
         "colors": {n: m.color for n, m in (scene.meshes | scene.support_meshes).items()},
+        "shadings": {
+            f"{room}/{name}": [shading.terms, shading.towards, shading.built]
+            for room, meshes in (("mesh", scene.meshes), ("support", scene.support_meshes))
+            for name, mesh in meshes.items()
+            if (shading := mesh.shading) is not None
+        },
         "meshes": list(scene.meshes),
         "support_meshes": list(scene.support_meshes),
         "candidates": candidates,
@@ -110,14 +125,13 @@ def unpack_scene(data: bytes, photo: Image | None) -> Scene:
         )
         for name, offered in meta["candidates"].items()
     }
-    colors = meta["colors"]
     return Scene(
         state=SceneState.model_validate(meta["state"]),
         photo=photo,
         plate=from_png(arrays["plate"].tobytes()) if "plate" in arrays else None,
         masks=MappingProxyType({name: mask(f"mask/{name}") for name in meta["masks"]}),
-        meshes=_meshes(arrays, "mesh", meta["meshes"], colors),
-        support_meshes=_meshes(arrays, "support", meta["support_meshes"], colors),
+        meshes=_meshes(arrays, "mesh", meta["meshes"], meta),
+        support_meshes=_meshes(arrays, "support", meta["support_meshes"], meta),
         candidates=MappingProxyType(candidates),
         findings=tuple(Finding(**item) for item in meta["findings"]),
         hash=meta["hash"],
@@ -150,13 +164,15 @@ def _mesh_arrays(key: str, mesh: Mesh) -> dict[str, NDArray[Any]]:
     if mesh.uv is not None and mesh.texture is not None:
         arrays[f"{key}/uv"] = mesh.uv
         arrays[f"{key}/texture"] = np.frombuffer(png(mesh.texture), np.uint8)
+    if mesh.shading is not None and mesh.shading.gloss is not None:
+        arrays[f"{key}/gloss"] = mesh.shading.gloss
     return arrays
 
 
 def _meshes(
-    arrays: dict[str, NDArray[Any]], room: str, names: list[str], colors: dict[str, list[int]]
+    arrays: dict[str, NDArray[Any]], room: str, names: list[str], meta: dict[str, Any]
 ) -> MappingProxyType[str, Mesh]:
-    meshes = {}
+    meshes, colors = {}, meta["colors"]
     for name in names:
         key = f"{room}/{name}"
         texture = arrays.get(f"{key}/texture")
@@ -166,8 +182,18 @@ def _meshes(
             uv=arrays.get(f"{key}/uv"),
             texture=None if texture is None else from_png(texture.tobytes()),
             color=(colors[name][0], colors[name][1], colors[name][2]),
+            # Scenes of before have none.
+            shading=_shading(arrays, key, meta.get("shadings", {}).get(key)),
         )
     return MappingProxyType(meshes)
+
+
+def _shading(arrays: dict[str, NDArray[Any]], key: str, stored: list[Any] | None) -> Shading | None:
+    if stored is None:
+        return None
+    terms, (x, y, z), (w, i, j, k) = stored
+    rows = tuple(tuple(row) for row in terms)
+    return Shading(rows, (x, y, z), (w, i, j, k), arrays.get(f"{key}/gloss"))
 
 
 def case_json(case: Case) -> dict[str, Any]:

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.records import Image, Mesh
+from physagent_studio.rendering.lit import vertex_light
 
 # sRGB to ACES and back; the rows of Hill's fit.
 _IN = np.array(
@@ -60,11 +61,14 @@ def before_film_curve(image: Image) -> tuple[Image, float]:
 
 
 def glb_of(mesh: Mesh, *, quality: int = 92) -> bytes:
-    """Binary glTF of a mesh: unlit where it has a texture, lit where it has a colour."""
+    """Binary glTF of a mesh: unlit where it has a texture, lit where it has a colour.
+
+    A texture that is without light gets the photo's by its vertices, as it was built.
+    """
     vertices = np.ascontiguousarray(mesh.vertices, np.float32)
     faces = np.ascontiguousarray(mesh.faces, np.uint32)
     chunks = [vertices.tobytes(), _normals(mesh).tobytes(), faces.tobytes()]
-    picture = None
+    picture = light = None
     if mesh.texture is not None and mesh.uv is not None:
         height, width = mesh.texture.shape[:2]
         uv = np.ascontiguousarray(mesh.uv / (width, height), np.float32)
@@ -72,10 +76,16 @@ def glb_of(mesh: Mesh, *, quality: int = 92) -> bytes:
         ok, coded = cv2.imencode(".jpg", picture[:, :, ::-1], [cv2.IMWRITE_JPEG_QUALITY, quality])
         assert ok
         chunks += [uv.tobytes(), coded.tobytes()]
+        light = vertex_light(mesh)
+        if light is not None:
+            # Colours of vertices multiply linear light: near to what the curve makes of it.
+            chunks.append(np.ascontiguousarray(light**2.2, np.float32).tobytes())
         material = _unlit(strength)
     else:
         material = _lit(mesh.color)
-    return _pack(chunks, vertices, faces, material, textured=picture is not None)
+    return _pack(
+        chunks, vertices, faces, material, textured=picture is not None, light=light is not None
+    )
 
 
 def _normals(mesh: Mesh) -> NDArray[np.float32]:
@@ -118,6 +128,7 @@ def _pack(
     material: dict[str, object],
     *,
     textured: bool,
+    light: bool,
 ) -> bytes:
     views, blob = [], b""
     for chunk in chunks:
@@ -143,6 +154,9 @@ def _pack(
     if textured:
         accessors.append(_accessor(3, 5126, len(vertices), "VEC2"))
         attributes["TEXCOORD_0"] = 3
+        if light:
+            accessors.append(_accessor(5, 5126, len(vertices), "VEC3"))
+            attributes["COLOR_0"] = 4
         document["images"] = [{"bufferView": 4, "mimeType": "image/jpeg"}]
         document["textures"] = [{"source": 0}]
         document["extensionsUsed"] = list(material["extensions"])  # type: ignore[call-overload]

@@ -266,7 +266,9 @@ def alike(one: Mesh, other: Mesh) -> bool:
         return True
     if one.color != other.color or not np.array_equal(one.vertices, other.vertices):
         return False
-    return all(
-        a is b or (a is not None and b is not None and np.array_equal(a, b))
-        for a, b in ((one.faces, other.faces), (one.uv, other.uv), (one.texture, other.texture))
+    pairs = [(one.faces, other.faces), (one.uv, other.uv), (one.texture, other.texture)]
+    if one.shading is not None and other.shading is not None:
+        pairs += [(np.array(one.shading.terms), np.array(other.shading.terms))]
+    return (one.shading is None) == (other.shading is None) and all(
+        a is b or (a is not None and b is not None and np.array_equal(a, b)) for a, b in pairs
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from physagent_studio.program.actions import After, OnContact, When, duration_of
+from physagent_studio.program.contract import Statement
 from physagent_studio.program.edits import Edit, SetField
 from physagent_studio.program.program import Clip, PhysicalProgram
 
@@ -62,7 +63,7 @@ def retimed(program: PhysicalProgram, factor: float) -> tuple[Edit, ...]:
             start = min(start, clip.steps - 1)
             found += _changed(f"{base}.start_step", action.start_step, start)
         else:
-            found += _condition(base, action.when, ratio)
+            found += _condition(base, action.when, ratio, clip.steps)
         if hasattr(action, "duration"):
             length = max(round(duration_of(action) * ratio), 1)
             if action.when is None:
@@ -70,18 +71,25 @@ def retimed(program: PhysicalProgram, factor: float) -> tuple[Edit, ...]:
                 length = room if whole else min(length, room)
             found += _changed(f"{base}.duration", duration_of(action), length)
     for statement in program.contract.statements:
-        base = f"contract.statements.{statement.id}"
-        for field in ("from_step", "to_step"):
-            step = getattr(statement, field)
-            if step is not None:
-                found += _changed(f"{base}.{field}", step, min(round(step * ratio), clip.steps))
+        found += _window(f"contract.statements.{statement.id}", statement, ratio, clip.steps)
     return tuple(found)
 
 
-def _condition(base: str, when: OnContact | After | When, ratio: float) -> list[Edit]:
+def _window(base: str, statement: Statement, ratio: float, last: int) -> list[Edit]:
+    found: list[Edit] = []
+    for field in ("from_step", "to_step"):
+        step = getattr(statement, field)
+        if step is not None:
+            found += _changed(f"{base}.{field}", step, min(round(step * ratio), last))
+    return found
+
+
+def _condition(base: str, when: OnContact | After | When, ratio: float, last: int) -> list[Edit]:
     found = _changed(f"{base}.when.delay", when.delay, round(when.delay * ratio))
     if when.timeout is not None:
         found += _changed(f"{base}.when.timeout", when.timeout, round(when.timeout * ratio))
+    if isinstance(when, When):
+        found += _window(f"{base}.when.statement", when.statement, ratio, last)
     return found
 
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from physagent_studio.program import Clip, PhysicalProgram, apply, apply_with_inverse
-from physagent_studio.program.actions import duration_of
+from physagent_studio.program.actions import When, duration_of
 from physagent_studio.program.timing import ENGINE_STEP, FASTEST, SLOWEST, clip_at, retimed
 
 factors = st.floats(SLOWEST, FASTEST).map(lambda value: round(value, 3))
@@ -106,6 +106,32 @@ def test_windows_of_the_contract_keep_their_seconds(
         seconds = min(getattr(old, field) * program.clip.step_seconds, slowed.clip.seconds)
         found = getattr(new, field) * slowed.clip.step_seconds
         assert found == pytest.approx(seconds, abs=slowed.clip.step_seconds / 2 + 1e-9)
+
+
+def test_the_window_of_a_condition_keeps_its_seconds() -> None:
+    when = {
+        "kind": "when",
+        "statement": {"id": "far", "kind": "moves", "subject": "ball", "distance": 0.1,
+                      "from_step": 100, "to_step": 200},
+    }  # fmt: skip
+    push = {
+        "operator": "ApplyForce", "id": "push", "name": "ball", "duration": 5,
+        "force": [1, 0, 0], "when": when,
+    }  # fmt: skip
+    program = PhysicalProgram.model_validate(
+        {"scene": {"objects": [{"name": "ball"}]}, "event": {"actions": [push]}}
+    )
+    # Frames of 30 ms in three steps of 10 ms, then of 15 ms in two of 7.5 ms.
+    for factor in (0.75, 0.375, 2.0):
+        slowed = apply(program, retimed(program, factor))
+        (action,) = slowed.event.actions
+        assert isinstance(action.when, When)
+        statement, step = action.when.statement, slowed.clip.step_seconds
+        assert statement.from_step is not None
+        assert statement.to_step is not None
+        for found, before in ((statement.from_step, 100), (statement.to_step, 200)):
+            seconds = min(before * program.clip.step_seconds, slowed.clip.seconds)
+            assert found * step == pytest.approx(seconds, abs=step / 2 + 1e-9)
 
 
 @settings(max_examples=50, deadline=None)

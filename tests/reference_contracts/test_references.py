@@ -350,16 +350,21 @@ def test_twenty_random_programs_are_rejected(name: str) -> None:
 seen = pytest.mark.parametrize("name", sorted(n for n in STATES if not n.startswith(COSTLY)))
 
 
-@cache
 def view_of(name: str, program: PhysicalProgram) -> tuple[Check, ...]:
     """The view checks of a run that is judged by the reference."""
     judged = program.model_copy(update={"contract": contract_of(name)})
     return tuple(c for c in measure(judged, simulate(judged, {})) if c.kind == "view")
 
 
+@cache
+def first_view(name: str) -> tuple[Check, ...]:
+    """What is seen of the first program."""
+    return view_of(name, first_program(name))
+
+
 def in_the_picture(name: str) -> bool:
     """Whether what acts in the first program stays in the frame."""
-    view = view_of(name, first_program(name))
+    view = first_view(name)
     return all(check.ok for check in view if check.id.startswith("view.inside."))
 
 
@@ -385,7 +390,7 @@ def _hastened(action: Action, times: float) -> Action:
 
 @seen
 def test_the_view_is_measured_of_every_reference(name: str) -> None:
-    view = view_of(name, first_program(name))
+    view = first_view(name)
     ids = [check.id for check in view]
     assert len(set(ids)) == len(ids)
     assert {"view.calm", "view.in_time"} <= set(ids)
@@ -403,7 +408,7 @@ def test_ten_times_as_fast_is_harder_to_see(name: str) -> None:
         pytest.skip("nothing is pushed in it, or it leaves the picture as it is")
     view = view_of(name, program)
     assert not all(check.ok for check in view)
-    assert shortfall(view) > shortfall(view_of(name, first_program(name)))
+    assert shortfall(view) > shortfall(first_view(name))
 
 
 @seen

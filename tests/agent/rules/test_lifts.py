@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from physagent_studio.agent.rules import RuleGenerator
+from physagent_studio.agent.rules import RuleGenerator, RulePlanner
 from physagent_studio.contract import measure
+from physagent_studio.program import apply
 from physagent_studio.simulation import simulate
 from tests.agent.rules.scenes import STAGES
+from tests.agent.rules.test_planner import outcome, situation_of
 
 
 @pytest.mark.parametrize(
@@ -26,3 +28,20 @@ def test_up_and_down(stage: str, prompt: str, kinds: list[str]) -> None:
     # How well a viewer follows it is the planner's to mend.
     done = [check for check in checks if check.kind != "view"]
     assert all(check.ok for check in done), [c.text for c in done if not c.ok]
+
+
+@pytest.mark.parametrize(
+    ("stage", "prompt"),
+    [
+        ("desk", "The red cube is lifted up and then drops."),
+        ("wind", "The paper cup is lifted."),
+        ("lane", "The middle pin is picked up, then dropped."),
+    ],
+)
+def test_one_proposal_makes_it_last(stage: str, prompt: str) -> None:
+    """A lift that is over at once is shown more slowly."""
+    situation = situation_of(stage, prompt)
+    assert {m.check for m in situation.assessment.diagnosis} == {"view.fills"}
+    proposal = RulePlanner(limit=20).propose(situation)
+    assert outcome(situation, proposal) == []
+    assert apply(situation.program, proposal.edits).clip.time_factor < 1.0

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.agent.rules.layout import Layout, level, unit
 from physagent_studio.contract import Facts
-from physagent_studio.contract.view import subject_of
+from physagent_studio.contract.view import subject_of, view_code
 from physagent_studio.contract.words import number
 from physagent_studio.program.contract import (
     AllOf,
@@ -66,12 +66,6 @@ CODES: dict[str, tuple[str, str]] = {
 """Code where the plain statement fails, and where its negation does."""
 
 
-VIEW_CODES = {
-    "inside": "framing", "pace": "pace", "fills": "pace", "meeting": "pace", "in_time": "pace",
-    "ends": "not_stopped", "something": "not_visible", "calm": "stirs", "wheels": "heading",
-    "amount": "pace", "gone": "falls_short", "apart": "not_broken",
-}  # fmt: skip
-"""Code of a failed view check, by its rule: the second word of its id."""
 BEGINNING = 40
 """Statements over no more steps than these speak of how things are when the clip begins."""
 
@@ -199,7 +193,7 @@ def _unseen(check: Check, rollout: Rollout) -> Mismatch:
     if check.measured is not None:
         figures["measured"] = round(check.measured, 4)
     return Mismatch(
-        code=VIEW_CODES.get(check.id.split(".")[1], "unlike_the_photo"),
+        code=view_code(check),
         text=check.text,
         subject=subject_of(check, rollout),
         check=check.id,

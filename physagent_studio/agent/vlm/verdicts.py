@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from physagent_studio.agent.vlm.forms import StageOneReply, StageTwoReply
-from physagent_studio.program import PhysicalProgram
+from physagent_studio.contract.view import subject_of, view_code
 from physagent_studio.records import (
     CRITERIA,
     Assessment,
@@ -61,7 +61,7 @@ def rollout_assessment(reply: StageTwoReply, evidence: RolloutEvidence) -> Asses
         )
         for item in reply.mismatches
     )
-    measured = tuple(_check_mismatch(check, evidence.program) for check in failing)
+    measured = tuple(_check_mismatch(check, evidence) for check in failing)
     return Assessment(
         stage="simulation",
         passed=reply.passed and not failing,
@@ -113,11 +113,15 @@ _CODES = {
 _DENIED = {"contacts": "unwanted_contact", "topples": "toppled", "moves": "moved"}
 
 
-def _check_mismatch(check: Check, program: PhysicalProgram) -> Mismatch:
+def _check_mismatch(check: Check, evidence: RolloutEvidence) -> Mismatch:
     """The figures of a failed check; the code of the kind of thing that went wrong."""
-    statement = next((one for one in program.contract.statements if one.id == check.id), None)
+    statements = evidence.program.contract.statements
+    statement = next((one for one in statements if one.id == check.id), None)
     negated = statement is not None and statement.negated
     code = (_DENIED if negated else _CODES).get(check.kind, "fails")
+    subject = str(getattr(statement, "subject", "") or "")
+    if check.kind == "view":
+        code, subject = view_code(check), subject_of(check, evidence.rollout)
     figures = {"margin": check.margin}
     if check.measured is not None:
         figures["measured"] = check.measured
@@ -126,7 +130,7 @@ def _check_mismatch(check: Check, program: PhysicalProgram) -> Mismatch:
     return Mismatch(
         code=code,
         text=check.text,
-        subject=str(getattr(statement, "subject", "") or ""),
+        subject=subject,
         other=str(getattr(statement, "other", "") or ""),
         check=check.id,
         figures=figures,

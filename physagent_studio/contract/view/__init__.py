@@ -16,6 +16,7 @@ from physagent_studio.contract.view.basics import (
     acting_objects,
     nothing_happens,
     subject_of,
+    view_code,
 )
 from physagent_studio.contract.view.framing import gone, inside, meetings
 from physagent_studio.contract.view.pace import (
@@ -56,6 +57,7 @@ __all__ = [
     "pacing_of",
     "subject_of",
     "view_checks",
+    "view_code",
 ]
 
 

@@ -32,6 +32,19 @@ TIMED = frozenset(
 )
 
 
+VIEW_CODES = {
+    "inside": "framing", "pace": "pace", "fills": "pace", "meeting": "pace", "in_time": "pace",
+    "ends": "not_stopped", "something": "not_visible", "calm": "stirs", "wheels": "heading",
+    "amount": "pace", "gone": "falls_short", "apart": "not_broken",
+}  # fmt: skip
+"""Code of a failed view check, by its rule: the second word of its id."""
+
+
+def view_code(check: Check) -> str:
+    """The stable word that planners know a failed view check by."""
+    return VIEW_CODES.get(check.id.split(".")[1], "unlike_the_photo")
+
+
 def view_check(
     rule: str, subject: str, text: str, margin: float, *, measured: float | None = None,
     threshold: float | None = None, unit: str = "", step: int | None = None,

@@ -191,7 +191,7 @@ def no_rollout_verdict(evidence: RolloutEvidence, why: str) -> Assessment:
         passed=False,
         checks=evidence.checks,
         criteria=tuple(Criterion(name=name, ok=False, reason=reason) for name in CRITERIA),
-        diagnosis=(_no_verdict(why), *(_check_mismatch(c, evidence.program) for c in failing)),
+        diagnosis=(_no_verdict(why), *(_check_mismatch(c, evidence) for c in failing)),
         untested=tuple(clause.text for clause in evidence.program.contract.untested),
         author=AUTHOR,
     )

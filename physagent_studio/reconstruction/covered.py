@@ -94,7 +94,10 @@ def _commonest(colours: Image) -> tuple[FloatArray, float] | None:
     bins, group = np.unique(colours // STEP, axis=0, return_inverse=True)
     most = np.bincount(group.reshape(-1), minlength=len(bins)).argmax()
     usual = values[group.reshape(-1) == most].mean(0)
+    near = np.ones(len(values), bool)
     for _ in range(4):
         near = np.abs(values - usual).max(1) < STEP
-        usual = values[near].mean(0) if near.any() else usual
-    return usual, float(values[near].mean(1).std()) if near.any() else 0.0
+        if not near.any():
+            return usual, 0.0
+        usual = values[near].mean(0)
+    return usual, float(values[near].mean(1).std())

@@ -53,7 +53,7 @@ def photo_of(paint, lamp, turn=(1.0, 0, 0, 0)):
     """The true picture of a ball: the photo (H, W, 3), its mask, its directions (K, 3), body."""
     w, h = CAMERA.size
     grid = np.stack(np.meshgrid(np.arange(w) + 0.5, np.arange(h) + 0.5), -1).reshape(-1, 2)
-    rays = CAMERA.rays(grid)
+    rays = CAMERA.rays(grid.astype(np.float64))
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     off = np.asarray(CAMERA.position) - PLACE
     b = rays @ off

@@ -46,11 +46,13 @@ FloatArray = NDArray[np.float64]
 LEAST_PIXELS = 150
 """Below this nothing is told."""
 MOST_PIXELS = 8000
-EXPLAINED = 0.3
+EXPLAINED = 0.6
 """Least share of how colours stray that light must explain."""
+ONE_LAMP = 0.3
+"""Least part of what light varies that is as under a single lamp: wide bands of paint are not."""
 FLAT = 0.10
 """Light that varies by less than this, log, over nine tenths of what is seen is none."""
-PULLS = np.array([0.0, *[0.002] * 3, *[0.008] * 5, *[0.02] * 7])
+PULLS = np.array([0.0, *[0.002] * 3, *[0.008] * 5, *[0.03] * 7])
 """How strongly each term is drawn to 0, for each pixel."""
 HUE_PULL = 3.0
 """How much more strongly the terms of the light's hue are."""
@@ -59,6 +61,9 @@ DIM = 90.0
 TIGHTENING = (0.6, 0.45, 0.3, 0.2)
 """How far what belongs to the thing's own colour may stray, and its hue, in the first rounds,
 log."""
+SHADY, CALMED = 0.75, 0.8
+"""Light below which what the photo shows is not taken at its word, and by how much
+at the least."""
 SHINE, WHITENED, MOST_GLOSS = 0.16, 0.15, 0.20
 """By how much gloss is brighter than the light, log; how much of its saturation the thing loses
 there, and what share of what is seen gloss covers at most."""
@@ -144,10 +149,12 @@ def _fitted(
     # Of what is seen aslant there are few pixels for much surface.
     share = 1 / np.maximum(ways @ towards, 0.25)
     terms = terms_of(ways)
-    fit = _followed(terms, logs, share)
-    rest = tone - terms @ fit.mean(-1)
-    low, high = np.percentile(terms @ fit.mean(-1), (5, 95))
-    if high - low < FLAT or _spread(rest, share) > (1 - EXPLAINED) * _spread(tone, share):
+    fit, sure = _followed(terms, logs, share)
+    light = terms @ fit.mean(-1)
+    low, high = np.percentile(light, (5, 95))
+    if high - low < FLAT or _spread(tone - light, sure) > (1 - EXPLAINED) * _spread(tone, sure):
+        return None
+    if _spread(terms[:, :4] @ fit[:4].mean(-1), share) < ONE_LAMP * _spread(light, share):
         return None
     fit[0] -= np.median(terms @ fit, axis=0)
     # Nothing may become brighter than white without its light.
@@ -156,11 +163,16 @@ def _fitted(
     return np.asarray(fit, np.float64)
 
 
-def _followed(terms: FloatArray, logs: FloatArray, share: FloatArray) -> FloatArray:
-    """(T, 3) by which terms (N, T) come nearest to most colours, log (N, 3), by weights (N,)."""
+def _followed(
+    terms: FloatArray, logs: FloatArray, share: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """(T, 3) by which terms (N, T) come nearest to most colours, log (N, 3), by weights (N,), and
+
+    weights (N,) of those that are followed.
+    """
     tone = logs.mean(-1)
     hues = logs - tone[:, None]
-    fit = np.zeros((terms.shape[1], 3))
+    fit, sure = np.zeros((terms.shape[1], 3)), share
     # In what is dark, hues are those of noise and of what shines in it.
     coloured = HUE_PULL * (1 + (DIM / math.exp(float(np.median(tone)))) ** 4)
     stray, off = tone - np.median(tone), np.linalg.norm(hues - np.median(hues, axis=0), axis=1)
@@ -178,29 +190,29 @@ def _followed(terms: FloatArray, logs: FloatArray, share: FloatArray) -> FloatAr
         rest = logs - terms @ fit
         stray = rest.mean(-1)
         off = np.linalg.norm(rest - stray[:, None], axis=1)
-    return fit
+    return fit, sure
 
 
-def _spread(rest: FloatArray, share: FloatArray) -> float:
-    """The middle of how far values (N,) stray from their own middle, by weights (N,)."""
-    away = np.abs(rest - np.median(rest))
-    order = np.argsort(away)
-    total = np.cumsum(share[order])
-    return float(away[order][np.searchsorted(total, total[-1] / 2)])
-
-
-def _light(seen: Seen, own: BoolArray, shading: Shading) -> FloatArray:
-    """(H, W, 3) the light where `own` is; 1 elsewhere."""
-    light = np.ones((*own.shape, 3))
-    light[own] = light_at(shading, seen.normals[own])
-    return light
+def _spread(values: FloatArray, weights: FloatArray) -> float:
+    """The variance of values (N,) by weights (N,)."""
+    away = values - np.average(values, weights=weights)
+    return float(np.average(away**2, weights=weights))
 
 
 def _without(photo: Image, seen: Seen, own: BoolArray, shading: Shading) -> Image:
     """The photo without the light where the thing is `own` (H, W)."""
-    light = _light(seen, own, shading)
-    plain = (photo.astype(np.float64) + DARK) / light - DARK
-    return np.where(own[..., None], np.clip(plain + 0.5, 0, 255), photo).astype(np.uint8)
+    light = light_at(shading, seen.normals[own])
+    logs = np.log(photo[own] + DARK) - np.log(light)
+    usual = np.median(logs, axis=0)
+    tone = (logs - usual).mean(-1, keepdims=True)
+    hue = logs - usual - tone
+    # In what is dark, hues are noise, and what has some other light there would be far too bright.
+    dim = np.clip((SHADY - light.mean(-1, keepdims=True)) / (SHADY - LOWEST), 0, 1)
+    tone = np.where(tone > 0, (1 - CALMED * dim) * tone, tone)
+    plain = np.exp(usual + tone + (1 - CALMED * dim) * hue) - DARK
+    result = photo.copy()
+    result[own] = np.clip(plain + 0.5, 0, 255).astype(np.uint8)
+    return result
 
 
 def _without_gloss(

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene import SceneObject
+from physagent_studio.reconstruction.covered import covered_painted
 from physagent_studio.reconstruction.lighting import unlit
 from physagent_studio.reconstruction.masks import BoolArray, bounds, grow, shrink
 from physagent_studio.reconstruction.round_texture import round_textured
@@ -50,6 +51,7 @@ def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, m
 def _painted(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, mesh: Mesh) -> Mesh:
     """The mesh with that picture (H, W, 3) on it; see `textured`."""
     texture, origin = padded_crop(photo, mask)
+    texture = covered_painted(photo, mask, camera, item, (texture, origin))
     whole = round_textured(camera, item, mesh, mask, (texture, origin))
     if whole is not None:
         return whole

@@ -22,6 +22,7 @@ from physagent_studio.records import (
     LoopState,
     Mesh,
     Scene,
+    Shading,
     ShapeOffer,
 )
 from physagent_studio.session import Store
@@ -100,6 +101,12 @@ def test_scenes_survive_the_round_trip(tmp_path: Path) -> None:
         faces=np.array([[0, 1, 2]], np.int32),
         uv=np.eye(3)[:, :2],
         texture=np.full((4, 5, 3), 77, np.uint8),
+        shading=Shading(
+            terms=((0.1,) * 16, (0.2,) * 16, (0.3,) * 16),
+            towards=(0.0, -0.6, 0.8),
+            built=(0.6, 0.8, 0.0, 0.0),
+            gloss=np.arange(256, dtype=np.uint8).reshape(16, 16),
+        ),
     )
     plain = Mesh(vertices=np.eye(3), faces=np.array([[0, 1, 2]], np.int32), color=(1, 2, 3))
     scene = Scene(
@@ -128,6 +135,14 @@ def test_scenes_survive_the_round_trip(tmp_path: Path) -> None:
     assert mesh.texture is not None
     assert np.array_equal(texture, mesh.texture)
     assert back.support_meshes["floor"].color == (1, 2, 3)
+    assert back.support_meshes["floor"].shading is None
+    light, given = back.meshes["ball"].shading, mesh.shading
+    assert light is not None
+    assert given is not None
+    assert (light.terms, light.towards, light.built) == (given.terms, given.towards, given.built)
+    assert light.gloss is not None
+    assert given.gloss is not None
+    assert np.array_equal(light.gloss, given.gloss)
     assert back.plate is not None
     assert case.image is not None
     assert np.array_equal(back.plate, case.image)

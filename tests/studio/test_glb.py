@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 
 import numpy as np
 import trimesh
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 
 from physagent_studio.program import Support
 from physagent_studio.program import scene as shapes
-from physagent_studio.records import Mesh
+from physagent_studio.records import Mesh, Shading
 from physagent_studio.studio.scene.glb import before_film_curve, glb_of
 from physagent_studio.studio.scene.outline import edges_of
 from physagent_studio.studio.scene.primitives import mesh_of_support
@@ -63,6 +64,22 @@ def test_trimesh_reads_what_we_write() -> None:
     plain = glb_of(Mesh(vertices, faces, color=(200, 10, 10)))
     assert plain[:4] == b"glTF"
     assert len(plain) == int.from_bytes(plain[8:12], "little")
+
+
+def test_the_light_that_a_texture_is_without_is_sent_with_the_vertices() -> None:
+    vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float)
+    faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]], np.int32)
+    uv = np.array([[0, 0], [60, 0], [0, 40], [30, 20]], float)
+    # Brighter the more it faces up, red less than blue.
+    rows = tuple((0.0, 0.0, 0.0, up, *[0.0] * 12) for up in (0.1, 0.2, 0.3))
+    mesh = Mesh(vertices, faces, uv, np.full((40, 60, 3), 90, np.uint8))
+    lit = replace(mesh, shading=Shading(rows, (0.0, 0.0, 1.0)))
+    plain, sent = (trimesh.load(io.BytesIO(glb_of(m)), file_type="glb") for m in (mesh, lit))
+    (one,), (other,) = plain.geometry.values(), sent.geometry.values()  # type: ignore[union-attr]
+    assert "color" not in one.visual.vertex_attributes
+    colours = np.asarray(other.visual.vertex_attributes["color"], float)
+    assert colours.shape[0] == 4
+    assert colours[3, 2] > colours[3, 0] > colours[0, 0]
 
 
 def test_a_ramp_has_the_edges_of_a_wedge() -> None:

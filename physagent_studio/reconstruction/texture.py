@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene import SceneObject
-from physagent_studio.reconstruction.covered import covered_painted
+from physagent_studio.reconstruction.hidden_sides import covered_painted
 from physagent_studio.reconstruction.lighting import unlit
 from physagent_studio.reconstruction.masks import BoolArray, bounds, grow, shrink
 from physagent_studio.reconstruction.round_texture import round_textured

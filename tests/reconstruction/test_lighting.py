@@ -7,7 +7,7 @@ from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import about_axis, matrix_of
 from physagent_studio.program.scene import Box, Cylinder, SceneObject, Sphere
 from physagent_studio.reconstruction import mesh_of
-from physagent_studio.reconstruction.covered import covered_painted
+from physagent_studio.reconstruction.hidden_sides import covered_painted
 from physagent_studio.reconstruction.lighting import unlit
 from physagent_studio.reconstruction.texture import _painted, textured
 from physagent_studio.records.scene import Mesh

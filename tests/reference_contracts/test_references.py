@@ -67,13 +67,13 @@ def test_the_clauses_are_the_prompt(name: str, cases_dir: Path) -> None:
     assert covered == said
 
 
-def test_there_is_one_for_each_event(cases_dir: Path) -> None:
+def test_each_belongs_to_an_event(cases_dir: Path) -> None:
     events = {
         f"{path.parent.name}__{event}"
         for path in cases_dir.glob("*/case.yaml")
         for event in yaml.safe_load(path.read_text(encoding="utf-8"))["events"]
     }
-    assert events == set(NAMES)
+    assert set(NAMES) <= events
 
 
 # --- rejections ----------------------------------------------------------------------------------

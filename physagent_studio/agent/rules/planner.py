@@ -24,6 +24,8 @@ BETTER = 0.02
 """Least improvement of the margins, relative, that is worth a proposal."""
 
 
+MANY_UNSEEN = 3
+"""Failed checks of the view from which on the director comes first, whatever else fails."""
 FEWEST = 6
 """Runs that a search may always make, however dear they are."""
 DEAR = 5.0
@@ -76,7 +78,8 @@ class RulePlanner:
         self, situation: Situation, search: Search, knobs: list[Knob], bias: Bias, verified: bool
     ) -> Candidate | None:
         codes = {m.code for m in situation.assessment.diagnosis}
-        if not verified and codes & set(VIEW):
+        unseen = sum(m.code in VIEW for m in situation.assessment.diagnosis)
+        if not verified and (codes <= set(VIEW) or unseen >= MANY_UNSEEN):
             found = self._restructured(situation, search, bias, direct(situation))
             if found is not None:
                 return found
@@ -96,7 +99,8 @@ class RulePlanner:
                     return found
                 singles.append((found.score, knob))
         if not idle and not verified:
-            found = self._restructured(situation, search, bias, structural(situation))
+            changes = (*structural(situation), *direct(situation))
+            found = self._restructured(situation, search, bias, changes)
             if found is not None:
                 return found
         return self._together(situation, search, singles, bias)

@@ -13,9 +13,12 @@ LEAST_PIXELS = 60
 
 
 def drawn_of(scene: Scene) -> dict[str, Drawn]:
-    """Each thing that the photo shows and the scene draws; nothing without a photo or a camera."""
+    """Each thing that the photo shows and the scene draws; nothing without a photo, a camera
+    or the looks of everything in it."""
     if scene.photo is None or scene.state.camera is None or not scene.state.objects:
         return {}
+    if any(item.name not in scene.meshes or item.position is None for item in scene.state.objects):
+        return {}  # Something was added by hand and is not drawn yet.
     ids = Compositor(scene).frame(as_built=True, shadows=False).ids
     found: dict[str, Drawn] = {}
     for index, item in enumerate(scene.state.objects):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
-from physagent_studio.reconstruction.masks import iou
+from physagent_studio.reconstruction.photo.regions import iou
 from physagent_studio.records.scene import Scene
 from physagent_studio.rendering import Compositor
 

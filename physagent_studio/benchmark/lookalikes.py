@@ -16,7 +16,7 @@ from physagent_studio.benchmark.synthetic import LIGHT, backdrop
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Box, Cylinder, Shape
 from physagent_studio.reconstruction import mesh_of
-from physagent_studio.reconstruction.silhouette import look
+from physagent_studio.reconstruction.shapes.silhouettes import look
 from physagent_studio.records.case import Image
 
 BoolArray = NDArray[np.bool_]

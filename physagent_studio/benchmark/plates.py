@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from physagent_studio.benchmark.rows import Row, at_most
 from physagent_studio.program.camera import Camera
-from physagent_studio.reconstruction.lines import segments
-from physagent_studio.reconstruction.plate import background, hole_of
+from physagent_studio.reconstruction.background.plate import background, hole_of
+from physagent_studio.reconstruction.photo.line_segments import segments
 from physagent_studio.records.case import Image
 
 BoolArray = NDArray[np.bool_]

@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.benchmark.rows import Row, shown
-from physagent_studio.reconstruction.masks import BoolArray, iou
-from physagent_studio.reconstruction.maskscore import WEIGHTS, Scorer
-from physagent_studio.reconstruction.segmentation import SIDE, apart
-from physagent_studio.reconstruction.segmentation_clicks import begun, click_drafts
-from physagent_studio.reconstruction.segmentation_task import task_of, view_of
+from physagent_studio.reconstruction.masks.click_drafts import begun, click_drafts
+from physagent_studio.reconstruction.masks.draft_score import WEIGHTS, Scorer
+from physagent_studio.reconstruction.masks.segmenter import SIDE, apart
+from physagent_studio.reconstruction.masks.task import task_of, view_of
+from physagent_studio.reconstruction.photo.regions import BoolArray, iou
 from physagent_studio.records.case import Case
 
 FloatArray = NDArray[np.float64]

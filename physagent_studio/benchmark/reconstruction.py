@@ -27,11 +27,11 @@ from physagent_studio.exchange import load_case
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Click, Grounding, Ramp, SceneObject, SceneState
 from physagent_studio.reconstruction import mesh_of, photo_hash, reconstruct
-from physagent_studio.reconstruction.masks import iou
-from physagent_studio.reconstruction.meshes import ramp_corners
-from physagent_studio.reconstruction.ramps import three_click_ramp
-from physagent_studio.reconstruction.segmentation import EmbeddedSegmenter, choose
-from physagent_studio.reconstruction.silhouette import in_world
+from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter, choose
+from physagent_studio.reconstruction.photo.regions import iou
+from physagent_studio.reconstruction.shapes.meshes import ramp_corners
+from physagent_studio.reconstruction.shapes.silhouettes import in_world
+from physagent_studio.reconstruction.supports.ramps import three_click_ramp
 from physagent_studio.records.case import Case, Image
 from physagent_studio.records.scene import Candidate, Scene
 

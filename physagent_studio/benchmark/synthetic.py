@@ -24,7 +24,7 @@ from physagent_studio.program.scene import (
     Sphere,
 )
 from physagent_studio.reconstruction import mesh_of
-from physagent_studio.reconstruction.silhouette import look
+from physagent_studio.reconstruction.shapes.silhouettes import look
 from physagent_studio.records.case import Image
 
 BoolArray = NDArray[np.bool_]

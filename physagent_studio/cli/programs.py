@@ -62,7 +62,7 @@ def reconstruct_case(folder: Path, sheet: Path) -> Path:
     """Reconstructs a case and writes its contact sheet."""
     from physagent_studio.agent.rules import RuleGenerator
     from physagent_studio.reconstruction import reconstruct
-    from physagent_studio.reconstruction.sheet import contact_sheet
+    from physagent_studio.reconstruction.contact_sheet import contact_sheet
 
     if folder.suffix.lower() in IMAGES:
         raise InputError(

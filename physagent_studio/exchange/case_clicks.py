@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from physagent_studio.exchange.plain_yaml import Place
 from physagent_studio.program.scene import Mark, Scale
-from physagent_studio.reconstruction.names import is_stairs, support_kind
+from physagent_studio.reconstruction.grounding.usual import is_stairs, support_kind
 
 if TYPE_CHECKING:
     from physagent_studio.exchange.case_reader import CaseReader

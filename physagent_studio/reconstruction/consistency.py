@@ -12,9 +12,9 @@ import numpy as np
 
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Ramp, SceneObject, SceneState, Slab
-from physagent_studio.reconstruction.camera import Horizon
-from physagent_studio.reconstruction.masks import BoolArray
-from physagent_studio.reconstruction.silhouette import in_world, look
+from physagent_studio.reconstruction.camera.estimate import Horizon
+from physagent_studio.reconstruction.photo.regions import BoolArray
+from physagent_studio.reconstruction.shapes.silhouettes import in_world, look
 from physagent_studio.records.scene import Finding, Mesh
 
 LARGEST_HIDDEN = 0.3

@@ -7,16 +7,16 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from physagent_studio.program import Grounding
-from physagent_studio.reconstruction.live_edge import LiveEdge
-from physagent_studio.reconstruction.marked import known_candidates
-from physagent_studio.reconstruction.masks import BoolArray, iou
-from physagent_studio.reconstruction.segmentation import (
+from physagent_studio.reconstruction.masks.intelligent_scissors import LiveEdge
+from physagent_studio.reconstruction.masks.segmenter import (
     EmbeddedSegmenter,
     Meanwhile,
     apart,
     choose,
 )
-from physagent_studio.reconstruction.segmentation_stack import METHOD, alone, companions
+from physagent_studio.reconstruction.masks.stacks import METHOD, alone, companions
+from physagent_studio.reconstruction.photo.regions import BoolArray, iou
+from physagent_studio.reconstruction.survey.marked import known_candidates
 from physagent_studio.records import Candidate, Image, Scene
 from physagent_studio.studio.panels.photo import path_of
 

@@ -26,8 +26,8 @@ from physagent_studio.program.scene import (
     SceneState,
     Support,
 )
-from physagent_studio.reconstruction.names import support_kind, usual_size
-from physagent_studio.reconstruction.segmentation import settled
+from physagent_studio.reconstruction.grounding.usual import support_kind, usual_size
+from physagent_studio.reconstruction.masks.segmenter import settled
 from physagent_studio.records import Case, ShapeOffer
 
 FORMS: tuple[FormKind, ...] = (

@@ -14,7 +14,7 @@ from physagent_studio.benchmark.ranker import (
     things_of,
 )
 from physagent_studio.program.scene import Click, Grounding
-from physagent_studio.reconstruction.maskscore import WEIGHTS
+from physagent_studio.reconstruction.masks.draft_score import WEIGHTS
 from physagent_studio.records.case import Case
 
 COUNT = len(WEIGHTS)

@@ -34,7 +34,7 @@ from physagent_studio.reconstruction.backends.jobs import read_result, write_job
 from physagent_studio.reconstruction.backends.mesh_files import mesh_from, read_mesh
 from physagent_studio.reconstruction.backends.sam2 import Sam2Segmenter
 from physagent_studio.reconstruction.backends.sam3d import import_bodies
-from physagent_studio.reconstruction.silhouette import in_world
+from physagent_studio.reconstruction.shapes.silhouettes import in_world
 from physagent_studio.records.case import Case
 
 numbers = st.floats(-1, 1)

@@ -17,14 +17,14 @@ from physagent_studio.program.scene import (
     Sphere,
     Torus,
 )
-from physagent_studio.reconstruction.forms import forms
-from physagent_studio.reconstruction.geometry import on_plane
-from physagent_studio.reconstruction.layout import foot_of
-from physagent_studio.reconstruction.meshes import mesh_of, profile_centre
-from physagent_studio.reconstruction.names import UNKNOWN, usual_size
-from physagent_studio.reconstruction.rings import hole_of
-from physagent_studio.reconstruction.shapes import Base
-from physagent_studio.reconstruction.silhouette import silhouette
+from physagent_studio.reconstruction.camera.rays import on_plane
+from physagent_studio.reconstruction.grounding.usual import UNKNOWN, usual_size
+from physagent_studio.reconstruction.shapes.forms import forms
+from physagent_studio.reconstruction.shapes.meshes import mesh_of, profile_centre
+from physagent_studio.reconstruction.shapes.primitives import Base
+from physagent_studio.reconstruction.shapes.rings import hole_of
+from physagent_studio.reconstruction.shapes.silhouettes import silhouette
+from physagent_studio.reconstruction.supports.stances import foot_of
 
 FOCAL = 300.0
 CAMERA = Camera.from_horizon((320, 240), 56.0, 1.0, focal=FOCAL)

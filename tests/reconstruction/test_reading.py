@@ -9,15 +9,19 @@ import pytest
 from physagent_studio.benchmark.synthetic import scene
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Landmark, Ramp, Scale
-from physagent_studio.reconstruction import camera as cues
-from physagent_studio.reconstruction.ellipses import level_circles
-from physagent_studio.reconstruction.frames import find_frame
-from physagent_studio.reconstruction.landmarks import Shown, resolve
-from physagent_studio.reconstruction.layout import is_aloft, read
-from physagent_studio.reconstruction.lines import segments
-from physagent_studio.reconstruction.names import support_kind, usual_size
-from physagent_studio.reconstruction.ramps import find_profile, place_ramp, three_click_ramp
-from physagent_studio.reconstruction.scale import Measured, solve
+from physagent_studio.reconstruction.camera import estimate as cues
+from physagent_studio.reconstruction.camera.scale import Measured, solve
+from physagent_studio.reconstruction.grounding.usual import support_kind, usual_size
+from physagent_studio.reconstruction.photo.ellipses import level_circles
+from physagent_studio.reconstruction.photo.line_segments import segments
+from physagent_studio.reconstruction.supports.ramps import (
+    find_profile,
+    place_ramp,
+    three_click_ramp,
+)
+from physagent_studio.reconstruction.supports.stances import is_aloft, read
+from physagent_studio.reconstruction.survey.frames import find_frame
+from physagent_studio.reconstruction.survey.landmarks import Shown, resolve
 
 
 @pytest.mark.parametrize(

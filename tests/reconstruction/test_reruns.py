@@ -18,8 +18,8 @@ from physagent_studio.program.scene import (
     Support,
 )
 from physagent_studio.reconstruction import photo_hash, reconstruct
-from physagent_studio.reconstruction.lines import segments
-from physagent_studio.reconstruction.scene_plate import scene_plate
+from physagent_studio.reconstruction.background.scene_plate import scene_plate
+from physagent_studio.reconstruction.photo.line_segments import segments
 from physagent_studio.records.case import Case
 from physagent_studio.records.scene import Scene
 

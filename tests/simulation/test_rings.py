@@ -10,7 +10,7 @@ from physagent_studio.program import SceneObject, Support
 from physagent_studio.program.actions import FixObject, SetVelocity
 from physagent_studio.program.scene import Box, Cylinder, Floor, Frustum, Ramp, Slab, Sphere, Torus
 from physagent_studio.program.volumes import volume_of
-from physagent_studio.reconstruction.meshes import mesh_of
+from physagent_studio.reconstruction.shapes.meshes import mesh_of
 from physagent_studio.simulation import simulate
 from physagent_studio.simulation.rings import ring
 from physagent_studio.simulation.surfaces import is_closed, mass_properties

@@ -10,7 +10,7 @@ from physagent_studio.agent.rules.mechanics import G
 from physagent_studio.agent.rules.reading import EventFrame, Reading
 from physagent_studio.program.bodies import Body, Breakable, Cloth, Granular, Soft
 from physagent_studio.program.plants import plant_body
-from physagent_studio.reconstruction.names import grows
+from physagent_studio.reconstruction.grounding.usual import grows
 
 GRAINS = 120
 """Enough to be seen to flow, few enough that a search can run them many times."""

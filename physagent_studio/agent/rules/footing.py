@@ -17,7 +17,7 @@ from physagent_studio.program.scene import (
     Slab,
     Support,
 )
-from physagent_studio.reconstruction.names import usual_size
+from physagent_studio.reconstruction.grounding.usual import usual_size
 
 
 def with_room(state: SceneState) -> SceneState:

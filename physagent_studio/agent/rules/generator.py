@@ -32,7 +32,7 @@ from physagent_studio.program.contract import Contract
 from physagent_studio.program.plants import FOLIAGE
 from physagent_studio.program.program import Clip, EventProgram, PhysicalProgram
 from physagent_studio.program.scene import Landmark, SceneObject, SceneState, Support
-from physagent_studio.reconstruction.names import grows
+from physagent_studio.reconstruction.grounding.usual import grows
 from physagent_studio.records import Case, Scene
 
 

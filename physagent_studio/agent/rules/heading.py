@@ -21,7 +21,7 @@ from physagent_studio.agent.rules.ramps import down_ramp, rolling_for
 from physagent_studio.agent.rules.scripts import Task
 from physagent_studio.knowledge import kind_of
 from physagent_studio.program.scene import SceneObject, Wheels
-from physagent_studio.reconstruction.facing import footprint_of
+from physagent_studio.reconstruction.shapes.footprint import footprint_of
 
 LONG = 1.3
 """Length over width from which on the picture shows along which axis a thing lies."""

@@ -12,7 +12,7 @@ from physagent_studio.agent.rules.factors import may_change
 from physagent_studio.agent.rules.verifier import shortfall
 from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.program.edits import Edit, SetField, apply
-from physagent_studio.reconstruction.colours import colour_of, places_of
+from physagent_studio.reconstruction.photo.colours import colour_of, places_of
 from physagent_studio.records import Finding, Hunk, Proposal
 
 Repair = tuple[str, str, tuple[Edit, ...]]

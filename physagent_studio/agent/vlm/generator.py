@@ -29,7 +29,7 @@ from physagent_studio.program.bodies import Rigid
 from physagent_studio.program.document import validate_data
 from physagent_studio.program.preflight import preflight
 from physagent_studio.program.scene import Scale
-from physagent_studio.reconstruction.names import support_kind
+from physagent_studio.reconstruction.grounding.usual import support_kind
 from physagent_studio.records import Case, Image, Scene
 
 GROUND = "floor"

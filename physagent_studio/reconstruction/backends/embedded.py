@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from physagent_studio.program.scene import SceneState
-from physagent_studio.reconstruction.reconstruct import reconstruct
-from physagent_studio.reconstruction.segmentation import Segmenter
+from physagent_studio.reconstruction.masks.segmenter import Segmenter
+from physagent_studio.reconstruction.pipeline import reconstruct
 from physagent_studio.records.case import Case
 from physagent_studio.records.scene import Scene
 

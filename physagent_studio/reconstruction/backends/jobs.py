@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.errors import BackendMissing, InputError
 from physagent_studio.program.scene import Grounding
-from physagent_studio.reconstruction.strokes import seeds_of
+from physagent_studio.reconstruction.masks.strokes import seeds_of
 from physagent_studio.records.case import Image
 
 BoolArray = NDArray[np.bool_]

@@ -12,7 +12,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from physagent_studio.errors import InputError
-from physagent_studio.reconstruction.meshes import volume_and_centre
+from physagent_studio.reconstruction.shapes.meshes import volume_and_centre
 from physagent_studio.records.scene import Mesh
 
 KINDS = (".glb", ".obj", ".ply", ".stl")

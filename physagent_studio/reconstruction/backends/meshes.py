@@ -13,7 +13,7 @@ from physagent_studio.program.scene import SceneState
 from physagent_studio.reconstruction.backends.frames import zup_from_yup
 from physagent_studio.reconstruction.backends.mesh_files import KINDS, body_of, read_mesh
 from physagent_studio.reconstruction.backends.placing import Brought, finish
-from physagent_studio.reconstruction.reconstruct import reconstruct
+from physagent_studio.reconstruction.pipeline import reconstruct
 from physagent_studio.records.case import Case
 from physagent_studio.records.scene import Mesh, Scene
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from physagent_studio.program.camera import Camera
 from physagent_studio.program.scene import Meshed, SceneObject, SceneState
-from physagent_studio.reconstruction.reconstruct import reconstruct
-from physagent_studio.reconstruction.segmentation import Segmenter
+from physagent_studio.reconstruction.masks.segmenter import Segmenter
+from physagent_studio.reconstruction.pipeline import reconstruct
 from physagent_studio.records.case import Case
 from physagent_studio.records.scene import Mesh, Scene
 

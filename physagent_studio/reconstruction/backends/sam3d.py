@@ -15,7 +15,7 @@ from physagent_studio.reconstruction.backends.frames import camera_from_sam3d, w
 from physagent_studio.reconstruction.backends.jobs import inside, numbers, read_result, write_job
 from physagent_studio.reconstruction.backends.mesh_files import body_of, read_mesh
 from physagent_studio.reconstruction.backends.placing import Brought, finish, on_the_ground
-from physagent_studio.reconstruction.reconstruct import reconstruct
+from physagent_studio.reconstruction.pipeline import reconstruct
 from physagent_studio.records.case import Case
 from physagent_studio.records.scene import Scene
 

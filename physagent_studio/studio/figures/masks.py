@@ -16,7 +16,7 @@ from websockets.sync.connection import Connection
 
 from physagent_studio.assets import assets_dir
 from physagent_studio.program.scene import Grounding
-from physagent_studio.reconstruction.segmentation_choice import CANDIDATES
+from physagent_studio.reconstruction.masks.choice import CANDIDATES
 from physagent_studio.records import Scene
 from physagent_studio.studio.figures.figure import Figure
 from physagent_studio.studio.figures.wire import open_page, settle, until

@@ -1,0 +1,276 @@
+"""Shade that things keep around their foot: dark ground beside them that fills should not copy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.reconstruction.background.ground_tones import Tones
+from physagent_studio.reconstruction.background.surfaces import BEYOND, under
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow, without_pinholes
+from physagent_studio.records.case import Image
+
+FloatImage = NDArray[np.float32]
+SIDE = 208
+"""Longer side of the picture in which shade is looked for."""
+DARKER = 7.0
+"""How much darker than lit ground shade is at least, in L* of 0 … 100."""
+FAINT = 1.6
+"""The same at its faint rim."""
+GRAINS = (3.0, 1.0)
+"""The same in units of how uneven the lit ground is itself."""
+FADES = 0.94
+"""By how much fainter it gets from pixel to pixel where shade is told from paint."""
+REACH = 1.5
+"""How far from a thing its shade is looked for, in sizes of it."""
+ENDS = 6
+"""Pixels far out on a side from which darkness reaches that far."""
+EVER = 1.15
+"""How much darker it is far out than at the thing if it is something else that begins there."""
+GLOW = (6.0, 3.0)
+"""How much of the thing's colour lies on ground that it shines on, in a*, b*; at its faint rim."""
+OUTER = 0.8
+"""Where what is looked at ends, as a share of `REACH`."""
+SEED = 5
+"""Pixels that are surely shade, at least, for there to be any."""
+DEEPER = (1.0, 1.7, 2.6)
+"""How many times as dark shade has to be, from one try to the next: what ends at paint may be a
+painted patch, with shade upon it."""
+BARE = (0.7, 0.4, 0.4)
+"""Share of the rim of a shade that has the ground's colour, at least, in each try."""
+POCKET = 0.1
+"""Largest gap in shade that belongs to it, as a share of it."""
+GAP = 0.01
+"""Largest gap between a thing and what it stands on, as a share of the picture's longer side."""
+SOLE = 0.4
+"""How much of a thing, from below, may touch what it stands on, in its widths."""
+ON = 0.4
+"""Share of the narrower one's width over which it does, at least."""
+ENDLESS = 0.5
+"""Share of its greatest extent that darkness on a wall still has where no more is looked at."""
+STEP, FOOT = 4.0, 4
+"""Step of colour from pixel to pixel, in L*a*b*, at which a wall ends; how wide that edge is."""
+ABOVE = (0.3, 1.0)
+"""Shade begins this share of a thing's height above its foot, and ends below that one."""
+
+
+def shaded(
+    photo: Image,
+    masks: Sequence[BoolArray],
+    hole: BoolArray,
+    faces: NDArray[np.int64] | None = None,
+) -> BoolArray:
+    """(H, W) ground around the feet of the masked things that looks as if they shaded it.
+
+    faces: (H, W) numbers of the faces on which things stand, as `surfaces` gives them.
+    """
+    factor = min(1.0, SIDE / max(hole.shape))
+    size = (max(8, round(hole.shape[1] * factor)), max(8, round(hole.shape[0] * factor)))
+    small = cv2.resize(photo, size, interpolation=cv2.INTER_AREA).astype(np.float32) / 255
+    lab = np.asarray(cv2.cvtColor(cv2.GaussianBlur(small, (0, 0), 1.0), cv2.COLOR_RGB2LAB), "f4")
+    inside = cv2.resize(hole.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
+    out = np.zeros(inside.shape, bool)
+    kinds = np.zeros(inside.shape, np.int64) if faces is None else _reduced(faces, size)
+    for mask, top in zip(masks, tops_of(masks), strict=True):
+        own = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_AREA) > 0
+        if own.any():
+            found = _around(lab, own, inside, under(own, kinds), round(top * factor))
+            out |= _below(found, kinds == BEYOND, lab, inside)
+    wide = cv2.resize(out.astype(np.float32), hole.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    return np.asarray(cv2.GaussianBlur(wide, (0, 0), 0.7 / factor) > 0.4)
+
+
+def tops_of(masks: Sequence[BoolArray]) -> list[int]:
+    """The highest row of each mask and of all that stands on it: stacks shade the ground as one.
+
+    A thing stands on another where it touches it from above, over most of the narrower one's width.
+    """
+    tops = [bounds(mask)[1] if mask.any() else 0 for mask in masks]
+    order = sorted((k for k in range(len(masks)) if masks[k].any()), key=tops.__getitem__)
+    for k in order:
+        for other in order:
+            if other != k and tops[k] < tops[other] and _stands_on(masks[k], masks[other]):
+                tops[other] = tops[k]
+    return tops
+
+
+def _stands_on(upper: BoolArray, lower: BoolArray) -> bool:
+    x0, _, x1, y1 = bounds(upper)
+    left, _, right, _ = bounds(lower)
+    gap = max(3, round(GAP * max(upper.shape)))
+    sole = upper.copy()
+    sole[: y1 - max(1, round(SOLE * (x1 - x0)))] = False
+    beneath = np.zeros_like(lower)
+    beneath[gap:] = sole[:-gap]
+    touching = (beneath & lower).any(0)
+    return bool(touching.sum() > ON * min(x1 - x0, right - left))
+
+
+def _below(found: BoolArray, sky: BoolArray, lab: FloatImage, inside: BoolArray) -> BoolArray:
+    """Shade without a dark wall that has no end: it goes on above the horizon, and is no shade.
+
+    Below the horizon it leads down to its foot. sky: (H, W) what is above the horizon. inside:
+    (H, W) what is filled in anyway.
+    """
+    wall = found & sky
+    rows = np.nonzero(wall.any(1))[0]
+    if not len(rows):
+        return found
+    columns, lines = wall.sum(0), wall.sum(1)
+    goes_on = lines[rows[0]] > ENDLESS * lines.max()
+    goes_on |= max(columns[0], columns[-1]) > ENDLESS * columns.max()
+    if not goes_on:
+        return found
+    rest = found & ~sky & ~grow(_leading_down(wall, found, lab), FOOT)
+    rest = cv2.morphologyEx(rest.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
+    _, labels = cv2.connectedComponents(rest.astype(np.uint8))
+    return rest & np.isin(labels, np.unique(labels[grow(inside, 2) & rest]))
+
+
+def _leading_down(wall: BoolArray, found: BoolArray, lab: FloatImage) -> BoolArray:
+    """The wall (H, W) and what is found below it, down to the edge at which the ground begins."""
+    steps = [cv2.Sobel(lab, cv2.CV_32F, dx, 1 - dx, scale=0.125) for dx in (1, 0)]
+    calm = found & (np.linalg.norm(np.concatenate(steps, -1), axis=-1) < STEP)
+    _, labels = cv2.connectedComponents(calm.astype(np.uint8))
+    out = calm & np.isin(labels, np.unique(labels[wall & calm]))
+    # Shade on the ground that runs up to it is narrower than it is.
+    last = int(np.nonzero(wall.any(1))[0][-1])
+    wide = np.array([np.ptp(np.flatnonzero(row)) if row.any() else 0 for row in out[last:]])
+    narrow = np.flatnonzero(wide < ENDLESS * wide.max())
+    if len(narrow):
+        out[last + narrow[0] :] = False
+    return out
+
+
+def _reduced(faces: NDArray[np.int64], size: tuple[int, int]) -> NDArray[np.int64]:
+    small = cv2.resize(faces.astype(np.int32), size, interpolation=cv2.INTER_NEAREST_EXACT)
+    return np.asarray(small, np.int64)
+
+
+def _around(
+    lab: FloatImage, own: BoolArray, inside: BoolArray, theirs: BoolArray, top: int
+) -> BoolArray:
+    """Shade of one thing: dark, of the ground's colour, and joined to the thing at its foot.
+
+    theirs: (H, W) the face that it stands on. top: the highest row of it and what it carries.
+    """
+    x0, y0, x1, y1 = bounds(own)
+    side = max(x1 - x0, y1 - y0)
+    rows = np.arange(own.shape[0])[:, None] * np.ones(own.shape[1])
+    low = rows >= y1 - round(ABOVE[0] * (y1 - y0))
+    ground = (rows >= y1 - round(ABOVE[1] * (y1 - top))) & theirs
+    reach = round(REACH * max(side, y1 - top))
+    near = ground & grow(own, reach) & ~inside
+    far = low & theirs & grow(own, round(1.2 * side)) & ~grow(own, round(0.25 * side)) & ~inside
+    if np.count_nonzero(far) < 30 or not near.any():
+        return np.zeros_like(own)
+    tones = Tones.of(lab, far | (near & low), own)
+    place = _Place(own, inside, near, ground & ~inside, low, reach)
+    for times, bare in zip(DEEPER, BARE, strict=True):
+        found = _shade(place, tones, times)
+        if not found.any() or _ends_lit(found, tones, place.ground, bare):
+            return found if times == 1 or not found.any() else _faded(found, place, tones)
+    return np.zeros_like(own)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Place:
+    """A thing, what is filled in, the ground near the thing, all ground, and what is low; (H, W)
+    each. reach: how far what is near may be, pixels."""
+
+    own: BoolArray
+    inside: BoolArray
+    near: BoolArray
+    ground: BoolArray
+    low: BoolArray
+    reach: int
+
+
+def _shade(place: _Place, tones: Tones, times: float) -> BoolArray:
+    """Shade of one thing that is so many times as dark as shade is at least."""
+    own, near = place.own, place.near
+    x0, y0, x1, y1 = bounds(own)
+    side = max(x1 - x0, y1 - y0)
+    theirs = near & (tones.which >= 0)
+    deep = tones.darker > times * np.maximum(DARKER, GRAINS[0] * tones.uneven)
+    deep |= tones.glow > times * GLOW[0]
+    # Pixels along an edge are of both its colours, and like neither in shade: thin lines are none.
+    wide = ((theirs & deep) | place.inside).astype(np.uint8)
+    wide = cv2.morphologyEx(wide, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
+    mine = _joined_to(theirs & deep & wide, own | place.inside, own, place.low)
+    if np.count_nonzero(mine) < SEED:
+        return np.zeros_like(own)
+    outer = near & ~grow(own, round(OUTER * place.reach))
+    # What is dark there beside another thing is that one's.
+    outer &= ~grow(place.inside & ~grow(own, 4), max(3, side // 3))
+    mine = _fading(mine, tones, own, outer)
+    # Shade fades out: its faint rim belongs to it.
+    faint = theirs & _faint(tones)
+    wide = mine
+    for _ in range(max(2, side // 4) if times == 1 else 2):
+        wide = mine | (grow(wide, 1) & faint)
+    return without_pinholes(grow(wide, 1) & near | place.inside, POCKET) & near
+
+
+def _faint(tones: Tones) -> BoolArray:
+    """(H, W) where it is as dark as the faint rim of a shade at least."""
+    smooth, tinged = (np.asarray(cv2.blur(v, (3, 3))) for v in (tones.darker, tones.glow))
+    dark = smooth > np.maximum(FAINT, GRAINS[1] * tones.uneven)
+    return np.asarray(dark | (tinged > GLOW[1]))
+
+
+def _faded(shade: BoolArray, place: _Place, tones: Tones) -> BoolArray:
+    """What may be painted, with its rim as far as that fades: paint does not, shade does."""
+    smooth = np.asarray(cv2.blur(tones.darker, (3, 3)), np.float32)
+    main = np.bincount(tones.which[shade] + 1, minlength=2)[1:].argmax()
+    faint = place.near & _faint(tones) & (tones.which == main)
+    x0, y0, x1, y1 = bounds(place.own)
+    out = shade
+    for _ in range(max(x1 - x0, y1 - y0) // 4):
+        count = cv2.blur(out.astype(np.float32), (3, 3))
+        beside = cv2.blur(np.where(out, smooth, 0).astype(np.float32), (3, 3))
+        out = out | (grow(out, 1) & faint & (smooth * count < FADES * beside))
+    return out
+
+
+def _ends_lit(shade: BoolArray, tones: Tones, ground: BoolArray, bare: float) -> bool:
+    """Whether shade ends on ground of its own colour; what ends at another one is paint."""
+    rim = grow(shade, 3) & ~grow(shade, 1) & ground
+    if not rim.any():
+        return False
+    counts = np.bincount(tones.which[shade] + 1, minlength=2)
+    main = int(counts[1:].argmax())
+    return float((tones.which[rim] == main).mean()) > bare
+
+
+def _fading(dark: BoolArray, tones: Tones, own: BoolArray, outer: BoolArray) -> BoolArray:
+    """What is dark without what goes on beyond, on both sides as a belt does or ever darker.
+
+    Light has a side, and shade is darkest at its thing. outer: (H, W) the end of what is looked at.
+    """
+    x0, _, x1, _ = bounds(own)
+    middle = (x0 + x1) // 2
+    columns = np.arange(own.shape[1])[None] * np.ones((own.shape[0], 1))
+    out = dark.copy()
+    ends = 0
+    for half in (columns < middle, columns >= middle):
+        rim = dark & outer & half & ((columns < x0) | (columns >= x1))
+        if np.count_nonzero(rim) <= ENDS:
+            continue
+        ends += 1
+        inner = dark & half & grow(own, max(2, (x1 - x0) // 4))
+        if inner.any() and tones.darker[rim].mean() > EVER * tones.darker[inner].mean():
+            out &= ~half | grow(own, max(2, (x1 - x0) // 4))
+            ends -= 1
+    return out if ends < 2 else np.zeros_like(dark)
+
+
+def _joined_to(dark: BoolArray, through: BoolArray, own: BoolArray, low: BoolArray) -> BoolArray:
+    """What is dark and hangs together with the thing at its foot."""
+    joined = dark | ((grow(own, 2) | through) & low)
+    _, labels = cv2.connectedComponents(joined.astype(np.uint8))
+    return np.isin(labels, np.unique(labels[own & low])) & dark

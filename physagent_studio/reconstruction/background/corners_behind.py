@@ -1,0 +1,268 @@
+"""Edges that run into what is taken out of a picture and meet behind it, in a corner or a bow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.reconstruction.photo.line_segments import Segments
+from physagent_studio.reconstruction.photo.regions import BoolArray
+from physagent_studio.records.case import Image
+
+FloatArray = NDArray[np.float64]
+STRAIGHT = math.radians(8.0)
+"""Edges that bend less than this where they meet are one straight line, and no corner."""
+FAR = 1.6
+"""How far an edge may run to its corner, in extents of the hole."""
+ALIKE = 32.0
+"""Largest difference in colour between the two sides of a corner, grey levels."""
+CLEAR = 10.0
+"""Least difference in colour across an edge that is followed, grey levels."""
+BROAD = (5, 9, 13, 17)
+"""How far off an edge its sides are compared, pixels: wider than joints and painted stripes."""
+BEFORE = (5, 9, 13, 20, 28)
+"""How far before its end, pixels."""
+PARTED = 8.0
+"""Least difference between two surfaces at an edge, in L*a*b* (0 … 255) with L* as `DIM`."""
+DIM = 0.5
+"""What a difference in lightness counts: one surface is lit unlike at two of its edges."""
+HUED, LIT = 16.0, 60.0
+"""Largest difference between two edges' surfaces in a*, b*, and in L* (0 … 255)."""
+LEAST = 4
+"""On how many spots a side has to be seen."""
+SAME_STEP = 0.5
+"""Least cosine between what two edges part."""
+MINOR = 0.25
+"""Length times clearness of an edge that is counted, in those of the foremost one."""
+JOINED = 0.02
+"""Gap between two edges of one round outline, as a share of the picture's longer side."""
+BENT = (math.radians(3.0), math.radians(50.0))
+"""By how much an outline that is round turns from one edge to the next."""
+CURVED = 0.15
+"""From how much of a bend on, rad, an edge is curved itself, and has no corner."""
+PIECES = 8
+"""Lines along a bow."""
+MOST = 8
+"""Edges beyond which they are a pattern and not outlines."""
+INSIDE = 0.75
+"""Share of the way from an edge's end to the corner that is hidden, at least."""
+
+
+def corners(
+    photo: Image,
+    ends: FloatArray,
+    ways: FloatArray,
+    colours: FloatArray,
+    free: Sequence[int],
+    hole: BoolArray,
+    found: Segments,
+) -> FloatArray:
+    """Lines (N, 2, 2), pixels, from where edges end to where they meet.
+
+    Two for each corner; several along a bow where both edges are part of a round outline, for
+    the edges before them bend the same way. Edges that part surfaces meet first, then those of
+    bars and stripes. ends, ways: (E, 2) where edges run into the hole (H, W) and the unit
+    directions in which they do. colours: (E, 2, 3) close by to the left and the right of each.
+    free: those that may meet. found: the picture's edges.
+    """
+    longer = max(hole.shape)
+    parts = _parted(photo, hole, ends, ways)
+    broad = _foremost([_of(end, found, found.length) for end in ends], parts)
+    found = found.only(_beside(hole, found))
+    free = [k for k in free if not _goes_on(ends[k], ways[k], found, longer)]
+
+    def surfaces(i: int, j: int) -> float:
+        # Seen from the corner the left of one edge is the right of the other.
+        return _apart(parts[i], parts[j, ::-1])
+
+    def stripes(i: int, j: int) -> float:
+        return float(np.abs(colours[i] - colours[j, ::-1]).mean(-1).max()) / ALIKE
+
+    # What bends before it is hidden is round, and goes on to no corner.
+    bent = {k: _turn_before(ends[k], ways[k], found, longer) for k in free}
+    straight = {k for k in free if _of(ends[k], found, found.bend) < CURVED}
+    sharp = [k for k in free if k in broad and k in straight and bent[k] == 0]
+    met = _meetings(ends, ways, sharp, hole, surfaces)
+    used = {k for i, j, _ in met for k in (i, j)}
+    clear = np.abs(colours[:, 0] - colours[:, 1]).mean(-1)
+    if len(free) <= MOST:
+        thin = [k for k in free if k not in used and clear[k] > CLEAR]
+        met += _meetings(ends, ways, thin, hole, stripes)
+    out = []
+    for i, j, spot in met:
+        turn = _turn(ways[i], -ways[j])
+        bow = bent[i] * turn > 0 and bent[j] * -turn > 0
+        if bow:
+            out += _bow(ends[i], spot, ends[j])
+        elif {i, j} <= straight:
+            out += [(ends[i], spot), (spot, ends[j])]
+    return np.array(out).reshape(-1, 2, 2)
+
+
+def _meetings(
+    ends: FloatArray,
+    ways: FloatArray,
+    free: Sequence[int],
+    hole: BoolArray,
+    apart: Callable[[int, int], float],
+) -> list[tuple[int, int, FloatArray]]:
+    """Pairs of edges that meet, and where (2,); each edge once, the likest and nearest first.
+
+    apart: how unlike two edges are, 1 for too much.
+    """
+    if not hole.any():
+        return []
+    rows, columns = np.nonzero(hole)
+    reach = FAR * max(np.ptp(rows), np.ptp(columns), 1)
+    meetings = []
+    for n, i in enumerate(free):
+        for j in free[n + 1 :]:
+            met = _meeting(ends[i], ways[i], ends[j], ways[j])
+            if met is None or max(met[1:]) > reach:
+                continue
+            unlike = apart(i, j)
+            if unlike < 1 and all(_hidden(hole, ends[k], met[0]) for k in (i, j)):
+                meetings.append((sum(met[1:]) / reach + unlike, i, j, met[0]))
+    used: set[int] = set()
+    out = []
+    for _, i, j, spot in sorted(meetings, key=lambda meeting: meeting[:3]):
+        if i not in used and j not in used:
+            used |= {i, j}
+            out.append((i, j, spot))
+    return out
+
+
+def _foremost(lengths: Sequence[float], parts: FloatArray) -> list[int]:
+    """Edges that part surfaces, and do so long and clearly; none where they are a pattern.
+
+    lengths: of E edges. parts: (E, 2, 3) what they part.
+    """
+    clear = np.array([_clear(one) for one in parts])
+    weight = clear * np.array(lengths)
+    kept = np.flatnonzero((weight > MINOR * weight.max(initial=0.0)) & (clear > PARTED))
+    return kept.tolist() if len(kept) <= MOST else []
+
+
+def _beside(hole: BoolArray, found: Segments) -> BoolArray:
+    """(N,) which edges are not those of what is taken out itself."""
+    x, y = found.ends.astype(int).transpose(2, 0, 1)
+    covered = hole[y.clip(0, hole.shape[0] - 1), x.clip(0, hole.shape[1] - 1)]
+    return np.asarray(~covered.all(1))
+
+
+def _parted(photo: Image, hole: BoolArray, ends: FloatArray, ways: FloatArray) -> FloatArray:
+    """(E, 2, 3) the L*a*b* of what lies to the left and the right of edges before their ends.
+
+    Not a number where the hole (H, W) hides it.
+    """
+    soft = cv2.GaussianBlur(photo, (0, 0), 1.5)
+    lab = cv2.cvtColor(soft, cv2.COLOR_RGB2LAB).astype(float)
+    lab[hole] = np.nan
+    normal = np.stack([-ways[:, 1], ways[:, 0]], 1)[:, None, None]
+    before = ends[:, None] - np.array(BEFORE)[:, None] * ways[:, None]
+    out = np.full((len(ends), 2, 3), np.nan)
+    for side, sign in enumerate((1, -1)):
+        spots = before[:, :, None] + sign * np.array(BROAD)[:, None] * normal
+        x, y = spots.reshape(len(ends), -1, 2).astype(int).transpose(2, 0, 1)
+        colours = lab[y.clip(0, hole.shape[0] - 1), x.clip(0, hole.shape[1] - 1)]
+        seen = np.isfinite(colours[..., 0]).sum(1) >= LEAST
+        out[seen, side] = np.nanmedian(colours[seen], axis=1)
+    return out
+
+
+def _clear(parts: FloatArray) -> float:
+    """How unlike the two sides (2, 3) of an edge are; 0 where one of them is hidden."""
+    step = (parts[0] - parts[1]) * (DIM, 1, 1)
+    return float(np.nan_to_num(np.linalg.norm(step)))
+
+
+def _apart(one: FloatArray, other: FloatArray) -> float:
+    """How unlike the surfaces (2, 3) that two edges part are, 1 for too much."""
+    steps = [(sides[0] - sides[1]) * (DIM, 1, 1) for sides in (one, other)]
+    size = float(np.linalg.norm(steps[0]) * np.linalg.norm(steps[1]))
+    if steps[0] @ steps[1] < SAME_STEP * size:
+        return 1.0
+    hue = float(np.linalg.norm((one - other)[:, 1:], axis=1).max())
+    return max(hue / HUED, float(np.abs(one - other)[:, 0].max()) / LIT)
+
+
+def _of(end: FloatArray, found: Segments, values: FloatArray) -> float:
+    """The value (N,) of the edge with this end (2,), the greatest where it is that of several."""
+    return float(values[(found.ends == end).all(2).any(1)].max())
+
+
+def _turn(u: FloatArray, v: FloatArray) -> float:
+    """The sine of the turn from one unit direction to another."""
+    return float(u[0] * v[1] - u[1] * v[0])
+
+
+def _turn_before(end: FloatArray, way: FloatArray, found: Segments, longer: int) -> float:
+    """The turn into the edge that ends here from the one that leads to it; 0 for none."""
+    own = np.argwhere((found.ends == end).all(2))[0]
+    step = _joined(found.ends[own[0], 1 - own[1]], own[0], found, longer)
+    if step is None:
+        return 0.0
+    turn = _turn(-step, way)
+    bent = -step @ way > math.cos(BENT[1]) and abs(turn) > math.sin(BENT[0])
+    return turn if bent else 0.0
+
+
+def _goes_on(end: FloatArray, way: FloatArray, found: Segments, longer: int) -> bool:
+    """Whether another edge goes on where this one ends: it is no end at all."""
+    # From its end ahead, not beside it: edges of one bar run side by side.
+    ahead = found.ends - end
+    along = ahead @ way
+    aside = np.abs(ahead[..., 0] * way[1] - ahead[..., 1] * way[0])
+    begins = (along > 0.5) & (along < JOINED * longer) & (aside < 2 + 0.3 * along)
+    for index, side in np.argwhere(begins):
+        step = found.ends[index, 1 - side] - found.ends[index, side]
+        if step @ way > math.cos(BENT[1]) * float(np.linalg.norm(step)):
+            return True
+    return False
+
+
+def _joined(spot: FloatArray, own: int, found: Segments, longer: int) -> FloatArray | None:
+    """The unit direction away from a spot of the edge that begins there, None for none."""
+    away = np.linalg.norm(found.ends - spot, axis=2)
+    away[own] = np.inf
+    index, side = np.unravel_index(int(away.argmin()), away.shape)
+    if away[index, side] > JOINED * longer:
+        return None
+    step = found.ends[index, 1 - side] - found.ends[index, side]
+    return step / max(float(np.linalg.norm(step)), 1e-9)
+
+
+def _bow(
+    one: FloatArray, spot: FloatArray, other: FloatArray
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Pieces of the parabola that touches both ways to the spot where they would meet."""
+    share = np.linspace(0, 1, PIECES + 1)[:, None]
+    along = (1 - share) ** 2 * one + 2 * share * (1 - share) * spot + share**2 * other
+    return list(pairwise(along))
+
+
+def _meeting(
+    p: FloatArray, u: FloatArray, q: FloatArray, v: FloatArray
+) -> tuple[FloatArray, float, float] | None:
+    """Where two rays meet, and how far along each; None where they run beside or away."""
+    turn = float(u[0] * v[1] - u[1] * v[0])
+    if abs(turn) < math.sin(STRAIGHT):
+        return None
+    gap = q - p
+    first = float(gap[0] * v[1] - gap[1] * v[0]) / turn
+    second = float(gap[0] * u[1] - gap[1] * u[0]) / turn
+    return (p + first * u, first, second) if min(first, second) > 3 else None
+
+
+def _hidden(hole: BoolArray, end: FloatArray, spot: FloatArray) -> bool:
+    """Whether the way to the corner, and the corner, lie in the hole."""
+    x, y = (end + np.linspace(0, 1, 30)[:, None] * (spot - end)).astype(int).T
+    inside = (x >= 0) & (y >= 0) & (x < hole.shape[1]) & (y < hole.shape[0])
+    x, y = x.clip(0, hole.shape[1] - 1), y.clip(0, hole.shape[0] - 1)
+    covered = hole[y, x] & inside
+    return bool(covered[-1] and covered.mean() > INSIDE)

@@ -1,0 +1,155 @@
+"""What the ground around a thing is made of: a few colours, each lit smoothly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.reconstruction.photo.regions import BoolArray
+
+FloatImage = NDArray[np.float32]
+FloatArray = NDArray[np.float64]
+MOST = 3
+"""Colours that are told apart."""
+APART = 12.0
+"""Least difference between two of them, in a*, b*."""
+LEAST = 0.08
+"""Share of the ground that a colour has, at least."""
+TINT = 9.0
+"""How far a pixel may be from a ground's colour for its lightness, in a*, b*."""
+BOUNCE = 1.0
+"""The same for each L* of darkness: there, light thrown back by the thing is most of it."""
+SHINE = 14.0
+"""How far light from the thing may colour ground that is not dark, in a*, b*."""
+GRAIN = 3.0
+"""How often the usual stray of the ground's own colour is taken off what may be the thing's."""
+AROUND = 4.0
+"""Standard deviation, in pixels, of what ground is around a place."""
+ALIGNED = 0.8
+"""Cosine between what a colour is off and the way to the thing's colour, for light from it."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Tones:
+    """The ground without the thing's shade, at every pixel by the colour that it is nearest to.
+
+    which: (H, W) that colour's number, -1 where the ground has none like it. darker: (H, W) how
+    much darker than lit ground, L*. uneven: (H, W) how uneven lit ground is itself, L*.
+    glow: (H, W) how much of the thing's own colour lies on it, in a*, b*.
+    """
+
+    which: NDArray[np.int64]
+    darker: FloatImage
+    uneven: FloatImage
+    glow: FloatImage
+
+    @classmethod
+    def of(cls, lab: FloatImage, ground: BoolArray, own: BoolArray) -> Self:
+        """Read off the pixels `ground` (H, W) of a picture in L*a*b*; own: (H, W) the thing."""
+        least = np.full(ground.shape, np.inf, np.float32)
+        which = np.full(ground.shape, -1)
+        darker, uneven, glow = (np.zeros(ground.shape, np.float32) for _ in range(3))
+        coarse = _patterned(lab[..., 0], ground)
+        for number, part in enumerate(_parts(lab, ground)):
+            lit, spread = _lit(lab, part)
+            spread = max(spread, coarse)
+            dark = lit[..., 0] - lab[..., 0]
+            # With less light L* + 16, a* and b* all shrink as its cube root.
+            share = ((lab[..., :1] + 16) / np.maximum(lit[..., :1] + 16, 1)).clip(0, 1)
+            off = lab[..., 1:] - lit[..., 1:] * share
+            far = np.abs(off).max(-1)
+            tint = _own_tint(lab, own, lit)
+            toward = off @ tint
+            # Ground that is of more than one colour itself is not lit by the thing for that.
+            toward -= GRAIN * float(np.median(np.abs(toward[part])))
+            aligned = off @ tint > ALIGNED * np.linalg.norm(off, axis=-1)
+            # Light from one coloured board onto another is of a deeper colour still.
+            own_way = (
+                lit[..., 1:] / np.maximum(np.linalg.norm(lit[..., 1:], axis=-1), TINT)[..., None]
+            )
+            deeper = (off * own_way).sum(-1) > ALIGNED * np.linalg.norm(off, axis=-1)
+            most = TINT + BOUNCE * dark
+            fits = (far < TINT) | (deeper & (far < most))
+            fits |= aligned & (far < np.maximum(most, SHINE))
+            # A colour that is lit there is likelier than one that would be in deep shade.
+            cost = far + 0.25 * np.abs(dark)
+            better = fits & (cost < least)
+            least = np.where(better, cost, least)
+            which = np.where(better, number, which)
+            darker = np.where(better, dark, darker)
+            uneven = np.where(better, np.float32(spread), uneven)
+            glow = np.where(better, np.where(aligned, np.maximum(toward, 0), 0), glow)
+        return cls(which, darker, uneven, glow)
+
+
+def _patterned(light: FloatImage, ground: BoolArray) -> float:
+    """How far the lightness (H, W) of ground strays from what it is around each place, in L*."""
+    known = ground.astype(np.float32)
+    mean = cv2.GaussianBlur(light * known, (0, 0), AROUND)
+    mean /= np.maximum(cv2.GaussianBlur(known, (0, 0), AROUND), 1e-3)
+    return 1.5 * float(np.median(np.abs(light - mean)[ground]))
+
+
+def _parts(lab: FloatImage, ground: BoolArray) -> list[BoolArray]:
+    """The ground (H, W) apart by colour, the largest part first."""
+    colours = lab[ground, 1:].astype(np.float64)
+    centres = [np.median(colours, 0)]
+    while len(centres) < MOST:
+        away = np.min([np.linalg.norm(colours - c, axis=1) for c in centres], 0)
+        other = away > APART
+        if np.count_nonzero(other) < LEAST * len(colours):
+            break
+        # The densest of what is like none of them so far.
+        bins = np.round(colours[other] / 6).astype(int)
+        values, count = np.unique(bins, axis=0, return_counts=True)
+        centres.append(values[count.argmax()] * 6.0)
+    for _ in range(5):
+        nearest = _nearest(colours, centres)
+        kept = [k for k in range(len(centres)) if (nearest == k).sum() > LEAST / 2 * len(colours)]
+        centres = [np.median(colours[nearest == k], 0) for k in kept]
+    nearest = _nearest(colours, centres)
+    out = []
+    for k in range(len(centres)):
+        part = np.zeros(ground.shape, bool)
+        part[ground] = nearest == k
+        out.append(part)
+    return sorted(out, key=lambda part: -int(part.sum()))
+
+
+def _nearest(colours: FloatArray, centres: list[FloatArray]) -> NDArray[np.int64]:
+    return np.argmin([np.linalg.norm(colours - c, axis=1) for c in centres], 0)
+
+
+def _own_tint(lab: FloatImage, own: BoolArray, lit: FloatImage) -> FloatImage:
+    """The direction (a*, b*) from the ground's colour to the thing's; zero where they are alike."""
+    apart = lab[own, 1:].mean(0) - lit[own, 1:].mean(0)
+    far = float(np.hypot(*apart))
+    return (apart / far if far > TINT else apart * 0).astype(np.float32)
+
+
+def _lit(lab: FloatImage, ground: BoolArray) -> tuple[FloatImage, float]:
+    """(H, W, 3) the ground without shade, a smooth surface through its lighter half.
+
+    Also how uneven the lit ground is, in L*.
+    """
+    rows, columns = np.nonzero(ground)
+    scale = float(max(ground.shape))
+    terms = np.stack([np.ones(len(rows)), columns / scale, rows / scale], 1)
+    values = lab[rows, columns].astype(float)
+    weight = np.ones(len(rows))
+    fit = np.zeros((3, 3))
+    for _ in range(8):
+        root = np.sqrt(weight)[:, None]
+        fit = np.linalg.lstsq(terms * root, values * root, rcond=None)[0]
+        rest = values[:, 0] - terms @ fit[:, 0]
+        spread = max(1.5 * float(np.median(np.abs(rest))), 2.0)
+        weight = 1 / (1 + (rest / np.where(rest < 0, spread, 2 * spread)) ** 2)
+    rest = values[:, 0] - terms @ fit[:, 0]
+    # Shade makes the dark side of the spread wide, so it is the light side that tells.
+    uneven = 1.5 * float(np.median(np.abs(rest[rest > 0]))) if (rest > 0).any() else 0.0
+    y, x = np.indices(ground.shape) / scale
+    return (np.stack([np.ones_like(x), x, y], -1) @ fit).astype(np.float32), uneven

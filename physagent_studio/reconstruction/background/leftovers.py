@@ -1,0 +1,141 @@
+"""What a mask has missed of its thing: it would stay behind in the background when this moves.
+
+Found by colour: beside the outline, more usual on the thing than anywhere around it, and small.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow, shrink
+from physagent_studio.records.case import Image
+
+FloatImage = NDArray[np.float32]
+BINS = 20
+"""Of each of lightness and the two colours."""
+MORE = 8.0
+"""How much more usual a colour is on the thing than around it."""
+REACH = 0.45
+"""How far from the thing it is looked for, in sizes of it."""
+GAP = 0.03
+"""The same for gaps between thing and leftover."""
+RARE, COMMON = 0.01, 0.08
+"""How usual a colour of the thing is at least, in how usual its commonest is; the latter where it
+is usual elsewhere too."""
+WHOLE = 20
+"""Pixels of a part that may be of a colour which is usual farther off, at least."""
+ALIKE, APART = 16.0, 30.0
+"""How near in L*a*b* (0 … 255) the thing is there to such a part, and the ground is not."""
+PARTLY, HARDLY = 0.12, 0.05
+"""Over what share of either."""
+LARGEST = 0.12
+"""A leftover's area at most, as a share of the thing's."""
+
+
+def leftovers(photo: Image, masks: Sequence[BoolArray], hole: BoolArray) -> BoolArray:
+    """(H, W) pixels outside the hole that look like parts of the masked things beside them."""
+    lab = cv2.cvtColor(cv2.GaussianBlur(photo, (0, 0), 0.8), cv2.COLOR_RGB2LAB)
+    out = np.zeros(hole.shape, bool)
+    for mask in masks:
+        if not mask.any():
+            continue
+        x0, y0, x1, y1 = bounds(mask)
+        reach = max(8, round(REACH * max(x1 - x0, y1 - y0)))
+        rows = slice(max(0, y0 - 2 * reach), y1 + 2 * reach)
+        window = rows, slice(max(0, x0 - 2 * reach), x1 + 2 * reach)
+        out[window] |= _of_one(np.asarray(lab[window], np.uint8), mask[window], hole[window], reach)
+    return out
+
+
+def _of_one(lab: Image, mask: BoolArray, hole: BoolArray, reach: int) -> BoolArray:
+    near = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5) <= reach
+    around = ~near & ~hole
+    inner = shrink(mask, 2)
+    if np.count_nonzero(around) < 200 or np.count_nonzero(inner) < 30:
+        return np.zeros_like(mask)
+    own, other = _usual(lab, inner), _usual(lab, around)
+    bins = _bins(lab)
+    gap = max(2, round(GAP * reach / REACH))
+    free = near & ~hole
+    found = _small(
+        (own[bins] > MORE * other[bins] + own.max() * RARE) & free, mask, hole, near, gap
+    )
+    alike = (own[bins] > own.max() * COMMON) & free
+    rest = _small(alike, mask, hole, near, gap) & ~grow(found, 2)
+    return (found | _alone(rest, lab, mask, hole, alike, gap)) & ~hole
+
+
+def _small(
+    like: BoolArray, mask: BoolArray, hole: BoolArray, near: BoolArray, gap: int
+) -> BoolArray:
+    """The parts of what is like the thing that touch the hole, and are small and end near it."""
+    like = cv2.morphologyEx(like.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)) > 0
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(like.astype(np.uint8))
+    touching = np.unique(labels[grow(hole, gap) & like])
+    # What goes on beyond the reach, or is large, is something else of this colour.
+    rim = like & ~shrink(near, 2)
+    beyond = set(np.unique(labels[rim]).tolist())
+    most = LARGEST * np.count_nonzero(mask)
+    kept = [
+        int(k)
+        for k in touching
+        if k and k not in beyond and 4 <= stats[k, cv2.CC_STAT_AREA] <= most
+    ]
+    return np.isin(labels, kept) & ~hole
+
+
+def _alone(
+    parts: BoolArray, lab: Image, mask: BoolArray, hole: BoolArray, alike: BoolArray, gap: int
+) -> BoolArray:
+    """Those parts that go on as the thing is just there, and that nothing around them is like.
+
+    Their colour may be usual farther off: a white cuff under a white ceiling.
+    """
+    out = np.zeros_like(parts)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(parts.astype(np.uint8))
+    for k in range(1, count):
+        part = labels == k
+        if stats[k, cv2.CC_STAT_AREA] < WHOLE:
+            continue
+        side = int(max(stats[k, cv2.CC_STAT_WIDTH], stats[k, cv2.CC_STAT_HEIGHT]))
+        beside = ~hole & grow(part, max(6, side // 2)) & ~grow(part, 2)
+        joined = mask & grow(part, 3 * gap + 4)
+        if np.count_nonzero(beside) < side or np.count_nonzero(joined) < side // 2:
+            continue
+        colour = np.median(lab[part].astype(float), axis=0)
+        same = np.linalg.norm(lab[joined].astype(float) - colour, axis=1) < ALIKE
+        other = np.linalg.norm(lab[beside].astype(float) - colour, axis=1) < APART
+        # What meets the hole on two sides runs on behind it.
+        sides = cv2.connectedComponents((grow(part, gap) & hole).astype(np.uint8))[0] - 1
+        if (
+            sides == 1
+            and same.mean() > PARTLY
+            and other.mean() < HARDLY
+            and alike[beside].mean() < HARDLY
+        ):
+            out |= part
+    return out
+
+
+def _bins(lab: Image) -> tuple[NDArray[np.intp], ...]:
+    return tuple((lab[..., k].astype(np.intp) * BINS) // 256 for k in range(3))
+
+
+def _usual(lab: Image, where: BoolArray) -> FloatImage:
+    """How usual each colour is in a part of the picture, (BINS, BINS, BINS)."""
+    counts = np.zeros((BINS, BINS, BINS), np.float32)
+    np.add.at(counts, tuple(b[where] for b in _bins(lab)), 1.0)
+    counts /= counts.sum()
+    for axis in range(3):
+        side = np.zeros_like(counts)
+        before = [slice(None)] * 3
+        after = [slice(None)] * 3
+        before[axis], after[axis] = slice(None, -1), slice(1, None)
+        side[tuple(after)] += counts[tuple(before)]
+        side[tuple(before)] += counts[tuple(after)]
+        counts = counts + 0.5 * side
+    return counts

@@ -1,0 +1,263 @@
+"""Lines that run behind what is taken out of a picture: seen on both sides of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import Ramp, Slab, Support
+from physagent_studio.reconstruction.background.corners_behind import corners
+from physagent_studio.reconstruction.background.edges_onward import onward
+from physagent_studio.reconstruction.photo.line_segments import Segments
+from physagent_studio.reconstruction.photo.regions import BoolArray, grow
+from physagent_studio.reconstruction.shapes.meshes import ramp_corners
+from physagent_studio.records.case import Image
+
+FloatArray = NDArray[np.float64]
+NEAR = 0.03
+"""How far from the hole a line may end to run into it, as a share of the picture's longer side."""
+LONG = 0.04
+"""Least length of an edge that is followed to a corner, as a share of the longer side."""
+BENT = math.radians(5.0)
+BESIDE = 3.0
+"""Pixels, and share of the gap, by which two ends may miss one another's line."""
+SEEN = 12.0
+"""Difference in colour across an edge that counts as seen, grey levels."""
+MOSTLY = 0.6
+"""Share of its visible part over which an edge has to be seen."""
+TWIN = 1.5
+"""Distance of two lines that are one, pixels."""
+ALIKE = 45.0
+"""Largest difference in colour on either side of two pieces of one line, grey levels."""
+
+
+def lines_through(
+    photo: Image,
+    hole: BoolArray,
+    found: Segments,
+    whole: BoolArray | None = None,
+    known: FloatArray | None = None,
+) -> FloatArray:
+    """Lines (N, 2, 2), pixels, that join two edges of the picture across the hole (H, W).
+
+    Edges that go on straight are joined first, then those found again where they come out, then
+    those that meet in a corner. whole: (H, W) all that is filled in, of which the hole is a part:
+    the lines begin beside it where their edges are seen there. known: (M, 2, 2) lines on which no
+    edge meets another one.
+    """
+    ends, ways = _heading_in(hole, found)
+    if not len(ends):
+        return np.zeros((0, 2, 2))
+    colours = _sides(photo, ends, ways)
+    pairs = []
+    for i in range(len(ends)):
+        for j in range(i + 1, len(ends)):
+            missed = _missed(ends[i], ways[i], ends[j], ways[j])
+            if missed is None or not _within(hole, ends[i], ends[j]):
+                continue
+            # Facing one another, the left of one is the right of the other.
+            apart = np.abs(colours[i] - colours[j, ::-1]).mean(-1).max()
+            if apart < ALIKE:
+                pairs.append((missed + apart / 8, i, j))
+    taken: set[int] = set()
+    out = []
+    for _, i, j in sorted(pairs):
+        if i not in taken and j not in taken:
+            taken |= {i, j}
+            out.append((ends[i], ends[j]))
+    lengths = _lengths(ends, found)
+    rest = np.array([k for k in range(len(ends)) if k not in taken], int)
+    straight = onward(photo, ends[rest], ways[rest], lengths[rest], hole)
+    goes_on = (ends[:, None] == straight[None, :, 0]).all(-1).any(1)
+    long = (lengths > LONG * max(hole.shape)) & ~goes_on
+    free = [
+        k
+        for k in np.flatnonzero(long).tolist()
+        if k not in taken and (known is None or not _on_one(known, ends[k], ways[k]))
+    ]
+    bent = corners(photo, ends, ways, colours, free, hole, found)
+    lines = np.concatenate([np.array(out).reshape(-1, 2, 2), straight, bent])
+    return lines if whole is None else _from_beside(lines, whole, ends, ways, lengths)
+
+
+def _from_beside(
+    lines: FloatArray, whole: BoolArray, ends: FloatArray, ways: FloatArray, lengths: FloatArray
+) -> FloatArray:
+    """The lines (N, 2, 2) from where their edges (E, 2) run into the whole of the hole (H, W)."""
+    out = lines.copy()
+    closed = grow(whole, 2)
+    for end, way, length in zip(ends, ways, lengths, strict=True):
+        back = end - np.arange(0.0, length)[:, None] * way
+        free = np.flatnonzero(_at(closed, back) == 0)
+        out[(lines == end).all(-1)] = back[free[0] if len(free) else -1]
+    return out
+
+
+def _on_one(lines: FloatArray, end: FloatArray, way: FloatArray) -> bool:
+    """Whether an edge ends on one of the lines (N, 2, 2) and runs along it."""
+    return any(
+        abs(float(way @ (b - a))) > math.cos(BENT) * float(np.linalg.norm(b - a))
+        and _along(np.array([a, b]), end[None], BESIDE)
+        for a, b in lines
+    )
+
+
+def each_once(lines: FloatArray) -> FloatArray:
+    """Lines (N, 2, 2), pixels, without those that run along an earlier one."""
+    out: list[FloatArray] = []
+    for line in lines:
+        middle = line.mean(0)
+        if not any(_along(other, line) and _along(other, middle[None]) for other in out):
+            out.append(line)
+    return np.array(out).reshape(-1, 2, 2)
+
+
+def _along(line: FloatArray, spots: FloatArray, near: float = TWIN) -> bool:
+    """Whether spots (N, 2) lie on a line (2, 2), as near as that, pixels."""
+    way = (line[1] - line[0]) / max(float(np.linalg.norm(line[1] - line[0])), 1e-9)
+    off = spots - line[0]
+    along = off @ way
+    aside = np.abs(off[:, 0] * way[1] - off[:, 1] * way[0])
+    inside = (along > -near) & (along < np.linalg.norm(line[1] - line[0]) + near)
+    return bool((inside & (aside < near)).all())
+
+
+def ways_into(hole: BoolArray, found: Segments, most: int = 8) -> FloatArray:
+    """Directions (N, 2) of the longest edges that run into the hole (H, W), no two alike."""
+    ends, ways = _heading_in(hole, found)
+    out: list[FloatArray] = []
+    for way in ways[np.argsort(-_lengths(ends, found), kind="stable")]:
+        if all(abs(float(way @ other)) < math.cos(BENT) for other in out):
+            out.append(way)
+    return np.array(out[:most]).reshape(-1, 2)
+
+
+def _lengths(tips: FloatArray, found: Segments) -> FloatArray:
+    """(N,) how long the edges with these tips (N, 2) are, pixels."""
+    long = np.linalg.norm(found.ends[:, 1] - found.ends[:, 0], axis=1)
+    return np.array([long[(found.ends == tip).all(2).any(1)].max() for tip in tips])
+
+
+def edges_of(
+    photo: Image, hole: BoolArray, camera: Camera, supports: Sequence[Support]
+) -> FloatArray:
+    """Edges (N, 2, 2), pixels, of level tops and of ramps that run behind the hole (H, W).
+
+    An edge that was read off the picture has to be seen there where it is not hidden; where a
+    person marked the corners of a top it is taken as it is.
+    """
+    grey = cv2.GaussianBlur(photo, (0, 0), 1.5).astype(float)
+    out: dict[tuple[float, ...], FloatArray] = {}
+    for support in supports:
+        marked = isinstance(support.shape, Slab) and bool(support.grounding.marked("top"))
+        for face in faces_of(support, camera):
+            for edge in np.stack([face, np.roll(face, -1, 0)], 1):
+                hidden, seen = along_edge(grey, hole, edge)
+                if hidden and (marked or seen > MOSTLY):
+                    ends = sorted((round(x, 3), round(y, 3)) for x, y in edge.tolist())
+                    out.setdefault((*ends[0], *ends[1]), edge)
+    return np.array(list(out.values())).reshape(-1, 2, 2)
+
+
+def along_edge(grey: FloatArray, hole: BoolArray, edge: FloatArray) -> tuple[bool, float]:
+    """Whether an edge (2, 2), pixels, is hidden somewhere, and over what share of the rest it is
+    seen; 0 where too little of it is in view."""
+    along = edge[0] + np.linspace(0, 1, 200)[:, None] * (edge[1] - edge[0])
+    inside = (along >= 0).all(1) & (along < (hole.shape[1], hole.shape[0])).all(1)
+    hidden = inside & (_at(hole, along) > 0)
+    return bool(hidden.any()), _seen_share(grey, along[inside & ~hidden], edge[1] - edge[0])
+
+
+def faces_of(support: Support, camera: Camera) -> list[FloatArray]:
+    """Pixels (K, 2) of the corners of a level top, or of the sides of a ramp that are seen."""
+    out = []
+    for face in _faces(support, camera):
+        pixels, depth = camera.project(face)
+        if depth.min() > 0.05 * abs(depth).max():
+            out.append(pixels)
+    return out
+
+
+def _faces(support: Support, camera: Camera) -> list[FloatArray]:
+    """The same, in the world (K, 3); whatever of them lies behind the camera."""
+    if isinstance(support.shape, Slab):
+        return [_top_corners(support.shape)]
+    if not isinstance(support.shape, Ramp) or support.shape.steps:
+        return []
+    left, right = ramp_corners(support.shape)
+    following = np.stack([left, right, np.roll(right, -1, 0), np.roll(left, -1, 0)], 1)
+    middle = np.concatenate([left, right]).mean(0)
+    out = []
+    for face in (left, right, *following):
+        normal = np.cross(face[1] - face[0], face[2] - face[0])
+        # Whichever way round its corners go: outward is away from the middle of the ramp.
+        normal *= np.sign(normal @ (face.mean(0) - middle))
+        if normal @ (np.array(camera.position) - face[0]) > 0:
+            out.append(face)
+    return out
+
+
+def _top_corners(slab: Slab) -> FloatArray:
+    cos, sin = math.cos(slab.yaw), math.sin(slab.yaw)
+    flat = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.array(slab.size[:2]) / 2
+    turned = flat @ np.array([[cos, sin], [-sin, cos]]) + slab.position[:2]
+    return np.column_stack([turned, np.full(4, slab.position[2] + slab.size[2] / 2)])
+
+
+def _seen_share(grey: FloatArray, along: FloatArray, way: FloatArray) -> float:
+    """Over what share of a line's visible part (N, 2) colours differ on its two sides."""
+    if len(along) < 10:
+        return 0.0
+    normal = np.array([-way[1], way[0]]) / max(float(np.linalg.norm(way)), 1e-9)
+    step = np.abs(_at(grey, along + 4 * normal) - _at(grey, along - 4 * normal)).mean(-1)
+    return float((step > SEEN).mean())
+
+
+def _heading_in(hole: BoolArray, found: Segments) -> tuple[FloatArray, FloatArray]:
+    """Ends (N, 2) of edges at the hole and unit directions (N, 2) into it."""
+    away = cv2.distanceTransform((~hole).astype(np.uint8), cv2.DIST_L2, 5)
+    near = NEAR * max(hole.shape)
+    tips = found.ends.reshape(-1, 2)
+    tails = found.ends[:, ::-1].reshape(-1, 2)
+    ways = (tips - tails) / np.maximum(np.linalg.norm(tips - tails, axis=1), 1e-9)[:, None]
+    ahead = tips[:, None] + np.linspace(0.0, 1.4 * near, 9)[:, None] * ways[:, None]
+    gaps = _at(away, ahead.reshape(-1, 2)).reshape(-1, 9)
+    into = (gaps[:, 0] < near) & (gaps.min(1, initial=np.inf) == 0) & (_at(away, tails) > 0)
+    return tips[into], ways[into]
+
+
+def _at(image: NDArray, points: FloatArray) -> FloatArray:
+    x = np.clip(points[:, 0].astype(int), 0, image.shape[1] - 1)
+    y = np.clip(points[:, 1].astype(int), 0, image.shape[0] - 1)
+    return np.asarray(image[y, x], float)
+
+
+def _sides(photo: Image, ends: FloatArray, ways: FloatArray) -> FloatArray:
+    """(N, 2, 3) colours to the left and the right of each edge, a little before its end."""
+    soft = cv2.GaussianBlur(photo, (0, 0), 1.5).astype(float)
+    normal = np.stack([-ways[:, 1], ways[:, 0]], 1)
+    spots = [(ends - back * ways) for back in (5, 9, 13)]
+    sides = [[_at(soft, spot + 5 * sign * normal) for spot in spots] for sign in (1, -1)]
+    return np.median(np.array(sides), axis=1).transpose(1, 0, 2)
+
+
+def _missed(p: FloatArray, u: FloatArray, q: FloatArray, v: FloatArray) -> float | None:
+    """How far two ends miss one another's line, pixels; None where they are not one line."""
+    gap = q - p
+    length = float(np.linalg.norm(gap))
+    if length < 4 or gap @ u <= 0 or -(u @ v) < math.cos(BENT):
+        return None
+    missed = max(
+        abs(float(gap[0] * u[1] - gap[1] * u[0])), abs(float(gap[0] * v[1] - gap[1] * v[0]))
+    )
+    return missed if missed < BESIDE + 0.03 * length else None
+
+
+def _within(hole: BoolArray, p: FloatArray, q: FloatArray) -> bool:
+    share = np.linspace(0, 1, 40)[:, None]
+    return bool(_at(hole, p + share * (q - p)).mean() > 0.6)

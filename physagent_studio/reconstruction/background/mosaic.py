@@ -1,0 +1,359 @@
+"""A hole filled with a few large pieces of the picture, joined by their gradients."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.reconstruction.background.graph_cut import NEVER, Grid, choose
+from physagent_studio.reconstruction.background.harmonic_fill import nearest_along
+from physagent_studio.reconstruction.background.poisson_blend import (
+    View,
+    blocked,
+    joined,
+    sources,
+    taken,
+)
+from physagent_studio.reconstruction.background.shift_map import (
+    level_shifts,
+    rescaled,
+    shift,
+    shifts_in,
+)
+from physagent_studio.reconstruction.background.smooth_fill import smooth_fill
+from physagent_studio.reconstruction.background.structure import Structure
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
+
+FloatImage = NDArray[np.float32]
+FloatArray = NDArray[np.float64]
+PLACES = 3200
+"""Places on which pieces are chosen, at most."""
+MOST = 40
+"""Copies that are weighed against one another."""
+FINDING = 220
+"""Longer side of the picture in which candidates are looked for."""
+BLAND = 110.0
+"""The most that the smooth fill costs."""
+SHARES = (0.3, 0.6, 1.05)
+"""Shifts along lines, as shares of the hole's extent."""
+SPOTS = 80
+"""On how many of its spots a line is asked whether it is hidden."""
+RIM = 2
+"""Width of the rim on which a copy is held against the photo, in places."""
+STRICT = 3.0
+"""What a mismatch at the rim counts beside one at a seam."""
+WRONG = 900.0
+"""The most that a place on the rim costs: there may be something on it that does not belong."""
+SOFT = 2.0
+"""Standard deviation of the blur in which colours are held against what is expected, places."""
+BROAD = (0.25, 0.1)
+"""How far around a place, along rows and across, the photo tells how rough it is, in extents of
+the hole."""
+LITTLE = 0.02
+"""Share of what is around a place that has to be on its side for it to be counted alone."""
+STRAY = 16.0
+"""How far from that they may be at no cost on bare ground, grey levels of three colours."""
+PATTERN = 100.0
+"""The same on patterned ground."""
+LEVEL, HUE = 2.0, 2.0
+"""What a difference in brightness counts, and one in colour beyond it."""
+STRAYED = 80.0
+"""The most that being farther off costs."""
+DETAIL = 1.2
+"""What detail counts that is finer than `SOFT` and clearer than the ground's own."""
+CLEARER, DETAILED = 4.0, 70.0
+"""From how many times the ground's own on, and the most that it costs."""
+GUESS = 1.0
+"""What being farther off counts."""
+BEYOND = 60.0
+"""Price of what is copied over a line that goes through the hole: it is part of something else."""
+BARE = 2.0
+"""Price of the smooth fill where the photo beside is rough by a grey level of three colours."""
+FAR = 6.0
+"""Price of a copy from one hole's size away."""
+OTHER_HEIGHT = 8.0
+"""The same from above or below in the picture: walls, floors and tables run across it."""
+MIRRORED = 8.0
+"""Price of what is mirrored: it always fits its rim, and shows when it is large."""
+BENT, LITTLE_BENT = 10.0, 0.4
+"""Price of a copy that is sheared or stretched by its own extent: grass would be combed."""
+TORN, MUCH_BENT = 40.0, 1.5
+"""The same beyond so much: what stands up, as far trees do, is drawn out to wedges."""
+COARSER = 12.0
+"""Price of a copy that has to be enlarged twice."""
+
+
+def mosaic(
+    part: FloatImage,
+    missing: BoolArray,
+    barred: BoolArray,
+    structure: Structure,
+    ways: FloatArray,
+    level: FloatArray | None,
+    share: float = 1.0,
+) -> FloatImage:
+    """The picture (H, W, 3) with its hole (H, W) filled.
+
+    barred: (H, W) the hole and what else shall not be copied. structure: what is known
+    to go on behind the hole. ways: (N, 2) directions of edges that run into it. level: (3, 3) from
+    pixels to a level plane, None for unknown. share: how much care it may take, 1 for a lone hole.
+    """
+    picture = View.of(part, missing, barred, FINDING)
+    guess = nearest_along(picture.image, picture.barred, structure.scaled(picture.ratio))
+    wide = cv2.resize(guess, missing.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    part = np.where(barred[..., None], wide, part).astype(np.float32)
+    copies = _candidates(picture, missing, structure, ways, level)
+    even = smooth_fill(part, missing, barred, structure)
+    if not copies:
+        return even
+    fine = View.of(part, missing, barred, _fine(missing, share))
+    label, used = _laid(fine, even, structure, copies)
+    chosen = [copies[k] if k < len(copies) else None for k in used]
+    return joined(part, missing, barred, label, chosen, even, structure)
+
+
+def _fine(missing: BoolArray, share: float) -> float:
+    """The longer side of a picture in which the hole is as many places as pieces are chosen on."""
+    return max(missing.shape) * min(1.0, (PLACES * share / np.count_nonzero(missing)) ** 0.5)
+
+
+def _candidates(
+    view: View,
+    missing: BoolArray,
+    structure: Structure,
+    ways: FloatArray,
+    level: FloatArray | None,
+) -> list[FloatArray]:
+    """Copies (3, 3), in pixels."""
+    if not view.missing.any() or view.barred.all():
+        return []
+    x, y = 1 / view.ratio
+    found = [shift(*by) for by in shifts_in(view.image, view.missing, view.barred)]
+    if level is not None:
+        small = level @ np.diag([x, y, 1.0])
+        found += level_shifts(view.image, view.missing, view.barred, small)
+    out = [rescaled(copy, x, y) for copy in found]
+    x0, y0, x1, y1 = bounds(missing)
+    for way in (*ways, np.array([1.0, 0.0])):
+        reach = min((x1 - x0) / max(abs(way[0]), 1e-6), (y1 - y0) / max(abs(way[1]), 1e-6))
+        out += [shift(*(sign * share * reach * way)) for sign in (1, -1) for share in SHARES]
+    spans = np.array([_hidden(line, missing) for line in structure.lines]).reshape(-1, 2)
+    for span in spans[np.argsort(-np.linalg.norm(spans, axis=1), kind="stable")]:
+        out += [shift(*(sign * share * span)) for sign in (1, -1) for share in SHARES]
+    out += [np.array([[-1.0, 0, 2 * x], [0, 1, 0], [0, 0, 1]]) for x in (x0, x1)]
+    out = [turned for mark in structure.rounds for turned in mark.turns()] + out
+    return _distinct(out, missing)
+
+
+def _hidden(line: FloatArray, missing: BoolArray) -> FloatArray:
+    """(2,) from where a line (2, 2) runs into the hole (H, W) to where it comes out; else all."""
+    share = np.linspace(0, 1, SPOTS)
+    x, y = (line[0] + share[:, None] * (line[1] - line[0])).astype(int).T
+    inside = missing[y.clip(0, missing.shape[0] - 1), x.clip(0, missing.shape[1] - 1)]
+    within = share[inside] if inside.any() else share
+    return (within[-1] - within[0]) * (line[1] - line[0])
+
+
+def _distinct(copies: Sequence[FloatArray], missing: BoolArray) -> list[FloatArray]:
+    """Without those that copy from nearly the same places as an earlier one."""
+    x0, y0, x1, y1 = bounds(missing)
+    spots = np.array([[x0, y0, 1], [x1, y0, 1], [x0, y1, 1], [x1, y1, 1]], float)
+    near = 0.012 * max(missing.shape)
+    out: list[FloatArray] = []
+    seen: list[FloatArray] = []
+    for copy in copies:
+        mapped = spots @ copy.T
+        place = mapped[:, :2] / np.where(np.abs(mapped[:, 2:]) < 1e-9, 1e-9, mapped[:, 2:])
+        if np.abs(place - spots[:, :2]).max() < 3:
+            continue
+        if all(np.abs(place - other).max() > near for other in seen):
+            out.append(copy)
+            seen.append(place)
+    return out
+
+
+def _laid(
+    view: View, even: FloatImage, structure: Structure, copies: Sequence[FloatArray]
+) -> tuple[NDArray[np.int64], list[int]]:
+    """Which piece (h, w) lies where on a coarse grid, -1 outside, and the copies in use.
+
+    even: (H, W, 3) the smooth fill; it is the piece after the last copy.
+    """
+    places = grow(view.missing, RIM)
+    rim = places & ~view.barred
+    smooth = cv2.resize(even, places.shape[::-1], interpolation=cv2.INTER_AREA)
+    smooth = np.where(view.barred[..., None], smooth, view.image).astype(np.float32)
+    side = structure.scaled(view.ratio).clear(view.missing).sides(places.shape)
+    expected = _Expected.of(view, smooth, side)
+    feature = _features(view.image)
+    soft = cv2.GaussianBlur(smooth, (0, 0), SOFT)
+    fine = np.where(view.barred, 0, np.abs(view.image - soft).sum(-1)).astype(np.float32)
+    lined = grow(np.any(structure.scaled(view.ratio).crossed(places.shape), axis=0), 2)
+    rows, columns = np.nonzero(places)
+    looks, prices = [], []
+    for copy in copies:
+        own = rescaled(copy, *view.ratio)
+        shown, price = _shown(feature, view.barred, own, places)
+        off = np.abs(shown - feature[places]).sum(-1) * STRICT
+        x, y, _ = sources(own, columns, rows)
+        price += expected.price(taken(np.asarray(soft, np.float32), x, y), places, view.missing)
+        price += expected.strange(taken(fine, x, y), places, view.missing & ~lined)
+        price += np.where(rim[places], np.minimum(off, WRONG), 0)
+        row = np.clip(np.round(y).astype(int), 0, side.shape[0] - 1)
+        column = np.clip(np.round(x).astype(int), 0, side.shape[1] - 1)
+        price += BEYOND * (side[row, column] != side[places])
+        looks.append(shown)
+        prices.append(price)
+    asked = np.array(prices, np.float32)
+    fitting = _fitting(asked[:, rim[places]])
+    looks = [*(looks[k] for k in fitting), _features(smooth)[places]]
+    bare = np.where(view.missing[places], np.minimum(BARE * expected.rough[places], BLAND), 0)
+    asked = np.concatenate([asked[fitting], bare[None]]).astype(np.float32)
+    fitting = np.append(fitting, len(copies))
+    chosen = fitting[choose(Grid.of(places), np.array(looks, np.float32), asked)]
+    used = sorted(set(chosen.tolist()))
+    label = np.full(places.shape, -1)
+    label[places] = np.searchsorted(used, chosen)
+    return label, used
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Expected:
+    """What is looked for in the hole: colour (h, w, 3), how far it may stray (h, w), and how
+
+    rough (h, w) the photo is where that comes from; grey levels of three colours.
+    """
+
+    colour: FloatImage
+    stray: FloatImage
+    rough: FloatImage
+
+    @classmethod
+    def of(cls, view: View, smooth: FloatImage, side: NDArray[np.int64]) -> Self:
+        """side: (h, w) numbers of the parts into which the picture is divided."""
+        soft = cv2.GaussianBlur(smooth, (0, 0), SOFT)
+        broad = cv2.GaussianBlur(smooth, (0, 0), 3 * SOFT)
+        fine = np.abs(view.image - soft).sum(-1)
+        wide = np.abs(soft - broad).sum(-1)
+        rough, stray = (_around(_median(value), view, side) for value in (fine, wide))
+        return cls(
+            np.asarray(soft, np.float32),
+            np.asarray(np.clip(STRAY + 2 * stray, 0, PATTERN), np.float32),
+            np.asarray(rough + stray, np.float32),
+        )
+
+    def price(self, shown: FloatImage, places: BoolArray, missing: BoolArray) -> FloatImage:
+        """(N,) what it costs to show these colours (N, 3) at the places (h, w)."""
+        off = shown - self.colour[places]
+        level = off.mean(-1, keepdims=True)
+        # Brightness is levelled when pieces are joined, colour shows.
+        wrong = LEVEL * np.abs(level[:, 0]) + HUE * np.abs(off - level).sum(-1)
+        wrong = np.minimum(GUESS * np.maximum(wrong - self.stray[places], 0), STRAYED)
+        return np.where(missing[places], wrong, 0).astype(np.float32)
+
+    def strange(self, fine: FloatImage, places: BoolArray, missing: BoolArray) -> FloatImage:
+        """(N,) what it costs to show so much detail (N,) at the places (h, w)."""
+        wrong = DETAIL * np.maximum(fine - CLEARER * self.rough[places] - STRAY, 0)
+        return np.where(missing[places], np.minimum(wrong, DETAILED), 0).astype(np.float32)
+
+
+def _around(values: FloatImage, view: View, side: NDArray[np.int64]) -> FloatImage:
+    """Values (h, w) of the known part, in the hole their mean beside it, along rows above all.
+
+    Of what lies on the same side (h, w) of all that divides the hole, where some of that is near.
+    """
+    known = (~view.barred).astype(np.float32)
+    x0, y0, x1, y1 = bounds(view.missing)
+    across, down = (max(2.0, share * max(x1 - x0, y1 - y0)) for share in BROAD)
+
+    def blurred(image: FloatImage) -> FloatImage:
+        out = cv2.GaussianBlur(image, (0, 0), sigmaX=across, sigmaY=down)
+        return np.asarray(out, np.float32)
+
+    total, count = blurred(values * known), blurred(known)
+    mean = total / np.maximum(count, 1e-4)
+    numbers = np.unique(side[view.missing])
+    if len(numbers) < 2:
+        return np.asarray(mean, np.float32)
+    out = mean.copy()
+    for number in numbers:
+        here = side == number
+        count = blurred(known * here)
+        own = blurred(values * known * here) / np.maximum(count, 1e-4)
+        share = np.clip(count / LITTLE, 0, 1)
+        out[here] = (share * own + (1 - share) * mean)[here]
+    return np.asarray(out, np.float32)
+
+
+def _median(values: FloatImage) -> FloatImage:
+    """Values (h, w) of up to 255 without those of thin lines."""
+    whole = np.clip(np.round(values), 0, 255).astype(np.uint8)
+    return np.asarray(cv2.medianBlur(whole, 5), np.float32)
+
+
+def _fitting(prices: FloatImage) -> NDArray[np.int64]:
+    """The copies that are among the best somewhere on the rim; prices: (K, R) there."""
+    if len(prices) <= MOST or not prices.shape[1]:
+        return np.arange(len(prices))
+    best = np.argsort(prices, axis=0, kind="stable")[:4]
+    votes = np.bincount(best.ravel(), minlength=len(prices))
+    return np.sort(np.argsort(-votes, kind="stable")[:MOST])
+
+
+def _features(image: FloatImage) -> FloatImage:
+    """(H, W, 5) colours and steps of lightness to the right and below."""
+    grey = image.mean(-1)
+    right = np.diff(grey, axis=1, append=grey[:, -1:])
+    down = np.diff(grey, axis=0, append=grey[-1:])
+    return np.dstack([image, right, down]).astype(np.float32)
+
+
+def bent(
+    copy: FloatArray,
+    columns: NDArray[np.int64],
+    rows: NDArray[np.int64],
+    x: FloatImage,
+    y: FloatImage,
+) -> FloatArray:
+    """(N,) how far a copy is from a mere shift where it takes (x, y) to places (N,)."""
+    depth = copy[2, 0] * (columns + 0.5) + copy[2, 1] * (rows + 0.5) + copy[2, 2]
+    depth = np.where(depth > 1e-6, depth, 1.0)
+    own = np.diag([math.copysign(1.0, copy[0, 0]), 1.0])
+    off = [
+        (copy[i, j] - (place + 0.5) * copy[2, j]) / depth - own[i, j]
+        for i, place in enumerate((x, y))
+        for j in range(2)
+    ]
+    return np.asarray(np.linalg.norm(off, axis=0), float)
+
+
+def bent_price(by: FloatArray) -> FloatArray:
+    """(N,) what it costs that a copy is bent by so much there."""
+    return BENT * np.clip(by - LITTLE_BENT, 0, 1) + TORN * np.clip(by - MUCH_BENT, 0, 1)
+
+
+def _shown(
+    feature: FloatImage, barred: BoolArray, copy: FloatArray, places: BoolArray
+) -> tuple[FloatImage, FloatArray]:
+    """What a copy shows at the places (N, C) and what it costs to take it there (N,)."""
+    rows, columns = np.nonzero(places)
+    x, y, finer = sources(copy, columns, rows)
+    shown = taken(feature[..., :4], x, y)
+    last = taken(feature[..., 4], x, y)
+    size = max(np.ptp(rows), np.ptp(columns), 1)
+    away = FAR * np.hypot(x - columns, y - rows) / size
+    if copy[2, 1] == 0:
+        away += (OTHER_HEIGHT - FAR) * np.abs(y - rows) / size
+    if copy[0, 0] < 0:
+        away += MIRRORED
+    coarse = np.log2(1 / np.maximum(finer, 1e-3)) / 2
+    price = away + COARSER * np.maximum(coarse - 0.3, 0)
+    price += bent_price(bent(copy, columns, rows, x, y))
+    price = np.where(blocked(barred, x, y), NEVER, price)
+    return np.column_stack([shown, last]).astype(np.float32), price

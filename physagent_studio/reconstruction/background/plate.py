@@ -1,0 +1,218 @@
+"""The background plate: the photo with the objects filled in from their surroundings.
+
+Large pieces of the photo, shifted in the picture or on the level plane that it shows, are laid over
+the hole such that their seams are not seen, and put together by their steps at full size. Lines
+that run behind the objects go on because what they are made of is copied along them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import Support
+from physagent_studio.reconstruction.background.cast_shadows import shaded
+from physagent_studio.reconstruction.background.floor_reflections import mirrored
+from physagent_studio.reconstruction.background.islands import islands
+from physagent_studio.reconstruction.background.leftovers import leftovers
+from physagent_studio.reconstruction.background.line_ends import without_hidden
+from physagent_studio.reconstruction.background.lines_behind import (
+    each_once,
+    edges_of,
+    lines_through,
+    ways_into,
+)
+from physagent_studio.reconstruction.background.mosaic import mosaic
+from physagent_studio.reconstruction.background.round_marks import RoundMark, round_marks
+from physagent_studio.reconstruction.background.shift_map import shift, to_level
+from physagent_studio.reconstruction.background.structure import Structure
+from physagent_studio.reconstruction.background.surfaces import surfaces
+from physagent_studio.reconstruction.photo.line_segments import Segments, with_hues
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
+from physagent_studio.records.case import Image
+
+FloatArray = NDArray[np.float64]
+FloatImage = NDArray[np.float32]
+NEARBY = 0.006
+"""Gap between two holes that are filled as one, as a share of the picture's longer side."""
+FOOT = 0.12
+"""How much of what grows, from below, keeps what is beside it."""
+SPRAY = 4
+"""How much wider than others' the outline of what grows is: single leaves and twigs are there."""
+SLIT = 5
+"""Widest slit between a thing and its shade, pixels."""
+NO_LINES: FloatArray = np.zeros((0, 2, 2))
+
+
+def background(
+    photo: Image,
+    masks: Sequence[BoolArray],
+    lines: FloatArray = NO_LINES,
+    camera: Camera | None = None,
+    found: Segments | None = None,
+    solid: Sequence[Support] = (),
+    rooted: Sequence[BoolArray] = (),
+) -> Image:
+    """The photo (H, W, 3) without the masked things and the shade close around their feet.
+
+    lines: (N, 2, 2) pixels, edges that go on behind them beside those that are seen to. camera:
+    with it, what lies on the floor or a table is filled in as seen from above. found: the photo's
+    edges, to continue them. solid: supports whose edges go on, with a camera. rooted: those of the
+    masks whose things stay where they are, with their shade and what is at their foot.
+    """
+    faces = None
+    if camera is not None:
+        faces = surfaces(photo, hole_of(masks, photo.shape[:2]), camera, solid)
+    hole = taken_out(photo, masks, faces, rooted)
+    if camera is not None:
+        lines = np.concatenate([lines, edges_of(photo, hole, camera, solid)])
+    if found is not None and not hole.all():
+        found = with_hues(photo, found)
+        # In shade edges are still seen, so that what runs behind the things themselves ends there.
+        things = hole_of(masks, hole.shape)
+        for part in (hole, things):
+            lines = np.concatenate([lines, lines_through(photo, part, found, hole, lines)])
+        lines = without_hidden(photo, things, each_once(lines))
+    rounds: list[RoundMark] = []
+    if camera is not None and not hole.all():
+        rounds = round_marks(photo, hole_of(masks, hole.shape), to_level(camera))
+    return fill(photo, hole, lines, camera, found, rounds)
+
+
+def taken_out(
+    photo: Image,
+    masks: Sequence[BoolArray],
+    faces: NDArray[np.int64] | None = None,
+    rooted: Sequence[BoolArray] = (),
+) -> BoolArray:
+    """(H, W) the masked things, what the masks have missed of them, their shade and mirror images.
+
+    faces: (H, W) as `surfaces` gives them. rooted: see `background`.
+    """
+    hole = hole_of(masks, photo.shape[:2])
+    if not hole.any() or hole.all():
+        return hole
+    loose = [mask for mask in masks if not any(mask is other for other in rooted)]
+    feet = _feet(rooted, hole.shape)
+    for mask in rooted:
+        hole |= grow(mask, SPRAY * _rim(hole.shape)) & ~feet
+    for missed in (leftovers, islands):
+        beside = missed(photo, loose, hole) | (missed(photo, rooted, hole) & ~feet)
+        hole |= grow(beside, _rim(hole.shape))
+    hole |= mirrored(photo, loose)
+    shade = shaded(photo, loose, hole, faces)
+    # The darkest shade is a line right at the foot: none of it shall be left between the two.
+    shade |= grow(shade, SLIT) & grow(hole, SLIT)
+    return hole | shade
+
+
+def _feet(rooted: Sequence[BoolArray], shape: tuple[int, ...]) -> BoolArray:
+    """(H, W) where what grows goes into the ground, with what grows beside it."""
+    out = np.zeros(shape, bool)
+    for mask in rooted:
+        if mask.any():
+            _, y0, _, y1 = bounds(mask)
+            out[y1 - round(FOOT * (y1 - y0)) :] = True
+    return out
+
+
+def fill(
+    photo: Image,
+    hole: BoolArray,
+    lines: FloatArray = NO_LINES,
+    camera: Camera | None = None,
+    found: Segments | None = None,
+    rounds: Sequence[RoundMark] = (),
+) -> Image:
+    """The photo (H, W, 3) with the hole (H, W) filled; the rest is untouched.
+
+    Every piece of the hole is filled by itself, nothing is copied from any of them. lines:
+    (N, 2, 2) pixels, edges that go on behind the hole. camera, found: as for `background`.
+    rounds: circles on the ground that go on behind it.
+    """
+    if hole.all():
+        return np.full_like(photo, 128)
+    out = photo.copy()
+    pieces = _apart(hole)
+    roots = [float(np.count_nonzero(piece)) ** 0.5 for piece in pieces]
+    for missing, root in zip(pieces, roots, strict=True):
+        crop = _surroundings(missing)
+        own = lines[_touching(missing, lines)] if len(lines) else lines
+        ways = ways_into(missing, found) if found is not None else np.zeros((0, 2))
+        origin = np.array([crop[1].start, crop[0].start])
+        level = to_level(camera) @ shift(*origin) if camera is not None else None
+        part = photo[crop].astype(np.float32)
+        full = mosaic(
+            part,
+            missing[crop],
+            hole[crop],
+            Structure(own, _crossing(missing, rounds)).moved(*origin.tolist()),
+            ways,
+            level,
+            max(0.4, root / sum(roots)),
+        )
+        filled = np.clip(np.round(full), 0, 255).astype(np.uint8)
+        out[crop][missing[crop]] = filled[missing[crop]]
+    return out
+
+
+def _crossing(hole: BoolArray, rounds: Sequence[RoundMark]) -> tuple[RoundMark, ...]:
+    """The circles whose outline runs through the hole (H, W)."""
+    out = []
+    for mark in rounds:
+        x, y = mark.outline(360).astype(int).T
+        inside = (x >= 0) & (y >= 0) & (x < hole.shape[1]) & (y < hole.shape[0])
+        if hole[y[inside], x[inside]].any():
+            out.append(mark)
+    return tuple(out)
+
+
+def _apart(hole: BoolArray) -> list[BoolArray]:
+    """The hole's pieces; those that nearly touch are one."""
+    close = grow(hole, max(2, round(NEARBY * max(hole.shape))))
+    count, labels = cv2.connectedComponents(close.astype(np.uint8))
+    return [hole & (labels == k) for k in range(1, count)]
+
+
+def _touching(hole: BoolArray, lines: FloatArray) -> BoolArray:
+    """(N,) which lines (N, 2, 2) run through the hole."""
+    share = np.linspace(0, 1, 60)[:, None, None]
+    along = (lines[:, 0] + share * (lines[:, 1] - lines[:, 0])).astype(int)
+    x = along[..., 0].clip(0, hole.shape[1] - 1)
+    y = along[..., 1].clip(0, hole.shape[0] - 1)
+    return np.asarray(hole[y, x].any(axis=0), bool)
+
+
+def hole_of(masks: Sequence[BoolArray], shape: tuple[int, int]) -> BoolArray:
+    """All objects together, widened over their soft outline and what they keep dark below."""
+    union = np.zeros(shape, bool)
+    for mask in masks:
+        union |= mask
+        if mask.any():
+            union |= _contact(mask)
+    return grow(union, _rim(shape))
+
+
+def _rim(shape: tuple[int, ...]) -> int:
+    """Width of a thing's soft outline, pixels."""
+    return max(3, round(0.008 * max(shape)))
+
+
+def _contact(mask: BoolArray) -> BoolArray:
+    """The dark line below a thing that stands: the light does not get in there."""
+    x0, y0, x1, y1 = bounds(mask)
+    low = mask.copy()
+    low[: y1 - max(1, round(0.15 * (y1 - y0)))] = False
+    return grow(low, max(1, round(0.03 * min(x1 - x0, y1 - y0))))
+
+
+def _surroundings(hole: BoolArray) -> tuple[slice, slice]:
+    """The part of the picture that the fill may copy from."""
+    x0, y0, x1, y1 = bounds(hole)
+    margin = max(60, round(0.9 * max(x1 - x0, y1 - y0)))
+    rows = slice(max(0, y0 - margin), min(hole.shape[0], y1 + margin))
+    return rows, slice(max(0, x0 - margin), min(hole.shape[1], x1 + margin))

@@ -1,0 +1,126 @@
+"""What divides a hole of a picture: lines and round marks that are known to go on behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.reconstruction.background.round_marks import RoundMark
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
+
+FloatArray = NDArray[np.float64]
+SHARP = 8
+"""The most lines that are kept sharp."""
+LONG = 0.2
+"""How long those are at least, in extents of the hole."""
+
+JOINED = 1e-3
+"""Pixels between the end of a line and the beginning of one that leads on from it, at most."""
+NO_LINES: FloatArray = np.zeros((0, 2, 2))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Structure:
+    """lines: (N, 2, 2) pixels, edges over which no colour runs. rounds: circles on the ground."""
+
+    lines: FloatArray
+    rounds: tuple[RoundMark, ...] = ()
+
+    def scaled(self, ratio: FloatArray) -> Self:
+        """The same in a picture `ratio` (2,) times as wide and high."""
+        x, y = float(ratio[0]), float(ratio[1])
+        return type(self)(self.lines * ratio, tuple(one.scaled(x, y) for one in self.rounds))
+
+    def moved(self, x: float, y: float) -> Self:
+        """The same in a part of the picture whose corner is at (x, y)."""
+        return type(self)(
+            self.lines - np.array([x, y]), tuple(one.moved(x, y) for one in self.rounds)
+        )
+
+    def clear(self, missing: BoolArray) -> Self:
+        """With the longest of the lines alone, none that is only a piece of a bow.
+
+        missing: (h, w) the hole.
+        """
+        x0, y0, x1, y1 = bounds(missing)
+        least = LONG * max(x1 - x0, y1 - y0)
+        kept = [one for one in self.chains() if _length(one) > least][:SHARP]
+        return type(self)(np.concatenate([NO_LINES, *kept]), self.rounds)
+
+    def chains(self) -> list[FloatArray]:
+        """The lines (n, 2, 2) apart, but for those that begin where the one before ends."""
+        out: list[list[FloatArray]] = []
+        for line in self.lines:
+            if out and np.abs(out[-1][-1][1] - line[0]).max() < JOINED and _bulges(out[-1], line):
+                out[-1].append(line)
+            else:
+                out.append([line])
+        return [np.array(one) for one in out]
+
+    @property
+    def empty(self) -> bool:
+        """Whether nothing divides the hole."""
+        return not len(self.lines) and not self.rounds
+
+    def sides(self, shape: tuple[int, ...]) -> NDArray[np.int64]:
+        """(H, W) a number that tells on which side of every line and circle a pixel lies.
+
+        Lines that lead on from one another have two sides together: within their bend and without.
+        """
+        y, x = np.indices(shape) + 0.5
+        out = np.zeros(shape, np.int64)
+        chains = self.chains()
+        for k, chain in enumerate(chains):
+            sign = _bend(chain)
+            within = np.ones(shape, bool)
+            for one, other in chain:
+                way = other - one
+                within &= sign * ((x - one[0]) * way[1] - (y - one[1]) * way[0]) > 0
+            out |= within.astype(np.int64) << k
+        for k, mark in enumerate(self.rounds):
+            out |= mark.within(shape).astype(np.int64) << (len(chains) + k)
+        return out
+
+    def crossed(self, shape: tuple[int, ...]) -> tuple[BoolArray, BoolArray]:
+        """Which steps (H, W) to the right, and below, lead from one side to the other."""
+        right, below = np.zeros(shape, bool), np.zeros(shape, bool)
+        rows, columns = np.indices(shape).astype(float)
+        spots = np.stack([columns + 0.5, rows + 0.5], -1)
+        for one, other in self.lines:
+            length = max(float(np.linalg.norm(other - one)), 1e-9)
+            way = (other - one) / length
+            off = (spots - one) @ np.array([-way[1], way[0]])
+            along = (spots - one) @ way
+            inside = (along > -2) & (along < length + 2)
+            for axis, over in ((1, right), (0, below)):
+                ahead = np.roll(off, -1, axis)
+                over |= (off * ahead <= 0) & inside & (np.abs(off - ahead) < 2)
+        for mark in self.rounds:
+            within = mark.within(shape)
+            for axis, over in ((1, right), (0, below)):
+                over |= within != np.roll(within, -1, axis)
+        return right, below
+
+
+def _length(chain: FloatArray) -> float:
+    return float(np.linalg.norm(chain[:, 1] - chain[:, 0], axis=1).sum())
+
+
+def _bulges(chain: Sequence[FloatArray], line: FloatArray) -> bool:
+    """Whether lines that lead on from one another still bend one way with this one."""
+    turns = _turns(np.array([*chain, line]))
+    return bool((turns >= 0).all() or (turns <= 0).all())
+
+
+def _turns(chain: FloatArray) -> FloatArray:
+    ways = chain[:, 1] - chain[:, 0]
+    return ways[:-1, 0] * ways[1:, 1] - ways[:-1, 1] * ways[1:, 0]
+
+
+def _bend(chain: FloatArray) -> float:
+    """-1 or 1: on which side of the lines (n, 2, 2) lies what is within their bend; 1 for one."""
+    return 1.0 if _turns(chain).sum() <= 0 else -1.0

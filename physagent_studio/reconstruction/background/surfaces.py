@@ -1,0 +1,59 @@
+"""Which level top or side of a ramp each pixel shows, where the picture bears the scene out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import Support
+from physagent_studio.reconstruction.background.lines_behind import along_edge, faces_of
+from physagent_studio.reconstruction.background.shift_map import to_level
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
+from physagent_studio.records.case import Image
+
+IntArray = NDArray[np.int64]
+BORNE_OUT = 0.5
+"""Share of a face's outline that has to be seen as an edge, at least."""
+BEYOND = -1
+FOOT = 0.15
+"""How much of a thing, from below, is its foot."""
+
+
+def surfaces(
+    photo: Image, hole: BoolArray, camera: Camera, supports: Sequence[Support]
+) -> IntArray:
+    """(H, W) the number of the face that is there, 0 for the floor, walls and whatever else.
+
+    `BEYOND` above the horizon, where no ground is.
+
+    Faces whose outlines are not seen in the photo beside the hole (H, W) are left out.
+    """
+    out = np.zeros(hole.shape, np.int32)
+    grey = cv2.GaussianBlur(photo, (0, 0), 1.5).astype(float)
+    number = 0
+    for support in supports:
+        for face in faces_of(support, camera):
+            edges = np.stack([face, np.roll(face, -1, 0)], 1)
+            seen = [along_edge(grey, hole, edge)[1] for edge in edges]
+            long = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)
+            number += 1
+            if float(np.average(seen, weights=long + 1e-9)) > BORNE_OUT:
+                corners = np.clip(np.round(face), -20000, 20000).astype(np.int32)
+                cv2.fillPoly(out, [corners], number)
+    rows, columns = np.indices(hole.shape) + 0.5
+    level = to_level(camera)[2]
+    out[(level[0] * columns + level[1] * rows + level[2] <= 0) & (out == 0)] = BEYOND
+    return out.astype(np.int64)
+
+
+def under(own: BoolArray, faces: IntArray) -> BoolArray:
+    """(H, W) the face on which a thing (H, W) stands; 0, with what is `BEYOND`, counts as one."""
+    _, y0, _, y1 = bounds(own)
+    foot = grow(own, 4) & ~own
+    foot[: y1 - max(1, round(FOOT * (y1 - y0)))] = False
+    most = np.bincount(faces[foot] - BEYOND).argmax() + BEYOND if foot.any() else 0
+    return faces <= 0 if most <= 0 else faces == most

@@ -1,0 +1,224 @@
+"""The camera from the picture: where the horizon is, and how sure that is.
+
+Several cues vote on the row of the horizon and the focal length: edges of right-angled things,
+circles seen as ellipses, things of known size that stand at different depths, what stands on the
+ground lies below it, and the way people hold cameras. The answer is the best row
+and the spread of the votes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from physagent_studio.reconstruction.camera import right_angles
+from physagent_studio.reconstruction.photo.line_segments import Segments, level_transitions
+from physagent_studio.records.case import Image
+
+FloatArray = NDArray[np.float64]
+
+PITCH = math.radians(9.0)
+PITCH_SPREAD = math.radians(8.0)
+"""People look down a little: prior of the pitch."""
+EYE_LEVEL = 0.7
+EYE_LEVEL_SPREAD = 0.9
+"""Height of a camera above what it looks at, m, and the spread of its logarithm."""
+FOCAL_SPREAD = 0.4
+"""Standard deviation of the logarithm of the focal length."""
+
+EDGES = 0.5
+"""Weight of the edges of right-angled things: edges side by side are not independent."""
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """A thing that stands on a level plane: where, how large it looks, how large it is.
+
+    foot: row of its lowest point. extent: pixels. metres, spread: its usual size and the
+    standard deviation of its logarithm. plane: which plane; only things on one are compared.
+    """
+
+    foot: float
+    extent: float
+    metres: float
+    spread: float
+    plane: str
+
+
+@dataclass(frozen=True, slots=True)
+class Disc:
+    """A circle on a level plane: row of its middle, height over width of its ellipse.
+
+    sigma: how surely it tells the slope of the view, degrees. either: it may be seen from below.
+    cut: how many times less surely it speaks against steeper views, where shadows cut it flat.
+    """
+
+    row: float
+    flatness: float
+    sigma: float = 2.0
+    either: bool = False
+    cut: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Horizon:
+    """row: pixels, in the middle column. sigma: pixels. focal: pixels. roll: radians clockwise."""
+
+    row: float
+    sigma: float
+    focal: float
+    roll: float = 0.0
+
+
+def usual_focal(size: tuple[int, int]) -> float:
+    """Focal length in pixels of a 45° field of view on the shorter side."""
+    return min(size) / 2 / math.tan(math.radians(22.5))
+
+
+def estimate(
+    image: Image,
+    found: Segments,
+    standing: Sequence[Standing],
+    limits: Sequence[float] = (),
+    discs: Sequence[Disc] = (),
+    focal: float | None = None,
+    angles: Sequence[right_angles.Edges] | None = None,
+) -> Horizon:
+    """The horizon and focal length of a picture.
+
+    found: its straight edges. standing: things on level planes. limits: rows of further
+    points that certainly lie on a level plane, hence below the horizon. discs: circles on level
+    planes. focal: pixels, where it is known. angles: the edges of each right-angled thing;
+    without them all of `found` are taken to belong to one.
+    """
+    rows, columns = image.shape[:2]
+    if angles is None:
+        angles = right_angles.edges_by_thing(found, (columns, rows), ())
+    grid = np.arange(-3.0 * rows, 1.1 * rows, 2.0)
+    shared = _below(grid, [item.foot for item in standing], rows, 0.02)
+    shared += _below(grid, limits, rows, 0.0)
+    shared += _sizes(grid, standing)
+    shared += _eye_level(grid, standing)
+    shared += _shore(grid, image, rows)
+    usual = usual_focal((columns, rows))
+    factors = _factors(focal, usual, finely=len(angles) > 0)
+    votes = np.stack(
+        [
+            shared
+            + _posture(grid, rows, usual * factor)
+            + _roundness(grid, rows, usual * factor, discs)
+            - (0.5 * (math.log(factor) / FOCAL_SPREAD) ** 2 if focal is None else 0.0)
+            for factor in factors
+        ]
+    )
+    votes += _right_angles(grid, rows, usual * factors, angles)
+    best = np.unravel_index(int(votes.argmax()), votes.shape)
+    row = float(grid[best[1]])
+    weight = np.exp(votes - votes.max())
+    near = np.abs(grid - row) < 0.75 * rows
+    weight = weight[:, near]
+    spread = (weight * (grid[near] - row) ** 2).sum() / weight.sum()
+    return Horizon(row, max(math.sqrt(float(spread)), 1.0), usual * float(factors[best[0]]))
+
+
+def _factors(focal: float | None, usual: float, *, finely: bool) -> FloatArray:
+    """Focal lengths to try, as shares of the usual one."""
+    if focal is not None:
+        return np.array([focal / usual])
+    return np.exp(np.linspace(-0.35, 1.3, 34 if finely else 12))
+
+
+def _right_angles(
+    grid: FloatArray, rows: int, focals: FloatArray, angles: Sequence[right_angles.Edges]
+) -> FloatArray:
+    """(F, R) what the edges of right-angled things say of each focal length and row."""
+    votes = np.zeros((len(focals), len(grid)))
+    if not angles:
+        return votes
+    pitches = right_angles.PITCHES
+    for vote, focal, own in zip(votes, focals, right_angles.votes(angles, focals), strict=True):
+        tilt = np.clip(np.arctan2(rows / 2 - grid, focal), pitches[0], pitches[-1])
+        vote += EDGES * CubicSpline(pitches, own)(tilt)
+    return votes
+
+
+def _posture(grid: FloatArray, rows: int, focal: float) -> FloatArray:
+    """Log prior of the pitch, with a heavy tail for views from above."""
+    pitch = np.arctan2(rows / 2 - grid, focal)
+    off = (pitch - PITCH) / PITCH_SPREAD
+    return np.where(off > 0, -np.log1p(off**2 / 3) * 2, -0.5 * off**2)
+
+
+def _roundness(grid: FloatArray, rows: int, focal: float, discs: Sequence[Disc]) -> FloatArray:
+    """A level circle is an ellipse as flat as the view is low there."""
+    votes = np.zeros_like(grid)
+    pitch = np.arctan2(rows / 2 - grid, focal)
+    for disc in discs:
+        seen = pitch + math.atan2(disc.row - rows / 2, focal)
+        slope = math.asin(min(max(disc.flatness, 0.01), 0.999))
+        away = (
+            np.minimum(np.abs(seen - slope), np.abs(seen + slope)) if disc.either else seen - slope
+        )
+        off = away / math.radians(disc.sigma) / np.where(away > 0, disc.cut, 1.0)
+        votes -= 2 * np.log1p(0.25 * off**2)
+    return votes
+
+
+def _below(grid: FloatArray, feet: Sequence[float], rows: int, margin: float) -> FloatArray:
+    """What stands on the ground is seen below the horizon."""
+    votes = np.zeros_like(grid)
+    for foot in feet:
+        over = (grid - (foot - margin * rows)) / (0.01 * rows)
+        votes -= np.where(over > 0, np.minimum(over, 30) ** 1.0, 0)
+    return votes
+
+
+def _sizes(grid: FloatArray, standing: Sequence[Standing]) -> FloatArray:
+    """Things of known size on one plane must give one height of the camera above it."""
+    votes = np.zeros_like(grid)
+    for plane in {item.plane for item in standing}:
+        items = [item for item in standing if item.plane == plane]
+        if len(items) < 2:
+            continue
+        below = np.array([item.foot for item in items])[None] - grid[:, None]
+        logs = np.log(np.maximum(below, 1.0))
+        logs = logs + np.log([item.metres / item.extent for item in items])
+        spread = np.array([item.spread for item in items]) + 0.05
+        weight = 1 / spread**2
+        middle = (logs * weight).sum(1, keepdims=True) / weight.sum()
+        votes -= 1.5 * np.log1p(((logs - middle) / spread) ** 2 / 1.5).sum(1)
+    return votes
+
+
+def _eye_level(grid: FloatArray, standing: Sequence[Standing]) -> FloatArray:
+    """People hold cameras somewhere between a hand's breadth and their eyes above a plane."""
+    votes = np.zeros_like(grid)
+    for plane in {item.plane for item in standing}:
+        best = min((item for item in standing if item.plane == plane), key=lambda s: s.spread)
+        below = np.maximum(best.foot - grid, 1.0)
+        height = np.log(below * best.metres / best.extent)
+        sigma = math.hypot(EYE_LEVEL_SPREAD, best.spread)
+        votes -= 0.5 * ((height - math.log(EYE_LEVEL)) / sigma) ** 2
+    return votes
+
+
+def _shore(grid: FloatArray, image: Image, rows: int) -> FloatArray:
+    """A line across the whole picture is a wall's foot or the horizon itself: none is below."""
+    votes = np.zeros_like(grid)
+    lines = [y for y, strength in level_transitions(image) if strength > 0.7]
+    if lines:
+        over = (grid - max(lines) - 0.02 * rows) / (0.03 * rows)
+        votes -= np.where(over > 0, np.minimum(over, 4), 0)
+    return votes
+
+
+def weighted_median(values: FloatArray, weights: FloatArray) -> float:
+    """The value that halves the total weight."""
+    order = np.argsort(values, kind="stable")
+    share = np.cumsum(weights[order]) / weights.sum()
+    return float(values[order][int(np.searchsorted(share, 0.5))])

@@ -1,0 +1,195 @@
+"""What right-angled things say of the camera: edges of boxes, tables, tiles, rooms.
+
+Each thing stands upright and is turned as it likes, so its edges run upwards or along one of two
+level directions at a right angle. Where the camera is tilted and zoomed as it is thought to be, the
+edges of every thing agree with such a turn; where it is not, they do not. Edges that agree with
+none (grain, shadows, prints) count as what may be anywhere, so that they weigh little.
+
+Follows the world of several level frames with one vertical of Schindler and Dellaert, "Atlanta
+World", CVPR 2004, with the turns tried that the edges themselves give.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.reconstruction.photo.line_segments import Segments
+from physagent_studio.reconstruction.photo.regions import BoolArray
+
+FloatArray = NDArray[np.float64]
+
+ENDS = 0.6
+"""How far the end of an edge lies off the truth, pixels."""
+FINEST = math.radians(0.35)
+"""No edge tells its direction better: lenses bend, and things are not made exactly."""
+AGREE = 0.6
+"""Share of the edges of a right-angled thing that run along its own directions."""
+BENT = math.radians(12.0)
+"""Edges that turn more from end to end belong to round outlines or to dirt."""
+CLEAR = 20.0
+"""Contrast from which on an edge counts fully, grey levels."""
+LEVEL = math.radians(8.0)
+"""Ground seen at a low slant is drawn out: half of all chance edges are so nearly level."""
+ONE_LINE = 2.5
+"""Pixels by which the pieces of one line lie off it."""
+STRAY = 0.15
+"""Share of groups that are no right-angled thing at all."""
+STRAIGHT, STEEPEST = 0.25, math.radians(10.0)
+"""Share of level pictures whose upright edges were made parallel; the tilt by which it falls."""
+MOST, TURNS = 36, 14
+"""Edges that are looked at for each thing, and how many of them say how it may be turned."""
+PITCHES = np.radians(np.arange(-12.0, 88.0, 1.0))
+"""The tilts that are tried: how far down the camera looks."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Edges:
+    """The N edges of one thing: ends (N, 2, 2) pixels from the middle of the picture,
+
+    sigma (N,) how surely each tells its direction, rad, trust (N,) 0 … 1, and chance (N,) how much
+    more often than others such directions are seen anyway.
+    """
+
+    ends: FloatArray
+    sigma: FloatArray
+    trust: FloatArray
+    chance: FloatArray
+
+
+def edges_by_thing(
+    found: Segments,
+    size: tuple[int, int],
+    things: Sequence[BoolArray],
+    others: Sequence[BoolArray] = (),
+) -> list[Edges]:
+    """The edges in and around each thing's mask (H, W), and those of all else together.
+
+    Longest first, MOST of each. others: things that are not upright, whose edges are left out.
+    """
+    middle = found.ends.mean(1)
+    owner = np.full(len(middle), -1)
+    for index, mask in enumerate((*others, *things)):
+        owner[_near(mask, middle) & (owner < 0)] = index
+    straight = found.bend < BENT
+    groups = []
+    for index in (*range(len(others), len(others) + len(things)), -1):
+        mine = _apart(found.only((owner == index) & straight))
+        if len(mine.length):
+            groups.append(_edges(mine, size))
+    return groups
+
+
+def _apart(found: Segments) -> Segments:
+    """The MOST longest of N edges, of pieces of one line only the longest."""
+    kept: list[int] = []
+    for k, (one, other) in enumerate(found.ends):
+        way = (other - one) / found.length[k]
+        off = found.ends[kept] - one
+        beside = np.abs(off[..., 0] * way[1] - off[..., 1] * way[0])
+        if not (beside < ONE_LINE).all(1).any():
+            kept.append(k)
+        if len(kept) == MOST:
+            break
+    return found.only(np.array(kept, int))
+
+
+def _near(mask: BoolArray, points: FloatArray, reach: int = 4) -> NDArray[np.bool_]:
+    """Which points (N, 2) lie in a mask or at most `reach` pixels from it."""
+    hit = np.zeros(len(points), bool)
+    height, width = mask.shape
+    for dx in (-reach, 0, reach):
+        for dy in (-reach, 0, reach):
+            x = np.clip(points[:, 0].astype(int) + dx, 0, width - 1)
+            y = np.clip(points[:, 1].astype(int) + dy, 0, height - 1)
+            hit |= mask[y, x]
+    return hit
+
+
+def _edges(found: Segments, size: tuple[int, int]) -> Edges:
+    sigma = np.hypot(math.sqrt(2) * ENDS / np.maximum(found.length, 1.0), FINEST)
+    trust = AGREE * np.clip(found.contrast / CLEAR, 0.2, 1.0)
+    trust = trust * np.exp(-0.5 * (2 * found.bend / BENT) ** 2)
+    flat = math.pi / (LEVEL * math.sqrt(2 * math.pi)) * np.exp(-0.5 * (found.angle / LEVEL) ** 2)
+    return Edges(found.ends - np.array(size) / 2, sigma, trust, 0.5 + 0.5 * flat)
+
+
+def votes(groups: Sequence[Edges], focals: FloatArray) -> FloatArray:
+    """(F, P) log likelihood ratios of focal lengths, pixels, and PITCHES against chance.
+
+    Upright edges may have been made parallel to the sides of the picture: shifted lenses and
+    programs do so, and what is cut out of a picture looks alike. Then they say nothing of either.
+    """
+    seen = np.zeros((len(focals), len(PITCHES)))
+    straightened = np.zeros_like(seen)
+    for group in groups:
+        own = np.array([_evidence(group, focal) for focal in focals])
+        own = np.logaddexp(math.log(1 - STRAY) + own, math.log(STRAY))
+        seen += own[:, 0]
+        straightened += own[:, 1]
+    share = STRAIGHT * np.exp(-0.5 * (PITCHES / STEEPEST) ** 2)
+    return np.logaddexp(np.log(1 - share) + seen, np.log(share) + straightened)
+
+
+def _evidence(edges: Edges, focal: float) -> FloatArray:
+    """(2, P) log of how much better right angles explain the edges than chance does: upright
+
+    edges as they are seen, and made parallel.
+    """
+    normal, along = _planes(edges, focal)
+    upward = _density(normal[..., 2], along[..., 2], edges.sigma)
+    run = edges.ends[:, 1] - edges.ends[:, 0]
+    parallel = np.broadcast_to(_density(run[:, 0], run[:, 1], edges.sigma), upward.shape)
+    flat = np.hypot(normal[..., 0], normal[..., 1])
+    chosen = slice(0, TURNS)
+    x = -normal[:, chosen, 1] / np.maximum(flat[:, chosen], 1e-9)
+    y = normal[:, chosen, 0] / np.maximum(flat[:, chosen], 1e-9)
+    level = np.zeros((len(PITCHES), x.shape[1], edges.sigma.size))
+    for u, v in ((x, y), (-y, x)):
+        off = normal[:, None, :, 0] * u[..., None] + normal[:, None, :, 1] * v[..., None]
+        run = along[:, None, :, 0] * u[..., None] + along[:, None, :, 1] * v[..., None]
+        level += _density(off, run, edges.sigma)
+    return np.stack([_over_turns(level + up[:, None], edges) for up in (upward, parallel)])
+
+
+def _over_turns(density: FloatArray, edges: Edges) -> FloatArray:
+    """(P,) from (P, turns, N) densities of three directions together, the turns taken alike."""
+    share = density / 3 / edges.chance
+    ratio = np.log(1 - edges.trust + edges.trust * share)
+    total = ratio.sum(2)
+    # An edge says as much for any turn as any other edge; that of the turn itself says nothing.
+    own = np.arange(ratio.shape[1])
+    total -= np.maximum(ratio[:, own, own], 0.0)
+    best = total.max(1)
+    return best + np.log(np.exp(total - best[:, None]).mean(1))
+
+
+def _density(off: FloatArray, run: FloatArray, sigma: FloatArray) -> FloatArray:
+    """How much likelier an edge's direction is than by chance, for a direction in space.
+
+    off, run: that direction across the plane through the eye and the edge, and along the edge.
+    """
+    square = off**2 / np.maximum(off**2 + run**2, 1e-12)
+    return math.pi / (sigma * math.sqrt(2 * math.pi)) * np.exp(-0.5 * square / sigma**2)
+
+
+def _planes(edges: Edges, focal: float) -> tuple[FloatArray, FloatArray]:
+    """For each pitch the planes through the eye and each edge, in the world, (P, N, 3):
+
+    their normals, and the directions in them across the view of the edge's middle.
+    """
+    rays = np.concatenate([edges.ends / focal, np.ones((len(edges.sigma), 2, 1))], 2)
+    normal = np.cross(rays[:, 0], rays[:, 1])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    view = rays.mean(1)
+    view /= np.linalg.norm(view, axis=1, keepdims=True)
+    along = np.cross(normal, view)
+    down, ahead = np.sin(PITCHES), np.cos(PITCHES)
+    zero, one = np.zeros_like(down), np.ones_like(down)
+    rows = [[one, zero, zero], [zero, -down, ahead], [zero, -ahead, -down]]
+    turn = np.moveaxis(np.array(rows), 2, 0)
+    return normal @ np.swapaxes(turn, 1, 2), along @ np.swapaxes(turn, 1, 2)

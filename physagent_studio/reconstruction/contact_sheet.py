@@ -1,0 +1,185 @@
+"""A contact sheet of a reconstruction: photo, masks, overlay, render over plate, other view."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.rotations import quaternion_of
+from physagent_studio.reconstruction.shapes.silhouettes import Seen, in_world, look
+from physagent_studio.records.case import Case, Image
+from physagent_studio.records.scene import Mesh, Scene
+from physagent_studio.rendering.lit import DARK, vertex_light
+
+COLORS = ((230, 60, 50), (50, 180, 70), (60, 110, 240), (240, 190, 30), (180, 70, 210))
+_WIDTH = 560
+
+
+def contact_sheet(scene: Scene, case: Case) -> Image:
+    """Six panels in two rows: photo with clicks, masks, overlay; render, plate, view from the side.
+
+    Returns (h, w, 3) uint8 RGB.
+    """
+    assert scene.photo is not None
+    assert scene.state.camera is not None
+    camera = scene.state.camera
+    panels = [
+        ("photo", _clicked(scene)),
+        ("masks", _masks(scene)),
+        ("overlay", _overlay(scene, camera)),
+        ("render over plate", _render(scene, camera, scene.plate)),
+        ("plate", scene.plate if scene.plate is not None else scene.photo),
+        ("other view", _render(scene, _other(scene, camera), None)),
+    ]
+    tiles = [_labelled(name, image) for name, image in panels]
+    title = np.full((26, 3 * _WIDTH, 3), 255, np.uint8)
+    text = f"{case.name}: horizon {camera.horizon:.0f} +- {camera.horizon_sigma or 0:.0f} px, "
+    text += f"height {camera.position[2]:.2f} m, scale {scene.state.scale.reference}"
+    _write(title, text, (6, 18), (0, 0, 0))
+    return np.vstack([title, np.hstack(tiles[:3]), np.hstack(tiles[3:])]).astype(np.uint8)
+
+
+def _labelled(name: str, image: Image) -> Image:
+    height = round(_WIDTH * image.shape[0] / image.shape[1])
+    tile = cv2.resize(image, (_WIDTH, height), interpolation=cv2.INTER_AREA).astype(np.uint8)
+    (width, _), _ = cv2.getTextSize(name, cv2.FONT_HERSHEY_SIMPLEX, 0.5, 1)
+    cv2.rectangle(tile, (0, 0), (width + 14, 27), (32, 32, 32), -1)
+    _write(tile, name, (7, 19), (255, 255, 255))
+    return tile
+
+
+def _write(image: Image, text: str, at: tuple[int, int], color: tuple[int, int, int]) -> None:
+    cv2.putText(image, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.5, color, 1, cv2.LINE_AA)
+
+
+def _clicked(scene: Scene) -> Image:
+    assert scene.photo is not None
+    out = scene.photo.copy()
+    size = max(3, round(0.008 * out.shape[1]))
+    for index, item in enumerate((*scene.state.objects, *scene.state.supports)):
+        for click in item.grounding.points:
+            spot = (int(click.x), int(click.y))
+            cv2.circle(out, spot, size + 2, (255, 255, 255), -1, cv2.LINE_AA)
+            cv2.circle(out, spot, size, COLORS[index % len(COLORS)], -1, cv2.LINE_AA)
+    return out
+
+
+def _masks(scene: Scene) -> Image:
+    assert scene.photo is not None
+    out = (scene.photo * 0.35).astype(np.uint8)
+    for index, mask in enumerate(scene.masks.values()):
+        color = np.array(COLORS[index % len(COLORS)])
+        out[mask] = (0.5 * scene.photo[mask] + 0.5 * color).astype(np.uint8)
+    return out
+
+
+def _bodies(scene: Scene) -> dict[str, tuple[NDArray, NDArray]]:
+    return {
+        item.name: (in_world(item, scene.meshes[item.name]), scene.meshes[item.name].faces)
+        for item in scene.state.objects
+        if item.name in scene.meshes and item.position is not None
+    }
+
+
+def _overlay(scene: Scene, camera: Camera) -> Image:
+    """Outlines of masks (white) and of the placed bodies (coloured), supports and horizon."""
+    assert scene.photo is not None
+    out = scene.photo.copy()
+    right = out.shape[1]
+    start, end = (round(camera.horizon_at(column)) for column in (0, right))
+    if any(0 <= row < out.shape[0] for row in (start, end)):
+        cv2.line(out, (0, start), (right, end), (0, 255, 255), 1)
+    for item in scene.state.supports:
+        if item.shape is not None and item.shape.kind in ("box", "ramp"):
+            _wire(out, camera, scene.support_meshes[item.name])
+    seen = look(camera, _bodies(scene))
+    for index, name in enumerate(_bodies(scene)):
+        _outline(out, scene.masks[name], (255, 255, 255))
+        _outline(out, seen.owner == index, COLORS[index % len(COLORS)])
+    return out
+
+
+def _outline(image: Image, mask: NDArray[np.bool_], color: tuple[int, int, int]) -> None:
+    found, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    cv2.drawContours(image, found, -1, color, 1, cv2.LINE_AA)
+
+
+def _wire(image: Image, camera: Camera, mesh: Mesh) -> None:
+    pixels, depth = camera.project(mesh.vertices)
+    for face in mesh.faces:
+        if depth[face].min() > 0.01:
+            spots = np.clip(pixels[face], -20000, 20000).astype(np.int32)
+            cv2.polylines(image, [spots], True, (255, 0, 255), 1, cv2.LINE_AA)
+
+
+def _render(scene: Scene, camera: Camera, background: Image | None) -> Image:
+    """The textured bodies over a background; without one, over grey with the supports' frames."""
+    width, height = camera.size
+    out = np.full((height, width, 3), 215, np.uint8) if background is None else background.copy()
+    if background is None:
+        for item in scene.state.supports:
+            if item.shape is not None:
+                _wire(out, camera, scene.support_meshes[item.name])
+    bodies = _bodies(scene)
+    seen = look(camera, bodies)
+    for index, (name, (vertices, _)) in enumerate(bodies.items()):
+        _paint(out, camera, seen, index, vertices, scene.meshes[name])
+    return out
+
+
+def _paint(
+    image: Image, camera: Camera, seen: Seen, index: int, vertices: NDArray, mesh: Mesh
+) -> None:
+    here = seen.owner == index
+    if not here.any():
+        return
+    if mesh.uv is None or mesh.texture is None:
+        image[here] = mesh.color
+        return
+    rows, columns = np.nonzero(here)
+    faces = mesh.faces[seen.face[here]]
+    rays = camera.rays(np.column_stack([columns + 0.5, rows + 0.5]).astype(np.float64))
+    points = np.asarray(camera.position) + rays * seen.depth[here][:, None]
+    weights = _barycentric(points, vertices[faces])
+    uv = (mesh.uv[faces] * weights[..., None]).sum(1)
+    columns_, rows_ = (np.clip(uv[:, k], 0, mesh.texture.shape[1 - k] - 1) for k in range(2))
+    colours = mesh.texture[rows_.astype(int), columns_.astype(int)]
+    light = vertex_light(mesh)
+    if light is not None:
+        shown = (light[faces] * weights[..., None]).sum(1)
+        colours = np.clip((colours + DARK) * shown - DARK, 0, 255).astype(np.uint8)
+    image[rows, columns] = colours
+
+
+def _barycentric(points: NDArray, corners: NDArray) -> NDArray:
+    """(N, 3) weights of points in the triangles (N, 3, 3) that contain them."""
+    e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    d = points - corners[:, 0]
+    a, b, c = (e1 * e1).sum(1), (e1 * e2).sum(1), (e2 * e2).sum(1)
+    p, q = (d * e1).sum(1), (d * e2).sum(1)
+    scale = np.maximum(a * c - b * b, 1e-30)
+    v, w = (c * p - b * q) / scale, (a * q - b * p) / scale
+    return np.stack([1 - v - w, v, w], 1)
+
+
+def _other(scene: Scene, camera: Camera) -> Camera:
+    """The same lens from the right and above, looking at the middle of the objects."""
+    places = [item.position for item in scene.state.objects if item.position is not None]
+    middle = np.mean(places, axis=0) if places else np.array([0.0, 3.0, 0.0])
+    eye = np.asarray(camera.position)
+    away = middle - eye
+    turn = np.radians(50)
+    cos, sin = np.cos(turn), np.sin(turn)
+    back = np.array([-away[0] * cos + away[1] * sin, -away[0] * sin - away[1] * cos, 0.0])
+    far = float(np.linalg.norm(away))
+    place = middle + back / max(float(np.linalg.norm(back)), 1e-9) * far * 1.15
+    place[2] = middle[2] + 0.45 * far
+    forward = (middle - place) / np.linalg.norm(middle - place)
+    right = np.cross(forward, (0, 0, 1.0))
+    right /= np.linalg.norm(right)
+    down = np.cross(forward, right)
+    rotation = quaternion_of(np.stack([right, down, forward], 1))
+    position = (float(place[0]), float(place[1]), float(place[2]))
+    return camera.model_copy(update={"position": position, "rotation": rotation})

@@ -1,0 +1,54 @@
+"""Large things that are models of themselves: a "car" beside a cup is a toy.
+
+A name tells the usual size of the real thing. Where it is a metre or more, the thing may as
+well be a toy, and what stands around it tells which: things on one picture are seldom farther
+apart from the camera than a few times, so sizes that fit together say the same metres per pixel.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+from physagent_studio.reconstruction.grounding.usual import Usual
+
+LARGE = 1.0
+"""Things that are usually larger than this come as toys too, m."""
+TOY, TOY_SPREAD = 0.12, 0.5
+"""Size of a toy, m, and the spread of its logarithm."""
+DEPTHS = 0.7
+"""Spread of the logarithm of the distances of things in one picture."""
+REAL = math.log(2.0)
+"""The real thing is twice as likely before anything else is seen."""
+
+
+def as_toys(usual: Mapping[str, Usual], extents: Mapping[str, float]) -> dict[str, Usual]:
+    """The usual sizes, with those of a toy where everything around says so.
+
+    extents: how large each thing looks, pixels along its longer side. Things whose size a person
+    has given (spread of at most .02) are never toys, and speak for the rest.
+    """
+    large = [n for n, u in usual.items() if u.known and u.metres >= LARGE and u.spread > 0.02]
+    others = [n for n, u in usual.items() if u.known and n not in large]
+    if not large or not others:
+        return dict(usual)
+    gain = REAL
+    for name in large:
+        for other in others:
+            gain += _odds(usual[name], extents[name], usual[other], extents[other])
+    if gain >= 0:
+        return dict(usual)
+    toy = {n: replace(usual[n], metres=TOY, spread=TOY_SPREAD) for n in large}
+    return {**usual, **toy}
+
+
+def _odds(one: Usual, seen: float, other: Usual, beside: float) -> float:
+    """Logarithm of how much better two things fit as they are than with the one as a toy."""
+
+    def misfit(metres: float, spread: float) -> float:
+        off = math.log(metres / max(seen, 1.0)) - math.log(other.metres / max(beside, 1.0))
+        variance = spread**2 + other.spread**2 + DEPTHS**2
+        return 1.5 * math.log1p(off**2 / variance / 1.5) + 0.5 * math.log(variance)
+
+    return misfit(TOY, TOY_SPREAD) - misfit(one.metres, one.spread)

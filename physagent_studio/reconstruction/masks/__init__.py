@@ -1,0 +1,7 @@
+"""Clicks, boxes and strokes → masks, with other candidates for each thing.
+
+In: the image and the marks of each thing. Out: per thing the ranked candidate masks, of which the
+first is used until a person chooses. `segmenter` is the door; drafts come from `click_drafts`,
+`box_drafts`, `region_growing`; `ranking` and `choice` decide their order; `parts` adds what is
+attached to a thing in another colour.
+"""

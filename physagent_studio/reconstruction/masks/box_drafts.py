@@ -1,0 +1,93 @@
+"""Drafts inside a person's box."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.reconstruction.masks import grabcut
+from physagent_studio.reconstruction.masks.box_reach import reaching
+from physagent_studio.reconstruction.masks.click_drafts import clean
+from physagent_studio.reconstruction.masks.draft_score import Draft, Scorer
+from physagent_studio.reconstruction.masks.ranking import distinct, ranked
+from physagent_studio.reconstruction.masks.task import Task, snapped
+from physagent_studio.reconstruction.photo import closed_contours as contour
+from physagent_studio.reconstruction.photo.regions import BoolArray, grow, without_pinholes
+
+LED = 4
+"""How many of the best drafts are led to the sides of the box that they miss."""
+
+
+def box_drafts(
+    small: NDArray[np.uint8],
+    lab: NDArray[np.float32],
+    task: Task,
+    box: tuple[float, float, float, float],
+    scorer: Scorer,
+) -> list[Draft]:
+    """Drafts inside a person's box."""
+    x0, y0, x1, y1 = box
+    rows, columns = lab.shape[:2]
+    within = np.zeros((rows, columns), bool)
+    within[max(0, int(y0)) : int(np.ceil(y1)) + 1, max(0, int(x0)) : int(np.ceil(x1)) + 1] = True
+    around = grow(within, max(4, int(0.15 * max(x1 - x0, y1 - y0)))) & ~within
+    ratio = grabcut.likelihood_ratio(lab, within, around) if around.any() else None
+    cores: dict[str, BoolArray | None] = {"box": None}
+    if ratio is not None:
+        cores |= {"box-colour": ratio > 0, "box-sure": ratio > 1.0}
+    drafts: list[Draft] = []
+    masks = grabcut.side_by_side(
+        lambda core: grabcut.in_box(small, box, task.inside, task.outside, core),
+        list(cores.values()),
+    )
+    for method, mask in zip(cores, masks, strict=True):
+        if mask is not None:
+            # A box says that all of its object lies inside: loose parts may belong to it.
+            drafts.append(Draft(_tidy(mask) & within, method, "colour"))
+            if task.inside:
+                drafts.append(Draft(clean(mask, task) & within, f"{method}-part", "colour"))
+    contours = [
+        Draft(mask & within, "box-contour", "contour")
+        for mask in contour.again(lab, within, task.outside)
+    ]
+    best = [d for d, _ in distinct(ranked(scorer, _solid([*drafts, *contours]), task), 3, 0.9)]
+    for draft in best:
+        for mask in contour.again(lab, draft.mask, task.outside):
+            contours.append(Draft(mask & within, "box-contour-again", "contour"))
+    drafts += contours
+
+    def settled(draft: Draft) -> Draft:
+        band = max(2, round(0.06 * float(np.sqrt(np.count_nonzero(draft.mask)))))
+        mask = _tidy(snapped(small, draft.mask, band, 0.6)) & within
+        return Draft(mask, f"{draft.method}-settled", draft.family)
+
+    def led(draft: Draft) -> Draft | None:
+        mask = reaching(small, lab, draft.mask, box, task)
+        return (
+            mask
+            if mask is None
+            else Draft(_tidy(mask) & within, f"{draft.method}-led", draft.family)
+        )
+
+    best = [d for d, _ in distinct(ranked(scorer, _solid(drafts), task), 3, 0.9)]
+    drafts += grabcut.side_by_side(settled, best)
+    best = [d for d, _ in distinct(ranked(scorer, _solid(drafts), task), LED, 0.8)]
+    drafts += [made for made in grabcut.side_by_side(led, best) if made is not None]
+    return _solid(drafts)
+
+
+def _solid(drafts: Sequence[Draft]) -> list[Draft]:
+    return [draft for draft in drafts if np.count_nonzero(draft.mask) >= 30]
+
+
+def _tidy(mask: BoolArray) -> BoolArray:
+    """The mask without specks smaller than a fiftieth of its largest part."""
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8))
+    if count < 2:
+        return mask
+    areas = stats[1:, cv2.CC_STAT_AREA]
+    kept = 1 + np.flatnonzero(areas > 0.02 * areas.max())
+    return without_pinholes(np.isin(labels, kept), 0.01)

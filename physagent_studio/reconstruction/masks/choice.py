@@ -1,0 +1,109 @@
+"""Which of many drafts a person is offered: the likeliest, then what makes up for its mistakes.
+
+Scores say how likely each draft is the thing. After the first, that one is offered which raises
+the expected IoU of the best on offer the most: where a part, the whole and a group of things are
+all likely, each is there, instead of four readings of the likeliest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.reconstruction.masks.draft_score import Draft, likeness
+from physagent_studio.reconstruction.masks.variants import shadowed, variants
+from physagent_studio.reconstruction.photo.regions import iou
+
+Scored = tuple[Draft, float]
+CANDIDATES = 4
+ALMOST = 0.95
+"""IoU from which two masks need not both be offered."""
+DOUBT = 0.1
+"""Step of the score by which a draft is e times as likely as another."""
+WORTH = 0.004
+"""Expected gain in IoU below which another draft is not worth its place."""
+ALIKE = 0.8
+"""IoU from which drafts vote with one another."""
+
+
+def agreed(
+    ranked: Sequence[Scored],
+    lab: NDArray[np.float32],
+    alike: Callable[[Sequence[Draft]], NDArray[np.float64]] = likeness,
+) -> list[Scored]:
+    """Up to four drafts that differ, the best first, each the vote of those that are like it.
+
+    Where methods agree, other readings of the first are offered (lab (H, W, 3)). alike: gives the
+    IoU (N, N) of any two drafts.
+    """
+    if not ranked:
+        return []
+    like = alike([draft for draft, _ in ranked])
+    scores = np.array([value for _, value in ranked])
+    out: list[Scored] = []
+    voted: list[int] = []
+    for k in _hopeful(like, scores):
+        leader = ranked[k]
+        if all(like[k, other] < ALIKE for other in voted):
+            leader = _vote(ranked, like[k], k)
+            voted.append(k)
+        if _differs(leader[0], out):
+            out.append((leader[0], min(leader[1], out[-1][1]) if out else leader[1]))
+    return _filled_up(out, lab)
+
+
+def _hopeful(like: NDArray[np.float64], scores: NDArray[np.float64]) -> list[int]:
+    """Up to four drafts such that the best of them is expected to fit well, each by its gain.
+
+    like: (N, N) IoU of any two. Each draft is taken to be the thing with a chance that its score
+    says; what is expected of some is the mean IoU of the best of them with it. Greedily chosen.
+    """
+    chance = np.exp((scores - scores.max()) / DOUBT)
+    chance /= chance.sum()
+    chosen = [int(scores.argmax())]
+    reached = like[chosen[0]]
+    while len(chosen) < CANDIDATES:
+        gain = np.maximum(like - reached, 0) @ chance
+        gain[(like[chosen] >= ALMOST).any(axis=0)] = 0.0
+        best = int(gain.argmax())
+        if gain[best] < WORTH:
+            break
+        chosen.append(best)
+        reached = np.maximum(reached, like[best])
+    return chosen
+
+
+def _vote(ranked: Sequence[Scored], like: NDArray[np.float64], k: int) -> Scored:
+    """A draft as those see it that are like it, where there are a few."""
+    leader, value = ranked[k]
+    voters = [ranked[int(other)] for other in np.flatnonzero(like > ALIKE)]
+    weight = sum(v for _, v in voters)
+    if len(voters) < 3 or weight <= 0:
+        return leader, value
+    share = sum(v * d.mask.astype(np.float32) for d, v in voters) / weight
+    return Draft(np.asarray(share > 0.5), leader.method, leader.family), value
+
+
+def _filled_up(chosen: list[Scored], lab: NDArray[np.float32]) -> list[Scored]:
+    """Where few drafts are worth a place, variants of the first."""
+    first, value = chosen[0]
+    for draft in variants(lab, first) if len(chosen) < CANDIDATES else ():
+        if len(chosen) == CANDIDATES:
+            break
+        if _differs(draft, chosen) and np.count_nonzero(draft.mask) > 12:
+            chosen.append((draft, min(0.5 * value, chosen[-1][1])))
+    return _with_shade(chosen, lab)
+
+
+def _with_shade(chosen: list[Scored], lab: NDArray[np.float32]) -> list[Scored]:
+    """The choice with the first mask and its shadow in it: in place of the last, if need be."""
+    shaded = shadowed(lab, chosen[0][0]) if len(chosen) == CANDIDATES else None
+    if shaded is None or not _differs(shaded, chosen):
+        return chosen
+    return [*chosen[:-1], (shaded, chosen[-1][1])]
+
+
+def _differs(draft: Draft, chosen: Sequence[Scored]) -> bool:
+    return all(iou(draft.mask, other.mask) < ALMOST for other, _ in chosen)

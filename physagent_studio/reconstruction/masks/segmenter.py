@@ -1,0 +1,298 @@
+"""Masks from clicks and boxes: several methods offer candidates, the objects compete.
+
+Every object gets up to four candidate masks, best first, so that a person can take another
+one. Everything is seeded: the same picture and clicks give the same bits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from typing import Protocol
+
+import numpy as np
+
+from physagent_studio.program.scene import Click, Grounding, Stroke
+from physagent_studio.reconstruction.grounding.usual import usual_size
+from physagent_studio.reconstruction.masks.closeup import (
+    EARLY,
+    is_doubtful,
+    merged,
+    piece_around,
+)
+from physagent_studio.reconstruction.masks.draft_score import Draft
+from physagent_studio.reconstruction.masks.parts.attached import (
+    has_thin_parts,
+    led_by,
+    with_attached,
+    with_thin_parts,
+)
+from physagent_studio.reconstruction.masks.stacks import stacked, stacks_of
+from physagent_studio.reconstruction.masks.strokes import corrected, covered, drawn, seeds_of
+from physagent_studio.reconstruction.masks.task import (
+    View,
+    full_size,
+    part_around,
+    task_of,
+    view_of,
+)
+from physagent_studio.reconstruction.masks.working_picture import Sight, boxed
+from physagent_studio.reconstruction.photo.regions import BoolArray
+from physagent_studio.records.case import Image
+from physagent_studio.records.scene import Candidate
+
+SIDE = 240
+"""Longest side in pixels of the picture on which candidates are found."""
+LEAST, LOST = 12, 0.03
+"""Pixels, and share of what it had before others took theirs, below which a mask is none."""
+SPOT = 0.012
+"""Radius of the spot in its place, as a share of the picture's longer side."""
+
+Offers = tuple[Candidate, ...]
+Meanwhile = Callable[[str, Callable[[], Offers]], None]
+"""Told of which thing there are candidates to look at while better ones are sought; they are only
+brought to size, with their outlines as they are, when they are called for. Called from the threads
+that seek."""
+
+
+class Segmenter(Protocol):
+    """Turns clicks and boxes into candidate masks, best first, for each named thing."""
+
+    def segment(
+        self,
+        image: Image,
+        groundings: Sequence[tuple[str, Grounding]],
+        cancelled: Callable[[], bool] | None = None,
+    ) -> dict[str, Offers]: ...
+
+
+@dataclass(frozen=True, slots=True)
+class EmbeddedSegmenter:
+    """GrabCut at several scales, the contour of greatest contrast, and their agreement.
+
+    Each thing is segmented by itself, from what `apart` says of it.
+    """
+
+    side: int = SIDE
+
+    def segment(
+        self,
+        image: Image,
+        groundings: Sequence[tuple[str, Grounding]],
+        cancelled: Callable[[], bool] | None = None,
+    ) -> dict[str, Offers]:
+        """Candidates (H, W) at the size of `image`; empty where nothing was clicked."""
+        return self.completed(image, groundings, {}, cancelled)
+
+    def completed(
+        self,
+        image: Image,
+        groundings: Sequence[tuple[str, Grounding]],
+        known: Mapping[str, Offers],
+        cancelled: Callable[[], bool] | None = None,
+        among: Sequence[tuple[str, Grounding]] = (),
+        meanwhile: Meanwhile | None = None,
+    ) -> dict[str, Offers]:
+        """The candidates of all that is grounded, with those that only all clicks together give.
+
+        known: candidates from a thing's own clicks that need not be sought again. among: all that
+        is marked in the picture, where `groundings` are but some of it. Things are sought two at a
+        time, and what all clicks on a stack mean beside them. Some are missing once cancelled.
+        meanwhile: told what is found before the end.
+        """
+        asked = [one for one in apart(among or groundings) if one[0] not in known]
+        wanted = {name for name, _ in groundings}
+
+        def found(name: str, own: Grounding) -> Offers:
+            return () if stopped() else self.candidates(image, name, own, meanwhile)
+
+        def whole(stack: Grounding) -> BoolArray | None:
+            return None if stopped() else self._whole(image, stack)
+
+        def stopped() -> bool:
+            return cancelled is not None and cancelled()
+
+        with ThreadPoolExecutor(2) as pool:
+            fresh = {n: pool.submit(found, n, own) for n, own in asked if n in wanted}
+            wholes = {stack: pool.submit(whole, stack) for stack in stacks_of(groundings)}
+            offers = {n: fresh[n].result() if n in fresh else known[n] for n, _ in groundings}
+            return stacked(image, groundings, offers, lambda stack: wholes[stack].result())
+
+    def candidates(
+        self, image: Image, name: str, grounding: Grounding, meanwhile: Meanwhile | None = None
+    ) -> Offers:
+        """Candidates (H, W) of one thing whose grounding says all; its name helps to rank them.
+
+        meanwhile: told what the first look shows before a closer one, all that has no parts yet
+        before these are sought, and all without its thin parts before those are.
+        """
+
+        def tell(offers: Callable[[], Offers]) -> None:
+            if meanwhile is not None:
+                meanwhile(name, offers)
+
+        best = self._best(image, name, grounding, tell)
+        if not best:
+            return ()
+        tell(lambda: tuple(full_size(image, *one, settled=False) for one in best))
+        with ThreadPoolExecutor(2) as pool:
+            sized = [pool.submit(full_size, image, *one) for one in best]
+            # Parts of the first are sought while the others are still being brought to size.
+            first = sized[0].result().mask
+            found = with_attached(image, first, grounding, name)
+            alike = [one.result() for one in sized]
+        usual = usual_size(name).aspect
+        offers = led_by(found, alike, usual)
+        if not has_thin_parts(name):
+            return offers
+        tell(lambda: offers)
+        thin = with_thin_parts(image, offers[0].mask, grounding, name)
+        return offers if thin is None else led_by(thin, alike, usual)
+
+    def _whole(self, image: Image, grounding: Grounding) -> BoolArray | None:
+        """(H, W) what most looks like all that was clicked; None where nothing does."""
+        best = self._best(image, "", grounding)
+        return full_size(image, *best[0]).mask if best else None
+
+    def _best(
+        self,
+        image: Image,
+        name: str,
+        grounding: Grounding,
+        tell: Callable[[Callable[[], Offers]], None] = lambda offers: None,
+    ) -> list[tuple[tuple[Draft, float], View]]:
+        """What looks like the places that were clicked, each as it is on a view of the picture.
+
+        tell: told what the first look shows, where there is a closer one.
+        """
+        if grounding.box is not None:
+            view = view_of(image, part_around(grounding.box, image.shape), self.side)
+            look = boxed(view, task_of(name, grounding, view))
+            return [(item, view) for item in look.found]
+        pool = ThreadPoolExecutor(2)
+        piece = piece_around(grounding, image.shape)
+        closer: list[Sight] = []
+
+        def closely() -> None:
+            if piece is not None and not closer:
+                closer.append(Sight.of(image, name, grounding, (piece, self.side), pool))
+
+        height, width = image.shape[:2]
+        try:
+            sight = Sight.of(image, name, grounding, ((0, 0, width, height), self.side), pool)
+            # Cuts of a closer look run while the contours of the first one are still sought.
+            look = sight.look(lambda score: closely() if score < EARLY else None)
+            if piece is None or not is_doubtful(look):
+                return [(item, look.view) for item in look.found]
+            closely()
+            rough = partial(full_size, image, view=look.view, settled=False)
+            tell(lambda: tuple(rough(item) for item in look.found))
+            return merged(look, closer[0].look())
+        finally:
+            # A closer look that turned out to be of no use is not waited for.
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+def apart(groundings: Sequence[tuple[str, Grounding]]) -> list[tuple[str, Grounding]]:
+    """Groundings that each say all that matters for their mask.
+
+    Clicks inside the other things lie outside of this one, unless its mask is settled. What only
+    matters after the candidates are there (the choice, strokes beside clicks) is left out.
+    """
+    out: list[tuple[str, Grounding]] = []
+    for name, own in groundings:
+        points = list(own.points)
+        if own.box is None and not any(click.label for click in points):
+            points += [Click(x=x, y=y, label=1 if i else 0) for x, y, i in seeds_of(own.strokes)]
+        if not own.settled:
+            points += [
+                Click(x=click.x, y=click.y, label=0)
+                for other, grounding in groundings
+                if other != name
+                for click in grounding.points
+                if click.label
+            ]
+        # The order of clicks outside says nothing.
+        inside = [click for click in points if click.label]
+        outside = sorted({(click.x, click.y) for click in points if not click.label})
+        kept = (*inside, *(Click(x=x, y=y, label=0) for x, y in outside))
+        out.append((name, Grounding(points=kept[:500], box=own.box, settled=True)))
+    return out
+
+
+def settled(name: str, groundings: Sequence[tuple[str, Grounding]]) -> Grounding:
+    """The grounding of that name with everything in it that its mask depends on.
+
+    Clicks on other things that come later do not change it any more.
+    """
+    own = dict(groundings)[name]
+    points = own.points
+    if own.shows_something and not own.settled:
+        said = {(click.x, click.y) for click in points}
+        others = dict(apart(groundings))[name].points
+        points += tuple(c for c in others if not c.label and (c.x, c.y) not in said)
+    return own.model_copy(update={"points": points[:500], "settled": True, "proposed": False})
+
+
+def compete(
+    masks: Mapping[str, BoolArray], owned: Mapping[str, BoolArray] | None = None
+) -> dict[str, BoolArray]:
+    """Every pixel belongs to one object: where masks overlap, the smaller one keeps it.
+
+    owned: pixels that a person gave to an object; no other takes them.
+    """
+    order = sorted(masks, key=lambda name: int(np.count_nonzero(masks[name])))
+    taken: BoolArray | None = None
+    out: dict[str, BoolArray] = {}
+    given = owned or {}
+    for name in order:
+        mask = masks[name]
+        for other, own in given.items():
+            if other != name:
+                mask = mask & ~(own & ~given.get(name, np.zeros_like(own)))
+        free = mask if taken is None else mask & ~taken
+        out[name] = free
+        taken = free.copy() if taken is None else taken | free
+    return {name: out[name] for name in masks}
+
+
+def choose(
+    candidates: Mapping[str, Offers],
+    groundings: Sequence[tuple[str, Grounding]],
+    shape: tuple[int, int],
+    image: Image | None = None,
+) -> dict[str, BoolArray]:
+    """The chosen candidate of each object with its strokes, after competition.
+
+    shape: (H, W) of the masks. image: the picture, whose edges the strokes' surroundings snap to.
+    """
+    picked: dict[str, BoolArray] = {}
+    owned: dict[str, BoolArray] = {}
+    for name, grounding in groundings:
+        offers = candidates.get(name, ())
+        index = min(grounding.candidate, len(offers) - 1)
+        mask = offers[index].mask if offers else np.zeros(shape, bool)
+        picked[name] = corrected(image, mask, grounding.strokes)
+        if grounding.strokes:
+            owned[name] = drawn(grounding.strokes, shape).inside
+    masks = compete(picked, owned)
+    for name, grounding in groundings:
+        left, had = np.count_nonzero(masks[name]), np.count_nonzero(picked[name])
+        if left < max(LEAST, LOST * had) and any(click.label for click in grounding.points):
+            masks = _with_spot(masks, name, grounding, shape)
+    return masks
+
+
+def _with_spot(
+    masks: Mapping[str, BoolArray], name: str, grounding: Grounding, shape: tuple[int, int]
+) -> dict[str, BoolArray]:
+    """Masks in which a thing that has lost all its pixels keeps a spot at its click.
+
+    It shows where it was clicked, and that it has no mask of its own is told as a finding.
+    """
+    click = next(c for c in grounding.points if c.label)
+    radius = max(4.0, SPOT * max(shape))
+    spot = covered(Stroke(radius=radius, points=((click.x, click.y),)), shape)
+    return {other: spot if other == name else mask & ~spot for other, mask in masks.items()}

@@ -1,0 +1,107 @@
+"""Large ellipses in the picture: circles painted or lying on a level plane."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from physagent_studio.reconstruction.photo.regions import BoolArray
+from physagent_studio.records.case import Image
+
+SIDE = 360
+"""Longest side of the picture on which they are looked for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ellipse:
+    """x, y: middle, pixels. width, height: full axes, pixels; the long one is level."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+
+    @property
+    def flatness(self) -> float:
+        """Height over width: 1 seen from straight above."""
+        return self.height / max(self.width, 1e-9)
+
+
+def level_circles(image: Image, ignore: BoolArray | None = None) -> list[Ellipse]:
+    """Ellipses with a level long axis, largest first, each outline once.
+
+    ignore: pixels (H, W) of objects, whose own outlines do not count.
+    """
+    factor = SIDE / max(image.shape[:2])
+    small = cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
+    lab = cv2.cvtColor(cv2.medianBlur(small, 5), cv2.COLOR_RGB2LAB)
+    found: list[Ellipse] = []
+    for channel in range(3):
+        plane = lab[..., channel]
+        low, high = (float(v) for v in np.percentile(plane, (1, 99)))
+        if high - low < 18:
+            continue
+        for level in np.linspace(low, high, 7)[1:-1]:
+            for sign in (cv2.THRESH_BINARY, cv2.THRESH_BINARY_INV):
+                _, binary = cv2.threshold(plane, float(level), 255, sign)
+                found += _round_parts(binary)
+    scaled = [
+        Ellipse(e.x / factor, e.y / factor, e.width / factor, e.height / factor) for e in found
+    ]
+    if ignore is not None:
+        scaled = [e for e in scaled if not _is_object(e, ignore)]
+    return _each_once(scaled)
+
+
+def _round_parts(binary: np.ndarray) -> list[Ellipse]:
+    out: list[Ellipse] = []
+    rows, columns = binary.shape
+    contours, _ = cv2.findContours(binary, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    for contour in contours:
+        x, y, width, height = cv2.boundingRect(contour)
+        inside = x > 1 and y > 1 and x + width < columns - 1 and y + height < rows - 1
+        if not inside or width < 0.12 * columns or height < 0.04 * rows or len(contour) < 30:
+            continue
+        hull = cv2.convexHull(contour)
+        if len(hull) < 6:
+            continue
+        (cx, cy), (first, second), angle = cv2.fitEllipse(hull)
+        long, short = max(first, second), min(first, second)
+        tilt = angle - 90 if first < second else angle
+        tilt = abs((tilt + 90) % 180 - 90)
+        if long <= 0 or not 0.08 < short / long < 0.93 or tilt > 6:
+            continue
+        area = float(cv2.contourArea(hull))
+        if abs(area / (np.pi * long * short / 4) - 1) < 0.04 and _fits(hull, cx, cy, long, short):
+            out.append(Ellipse(float(cx) + 0.5, float(cy) + 0.5, float(long), float(short)))
+    return out
+
+
+def _fits(hull: np.ndarray, cx: float, cy: float, long: float, short: float) -> bool:
+    """Whether the hull's corners lie on the ellipse within 4 % of its radius."""
+    points = hull.reshape(-1, 2).astype(float)
+    radius = np.hypot((points[:, 0] - cx) / (long / 2), (points[:, 1] - cy) / (short / 2))
+    return bool(np.percentile(np.abs(radius - 1), 85) < 0.04)
+
+
+def _is_object(ellipse: Ellipse, ignore: BoolArray) -> bool:
+    canvas = np.zeros(ignore.shape, np.uint8)
+    axes = (max(1, round(ellipse.width / 2)), max(1, round(ellipse.height / 2)))
+    cv2.ellipse(canvas, (round(ellipse.x), round(ellipse.y)), axes, 0, 0, 360, 1, -1)
+    region = canvas.astype(bool)
+    return float((region & ignore).sum()) > 0.5 * float(region.sum())
+
+
+def _each_once(found: list[Ellipse]) -> list[Ellipse]:
+    out: list[Ellipse] = []
+    for one in sorted(found, key=lambda e: -e.width):
+        twin = any(
+            abs(one.x - other.x) + abs(one.y - other.y) < 0.08 * other.width
+            and abs(one.width - other.width) < 0.08 * other.width
+            for other in out
+        )
+        if not twin:
+            out.append(one)
+    return out[:6]

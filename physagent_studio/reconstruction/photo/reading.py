@@ -1,0 +1,160 @@
+"""Photos read safely: bounded by their header before a pixel is decoded."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from physagent_studio.errors import InputError
+from physagent_studio.reconstruction.photo.header import Header, read_header
+from physagent_studio.records.case import Image
+
+MAX_BYTES = 64 * 1024 * 1024
+MAX_PIXELS = 24_600_000
+"""Pixels that are kept: a picture of 6048 × 4032 is read in a second and in 300 MB."""
+MAX_REDUCED = 100_000_000
+"""Pixels of a JPEG picture that is read at a half or a quarter of its size."""
+MAX_DECODED = 160 * 1024 * 1024
+"""Bytes that the decoded picture may take."""
+MIN_SIDE = 16
+REDUCED = {1: cv2.IMREAD_COLOR_RGB, 2: cv2.IMREAD_REDUCED_COLOR_2, 4: cv2.IMREAD_REDUCED_COLOR_4}
+"""How a JPEG picture is decoded at its size, half or a quarter of it."""
+
+
+def read_photo(path: Path | str) -> tuple[Image, str]:
+    """The picture as (H, W, 3) uint8 RGB, and the SHA-256 of its decoded pixels.
+
+    Turned as its EXIF says, 16 bits brought to 8, transparency laid on white.
+    Raises InputError, in one sentence, for what is missing, too large, animated, CMYK, damaged or
+    no picture.
+    """
+    path = Path(path)
+    data = _bytes(path)
+    header = read_header(data, path.name)
+    _check(header, path.name)
+    pixels = _whole(_decode(data, header), header, path.name)
+    return pixels, photo_hash(pixels)
+
+
+def read_scaled(path: Path | str) -> tuple[Image, str, int]:
+    """As `read_photo`, but a JPEG picture that is too large is read smaller.
+
+    The third is how many pixels of the file make one that is read: 1, 2 or 4.
+    """
+    path = Path(path)
+    data = _bytes(path)
+    header = read_header(data, path.name)
+    factor = _factor(header)
+    if factor == 1:
+        return (*read_photo(path), 1)
+    small = replace(header, width=header.width // factor, height=header.height // factor)
+    _check(small, path.name)
+    pixels = _whole(_decode(data, header, REDUCED[factor]), header, path.name)
+    return pixels, photo_hash(pixels), factor
+
+
+def reduction_of(path: Path | str) -> int:
+    """How many pixels of a picture's file make one that `read_scaled` reads, along each side."""
+    path = Path(path)
+    return _factor(read_header(_bytes(path), path.name))
+
+
+def _factor(header: Header) -> int:
+    many = header.width * header.height
+    if header.format != "JPEG" or many > MAX_REDUCED:
+        return 1
+    return next((k for k in REDUCED if many <= MAX_PIXELS * k * k), 1)
+
+
+def _whole(pixels: Image | None, header: Header, name: str) -> Image:
+    """Decoded pixels, made sure of and not to be written to."""
+    if pixels is None or pixels.ndim != 3:
+        raise InputError(f"{name} is a {header.format} file that is cut off or damaged")
+    if min(pixels.shape[:2]) < MIN_SIDE:
+        raise InputError(f"{name} is {header.width} × {header.height}; at least {MIN_SIDE} pixels")
+    pixels = np.ascontiguousarray(pixels)
+    pixels.setflags(write=False)
+    return pixels
+
+
+def photo_hash(pixels: Image) -> str:
+    """SHA-256 of a picture's size and pixels."""
+    digest = hashlib.sha256(f"{pixels.shape[1]}x{pixels.shape[0]}\n".encode())
+    digest.update(np.ascontiguousarray(pixels).data)
+    return digest.hexdigest()
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        if not path.is_file():
+            raise InputError(f"there is no picture at {path}")
+        size = path.stat().st_size
+        if size > MAX_BYTES:
+            raise InputError(
+                f"{path.name} has {size / 2**20:.0f} MB; at most {MAX_BYTES // 2**20} MB are read"
+            )
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path} cannot be read: {error.strerror}") from error
+
+
+def _check(header: Header, name: str) -> None:
+    width, height = header.width, header.height
+    if width < 1 or height < 1:
+        raise InputError(f"{name} says it is {width} × {height} pixels")
+    if width * height > MAX_PIXELS:
+        raise InputError(
+            f"{name} is {width} × {height} pixels; at most {MAX_PIXELS // 10**6} million are read,"
+            " save it smaller"
+        )
+    if header.animated:
+        raise InputError(f"{name} is an animation; give a single picture")
+    if header.format == "JPEG" and header.channels == 4:
+        raise InputError(f"{name} is a CMYK picture; save it as RGB")
+    depth = 2 if header.bits > 8 else 1
+    channels = 4 if header.alpha else 3
+    if width * height * channels * depth > MAX_DECODED:
+        raise InputError(f"{name} is too large at {header.bits} bits a channel; save it at 8 bits")
+
+
+def _decode(data: bytes, header: Header, how: int = cv2.IMREAD_COLOR_RGB) -> Image | None:
+    raw = np.frombuffer(data, np.uint8)
+    try:
+        if header.alpha:
+            return _on_white(cv2.imdecode(raw, cv2.IMREAD_UNCHANGED))
+        pixels = cv2.imdecode(raw, how)
+        if pixels is not None and how != cv2.IMREAD_COLOR_RGB:
+            pixels = cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB)
+        return _rgb(pixels)
+    except cv2.error:
+        return None
+
+
+def _rgb(pixels: np.ndarray | None) -> Image | None:
+    return None if pixels is None else pixels.astype(np.uint8, copy=False)
+
+
+def _on_white(pixels: np.ndarray | None) -> Image | None:
+    """BGRA of 8 or 16 bits laid on white."""
+    if pixels is None:
+        return None
+    if pixels.dtype == np.uint16:
+        pixels = (pixels // 257).astype(np.uint8)
+    if pixels.ndim == 2:
+        return cv2.cvtColor(pixels, cv2.COLOR_GRAY2RGB).astype(np.uint8)
+    if pixels.shape[2] == 3:
+        return cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB).astype(np.uint8)
+    alpha = pixels[..., 3]
+    rgb = cv2.cvtColor(pixels, cv2.COLOR_BGRA2RGB).astype(np.uint8)
+    if alpha.min() == 255:
+        return rgb
+    for start in range(0, len(rgb), 256):
+        rows = slice(start, start + 256)
+        share = alpha[rows, :, None].astype(np.uint16)
+        mixed = rgb[rows] * share + 255 * (255 - share)
+        rgb[rows] = ((mixed + 127) // 255).astype(np.uint8)
+    return rgb

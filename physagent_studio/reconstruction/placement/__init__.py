@@ -1,0 +1,5 @@
+"""Things and supports put in their places: at rest, out of one another, carried.
+
+In: the survey, masks and shapes. Out: supports with numbers, and objects with poses (m, world
+frame) whose first frame covers their masks. `place` is the door.
+"""

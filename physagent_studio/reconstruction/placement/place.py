@@ -1,0 +1,278 @@
+"""Objects put in their places, from the ground up: nothing penetrates, nothing floats unasked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.rotations import matrix_of
+from physagent_studio.program.scene import (
+    Inflated,
+    Meshed,
+    SceneObject,
+    Support,
+)
+from physagent_studio.reconstruction.camera.rays import (
+    on_upright,
+)
+from physagent_studio.reconstruction.grounding.same_kind import alike, kind_name
+from physagent_studio.reconstruction.photo.line_segments import Segments
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
+from physagent_studio.reconstruction.placement.alike_sizes import shared_places
+from physagent_studio.reconstruction.placement.bases import (
+    base_of,
+    is_in_round_stack,
+    is_round,
+    shape_of,
+)
+from physagent_studio.reconstruction.placement.basins import standing_for
+from physagent_studio.reconstruction.placement.depenetration import moved_apart
+from physagent_studio.reconstruction.placement.resting import settled
+from physagent_studio.reconstruction.placement.tilted import tilt_of
+from physagent_studio.reconstruction.shapes.forms import (
+    Form,
+    balances_on_a_point,
+    forms,
+    lowest,
+    with_flats,
+)
+from physagent_studio.reconstruction.shapes.inflation import inflated_mesh
+from physagent_studio.reconstruction.shapes.lying import lies
+from physagent_studio.reconstruction.shapes.meshes import mesh_of
+from physagent_studio.reconstruction.shapes.primitives import Base
+from physagent_studio.reconstruction.shapes.vessels import hollow_first, hollow_kinds, opened
+from physagent_studio.reconstruction.supports.stances import Stance
+from physagent_studio.reconstruction.survey.survey import Survey
+from physagent_studio.records.scene import Mesh, ShapeOffer
+
+FloatArray = NDArray[np.float64]
+BORNE_OUT = 0.03
+"""How much of its cover (IoU) a thing may lose where it is made as large as its like."""
+LEVEL = 0.999
+"""Least upward part of the body's own axis on level ground."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Placed:
+    """Objects in place with their meshes (body frame, untextured).
+
+    offers: the shapes that were fitted to each mask, best first.
+    """
+
+    objects: tuple[SceneObject, ...]
+    meshes: Mapping[str, Mesh]
+    offers: Mapping[str, tuple[ShapeOffer, ...]] = field(default_factory=dict)
+
+
+def place_all(
+    objects: tuple[SceneObject, ...],
+    supports: tuple[Support, ...],
+    masks: Mapping[str, BoolArray],
+    stances: Mapping[str, Stance],
+    read: Survey,
+    given: Mapping[str, Mesh],
+    fresh: frozenset[str],
+    tick: Callable[[float], None],
+    ranked: frozenset[str] = frozenset(),
+    found: Segments | None = None,
+) -> Placed:
+    """Every object with its open fields filled.
+
+    given: meshes of `Meshed` shapes by name. fresh: those that just came from elsewhere; their
+    places are kept but for their height over what they stand on. ranked: objects whose other
+    shapes are known: where one is asked for, no more are fitted. found: edges of the picture.
+    """
+    ground = _Ground(supports, masks, stances, read, given, fresh, ranked, found=found)
+    order = [item for item in _from_the_ground(objects, read) if item.name in stances]
+    done = _placed(order, ground, {}, tick)
+    offers = {name: one.offers for name, one in done.items()}
+    # A name that says nothing ("object 1", "object 2") does not say that things are alike.
+    named = [item.name for item in order if item.shape is None and read.usual[item.name].known]
+    agreed = alike({name: {one.kind: one.merit for one in offers[name]} for name in named})
+    if any(done[name].chosen != kind for name, kind in agreed.items()):
+        done = _placed(order, ground, agreed, tick)
+    put = {name: one.item for name, one in done.items()}
+    held = shared_places(order, put, stances, masks, read)
+    if held:
+        done = _as_large(order, ground, done, held, tick)
+    meshes = {name: one.form.mesh for name, one in done.items()}
+    free = frozenset(item.name for item in order if item.position is None)
+    bodies = {name: one.item for name, one in done.items()}
+    pools = standing_for(supports)
+    bodies |= {name: item for name, (item, _) in pools.items()}
+    put = _apart(bodies, {**meshes, **{name: mesh for name, (_, mesh) in pools.items()}}, free)
+    placed = tuple(put.get(item.name, item) for item in objects)
+    return Placed(placed, meshes, offers)
+
+
+def _as_large(
+    order: Sequence[SceneObject],
+    ground: _Ground,
+    done: dict[str, _One],
+    held: Mapping[str, tuple[float, float]],
+    tick: Callable[[float], None],
+) -> dict[str, _One]:
+    """Like things moved to where they are equally large, where the picture bears it out.
+
+    Where one of them no longer covers its mask, all of its kind stay as they were.
+    """
+    kinds = {name: one.chosen for name, one in done.items()}
+    moved = _placed(order, replace(ground, held=held), kinds, tick)
+    lost = {kind_name(n) for n in held if moved[n].form.iou < done[n].form.iou - BORNE_OUT}
+    if not lost:
+        return moved
+    kept = {name: spot for name, spot in held.items() if kind_name(name) not in lost}
+    return _placed(order, replace(ground, held=kept), kinds, tick) if kept else done
+
+
+def _apart(
+    items: Mapping[str, SceneObject], meshes: Mapping[str, Mesh], free: frozenset[str]
+) -> dict[str, SceneObject]:
+    """The objects with those moved that stood in one another. On slopes nothing is moved."""
+    level = frozenset(n for n in free if _is_level(items[n]))
+    out = dict(items)
+    for name, (x, y) in moved_apart(items, meshes, level).items():
+        position = items[name].position
+        assert position is not None
+        place = (position[0] + x, position[1] + y, position[2])
+        out[name] = items[name].model_copy(update={"position": place})
+    return out
+
+
+def _is_level(item: SceneObject) -> bool:
+    """Whether it stands or lies as on level ground."""
+    return matrix_of(item.rotation)[2, 2] > LEVEL or lies(item.rotation)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Ground:
+    """What is known before objects are placed; see `place_all`. held: places (x, y) to keep."""
+
+    supports: tuple[Support, ...]
+    masks: Mapping[str, BoolArray]
+    stances: Mapping[str, Stance]
+    read: Survey
+    given: Mapping[str, Mesh]
+    fresh: frozenset[str]
+    ranked: frozenset[str]
+    held: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    found: Segments | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _One:
+    """An object in place; its form, the kind chosen and the kinds that were tried, best first."""
+
+    item: SceneObject
+    form: Form
+    chosen: str
+    offers: tuple[ShapeOffer, ...]
+
+
+def _placed(
+    order: Sequence[SceneObject],
+    ground: _Ground,
+    kinds: Mapping[str, str],
+    tick: Callable[[float], None],
+) -> dict[str, _One]:
+    """Every object in its place, from the ground up. kinds: forms that are settled, by name."""
+    out: dict[str, _One] = {}
+    done = standing_for(ground.supports)
+    for count, item in enumerate(order):
+        offers = _offers(item, ground, done, kinds.get(item.name))
+        form, read = offers[0], ground.read
+        hollow = item.shape is None and item.form is None and item.name in read.vessels
+        form = hollow_first(offers) if hollow else form
+        if item.shape is None and item.form is None and _is_seen_to_balance(form, item.name, read):
+            form = with_flats(form)
+        if item.shape is None and item.name in read.vessels:
+            form = opened(form)
+        fresh = item.name in ground.fresh
+        put = settled(item, form, read, ground.supports, done, fresh)
+        tried = tuple(ShapeOffer(one.kind, one.merit, one.iou) for one in offers)
+        chosen = form.kind if hollow else offers[0].kind
+        out[item.name] = _One(put, form, chosen, tried if item.shape is None else ())
+        done[item.name] = (put, form.mesh)
+        tick((count + 1) / len(order))
+    return out
+
+
+def _is_seen_to_balance(form: Form, name: str, read: Survey) -> bool:
+    """Whether a round body stands where it could not without flats: on its end, or in a stack."""
+    return is_in_round_stack(read, name) or (read.on[name] != "air" and balances_on_a_point(form))
+
+
+def _from_the_ground(objects: tuple[SceneObject, ...], read: Survey) -> list[SceneObject]:
+    """Lower things first: an object comes after what it stands on or hangs above."""
+
+    def level(name: str) -> int:
+        steps, below = 0, name
+        while steps < len(objects) and below in read.on:
+            nxt = read.under.get(below) if read.on[below] == "air" else read.on[below]
+            if nxt is None:
+                break
+            below, steps = nxt, steps + 1
+        return steps
+
+    return sorted(objects, key=lambda item: level(item.name))
+
+
+def _offers(
+    item: SceneObject,
+    ground: _Ground,
+    done: Mapping[str, tuple[SceneObject, Mesh]],
+    kind: str | None,
+) -> list[Form]:
+    """The object's shape: the given one in its place, or those that the picture shows, best first.
+
+    kind: the only one wanted, if it is settled.
+    """
+    read, mask = ground.read, ground.masks[item.name]
+    base = base_of(ground.stances[item.name], read, ground.supports, done)
+    usual = read.usual[item.name]
+    if usual.known:
+        base = replace(base, longest=(usual.metres, usual.spread))
+    if item.name in ground.held:
+        x, y = ground.held[item.name]
+        base = replace(base, x=x, y=y, hold=1.0)
+    tilt = tilt_of(base, shape_of(read.on[item.name], ground.supports), usual.shapes)
+    camera = tilt.camera(read.camera) if tilt is not None else read.camera
+    if item.shape is None:
+        others = [
+            other
+            for name, other in ground.masks.items()
+            if name != item.name
+            and (read.on[item.name] != name or name in read.vessels or name in read.basins)
+            and not (is_round(read, item.name) and read.on.get(name) == item.name)
+        ]
+        hidden = np.any(others, axis=0) if others else None
+        wanted = item.form or kind
+        only = wanted is not None and (kind is not None or item.name in ground.ranked)
+        if item.name in read.vessels and item.form is None:
+            usual = hollow_kinds(usual)
+        tried = forms(camera, mask, base, usual, wanted, hidden, only=only, found=ground.found)
+        return [tilt.in_world(form) for form in tried] if tilt is not None else tried
+    if isinstance(item.shape, Inflated):
+        mesh = inflated_mesh(mask, camera, item.shape)
+    elif isinstance(item.shape, Meshed):
+        mesh = ground.given[item.name]
+    else:
+        mesh = mesh_of(item.shape)
+    position = item.position or _place_given(read.camera, mask, base, mesh, item)
+    return [Form(item.shape.kind, item.shape, mesh, position, item.rotation, 1.0, 1.0)]
+
+
+def _place_given(
+    camera: Camera, mask: BoolArray, base: Base, mesh: Mesh, item: SceneObject
+) -> tuple[float, float, float]:
+    """A known body at the base: its near side where the foot is seen, its middle in the mask's."""
+    x0, y0, x1, y1 = bounds(mask)
+    reach = float(np.ptp(mesh.vertices[:, 1])) / 2
+    y = base.y + (reach if base.hold < 1 and not base.free_z else 0.0)
+    centre = on_upright(camera, [((x0 + x1) / 2, (y0 + y1) / 2)], y)[0]
+    z = float(centre[2]) if base.free_z else base.z - lowest(mesh, item.rotation)
+    return float(centre[0]), y, z

@@ -1,0 +1,155 @@
+"""Supports resolved: floors, slabs, ramps and walls from names, clicks and edges."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+import numpy as np
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import (
+    Floor,
+    Ramp,
+    SceneState,
+    Slab,
+    Support,
+    SupportShape,
+    Wall,
+)
+from physagent_studio.reconstruction.camera.rays import on_plane
+from physagent_studio.reconstruction.camera.scale import FLOOR
+from physagent_studio.reconstruction.grounding.usual import is_rails, support_kind, words_of
+from physagent_studio.reconstruction.photo.line_segments import Segments
+from physagent_studio.reconstruction.photo.regions import BoolArray
+from physagent_studio.reconstruction.supports import clicked as clicked_supports
+from physagent_studio.reconstruction.supports.ramps import place_ramp, three_click_ramp
+from physagent_studio.reconstruction.supports.slabs import SOLID, fit_slab
+from physagent_studio.reconstruction.supports.snapping import snapped
+from physagent_studio.reconstruction.supports.stairs import with_steps
+from physagent_studio.reconstruction.supports.stances import Stance
+from physagent_studio.reconstruction.supports.tabletops import Top
+from physagent_studio.reconstruction.survey.survey import Survey, is_ground
+
+RAIL = 0.06
+"""Width of a rail over the outer width of the pair."""
+BOARD = 0.05
+"""Thickness of a table top, m."""
+UNSEEN = 0.25
+"""How far a table that nobody clicked goes on outside the picture, m."""
+
+
+def resolve(
+    state: SceneState,
+    read: Survey,
+    stances: Mapping[str, Stance],
+    regions: Mapping[str, BoolArray],
+    found: Segments,
+    tops: Mapping[str, Top] = MappingProxyType({}),
+) -> tuple[tuple[Support, ...], tuple[str, ...]]:
+    """The supports with their shapes, a floor added where there is none, and what stays open.
+
+    tops: of supports that are known by name alone. The second value are sentences about supports
+    that could not be resolved.
+    """
+    out: list[Support] = []
+    flags: list[str] = []
+    for support in state.supports:
+        if support.shape is not None or support.name in read.basins:
+            out.append(support)
+            continue
+        top = tops.get(support.name)
+        shape = (
+            _shape(support, read, stances, regions, found)
+            if top is None
+            else _slab(support, read, stances, {support.name: top.region}, top.edges, (), UNSEEN)
+        )
+        if isinstance(shape, Ramp):
+            shape = with_steps(support, shape)
+        if isinstance(shape, Slab) and is_rails(support.name):
+            shape = shape.model_copy(update={"rail": RAIL * min(shape.size[:2])})
+        if shape is None:
+            flags.append(
+                f"support '{support.name}' is not resolved: click the corners of a table, or the"
+                " toe, foot and top of a ramp"
+            )
+        out.append(support.model_copy(update={"shape": shape, "source": "estimated"}))
+    if not any(is_ground(support) for support in out):
+        out.append(Support(name=FLOOR, shape=Floor(), source="estimated"))
+    return tuple(out), tuple(flags)
+
+
+def _shape(
+    support: Support,
+    read: Survey,
+    stances: Mapping[str, Stance],
+    regions: Mapping[str, BoolArray],
+    found: Segments,
+) -> SupportShape | None:
+    exact = snapped(support, found, read.camera.size)
+    clicked = clicked_supports.shape_of(exact, read.camera, *_board(support, read))
+    if clicked is not None:
+        return clicked
+    kind = support_kind(support.name)
+    clicks = [(c.x, c.y) for c in support.grounding.points if c.label]
+    if kind == "floor":
+        return Floor()
+    if kind == "wall":
+        return _wall(read.camera, clicks)
+    if kind == "ramp":
+        if len(clicks) == 3:
+            return three_click_ramp(read.camera, clicks)
+        if support.name in read.flights:
+            return read.flights[support.name].ramp(read.camera.position[2])
+        if support.name in read.blocks:
+            return read.blocks[support.name].ramp(read.camera.position[2])
+        profile = read.profiles.get(support.name)
+        return place_ramp(read.camera, profile) if profile else None
+    return _slab(support, read, stances, regions, found, clicks)
+
+
+def _board(support: Support, read: Survey) -> tuple[float, float]:
+    """Height of a level support's top and thickness of what lies under it, m."""
+    top = read.tops.get(support.name, 0.0)
+    solid = bool(set(words_of(support.name)) & SOLID) or support.name in read.blocks
+    return top, top if solid else min(BOARD, top)
+
+
+def _slab(
+    support: Support,
+    read: Survey,
+    stances: Mapping[str, Stance],
+    regions: Mapping[str, BoolArray],
+    found: Segments,
+    clicks: Sequence[tuple[float, float]],
+    beyond: float = math.inf,
+) -> Slab | None:
+    if support.name in read.blocks:
+        return read.blocks[support.name].slab(read.camera.position[2])
+    top, thickness = _board(support, read)
+    standing = [stances[name] for name in stances if read.on[name] == support.name]
+    feet = [stance.foot for stance in standing]
+    halves = [stance.width / 2 for stance in standing]
+    region = regions.get(support.name)
+    if region is None:
+        width, height = read.camera.size
+        region = np.zeros((height, width), bool)
+    return fit_slab(read.camera, top, region, found, feet, halves, clicks, thickness, beyond)
+
+
+def _wall(camera: Camera, clicks: Sequence[tuple[float, float]]) -> Wall | None:
+    """A wall through two clicks on its foot; with one click, facing the camera."""
+    ground = on_plane(camera, clicks, 0.0) if clicks else np.zeros((0, 3))
+    ground = ground[np.isfinite(ground).all(1)]
+    if not len(ground):
+        return None
+    yaw = -math.pi / 2
+    if len(ground) > 1:
+        along = ground[1] - ground[0]
+        yaw = math.atan2(-along[0], along[1])
+        facing = np.array([math.cos(yaw), math.sin(yaw)])
+        if facing @ (np.array(camera.position[:2]) - ground[0, :2]) < 0:
+            yaw = yaw - math.pi if yaw > 0 else yaw + math.pi
+    x, y, _ = (float(value) for value in ground[0])
+    return Wall(point=(x, y, 0.0), yaw=yaw)

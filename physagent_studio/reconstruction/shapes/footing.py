@@ -1,0 +1,112 @@
+"""What a body stands on: its feet in the picture, and a base cut level so that it stands."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.reconstruction.camera.rays import on_plane
+from physagent_studio.reconstruction.photo.regions import BoolArray
+from physagent_studio.reconstruction.shapes.meshes import volume_and_centre
+
+FloatArray = NDArray[np.float64]
+CUTS = (0.01, 0.02, 0.035, 0.05, 0.075, 0.1, 0.14, 0.2, 0.28)
+"""Heights, as shares of the body's, at which it may be cut level to stand."""
+MARGIN = 0.12
+"""Least distance of the centre of mass from the rim of the base, as a share of the base."""
+MOST_OBLIQUE = 0.4
+"""Cosine of the largest angle to the picture at which a thing on feet is taken to stand."""
+
+
+def levelled(vertices: FloatArray, faces: NDArray[np.int32]) -> FloatArray:
+    """The body cut level just above its lowest point, as little as makes it stand.
+
+    What lies below the cut is pressed up to it and the body stretched to its former height. A
+    body that would not stand on any cut leans in the picture too, and gets the least one.
+    """
+    low, high = float(vertices[:, 2].min()), float(vertices[:, 2].max())
+    cuts = [_cut(vertices, low, high, share) for share in CUTS]
+    for cut in cuts:
+        _, centre = volume_and_centre(cut, faces)
+        if stands(cut, centre):
+            return cut
+    return cuts[0]
+
+
+def _cut(vertices: FloatArray, low: float, high: float, share: float) -> FloatArray:
+    height = high - low
+    level = low + share * height
+    out = vertices.copy()
+    out[:, 2] = low + (np.maximum(out[:, 2], level) - level) / max(1 - share, 1e-9)
+    return out
+
+
+def stands(vertices: FloatArray, centre: FloatArray) -> bool:
+    """Whether a body (V, 3) rests on its lowest points without falling over.
+
+    centre: its centre of mass in the same frame. The centre has to lie over the base, `MARGIN` of
+    the base's extent away from its rim.
+    """
+    low = float(vertices[:, 2].min())
+    touching = vertices[:, 2] < low + 1e-3 * float(np.ptp(vertices[:, 2]))
+    base = vertices[touching][:, :2].astype(np.float32)
+    if len(base) < 3:
+        return False
+    narrow = float(min(cv2.minAreaRect(base)[1]))
+    middle = (float(centre[0]), float(centre[1]))
+    inside = cv2.pointPolygonTest(cv2.convexHull(base), middle, True)
+    return bool(narrow > 0 and inside > MARGIN * narrow)
+
+
+def across_the_feet(mask: BoolArray, camera: Camera, ahead: FloatArray) -> FloatArray:
+    """Level unit vector across the line on which two feet stand; `ahead` where there are none.
+
+    A thing on legs or wheels that is seen at an angle would have one of its feet in the air if
+    it were taken to face the camera.
+    """
+    feet = _feet(mask)
+    if feet is None:
+        return ahead
+    spots = on_plane(camera, feet, camera.position[2] - 1.0)[:, :2]
+    along = spots[1] - spots[0]
+    if not np.isfinite(along).all() or float(np.hypot(*along)) < 1e-9:
+        return ahead
+    across = np.array([-along[1], along[0], 0.0]) / float(np.hypot(*along))
+    return across if float(across @ ahead) > MOST_OBLIQUE else ahead
+
+
+def _feet(mask: BoolArray) -> FloatArray | None:
+    """The two feet (2, 2) pixels between which the middle of a silhouette lies; None without.
+
+    They are the ends of the lowest line that the outline can be set on, left first, with a gap
+    between them where the outline rises.
+    """
+    columns = np.flatnonzero(mask.any(0))
+    rows = mask.shape[0] - mask[::-1, columns].argmax(0)
+    height = float(rows.max() - np.flatnonzero(mask.any(1))[0])
+    outline = np.column_stack([columns + 0.5, rows]).astype(float)
+    hull = cv2.convexHull(outline.astype(np.float32))[:, 0].astype(float)
+    lower = hull[np.argsort(hull[:, 0], kind="stable")]
+    middle = float(np.average(columns + 0.5, weights=mask.sum(0)[columns]))
+    found = [
+        (p, q)
+        for i, p in enumerate(lower)
+        for q in lower[i + 1 :]
+        if p[0] < middle < q[0] and _above(outline, p, q).min() > -0.75
+    ]
+    if not found:
+        return None
+    left, right = max(found, key=lambda pair: pair[1][0] - pair[0][0])
+    between = (outline[:, 0] > left[0]) & (outline[:, 0] < right[0])
+    rise = _above(outline[between], left, right)
+    gap = float((rise > 0.04 * height).mean()) if len(rise) else 0.0
+    wide = right[0] - left[0] > 0.3 * len(columns)
+    return np.array([left, right]) if wide and gap > 0.4 else None
+
+
+def _above(outline: FloatArray, left: FloatArray, right: FloatArray) -> FloatArray:
+    """How far (N,) pixels (N, 2) lie above the line through two of them."""
+    slope = (right[1] - left[1]) / max(right[0] - left[0], 1e-9)
+    return left[1] + slope * (outline[:, 0] - left[0]) - outline[:, 1]

@@ -1,0 +1,285 @@
+"""The form of one object: primitive, surface of revolution or inflation, whichever shows best."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.base import IDENTITY
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.rotations import matrix_of
+from physagent_studio.program.scene import Capsule, Ellipsoid, Inflated, Revolved, Shape, Sphere
+from physagent_studio.reconstruction.camera.rays import metres_per_pixel, on_plane, on_upright
+from physagent_studio.reconstruction.grounding.usual import Usual
+from physagent_studio.reconstruction.photo.line_segments import Segments
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, iou
+from physagent_studio.reconstruction.shapes.inflation import (
+    inflated_mesh,
+    natural_depth,
+    upright_extent,
+)
+from physagent_studio.reconstruction.shapes.lying import fit_lying, lies
+from physagent_studio.reconstruction.shapes.meshes import capsule_profile, mesh_of
+from physagent_studio.reconstruction.shapes.primitives import PRIOR, Base, Fit, fit_all
+from physagent_studio.reconstruction.shapes.revolution import mirror_symmetry, revolved
+from physagent_studio.reconstruction.shapes.rings import fit_ring, hole_of
+from physagent_studio.reconstruction.shapes.silhouettes import silhouette
+from physagent_studio.records.scene import Mesh
+
+FloatArray = NDArray[np.float64]
+PRIMITIVES = ("sphere", "ellipsoid", "cylinder", "frustum", "capsule", "box", "bowl")
+REVOLVED_COST = 0.04
+INFLATED_COST = 0.07
+THIN_FROM, THICK_FROM = 12.0, 30.0
+"""Least angle, degrees, at which one looks down on what is taken to lie, be it thin or thick."""
+FLAT_FROM = 0.94
+"""Share of a round body's half height where the flats of a stack begin."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Form:
+    """A shape in place with its mesh (body frame). iou: its silhouette against the mask."""
+
+    kind: str
+    shape: Shape
+    mesh: Mesh
+    position: tuple[float, float, float]
+    rotation: tuple[float, float, float, float]
+    iou: float
+    merit: float
+
+
+def forms(
+    camera: Camera,
+    mask: BoolArray,
+    base: Base,
+    usual: Usual,
+    kind: str | None = None,
+    hidden: BoolArray | None = None,
+    *,
+    only: bool = True,
+    found: Segments | None = None,
+) -> list[Form]:
+    """All forms that fit the mask at `base`, best first; never empty for a mask of ≥ 12 pixels.
+
+    kind: the one that is asked for comes first; only: no others are tried then. hidden: pixels
+    (H, W) of other objects, which may cover parts. found: straight edges of the picture.
+    """
+    wanted = (kind,) if kind is not None else ()
+    if kind is None or not only:
+        wanted = tuple(dict.fromkeys((*wanted, *_worth_trying(mask, usual, hidden))))
+    primitives = [kind for kind in PRIMITIVES if kind in wanted]
+    fits = fit_all(camera, mask, base, primitives, usual.shapes, hidden, found)
+    standing = max((fit.iou for fit in fits), default=0.0)
+    fits += fit_lying(camera, mask, base, primitives, usual, hidden, standing)
+    made = [_form_of(fit) for fit in fits]
+    if "torus" in wanted:
+        ring = fit_ring(camera, mask, base, usual.shapes, hidden)
+        made += [_form_of(ring)] if ring is not None else []
+    if "revolved" in wanted:
+        made += _revolved_form(camera, mask, base, usual)
+    if "inflated" in wanted or not made:
+        lying = flat_form(camera, mask, base, usual)
+        made.append(lying or _inflated_form(camera, mask, base, usual))
+    made.sort(key=lambda form: (form.kind != kind, -form.merit))
+    best: dict[str, Form] = {}
+    for form in made:
+        # Of a kind that stands or lies the better one.
+        best.setdefault(form.kind, form)
+    return list(best.values())
+
+
+def _form_of(fit: Fit) -> Form:
+    mesh = mesh_of(fit.shape)
+    kind = fit.shape.kind
+    return Form(kind, fit.shape, mesh, fit.position, fit.rotation, fit.iou, fit.merit)
+
+
+def with_flats(form: Form) -> Form:
+    """A round body with small flats at its poles, as fruit has: it can carry and be carried.
+
+    Its height and width stay; other bodies stay as they are, and so does what lies.
+    """
+    if lies(form.rotation):
+        return form
+    if isinstance(form.shape, Capsule):
+        whole = np.array(capsule_profile(form.shape))
+    elif isinstance(form.shape, Sphere | Ellipsoid):
+        radii = (form.shape.radius,) * 3 if isinstance(form.shape, Sphere) else form.shape.radii
+        turn = np.linspace(-math.pi / 2, math.pi / 2, 49)
+        whole = np.column_stack([radii[2] * np.sin(turn), radii[0] * np.cos(turn)])
+    else:
+        return form
+    level = np.sin(np.linspace(-1, 1, 25) * math.asin(FLAT_FROM)) * whole[-1, 0]
+    radius = np.interp(level, whole[:, 0], whole[:, 1])
+    shape = Revolved(
+        profile=tuple((float(z), float(r)) for z, r in zip(level / FLAT_FROM, radius, strict=True))
+    )
+    return replace(form, kind="revolved", shape=shape, mesh=mesh_of(shape))
+
+
+def balances_on_a_point(form: Form) -> bool:
+    """Whether a round body stands on its end, where it would fall over without a flat there."""
+    shape = form.shape
+    if lies(form.rotation):
+        return False
+    if isinstance(shape, Capsule):
+        return shape.height > 2.05 * shape.radius
+    return isinstance(shape, Ellipsoid) and shape.radii[2] > 1.15 * min(shape.radii[:2])
+
+
+def _worth_trying(mask: BoolArray, usual: Usual, hidden: BoolArray | None) -> tuple[str, ...]:
+    """The kinds that a known name allows; all of them for an unknown one. A hole shows a ring."""
+    ring = ("torus",) if hole_of(mask, hidden) is not None else ()
+    if usual.shapes == ("sphere",):
+        return ("sphere", "ellipsoid", *ring, "inflated")
+    if "bowl" in usual.shapes:
+        return tuple(kind for kind in usual.shapes if kind != "revolved")
+    if usual.shapes:
+        return tuple(dict.fromkeys((*usual.shapes, *ring, "inflated")))
+    kinds = [*(kind for kind in PRIMITIVES if kind != "bowl"), *ring, "inflated"]
+    if mirror_symmetry(mask) > 0.9:
+        kinds.append("revolved")
+    return tuple(kinds)
+
+
+def _revolved_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) -> list[Form]:
+    """The surface of revolution as its rows give it, or corrected until its box is the mask's."""
+    made = revolved(camera, mask, base)
+    if made is None:
+        return []
+    best: tuple[float, Revolved, tuple[float, float, float]] | None = None
+    for _ in range(4):
+        shape, position = made
+        mesh = mesh_of(shape)
+        seen = silhouette(camera, mesh.vertices + np.array(position), mesh.faces)
+        value = iou(seen, mask)
+        if best is None or value > best[0]:
+            best = (value, shape, position)
+        if not seen.any():
+            break
+        made = _corrected(camera, (shape, position), bounds(seen), bounds(mask), base)
+    assert best is not None
+    value, shape, position = best
+    merit = value - REVOLVED_COST + PRIOR * ("revolved" in usual.shapes)
+    return [Form("revolved", shape, mesh_of(shape), position, IDENTITY, value, merit)]
+
+
+def _corrected(
+    camera: Camera,
+    made: tuple[Revolved, tuple[float, float, float]],
+    seen: tuple[int, int, int, int],
+    wanted: tuple[int, int, int, int],
+    base: Base,
+) -> tuple[Revolved, tuple[float, float, float]]:
+    """The shape and its place, its box in the picture drawn to the wanted one."""
+    shape, (x, y, z) = made
+    wide, tall = (
+        float(np.clip((wanted[k + 2] - wanted[k]) / (seen[k + 2] - seen[k]), 0.7, 1.4))
+        for k in (0, 1)
+    )
+    foot = z + shape.profile[0][0]
+    x += ((wanted[0] + wanted[2]) - (seen[0] + seen[2])) / 2 * metres_per_pixel(camera, (x, y, z))
+    if base.hold < 1 and not base.free_z:
+        column = (wanted[0] + wanted[2]) / 2
+        spots = on_plane(camera, [(column, wanted[3]), (column, seen[3])], foot)
+        step = float(spots[0, 1] - spots[1, 1])
+        y += (1 - base.hold) * step if np.isfinite(step) else 0.0
+    profile = tuple((own * tall, radius * wide) for own, radius in shape.profile)
+    return Revolved(profile=profile), (x, y, foot - profile[0][0])
+
+
+def _inflated_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) -> Form:
+    """The inflated mask, its size and place corrected until its silhouette spans the mask's.
+
+    The foot that is seen is the near rim; the middle plane lies half a depth behind it.
+    """
+    x0, y0, x1, y1 = bounds(mask)
+    depth = usual.depth * (x1 - x0) if usual.depth else natural_depth(mask)
+    extent = upright_extent(mask, camera, depth)
+    share = extent[1] / max(extent[0], 1e-9)
+    along = base.hold < 1 and not base.free_z
+    pixel = metres_per_pixel(camera, (base.x, base.y, base.z))
+    width = (x1 - x0) * pixel
+    height = width * extent[2] / max(extent[0], 1e-9)
+    y = base.y + (0.5 * (1 - base.hold) * min(share, 1.0) * width if along else 0.0)
+    x = float(on_upright(camera, [((x0 + x1) / 2, y1)], y)[0, 0])
+    foot = base.z
+    shape = Inflated(size=(width, share * width, height))
+    mesh, place = inflated_mesh(mask, camera, shape), (x, y, foot)
+    for _ in range(4):
+        shape = Inflated(size=(width, max(share * width, 1e-4), height))
+        mesh = inflated_mesh(mask, camera, shape)
+        place = _centred(mesh, (x, y), foot)
+        seen = camera.project(mesh.vertices + np.array(place))[0]
+        low, high = seen.min(0), seen.max(0)
+        pixel = metres_per_pixel(camera, place)
+        width *= float(np.clip((x1 - x0) / (high[0] - low[0]), 0.7, 1.4))
+        height *= float(np.clip((y1 - y0) / (high[1] - low[1]), 0.7, 1.4))
+        x += ((x0 + x1) / 2 - float(low[0] + high[0]) / 2) * pixel
+        off = y1 - float(high[1])
+        if base.free_z:
+            foot -= off * pixel
+        elif along:
+            spots = on_plane(camera, [(x0, y1), (x0, y1 - off)], base.z)
+            step = float(spots[0, 1] - spots[1, 1])
+            y += (1 - base.hold) * step if np.isfinite(step) else 0.0
+    value = iou(silhouette(camera, mesh.vertices + np.array(place), mesh.faces), mask)
+    merit = value - INFLATED_COST + PRIOR * ("inflated" in usual.shapes)
+    return Form("inflated", shape, mesh, place, IDENTITY, value, merit)
+
+
+def flat_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) -> Form | None:
+    """The mask inflated where it lies on the level plane; None for what is not known to lie.
+
+    Seen from too low, what is thick hides how far it reaches along the ground.
+    """
+    if usual.lies is None or base.free_z or base.hold >= 1:
+        return None
+    x0, y0, x1, y1 = bounds(mask)
+    down = -float(camera.rays(np.array([[(x0 + x1) / 2, (y0 + y1) / 2]]))[0, 2])
+    away = float(np.linalg.norm(camera.rays(np.array([[(x0 + x1) / 2, (y0 + y1) / 2]]))[0]))
+    if down / away < math.sin(math.radians(THIN_FROM if usual.lies <= 0.1 else THICK_FROM)):
+        return None
+    round_half = natural_depth(mask) / 2 * metres_per_pixel(camera, (base.x, base.y, base.z))
+    length = float(np.ptp(on_plane(camera, _corners(mask), base.z), axis=0)[:2].max())
+    half = min(round_half, usual.lies * length / 2)
+    spots = on_plane(camera, _corners(mask), base.z + half)
+    if not np.isfinite(spots).all() or not half > 0:
+        return None
+    low, high = spots.min(0), spots.max(0)
+    size = (float(high[0] - low[0]), float(high[1] - low[1]), 2 * half)
+    shape = Inflated(size=size, flat=True)
+    mesh = inflated_mesh(mask, camera, shape)
+    place = _centred(mesh, (float(low[0] + high[0]) / 2, float(low[1] + high[1]) / 2), base.z)
+    value = iou(silhouette(camera, mesh.vertices + np.array(place), mesh.faces), mask)
+    merit = value - INFLATED_COST + PRIOR
+    return Form("inflated", shape, mesh, place, IDENTITY, value, merit)
+
+
+def _corners(mask: BoolArray) -> FloatArray:
+    """Points (N, 2) of the mask's outline."""
+    outlines, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    return np.vstack(outlines)[:, 0].astype(float) + 0.5
+
+
+def _centred(mesh: Mesh, middle: tuple[float, float], foot: float) -> tuple[float, float, float]:
+    """Position of the centre of mass that puts the bounding box over `middle` on `foot`."""
+    low, high = mesh.vertices.min(0), mesh.vertices.max(0)
+    offset = (low + high) / 2
+    return middle[0] - float(offset[0]), middle[1] - float(offset[1]), foot - float(low[2])
+
+
+def lowest(mesh: Mesh, rotation: Sequence[float]) -> float:
+    """z of the lowest point of a turned mesh, relative to its centre of mass, m."""
+    return float((mesh.vertices @ matrix_of(rotation).T)[:, 2].min())
+
+
+def highest(mesh: Mesh, rotation: Sequence[float]) -> float:
+    """z of the highest point of a turned mesh, relative to its centre of mass, m."""
+    return float((mesh.vertices @ matrix_of(rotation).T)[:, 2].max())

@@ -1,0 +1,184 @@
+"""A solid from a silhouette: the outline as the picture shows it, a plausible depth behind it.
+
+The mask is laid on an upright plane that faces the camera and given a thickness there. Round
+things swell like a membrane under pressure; things whose usual depth is larger than that (a
+car, a house) get flat sides with a bevelled rim. What stands was cut level where it touches the
+ground, for a thing that is seen to stand has a base to stand on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import Inflated
+from physagent_studio.reconstruction.camera.rays import depth_of, on_plane, on_upright_through
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
+from physagent_studio.reconstruction.shapes.footing import across_the_feet, levelled
+from physagent_studio.reconstruction.shapes.legs import split_legs
+from physagent_studio.reconstruction.shapes.meshes import volume_and_centre
+from physagent_studio.reconstruction.shapes.sheets import ROUND, Sheet, closed, sheet_of, thickness
+from physagent_studio.records.scene import Mesh
+
+FloatArray = NDArray[np.float64]
+POST = 0.4
+"""Thickest leg, as a share of the body's depth."""
+
+
+def natural_depth(mask: BoolArray) -> float:
+    """Thickness in pixels of the round body over a mask."""
+    return 2.0 * float(sheet_of(mask).swell.max(initial=0.0))
+
+
+def inflated_mesh(mask: BoolArray, camera: Camera, shape: Inflated) -> Mesh:
+    """The mesh of an `Inflated` shape, body frame, its bounding box as `shape.size` says.
+
+    It depends on where the mask lies in the picture and on how the camera looks, not on how far
+    away the object is, so that moving the object does not change its body.
+    """
+    lay, part = (_level, 2) if shape.flat else (_upright, 1)
+    vertices, faces = lay(mask, camera, shape.size[part] / max(shape.size[0], 1e-9))
+    low, high = vertices.min(0), vertices.max(0)
+    scale = np.array(shape.size) / np.maximum(high - low, 1e-12)
+    vertices = levelled((vertices - (low + high) / 2) * scale, faces.astype(np.int32))
+    _, centre = volume_and_centre(vertices, faces.astype(np.int32))
+    return Mesh(vertices - centre, faces.astype(np.int32))
+
+
+def sheet_on_plane(
+    mask: BoolArray, camera: Camera, point: FloatArray
+) -> tuple[FloatArray, NDArray[np.int64]]:
+    """World vertices (V, 3), m, and faces of the round body over a mask, around the upright plane
+
+    through `point` that faces the camera.
+    """
+    sheet = sheet_of(mask)
+    ahead = np.asarray(point, float) - np.asarray(camera.position)
+    ahead[2] = 0.0
+    ahead /= max(float(np.hypot(*ahead[:2])), 1e-9)
+    flat = on_upright_through(camera, sheet.pixels, point, ahead)
+    pixel = depth_of(camera, point) / camera.focal
+    push = (sheet.swell * pixel)[:, None] * ahead[None]
+    return closed(np.vstack([flat - push, flat + push]), sheet, sheet.swell)
+
+
+def upright_extent(mask: BoolArray, camera: Camera, depth: float) -> tuple[float, float, float]:
+    """Extent (x, y, z) of a body over a mask one unit away, world axes.
+
+    depth: its thickness through the upright plane on which the mask is laid, pixels.
+    """
+    low, high = _box(*_laid(mask, camera), depth / 2)
+    x, y, z = (float(value) for value in high - low)
+    return x, y, z
+
+
+def _upright(
+    mask: BoolArray, camera: Camera, depth_share: float
+) -> tuple[FloatArray, NDArray[np.int64]]:
+    """World vertices around a plane one unit away, and faces.
+
+    depth_share: extent of the result along y as a share of that along x.
+    """
+    flat, ahead, sheet = _laid(mask, camera)
+    x0, y0, x1, y1 = bounds(mask)
+    least, most = 0.0, 6.0 * max(x1 - x0, y1 - y0)
+    for _ in range(30):
+        half = (least + most) / 2
+        low, high = _box(flat, ahead, sheet, half)
+        extent = high - low
+        if extent[1] < depth_share * extent[0]:
+            least = half
+        else:
+            most = half
+    if most > ROUND * float(sheet.swell.max(initial=1e-9)):
+        body, legs = split_legs(mask)
+        if legs:
+            return _on_legs(body, legs, _plane(mask, camera), most)
+    thick = thickness(sheet, most)
+    push = thick[:, None] * ahead[None]
+    return closed(np.vstack([flat - push, flat + push]), sheet, thick)
+
+
+def _level(
+    mask: BoolArray, camera: Camera, depth_share: float
+) -> tuple[FloatArray, NDArray[np.int64]]:
+    """World vertices around a level plane one unit below the camera, and faces.
+
+    depth_share: extent of the result along z as a share of that along x.
+    """
+    sheet = sheet_of(mask)
+    flat = on_plane(camera, sheet.pixels, camera.position[2] - 1.0)
+    pixel = depth_of(camera, flat.mean(axis=0)) / camera.focal
+    half = depth_share * float(np.ptp(flat[:, 0])) / 2 / pixel
+    thick = thickness(sheet, half)
+    push = thick[:, None] * np.array([[0.0, 0.0, -pixel]])
+    return closed(np.vstack([flat - push, flat + push]), sheet, thick)
+
+
+def _on_legs(
+    body: BoolArray, legs: list[BoolArray], plane: _Plane, half: float
+) -> tuple[FloatArray, NDArray[np.int64]]:
+    """A flat body 2 · half pixels deep on posts, of each leg one at the front, one at the back."""
+    parts = [plane.standing(body, half, 0.0)]
+    for leg in legs:
+        x0, _, x1, _ = bounds(leg)
+        own = min(0.5 * (x1 - x0), POST * half)
+        for side in (-1.0, 1.0):
+            parts.append(plane.standing(leg, own, side * (half - own)))
+    counts = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
+    faces = [own + start for (_, own), start in zip(parts, counts, strict=False)]
+    return np.vstack([vertices for vertices, _ in parts]), np.vstack(faces)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Plane:
+    """The upright plane on which a silhouette is laid, one unit away: a point and its normal."""
+
+    camera: Camera
+    centre: FloatArray
+    ahead: FloatArray
+
+    def laid(self, sheet: Sheet) -> FloatArray:
+        """Places (V, 3) of a sheet, m."""
+        return on_upright_through(self.camera, sheet.pixels, self.centre, self.ahead)
+
+    def standing(
+        self, mask: BoolArray, half: float, shift: float
+    ) -> tuple[FloatArray, NDArray[np.int64]]:
+        """The body over a mask, 2 · half pixels deep, its middle `shift` pixels behind."""
+        sheet = sheet_of(mask)
+        thick = thickness(sheet, half)
+        pixel = self.ahead / self.camera.focal
+        flat, push = self.laid(sheet) + shift * pixel, thick[:, None] * pixel
+        return closed(np.vstack([flat - push, flat + push]), sheet, thick)
+
+
+def _laid(mask: BoolArray, camera: Camera) -> tuple[FloatArray, FloatArray, Sheet]:
+    """The silhouette on an upright plane: places (V, 3) m, the level unit vector through the
+
+    plane scaled to a pixel (1 / focal, for the plane is one unit away), and the sheet.
+    """
+    sheet, plane = sheet_of(mask), _plane(mask, camera)
+    return plane.laid(sheet), plane.ahead / camera.focal, sheet
+
+
+def _plane(mask: BoolArray, camera: Camera) -> _Plane:
+    """It faces the camera, or stands across the two feet that are seen."""
+    x0, y0, x1, y1 = bounds(mask)
+    middle = np.array([(x0 + x1) / 2, (y0 + y1) / 2])
+    ray = camera.rays(middle[None])[0]
+    ahead = np.array([ray[0], ray[1], 0.0])
+    ahead /= max(float(np.hypot(*ahead[:2])), 1e-9)
+    ahead = across_the_feet(mask, camera, ahead)
+    return _Plane(camera, np.asarray(camera.position) + ray, ahead)
+
+
+def _box(
+    flat: FloatArray, ahead: FloatArray, sheet: Sheet, half: float
+) -> tuple[FloatArray, FloatArray]:
+    """Least and greatest coordinates of the body of that half thickness, pixels."""
+    push = thickness(sheet, half)[:, None] * ahead[None]
+    return np.minimum(flat - push, flat + push).min(0), np.maximum(flat - push, flat + push).max(0)

@@ -1,0 +1,77 @@
+"""Legs and wheels in a silhouette: narrow parts side by side below an opening, down to the foot.
+
+A deep thing on legs stands on posts, not on walls: each leg that is seen from the front has one
+behind it, and what is low enough passes between them.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
+
+OPEN = 0.5
+"""Most of the width of a row that legs may cover, all together."""
+NARROW = 0.3
+"""Widest leg, as a share of the silhouette."""
+LEAST_HEIGHT = 0.14
+"""Lowest opening between legs, as a share of the silhouette's height."""
+RAGGED = 0.06
+"""Share of the height from below that does not count: feet and rims end at different rows."""
+INTO = 0.08
+"""How far a leg reaches into the body above it, as a share of the silhouette's height."""
+
+
+def split_legs(mask: BoolArray) -> tuple[BoolArray, list[BoolArray]]:
+    """The body (H, W) without its legs, and each leg with its end in the body; none is ()."""
+    x0, y0, x1, y1 = bounds(mask)
+    width, height = x1 - x0, y1 - y0
+    top = _opening(mask, (x0, y0, x1, y1))
+    if top is None or y1 - top < LEAST_HEIGHT * height:
+        return mask, []
+    below = np.zeros_like(mask)
+    below[top:] = mask[top:]
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(below.astype(np.uint8))
+    legs = []
+    for label in range(1, count):
+        _, _, wide, tall, area = (int(value) for value in stats[label])
+        if area < 0.002 * np.count_nonzero(mask):
+            continue
+        if wide > NARROW * width or tall < 0.5 * (y1 - top):
+            return mask, []
+        legs.append(labels == label)
+    if len(legs) < 2:
+        return mask, []
+    body = mask & ~below
+    reach = max(2, round(INTO * height))
+    return body, [leg | (_column(leg, top, reach) & mask) for leg in legs]
+
+
+def _opening(mask: BoolArray, box: tuple[int, int, int, int]) -> int | None:
+    """The uppermost row of the opening between legs; None without one."""
+    x0, y0, x1, y1 = box
+    rows = mask[y0:y1, x0:x1]
+    covered = rows.sum(1)
+    spread = np.where(
+        covered > 0, rows.shape[1] - rows[:, ::-1].argmax(1) - rows.argmax(1), rows.shape[1]
+    )
+    runs = (np.diff(np.pad(rows, ((0, 0), (1, 1))).astype(np.int8), axis=1) == 1).sum(1)
+    leggy = (runs >= 2) & (covered <= OPEN * spread) & (spread > NARROW * rows.shape[1])
+    last = len(rows) - 1
+    ragged = round(RAGGED * len(rows))
+    while last > len(rows) - 1 - ragged and not leggy[last]:
+        last -= 1
+    if not leggy[last]:
+        return None
+    first = last
+    while first > 0 and leggy[first - 1]:
+        first -= 1
+    return y0 + first
+
+
+def _column(leg: BoolArray, top: int, reach: int) -> BoolArray:
+    """The pixels right above the upper end of a leg."""
+    out = np.zeros_like(leg)
+    out[max(0, top - reach) : top] = leg[top : top + 3].any(0)
+    return out

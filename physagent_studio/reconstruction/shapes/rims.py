@@ -1,0 +1,167 @@
+"""Rims of cups, bowls and cans: a level circle whose far half ends the silhouette above.
+
+The near half of the circle that a can stands on ends its silhouette below.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from physagent_studio.reconstruction.camera.estimate import Disc
+from physagent_studio.reconstruction.grounding.usual import words_of
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
+from physagent_studio.reconstruction.shapes.vessels import is_vessel
+
+_CLOSED = "can tin drum cylinder puck coin token medal button chip plate dish saucer coaster lid"
+FLAT_TOPPED = frozenset([*_CLOSED.split(), "disc", "frisbee", "pancake", "pizza"])
+"""Closed things whose top is a level disc."""
+OFF = 0.012
+"""How far the silhouette may lie off the ellipse, root mean square, as a share of its width."""
+FLATTEST, ROUNDEST = 0.06, 0.9
+"""Height over width of an ellipse that says something."""
+SURE = 1.5
+"""How surely a rim tells the slope at which it is seen, degrees."""
+WIDEST = 0.96
+"""Share of the width of the whole that the rim has: such things are widest there."""
+BASE_SURE, CUT = 3.0, 3.0
+"""The same for the base of a can, degrees; how many times less surely it is not steeper: shadows
+and the colour of the ground cut it flat."""
+SIDES = (0.3, 0.7)
+"""Shares of the height of a can between which its sides are straight lines."""
+ROUGH = 0.008
+"""How far they may lie off them, as a share of its width."""
+NARROWEST = 24
+"""Pixels across from which on a rim is looked at."""
+
+
+def has_a_rim(name: str) -> bool:
+    """Whether a thing of that name ends above in a level circle."""
+    words = words_of(name)
+    return bool(words) and (is_vessel(name, "") or words[-1] in FLAT_TOPPED)
+
+
+def rim_of(mask: BoolArray) -> Disc | None:
+    """The ellipse whose upper half ends a silhouette above; None where there is none."""
+    x0, y0, x1, y1 = bounds(mask)
+    if x1 - x0 < NARROWEST:
+        return None
+    part = mask[y0:y1, x0:x1]
+    wide = np.flatnonzero(part.sum(1) >= WIDEST * (x1 - x0))
+    if not len(wide):
+        return None
+    ends = np.flatnonzero(part[wide[0]])
+    half, middle = (ends[-1] + 1 - ends[0]) / 2, (ends[-1] + 1 + ends[0]) / 2
+    # Near its ends an ellipse is steep, and a pixel to the side is many pixels down.
+    across = (np.arange(x1 - x0) + 0.5 - middle) / half
+    inner = (np.abs(across) < 0.93) & part.any(0)
+    bulge = np.sqrt(1 - across[inner] ** 2)
+    top = part.argmax(0)[inner].astype(float)
+    (row, rise), *_ = np.linalg.lstsq(np.column_stack([np.ones_like(bulge), -bulge]), top)
+    off = float(np.sqrt(np.mean((top - row + rise * bulge) ** 2))) / (2 * half)
+    flatness = float(rise) / half
+    if off > OFF + 0.3 / half or not -FLATTEST < flatness < ROUNDEST or row > 1.2 * (x1 - x0):
+        return None
+    sigma = math.hypot(SURE, math.degrees(1 / half))
+    return Disc(y0 + float(row), max(flatness, 0.0), sigma, either=True)
+
+
+def stands_on_a_disc(name: str) -> bool:
+    """Whether a thing of that name has straight sides down to a level circle."""
+    words = words_of(name)
+    return bool(words) and words[-1] in FLAT_TOPPED
+
+
+def base_of(mask: BoolArray) -> Disc | None:
+    """The ellipse whose lower half ends the silhouette of an upright cylinder below.
+
+    None where its sides are not straight, where it is cut off by the picture's border, or where
+    no ellipse between the sides ends it.
+    """
+    x0, y0, x1, y1 = bounds(mask)
+    if x1 - x0 < NARROWEST or y1 >= mask.shape[0] - 1:
+        return None
+    part = mask[y0:y1, x0:x1]
+    lean = _lean(part)
+    if lean is None:
+        return None
+    upright, back = _turned(part, lean)
+    fit = _lower_half(upright)
+    if fit is None:
+        return None
+    column, row, half, flatness = fit
+    if not -FLATTEST < flatness < ROUNDEST:
+        return None
+    seen = float(back @ np.array([column, row, 1.0]))
+    sigma = math.hypot(BASE_SURE, math.degrees(1 / half))
+    return Disc(y0 + seen, max(flatness, 0.0), sigma, cut=CUT)
+
+
+def top_of(mask: BoolArray) -> Disc | None:
+    """Likewise the ellipse that ends an upright cylinder above, seen from above or from below."""
+    disc = base_of(mask[::-1])
+    return None if disc is None else replace(disc, row=mask.shape[0] - disc.row, either=True)
+
+
+def _sides(part: BoolArray) -> tuple[np.ndarray, np.ndarray] | None:
+    """The lines (slope, column at row 0) of the left and the right side; None if not straight."""
+    height, width = part.shape
+    rows = np.arange(round(SIDES[0] * height), round(SIDES[1] * height))
+    if len(rows) < 6 or not part[rows].any(1).all():
+        return None
+    left, right = part[rows].argmax(1), width - part[rows][:, ::-1].argmax(1)
+    lines = [np.polyfit(rows + 0.5, side, 1) for side in (left, right)]
+    off = [
+        np.std(side - np.polyval(line, rows + 0.5))
+        for side, line in zip((left, right), lines, strict=True)
+    ]
+    across = float(np.median(right - left))
+    return (lines[0], lines[1]) if max(off) < ROUGH * across + 0.25 else None
+
+
+def _lean(part: BoolArray) -> float | None:
+    """How far the axis between the sides leans to the left below, rad."""
+    sides = _sides(part)
+    return None if sides is None else float(-np.arctan((sides[0][0] + sides[1][0]) / 2))
+
+
+def _turned(part: BoolArray, lean: float) -> tuple[BoolArray, np.ndarray]:
+    """The mask with its axis upright, and (3,) what gives the row before of a place in it."""
+    height, width = part.shape
+    side = round(math.hypot(height, width)) + 2
+    turn = cv2.getRotationMatrix2D((width / 2, height / 2), math.degrees(lean), 1.0)
+    turn[:, 2] += (side - width) / 2, (side - height) / 2
+    turned = cv2.warpAffine(part.astype(np.float32), turn, (side, side), flags=cv2.INTER_LINEAR)
+    return np.asarray(turned > 0.5), cv2.invertAffineTransform(turn)[1]
+
+
+def _lower_half(part: BoolArray) -> tuple[float, float, float, float] | None:
+    """Column and row of the middle, half width and flatness of the ellipse that ends it below."""
+    x0, y0, x1, y1 = bounds(part)
+    part = part[y0:y1, x0:x1]
+    sides = _sides(part)
+    if sides is None:
+        return None
+    height, width = part.shape
+    low = (height - part[::-1].argmax(0)).astype(float)
+    row = height - 0.15 * width
+    column, half, rise, off = 0.0, 1.0, 0.0, 1.0
+    for _ in range(6):
+        left, right = (float(np.polyval(line, row)) for line in sides)
+        column, half = (left + right) / 2, (right - left) / 2
+        if half < NARROWEST / 3:
+            return None
+        across = (np.arange(width) + 0.5 - column) / half
+        inner = (np.abs(across) < 0.93) & part.any(0)
+        if np.count_nonzero(inner) < NARROWEST / 3:
+            return None
+        bulge = np.sqrt(1 - across[inner] ** 2)
+        lower = low[inner]
+        (row, rise), *_ = np.linalg.lstsq(np.column_stack([np.ones_like(bulge), bulge]), lower)
+        off = float(np.sqrt(np.mean((lower - row - rise * bulge) ** 2)))
+    if off > (OFF + 0.3 / half) * 2 * half:
+        return None
+    return x0 + column, y0 + float(row), half, float(rise) / half

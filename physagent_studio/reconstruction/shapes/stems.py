@@ -1,0 +1,75 @@
+"""Stems, handles and leaves: what a silhouette shows beside the body, joined to the body's look.
+
+The body keeps its shape, so that it weighs, rolls and collides as that; the parts are drawn
+with it. They lie on the upright plane through its middle, as thick as they are thin in the picture.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.rotations import matrix_of
+from physagent_studio.program.scene import SceneObject
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
+from physagent_studio.reconstruction.shapes.inflation import sheet_on_plane
+from physagent_studio.reconstruction.shapes.silhouettes import in_world, silhouette
+from physagent_studio.records.scene import Mesh
+
+FloatArray = NDArray[np.float64]
+LEAST_AREA = 0.003
+"""Smallest part, as a share of the mask."""
+LARGEST_AREA = 0.3
+"""What is larger is no part: the body is another one than the mask shows."""
+LEAST_REACH = 0.03
+"""How far a part sticks out at least, as a share of the silhouette's longer side."""
+FOOT = 0.15
+"""Nothing is a part in the lowest share of the silhouette: shadows and reflections are there."""
+_PRIMITIVES = frozenset(
+    ["sphere", "ellipsoid", "box", "cylinder", "capsule", "frustum", "revolved", "torus"]
+)
+
+
+def with_parts(camera: Camera, mask: BoolArray, item: SceneObject, mesh: Mesh) -> Mesh:
+    """The mesh (body frame) joined with the parts that the mask (H, W) shows beside it."""
+    if item.shape is None or item.shape.kind not in _PRIMITIVES or not mask.any():
+        return mesh
+    body = silhouette(camera, in_world(item, mesh), mesh.faces)
+    blobs = _blobs(mask, body)
+    vertices, faces = [mesh.vertices], [mesh.faces]
+    low = float(in_world(item, mesh)[:, 2].min())
+    turn, place = matrix_of(item.rotation), np.asarray(item.position)
+    for blob in blobs:
+        world, triangles = sheet_on_plane(blob, camera, place)
+        # What stands on the ground does not reach into it with its parts.
+        world[:, 2] = np.maximum(world[:, 2], low)
+        faces.append((triangles + sum(len(own) for own in vertices)).astype(np.int32))
+        vertices.append((world - place) @ turn)
+    if not blobs:
+        return mesh
+    return Mesh(np.vstack(vertices), np.vstack(faces).astype(np.int32), color=mesh.color)
+
+
+def _blobs(mask: BoolArray, body: BoolArray) -> list[BoolArray]:
+    """The parts of a mask beside a body (H, W), each reaching a little into it."""
+    x0, y0, x1, y1 = bounds(mask)
+    side = max(x1 - x0, y1 - y0)
+    beside = (mask & ~body).astype(np.uint8)
+    if np.count_nonzero(beside) > LARGEST_AREA * np.count_nonzero(mask) or not body.any():
+        return []
+    away = cv2.distanceTransform((~body).astype(np.uint8), cv2.DIST_L2, 5)
+    # A rim of a pixel or two all around is no part, and would join those that are.
+    rim = max(1.5, 0.006 * side)
+    count, labels, stats, centres = cv2.connectedComponentsWithStats(beside * (away > rim))
+    low = y1 - FOOT * (y1 - y0)
+    out = []
+    for label in range(1, count):
+        own = labels == label
+        large = stats[label, cv2.CC_STAT_AREA] >= LEAST_AREA * np.count_nonzero(mask)
+        if large and away[own].max() >= LEAST_REACH * side and centres[label][1] < low:
+            reach = 2 * int(np.ceil(rim)) + 5
+            kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach))
+            out.append((cv2.dilate(own.astype(np.uint8), kernel) > 0) & mask)
+    return out

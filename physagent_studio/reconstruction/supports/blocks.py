@@ -1,0 +1,175 @@
+"""Supports that are seen whole: which are boxes and wedges, and what stands on them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+import numpy as np
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import Ramp, SceneState
+from physagent_studio.reconstruction.camera.scale import FLOOR
+from physagent_studio.reconstruction.grounding.usual import support_kind
+from physagent_studio.reconstruction.photo.regions import BoolArray, border_share, iou
+from physagent_studio.reconstruction.shapes.meshes import support_mesh
+from physagent_studio.reconstruction.shapes.silhouettes import silhouette
+from physagent_studio.reconstruction.supports.block import Block, Kind
+from physagent_studio.reconstruction.supports.block_fit import Fit, fitted
+from physagent_studio.reconstruction.supports.clicked import shape_of
+from physagent_studio.reconstruction.supports.flights import Flight
+from physagent_studio.reconstruction.supports.ramps import Profile, place_ramp
+from physagent_studio.reconstruction.supports.stances import Stance
+from physagent_studio.records.case import Image
+
+STRICT = (0.95, 0.75)
+"""A box fits whose outline covers the region this well (IoU), with this share of its visible edges
+on edges of the picture. Parts of larger tops come to .94 and, by chance, to .65."""
+LOOSE = (0.88, 0.55)
+"""The same for a ramp that its edges alone explain badly."""
+DECIDEDLY = 0.3
+"""How much better a wedge has to cover the region than the ramp by its edges."""
+CLEAR = (0.95, 0.85)
+"""A slope that covers its region so well, edges so near, needs no other region."""
+WHOLE = 0.06
+"""What a region gains that is e times as large."""
+LEAST_AREA = 0.004
+"""Share of the picture that a region must cover."""
+LARGEST_CUT = 0.03
+"""Share of the outline that may lie on the border of the picture: it has to be seen whole."""
+
+
+def blocks_of(
+    image: Image,
+    state: SceneState,
+    camera: Camera,
+    offers: Mapping[str, Sequence[BoolArray]],
+    covered: BoolArray,
+    profiles: Mapping[str, Profile],
+    standing: Mapping[str, Sequence[Stance]] = MappingProxyType({}),
+) -> dict[str, Block]:
+    """The boxes and wedges of the supports with open shapes that are seen whole.
+
+    Where a person has marked the top, this tells that it is no board on legs.
+
+    profiles: outlines of ramps by their edges; a wedge has to show decidedly better. standing: what
+    stands on each support: a box that does not carry all of it is only part of the support.
+    """
+    unit = camera.model_copy(update={"position": (0.0, 0.0, 1.0)})
+    found: dict[str, Block] = {}
+    for support in state.supports:
+        kind = _KINDS.get(support_kind(support.name))
+        if support.shape is not None or kind is None:
+            continue
+        masks = offers.get(support.name, ())
+        rival = _shown(unit, profiles.get(support.name), masks, covered)
+        loose = kind == "wedge" and rival is not None
+        best = best_block(unit, image, masks, covered, kind, LOOSE if loose else STRICT)
+        if best is not None and kind == "box":
+            on_it = standing.get(support.name, ())
+            best = best if all(_carries(best[0], camera, one) for one in on_it) else None
+        if best is not None and (rival is None or best[1] > rival + DECIDEDLY):
+            found[support.name] = best[0]
+    return found
+
+
+def _carries(block: Block, camera: Camera, stance: Stance) -> bool:
+    """Whether a thing may stand on a block: what stands at an edge is seen a little beyond it."""
+    return block.carries(camera, stance.foot, 0.25 * stance.width)
+
+
+def on_blocks(
+    camera: Camera,
+    state: SceneState,
+    stances: Mapping[str, Stance],
+    on: Mapping[str, str],
+    blocks: Mapping[str, Block],
+    flights: Mapping[str, Flight] = MappingProxyType({}),
+) -> dict[str, str]:
+    """What each thing stands on, where a foot that was taken to be on the ground is seen on the
+    top of a block, or on a ramp that a person has marked, and nobody has said otherwise."""
+    out = dict(on)
+    unit = camera.model_copy(update={"position": (0.0, 0.0, 1.0)})
+    blocks = {**_marked_ramps(unit, state), **blocks}
+    for name, stance in stances.items():
+        item = state.object(name)
+        if on[name] not in (FLOOR, *blocks) or (item is not None and item.support is not None):
+            continue
+        carriers = [b for b, block in blocks.items() if block.carries(camera, stance.foot)]
+        carriers += [f for f, flight in flights.items() if flight.carries(camera, stance.foot)]
+        # The upper of two steps hides what of the lower one is behind it.
+        high = {b: block.size[2] for b, block in blocks.items()}
+        out[name] = max(carriers, key=lambda b: high.get(b, 0.0), default=on[name])
+    return out
+
+
+def _marked_ramps(unit: Camera, state: SceneState) -> dict[str, Block]:
+    """The slopes of the ramps that a person has marked, in camera heights."""
+    found: dict[str, Block] = {}
+    for support in state.supports:
+        if support_kind(support.name) != "ramp":
+            continue
+        ramp = shape_of(support, unit, 0.0, 0.0)
+        if not isinstance(ramp, Ramp):
+            continue
+        x = ramp.toe[0] + math.cos(ramp.yaw) * ramp.run / 2
+        y = ramp.toe[1] + math.sin(ramp.yaw) * ramp.run / 2
+        size = (ramp.run, ramp.width, ramp.rise)
+        found[support.name] = Block(x, y, size, ramp.yaw, "wedge")
+    return found
+
+
+_KINDS: dict[str, Kind] = {"slab": "box", "ramp": "wedge"}
+
+
+def _shown(
+    unit: Camera, profile: Profile | None, masks: Sequence[BoolArray], covered: BoolArray
+) -> float | None:
+    """How well a ramp by its edges covers one of the masks of its support: IoU."""
+    ramp = place_ramp(unit, profile) if profile is not None else None
+    if ramp is None:
+        return None
+    mesh = support_mesh(ramp, 10.0)
+    drawn = silhouette(unit, mesh.vertices, mesh.faces) & ~covered
+    return max((iou(drawn, mask & ~covered) for mask in masks), default=0.0)
+
+
+def best_block(
+    camera: Camera,
+    image: Image,
+    masks: Sequence[BoolArray],
+    covered: BoolArray,
+    kind: Kind = "box",
+    least: tuple[float, float] = STRICT,
+) -> tuple[Block, float] | None:
+    """The box or wedge that one of several masks of a support shows best, and how well (IoU).
+
+    None where none does. camera: any height; only directions count. masks: (H, W), the likeliest
+    first. covered: (H, W) pixels of things in front of it, which may hide any of it. least:
+    overlap, and share of edges on edges of the picture, that are asked for.
+    """
+    best, cheapest, enough = None, math.inf, 0
+    kinds: tuple[Kind, ...] = ("wedge", "slope") if kind == "wedge" else (kind,)
+    if kind == "wedge":
+        # Part of a slope is a slope: the largest region that is one counts.
+        masks = sorted(masks, key=np.count_nonzero, reverse=True)
+    for mask, one in itertools.product(masks, kinds):
+        region = mask & ~covered
+        size = int(np.count_nonzero(region))
+        fit = Fit.of(camera, image, region, covered, one)
+        values = fitted(fit, least) if size > enough and _is_whole(region) else None
+        if values is None:
+            continue
+        cost = fit.cost(values) - (WHOLE * math.log(size) if kind == "wedge" else 0.0)
+        if cost < cheapest:
+            block, cheapest = fit.block(values), cost
+            best = (block, fit.overlap(block))
+            if kind == "wedge" and best[1] > CLEAR[0] and fit.on_edges(block) > CLEAR[1]:
+                enough = max(enough, size - 1)
+    return best
+
+
+def _is_whole(region: BoolArray) -> bool:
+    return region.mean() > LEAST_AREA and border_share(region) <= LARGEST_CUT

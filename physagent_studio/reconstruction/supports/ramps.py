@@ -1,0 +1,203 @@
+"""Ramps: the profile that the picture shows, in an upright plane that faces the camera."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import Ramp
+from physagent_studio.program.stairs import profile_of, treads_of
+from physagent_studio.reconstruction.camera.rays import on_plane, on_upright_through
+from physagent_studio.reconstruction.photo.line_segments import Segments, joined
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """A ramp's outline in pixels: where its slope meets the ground, its upper end, and the far
+
+    end of the plateau behind it (equal to `top` where there is none).
+    """
+
+    toe: tuple[float, float]
+    top: tuple[float, float]
+    end: tuple[float, float]
+
+    @property
+    def uphill(self) -> int:
+        """+1 where the ramp rises to the right of the picture, −1 where it rises to the left."""
+        return 1 if self.top[0] >= self.toe[0] else -1
+
+    def surface(self, x: float) -> float | None:
+        """Row of the ramp's upper surface at column x; None beside it."""
+        columns = [self.toe[0], self.top[0], self.end[0]]
+        rows = [self.toe[1], self.top[1], self.end[1]]
+        if not min(columns) <= x <= max(columns):
+            return None
+        order = np.argsort(columns, kind="stable")
+        return float(np.interp(x, np.array(columns)[order], np.array(rows)[order]))
+
+
+def find_profile(
+    found: Segments, clicks: Sequence[tuple[float, float]], size: tuple[int, int]
+) -> Profile | None:
+    """The slope near the clicks, its toe and top, and the plateau that continues it.
+
+    Three clicks are taken as toe, foot below the top, and top.
+    """
+    if len(clicks) == 3:
+        toe, _, top = clicks
+        return Profile(toe, top, top)
+    slope = _slope(found, clicks, size)
+    if slope is None:
+        return None
+    toe, top = slope
+    toe = _down_to_base(found, toe, top, clicks, size)
+    return Profile(toe, top, _plateau(found, toe, top, size))
+
+
+def _slope(
+    found: Segments, clicks: Sequence[tuple[float, float]], size: tuple[int, int]
+) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    """Ends (lower, upper) of the best oblique edge: long, and near a click."""
+    oblique = (np.abs(found.angle) > math.radians(6)) & (np.abs(found.angle) < math.radians(65))
+    used = found.only(oblique)
+    if not len(used.length):
+        return None
+    joined_ends, length = joined(used)
+    reach = 0.12 * max(size)
+    distance = np.full(len(length), np.inf)
+    for click in clicks:
+        distance = np.minimum(distance, [_distance(np.array(click), ends) for ends in joined_ends])
+    merit = length * np.exp(-((distance / (2 * reach)) ** 2))
+    # Of the parallel edges of a slope the near one lies lowest in the picture.
+    best = np.flatnonzero(merit > 0.6 * merit.max())
+    ends = joined_ends[max(best, key=lambda k: float(joined_ends[k][:, 1].mean()))]
+    low, high = sorted(ends.tolist(), key=lambda point: -point[1])
+    return (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
+
+
+def _distance(point: FloatArray, ends: FloatArray) -> float:
+    """Distance of a point from a segment, pixels."""
+    a, b = ends
+    along = float(np.clip((point - a) @ (b - a) / max(float((b - a) @ (b - a)), 1e-9), 0, 1))
+    return float(np.linalg.norm(point - a - along * (b - a)))
+
+
+def _down_to_base(
+    found: Segments,
+    toe: tuple[float, float],
+    top: tuple[float, float],
+    clicks: Sequence[tuple[float, float]],
+    size: tuple[int, int],
+) -> tuple[float, float]:
+    """The slope's lower end, carried on to the level edge that the ramp stands on, if one is seen.
+
+    The base edge runs below the slope, and the two meet near the end of that edge.
+    """
+    dx, dy = toe[0] - top[0], toe[1] - top[1]
+    best, strongest = toe, 0.0
+    for ends, angle, length in zip(found.ends, found.angle, found.length, strict=True):
+        row = float(ends[:, 1].mean())
+        share = (row - top[1]) / dy
+        if abs(angle) > math.radians(6) or not 0.97 <= share <= 1.9:
+            continue
+        meets = top[0] + share * dx
+        nearest = float(np.abs(ends[:, 0] - meets).min())
+        under = min(ends[:, 0].max(), max(toe[0], top[0])) - max(
+            ends[:, 0].min(), min(toe[0], top[0])
+        )
+        below_clicks = all(row > y - 0.02 * size[1] for _, y in clicks[:1])
+        if (
+            nearest < 0.05 * size[0]
+            and under > 0.3 * abs(dx)
+            and below_clicks
+            and length > strongest
+        ):
+            # The ramp ends where its base does.
+            away = 1 if dx > 0 else -1
+            end = float(max(ends[:, 0] * away)) * away
+            best, strongest = (min(meets * away, end * away) * away, row), float(length)
+    return best
+
+
+def _plateau(
+    found: Segments,
+    toe: tuple[float, float],
+    top: tuple[float, float],
+    size: tuple[int, int],
+) -> tuple[float, float]:
+    """Far end of a level edge that starts at the slope's upper end and leads away from it."""
+    away = 1 if top[0] >= toe[0] else -1
+    near = 0.035 * max(size)
+    best = top
+    for ends, angle in zip(found.ends, found.angle, strict=True):
+        if abs(angle) > math.radians(5):
+            continue
+        start, finish = (ends[0], ends[1]) if away > 0 else (ends[1], ends[0])
+        touches = abs(start[1] - top[1]) < near and (start[0] - top[0]) * away < 2 * near
+        if touches and (finish[0] - best[0]) * away > 0 and (finish[0] - top[0]) * away > near:
+            best = (float(finish[0]), top[1])
+    return best
+
+
+def place_ramp(camera: Camera, profile: Profile, width: float | None = None) -> Ramp | None:
+    """The ramp on the floor z = 0 with this profile, in the upright plane through its toe.
+
+    None where the toe lies above the horizon. width: across, m; by default 0.4 of its length.
+    """
+    toe = on_plane(camera, [profile.toe], 0.0)[0]
+    if not np.isfinite(toe).all():
+        return None
+    spots = on_upright_through(camera, [profile.top, profile.end], toe, (0.0, 1.0, 0.0))
+    run, rise = abs(float(spots[0, 0] - toe[0])), float(spots[0, 2])
+    plateau = max(abs(float(spots[1, 0] - toe[0])) - run, 0.0)
+    if run < 1e-3 or rise < 1e-3:
+        return None
+    across = width or 0.4 * (run + plateau)
+    # The edge that is seen is the near one: the ramp's middle lies half its width behind.
+    place = (float(toe[0]), float(toe[1]) + across / 2, 0.0)
+    yaw = 0.0 if profile.uphill > 0 else math.pi
+    return Ramp(toe=place, yaw=yaw, run=run, rise=rise, width=across, plateau=plateau)
+
+
+def three_click_ramp(camera: Camera, clicks: Sequence[tuple[float, float]]) -> Ramp | None:
+    """The ramp from its toe, the foot below its top, and its top, all on one side of it."""
+    ground = on_plane(camera, clicks[:2], 0.0)
+    if not np.isfinite(ground).all():
+        return None
+    toe, foot = ground
+    ahead = foot - toe
+    run = float(np.hypot(ahead[0], ahead[1]))
+    if run < 1e-3:
+        return None
+    normal = np.cross(ahead / run, (0.0, 0.0, 1.0))
+    top = on_upright_through(camera, clicks[2:3], toe, normal)[0]
+    rise = float(top[2])
+    if not math.isfinite(rise) or rise < 1e-3:
+        return None
+    width = 0.4 * run
+    back = normal if normal[1] > 0 else -normal
+    place = toe + back * width / 2
+    yaw = math.atan2(ahead[1], ahead[0])
+    return Ramp(
+        toe=(float(place[0]), float(place[1]), 0.0), yaw=yaw, run=run, rise=rise, width=width
+    )
+
+
+def height_at(ramp: Ramp, x: float, y: float) -> float | None:
+    """Height of the ramp's surface under a world place, m; None beside it."""
+    ahead = (x - ramp.toe[0]) * math.cos(ramp.yaw) + (y - ramp.toe[1]) * math.sin(ramp.yaw)
+    across = -(x - ramp.toe[0]) * math.sin(ramp.yaw) + (y - ramp.toe[1]) * math.cos(ramp.yaw)
+    if abs(across) > ramp.width / 2 or not 0 <= ahead <= profile_of(ramp)[-1][0]:
+        return None
+    treads = treads_of(ramp)
+    if treads:
+        return ramp.toe[2] + max(tread.top for tread in treads if tread.start <= ahead)
+    return ramp.toe[2] + ramp.rise * min(ahead / ramp.run, 1.0)

@@ -1,0 +1,134 @@
+"""How high a table is, by its legs: from where they stand to where the board begins."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import SceneState
+from physagent_studio.reconstruction.camera.rays import on_plane, on_upright_through
+from physagent_studio.reconstruction.grounding.usual import support_kind, words_of
+from physagent_studio.reconstruction.photo.line_segments import Segments
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
+from physagent_studio.reconstruction.supports.slabs import SOLID
+
+FloatArray = NDArray[np.float64]
+BOARD = 1.1
+"""Height of the top over that of the board's lower side."""
+NARROW = 0.2
+"""Widest leg, as a share of the table."""
+STRAIGHT, UPRIGHT = math.radians(12.0), math.radians(5.0)
+"""How much an edge of a leg may bend, and lean from the picture of an upright line."""
+LEAST_PIXELS = 100
+LEAST = 0.03
+"""Shortest leg, as a share of the picture's height."""
+ALIKE = 0.12
+"""How much lower than the highest another edge of a leg in front may seem."""
+LOWEST, HIGHEST = 0.04, 0.95
+"""Heights that are believed, as shares of the camera's."""
+
+
+def rises_by_legs(
+    state: SceneState,
+    unit: Camera,
+    offers: Mapping[str, Sequence[BoolArray]],
+    covered: BoolArray,
+    edges: Segments,
+) -> dict[str, float]:
+    """Height of each table's top over the ground, as a share of the camera's height above it.
+
+    unit: the camera, at any height. offers: masks (H, W) of each support, the likeliest first.
+    covered: (H, W) pixels of objects, which may hide feet. edges: of the picture. Nothing for
+    tables whose legs are not seen down to their feet.
+    """
+    found: dict[str, float] = {}
+    for support in state.supports:
+        solid = set(words_of(support.name)) & SOLID
+        if support.shape is not None or support_kind(support.name) != "slab" or solid:
+            continue
+        shares = [
+            own
+            for mask in offers.get(support.name, ())[:1]
+            for own in _shares(unit, mask, covered, edges)
+        ]
+        if shares:
+            found[support.name] = float(np.median(shares)) * BOARD
+    return found
+
+
+def _shares(unit: Camera, mask: BoolArray, covered: BoolArray, edges: Segments) -> list[float]:
+    """What upright edges say that lead from the lower side of the board to the ground.
+
+    Legs are often of another shade than the board. The legs behind begin where the board hides
+    the rest of them and seem lower: the highest counts.
+    """
+    if np.count_nonzero(mask) < LEAST_PIXELS:
+        return []
+    rim = _lower_side(mask)
+    shares: list[tuple[float, float]] = []
+    for ends, bend in zip(edges.ends, edges.bend, strict=True):
+        (x0, y0), (x, y) = ends[np.argsort(ends[:, 1])]
+        column = int(np.clip(x0, 0, len(rim) - 1))
+        near = abs(y0 - rim[column]) < max(4.0, 0.3 * (y - y0))
+        if bend > STRAIGHT or not near or y - rim[column] < LEAST * mask.shape[0]:
+            continue
+        if _is_hidden((float(x), float(y)), mask, covered) or not _is_upright(
+            unit, (x, y), (x0, y0)
+        ):
+            continue
+        share = _share(unit, (float(x), float(y)), (float(x0), float(rim[column])))
+        if share is not None and LOWEST < share < HIGHEST:
+            shares.append((share, float(x)))
+    best = max(shares, default=(0.0, 0.0))[0]
+    alike = [(share, x) for share, x in shares if share > best * (1 - ALIKE)]
+    # A leg has two edges side by side; what stands on the ground as one body has them far apart.
+    feet = np.sort([x for _, x in alike])
+    is_leg = len(feet) > 1 and np.diff(feet).min() < NARROW * np.isfinite(rim).sum()
+    return [share for share, _ in alike] if is_leg else []
+
+
+def _lower_side(mask: BoolArray) -> FloatArray:
+    """(W,) row at which the board ends below in each column, without legs; nan beside it."""
+    x0, y0, x1, y1 = bounds(mask)
+    across = np.ones((1, max(3, round(NARROW * (x1 - x0)))), np.uint8)
+    board = cv2.morphologyEx(mask[y0:y1, x0:x1].astype(np.uint8), cv2.MORPH_OPEN, across) > 0
+    out = np.full(mask.shape[1], np.nan)
+    if board.any():
+        rows = np.where(board.any(0), y0 + len(board) - board[::-1].argmax(0), np.nan)
+        out[x0:x1] = rows
+    return out
+
+
+def _is_upright(unit: Camera, foot: tuple[float, float], head: tuple[float, float]) -> bool:
+    """Whether an edge in the picture leads straight up from its lower end."""
+    ground = on_plane(unit, [foot], 0.0)[0]
+    if not np.isfinite(ground).all():
+        return False
+    above = ground + np.array([0.0, 0.0, 0.05 * unit.position[2]])
+    up = unit.project(np.array([ground, above]))[0]
+    plumb, own = up[1] - up[0], np.subtract(head, foot)
+    cosine = float(plumb @ own) / max(float(np.hypot(*plumb) * np.hypot(*own)), 1e-9)
+    return cosine > math.cos(UPRIGHT)
+
+
+def _is_hidden(foot: tuple[float, float], mask: BoolArray, covered: BoolArray) -> bool:
+    """Whether a foot is cut off by the picture's border or by something in front of it."""
+    x, y = round(foot[0]), round(foot[1])
+    height, width = mask.shape
+    if y >= height - 2 or not 2 <= x < width - 2:
+        return True
+    return bool(covered[y - 3 : y + 5, max(0, x - 4) : x + 5].any())
+
+
+def _share(unit: Camera, foot: tuple[float, float], joint: tuple[float, float]) -> float | None:
+    ground = on_plane(unit, [foot], 0.0)[0]
+    if not np.isfinite(ground).all():
+        return None
+    toward = (np.asarray(unit.position) - ground) * (1.0, 1.0, 0.0)
+    normal = toward / max(float(np.linalg.norm(toward)), 1e-9)
+    return float(on_upright_through(unit, [joint], ground, normal)[0, 2]) / unit.position[2]

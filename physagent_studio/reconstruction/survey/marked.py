@@ -1,0 +1,106 @@
+"""Masks of what is marked in the picture: candidates of every thing, regions of supports."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.errors import InputError
+from physagent_studio.program.scene import Grounding, SceneState
+from physagent_studio.reconstruction.grounding.usual import support_kind
+from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter, Segmenter, apart
+from physagent_studio.reconstruction.masks.stacks import alone
+from physagent_studio.reconstruction.masks.strokes import corrected
+from physagent_studio.reconstruction.supports import clicked as clicked_supports
+from physagent_studio.records.case import Case, Image
+from physagent_studio.records.scene import Candidate, Scene
+
+BoolArray = NDArray[np.bool_]
+
+
+def candidates_of(
+    case: Case,
+    state: SceneState,
+    previous: Scene | None,
+    segmenter: Segmenter | None,
+    tick: Callable[[], None],
+    cancelled: Callable[[], bool] | None,
+) -> dict[str, tuple[Candidate, ...]]:
+    """Candidates of objects and of clicked supports; reused where no click changed."""
+    assert case.image is not None
+    tasks = _clicked(state)
+    for name, grounding in tasks:
+        height, width = case.image.shape[:2]
+        for click in grounding.points:
+            if not (0 <= click.x < width and 0 <= click.y < height):
+                raise InputError(
+                    f"the click ({click.x:g}, {click.y:g}) on '{name}' lies outside the picture"
+                    f" of {width} × {height} pixels"
+                )
+    for item in state.objects:
+        wanted = item.shape is None or item.position is None
+        if wanted and not item.grounding.shows_something:
+            raise InputError(f"'{item.name}' is not marked in the photo: click it, or draw a box")
+    known = known_candidates(previous, tasks)
+    if len(known) < len(tasks) and segmenter is not None:
+        fresh = segmenter.segment(case.image, tasks, cancelled)
+        known = {name: fresh.get(name, known.get(name, ())) for name, _ in tasks}
+    elif len(known) < len(tasks):
+        known = EmbeddedSegmenter().completed(case.image, tasks, known, cancelled)
+    tick()
+    return known
+
+
+def _clicked(state: SceneState) -> list[tuple[str, Grounding]]:
+    tasks = [(item.name, item.grounding) for item in state.objects]
+    tasks += [
+        (item.name, item.grounding)
+        for item in state.supports
+        if item.grounding.points and support_kind(item.name) in ("slab", "ramp")
+    ]
+    return tasks
+
+
+def known_candidates(
+    previous: Scene | None, tasks: Sequence[tuple[str, Grounding]]
+) -> dict[str, tuple[Candidate, ...]]:
+    """Candidates of an earlier scene, of the things for whose masks nothing has changed."""
+    if previous is None:
+        return {}
+    before = dict(apart(_clicked(previous.state)))
+    said = dict(tasks)
+    return {
+        name: alone(previous.candidates[name]) if said[name].settled else previous.candidates[name]
+        for name, own in apart(tasks)
+        if before.get(name) == own and name in previous.candidates
+    }
+
+
+def regions_of(
+    state: SceneState,
+    image: Image,
+    candidates: Mapping[str, tuple[Candidate, ...]],
+    masks: Mapping[str, BoolArray],
+) -> dict[str, BoolArray]:
+    """Masks of the clicked supports, without the objects in front of them."""
+    out: dict[str, BoolArray] = {}
+    size = next((mask.shape for mask in masks.values()), (0, 0))
+    for item in state.supports:
+        offers = candidates.get(item.name, ())
+        marked = clicked_supports.region_of(item, (size[0], size[1]))
+        if marked is not None:
+            out[item.name] = marked & ~np.any(list(masks.values()), axis=0)
+        if marked is not None or not offers or support_kind(item.name) != "slab":
+            continue
+        chosen = offers[min(item.grounding.candidate, len(offers) - 1)].mask
+        region = corrected(image, chosen, item.grounding.strokes).copy()
+        for offer in offers[1:] if item.grounding.candidate == 0 else ():
+            # Part of a table is often taken for all of it: what is about as likely joins in.
+            if offer.score > 0.75 * offers[0].score:
+                region |= offer.mask
+        for mask in masks.values():
+            region &= ~mask
+        out[item.name] = region
+    return out

@@ -1,0 +1,127 @@
+"""Tables as what ends them shows them: those that nobody clicked, and those whose clicks agree."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import SceneState, Support
+from physagent_studio.reconstruction.camera.rays import metres_per_pixel, on_plane
+from physagent_studio.reconstruction.camera.scale import FLOOR
+from physagent_studio.reconstruction.grounding.usual import (
+    is_rails,
+    support_height,
+    support_kind,
+    words_of,
+)
+from physagent_studio.reconstruction.photo.line_segments import Segments, with_hues
+from physagent_studio.reconstruction.photo.regions import iou
+from physagent_studio.reconstruction.supports.slabs import SOLID
+from physagent_studio.reconstruction.supports.stances import Stance
+from physagent_studio.reconstruction.supports.tabletops import Top, top_around
+from physagent_studio.reconstruction.survey.sighting import Look, unit_camera
+from physagent_studio.reconstruction.survey.survey import first_sight
+from physagent_studio.records.case import Case
+
+FloatArray = NDArray[np.float64]
+SAME = 0.5
+"""Overlap from which a mask for a click on a table and the top that its edges bound are one."""
+CORNERS = 4
+"""Clicks that are corners."""
+
+
+def unclicked(state: SceneState) -> tuple[Support, ...]:
+    """Supports with a level top that are known by name alone, the first one only.
+
+    Where several are, nothing tells which of them it is that things stand on.
+    """
+    found = [
+        item
+        for item in state.supports
+        if item.shape is None
+        and support_kind(item.name) == "slab"
+        and support_height(item.name) is not None
+        and not item.grounding.shows_something
+        and not item.grounding.marks
+    ]
+    return tuple(found[:1])
+
+
+def with_tops(case: Case, state: SceneState, look: Look) -> tuple[Look, dict[str, Top]]:
+    """The look with the regions of level tops that are bounded by their edges; and those tops.
+
+    On a table that is known by name alone stands what nobody said stands elsewhere. The top of a
+    clicked one counts where one of the masks for the click is much the same.
+    """
+    named, clicked = unclicked(state), _clicked(state, look)
+    if not named and not clicked:
+        return look, {}
+    first = first_sight(case, state, look)
+    unit = unit_camera(case, state, look.size, first.horizon(case, state))
+    edges = with_hues(look.image, look.found)
+    loose = [
+        stance
+        for name, stance in look.stances.items()
+        if first.on[name] == FLOOR and not stance.aloft and name not in first.groundless
+    ]
+    found: dict[str, Top] = {}
+    for support in named:
+        top = _top(look, unit, edges, loose)
+        if top is not None:
+            found[support.name] = top
+    for support in clicked:
+        own = [stance for name, stance in look.stances.items() if first.on[name] == support.name]
+        top = _top(look, unit, edges, own)
+        masks = look.offers[support.name]
+        if top is not None and max(iou(mask & ~look.covered, top.region) for mask in masks) > SAME:
+            found[support.name] = top
+    tops = {name: top.region for name, top in found.items()}
+    return replace(look, regions={**look.regions, **tops}, tops=tops), found
+
+
+def _clicked(state: SceneState, look: Look) -> list[Support]:
+    """Level tops that were clicked, without corners, and on which things may stand."""
+    return [
+        item
+        for item in state.supports
+        if item.shape is None
+        and support_kind(item.name) == "slab"
+        and not set(words_of(item.name)) & SOLID
+        and not is_rails(item.name)
+        and not item.grounding.marks
+        and sum(click.label for click in item.grounding.points) < CORNERS
+        and look.offers.get(item.name)
+    ]
+
+
+def _top(look: Look, unit: Camera, edges: Segments, standing: Sequence[Stance]) -> Top | None:
+    """The level top on which things are seen to stand."""
+    bases = _bases(unit, standing)
+    seen = [k for k, base in enumerate(bases) if np.isfinite(base).all()]
+    if not seen:
+        return None
+    return top_around(look.image, edges, [standing[k] for k in seen], bases[seen], look.covered)
+
+
+def said(state: SceneState) -> list[str]:
+    """Sentences about tables that are known by name alone."""
+    return [
+        f"{item.name} is known by the sentence alone: its height is a usual one, and where none of"
+        " its edges is seen, so is its size"
+        for item in unclicked(state)
+    ]
+
+
+def _bases(unit: Camera, stances: Sequence[Stance]) -> FloatArray:
+    """(N, 2) pixels of the middles of what things stand with; nan above the horizon."""
+    out = np.full((len(stances), 2), np.nan)
+    for k, stance in enumerate(stances):
+        ground = on_plane(unit, [stance.foot], 0.0)
+        if np.isfinite(ground).all():
+            ground[0, 1] += stance.width / 2 * metres_per_pixel(unit, tuple(ground[0]))
+            out[k] = unit.project(ground)[0][0]
+    return out

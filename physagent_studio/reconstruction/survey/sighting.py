@@ -1,0 +1,221 @@
+"""The camera as the picture shows it: its cues gathered from masks, edges, names and words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+
+from physagent_studio.program.base import Source
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import SceneState
+from physagent_studio.reconstruction.camera import estimate as camera_cues
+from physagent_studio.reconstruction.camera import right_angles
+from physagent_studio.reconstruction.camera.roll import Levelled, roll_of
+from physagent_studio.reconstruction.camera.scale import FLOOR
+from physagent_studio.reconstruction.grounding.usual import Usual, support_kind, words_of
+from physagent_studio.reconstruction.photo.ellipses import level_circles
+from physagent_studio.reconstruction.photo.line_segments import Segments
+from physagent_studio.reconstruction.photo.regions import BoolArray
+from physagent_studio.reconstruction.supports import clicked as clicked_supports
+from physagent_studio.reconstruction.supports.ramps import Profile, find_profile
+from physagent_studio.reconstruction.supports.stances import Stance
+from physagent_studio.reconstruction.survey.frames import find_frame
+from physagent_studio.reconstruction.survey.landmarks import LINES, OPENINGS, TARGETS, Shown
+from physagent_studio.reconstruction.survey.painted_lines import painted_lines
+from physagent_studio.records.case import Case, Image
+
+GOAL, GOAL_HEIGHT, GOAL_SPREAD = "goal", 2.3, 0.15
+"""Goals are 2.44 m high, smaller ones 2 m."""
+
+SPLAYED = frozenset(["stool", "chair", "stand", "tripod", "trestle", "easel"])
+"""Supports whose legs are not upright."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Look:
+    """What is seen before anything is understood.
+
+    stances: of every object and every support that is an open vessel. masks: (H, W), of both.
+    regions: masks of the supports that were clicked. found: straight edges. covered: (H, W)
+    pixels of all objects. offers: all masks of each clicked support, the likeliest first. tops:
+    level tops as their edges bound them.
+    """
+
+    image: Image
+    stances: Mapping[str, Stance]
+    masks: Mapping[str, BoolArray]
+    regions: Mapping[str, BoolArray]
+    found: Segments
+    covered: BoolArray
+    offers: Mapping[str, Sequence[BoolArray]]
+    tops: Mapping[str, BoolArray] = field(default_factory=dict)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the picture, pixels."""
+        return self.image.shape[1], self.image.shape[0]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Sighting:
+    """What the horizon is read from, beside the look itself.
+
+    on: what each object stands on. root: the support at the bottom of its stack. usual: sizes.
+    groundless: things around whose foot no ground is seen, though masks say floor.
+    """
+
+    look: Look
+    on: Mapping[str, str]
+    root: Mapping[str, str]
+    usual: Mapping[str, Usual]
+    profiles: Mapping[str, Profile]
+    shown: Shown
+    groundless: frozenset[str] = frozenset()
+
+    def horizon(self, case: Case, state: SceneState) -> camera_cues.Horizon:
+        """The horizon as a person gave it or as the picture shows it."""
+        focal = case.focal or camera_cues.usual_focal(self.look.size)
+        if state.camera is not None:
+            camera = state.camera
+            return camera_cues.Horizon(camera.horizon, 1.0, camera.focal, camera.roll)
+        roll = math.radians(state.roll)
+        if state.horizon is not None:
+            return camera_cues.Horizon(state.horizon, 1.0, focal, roll)
+        level = Levelled(self.look.size, roll or roll_of(self.look.found, self.look.size))
+        stances = self.look.stances.values()
+        circles = [camera_cues.Disc(level.row((e.x, e.y)), e.flatness) for e in self.shown.circles]
+        circles += [disc for s in stances for disc in (s.rim, s.disc) if disc is not None]
+        found = camera_cues.estimate(
+            level.image(self.look.image),
+            self.look.found,
+            self._standing(state, level),
+            [level.row(profile.toe) for profile in self.profiles.values()],
+            circles,
+            case.focal,
+            [level.edges(edges) for edges in self._right_angles(state)],
+        )
+        return level.tilted(found)
+
+    def _standing(self, state: SceneState, level: Levelled) -> list[camera_cues.Standing]:
+        """Things of known size on level planes, a goal among them."""
+        out = []
+        for name, stance in self.look.stances.items():
+            on = self.on[name]
+            ramp = self._is_ramp(state, on)
+            if (
+                on in self.look.stances
+                or self._in_air(stance)
+                or (ramp and on not in self.profiles)
+            ):
+                continue
+            row = level.row(self.profiles[on].toe if ramp else stance.foot)
+            plane = FLOOR if ramp else self.root[name]
+            size = self.usual[name]
+            out.append(camera_cues.Standing(row, stance.extent, size.metres, size.spread, plane))
+        marks = {word for mark in state.landmarks for word in words_of(mark.name)}
+        frame = self.shown.frame
+        if frame is not None and GOAL in marks:
+            out.append(
+                camera_cues.Standing(frame.foot, frame.height, GOAL_HEIGHT, GOAL_SPREAD, FLOOR)
+            )
+        return out
+
+    def _right_angles(self, state: SceneState) -> list[right_angles.Edges]:
+        """The edges of what is upright and right-angled, and of all that is no thing at all."""
+        upright, others = [], []
+        for name, stance in self.look.stances.items():
+            loose = self._is_ramp(state, self.root[name]) or self._in_air(stance) or stance.leans
+            regular = not loose and _is_upright(self.usual[name])
+            (upright if regular else others).append(self.look.masks[name])
+        for support in state.supports:
+            if self._is_ramp(state, support.name) or set(words_of(support.name)) & SPLAYED:
+                others += self.look.offers.get(support.name, ())
+            elif support.name in self.look.regions:
+                upright.append(self.look.regions[support.name])
+        lines = [(p.toe, p.top, p.end, (p.end[0], p.toe[1])) for p in self.profiles.values()]
+        return right_angles.edges_by_thing(
+            self.look.found, self.look.size, upright, [*others, *self._drawn(lines)]
+        )
+
+    def _drawn(self, outlines: Sequence[Sequence[tuple[float, float]]]) -> list[BoolArray]:
+        """Masks (H, W) of outlines in pixels."""
+        out = []
+        for outline in outlines:
+            canvas = np.zeros(self.look.image.shape[:2], np.uint8)
+            cv2.fillPoly(canvas, [np.round(np.array(outline)).astype(np.int32)], 1)
+            out.append(canvas.astype(bool))
+        return out
+
+    def _in_air(self, stance: Stance) -> bool:
+        """In the air so far as words and what is seen around the foot can tell."""
+        on = self.on[stance.name]
+        return on == "air" or (on == FLOOR and (stance.aloft or stance.name in self.groundless))
+
+    def _is_ramp(self, state: SceneState, name: str) -> bool:
+        support = state.support(name)
+        if support is not None and support.shape is not None:
+            return support.shape.kind == "ramp"
+        return support is not None and support_kind(name) == "ramp"
+
+
+def _is_upright(usual: Usual) -> bool:
+    """Whether a thing's straight edges are upright or level: boxes, cans, what nothing is known of.
+
+    Cups and buckets taper, legs are splayed, and what has no usual form has edges any way.
+    """
+    straight = "box" in usual.shapes or (
+        "cylinder" in usual.shapes and "frustum" not in usual.shapes
+    )
+    return straight or not usual.known
+
+
+def unit_camera(
+    case: Case, state: SceneState, size: tuple[int, int], horizon: camera_cues.Horizon
+) -> Camera:
+    """The camera, one unit above the ground where its height is not known yet."""
+    if state.camera is not None:
+        return state.camera
+    return Camera.from_horizon(
+        size,
+        horizon.row,
+        1.0,
+        focal=case.focal or clicked_supports.focal_of(state, size, horizon.row) or horizon.focal,
+        roll=horizon.roll,
+        source=_source(state),
+        # A horizon that a person gave is known; one that was tried for a repair is not.
+        confirmed=state.horizon is not None
+        and (state.horizon == case.horizon or state.horizon_source == "person"),
+        horizon_sigma=horizon.sigma,
+    )
+
+
+def _source(state: SceneState) -> Source:
+    if state.horizon is None:
+        return "estimated"
+    return "person" if state.horizon_source == "person" else "given"
+
+
+def profiles_of(state: SceneState, found: Segments, size: tuple[int, int]) -> dict[str, Profile]:
+    """The outlines of the ramps whose edges are seen or marked."""
+    out: dict[str, Profile] = {}
+    for support in state.supports:
+        if support.shape is None and support_kind(support.name) == "ramp":
+            clicks = [(c.x, c.y) for c in support.grounding.points if c.label]
+            profile = clicked_supports.profile_of(support) or find_profile(found, clicks, size)
+            if profile is not None:
+                out[support.name] = profile
+    return out
+
+
+def shown_in(image: Image, state: SceneState, prompt: str, covered: BoolArray) -> Shown:
+    """Frames and circles, looked for where the sentence or an open landmark names one."""
+    words = set(words_of(prompt)) | {w for mark in state.landmarks for w in words_of(mark.name)}
+    frame = find_frame(image, covered) if words & OPENINGS else None
+    circles = tuple(level_circles(image, covered)) if words & TARGETS else ()
+    opened = {w for mark in state.landmarks if not mark.points for w in words_of(mark.name)}
+    lines = tuple(painted_lines(image, covered)) if opened & LINES else ()
+    return Shown(frame, circles, lines)

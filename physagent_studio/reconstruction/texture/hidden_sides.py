@@ -1,0 +1,103 @@
+"""Sides of a block that others cover: painted in its own colour, not in what lies on them."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.rotations import matrix_of
+from physagent_studio.program.scene import Box, SceneObject
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow, shrink
+from physagent_studio.records.case import Image
+
+FloatArray = NDArray[np.float64]
+SEEN = 0.3
+"""Share of a side that is seen from which the photo shows it."""
+BESIDE = 0.05
+"""How far from a covered side its colour is looked for, in the thing's smaller extent."""
+LEAK = 0.015
+"""Width of the outline's ring in which others shine through, in the same."""
+STEP = 24
+"""Grey levels within which colours are one."""
+FEWEST = 12
+"""Pixels that tell a colour."""
+GRAIN = 0.6
+"""How much of its colour's own unevenness is kept."""
+
+
+def covered_painted(
+    photo: Image,
+    mask: BoolArray,
+    camera: Camera,
+    item: SceneObject,
+    crop: tuple[Image, tuple[int, int]],
+) -> Image:
+    """The crop (h, w, 3) of a block, what others cover of it in the colour that is seen beside it.
+
+    crop: with its top left corner (x, y) in the photo. Others than blocks stay as they are.
+    """
+    picture, (left, top) = crop
+    if not isinstance(item.shape, Box):
+        return picture
+    x0, y0, x1, y1 = bounds(mask)
+    size = min(x1 - x0, y1 - y0)
+    core = shrink(mask, max(1, round(LEAK * size)))
+    rows, columns = picture.shape[:2]
+    window = (slice(top, top + rows), slice(left, left + columns))
+    result = picture.copy()
+    for corners in _towards(camera, item):
+        side = np.zeros((rows, columns), np.uint8)
+        place = camera.project(corners)[0] - (left, top)
+        cv2.fillConvexPoly(side, np.round(place * 16).astype(np.int32), 1, shift=4)
+        area = side.astype(bool)
+        if not area.any() or mask[window][area].mean() > SEEN:
+            continue
+        beside = core[window] & grow(area, max(3, round(BESIDE * size)))
+        colour = _commonest(photo[window][beside])
+        if colour is None:
+            continue
+        painted = grow(area, 2) & ~core[window]
+        usual, stray = colour
+        # The same picture each time: a seed that depends on nothing.
+        noise = np.random.default_rng(0).normal(0, GRAIN * stray, (rows, columns))
+        noise = cv2.GaussianBlur(noise, (0, 0), 0.8)
+        filled = np.clip(usual + noise[..., None] + 0.5, 0, 255).astype(np.uint8)
+        result = np.where(painted[..., None], filled, result)
+    return result
+
+
+def _towards(camera: Camera, item: SceneObject) -> list[FloatArray]:
+    """Corners (4, 3), world, of the sides of a block that look at the camera."""
+    assert isinstance(item.shape, Box)
+    turn, middle = matrix_of(item.rotation), np.asarray(item.position)
+    half = np.asarray(item.shape.size) / 2
+    found = []
+    for axis in range(3):
+        for sign in (-1.0, 1.0):
+            normal = sign * turn[:, axis]
+            centre = middle + half[axis] * normal
+            if (np.asarray(camera.position) - centre) @ normal <= 0:
+                continue
+            first, second = (turn[:, k] * half[k] for k in range(3) if k != axis)
+            around = [(1, 1), (1, -1), (-1, -1), (-1, 1)]
+            found.append(np.array([centre + a * first + b * second for a, b in around]))
+    return found
+
+
+def _commonest(colours: Image) -> tuple[FloatArray, float] | None:
+    """The colour (3,) that most of them (N, 3) have, and how they stray from it; None for few."""
+    if len(colours) < FEWEST:
+        return None
+    values = colours.astype(np.float64)
+    bins, group = np.unique(colours // STEP, axis=0, return_inverse=True)
+    most = np.bincount(group.reshape(-1), minlength=len(bins)).argmax()
+    usual = values[group.reshape(-1) == most].mean(0)
+    near = np.ones(len(values), bool)
+    for _ in range(4):
+        near = np.abs(values - usual).max(1) < STEP
+        if not near.any():
+            return usual, 0.0
+        usual = values[near].mean(0)
+    return usual, float(values[near].mean(1).std())

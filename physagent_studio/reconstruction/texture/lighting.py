@@ -1,0 +1,303 @@
+"""The light on a round thing, read off the photo and taken out of its texture.
+
+The log of its brightness is fitted by a smooth function of the surface's normal. What is painted in
+other colours, and what shines, is not followed. Where that explains little there is no light to
+take out, and the texture stays the photo.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.forms import (
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Frustum,
+    Inflated,
+    Revolved,
+    Sphere,
+    Torus,
+)
+from physagent_studio.program.rotations import matrix_of
+from physagent_studio.program.scene import SceneObject
+from physagent_studio.reconstruction.photo.regions import BoolArray, grow, shrink
+from physagent_studio.records.case import Image
+from physagent_studio.records.scene import Mesh, Shading
+from physagent_studio.rendering.batch import Batch
+from physagent_studio.rendering.lit import (
+    DARK,
+    FARTHEST,
+    LOWEST,
+    gloss_frame,
+    light_at,
+    lit,
+    terms_of,
+)
+from physagent_studio.rendering.raster import Lens, rasterise
+
+FloatArray = NDArray[np.float64]
+LEAST_PIXELS = 150
+"""Below this nothing is told."""
+MOST_PIXELS = 8000
+EXPLAINED = 0.6
+"""Least share of how colours stray that light must explain."""
+ONE_LAMP = 0.3
+"""Least part of what light varies that is as under a single lamp: wide bands of paint are not."""
+FLAT = 0.10
+"""Light that varies by less than this, log, over nine tenths of what is seen is none."""
+PULLS = np.array([0.0, *[0.002] * 3, *[0.008] * 5, *[0.03] * 7])
+"""How strongly each term is drawn to 0, for each pixel."""
+HUE_PULL = 3.0
+"""How much more strongly the terms of the light's hue are."""
+DIM = 90.0
+"""Grey levels below which a thing's hues tell little."""
+TIGHTENING = (0.6, 0.45, 0.3, 0.2)
+"""How far what belongs to the thing's own colour may stray, and its hue, in the first rounds,
+log."""
+SHADY, CALMED = 0.75, 0.8
+"""Light below which what the photo shows is not taken at its word, and by how much
+at the least."""
+SHINE, WHITENED, MOST_GLOSS = 0.16, 0.15, 0.20
+"""By how much gloss is brighter than the light, log; how much of its saturation the thing loses
+there, and what share of what is seen gloss covers at most."""
+COLOURED, PALE = 0.12, 130.0
+"""Saturation, log, below which a thing is grey, and grey levels beyond which that is white."""
+LAMP = 170
+"""Least white in the middle of a spot, grey levels."""
+AROUND, LEAST_SPOT, RIM = 0.7, 0.0004, 0.015
+"""Share of what lies around a spot of gloss that has the thing's hue, its least share of what is
+seen, and the width of its soft rim, in the thing's width."""
+GLOSS_SIDE = (16, 160)
+"""Pixels across its picture."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Seen:
+    """What the camera sees of a mesh. normals: (H, W, 3) unit, world. shown: (H, W) where."""
+
+    normals: FloatArray
+    shown: BoolArray
+
+
+def unlit(
+    photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, mesh: Mesh
+) -> tuple[Image, Shading] | None:
+    """The photo (H, W, 3) with the light taken off the thing, and that light; None for none.
+
+    None for what is not smooth and round, and where the photo tells of no light on it.
+    """
+    if not _smooth(item) or not mask.any():
+        return None
+    seen = _seen(camera, item, mesh)
+    inner = shrink(mask, 2) & seen.shown
+    towards = np.asarray(camera.position) - np.asarray(item.position)
+    towards /= np.linalg.norm(towards)
+    inner &= (seen.normals @ towards) > math.cos(FARTHEST)
+    if np.count_nonzero(inner) < LEAST_PIXELS:
+        return None
+    terms = _fitted(photo, seen.normals, inner, towards)
+    if terms is None:
+        return None
+    x, y, z = (float(part) for part in towards)
+    shading = Shading(tuple(tuple(row) for row in terms.T.tolist()), (x, y, z), item.rotation)
+    own = mask & seen.shown
+    plain = _without(photo, seen, own, shading)
+    if isinstance(item.shape, Inflated):
+        return plain, shading
+    return _without_gloss(photo, plain, seen, own, shading)
+
+
+def _smooth(item: SceneObject) -> bool:
+    shape = item.shape
+    if isinstance(shape, Inflated):
+        return not shape.flat
+    return isinstance(shape, Sphere | Ellipsoid | Revolved | Cylinder | Capsule | Frustum | Torus)
+
+
+def _seen(camera: Camera, item: SceneObject, mesh: Mesh) -> Seen:
+    batch = Batch.of([mesh])
+    turn = matrix_of(item.rotation)
+    world = mesh.vertices @ turn.T + np.asarray(item.position)
+    points = (world - np.asarray(camera.position)) @ camera.matrix
+    lens = Lens(*camera.size, camera.focal, *camera.principal)
+    hits = rasterise(points, batch.faces, lens, batch.one_sided)
+    normals = np.zeros((lens.height, lens.width, 3))
+    found = np.einsum("ki,kij->kj", hits.weights, batch.normals[hits.face]) @ turn.T
+    found /= np.maximum(np.linalg.norm(found, axis=1, keepdims=True), 1e-12)
+    normals.reshape(-1, 3)[hits.pixel] = found
+    shown = np.zeros((lens.height, lens.width), bool)
+    shown.ravel()[hits.pixel] = True
+    return Seen(normals, shown)
+
+
+def _fitted(
+    photo: Image, normals: FloatArray, inner: BoolArray, towards: FloatArray
+) -> FloatArray | None:
+    """(9, 3) terms of the log of light where `inner` (H, W) is; None where there is none."""
+    ways, colours = normals[inner], photo[inner].astype(np.float64)
+    step = max(1, len(ways) // MOST_PIXELS)
+    ways, colours = ways[::step], colours[::step]
+    logs = np.log(colours + DARK)
+    tone = logs.mean(-1)
+    # Of what is seen aslant there are few pixels for much surface.
+    share = 1 / np.maximum(ways @ towards, 0.25)
+    terms = terms_of(ways)
+    fit, sure = _followed(terms, logs, share)
+    light = terms @ fit.mean(-1)
+    low, high = np.percentile(light, (5, 95))
+    if high - low < FLAT or _spread(tone - light, sure) > (1 - EXPLAINED) * _spread(tone, sure):
+        return None
+    if _spread(terms[:, :4] @ fit[:4].mean(-1), share) < ONE_LAMP * _spread(light, share):
+        return None
+    fit[0] -= np.median(terms @ fit, axis=0)
+    # Nothing may become brighter than white without its light.
+    bright = (colours + DARK) / np.exp(np.maximum(terms @ fit, math.log(LOWEST)))
+    fit[0] += max(0.0, math.log(float(np.percentile(bright.max(-1), 99)) / (255 + DARK)))
+    return np.asarray(fit, np.float64)
+
+
+def _followed(
+    terms: FloatArray, logs: FloatArray, share: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """(T, 3) by which terms (N, T) come nearest to most colours, log (N, 3), by weights (N,), and
+
+    weights (N,) of those that are followed.
+    """
+    tone = logs.mean(-1)
+    hues = logs - tone[:, None]
+    fit, sure = np.zeros((terms.shape[1], 3)), share
+    # In what is dark, hues are those of noise and of what shines in it.
+    coloured = HUE_PULL * (1 + (DIM / math.exp(float(np.median(tone)))) ** 4)
+    stray, off = tone - np.median(tone), np.linalg.norm(hues - np.median(hues, axis=0), axis=1)
+    pull = len(tone) * np.diag(PULLS)
+    for width in (*TIGHTENING, *[0.0] * 6):
+        bounds = (width or max(1.5 * float(np.median(np.abs(v))), 0.03) for v in (stray, off))
+        sure = share.copy()
+        for value, bound in zip((stray, off), bounds, strict=True):
+            sure /= (1 + (value / bound) ** 2) ** 2
+        sure /= sure.mean()
+        root = terms.T * sure
+        fit = np.linalg.solve(root @ terms + pull, root @ tone)[:, None] + np.linalg.solve(
+            root @ terms + coloured * pull, root @ hues
+        )
+        rest = logs - terms @ fit
+        stray = rest.mean(-1)
+        off = np.linalg.norm(rest - stray[:, None], axis=1)
+    return fit, sure
+
+
+def _spread(values: FloatArray, weights: FloatArray) -> float:
+    """The variance of values (N,) by weights (N,)."""
+    away = values - np.average(values, weights=weights)
+    return float(np.average(away**2, weights=weights))
+
+
+def _without(photo: Image, seen: Seen, own: BoolArray, shading: Shading) -> Image:
+    """The photo without the light where the thing is `own` (H, W)."""
+    light = light_at(shading, seen.normals[own])
+    logs = np.log(photo[own] + DARK) - np.log(light)
+    usual = np.median(logs, axis=0)
+    tone = (logs - usual).mean(-1, keepdims=True)
+    hue = logs - usual - tone
+    # In what is dark, hues are noise, and what has some other light there would be far too bright.
+    dim = np.clip((SHADY - light.mean(-1, keepdims=True)) / (SHADY - LOWEST), 0, 1)
+    tone = np.where(tone > 0, (1 - CALMED * dim) * tone, tone)
+    plain = np.exp(usual + tone + (1 - CALMED * dim) * hue) - DARK
+    result = photo.copy()
+    result[own] = np.clip(plain + 0.5, 0, 255).astype(np.uint8)
+    return result
+
+
+def _without_gloss(
+    photo: Image, plain: Image, seen: Seen, own: BoolArray, shading: Shading
+) -> tuple[Image, Shading]:
+    """The picture (H, W, 3) without light, now without what shines too, which joins the light."""
+    spots = _spots(photo, plain, own)
+    if not spots.any():
+        return plain, shading
+    rows, columns = np.nonzero(own)
+    size = min(np.ptp(rows), np.ptp(columns))
+    wide = grow(spots, max(2, round(RIM * size))) & own
+    radius = max(3, round(0.15 * math.sqrt(np.count_nonzero(wide))))
+    part = (slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1))
+    # What lies around the thing is no part of it.
+    hole = (wide | ~own)[part].astype(np.uint8)
+    clean = plain.copy()
+    filled = np.asarray(cv2.inpaint(plain[part], hole, radius, cv2.INPAINT_TELEA), np.uint8)
+    clean[part] = np.where(wide[part][..., None], filled, plain[part])
+    shaded = lit(shading, clean[wide].astype(np.float64), seen.normals[wide])
+    room = 255 - shaded
+    more = ((photo[wide] - shaded) * room).sum(-1) / np.maximum((room**2).sum(-1), 1)
+    across = int(np.clip(0.9 * size, *GLOSS_SIDE))
+    gloss = _spread_out(seen.normals[own], np.clip(more, 0, 1), wide[own], shading, across)
+    return clean, replace(shading, gloss=gloss)
+
+
+def _spots(photo: Image, plain: Image, own: BoolArray) -> BoolArray:
+    """(H, W) where a thing without its light is brighter and whiter than itself all around."""
+    none = np.zeros(own.shape, bool)
+    inner = shrink(own, 2)
+    if not inner.any():
+        return none
+    logs = np.log(plain.astype(np.float64) + DARK)
+    tone = logs.mean(-1)
+    usual = np.median(tone[inner])
+    stray = 1.5 * float(np.median(np.abs(tone[inner] - usual)))
+    hues = logs - tone[..., None]
+    paint = np.median(hues[inner], axis=0)
+    off = np.linalg.norm(hues - paint, axis=-1)
+    length = float(np.linalg.norm(paint))
+    if length < COLOURED and usual > math.log(PALE + DARK):
+        # On what is white, gloss is not told from paint, and little of it is seen.
+        return none
+    whiter = np.linalg.norm(hues, axis=-1) < (1 - WHITENED) * max(length, COLOURED)
+    bright = inner & (tone - usual > max(SHINE, 2.5 * stray)) & whiter
+    usually = off < max(3 * float(np.median(off[inner])), 0.15)
+    spots = _among_its_own(bright, inner, usually, photo.min(-1))
+    return spots if np.count_nonzero(spots) < MOST_GLOSS * np.count_nonzero(inner) else none
+
+
+def _among_its_own(
+    bright: BoolArray, inner: BoolArray, usual: BoolArray, white: NDArray[np.uint8]
+) -> BoolArray:
+    """The patches (H, W) of what is bright around which a thing has its usual hue.
+
+    white: (H, W) how much white the photo shows: a lamp that is mirrored comes near to all of it.
+    """
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(bright.astype(np.uint8))
+    kept = np.zeros(bright.shape, bool)
+    for index in range(1, count):
+        if stats[index, cv2.CC_STAT_AREA] < LEAST_SPOT * np.count_nonzero(inner):
+            continue
+        patch = labels == index
+        if white[patch].max() < LAMP:
+            continue
+        ring = grow(patch, 5) & ~grow(patch, 2) & inner & ~bright
+        if ring.any() and usual[ring].mean() > AROUND:
+            kept |= patch
+    return kept
+
+
+def _spread_out(
+    normals: FloatArray, more: FloatArray, wide: BoolArray, shading: Shading, across: int
+) -> NDArray[np.uint8]:
+    """(across, across) the share of white that gloss adds, 0 … 255, from pixels (N,) with normals
+    (N, 3) of which `wide` have a share (M,)."""
+    flat = normals @ gloss_frame(np.asarray(shading.towards, float)).T
+    where = np.clip(((flat * (1, -1) + 1) / 2 * across).astype(int), 0, across - 1)
+    value = np.zeros(len(normals))
+    value[wide] = more
+    total, count = np.zeros((across, across), np.float32), np.zeros((across, across), np.float32)
+    np.add.at(total, (where[:, 1], where[:, 0]), value)
+    np.add.at(count, (where[:, 1], where[:, 0]), 1)
+    near = [cv2.GaussianBlur(part, (0, 0), 1.0) for part in (total, count)]
+    # Between the pixels of the photo, what lies around.
+    mean = np.where(count > 0, total / np.maximum(count, 1), near[0] / np.maximum(near[1], 1e-3))
+    return np.clip(255 * mean + 0.5, 0, 255).astype(np.uint8)

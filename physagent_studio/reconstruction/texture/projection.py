@@ -1,0 +1,180 @@
+"""The photograph projected on a mesh: what it shows as it shows it, hidden sides mirrored."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.rotations import matrix_of
+from physagent_studio.program.scene import SceneObject
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow, shrink
+from physagent_studio.reconstruction.texture.hidden_sides import covered_painted
+from physagent_studio.reconstruction.texture.lighting import unlit
+from physagent_studio.reconstruction.texture.revolved import turned_sides
+from physagent_studio.reconstruction.texture.round_bodies import round_textured
+from physagent_studio.records.case import Image
+from physagent_studio.records.scene import Mesh
+
+FloatArray = NDArray[np.float64]
+RING = 0.05
+"""Width of the outline's outer ring, as a share of the outline's smaller extent."""
+THIN_RING = 0.012
+"""The same where what is shown is seen well."""
+_SEEN, _MIRRORED, _LED = 0, 1, 2
+
+
+def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, mesh: Mesh) -> Mesh:
+    """The mesh with the photo on it; grey if the mask is empty.
+
+    Faces that look at the camera carry the pixel that they project to. The others carry what
+    their mirror image in the upright plane through the object's middle projects to, so that the
+    far side continues the near one without a seam. There the outermost ring of the outline, in
+    which little of the surface is much stretched and the surroundings shine through, gives
+    way to what lies as far inside of it. Balls and ellipsoids: see `round_textured`; what else is
+    round about an axis: see `turned_sides`. Where the light on what is smooth and round is told by
+    the photo, the texture is without it, and the mesh has it as its `shading`: see `unlit`.
+    """
+    if not mask.any():
+        return mesh
+    color = _mean_color(photo, mask)
+    plain = unlit(photo, mask, camera, item, mesh)
+    if plain is None:
+        return replace(_painted(photo, mask, camera, item, mesh), color=color)
+    painted = _painted(plain[0], mask, camera, item, mesh)
+    return replace(painted, color=color, shading=plain[1])
+
+
+def _painted(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, mesh: Mesh) -> Mesh:
+    """The mesh with that picture (H, W, 3) on it; see `textured`."""
+    texture, origin = padded_crop(photo, mask)
+    texture = covered_painted(photo, mask, camera, item, (texture, origin))
+    whole = round_textured(camera, item, mesh, mask, (texture, origin))
+    if whole is not None:
+        return whole
+    kinds = np.where(_unseen(camera, item, mesh), _MIRRORED, _SEEN)
+    led = turned_sides(camera, item, mesh.vertices, mesh.faces)
+    if led is not None:
+        kinds[led[0]] = _LED
+    vertices, faces, source, kind = _split(mesh, kinds)
+    place, turn = np.asarray(item.position), matrix_of(item.rotation).T
+    world = vertices @ turn + place
+    shown = np.where((kind == _MIRRORED)[:, None], _mirrored(camera, world, place), world)
+    if led is not None:
+        shown = np.where((kind == _LED)[:, None], led[1][source] @ turn + place, shown)
+    uv = camera.project(shown)[0]
+    for which, ring in ((_MIRRORED, RING), (_LED, THIN_RING)):
+        uv[kind == which] = _folded(uv[kind == which], mask, ring)
+    uv = uv - origin
+    edge = np.array([texture.shape[1], texture.shape[0]])
+    return Mesh(vertices, faces, np.clip(uv, 0.5, edge - 0.5), texture)
+
+
+def padded_crop(photo: Image, mask: BoolArray) -> tuple[Image, tuple[int, int]]:
+    """The photo around the object, its surroundings replaced by the object's nearest pixels.
+
+    Returns the crop (h, w, 3) and its top left corner (x, y). The outline itself mixes object
+    and background, so the outermost pixels are replaced too.
+    """
+    rows, columns = mask.shape
+    x0, y0, x1, y1 = bounds(mask)
+    pad = max(6, round(0.12 * max(x1 - x0, y1 - y0)))
+    left, top = max(0, x0 - pad), max(0, y0 - pad)
+    crop = (slice(top, min(rows, y1 + pad)), slice(left, min(columns, x1 + pad)))
+    own = mask[crop]
+    part = photo[crop]
+    core = shrink(own, 1)
+    thin = own & ~cv2.dilate(core.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
+    core = core | thin
+    source = _nearest(core)
+    filled = part[source[..., 0], source[..., 1]]
+    soft = cv2.GaussianBlur(filled, (0, 0), 1.5)
+    return np.where(core[..., None], filled, soft).astype(np.uint8), (left, top)
+
+
+def _folded(pixels: FloatArray, mask: BoolArray, ring: float) -> FloatArray:
+    """Pixels (N, 2) of a mask's outer ring reflected at the ring's inner border.
+
+    ring: its width, as a share of the mask's smaller extent.
+    """
+    x0, y0, x1, y1 = bounds(mask)
+    core = _core(mask, max(1, round(ring * min(x1 - x0, y1 - y0))))
+    if not core.any() or not len(pixels):
+        return pixels
+    nearest = _nearest(core)
+    x = np.clip(pixels[:, 0].astype(int), 0, mask.shape[1] - 1)
+    y = np.clip(pixels[:, 1].astype(int), 0, mask.shape[0] - 1)
+    border = nearest[y, x][:, ::-1] + 0.5
+    outside = ~core[y, x]
+    folded = 2 * border - pixels
+    # Where the outline is narrow the reflection leaves it again: its middle will do.
+    column = np.clip(folded[:, 0].astype(int), 0, mask.shape[1] - 1)
+    row = np.clip(folded[:, 1].astype(int), 0, mask.shape[0] - 1)
+    folded = np.where(core[row, column][:, None], folded, border)
+    return np.where(outside[:, None], folded, pixels)
+
+
+def _core(mask: BoolArray, ring: int) -> BoolArray:
+    """The mask without its outer ring, pixels; of what is narrower than that, its middle."""
+    core = shrink(mask, ring)
+    while ring > 0:
+        # What lies farther from the core than the ring is wide belongs to something narrow.
+        narrow = mask & ~grow(core, ring + 1 + ring // 2)
+        ring //= 2
+        core = core | (shrink(mask, ring) & narrow)
+    return core
+
+
+def _nearest(core: BoolArray) -> NDArray[np.int64]:
+    """(H, W, 2) row and column of the nearest pixel of the core."""
+    _, labels = cv2.distanceTransformWithLabels(
+        (~core).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    labels = labels.astype(np.int64)
+    nearest = np.zeros((int(labels.max()) + 1, 2), np.int64)
+    nearest[labels[core]] = np.argwhere(core)
+    return nearest[labels]
+
+
+def _mean_color(photo: Image, mask: BoolArray) -> tuple[int, int, int]:
+    red, green, blue = (round(float(value)) for value in photo[mask].mean(0))
+    return red, green, blue
+
+
+def _unseen(camera: Camera, item: SceneObject, mesh: Mesh) -> BoolArray:
+    """(F,) which faces look away from the camera."""
+    world = mesh.vertices @ matrix_of(item.rotation).T + np.asarray(item.position)
+    a, b, c = (world[mesh.faces[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    away = ((a + b + c) / 3 - np.asarray(camera.position)) * normal
+    return np.asarray(away.sum(1) >= 0)
+
+
+def _split(
+    mesh: Mesh, kinds: NDArray[np.int64]
+) -> tuple[FloatArray, NDArray[np.int32], NDArray[np.int64], NDArray[np.int64]]:
+    """Vertices doubled where faces of two kinds (F,) meet.
+
+    Returns them (V, 3), the faces, and of each vertex the one that it was and its kind (V,).
+    """
+    count = len(mesh.vertices)
+    faces = mesh.faces.astype(np.int64) + count * kinds[:, None]
+    used, compact = np.unique(faces, return_inverse=True)
+    source = used % count
+    return (
+        mesh.vertices[source],
+        compact.reshape(faces.shape).astype(np.int32),
+        source,
+        used // count,
+    )
+
+
+def _mirrored(camera: Camera, world: FloatArray, middle: FloatArray) -> FloatArray:
+    """World points mirrored in the upright plane through `middle` that faces the camera."""
+    view = middle - np.asarray(camera.position)
+    view[2] = 0.0
+    view /= max(float(np.linalg.norm(view)), 1e-9)
+    return world - 2 * ((world - middle) @ view)[:, None] * view

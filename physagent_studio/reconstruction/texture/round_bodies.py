@@ -1,0 +1,371 @@
+"""The photo on a ball, an egg or a fruit, of which it shows less than half.
+
+The rim of that is seen at too flat an angle to be of use when the thing has rolled.
+
+The body is covered by the six sides of a cube around it, the first of which looks at the camera.
+The others show the first one again, folded over the edges that they share with it, in the light
+that falls on them; where they meet they pass into one another. What is there once, as the calyx of
+a fruit is, is not repeated; where it lies about the axis, it is led around that.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Self
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.rotations import matrix_of
+from physagent_studio.program.scene import Revolved, SceneObject
+from physagent_studio.reconstruction.photo.regions import BoolArray, grow
+from physagent_studio.reconstruction.texture.round_light import (
+    body_of,
+    fitted,
+    is_pattern,
+    terms_of,
+)
+from physagent_studio.records.case import Image
+from physagent_studio.records.scene import Mesh
+from physagent_studio.rendering.texture import bilinear
+
+FloatArray = NDArray[np.float64]
+FloatImage = NDArray[np.float32]
+OFF = 0.05
+"""How far vertices may be off a round outline, in radii: what has stems is no ball."""
+LEAST = 0.72
+"""How near to its middle the outline of a round thing may come, in radii."""
+SHOWN = (60.0, 70.0)
+"""Angle from the view within which the photo itself is shown, and beyond which no longer, °."""
+NARROW = 8
+"""How narrow the zones are in which two sides pass into one another."""
+WIDE = 1.3
+"""Half the extent of a side's picture, in its distance from the middle of the body."""
+SIDE = (16, 256)
+"""Pixels across such a picture, at least and at most."""
+LIT = 62.0
+"""Angle from the view within which the photo tells how light falls on the body, °."""
+DARK = 16.0
+"""Added to colours before their log is taken, grey levels."""
+SPOT = 8.0
+"""Percentile below which what is dark on it is a spot that is there once."""
+GLOSS = 92.0
+"""Percentile beyond which what is bright on the body is gloss, and stays on the first side."""
+KNEE = 1.5
+"""In times of those two, how far detail comes at most."""
+SPAN, DETAIL = 2.0, 160
+"""Half the extent of the picture of what is repeated, in its distance from the middle of the body,
+and pixels across it."""
+SEEN_WELL = math.cos(math.radians(LIT))
+STRANGE, MUCH, MANY, WIDEST_CAP = 0.3, 4.0, 0.8, 45.0
+"""Least detail that is there once, log, and in times of what is usual on the body; from how much
+of that on a body is of several colours, as it is where its cap reaches farther down, °."""
+TURN = 75.0
+"""Angle about the axis, from the view, within which a cap is shown as the photo shows it, °."""
+SEEN_CAP, LEVEL_CAP = math.sin(math.radians(4.0)), math.cos(math.radians(35.0))
+"""Cosines between axis and view: below the first a top is not seen, beyond the second it is seen
+from above."""
+FLATTEST = math.cos(math.radians(85.0))
+"""The least between surface and view at which something is still told."""
+OFTEN, LEAST_CAP, SOFT = 0.25, 8.0, 10.0
+"""Share of a circle about the axis that is strange on a cap; its least extent and its rim, °."""
+
+# x is right and y up as the camera sees the body, z looks at the camera.
+_FIRST = np.eye(3)
+_SIDES = {
+    "right": np.array([[0, 0, 1], [0, 1, 0], [1, 0, 0]], float),
+    "left": np.array([[0, 0, -1], [0, 1, 0], [-1, 0, 0]], float),
+    "up": np.array([[1, 0, 0], [0, 0, 1], [0, 1, 0]], float),
+    "down": np.array([[1, 0, 0], [0, 0, -1], [0, -1, 0]], float),
+    "back": np.array([[-1, 0, 0], [0, 1, 0], [0, 0, -1]], float),
+}
+"""By which map each side's directions become those of the first one."""
+_PART = -1
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Ball:
+    """A body as a unit sphere. frame: (3, 3) columns are its x, y and z in the world. stretch:
+    (3, 3) from the unit sphere to the ellipsoid, world. axis: (3,) unit, and outline: (K, 2) how
+    far out the body is, in the ellipsoid's radii, by the cosine with that axis. photo, origin:
+    the crop, and its corner in the photo. light: (6, 3) see `terms_of`, log. mean: (3,) of it.
+    least, most: (3,) darkest and brightest detail, log. strange: from what detail on something is
+    there once, log. cap: angle from the axis within which most is so, °. detail: (K, K, 3) of the
+    first side, see `_usual`.
+    """
+
+    frame: FloatArray
+    stretch: FloatArray
+    place: FloatArray
+    camera: Camera
+    axis: FloatArray
+    outline: FloatArray
+    photo: Image
+    origin: FloatArray
+    light: FloatArray
+    mean: FloatArray
+    least: FloatArray
+    most: FloatArray
+    strange: float = math.inf
+    cap: float = 0.0
+    detail: FloatImage = field(default_factory=lambda: np.zeros((2, 2, 3), np.float32))
+
+    @classmethod
+    def of(
+        cls,
+        camera: Camera,
+        item: SceneObject,
+        radii: FloatArray,
+        outline: FloatArray,
+        crop: tuple[Image, tuple[int, int]],
+    ) -> Self:
+        """Without any light on it yet."""
+        place = np.asarray(item.position, float)
+        turn = matrix_of(item.rotation)
+        stretch = turn @ np.diag(radii) @ turn.T
+        view = np.linalg.solve(stretch, np.asarray(camera.position) - place)
+        view /= np.linalg.norm(view)
+        across = np.cross(-camera.matrix[:, 1], view)
+        across /= np.linalg.norm(across)
+        frame = np.stack([across, np.cross(view, across), view], 1)
+        dull = np.zeros((6, 3)), np.zeros(3), np.full(3, -np.inf), np.full(3, np.inf)
+        where = crop[0], np.array(crop[1], float)
+        return cls(frame, stretch, place, camera, turn[:, 2], outline, *where, *dull)
+
+    def pixels(self, ways: FloatArray) -> FloatArray:
+        """Where in the crop (N, 2) directions (N, 3) of the first side are seen."""
+        unit = ways @ self.frame.T
+        upright = np.clip(unit @ self.axis, -1, 1)
+        out = np.interp(upright, self.outline[:, 0], self.outline[:, 1])
+        world = self.place + (out[:, None] * unit) @ self.stretch.T
+        return self.camera.project(world)[0] - self.origin
+
+    def colours(self, ways: FloatArray) -> FloatArray:
+        """Colours (N, 3) in all directions (N, 3)."""
+        angle = np.degrees(np.arccos(np.clip(ways[:, 2], -1, 1)))
+        first = np.clip((SHOWN[1] - angle) / (SHOWN[1] - SHOWN[0]), 0, 1)[:, None]
+        detail, total = np.zeros((len(ways), 3)), np.zeros((len(ways), 1))
+        for fold in (_FIRST, *_SIDES.values()):
+            own = ways @ fold.T
+            weight = np.maximum(own[:, 2:] - math.cos(math.radians(LIT)), 0) ** NARROW
+            detail += weight * _bent(self._repeated(own), self.least, self.most)
+            total += weight
+        others = np.exp(self._tone(ways) + detail / np.maximum(total, 1e-12)) - DARK
+        if self.cap > 0:
+            around, off = self._led_around(ways)
+            capped = np.clip((self.cap + SOFT - off) / SOFT, 0, 1)[:, None]
+            others = capped * self._photographed(around) + (1 - capped) * others
+        return first * self._photographed(ways) + (1 - first) * others
+
+    def _repeated(self, ways: FloatArray) -> FloatArray:
+        """Detail (N, 3) that may be there several times, in directions of the first side."""
+        flat = ways[:, :2] / np.maximum(ways[:, 2:], 0.2)
+        where = (flat / SPAN + 1) / 2 * len(self.detail) - 0.5
+        return bilinear(self.detail, where).astype(np.float64)
+
+    def _usual(self, mask: BoolArray) -> FloatImage:
+        """(K, K, 3) the detail of the first side without what is there once: a calyx, a bruise."""
+        y, x = ((np.indices((DETAIL, DETAIL)) + 0.5) / DETAIL * 2 - 1) * SPAN
+        ways = np.stack([x.ravel(), y.ravel(), np.ones(x.size)], 1)
+        ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+        detail = self._detail(ways)
+        strange = (np.abs(detail).mean(-1) > self.strange) & (ways[:, 2] > SEEN_WELL)
+        if is_pattern(strange.reshape(x.shape)):
+            return np.asarray(detail.reshape(*x.shape, 3), np.float32)
+        strange |= ~self._within(ways, mask)
+        wide = cv2.dilate(strange.reshape(x.shape).astype(np.uint8), np.ones((5, 5), np.uint8))
+        kept = cv2.GaussianBlur(1 - grow(wide > 0, 3).astype(np.float32), (0, 0), 1.5)
+        kept = np.where(wide > 0, 0, kept)[..., None]
+        return np.asarray(kept * detail.reshape(*x.shape, 3), np.float32)
+
+    def _poles(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Unit vectors in the body's frame of view: the axis' end that is seen, front and side."""
+        axis = self.axis @ self.frame
+        axis = axis if axis[2] > 0 else -axis
+        front = np.array([0.0, 0.0, 1.0]) - axis[2] * axis
+        front /= max(float(np.linalg.norm(front)), 1e-9)
+        return axis, front, np.asarray(np.cross(axis, front), np.float64)
+
+    def _led_around(self, ways: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Directions (N, 3) turned about the axis to where they are seen, angles (N,) to it, °."""
+        axis, front, side = self._poles()
+        turn = np.arctan2(ways @ side, ways @ front)
+        limit = math.radians(TURN)
+        back = limit * (np.pi - np.abs(turn)) / (np.pi - limit)
+        turn = np.where(np.abs(turn) > limit, np.sign(turn) * back, turn)
+        along = np.clip(ways @ axis, -1, 1)
+        flat = np.cos(turn)[:, None] * front + np.sin(turn)[:, None] * side
+        led = along[:, None] * axis + np.sqrt(1 - along**2)[:, None] * flat
+        return led, np.degrees(np.arccos(along))
+
+    def capped(self, mask: BoolArray) -> Self:
+        """The same, knowing how far something that is there once reaches down from its top."""
+        axis, front, side = self._poles()
+        if not SEEN_CAP < axis[2] < LEVEL_CAP:
+            return self
+        turn = np.radians(np.linspace(-60, 60, 13))
+        flat = np.cos(turn)[:, None] * front + np.sin(turn)[:, None] * side
+        cap = 0.0
+        for angle in range(4, 72, 4):
+            off = math.radians(angle)
+            ways = math.cos(off) * axis + math.sin(off) * flat
+            ways = ways[(ways[:, 2] > FLATTEST) & self._within(ways, mask)]
+            if not len(ways):
+                continue
+            rest = np.log(self._photographed(ways) + DARK) - self._tone(ways)
+            if (np.abs(rest).mean(-1) > self.strange).mean() < OFTEN:
+                break
+            cap = float(angle)
+        return replace(self, cap=cap if cap >= LEAST_CAP else 0.0)
+
+    def _within(self, ways: FloatArray, mask: BoolArray) -> BoolArray:
+        """(N,) whether directions (N, 3) of the first side are seen in the mask (H, W)."""
+        column, row = (self.pixels(ways) + self.origin).astype(int).T
+        inside = (column >= 0) & (row >= 0) & (column < mask.shape[1]) & (row < mask.shape[0])
+        inside[inside] = mask[row[inside], column[inside]]
+        return np.asarray(inside, bool)
+
+    def _detail(self, ways: FloatArray) -> FloatArray:
+        """What the photo shows (N, 3) beside the light, log, in directions of the first side."""
+        return np.log(self._photographed(ways) + DARK) - terms_of(ways) @ self.light
+
+    def _tone(self, ways: FloatArray) -> FloatArray:
+        """The log of the body's colour in its light (N, 3), evener the farther from the view."""
+        angle = np.arccos(np.clip(ways[:, 2], -1, 1))
+        limit = math.radians(LIT)
+        flat = ways[:, :2] / np.maximum(np.linalg.norm(ways[:, :2], axis=1, keepdims=True), 1e-9)
+        near = np.minimum(angle, limit)[:, None]
+        seen = np.column_stack([flat * np.sin(near), np.cos(near)])
+        share = np.clip((angle - limit) / (math.pi - limit), 0, 1)[:, None]
+        even = (1 - share) ** 2
+        return even * (terms_of(seen) @ self.light) + (1 - even) * self.mean
+
+    def _photographed(self, ways: FloatArray) -> FloatArray:
+        where = self.pixels(np.where(ways[:, 2:] > 0, ways, (0.0, 0, 1))) - 0.5
+        return bilinear(self.photo, where).astype(np.float64)
+
+    def lit(self, mask: BoolArray) -> Self:
+        """The same, with the light that the photo shows on it where the mask (H, W) is."""
+        share = (np.arange(24) + 0.5) / 24
+        around = np.linspace(0, 2 * np.pi, 48, endpoint=False)
+        # Evenly spread over the cap that the camera sees well.
+        up = np.repeat(1 - share * (1 - math.cos(math.radians(LIT))), len(around))
+        flat = np.sqrt(1 - up**2)
+        turn = np.tile(around, len(share))
+        ways = np.stack([flat * np.cos(turn), flat * np.sin(turn), up], 1)
+        inside = self._within(ways, mask)
+        if np.count_nonzero(inside) < 40:
+            return self
+        ways = ways[inside]
+        tone = np.log(self._photographed(ways) + DARK)
+        fit = fitted(terms_of(ways), tone)
+        rest = tone - terms_of(ways) @ fit
+        mean = (terms_of(ways) @ fit).mean(0)
+        least, most = np.percentile(rest, (SPOT, GLOSS), axis=0)
+        strange = max(STRANGE, MUCH * float(np.median(np.abs(rest).mean(-1))))
+        lit = replace(self, light=fit, mean=mean, least=least, most=most, strange=strange)
+        return replace(lit, detail=lit._usual(mask))
+
+
+def _bent(values: FloatArray, least: FloatArray, most: FloatArray) -> FloatArray:
+    """Values (N, 3) drawn in towards least < 0 and most > 0 (3,), without flats where they end."""
+    bound = KNEE * np.where(values < 0, np.minimum(least, -1e-6), np.maximum(most, 1e-6))
+    return np.where(np.isfinite(bound), bound * np.tanh(values / bound), values)
+
+
+def round_textured(
+    camera: Camera,
+    item: SceneObject,
+    mesh: Mesh,
+    mask: BoolArray,
+    crop: tuple[Image, tuple[int, int]],
+) -> Mesh | None:
+    """The mesh of a ball, an ellipsoid or a roundish fruit with the photo on all its sides.
+
+    None for others. crop: the photo around the thing (h, w, 3) and its top left corner (x, y) in
+    the photo.
+    """
+    body = body_of(item)
+    if body is None:
+        return None
+    radii, outline = body
+    if outline[:, 1].min() < LEAST:
+        return None
+    unit = mesh.vertices / radii
+    away = np.linalg.norm(unit, axis=1)
+    upright = unit[:, 2] / np.maximum(away, 1e-12)
+    beside = away - np.interp(upright, *outline.T) > OFF
+    ball = _Ball.of(camera, item, radii, outline, crop).lit(mask)
+    ball = ball.capped(mask) if isinstance(item.shape, Revolved) else ball
+    if beside.any() and (ball.strange > MANY or ball.cap > WIDEST_CAP):
+        # A body of several colours with a handle on it: its front says little of its other sides.
+        return None
+    turned = mesh.vertices @ matrix_of(item.rotation).T
+    ways = np.linalg.solve(ball.stretch, turned.T).T @ ball.frame
+    ways /= np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-12)
+    folds = [_FIRST, *_SIDES.values()]
+    middle = ways[mesh.faces].mean(1)
+    side = np.argmax([(middle @ fold.T)[:, 2] for fold in folds], 0)
+    # Stems and leaves are as thin as they are seen, and show the same from behind.
+    side = np.where(beside[mesh.faces].sum(1) > 1, _PART, side)
+    return _laid_out(ball, mesh, ways, turned, side, folds)
+
+
+def _laid_out(
+    ball: _Ball,
+    mesh: Mesh,
+    ways: FloatArray,
+    turned: FloatArray,
+    side: NDArray[np.intp],
+    folds: list[FloatArray],
+) -> Mesh:
+    """Every side's faces with vertices of their own, and the sides' pictures beside the crop.
+
+    turned: (V, 3) vertices from the middle, world.
+    """
+    rows, columns = ball.photo.shape[:2]
+    across = int(np.clip(0.8 * min(rows, columns), *SIDE))
+    texture = np.zeros((max(rows, across), columns + across * (len(folds) - 1), 3), np.uint8)
+    texture[:rows, :columns] = ball.photo
+    vertices, faces, places = [], [], []
+    count = 0
+    for number, fold in enumerate([*folds, _FIRST]):
+        number = _PART if number == len(folds) else number
+        own = mesh.faces[side == number]
+        used, compact = np.unique(own, return_inverse=True)
+        vertices.append(mesh.vertices[used])
+        faces.append(compact.reshape(-1, 3) + count)
+        count += len(used)
+        if number == 0:
+            places.append(ball.pixels(ways[used]))
+            continue
+        if number == _PART:
+            places.append(ball.camera.project(ball.place + turned[used])[0] - ball.origin)
+            continue
+        left = columns + across * (number - 1)
+        texture[:across, left : left + across] = _picture(ball, fold, across)
+        local = ways[used] @ fold.T
+        flat = local[:, :2] / np.maximum(local[:, 2:], 0.2)
+        spot = (np.clip(flat, -WIDE, WIDE) / WIDE + 1) / 2 * across
+        places.append(np.clip(spot, 0.5, across - 0.5) + np.array([left, 0]))
+    uv = np.concatenate(places)
+    edge = np.array([texture.shape[1], texture.shape[0]])
+    return Mesh(
+        np.concatenate(vertices),
+        np.concatenate(faces).astype(np.int32),
+        np.clip(uv, 0.5, edge - 0.5),
+        texture,
+        mesh.color,
+    )
+
+
+def _picture(ball: _Ball, fold: FloatArray, across: int) -> Image:
+    """What a side shows, (across, across, 3)."""
+    y, x = ((np.indices((across, across)) + 0.5) / across * 2 - 1) * WIDE
+    local = np.stack([x.ravel(), y.ravel(), np.ones(across * across)], 1)
+    local /= np.linalg.norm(local, axis=1, keepdims=True)
+    colours = ball.colours(local @ fold)  # The folds are their own inverses but for a transpose.
+    return np.clip(colours + 0.5, 0, 255).reshape(across, across, 3).astype(np.uint8)

@@ -1,0 +1,68 @@
+"""Light on a round body, and what of its look comes once or many times."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.scene import Ellipsoid, Revolved, SceneObject, Sphere
+from physagent_studio.reconstruction.photo.regions import BoolArray
+
+FloatArray = NDArray[np.float64]
+ROUNDISH = 0.45
+"""How flat or slim it may be."""
+SPECK, SEVERAL, LONE = 0.002, 3, 0.7
+"""Least part of that picture that counts, how many of them are a pattern, and what share of all of
+it the largest is where it is none."""
+
+
+def body_of(item: SceneObject) -> tuple[FloatArray, FloatArray] | None:
+    """(3,) radii of the ellipsoid that a body is or comes near to, and its outline (K, 2), how far
+
+    out it is, in those radii, by the cosine with its axis; None for none.
+    """
+    even = np.array([[-1.0, 1.0], [1.0, 1.0]])
+    if isinstance(item.shape, Sphere):
+        return np.full(3, item.shape.radius), even
+    if isinstance(item.shape, Ellipsoid):
+        return np.asarray(item.shape.radii, float), even
+    if not isinstance(item.shape, Revolved) or item.shape.wall is not None:
+        return None
+    heights, out = np.array(item.shape.profile, float).T
+    wide, tall = max(float(out.max()), 1e-9), max(float(np.abs(heights).max()), 1e-9)
+    if not ROUNDISH < tall / wide < 1 / ROUNDISH:
+        return None
+    away = np.hypot(out / wide, heights / tall)
+    upright = heights / tall / np.maximum(away, 1e-12)
+    order = np.argsort(upright, kind="stable")
+    ends = [(-1.0, abs(heights[0]) / tall), (1.0, abs(heights[-1]) / tall)]
+    outline = np.stack([upright[order], away[order]], 1)
+    # Where it begins and ends it is closed by a flat disc.
+    return np.array([wide, wide, tall]), np.vstack([ends[:1], outline, ends[1:]])
+
+
+def terms_of(ways: FloatArray) -> FloatArray:
+    """(N, 6) of which light on a body is a sum, by direction (N, 3)."""
+    x, y = ways[:, 0], ways[:, 1]
+    return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], 1)
+
+
+def fitted(terms: FloatArray, tone: FloatArray) -> FloatArray:
+    """(6, 3) by which terms (N, 6) come nearest to most of what is seen (N, 3)."""
+    pull = 0.01 * len(terms) * np.diag([0.0, 1, 1, 1, 1, 1])
+    weight, fit = np.ones(len(terms)), np.zeros((terms.shape[1], 3))
+    for _ in range(8):
+        fit = np.linalg.solve((terms.T * weight) @ terms + pull, (terms.T * weight) @ tone)
+        rest = np.abs(tone - terms @ fit).mean(-1)
+        # What is painted otherwise, and highlights, are no light.
+        weight = 1 / (1 + (rest / max(1.5 * float(np.median(rest)), 0.03)) ** 2)
+    return np.asarray(fit, np.float64)
+
+
+def is_pattern(strange: BoolArray) -> bool:
+    """Whether what is strange (K, K) comes several times, as on a football."""
+    stats = cv2.connectedComponentsWithStats(strange.astype(np.uint8))[2][1:]
+    areas = np.array([row[cv2.CC_STAT_AREA] for row in stats], float)
+    large = areas[areas > SPECK * strange.size]
+    return len(large) >= SEVERAL and bool(large.max() < LONE * large.sum())

@@ -1,0 +1,102 @@
+"""A scene without a photo: a program that states every number is drawn from its shapes alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+
+import numpy as np
+
+from physagent_studio.errors import InputError
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.rotations import quaternion_of
+from physagent_studio.program.scene import Floor, SceneState, Wall
+from physagent_studio.reconstruction.shapes.meshes import support_mesh
+from physagent_studio.reconstruction.shapes.stated_meshes import stated_mesh
+from physagent_studio.records.scene import Mesh, Scene
+from physagent_studio.rendering.backdrop import PALETTE
+
+SIZE = (832, 480)
+FIELD_OF_VIEW = math.radians(45)
+LOOKING_DOWN = math.radians(18)
+ROOM = 1.7
+"""How much wider than the resting things the picture is, so that motion stays in it."""
+
+
+def scene_without_photo(state: SceneState, key: str, assets: Mapping[str, Mesh]) -> Scene:
+    """The scene of a state in which nothing is open; an `InputError` names what is.
+
+    assets: stored meshes by what `Meshed.asset` names.
+    """
+    for item in state.objects:
+        if item.shape is None or item.position is None:
+            field = "shape" if item.shape is None else "position"
+            raise InputError(
+                f"scene.objects.{item.name}.{field} is open and there is no photo to find it in; "
+                "state it, or give a case with an image"
+            )
+    for support in state.supports:
+        if support.shape is None:
+            raise InputError(
+                f"scene.supports.{support.name}.shape is open and there is no photo to find it in"
+            )
+    meshes = {
+        item.name: replace(stated_mesh(item, assets), color=PALETTE[index % len(PALETTE)])
+        for index, item in enumerate(state.objects)
+    }
+    bounds = _bounds(state, meshes)
+    done = state if state.camera else state.model_copy(update={"camera": _camera(*bounds)})
+    reach = 4.0 * bounds[1]
+    return Scene(
+        state=done,
+        photo=None,
+        plate=None,
+        masks=MappingProxyType({}),
+        meshes=MappingProxyType(meshes),
+        support_meshes=MappingProxyType(
+            {
+                support.name: support_mesh(support.shape, reach)
+                for support in done.supports
+                if support.shape is not None
+            }
+        ),
+        candidates=MappingProxyType({}),
+        findings=(),
+        hash=key,
+    )
+
+
+def _bounds(state: SceneState, meshes: dict[str, Mesh]) -> tuple[np.ndarray, float]:
+    """Centre (3,) and half the size, m, of what is to be seen; half-spaces do not count."""
+    points = [np.zeros((1, 3))] if not state.objects else []
+    for item in state.objects:
+        radius = float(np.linalg.norm(meshes[item.name].vertices, axis=1).max())
+        points.append(np.array(item.position) + radius * np.array([[-1, -1, -1], [1, 1, 1]]))
+    for support in state.supports:
+        if support.shape is not None and not isinstance(support.shape, Floor | Wall):
+            points.append(support_mesh(support.shape, 1.0).vertices)
+    cloud = np.concatenate(points)
+    low, high = cloud.min(axis=0), cloud.max(axis=0)
+    return (low + high) / 2, max(float((high - low).max()) / 2, 0.25)
+
+
+def _camera(centre: np.ndarray, half: float) -> Camera:
+    """A camera that looks along +y and a little down on the things."""
+    width, height = SIZE
+    focal = height / 2 / math.tan(FIELD_OF_VIEW / 2)
+    distance = ROOM * half * focal / (height / 2)
+    down, ahead = math.sin(LOOKING_DOWN), math.cos(LOOKING_DOWN)
+    forward = np.array([0, ahead, -down])
+    axes = np.column_stack([[1.0, 0, 0], [0, -down, -ahead], forward])
+    x, y, z = (float(v) for v in centre - distance * forward)
+    return Camera(
+        size=SIZE,
+        focal=focal,
+        principal=(width / 2, height / 2),
+        position=(x, y, z),
+        rotation=quaternion_of(axes),
+        source="given",
+        confirmed=True,
+    )

@@ -1,0 +1,51 @@
+"""What a person is offered beside the first mask."""
+
+import numpy as np
+
+from physagent_studio.reconstruction.masks.choice import CANDIDATES, agreed
+from physagent_studio.reconstruction.masks.draft_score import Draft, likeness
+from physagent_studio.reconstruction.photo import closed_contours as contour
+
+ROWS, COLUMNS = np.mgrid[:90, :120]
+GREY = np.full((90, 120, 3), 128, np.float32)
+
+
+def _disc(radius, x=60.0):
+    return np.hypot(ROWS - 45, COLUMNS - x) < radius
+
+
+def _scored(masks):
+    return [(Draft(mask, f"draft-{k}", "colour"), value) for k, (mask, value) in enumerate(masks)]
+
+
+def test_less_likely_readings_of_another_size_come_before_more_of_the_same():
+    # Several readings of a part, each a little off, then the whole and a group, both less likely.
+    parts = [(_disc(18, 60 + 0.6 * k), 0.8 - 0.01 * k) for k in range(4)]
+    ranked = _scored([*parts, (_disc(30), 0.7), (_disc(42), 0.66)])
+    offered = agreed(ranked, GREY)
+    assert len(offered) <= CANDIDATES
+    methods = [draft.method for draft, _ in offered]
+    assert methods[:3] == ["draft-0", "draft-4", "draft-5"]
+    values = [value for _, value in offered]
+    assert values == sorted(values, reverse=True)
+
+
+def test_where_all_agree_variants_of_the_first_are_offered():
+    ranked = _scored([(_disc(20 + 0.01 * k), 0.9) for k in range(5)])
+    offered = agreed(ranked, GREY)
+    assert [draft.method for draft, _ in offered] == ["draft-0", "tighter", "wider"]
+    assert agreed([], GREY) == []
+
+
+def test_outlines_sought_side_by_side_are_those_sought_alone():
+    lab = GREY.copy()
+    lab[_disc(20)] = (200, 150, 90)
+    lab[_disc(12, 95)] = (60, 100, 160)
+    masks = [_disc(19), _disc(10, 96), _disc(30)]
+    again, beyond = contour.near(lab, masks, grown=2)
+    assert (len(again), len(beyond)) == (3, 2)
+    for mask, found in zip(masks, again, strict=True):
+        alone = contour.again(lab, mask)
+        assert all(np.array_equal(a, b) for a, b in zip(found, alone, strict=True))
+    fit = likeness([Draft(mask, "", "") for mask in (_disc(20), again[0][1])])
+    assert fit[0, 1] > 0.9

@@ -1,0 +1,82 @@
+"""Bodies made from a silhouette stand on the ground as the picture shows them."""
+
+import math
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+import trimesh
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import Inflated
+from physagent_studio.reconstruction.camera.rays import on_plane
+from physagent_studio.reconstruction.grounding.usual import usual_size
+from physagent_studio.reconstruction.shapes.footing import stands
+from physagent_studio.reconstruction.shapes.forms import forms
+from physagent_studio.reconstruction.shapes.inflation import (
+    inflated_mesh,
+    natural_depth,
+    upright_extent,
+)
+from physagent_studio.reconstruction.shapes.primitives import Base
+from physagent_studio.reconstruction.shapes.sheets import sheet_of
+from physagent_studio.reconstruction.supports.stances import foot_of
+
+
+def _upright_thing(camera, draw) -> np.ndarray:
+    canvas = np.zeros((camera.size[1], camera.size[0]), np.uint8)
+    draw(canvas)
+    return canvas.astype(bool)
+
+
+@pytest.mark.parametrize("off", [-1.0, 0.0, 1.0])
+def test_what_stands_on_feet_stands_wherever_it_is_seen(off):
+    """A board on two wheels with a pole, seen at an angle: both wheels touch the ground."""
+    camera = Camera.from_horizon((640, 480), 40, 1.4, focal=620.0)
+    yaw = 0.5
+    ahead = np.array([math.cos(yaw), math.sin(yaw), 0.0])
+    middle = np.array([off, 4.0, 0.0])
+
+    def at(along, up):
+        spot = middle + along * ahead + np.array([0.0, 0.0, up])
+        return np.round(camera.project(spot[None])[0][0]).astype(int).tolist()
+
+    def draw(canvas):
+        for along in (-0.5, 0.5):
+            cv2.circle(canvas, at(along, 0.12), 14, 1, -1)
+        cv2.line(canvas, at(-0.5, 0.12), at(0.5, 0.12), 1, 6)
+        cv2.line(canvas, at(0.45, 0.1), at(0.4, 1.0), 1, 6)
+
+    mask = _upright_thing(camera, draw)
+    usual = replace(usual_size("kick scooter"), depth=0.1)
+    foot = foot_of(mask)
+    spot = on_plane(camera, [foot], 0.0)[0]
+    form = forms(camera, mask, Base(float(spot[0]), float(spot[1]), 0.0), usual, "inflated")[0]
+    low = form.mesh.vertices[:, 2].min()
+    base = form.mesh.vertices[form.mesh.vertices[:, 2] < low + 1e-3]
+    assert stands(form.mesh.vertices, np.zeros(3))
+    assert np.ptp(base[:, :2] @ ahead[:2]) > 0.8
+    assert form.iou > 0.7
+
+
+def test_a_body_with_a_round_foot_gets_a_base_to_stand_on():
+    camera = Camera.from_horizon((640, 480), 100, 1.0, focal=600.0)
+    mask = _upright_thing(camera, lambda c: cv2.ellipse(c, (330, 300), (25, 80), 0, 0, 360, 1, -1))
+    width, depth, height = upright_extent(mask, camera, natural_depth(mask))
+    mesh = inflated_mesh(mask, camera, Inflated(size=(width, depth, height)))
+    assert np.ptp(mesh.vertices, axis=0) == pytest.approx((width, depth, height))
+    assert stands(mesh.vertices, np.zeros(3))
+    solid = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+    assert solid.is_watertight
+    assert solid.volume > 0
+
+
+@pytest.mark.parametrize("slope", [0, 1])
+def test_a_sliver_of_a_mask_still_gets_a_body(slope):
+    mask = np.zeros((480, 832), bool)
+    for column in range(300):
+        mask[200 + slope * column // 2, 200 + column] = True
+    sheet = sheet_of(mask)
+    assert len(sheet.faces)
+    assert np.isfinite(sheet.pixels).all()

@@ -1,0 +1,153 @@
+"""Tables that a sentence names and nobody clicked: drawn with known edges and found again."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene import (
+    Click,
+    Floor,
+    Grounding,
+    SceneObject,
+    SceneState,
+    Slab,
+    Support,
+)
+from physagent_studio.reconstruction import reconstruct
+from physagent_studio.reconstruction.photo.line_segments import segments
+from physagent_studio.reconstruction.photo.regions import iou
+from physagent_studio.reconstruction.supports import stances as layout
+from physagent_studio.reconstruction.supports.tabletops import top_around
+from physagent_studio.reconstruction.survey.named_tops import with_tops
+from physagent_studio.reconstruction.survey.sighting import Look
+from physagent_studio.records.case import Case
+
+SIZE = (480, 300)
+TOP = 0.75
+CAMERA = Camera.from_horizon(SIZE, 10.0, TOP + 0.4, source="given", confirmed=True)
+FULL = ((-3.0, 0.2), (3.0, 0.2), (3.0, 0.9), (-3.0, 0.9))
+CORNER = ((-0.22, 0.2), (3.0, 0.2), (3.0, 0.8), (-0.22, 0.8))
+"""Places of the corners of a table that goes out of the picture, and of one with a corner in it."""
+
+
+def _drawn(corners, seed: int = 3):
+    """(picture, mask of the table without the box, mask of the box) of a box on a planked table."""
+    rng = np.random.default_rng(seed)
+    picture = np.full((SIZE[1], SIZE[0], 3), (150, 155, 165), np.uint8)
+    flat = np.array([(x, y, TOP) for x, y in corners])
+    # What is beside and behind the camera has no picture; the near edge lies below the border.
+    pixels = _pixels(flat)
+    table = cv2.fillPoly(np.zeros((SIZE[1], SIZE[0]), np.uint8), [pixels], 1) > 0
+    picture[table] = (170, 120, 70)
+    for y in np.arange(0.25, corners[2][1] - 0.1, 0.09):
+        ends = _pixels([(corners[0][0], y, TOP), (corners[1][0], y, TOP)])
+        plank = cv2.polylines(np.zeros_like(picture[..., 0]), [ends], False, 1)
+        picture[(plank > 0) & table] = (135, 92, 52)
+    box = np.zeros_like(table)
+    low, high = TOP, TOP + 0.08
+    sides = [((-0.04, 0.5), (0.04, 0.5), 1.0), ((-0.04, 0.5), (-0.04, 0.58), 0.7)]
+    for (x0, y0), (x1, y1), shade in sides:
+        face = [(x0, y0, low), (x1, y1, low), (x1, y1, high), (x0, y0, high)]
+        _fill(picture, box, face, shade)
+    upper = [(-0.04, 0.5, high), (0.04, 0.5, high), (0.04, 0.58, high), (-0.04, 0.58, high)]
+    _fill(picture, box, upper, 1.2)
+    noisy = picture + rng.normal(0, 4, picture.shape)
+    return np.clip(noisy, 0, 255).astype(np.uint8), table & ~box, box
+
+
+def _fill(picture, mask, corners, shade: float) -> None:
+    pixels = _pixels(corners)
+    cv2.fillPoly(picture, [pixels], tuple(int(c * shade) for c in (30, 60, 180)))
+    mask |= cv2.fillPoly(np.zeros(mask.shape, np.uint8), [pixels], 1) > 0
+
+
+def _pixels(places) -> np.ndarray:
+    """(N, 2) whole pixels of world points."""
+    return np.clip(np.round(CAMERA.project(np.array(places))[0]), -4000, 4000).astype(np.int32)
+
+
+@pytest.mark.parametrize("corners", [FULL, CORNER])
+def test_the_edges_that_end_a_top_are_told_from_joints_between_its_boards(corners):
+    picture, table, box = _drawn(corners)
+    stance = layout.read({"box": box}, "")["box"]
+    base = CAMERA.project(np.array([(0.0, 0.54, TOP)]))[0]
+    top = top_around(picture, segments(picture), [stance], base, box)
+    assert top is not None
+    assert iou(top.region, table) > 0.97
+
+
+def test_without_ground_around_its_feet_nothing_is_said():
+    picture, _, box = _drawn(FULL)
+    stance = layout.read({"box": box}, "")["box"]
+    everything = np.ones_like(box)
+    assert top_around(picture, segments(picture), [stance], np.zeros((1, 2)), everything) is None
+
+
+@pytest.mark.parametrize(("share", "taken"), [(0.65, True), (0.2, False)])
+def test_a_click_gets_the_whole_top_where_its_mask_is_most_of_it(share: float, taken: bool):
+    picture, table, box = _drawn(CORNER)
+    part = table & (np.arange(SIZE[0]) > SIZE[0] * (1 - share))
+    stance = layout.read({"box": box}, "")["box"]
+    mark = Grounding(points=(Click(x=450, y=280),))
+    state = SceneState(
+        camera=CAMERA,
+        objects=(SceneObject(name="box", support="table"),),
+        supports=(Support(name="table", grounding=mark),),
+    )
+    look = Look(
+        image=picture,
+        stances={"box": stance},
+        masks={"box": box},
+        regions={"table": part},
+        found=segments(picture),
+        covered=box,
+        offers={"table": [part]},
+    )
+    case = Case("x", picture, "x", (), (), (), "The box falls.")
+    seen, tops = with_tops(case, state, look)
+    assert ("table" in tops) == taken
+    assert iou(seen.regions["table"], table if taken else part) > 0.97
+
+
+@pytest.fixture(scope="module")
+def scene():
+    picture, _, _ = _drawn(CORNER)
+    x, y = CAMERA.project(np.array([(0.0, 0.5, TOP + 0.04)]))[0][0]
+    mark = Grounding(points=(Click(x=float(x), y=float(y)),))
+    state = SceneState(
+        camera=CAMERA,
+        horizon=CAMERA.horizon,
+        objects=(SceneObject(name="box", grounding=mark),),
+        supports=(Support(name="table"),),
+    )
+    case = Case("x", picture, "x", (("box", mark),), (), (), "The box is pushed off the table.")
+    return reconstruct(case, state)
+
+
+def test_the_table_is_a_slab_over_a_floor_that_is_not_seen(scene):
+    table, floor = scene.state.support("table").shape, scene.state.support("floor").shape
+    assert isinstance(table, Slab)
+    assert isinstance(floor, Floor)
+    assert table.position[2] + table.size[2] / 2 == pytest.approx(TOP, abs=1e-6)
+    assert scene.state.object("box").support == "table"
+    assert any("known by the sentence alone" in flag for flag in scene.state.flags)
+
+
+def test_its_edges_are_where_the_picture_shows_them(scene):
+    table = scene.state.support("table").shape
+    x, y, _ = table.position
+    assert table.yaw == pytest.approx(0.0, abs=0.03)
+    assert x - table.size[0] / 2 == pytest.approx(-0.22, abs=0.02)
+    assert y + table.size[1] / 2 == pytest.approx(0.8, abs=0.05)
+    # To the right it goes on to where the picture ends, and a bit further.
+    right = CAMERA.project(np.array([(x + table.size[0] / 2, y, TOP)]))[0][0, 0]
+    assert right > SIZE[0]
+
+
+def test_a_second_look_keeps_it(scene):
+    case = Case("x", scene.photo, "x", (), (), (), "The box is pushed off the table.")
+    again = reconstruct(case, scene.state, previous=scene)
+    assert again.state.support("table") == scene.state.support("table")

@@ -10,8 +10,8 @@ from typing import Any
 
 from physagent_studio.agent import loop
 from physagent_studio.agent.by_hand import turn_of
-from physagent_studio.agent.rules import wishing
-from physagent_studio.agent.rules.wishing import proposal_for
+from physagent_studio.agent.rules.planner import goal_search as wishing
+from physagent_studio.agent.rules.planner.goal_search import proposal_for
 from physagent_studio.errors import InputError, Problem, ProgramError
 from physagent_studio.program import Edit, PhysicalProgram, apply, value_at
 from physagent_studio.program.document import load_program

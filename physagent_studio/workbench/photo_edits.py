@@ -12,8 +12,8 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 import numpy as np
 from pydantic import JsonValue
 
-from physagent_studio.agent.rules.footing import with_depth, with_room, with_walls_weighed
-from physagent_studio.agent.rules.look import material_of
+from physagent_studio.agent.rules.scene.footing import with_depth, with_room, with_walls_weighed
+from physagent_studio.agent.rules.scene.materials import material_of
 from physagent_studio.errors import InputError
 from physagent_studio.program import AddItem, Edit, Grounding, PhysicalProgram, SetField
 from physagent_studio.program.base import Pixel

@@ -6,7 +6,7 @@ import pytest
 
 from physagent_studio.agent.memory import lessons_of, memory_of
 from physagent_studio.agent.rules import RuleGenerator
-from physagent_studio.agent.rules.factors import relevant_knobs
+from physagent_studio.agent.rules.planner.factors import relevant_knobs
 from physagent_studio.program import SetField, apply, value_at
 from physagent_studio.records import (
     Lesson,

@@ -4,9 +4,9 @@ from collections import Counter
 
 import pytest
 
-from physagent_studio.agent.rules.intents import ACTIVE
-from physagent_studio.agent.rules.reading import vocabulary as v
+from physagent_studio.agent.rules.contract.intents import ACTIVE
 from physagent_studio.knowledge import kind_of, kinds, pace_of, paces
+from physagent_studio.language.tokens import vocabulary as v
 
 STATES = {"withdrawn", "end", "wind"}
 """What sets things going without a speed of its own: a support taken away, an end, the air."""

@@ -20,8 +20,8 @@ import yaml
 
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.agent.rules.generator import stock_of
-from physagent_studio.agent.rules.reading import read
 from physagent_studio.contract import measure
+from physagent_studio.language import read
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.actions import (
     Action,

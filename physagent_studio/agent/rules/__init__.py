@@ -1,8 +1,8 @@
 """The embedded agent: rules, mechanics and search; needs nothing but the program's own rooms."""
 
-from physagent_studio.agent.rules.easing import Easing
 from physagent_studio.agent.rules.generator import RuleGenerator
-from physagent_studio.agent.rules.planner import RulePlanner
-from physagent_studio.agent.rules.verifier import RuleVerifier
+from physagent_studio.agent.rules.planner.easing import Easing
+from physagent_studio.agent.rules.planner.planner import RulePlanner
+from physagent_studio.agent.rules.verifier.verifier import RuleVerifier
 
 __all__ = ["Easing", "RuleGenerator", "RulePlanner", "RuleVerifier"]

@@ -7,27 +7,27 @@ from types import MappingProxyType
 
 import numpy as np
 
-from physagent_studio.agent.rules import actions as act
-from physagent_studio.agent.rules.bodies import bodies_for
-from physagent_studio.agent.rules.choosing import raised_places, schedule, tasks_of
-from physagent_studio.agent.rules.contracting import contract_of, landmarks_needed
-from physagent_studio.agent.rules.footing import (
+from physagent_studio.agent.rules.contract.compile import contract_of, landmarks_needed
+from physagent_studio.agent.rules.scene.bodies import bodies_for
+from physagent_studio.agent.rules.scene.footing import (
     with_depth,
     with_hold,
     with_room,
     with_walls_weighed,
 )
-from physagent_studio.agent.rules.hanging import from_nowhere, in_the_air
-from physagent_studio.agent.rules.heading import with_wheels
-from physagent_studio.agent.rules.landmarks import assume_open, derived_landmarks
-from physagent_studio.agent.rules.layout import Layout
-from physagent_studio.agent.rules.look import density_of, material_of
-from physagent_studio.agent.rules.pacing import paces_of, speed_to_get_there
-from physagent_studio.agent.rules.ramps import friction_for
-from physagent_studio.agent.rules.reading import Inventory, Reading, inventory, read
-from physagent_studio.agent.rules.reading.vocabulary import GROUND_WORDS
-from physagent_studio.agent.rules.surfaces import surface_left
-from physagent_studio.agent.rules.withdrawing import without_withdrawn
+from physagent_studio.agent.rules.scene.hanging import from_nowhere, in_the_air
+from physagent_studio.agent.rules.scene.materials import density_of, material_of
+from physagent_studio.agent.rules.scene.measures import Layout
+from physagent_studio.agent.rules.scene.named_tables import surface_left
+from physagent_studio.agent.rules.scene.withdrawing import without_withdrawn
+from physagent_studio.agent.rules.schedule import actions as act
+from physagent_studio.agent.rules.schedule.choosing import raised_places, schedule, tasks_of
+from physagent_studio.agent.rules.schedule.heading import with_wheels
+from physagent_studio.agent.rules.schedule.landmarks import assume_open, derived_landmarks
+from physagent_studio.agent.rules.schedule.pacing import paces_of, speed_to_get_there
+from physagent_studio.agent.rules.schedule.ramps import friction_for
+from physagent_studio.language import Inventory, Reading, inventory, read
+from physagent_studio.language.tokens.vocabulary import GROUND_WORDS
 from physagent_studio.program.contract import Contract
 from physagent_studio.program.plants import FOLIAGE
 from physagent_studio.program.program import Clip, EventProgram, PhysicalProgram

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from physagent_studio.agent.rules import RuleGenerator
-from physagent_studio.agent.rules.layout import Layout
-from physagent_studio.agent.rules.reading import inventory, read
+from physagent_studio.agent.rules.scene.measures import Layout
+from physagent_studio.language import inventory, read
 from physagent_studio.program.scene import Box, Click, Frustum, Grounding, SceneObject, SceneState
 from tests.agent.rules.scenes import STAGES
 

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from physagent_studio.agent.rules import RuleGenerator, RuleVerifier
 from physagent_studio.agent.rules.generator import stock_of
-from physagent_studio.agent.rules.reading import read
-from physagent_studio.agent.rules.reading import vocabulary as v
 from physagent_studio.contract import measure
+from physagent_studio.language import read
+from physagent_studio.language.tokens import vocabulary as v
 from physagent_studio.records import RolloutEvidence
 from physagent_studio.simulation import simulate
 from tests.agent.rules.scenes import STAGES

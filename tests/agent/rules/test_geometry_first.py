@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from physagent_studio.agent.rules import RuleGenerator
-from physagent_studio.agent.rules.costs import cost_of
-from physagent_studio.agent.rules.footing import with_hold
-from physagent_studio.agent.rules.layout import Layout
-from physagent_studio.agent.rules.paths import arc_length, clearance, free_turn
-from physagent_studio.agent.rules.searching import STURDY, weakness_of
+from physagent_studio.agent.rules.planner.costs import cost_of
+from physagent_studio.agent.rules.planner.trials import STURDY, weakness_of
+from physagent_studio.agent.rules.scene.footing import with_hold
+from physagent_studio.agent.rules.scene.measures import Layout
+from physagent_studio.agent.rules.schedule.paths import arc_length, clearance, free_turn
 from physagent_studio.contract import measure
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.bodies import Granular

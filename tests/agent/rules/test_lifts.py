@@ -8,8 +8,8 @@ from physagent_studio.agent.rules import RuleGenerator, RulePlanner
 from physagent_studio.contract import measure
 from physagent_studio.program import apply
 from physagent_studio.simulation import simulate
+from tests.agent.rules.planner.test_planner import outcome, situation_of
 from tests.agent.rules.scenes import STAGES
-from tests.agent.rules.test_planner import outcome, situation_of
 
 
 @pytest.mark.parametrize(

@@ -15,8 +15,8 @@ import yaml
 
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.agent.rules.generator import stock_of
-from physagent_studio.agent.rules.reading import read
 from physagent_studio.contract.words import claim
+from physagent_studio.language import read
 from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.program.document import load_program
 from physagent_studio.program.scene import Box, Inflated, SceneObject

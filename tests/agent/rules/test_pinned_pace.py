@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from physagent_studio.agent.roles import Situation, Trial
-from physagent_studio.agent.rules.directing import direct
-from physagent_studio.agent.rules.factors import relevant_knobs
-from physagent_studio.agent.rules.searching import Search
+from physagent_studio.agent.rules.planner.directing import direct
+from physagent_studio.agent.rules.planner.factors import relevant_knobs
+from physagent_studio.agent.rules.planner.trials import Search
 from physagent_studio.contract import Facts, measure
 from physagent_studio.contract.view import view_checks
 from physagent_studio.program import PhysicalProgram

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from physagent_studio.agent.rules.reading import EventFrame, Inventory, Reading, inventory, read
+from physagent_studio.language import EventFrame, Inventory, Reading, inventory, read
 from physagent_studio.program import Click, Grounding
 
 GAME = (("red_ball", 100, 300), ("blue_box", 300, 300), ("green_cup", 500, 300))

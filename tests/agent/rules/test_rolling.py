@@ -7,8 +7,8 @@ import math
 import pytest
 
 from physagent_studio.agent.rules import RuleGenerator
-from physagent_studio.agent.rules.layout import Layout
-from physagent_studio.agent.rules.stairs import steps_below
+from physagent_studio.agent.rules.scene.measures import Layout
+from physagent_studio.agent.rules.scene.steps import steps_below
 from physagent_studio.contract import measure
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.rotations import about_axis

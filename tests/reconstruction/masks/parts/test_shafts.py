@@ -14,7 +14,7 @@ from physagent_studio.reconstruction.masks.parts.shafts import (
     strips_of,
 )
 from physagent_studio.reconstruction.photo.regions import iou
-from tests.reconstruction.test_segmentation_attached import (
+from tests.reconstruction.masks.parts.test_attached import (
     NOTHING,
     _line,
     _painted,

@@ -1,0 +1,328 @@
+"""Event frames → contract: what each clause demands of a rollout."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+from physagent_studio.agent.rules.contract.intents import met, prevented
+from physagent_studio.agent.rules.contract.moments import denied, events
+from physagent_studio.agent.rules.contract.senses import SENSES
+from physagent_studio.agent.rules.contract.senses.beside import beside
+from physagent_studio.agent.rules.contract.senses.common import touch
+from physagent_studio.agent.rules.contract.sequence import (
+    OVER,
+    afterwards,
+    farther,
+    matched,
+    over_then_on,
+    ranked,
+)
+from physagent_studio.agent.rules.contract.specs import Context, Spec, any_of, place_name
+from physagent_studio.agent.rules.contract.statements import Statements
+from physagent_studio.agent.rules.contract.untold import untold
+from physagent_studio.agent.rules.scene.measures import Layout
+from physagent_studio.language import EventFrame, Place, Reading
+from physagent_studio.language.tokens.vocabulary import words_of
+from physagent_studio.program.contract import Contract
+
+_GIVING_WAY = words_of("topple fall collapse flip lean lose_balance knock_over break crush")
+_BLOWS = words_of("hit push kick fall land knock throw")
+"""What happens to a thing because something hits it."""
+_BY_ITSELF = words_of("fall leave slip jump bounce rise land flip spin break reach enter descend")
+"""What is denied of everything else where only one thing does it."""
+_COMING_DOWN = words_of("fall leave slip descend topple land")
+BEGINNING = 12
+"""Steps at the beginning in which what "does not move until …" is still, and must be so."""
+
+
+def contract_of(reading: Reading, layout: Layout) -> Contract:
+    """The contract of a prompt over a scene; the same events in other words give the same."""
+    draft = _Draft(layout, reading)
+    for index, frame in enumerate(reading.frames):
+        draft.add(index, frame)
+    return Contract.model_validate(
+        {
+            "clauses": [
+                *({"id": c.id, "text": c.text[:4000] or c.id} for c in reading.clauses[:48]),
+                *untold(reading, layout, draft.told.rows)[:16],
+            ],
+            "statements": draft.told.rows[:256],
+            "not_understood": [word[:200] for word in reading.not_understood[:64]],
+        }
+    )
+
+
+@dataclass
+class _Draft:
+    """What the frames of a reading demand, told one after the other."""
+
+    layout: Layout
+    reading: Reading
+    told: Statements = field(default_factory=Statements)
+
+    def add(self, index: int, frame: EventFrame) -> None:
+        """Adds the statements of one frame, tied to its clause."""
+        build: Callable[[Context], Sequence[Spec]] | None = SENSES.get(frame.sense)
+        if build is None:
+            return
+        if self._until(index, frame):
+            return
+        subjects = frame.patient or self._everyone(frame)
+        groups = [self._demanded(index, frame, subject) for subject in subjects]
+        if prevented(self.reading, index) and frame.sense not in ("reach", "approach"):
+            self._never(index, frame, groups)
+        elif frame.negated and frame.link != "before":
+            self._none_of(index, groups, frame.clause)
+        elif frame.counted and len(groups) > 1:
+            self._count_group(groups, frame)
+        elif frame.any_one and len(groups) > 1:
+            self._any_group(self._matched(index, frame, groups) or groups, frame.clause)
+            told = [found[0] for group in groups if (found := events(group))]
+            if len(told) == len(groups):
+                self._sequel(index, frame, [[any_of(*told)]])
+        else:
+            for spec in (one for group in groups for one in group):
+                self.told.state(spec, frame.clause)
+            self._order(index, frame, groups)
+            self._sequel(index, frame, groups)
+            self._no_other(index, frame)
+            for spec in ranked(frame, groups):
+                self.told.state(spec, frame.clause)
+            self._in_time(index, frame, groups)
+
+    def _demanded(self, index: int, frame: EventFrame, subject: str) -> list[Spec]:
+        """What the verb demands of one object, and what is said beside it."""
+        frame = _beside_itself(frame, subject)
+        context = self._context(index, frame, subject)
+        found = list(SENSES[frame.sense](context))
+        if frame.agent and not frame.negated and not any(_touches(one, frame) for one in found):
+            # "Sinks the red ball", "spins the plate": it touches what it moves.
+            found += touch(context)
+        if self._turned_first(index, frame) and self.layout.has(subject):
+            found = farther(found, round(0.8 * self.layout.height(subject), 3))
+        return [*found, *(one for one in beside(context) if one not in found)]
+
+    def _turned_first(self, index: int, frame: EventFrame) -> bool:
+        """Whether it is told that it falls over and goes on."""
+        frames = self.reading.frames
+        if index > 0 and over_then_on(frames[index - 1], frame):
+            return True
+        between = index > 1 and over_then_on(frames[index - 2], frames[index - 1])
+        return between and over_then_on(frames[index - 2], frame)
+
+    def _until(self, index: int, frame: EventFrame) -> bool:
+        """ "Stands still until the ball hits it": it does so first, and not for ever."""
+        following = self.reading.frames[index + 1 : index + 2]
+        still = frame.sense in ("stay", "rest", "be") and not frame.negated
+        if not still or not following or following[0].link != "until":
+            return False
+        build = SENSES.get(following[0].sense)
+        for subject in frame.patient:
+            first = {"subject": subject, "distance": 0.05, "tilt": 15.0, "to_step": BEGINNING}
+            self.told.state(Spec("stays", first), frame.clause)
+            other = (*following[0].patient, subject)[0]
+            told = list(build(self._context(index + 1, following[0], other))) if build else []
+            for event in events(told)[:1]:
+                moved = Spec("moves", {"subject": subject, "distance": 0.05})
+                early = Spec("all_of", {}, (Spec("before", {}, (moved, event)),))
+                self.told.state(early.opposite(), frame.clause)
+        return True
+
+    def _context(self, index: int, frame: EventFrame, subject: str) -> Context:
+        return Context(frame, subject, index, self.reading, self.layout, SENSES)
+
+    def _no_other(self, index: int, frame: EventFrame) -> None:
+        """ "Only the cup falls": nothing that is not spoken of does."""
+        if not frame.only or frame.agent or frame.sense not in _BY_ITSELF:
+            return
+        told = {*frame.patient}
+        for one in self.reading.frames:
+            alike = one.sense == frame.sense or {one.sense, frame.sense} <= _COMING_DOWN
+            told |= set(one.patient) if alike and not one.negated and one is not frame else set()
+        told |= {row["subject"] for row in self.told.rows if row["kind"] == "stays"}
+        for other in (item.name for item in self.layout.state.objects if item.name not in told):
+            alone = replace(frame, patient=(other,), only=False)
+            context = Context(alone, other, index, self.reading, self.layout, SENSES)
+            for event in events(list(SENSES[frame.sense](context)))[:1]:
+                self.told.state(event.opposite(), frame.clause)
+
+    def _never(self, index: int, frame: EventFrame, groups: list[list[Spec]]) -> None:
+        """ "Stops before it touches the cup": that does not happen."""
+        for agent in frame.agent:
+            for other in frame.patient:
+                self.told.state(
+                    Spec("stops_before", {"subject": agent, "before": other}), frame.clause
+                )
+        for first in (group[0] for group in groups if group):
+            self.told.state(first.opposite(), frame.clause)
+
+    def _order(self, index: int, frame: EventFrame, groups: list[list[Spec]]) -> None:
+        """ "X before Y", "Y after X": both are demanded, and which of them comes first."""
+        at = index + 1 if frame.leads else index - 1
+        main = self.reading.frames[at] if 0 <= at < len(self.reading.frames) else None
+        build = SENSES.get(main.sense) if main is not None else None
+        told = any(one.kind == "before" for group in groups for one in group)
+        if main is None or build is None or main.negated or told or not main.patient:
+            return
+        blow = frame.link == "as" and (frame.sense == "hit" or bool(met(frame)))
+        blow |= frame.link in ("because", "since") and frame.sense in _BLOWS
+        caused = blow and main.sense in _GIVING_WAY and not frame.leads
+        if frame.link not in ("before", "after", "once") and not caused:
+            return
+        told_of = [list(build(self._context(at, main, name))) for name in main.patient]
+        earlier = next((specs for specs in told_of if events(specs)), told_of[0])
+        mine = next((s for s in events(groups[0] if groups else []) if s not in earlier), None)
+        other = next((s for s in events(earlier) if s != mine), None)
+        if mine is not None and other is not None:
+            pair = (other, mine) if frame.link == "before" else (mine, other)
+            self.told.state(Spec("before", {}, pair), frame.clause)
+
+    def _sequel(self, index: int, frame: EventFrame, groups: list[list[Spec]]) -> None:
+        """ "First … then … finally": in that order."""
+        main = self.reading.frames[index - 1] if index else None
+        over = self._turned_first(index, frame)
+        told = frame.sequel or over
+        if over and not frame.sequel and main is not None and main.sense not in OVER:
+            # "Tips over, rolls to the edge and drops": it tipped over before all of that.
+            index, main = index - 1, self.reading.frames[index - 2]
+        if main is None or not told or main.negated or main.any_one or main.counted:
+            return
+        if main.sense not in SENSES or frame.link not in ("then", "once"):
+            return
+        earlier = [s for name in main.patient[:1] for s in self._demanded(index - 1, main, name)]
+        later = list(groups[0] if groups else [])
+        below = self.layout.carrier(frame.patient[0]) if over else None
+        if frame.sense in _COMING_DOWN and below not in (None, self.layout.ground()):
+            # It falls over where it stands, and not only in the air.
+            later = [Spec("leaves", {"subject": frame.patient[0], "other": below}), *later]
+        order = afterwards(earlier, later, goes_on=over)
+        if order is not None:
+            self.told.state(order, frame.clause)
+
+    def _matched(self, index: int, frame: EventFrame, groups: list[list[Spec]]) -> list[list[Spec]]:
+        """What "the other" does, or the one itself goes on to do, with what the one does."""
+        main = self.reading.frames[index - 1] if index else None
+        if main is None or set(main.patient) != set(frame.patient) or main.negated:
+            return []
+        if not main.any_one or main.sense not in SENSES:
+            return []
+        first = [self._demanded(index - 1, main, name) for name in frame.patient]
+        return [list(way) for way in matched(main, frame, first, groups)]
+
+    def _in_time(self, index: int, frame: EventFrame, groups: list[list[Spec]]) -> None:
+        """ "One after another", "at the same time": of several, or of this and what was told."""
+        if not frame.timing:
+            return
+        if len(groups) < 2 and index:
+            main = self.reading.frames[index - 1]
+            if main.sense in SENSES and main.patient and not main.negated:
+                groups = [self._demanded(index - 1, main, main.patient[0]), *groups]
+        told = [(events(group) or group)[0] for group in groups if group]
+        if len(told) > 1:
+            # A row of dominoes goes down as a wave: closer after one another than two things do.
+            wave = frame.timing == "in_turn" and len(told) > 3
+            fields = {"apart": 0.03} if wave else {}
+            self.told.state(Spec(frame.timing, fields, tuple(told)), frame.clause)
+
+    def _everyone(self, frame: EventFrame) -> tuple[str, ...]:
+        """A wind that names nobody blows on whatever the prompt speaks of; what loses its
+        support is what is said to fall."""
+        if frame.sense == "withdrawn":
+            told = ("lose_support", "fall", "land", "topple")
+            falling = [f for f in self.reading.frames if f.sense in told]
+            return tuple(dict.fromkeys(n for f in falling for n in f.patient))
+        if frame.sense != "wind":
+            return ()
+        named = {n: None for f in self.reading.frames for n in f.patient}
+        return tuple(named) or tuple(item.name for item in self.layout.state.objects)
+
+    def _none_of(self, index: int, groups: list[list[Spec]], clause: str) -> None:
+        frame = self.reading.frames[index]
+        for agent in frame.agent if "nearly" in frame.manner else ():
+            for other in frame.patient:
+                near = {"subject": agent, "distance": 0.05, "toward": other}
+                self.told.state(Spec("moves", near), clause)
+        following = self.reading.frames[index + 1 : index + 2]
+        # "Does not move until …" speaks of the beginning.
+        first = bool(following) and following[0].link in ("until", "before")
+        touched = self._touched(index, frame)
+        if self._only_after(index, frame, groups):
+            return
+        for one in (part for group in groups for part in denied(group, touched)):
+            if one.kind == "moves" and not {"direction", "toward"} & set(one.fields):
+                still = {"subject": one.fields["subject"], "distance": 0.05, "tilt": 15.0}
+                still |= {"to_step": BEGINNING} if first else {}
+                self.told.state(Spec("stays", still), clause)
+            else:
+                self.told.state(one.opposite(), clause)
+
+    def _only_after(self, index: int, frame: EventFrame, groups: list[list[Spec]]) -> bool:
+        """ "Does not topple until the ball hits it": it does, and not before."""
+        following = self.reading.frames[index + 1 : index + 2]
+        if not following or following[0].link != "until":
+            return False
+        if frame.sense in ("stop", "rest", "settle"):
+            # "Does not stop until it reaches the wall": it goes on to there.
+            for name in frame.patient:
+                self.told.state(Spec("moves", {"subject": name, "distance": 0.05}), frame.clause)
+            return True
+        if frame.sense not in _GIVING_WAY:
+            return False
+        after = following[0]
+        build = SENSES.get(after.sense)
+        who = (*after.patient, *frame.patient)[0]
+        cause = events(list(build(self._context(index + 1, after, who)))) if build else []
+        told = [found[0] for group in groups if (found := events(group))]
+        for event in told if cause else ():
+            self.told.state(Spec("before", {}, (cause[0], event)), frame.clause)
+        return bool(told and cause)
+
+    def _touched(self, index: int, frame: EventFrame) -> bool | None:
+        """Whether an earlier clause has the agent touch it; None where nothing acts on it."""
+        if not frame.agent:
+            return None
+        met = (f for f in self.reading.frames[:index] if not f.negated and f.agent)
+        return any(
+            set(f.agent) & set(frame.agent) and set(f.patient) & set(frame.patient) for f in met
+        )
+
+    def _any_group(self, groups: list[list[Spec]], clause: str) -> None:
+        of = self.told.joined(groups, clause)
+        if of:
+            self.told.put({"kind": "any_of", "of": of}, f"any_{of[0]}", clause)
+
+    def _count_group(self, groups: list[list[Spec]], frame: EventFrame) -> None:
+        """ "At least two of the pins fall"."""
+        of = self.told.joined(groups, frame.clause)
+        if of:
+            high = len(of) if frame.most is None else frame.most
+            count = {"kind": "count_of", "of": of, "low": frame.least, "high": high}
+            self.told.put(count, f"count_{of[0]}", frame.clause)
+
+
+def landmarks_needed(reading: Reading) -> tuple[Place, ...]:
+    """Places of the prompt that have to become landmarks of the scene, once each."""
+    found: dict[str, Place] = {}
+    for place in reading.places():
+        if place.kind == "landmark" or (place.kind == "support" and place.part):
+            found.setdefault(place_name(place), place)
+    return tuple(found.values())
+
+
+def _beside_itself(frame: EventFrame, subject: str) -> EventFrame:
+    """ "One of the two rolls into the other": into the one that it is not."""
+    others = [name for name in frame.patient if name != subject]
+    if not frame.any_one or len(others) != 1:
+        return frame
+    rows = tuple(
+        (relation, replace(place, name=others[0]) if place.name == subject else place)
+        for relation, place in frame.places
+    )
+    return replace(frame, places=rows)
+
+
+def _touches(spec: Spec, frame: EventFrame) -> bool:
+    """Whether a demand holds that something that acts touches something."""
+    mine = spec.kind == "contacts" and spec.fields.get("subject") in (*frame.agent, *frame.patient)
+    return mine or any(_touches(part, frame) for part in spec.parts)

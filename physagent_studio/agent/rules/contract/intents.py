@@ -1,0 +1,194 @@
+"""Who has to be set going, and to what end: the prompt's frames gathered per object."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from physagent_studio.language import EventFrame, Place, Reading
+from physagent_studio.language.reference.containers import is_container
+from physagent_studio.language.tokens.vocabulary import words_of
+
+ACTIVE = words_of(
+    "move slide drift roll fly curve circle push pull kick throw hit knock knock_over tip_over "
+    "topple lose_balance flip spin turn turn_around reverse slip float jump rise bounce cross "
+    "strike pass reach enter approach accelerate dislodge descend fall stop land leave "
+    "lose_support miss end withdrawn wind sway bend crush settle slow collapse spread break deform"
+)
+"""Senses after which something is no longer as it was."""
+
+
+@dataclass
+class Intent:
+    """What one object shall do.
+
+    hits: objects that it shall touch, in order. fells, shoves: those of them that shall fall over
+    for it, and that shall slide or roll on. struck_by: objects that shall touch it; untouched: how
+    many of its frames are told before that.
+    """
+
+    name: str
+    frames: list[EventFrame] = field(default_factory=list)
+    hits: list[str] = field(default_factory=list)
+    fells: list[str] = field(default_factory=list)
+    shoves: list[str] = field(default_factory=list)
+    struck_by: list[str] = field(default_factory=list)
+    untouched: int = 0
+
+    @property
+    def senses(self) -> frozenset[str]:
+        """All that is said of it."""
+        return frozenset(frame.sense for frame in self.frames)
+
+    def has(self, *senses: str) -> bool:
+        """Whether one of the senses is said of it."""
+        return bool(self.senses & set(senses))
+
+    def place(self, *relations: str, senses: tuple[str, ...] = ()) -> Place | None:
+        """The first place that its frames name in one of these relations."""
+        for frame in self.frames:
+            if senses and frame.sense not in senses:
+                continue
+            if (place := frame.place(*relations)) is not None:
+                return place
+        return None
+
+    def way(self) -> str | None:
+        """The first direction that its frames name."""
+        known = (None, "off", "down")
+        own = [f for f in self.frames if self.name not in f.agent]
+        said = [way for f in own for way in (f.direction, f.origin) if way not in known]
+        return said[0] if said else None
+
+    def manner(self, *words: str) -> bool:
+        """Whether one of the manners is said."""
+        return any(frame.manner & set(words) for frame in self.frames)
+
+    @property
+    def needs_drive(self) -> bool:
+        """Whether it has to move on its own account and not only because it is struck."""
+        own = [f for f in self.frames if self.name in f.agent or not f.agent]
+        if self.struck_by:
+            return any(f.sense in ACTIVE for f in own if not f.agent and not self._explained(f))
+        return any(f.sense in ACTIVE for f in own)
+
+    def _explained(self, frame: EventFrame) -> bool:
+        """Whether that it is struck is reason enough for what is said of it."""
+        told_after = not any(frame is other for other in self.frames[: self.untouched])
+        return frame.sense in _GIVING_WAY or (told_after and frame.sense in _CARRIED_ON)
+
+
+_GIVING_WAY = words_of("topple knock_over lose_balance stay rest fall stack be")
+_CARRIED_ON = words_of("slide move roll drift slip tip_over collapse break spread deform dislodge")
+"""What a blow explains: always, and where it is told after the blow."""
+
+
+def intents_of(reading: Reading) -> dict[str, Intent]:
+    """The intents of all objects that shall do something, in the order they are told."""
+    found: dict[str, Intent] = {}
+
+    def intent(name: str) -> Intent:
+        return found.setdefault(name, Intent(name))
+
+    for index, frame in enumerate(reading.frames):
+        if prevented(reading, index):
+            for name in frame.patient if not frame.negated and not frame.agent else ():
+                # "Stops before it reaches the pins": it goes towards them all the same.
+                rows = tuple(("before", place) for relation, place in frame.places)
+                intent(name).frames.append(replace(frame, sense="stop", places=rows))
+            continue
+        if frame.negated and "nearly" in frame.manner:
+            for name in frame.agent:
+                # What nearly hits it goes there and stops.
+                rows = tuple(("before", Place(other, "object")) for other in frame.patient[:1])
+                own = replace(frame, sense="stop", patient=(name,), agent=(), places=rows)
+                intent(name).frames.append(own)
+        if frame.negated:
+            continue
+        if frame.agent:
+            _struck(frame, intent)
+            continue
+        for name in meant(frame):
+            intent(name).frames.append(frame)
+            for other in met(frame):
+                _hit(frame, name, other, intent)
+    for frame in reading.frames:
+        struck = [n for n in frame.patient if n in found and found[n].struck_by]
+        if struck and not frame.agent and frame.sense in (*_GIVING_WAY, "collapse"):
+            # "The ball hits the first one, and three of them fall": by one another.
+            for name in (n for n in frame.patient if n in found and n not in struck):
+                found[name].struck_by += struck
+    for one in found.values():
+        own = {f.sense for f in one.frames if one.name in f.agent}
+        for other in one.hits:
+            after = {f.sense for f in found[other].frames[found[other].untouched :]}
+            if (own | after) & _FALLS_OVER:
+                one.fells.append(other)
+            elif after & _CARRIED_ON or "push" in own:
+                one.shoves.append(other)
+    return {name: one for name, one in found.items() if one.frames or one.hits}
+
+
+_FALLS_OVER = words_of(
+    "knock_over tip_over topple fall flip collapse lose_balance knock crush break"
+)
+
+
+def meant(frame: EventFrame) -> tuple[str, ...]:
+    """The patients that shall do it: where a number is a limit, as many as it takes."""
+    if frame.any_one and frame.patient:
+        # Whichever it is: one of them, and "the other" the next.
+        return frame.patient[1:2] if frame.rest else frame.patient[:1]
+    return frame.patient[: frame.least] if frame.counted else frame.patient
+
+
+STOPPING = words_of("stop settle stay rest slow")
+
+
+def prevented(reading: Reading, index: int) -> bool:
+    """ "Stops before it hits the wall": what is told last does not come about."""
+    frame = reading.frames[index]
+    main = reading.frames[index - 1] if index else None
+    return frame.link == "before" and main is not None and main.sense in STOPPING
+
+
+def _struck(frame: EventFrame, intent) -> None:  # noqa: ANN001 - a local function
+    for agent in frame.agent:
+        one = intent(agent)
+        one.frames.append(frame)
+        one.hits += [p for p in meant(frame) if p not in one.hits and p != agent]
+    for patient in meant(frame):
+        other = intent(patient)
+        if not other.struck_by:
+            other.untouched = 0 if told_later(frame) else len(other.frames)
+        other.struck_by += [a for a in frame.agent if a != patient]
+
+
+_MEETING = words_of("move roll slide drift accelerate slip fly push kick throw bounce")
+
+
+def met(frame: EventFrame) -> tuple[str, ...]:
+    """ "Rolls into the box", "bounces off the crate": what it runs into, where that is no vessel
+    that it could get into."""
+    if frame.sense not in _MEETING or frame.agent or frame.negated:
+        return ()
+    relations = ("off", "against") if frame.sense == "bounce" else ("into", "against")
+    found = (p for r, p in frame.places if r in relations and p.kind == "object" and not p.part)
+    return tuple(p.name for p in found if not is_container(p.name) and p.name not in frame.patient)
+
+
+def _hit(frame: EventFrame, name: str, other: str, intent) -> None:  # noqa: ANN001 - a local function
+    one, struck = intent(name), intent(other)
+    one.hits += [other] if other not in one.hits else []
+    if not struck.struck_by:
+        struck.untouched = 0 if told_later(frame) else len(struck.frames)
+    struck.struck_by.append(name)
+
+
+def told_later(frame: EventFrame) -> bool:
+    """ "The tower collapses when the truck hits it": the cause is told after what it does."""
+    return frame.link in ("as", "after", "because", "since", "once") and not frame.leads
+
+
+def moving_frames(intent: Intent) -> list[EventFrame]:
+    """Its frames that are no mere description of how things are."""
+    return [frame for frame in intent.frames if frame.sense in ACTIVE]

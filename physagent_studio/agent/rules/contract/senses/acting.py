@@ -1,0 +1,141 @@
+"""Senses of doing something to another thing."""
+
+from __future__ import annotations
+
+from physagent_studio.agent.rules.contract.senses.common import (
+    siblings,
+    sideways_fall,
+    struck_before,
+    touch,
+    travel,
+)
+from physagent_studio.agent.rules.contract.senses.motion import move
+from physagent_studio.agent.rules.contract.senses.whereabouts import along
+from physagent_studio.agent.rules.contract.senses.yielding import collapse
+from physagent_studio.agent.rules.contract.specs import (
+    Context,
+    Spec,
+    any_of,
+    before,
+    place_name,
+    spec,
+)
+
+
+def hit(c: Context) -> list[Spec]:
+    """Two objects touch."""
+    if c.frame.negated and not c.frame.agent:
+        return _touched_by_anything(c)
+    stacked = any(c.layout.carrier(name) in c.frame.patient for name in c.frame.patient)
+    if c.frame.agent and stacked and not c.frame.negated:
+        # "Hits the tower": one of what it is made of.
+        return [*touch_one(c), *siblings(c), *_driven_to(c)]
+    found = [*touch(c), *siblings(c), *_driven_to(c)]
+    if c.frame.agent and ("hard" in c.frame.manner or "fast" in c.frame.manner):
+        found.append(spec("speed_between", c.frame.agent[0], low=0.7))
+    if c.frame.agent and c.frame.manner & {"gentle", "slow"}:
+        found.append(spec("speed_between", c.frame.agent[0], low=0.01, high=1.5))
+    return found or move(c)
+
+
+def _touched_by_anything(c: Context) -> list[Spec]:
+    """ "The vase was not hit": by whatever there is but what it stands on and what stands on it."""
+    near = {*c.frame.patient, c.layout.carrier(c.subject), *c.layout.above(c.subject)}
+    others = [item.name for item in c.layout.state.objects if item.name not in near]
+    found = [spec("contacts", c.subject, other=name) for name in others]
+    return found or [spec("moves", c.subject, distance=0.05)]
+
+
+def _driven_to(c: Context) -> list[Spec]:
+    """ "Hits the black ball into the pocket": where what is hit gets to."""
+    found: list[Spec] = []
+    for relation, place in c.frame.places if c.frame.agent else ():
+        if relation not in ("in", "into", "toward", "over", "past") or place.kind != "landmark":
+            continue
+        mark = c.layout.state.landmark(place_name(place))
+        if mark is not None and mark.kind == "point" and relation in ("in", "into"):
+            # Nothing can be inside a point: that stays untested, and is shown so.
+            continue
+        if relation in ("in", "into"):
+            found.append(spec("lands_in", c.subject, landmark=place.name))
+        elif relation == "toward":
+            far = c.length(0.5, 0.02, 0.2)
+            found.append(spec("moves", c.subject, distance=far, toward=place.name))
+        else:
+            found.append(spec("passes_over", c.subject, landmark=place.name))
+    return found
+
+
+def push(c: Context) -> list[Spec]:
+    """The subject is moved; by an object where one is named."""
+    # "Without disturbing it" leaves it where it is; it may well be touched.
+    spared = c.frame.negated and c.frame.sense == "dislodge"
+    touched = [] if spared else touch(c)
+    moved = travel(c) if not c.frame.agent else _pushed_away(c)
+    found = [*touched, *moved, *siblings(c), *along(c)]
+    if touched and moved:
+        found.append(before(touched[0], moved[0]))
+    return found
+
+
+def _pushed_away(c: Context) -> list[Spec]:
+    ways = c.ways()
+    softly = bool(c.frame.manner & {"gentle", "slight"})
+    distance = c.length(0.1, 0.01, 0.05) if softly else c.length(0.7, 0.05, 0.15)
+    if c.frame.distance is not None:
+        distance = round(0.8 * c.frame.distance, 4)
+    if ways:
+        return [any_of(*(spec("moves", c.subject, distance=distance, direction=w) for w in ways))]
+    return [spec("moves", c.subject, distance=distance)]
+
+
+def kick(c: Context) -> list[Spec]:
+    """Gets a speed in a moment."""
+    found = [*move(c), spec("speed_between", c.subject, low=0.8)]
+    high = c.frame.posture == "airborne"
+    return [*found, spec("airborne", c.subject, seconds=0.15)] if high else found
+
+
+def crush(c: Context) -> list[Spec]:
+    """The subject is deformed or breaks under another."""
+    harmed = any_of(spec("deforms", c.subject, strain=0.05), spec("breaks", c.subject))
+    touched = touch(c)
+    # It may give way in the very moment of the blow, but not earlier.
+    return [*touched, harmed, *(before(harmed, one).opposite() for one in touched)]
+
+
+def _struck_or_passed_on(c: Context, over: Spec) -> list[Spec]:
+    """ "Knocks all three over": the ball hits one at least, and each falls because it is hit by
+    the ball or by another of them."""
+    agents = [a for a in c.frame.agent if a not in c.frame.patient]
+    hits = [spec("contacts", a, other=p) for a in agents for p in c.frame.patient]
+    if not hits:
+        return [over]
+    mine = [spec("contacts", a, other=c.subject) for a in agents]
+    passed_on = [spec("contacts", p, other=c.subject) for p in c.frame.patient if p != c.subject]
+    caused = Spec("all_of", {}, (before(any_of(*mine, *passed_on), over),))
+    return [any_of(*hits), over, caused]
+
+
+def touch_one(c: Context) -> list[Spec]:
+    """The agent touches one at least of those that it acts on."""
+    agents = [a for a in c.frame.agent if a not in c.frame.patient]
+    hits = [spec("contacts", a, other=p) for a in agents for p in c.frame.patient]
+    return [any_of(*hits)] if hits else []
+
+
+def knock_over(c: Context) -> list[Spec]:
+    """The subject falls over; after it was hit, where something hits it."""
+    if c.layout.rolls(c.subject):
+        return [*touch(c), spec("moves", c.subject, distance=c.length(0.5, 0.02, 0.2))]
+    item = c.layout.state.object(c.subject)
+    if item is not None and item.body.kind == "granular":
+        return [*touch(c), *collapse(c), *sideways_fall(c)]
+    if any(c.layout.carrier(name) in c.frame.patient for name in c.frame.patient):
+        return [*touch_one(c), *collapse(c)]
+    over = spec("topples", c.subject, tilt=45.0)
+    if c.frame.agent and len(c.frame.patient) > 1:
+        return [*_struck_or_passed_on(c, over), *siblings(c), *sideways_fall(c)]
+    struck = touch(c) or struck_before(c)
+    found = [*touch(c), over, *siblings(c), *sideways_fall(c)]
+    return [*found, before(struck[0], over)] if struck else found

@@ -1,0 +1,222 @@
+"""What several senses have in common: ways, blows, postures."""
+
+from __future__ import annotations
+
+from physagent_studio.agent.rules.contract.intents import met
+from physagent_studio.agent.rules.contract.senses.whereabouts import is_ground
+from physagent_studio.agent.rules.contract.specs import (
+    Context,
+    Spec,
+    any_of,
+    forward,
+    over_way,
+    place_name,
+    spec,
+    ways_of,
+)
+from physagent_studio.language import EventFrame
+from physagent_studio.program.actions import Direction
+
+FLAT_TILT = 20.0
+OVER_TILT = 160.0
+SIDE_TILT = 60.0
+
+
+def travel(c: Context) -> list[Spec]:
+    """That it moves, along the way that is said, towards what is named."""
+    distance = _least_way(c)
+    if _comes_back_down(c):
+        return [spec("falls", c.subject, drop=c.length(0.3, 0.015, 0.1))]
+    ways = [w for w in c.ways() if w != "down" or c.layout.is_raised(c.subject)]
+    found = (
+        [any_of(*(spec("moves", c.subject, distance=distance, direction=w) for w in ways))]
+        if ways
+        else []
+    )
+    toward = c.frame.place("toward", "at", "against")
+    if toward is not None and not is_ground(c, toward) and toward.name != c.subject:
+        found.append(spec("moves", c.subject, distance=distance, toward=place_name(toward)))
+    gone = c.frame.place("away_from")
+    if gone is not None and gone.name != c.subject:
+        nearer = spec("moves", c.subject, distance=distance, toward=place_name(gone))
+        found += [spec("moves", c.subject, distance=distance), nearer.opposite()]
+    return found or [spec("moves", c.subject, distance=distance)]
+
+
+def _comes_back_down(c: Context) -> bool:
+    """ "Is pushed up the ramp and slides back down": what was below goes down again."""
+    below = c.layout.has(c.subject) and not c.layout.is_raised(c.subject)
+    up = any(f.direction == "up" or f.place("up") or f.sense == "rise" for f in c.earlier)
+    return c.frame.direction == "down" and below and up
+
+
+def _least_way(c: Context) -> float:
+    if c.frame.distance is not None:
+        return round(0.8 * c.frame.distance, 4)
+    return c.length(0.1, 0.01, 0.05) if "slight" in c.frame.manner else c.length(0.5, 0.02, 0.2)
+
+
+def manner(c: Context) -> list[Spec]:
+    """How fast, and whether to and fro, where the prompt says so."""
+    if "rhythmic" in c.frame.manner and c.frame.sense in ("roll", "slide", "move", "drift"):
+        return [spec("reverses", c.subject, angle=90.0, times=2), *_pace(c)]
+    return _pace(c)
+
+
+def comes_down(c: Context) -> bool:
+    """Whether it falls before, after or by what it does: then it does fly for a while."""
+    told = {f.sense for f in (*c.earlier, *c.later)}
+    off = c.frame.place("off", "from") is not None or c.frame.direction == "off"
+    return off or bool(told & {"fall", "land", "bounce", "jump", "throw", "fly", "rise", "kick"})
+
+
+def _pace(c: Context) -> list[Spec]:
+    if "slow" in c.frame.manner or "gentle" in c.frame.manner:
+        if c.frame.sense in ("float", "descend") or c.layout.ramp_below(c.subject) is not None:
+            drop = c.length(0.3, 0.02, 0.1)
+            return [spec("descends_slowly", c.subject, drop=drop, speed=0.6)]
+        # What falls gets fast however slowly it came to the edge.
+        level = True if comes_down(c) else None
+        return [spec("speed_between", c.subject, low=0.02, high=1.0, level=level)]
+    if "fast" in c.frame.manner or "hard" in c.frame.manner:
+        return [spec("speed_between", c.subject, low=0.7)]
+    return []
+
+
+def bent_path(c: Context) -> list[Spec]:
+    """The shape of its path, where the prompt says one."""
+    if not c.frame.path:
+        return []
+    if c.frame.path == "straight":
+        return [spec("path_bends", c.subject, angle=15.0, negated=True)]
+    angle = 150.0 if c.frame.path == "circle" else 10.0
+    side = c.frame.direction if c.frame.direction in ("left", "right") else "either"
+    return [spec("path_bends", c.subject, side=side, angle=angle)]
+
+
+def touch(c: Context) -> list[Spec]:
+    """The agents touch the subject: one of several suffices."""
+    agents = [a for a in c.frame.agent if a != c.subject]
+    if not agents:
+        return []
+    return [any_of(*(spec("contacts", a, other=c.subject) for a in agents))]
+
+
+def sideways_fall(c: Context) -> list[Spec]:
+    """ "Topples to the left": its middle goes there."""
+    frame = c.frame
+    plain = frame.direction in (None, "up", "down", "off")
+    way = falling_way(c) or (frame.origin if plain else frame.direction)
+    if way in (None, "forward", "backward", "up", "down", "off"):
+        return []
+    far = c.length(0.25, 0.02, 0.2)
+    ways = ways_of(way, frame, c.subject, c.layout)
+    moved = [spec("moves", c.subject, distance=far, direction=w) for w in ways]
+    return [any_of(*moved)] if moved else []
+
+
+def falling_way(c: Context) -> Direction | None:
+    """ "Topples backwards", "falls on its face"; away from what knocks it over backwards."""
+    if not _was_struck(c) and (way := over_way(c.frame, c.subject)) is not None:
+        return way
+    if c.frame.direction == "backward" and c.frame.agent:
+        return forward(c.frame, c.subject, c.layout)
+    return None
+
+
+def _was_struck(c: Context) -> bool:
+    return any(f.agent and c.subject in f.patient for f in c.earlier)
+
+
+def siblings(c: Context) -> list[Spec]:
+    """ "Only": the acting object touches none of the others of the kind."""
+    if not c.frame.only:
+        return []
+    kind = c.subject.split("_")[-1]
+    meant = {*c.frame.patient, *c.frame.agent}
+    others = [o.name for o in c.layout.state.objects if o.name not in meant]
+    alike = [name for name in others if name.split("_")[-1] == kind]
+    if c.frame.agent:
+        # "Hits only the cube": nothing else is hit, whatever it is, but what carries the agent.
+        carriers = {c.layout.carrier(a) for a in c.frame.agent}
+        spared = [name for name in others if name not in carriers]
+        return [spec("contacts", a, other=s, negated=True) for a in c.frame.agent for s in spared]
+    return [spec("stays", s, distance=0.05, tilt=15.0) for s in alike]
+
+
+def struck_before(c: Context) -> list[Spec]:
+    """The blow that an earlier clause tells of, with the subject on either side of it."""
+    for frame in c.earlier:
+        if frame.sense != "hit" or not frame.agent:
+            continue
+        if c.subject in frame.patient:
+            return [spec("contacts", frame.agent[0], other=c.subject)]
+        if c.subject in frame.agent and frame.patient:
+            return [spec("contacts", c.subject, other=frame.patient[0])]
+    for frame in c.reading.frames[: c.index]:
+        # "Slides into the cup, which tips over".
+        if c.subject in met(frame) and not frame.any_one and len(frame.patient) == 1:
+            return [spec("contacts", frame.patient[0], other=c.subject)]
+    return []
+
+
+def posture(c: Context) -> list[Spec]:
+    """How it ends."""
+    if c.layout.rolls(c.subject):
+        return []
+    flat = spec("upright", c.subject, tilt=FLAT_TILT)
+    if c.frame.posture == "flat" and not c.layout.lies_flat(c.subject):
+        return [spec("topples", c.subject, tilt=90.0 - FLAT_TILT)]
+    if c.frame.posture == "flat":
+        return [any_of(flat, spec("topples", c.subject, tilt=OVER_TILT))]
+    if c.frame.posture == "upright":
+        return [flat]
+    if c.frame.posture in ("supine", "prone"):
+        return [spec("topples", c.subject, tilt=SIDE_TILT), *sideways_fall(c)]
+    if c.frame.posture == "side":
+        return [spec("topples", c.subject, tilt=SIDE_TILT)]
+    return [spec("topples", c.subject, tilt=135.0)] if c.frame.posture == "inverted" else []
+
+
+def rolls(c: Context) -> bool:
+    """Whether the subject rolls and has no up side."""
+    return c.layout.rolls(c.subject)
+
+
+def still(c: Context) -> list[Spec]:
+    """It stays where and as it is."""
+    return [spec("stays", c.subject, distance=c.length(0.4, 0.03, 0.05), tilt=15.0)]
+
+
+def quality(c: Context) -> list[Spec]:
+    """ "The motion is gentle, continuous and rhythmic"."""
+    found: list[Spec] = []
+    if "gentle" in c.frame.manner or "slow" in c.frame.manner:
+        found.append(spec("speed_between", c.subject, low=0.01, high=1.5))
+    if "continuous" in c.frame.manner:
+        found.append(spec("sways", c.subject, amplitude=2.0, cycles=1.0, from_step=160))
+    if "rhythmic" in c.frame.manner:
+        found.append(spec("sways", c.subject, amplitude=2.0, cycles=2.0))
+    return found
+
+
+_OVER = ("topple", "fall", "knock_over", "tip_over", "flip", "collapse", "lose_balance")
+
+
+def keeps_standing(c: Context) -> list[Spec]:
+    """What bends or sways does not fall over, unless that is told next."""
+    falls = any(f.sense in _OVER and not f.negated for f in c.later)
+    return [] if rolls(c) or falls else [spec("topples", c.subject, tilt=60.0, negated=True)]
+
+
+def arrival(c: Context, frame: EventFrame) -> Spec | None:
+    """The statement that the subject gets to the place of a frame; None where it names none."""
+    place = frame.place("object", "on", "at", "toward", "in", "into", "against")
+    if place is None or place.kind == "group":
+        return None
+    if place.kind == "support" and place.part == "lower_end":
+        return spec("contacts", c.subject, other=c.layout.ground())
+    name = place_name(place)
+    if place.kind == "landmark":
+        return spec("passes_over", c.subject, landmark=name)
+    return spec("contacts", c.subject, other=name)

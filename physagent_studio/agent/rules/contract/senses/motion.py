@@ -1,0 +1,312 @@
+"""Senses of motion."""
+
+from __future__ import annotations
+
+from physagent_studio.agent.rules.contract.intents import met
+from physagent_studio.agent.rules.contract.senses.common import (
+    bent_path,
+    comes_down,
+    manner,
+    struck_before,
+    travel,
+)
+from physagent_studio.agent.rules.contract.senses.turning import topple
+from physagent_studio.agent.rules.contract.senses.whereabouts import (
+    along,
+    downstairs,
+    landed_on,
+    was_raised,
+)
+from physagent_studio.agent.rules.contract.senses.yielding import wind
+from physagent_studio.agent.rules.contract.specs import (
+    START,
+    Context,
+    Spec,
+    any_of,
+    before,
+    place_name,
+    spec,
+    ways_of,
+)
+from physagent_studio.agent.rules.scene.measures import level, named_way
+from physagent_studio.agent.rules.scene.steps import steps_below
+from physagent_studio.program.actions import Direction
+
+
+def move(c: Context) -> list[Spec]:
+    """Moves, slides, drifts, flies; what the wind moves and is held gives way to it."""
+    item = c.layout.state.object(c.subject)
+    held = item is not None and item.body.kind in ("soft", "cloth", "rope")
+    if c.frame.cause == "wind" and held:
+        return wind(c)
+    return [*travel(c), *along(c), *manner(c), *bent_path(c), *_while_descending(c)]
+
+
+def slide(c: Context) -> list[Spec]:
+    """Moves along what it is on, and is not thrown through the air."""
+    found = move(c)
+    over = any(r in ("off", "from", "over", "down") or p.part for r, p in c.frame.places)
+    leaves = c.frame.direction in ("off", "down", "up") or c.layout.carrier(c.subject) is None
+    if over or leaves or comes_down(c) or _never_level(c):
+        return found
+    high = c.length(1.5, 0.2, 0.6)
+    return [*found, spec("moves", c.subject, distance=high, direction="up", negated=True)]
+
+
+def _never_level(c: Context) -> bool:
+    """Whether what it is on is a slope, is taken away, or is itself moved."""
+    withdrawn = any(f.sense in ("withdrawn", "lose_support") for f in c.reading.frames)
+    carrier = c.layout.carrier(c.subject)
+    carried = c.layout.state.object(carrier or "") is not None
+    return withdrawn or carried or c.layout.ramp_below(c.subject) is not None
+
+
+def roll(c: Context) -> list[Spec]:
+    """Moves on the ground; a ball turns while it does."""
+    found = move(c)
+    if c.layout.rolls(c.subject):
+        found.append(spec("rotates", c.subject, angle=90.0))
+        if not comes_down(c):
+            found.append(spec("airborne", c.subject, seconds=0.3, negated=True))
+    elif c.layout.ramp_below(c.subject) is not None and not comes_down(c):
+        uphill = c.frame.place("up") is not None or c.frame.direction == "up"
+        found += _on_the_slope(c) if uphill else _down_the_slope(c)
+    return found
+
+
+def _on_the_slope(c: Context) -> list[Spec]:
+    """Upright and never far off the slope."""
+    return [
+        spec("upright", c.subject, tilt=50.0),
+        spec("airborne", c.subject, seconds=0.12, negated=True),
+    ]
+
+
+def _down_the_slope(c: Context) -> list[Spec]:
+    """Upright, along the slope and never far off it."""
+    downhill = c.layout.downhill(c.subject)
+    assert downhill is not None
+    far = c.length(1.0, 0.05, 0.2)
+    way = named_way(level(downhill))
+    along_it = spec("moves", c.subject, distance=far, direction=way)
+    below = spec("contacts", c.subject, other=c.layout.ground())
+    upright, held = _on_the_slope(c)
+    return [upright, along_it, held, *_not_off_the_side(c, way, below)]
+
+
+def _not_off_the_side(c: Context, way: Direction, below: Spec) -> list[Spec]:
+    """It does not come off the side of the slope before it is at the bottom."""
+    aside = ("left", "right") if way in ("away", "toward_camera") else ("away", "toward_camera")
+    far = c.length(1.6, 0.08, 0.3)
+    off = any_of(*(spec("moves", c.subject, distance=far, direction=w) for w in aside))
+    return [Spec("all_of", {}, (before(off, below).opposite(),))]
+
+
+def _while_descending(c: Context) -> list[Spec]:
+    """ "Drifts sideways while descending the ramp": on the slope, not after it."""
+    near = (*c.reading.frames[c.index + 1 : c.index + 2],)
+    told = any(f.sense in ("descend", "roll", "slide") and f.link == "while" for f in near)
+    ways = [w for w in c.ways() if w not in ("up", "down")]
+    if not told or not ways or c.layout.ramp_below(c.subject) is None:
+        return []
+    far = c.length(0.3, 0.02, 0.1)
+    drift = any_of(*(spec("moves", c.subject, distance=far, direction=w) for w in ways))
+    return [before(drift, spec("contacts", c.subject, other=c.layout.ground()))]
+
+
+def curve(c: Context) -> list[Spec]:
+    """The path bends to a side."""
+    side = c.frame.direction if c.frame.direction in ("left", "right") else "either"
+    angle = 150.0 if c.frame.path == "circle" else 10.0
+    bent = spec("path_bends", c.subject, side=side, angle=angle)
+    return [bent, spec("moves", c.subject, distance=c.length(0.5, 0.05, 0.3)), *along(c)]
+
+
+def circle(c: Context) -> list[Spec]:
+    """Goes round."""
+    around = c.frame.place("object", "around")
+    angle = 270.0 if around is not None and around.kind == "object" else 150.0
+    return [spec("path_bends", c.subject, angle=angle), *along(c)]
+
+
+def fly(c: Context) -> list[Spec]:
+    """Goes through the air towards something."""
+    if c.frame.negated and not c.frame.places:
+        # "Falls over but does not fly away": it may well move.
+        return [spec("airborne", c.subject, seconds=0.3)]
+    return [*move(c), spec("airborne", c.subject, seconds=0.15)]
+
+
+def fall(c: Context) -> list[Spec]:
+    """Comes down; a thing that stands on the ground can only fall over."""
+    stands = c.layout.has(c.subject) and not c.layout.is_raised(c.subject)
+    off = c.frame.place("off", "from")
+    raised = was_raised(c)
+    if off is None and _only_topples(c):
+        return topple(c)
+    # What was lifted comes down by less than what stood high to begin with.
+    least = 0.015 if raised and stands else 0.03
+    found = [spec("falls", c.subject, drop=c.length(0.4, least, 0.1))]
+    if "straight" in c.frame.manner or (
+        c.frame.direction == "down" and c.frame.manner - {"skidding"}
+    ):
+        found += _vertical(c)
+    ways = [w for w in c.ways() if w not in ("down", "up")]
+    if ways:
+        far = c.length(0.5, 0.02, 0.2)
+        found.append(any_of(*(spec("moves", c.subject, distance=far, direction=w) for w in ways)))
+    if _carried_by_its_own(c) and off is None:
+        # Of a stack that comes down, what is at the bottom need not fall.
+        return []
+    told = c.earlier[-1].sense if c.earlier else ""
+    if told == "lose_support":
+        found += _straight_down(c, found[0])
+    if told == "flip":
+        found += _flipped_first(c, found[0])
+    struck = [before(blow, found[0]) for blow in struck_before(c)[:1]]
+    return [*found, *along(c), *manner(c), *struck, *_once_there(c, found[0])]
+
+
+def _only_topples(c: Context) -> bool:
+    """Whether it stands on the ground, was not lifted off it and is no ball."""
+    stands = c.layout.has(c.subject) and not c.layout.is_raised(c.subject)
+    return stands and not was_raised(c) and not c.layout.rolls(c.subject)
+
+
+def _carried_by_its_own(c: Context) -> bool:
+    """Whether others that fall with it stand on it, and it stands on no thing itself."""
+    others = [name for name in c.frame.patient if name != c.subject]
+    on_things = c.layout.state.object(c.layout.carrier(c.subject) or "") is not None
+    return not on_things and any(c.layout.carrier(name) == c.subject for name in others)
+
+
+def _straight_down(c: Context, event: Spec) -> list[Spec]:
+    """What loses its support falls where it is, and is not first moved aside."""
+    aside = c.length(0.8, 0.05, 0.1)
+    sides = ("left", "right", "away", "toward_camera")
+    drift = any_of(*(spec("moves", c.subject, distance=aside, direction=w) for w in sides))
+    raised = spec("moves", c.subject, distance=aside, direction="up")
+    return [Spec("all_of", {}, (before(drift, event).opposite(),)), raised.opposite()]
+
+
+def _flipped_first(c: Context, event: Spec) -> list[Spec]:
+    """ "Flips to the left and falls": the flip is told, and comes, first."""
+    if c.layout.rolls(c.subject):
+        return []
+    flip = c.earlier[-1]
+    ways = ways_of(flip.direction, flip, c.subject, c.layout)
+    sides = [w for w in ways if w not in ("up", "down")] or [None]
+    flips = any_of(*(spec("flips", c.subject, angle=80.0, direction=w) for w in sides))
+    return [before(flips, event)] if flip.count is None else []
+
+
+def _once_there(c: Context, event: Spec) -> list[Spec]:
+    """ "As it passes the edge, it falls": the passing comes first."""
+    for frame in c.earlier:
+        if frame.link == "as" and frame.sense in ("pass", "cross", "reach", "hit"):
+            place = frame.place("object", "over", "past")
+            if place is not None and place.kind != "group":
+                passed = spec("passes_over", c.subject, landmark=place_name(place))
+                return [before(passed, event)]
+    return []
+
+
+def _vertical(c: Context) -> list[Spec]:
+    aside = c.length(0.3, 0.03, 0.1)
+    sides = ("left", "right", "away", "toward_camera")
+    # What stands on something has to come off it first, and that is not aside either.
+    until = 16 if c.layout.carrier(c.subject) is None else 60
+    drift = any_of(
+        *(spec("moves", c.subject, distance=aside, direction=w, to_step=until) for w in sides)
+    )
+    return [drift.opposite()]
+
+
+def descend(c: Context) -> list[Spec]:
+    """Comes down a slope or through the air; what stands on the ground can only fall over."""
+    if not c.frame.places and _only_topples(c):
+        return topple(c)
+    found = [spec("falls", c.subject, drop=c.length(0.3, 0.02, 0.1))]
+    return [*found, *along(c), *manner(c)]
+
+
+def float_down(c: Context) -> list[Spec]:
+    """Sinks through the air, never fast; what stands on the ground can only drift along."""
+    if c.layout.has(c.subject) and not c.layout.is_raised(c.subject):
+        return [*travel(c), spec("airborne", c.subject, seconds=0.2)]
+    found = [
+        spec("descends_slowly", c.subject, drop=c.length(0.3, 0.02, 0.1), speed=0.5),
+        spec("airborne", c.subject, seconds=0.2),
+    ]
+    return [*found, *(s for s in along(c) if s.kind != "contacts")]
+
+
+def rise(c: Context) -> list[Spec]:
+    """Goes up."""
+    far = c.length(0.3, 0.02, 0.2)
+    if c.frame.distance is not None:
+        # "Is lifted 20 cm": about as high, and not to the ceiling.
+        high = round(1.5 * c.frame.distance + 0.02, 3)
+        raised = round(0.8 * c.frame.distance, 4)
+        found = [
+            spec("moves", c.subject, distance=raised, direction="up"),
+            spec("moves", c.subject, distance=high, direction="up", negated=True),
+        ]
+    else:
+        found = [spec("moves", c.subject, distance=far, direction="up")]
+    found += [
+        spec("moves", c.subject, distance=far, direction=w)
+        for w in c.ways()
+        if w not in ("up", "down")
+    ]
+    below = c.frame.place("off", "from")
+    if below is None or below.kind in ("landmark", "group"):
+        return found
+    lifted = spec("contacts", c.subject, other=below.name, to_step=START)
+    return [*found, lifted, spec("airborne", c.subject, seconds=0.12)]
+
+
+def jump(c: Context) -> list[Spec]:
+    """Leaves the ground for a moment."""
+    return [*rise(c), spec("airborne", c.subject, seconds=0.1), *along(c)]
+
+
+def bounce(c: Context) -> list[Spec]:
+    """Touches something and is free again; "bounces back" from what it hit."""
+    struck = [f.patient[0] for f in c.earlier if f.sense == "hit" and c.subject in f.agent]
+    if c.frame.direction == "backward" and struck:
+        hit = spec("contacts", c.subject, other=struck[-1])
+        return [hit, spec("reverses", c.subject, angle=90.0)]
+    steps = steps_below(c.layout, c.subject) if c.frame.place("down") else ()
+    if steps:
+        return [*downstairs(c, steps), spec("airborne", c.subject, seconds=0.1)]
+    inside = c.frame.place("in", "into")
+    if inside is not None and inside.kind != "group":
+        # "Bounces into the box": it leaps, and is in it.
+        return [spec("airborne", c.subject, seconds=0.1), *along(c)]
+    off = c.frame.place("off", "on", "against", "from", "object")
+    named = off.name if off is not None and off.kind not in ("landmark", "group") else None
+    if off is not None and off.kind == "group" and c.earlier and (struck := met(c.earlier[-1])):
+        # "Rolls into the rock, bounces off": off the rock.
+        named = struck[0]
+    other = named or landed_on(c) or c.layout.ground()
+    if c.frame.count is not None:
+        return [spec("bounces", c.subject, other=other, times=c.frame.count)]
+    thing = c.layout.state.object(other) is not None and c.layout.carrier(c.subject) is not None
+    raised = c.layout.is_raised(c.subject) and c.layout.carrier(c.subject) != other
+    if not thing and (raised or was_raised(c)) and c.layout.state.landmark(other) is None:
+        # What comes down is in the air in any case: it has to be thrown back.
+        return [spec("bounces", c.subject, other=other)]
+    if not thing and (c.layout.is_raised(c.subject) or other == c.layout.ground()):
+        return [spec("contacts", c.subject, other=other), spec("airborne", c.subject, seconds=0.1)]
+    return [spec("contacts", c.subject, other=other), spec("leaves", c.subject, other=other)]
+
+
+def slip(c: Context) -> list[Spec]:
+    """Begins to slide; off its support where it falls afterwards."""
+    found = [spec("moves", c.subject, distance=c.length(0.4, 0.02, 0.1))]
+    falls = any(f.sense == "fall" for f in c.later)
+    base = c.layout.base(c.subject)
+    if falls and base is not None and base != c.layout.ground():
+        found.append(spec("leaves", c.subject, other=c.layout.carrier(c.subject) or base))
+    return [*found, *along(c)]

@@ -1,0 +1,171 @@
+"""Senses of coming to rest, staying and being somewhere."""
+
+from __future__ import annotations
+
+import math
+
+from physagent_studio.agent.rules.contract.senses.common import posture, quality, rolls, still
+from physagent_studio.agent.rules.contract.senses.whereabouts import landed_on
+from physagent_studio.agent.rules.contract.specs import START, Context, Spec, place_name, spec
+from physagent_studio.language import EventFrame
+from physagent_studio.language.tokens.vocabulary import words_of
+from physagent_studio.program.scene import Ramp, Support
+
+END = 0.5
+"""How far from an end of a slope is near it, as a share of the slope's length."""
+
+
+def stop(c: Context) -> list[Spec]:
+    """Moves and then is at rest, near or on what is named.
+
+    What goes on afterwards is not at rest at the end, and that it was for a moment is not told.
+    """
+    if any(_goes_on(f) for f in c.later):
+        return []
+    place = c.frame.place("near", "at", "on", "in", "object", "atop")
+    if place is not None and place.kind == "group":
+        place = None
+    leant = c.frame.place("against")
+    if leant is not None and leant.kind in ("object", "support") and leant.name != c.subject:
+        # At rest against it is beside it in the end, and not only after a touch.
+        beside = round(0.8 * c.size + 0.01, 3)
+        stopped = spec("stops", c.subject, near=place_name(leant), distance=beside)
+        return [stopped, spec("contacts", c.subject, other=leant.name)]
+    ahead = c.frame.place("before", "in_front")
+    if ahead is not None and ahead.kind != "group":
+        name, near = place_name(ahead), c.length(0.3, 0.02, 0.2)
+        there = ahead.kind == "object"
+        return [
+            *([spec("moves", c.subject, distance=near, toward=name)] if there else []),
+            spec("stops", c.subject),
+            spec("stops_before", c.subject, before=name),
+            *_so_near(c, name),
+        ]
+    if place is not None and place.kind == "support" and not place.part:
+        return [spec("stops", c.subject), spec("rests_on", c.subject, other=place.name)]
+    if place is not None and place.kind == "object" and c.frame.place("on", "atop") == place:
+        return [spec("stops", c.subject), spec("rests_on", c.subject, other=place.name)]
+    name = place_name(place) if place is not None else None
+    near = c.length(2.0, 0.1, 0.6) if name is not None else None
+    ramp = c.layout.ramp_below(c.subject)
+    if near and place is not None and ramp is not None and ramp.name == place.name:
+        # "Near the lower end" is in the lower half.
+        near = round(min(near, END * _slope_length(ramp)), 4)
+    found = [spec("stops", c.subject, near=name, distance=near)]
+    if place is not None and ramp is not None and ramp.name == place.name:
+        found.append(spec("reaches", c.subject, other=place.name))
+    return found
+
+
+def _slope_length(support: Support) -> float:
+    assert isinstance(support.shape, Ramp)
+    return math.hypot(support.shape.run, support.shape.rise)
+
+
+def _so_near(c: Context, name: str) -> list[Spec]:
+    """ "Stops 5 cm before it"."""
+    if c.frame.distance is None and "close" in c.frame.manner:
+        # "Stops just before it".
+        return [spec("stops", c.subject, near=name, distance=c.length(1.6, 0.1, 0.6))]
+    if c.frame.distance is None:
+        return []
+    far = round(1.6 * c.frame.distance + 0.01, 3)
+    return [spec("stops", c.subject, near=name, distance=far)]
+
+
+def slow(c: Context) -> list[Spec]:
+    """ "Slows down and stops": it stops; how much slower it gets otherwise is not told."""
+    return [spec("stops", c.subject)] if any(f.sense == "stop" for f in c.later) else []
+
+
+_GOING_ON = words_of("move roll slide drift fall fly jump bounce accelerate reverse curve leave")
+
+
+_MOVING = words_of("move roll slide drift push pull slip kick accelerate spin turn lift rise")
+
+
+def _goes_on(frame: EventFrame) -> bool:
+    """Whether a later frame has it move again."""
+    return frame.sense in _GOING_ON and not frame.negated and frame.link in ("then", "before")
+
+
+def end(c: Context) -> list[Spec]:
+    """Where it is in the end, and how."""
+    return _ends(c)
+
+
+def stay(c: Context) -> list[Spec]:
+    """Does not move; "standing" alone only means that it does not fall over."""
+    if c.frame.posture == "upright" and c.frame.place("in", "on") is None:
+        return [spec("upright", c.subject, tilt=20.0)] if not rolls(c) else still(c)
+    if _came_there(c):
+        # "Drops onto the box and stays there".
+        below = landed_on(c)
+        carried = [spec("rests_on", c.subject, other=below)] if below is not None else []
+        return [spec("stops", c.subject), *carried]
+    on = c.frame.place("on", "atop")
+    if on is not None and _is_moved(c, on.name):
+        # "The plate slides while the orange stays on it": with it.
+        return [spec("rests_on", c.subject, other=on.name)]
+    found = still(c)
+    if on is not None and on.kind in ("support", "object") and not on.part:
+        carried = c.layout.carrier(c.subject)
+        if carried in (None, on.name):
+            found.append(spec("rests_on", c.subject, other=on.name))
+    return found
+
+
+def _came_there(c: Context) -> bool:
+    """Whether what stays has moved before, as it is told."""
+    moved = [f for f in c.earlier if f.sense in _GOING_ON and not f.negated and not f.any_one]
+    return c.frame.link == "then" and any(c.subject in f.patient for f in moved)
+
+
+def _is_moved(c: Context, name: str) -> bool:
+    """Whether another clause moves this thing."""
+    frames = (f for f in c.reading.frames if f is not c.frame and not f.negated)
+    return any(f.sense in _MOVING and name in f.patient for f in frames)
+
+
+def be(c: Context) -> list[Spec]:
+    """How things are: at the beginning, or, after they moved, at the end."""
+    if c.earlier and c.frame.link != "which" and _has_acted(c):
+        return _ends(c)
+    found: list[Spec] = []
+    for relation, place in c.frame.places:
+        if place.kind == "group" or place.name == c.subject:
+            continue
+        if relation in ("on", "in", "atop") and place.kind != "landmark":
+            found.append(spec("contacts", c.subject, other=place.name, to_step=START))
+        elif relation in ("above", "over") and place.kind != "landmark" and not place.part:
+            found.append(spec("contacts", c.subject, other=place.name, to_step=3, negated=True))
+    if not found and c.frame.sense in ("rest", "stack", "be") and not c.frame.manner:
+        carrier = c.layout.carrier(c.subject)
+        if carrier is not None:
+            found.append(spec("contacts", c.subject, other=carrier, to_step=START))
+    return [*found, *quality(c)]
+
+
+def _has_acted(c: Context) -> bool:
+    still = ("rest", "stack", "hang", "be", "stay")
+    return any(f.sense not in still for f in c.earlier)
+
+
+def _ends(c: Context) -> list[Spec]:
+    place = c.frame.place("on", "in", "atop")
+    found = posture(c)
+    if place is not None and place.kind in ("support", "object"):
+        found.append(spec("rests_on", c.subject, other=place.name))
+    elif place is not None and place.kind == "landmark":
+        found.append(spec("lands_in", c.subject, landmark=place_name(place)))
+    elif c.frame.sense in ("rest", "end") and not found:
+        found.append(spec("stops", c.subject))
+    return [*found, *quality(c)]
+
+
+def stack(c: Context) -> list[Spec]:
+    """Each touches the one that it stands on."""
+    carrier = c.layout.carrier(c.subject)
+    if carrier is None:
+        return be(c)
+    return [spec("contacts", c.subject, other=carrier, to_step=START)]

@@ -1,0 +1,168 @@
+"""What a builder of statements works from, and what it hands back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from physagent_studio.agent.rules.scene.measures import Layout, level, named_way
+from physagent_studio.language import EventFrame, Place, Reading
+from physagent_studio.program.actions import Direction
+
+START = 20
+"""Steps at the beginning in which "it stands on …" has to be seen."""
+
+
+@dataclass(frozen=True)
+class Spec:
+    """A statement as data, or a composite of `parts`."""
+
+    kind: str
+    fields: dict[str, Any] = field(default_factory=dict)
+    parts: tuple[Spec, ...] = ()
+
+    def opposite(self) -> Spec:
+        """The statement that demands that this one does not hold."""
+        fields = dict(self.fields)
+        if fields.pop("negated", False):
+            return replace(self, fields=fields)
+        return replace(self, fields={**fields, "negated": True})
+
+
+def spec(kind: str, subject: str, **fields: Any) -> Spec:
+    """A statement about one object; None fields are left out."""
+    kept = {k: v for k, v in fields.items() if v is not None}
+    return Spec(kind, {"subject": subject, **kept})
+
+
+def any_of(first: Spec, *more: Spec) -> Spec:
+    """At least one of the parts."""
+    return Spec("any_of", {}, (first, *more)) if more else first
+
+
+def before(first: Spec, second: Spec) -> Spec:
+    """Both, the first earlier."""
+    return Spec("before", {}, (first, second))
+
+
+@dataclass(frozen=True)
+class Context:
+    """One frame about one of its patients, within the whole reading."""
+
+    frame: EventFrame
+    subject: str
+    index: int
+    reading: Reading
+    layout: Layout
+    senses: Mapping[str, Callable[[Context], Sequence[Spec]]] = field(default_factory=dict)
+
+    @property
+    def size(self) -> float:
+        """Mean edge of the subject, m."""
+        return self.layout.size(self.subject) if self.layout.has(self.subject) else 0.1
+
+    def length(self, share: float, least: float, most: float) -> float:
+        """A threshold that scales with the subject, rounded so that it reads well."""
+        return round(min(max(share * self.size, least), most), 3)
+
+    @property
+    def earlier(self) -> Sequence[EventFrame]:
+        """Frames before this one that are about the same object."""
+        return [f for f in self.reading.frames[: self.index] if self.subject in f.patient + f.agent]
+
+    @property
+    def later(self) -> Sequence[EventFrame]:
+        """Frames after this one that are about the same object."""
+        frames = self.reading.frames[self.index + 1 :]
+        return [f for f in frames if self.subject in f.patient + f.agent]
+
+    def ways(self) -> tuple[Direction, ...]:
+        """The named directions of which one is meant; empty where none is said."""
+        frame = self.frame
+        if frame.direction == "backward" and frame.place("down", "up") is not None:
+            # "Slides backwards down the ramp" says how it faces.
+            return ()
+        return ways_of(frame.direction or frame.origin, frame, self.subject, self.layout)
+
+
+def ways_of(
+    way: str | None, frame: EventFrame, subject: str, layout: Layout
+) -> tuple[Direction, ...]:
+    """Named directions for a way as said; `forward` and `sideways` depend on the scene."""
+    if way in ("left", "right", "up", "down", "away", "toward_camera"):
+        return (way,)  # type: ignore[return-value]
+    if frame.sense == "fall" and not frame.agent and way in ("forward", "backward"):
+        # "Falls backwards off the shelf": things face who looks at them.
+        slope = layout.downhill(subject) is not None
+        if not slope:
+            return ("toward_camera",) if way == "forward" else ("away",)
+    if way == "forward":
+        return (forward(frame, subject, layout),)
+    if way == "backward" and frame.agent and subject in frame.patient:
+        return (forward(frame, subject, layout),)
+    if way == "backward":
+        return ("toward_camera",)
+    if way == "sideways":
+        return sideways(subject, layout)
+    if way in ("outward", "inward"):
+        return apart(frame, subject, layout, inward=way == "inward")
+    return ()
+
+
+def over_way(frame: EventFrame, subject: str) -> Direction | None:
+    """Where a thing falls that falls over backwards, forwards, on its back or its face: it faces
+    who looks at it. None where that is not said, or where something else knocks it over."""
+    if frame.agent or subject not in frame.patient:
+        return None
+    if frame.posture in ("supine", "prone"):
+        return "away" if frame.posture == "supine" else "toward_camera"
+    if frame.sense not in ("topple", "lean", "lose_balance", "tip_over"):
+        return None
+    ways: dict[str, Direction] = {"backward": "away", "forward": "toward_camera"}
+    return ways.get(frame.direction or "")
+
+
+def forward(frame: EventFrame, subject: str, layout: Layout) -> Direction:
+    """The way a pusher points, else down the slope, else away from the camera."""
+    for agent in frame.agent:
+        if layout.has(agent) and layout.has(subject):
+            way = level(layout.position(subject) - layout.position(agent))
+            if float(np.linalg.norm(way)) > 1e-3:
+                return named_way(way)
+    downhill = layout.downhill(subject)
+    return named_way(level(downhill)) if downhill is not None else "away"
+
+
+def apart(
+    frame: EventFrame, subject: str, layout: Layout, *, inward: bool = False
+) -> tuple[Direction, ...]:
+    """Away from the others that do the same, or towards them."""
+    placed = [name for name in frame.patient if layout.has(name)]
+    if len(placed) < 2 or subject not in placed:
+        return ()
+    middle = np.mean([layout.position(name) for name in placed], axis=0)
+    way = level(layout.position(subject) - middle) * (-1.0 if inward else 1.0)
+    return (named_way(way),) if float(np.linalg.norm(way)) > 1e-3 else ()
+
+
+def sideways(subject: str, layout: Layout) -> tuple[Direction, Direction]:
+    """Left and right, or across the slope that the object is on."""
+    downhill = layout.downhill(subject)
+    if downhill is not None and named_way(level(downhill)) in ("left", "right"):
+        return ("away", "toward_camera")
+    return ("left", "right")
+
+
+def spot_name(relation: str, place: Place) -> str:
+    """The name of the spot beside a thing that a program may aim at: `behind_cup`."""
+    return f"{relation}_{place.name}"[:64]
+
+
+def place_name(place: Place) -> str:
+    """The name by which statements refer to a place: a part of a support is a landmark."""
+    if place.kind == "support" and place.part:
+        return f"{place.name}_{place.part}"
+    return place.name

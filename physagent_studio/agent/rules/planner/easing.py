@@ -1,0 +1,105 @@
+"""The gentlest program that realises the event: after a pass, efforts and speeds are lowered.
+
+What things do and how far they go stays as it was; only how hard they are driven changes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+
+import numpy as np
+
+from physagent_studio.agent.roles import Situation
+from physagent_studio.agent.rules.planner.costs import cost_of
+from physagent_studio.agent.rules.planner.directing import replanned
+from physagent_studio.agent.rules.planner.factors import may_change
+from physagent_studio.agent.rules.planner.trials import STURDY, Candidate, Search
+from physagent_studio.agent.rules.planner.wording import summary_of
+from physagent_studio.contract.view import acting_objects
+from physagent_studio.records import Check, Hunk, Proposal, Rollout
+
+RUNS = 10
+"""Most candidate runs of one easing, where a run costs one unit (`costs`)."""
+WORTH = 0.9
+"""Nearer than this the ratio of the efforts is not settled."""
+LEAST = 0.5
+"""No easing goes below this part of the efforts at once."""
+SAME_WAY = 0.85
+"""Part of its way, at least, that each acting thing still goes."""
+
+
+class Easing:
+    """Lowers efforts and speeds of a program that holds, while all margins stay."""
+
+    def ease(self, situation: Situation) -> Proposal:
+        """A gentler program; without hunks where there is none."""
+        search = Search(situation, max(int(RUNS / cost_of(situation.program)), 1))
+        low, high, best = LEAST, 1.0, None
+        # By halving: the lowest ratio of the speeds with which everything still holds.
+        while high / low > 1 / WORTH and not search.exhausted:
+            ratio = (low * high) ** 0.5
+            edits = replanned(situation.program, ratio, 1.0, 1.0)
+            if not edits or not may_change(situation, edits):
+                break
+            found = search.run(edits)
+            if found is not None and _is_as_good(situation, found):
+                best, high = found, ratio
+            else:
+                low = ratio
+        if best is None:
+            return _nothing(situation, search)
+        return _proposal(situation, best, high, search)
+
+
+def _is_as_good(situation: Situation, found: Candidate) -> bool:
+    """Whether all still holds, no margin that was sturdy is weak now, and each goes as far."""
+    if not found.score.holds or found.rollout is None or situation.rollout is None:
+        return False
+    before = {c.id: c.margin for c in situation.assessment.checks if c.demanded}
+    weaker = any(
+        c.margin < min(STURDY, before.get(c.id, STURDY)) for c in found.checks if c.demanded
+    )
+    shorter = _filled(found.checks) < _filled(situation.assessment.checks) - 0.02
+    return not weaker and not shorter and _goes_as_far(situation, situation.rollout, found.rollout)
+
+
+def _filled(checks: tuple[Check, ...]) -> float:
+    """Part of the clip in which something moves."""
+    return next((c.measured or 0.0 for c in checks if c.id == "view.fills"), 1.0)
+
+
+def _goes_as_far(situation: Situation, before: Rollout, now: Rollout) -> bool:
+    names = acting_objects(situation.program)
+    return all(
+        _way(now, name) >= SAME_WAY * _way(before, name) for name in before.objects if name in names
+    )
+
+
+def _way(rollout: Rollout, name: str) -> float:
+    path = rollout.positions[:, rollout.objects.index(name)]
+    return float(np.linalg.norm(path - path[0], axis=1).max())
+
+
+def _proposal(situation: Situation, best: Candidate, ratio: float, search: Search) -> Proposal:
+    summary = summary_of(situation.program, best.edits)
+    hunk = Hunk(id="h1", summary=summary, edits=best.edits)
+    return Proposal(
+        id=f"p{hashlib.sha256(best.program.hash.encode()).hexdigest()[:12]}",
+        hunks=(hunk,),
+        rationale=f"It happens as well with {100 * ratio:.0f} % of the speeds: the gentlest of "
+        f"{search.runs} tried that holds everything.",
+        factor="easing",
+        confidence=0.9,
+        simulations=search.runs,
+    )
+
+
+def _nothing(situation: Situation, search: Search) -> Proposal:
+    return Proposal(
+        id=f"p{hashlib.sha256(('eased' + situation.program.hash).encode()).hexdigest()[:12]}",
+        hunks=(),
+        rationale=f"nothing gentler holds everything ({search.runs} tried)",
+        factor="easing",
+        confidence=1.0,
+        simulations=search.runs,
+    )

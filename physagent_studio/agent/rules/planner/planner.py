@@ -1,0 +1,204 @@
+"""P: maps a mismatch to factors, finds numbers by search, proposes the smallest change."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+from physagent_studio.agent.roles import Situation
+from physagent_studio.agent.rules.planner.costs import cost_of
+from physagent_studio.agent.rules.planner.directing import VIEW, direct
+from physagent_studio.agent.rules.planner.factors import Bias, bias_of, may_change, relevant_knobs
+from physagent_studio.agent.rules.planner.overruled import as_the_person_says
+from physagent_studio.agent.rules.planner.parameter_search import along_one, cross_entropy
+from physagent_studio.agent.rules.planner.parameters import Knob
+from physagent_studio.agent.rules.planner.repairs import structural
+from physagent_studio.agent.rules.planner.stage_one import repair_scene
+from physagent_studio.agent.rules.planner.trials import Candidate, Score, Search
+from physagent_studio.agent.rules.planner.wording import question_for, rationale_of, summary_of
+from physagent_studio.program.edits import Edit
+from physagent_studio.records import Hunk, Proposal
+
+BETTER = 0.02
+"""Least improvement of the margins, relative, that is worth a proposal."""
+
+
+MANY_UNSEEN = 3
+"""Failed checks of the view from which on the director comes first, whatever else fails."""
+FEWEST = 6
+"""Runs that a search may always make, however dear they are."""
+DEAR = 5.0
+"""Units from which on a run is dear."""
+
+
+class RulePlanner:
+    """Searches by simulation; deterministic: the same situation gives the same proposal."""
+
+    def __init__(self, limit: int = 60) -> None:
+        """limit: most runs of one proposal, where a run costs one unit (`costs`)."""
+        self.limit = min(limit, 200)
+
+    def propose(self, situation: Situation) -> Proposal:
+        """Edits of just the failed factor; without hunks and with a question where it is stuck."""
+        if situation.assessment.stage == "reconstruction":
+            return repair_scene(situation)
+        search = self._search(situation)
+        if situation.assessment.passed:
+            return as_the_person_says(situation, search)
+        if {m.code for m in situation.assessment.diagnosis} == {"unlike_the_photo"}:
+            # No schedule mends how a thing is drawn: a person chooses another mask or shape.
+            return _stuck(situation, search)
+        best = self._searched(situation, search)
+        start = search.start()
+        if best is None or not _worth(best.score, start.score):
+            return _stuck(situation, search)
+        return _proposal(situation, start, best, search)
+
+    def _search(self, situation: Situation) -> Search:
+        """A budget of units: what the first proposals did not find is worth less and less."""
+        cost = cost_of(situation.program)
+        units = self.limit / (1 + 0.5 * len(situation.memory.entries))
+        least = min(self.limit, FEWEST)
+        return Search(situation, max(int(units / cost), least), dear=cost > DEAR)
+
+    def _searched(self, situation: Situation, search: Search) -> Candidate | None:
+        """Factor after factor, then several together, then other actions, verified facts last."""
+        bias = bias_of(situation)
+        for verified in (False, True):
+            knobs = relevant_knobs(situation, verified)
+            if not knobs:
+                continue
+            found = self._rounds(situation, search, knobs, bias, verified)
+            if found is not None and _worth(found.score, search.start().score):
+                return found
+        return search.best
+
+    def _rounds(
+        self, situation: Situation, search: Search, knobs: list[Knob], bias: Bias, verified: bool
+    ) -> Candidate | None:
+        codes = {m.code for m in situation.assessment.diagnosis}
+        unseen = sum(m.code in VIEW for m in situation.assessment.diagnosis)
+        if not verified and (codes <= set(VIEW) or unseen >= MANY_UNSEEN):
+            found = self._restructured(situation, search, bias, direct(situation))
+            if found is not None:
+                return found
+            best, failing = search.best, search.start().score.failing
+            if best is not None and best.score.failing <= failing / 2:
+                return best
+        idle = bool(codes & {"does_not_move", "no_cause"})
+        if idle and not verified:
+            found = self._restructured(situation, search, bias, structural(situation))
+            if found is not None:
+                return found
+        singles: list[tuple[Score, Knob]] = []
+        for knob in knobs[:6]:
+            found = along_one(search, knob, bias.signs(knob), runs=7)
+            if found is not None:
+                if found.score.holds:
+                    return found
+                singles.append((found.score, knob))
+        if not idle and not verified:
+            changes = (*structural(situation), *direct(situation))
+            found = self._restructured(situation, search, bias, changes)
+            if found is not None:
+                return found
+        return self._together(situation, search, singles, bias)
+
+    def _restructured(
+        self, situation: Situation, search: Search, bias: Bias, changes: Iterable[tuple[Edit, ...]]
+    ) -> Candidate | None:
+        """Tries changes of the schedule, then turns the numbers of what helped most."""
+        best: Candidate | None = None
+        for edits in changes:
+            found = search.run(edits) if may_change(situation, edits) else None
+            if found is not None and (best is None or found.score < best.score):
+                best = found
+            if best is not None and best.score.holds:
+                return best
+        if best is None or best.score.holds or not _worth(best.score, search.start().score):
+            return best if best is not None and best.score.holds else None
+        changed = replace(situation, program=best.program)
+        for knob in relevant_knobs(changed, verified=False)[:4]:
+            found = along_one(search, knob, bias.signs(knob), first=best.edits, runs=6)
+            if found is not None and found.score.holds:
+                return found
+        return search.best if search.best is not None and search.best.score.holds else None
+
+    def _together(
+        self,
+        situation: Situation,
+        search: Search,
+        singles: list[tuple[Score, Knob]],
+        bias: Bias,
+    ) -> Candidate | None:
+        """The two or three knobs that helped most, from the best structure found so far."""
+        singles.sort(key=lambda row: row[0])
+        chosen = _spread([knob for _, knob in singles])
+        if len(chosen) < 2:
+            return search.best
+        found = cross_entropy(
+            search, chosen, seed=_seed(situation), bias=bias.signs, population=8, rounds=4
+        )
+        return found if found is not None and found is search.best else search.best
+
+
+def _spread(knobs: Sequence[Knob]) -> list[Knob]:
+    """At most three knobs, of different fields."""
+    chosen: list[Knob] = []
+    for knob in knobs:
+        if all(knob.path != other.path for other in chosen):
+            chosen.append(knob)
+    return chosen[:3]
+
+
+def _seed(situation: Situation) -> int:
+    digest = hashlib.sha256(situation.program.hash.encode()).digest()
+    return int.from_bytes(digest[:4], "big")
+
+
+def _worth(new: Score, old: Score) -> bool:
+    if new.failing != old.failing:
+        return new.failing < old.failing
+    return new.shortfall < old.shortfall - BETTER * max(old.shortfall, 0.05)
+
+
+def _proposal(situation: Situation, start: Candidate, best: Candidate, search: Search) -> Proposal:
+    verified = situation.memory.verified
+    paths = [getattr(edit, "path", "") for edit in best.edits]
+    touches = any(path == v or path.startswith(f"{v}.") for path in paths for v in verified)
+    gained = start.score.failing - best.score.failing
+    factor = best.turned[0][0].factor if best.turned else "action"
+    hunks = tuple(
+        Hunk(id=f"h{number}", summary=summary_of(situation.program, edits), edits=edits)
+        for number, edits in enumerate(_grouped(best), 1)
+    )
+    confidence = (
+        0.9 if best.score.holds else 0.4 + 0.4 * max(gained, 0) / max(start.score.failing, 1)
+    )
+    return Proposal(
+        id=f"p{hashlib.sha256(best.program.hash.encode()).hexdigest()[:12]}",
+        hunks=hunks,
+        rationale=rationale_of(situation, start, best),
+        factor=factor,
+        confidence=round(confidence, 2),
+        simulations=search.runs,
+        touches_verified=touches,
+    )
+
+
+def _grouped(best: Candidate):  # noqa: ANN202 - tuples of edits
+    """One hunk per edit, so that each can be accepted by itself; a new action is one hunk."""
+    return [(edit,) for edit in best.edits]
+
+
+def _stuck(situation: Situation, search: Search) -> Proposal:
+    return Proposal(
+        id=f"p{hashlib.sha256(('stuck' + situation.program.hash).encode()).hexdigest()[:12]}",
+        hunks=(),
+        rationale=f"no change of one to three factors made it better ({search.runs} tried)",
+        factor="none",
+        confidence=0.0,
+        simulations=search.runs,
+        question=question_for(situation),
+    )

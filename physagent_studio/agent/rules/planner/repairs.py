@@ -1,0 +1,196 @@
+"""Repairs that add, remove or re-aim an action, where turning numbers cannot help."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from physagent_studio.agent.roles import Situation
+from physagent_studio.agent.rules.scene.measures import Layout
+from physagent_studio.agent.rules.schedule import actions as act
+from physagent_studio.agent.rules.schedule.paths import TURNS, arc_length
+from physagent_studio.program.actions import Action, ApplyAngledForce, ApplyForce, Directed
+from physagent_studio.program.contract import Contacts
+from physagent_studio.program.edits import AddItem, Edit, RemoveItem, SetField
+from physagent_studio.records import Mismatch, Rollout
+
+
+def structural(situation: Situation) -> Iterator[tuple[Edit, ...]]:
+    """Candidate repairs, the most natural first; at most a handful."""
+    seen: set[str] = set()
+    for mismatch in situation.assessment.diagnosis[:4]:
+        found = (
+            *_held(mismatch, situation), *_added(mismatch, situation),
+            *_removed(mismatch, situation), *_other_arcs(mismatch, situation),
+        )  # fmt: skip
+        for edits in found:
+            key = repr(edits)
+            if key not in seen:
+                seen.add(key)
+                yield edits
+
+
+def _driven(situation: Situation) -> set[str]:
+    return {a.name for a in situation.program.event.actions if not a.muted}
+
+
+def _added(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ...]]:
+    """Something that shall move, arrive, fall over or stop and that nothing sets going."""
+    layout, name = Layout(situation.program.scene), mismatch.subject
+    if not layout.has(name):
+        return
+    driven = _driven(situation)
+    # What something else shall hit is not pushed by an unseen hand.
+    at_rest = name not in driven and not _struck(situation, name, driven)
+    other = mismatch.other if layout.is_known(mismatch.other) else ""
+    if mismatch.code in ("does_not_move", "falls_short", "misses", "no_contact") and other:
+        if at_rest:
+            speed = max(0.8, 2.0 * layout.size(name))
+            yield _add(situation, act.push(name, act.toward_or_along(speed, toward=other)))
+        elif name in driven:
+            yield from _reaimed(name, other, situation)
+    if at_rest and mismatch.code in ("not_toppled", "too_little_turn", "not_fallen", "not_left"):
+        yield from _tipped(name, situation, layout)
+    if mismatch.code in ("not_stopped", "overshoots", "not_resting"):
+        force = Directed(magnitude=1.0, along="against_velocity", quantity="acceleration")
+        start = situation.program.clip.steps // 2
+        brake = act.push(
+            name, force, start=start, duration=situation.program.clip.steps - start, label="brake"
+        )
+        yield _add(situation, brake)
+    if mismatch.code in ("falls_short", "not_visible") and not other and at_rest:
+        yield _add(situation, act.push(name, act.toward_or_along(0.8, way=_said(mismatch))))
+
+
+def _other_arcs(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ...]]:
+    """What curves to its target and hits what it shall not, or misses: along a wider or a flatter
+    arc, its three numbers turned together."""
+    if mismatch.code not in ("unwanted_contact", "misses", "no_contact", "toppled"):
+        return
+    actions = situation.program.event.actions
+    for bend in (a for a in actions if isinstance(a, ApplyAngledForce)):
+        start = next((a for a in actions if a.name == bend.name and _is_aimed(a)), None)
+        force = getattr(start, "force", None)
+        if start is None or not isinstance(force, Directed) or abs(force.azimuth) < 1.0:
+            continue
+        turn = 2 * abs(force.azimuth)
+        for other in (t for t in TURNS if abs(t - turn) > 4.0):
+            longer = arc_length(1.0, other) / arc_length(1.0, turn)
+            base = f"event.actions.{bend.id}"
+            room = situation.program.clip.steps - bend.start_step
+            azimuth = round(math.copysign(other / 2, force.azimuth), 3)
+            yield (
+                SetField(path=f"event.actions.{start.id}.force.azimuth", value=azimuth),
+                SetField(
+                    path=f"{base}.magnitude",
+                    value=float(f"{bend.magnitude * other / turn / longer:.5g}"),
+                ),
+                SetField(
+                    path=f"{base}.duration", value=min(round(bend.duration * longer), max(room, 1))
+                ),
+            )
+
+
+def _is_aimed(action: Action) -> bool:
+    return isinstance(action, ApplyForce) and getattr(action.force, "toward", None) is not None
+
+
+def _said(mismatch: Mismatch):  # noqa: ANN202 - a Direction
+    for way in ("left", "right", "away", "toward_camera", "up"):
+        if way in mismatch.check or way in mismatch.text:
+            return way
+    return "right"
+
+
+def _tipped(name: str, situation: Situation, layout: Layout) -> Iterator[tuple[Edit, ...]]:
+    for way in ("left", "right"):
+        force = act.toward_or_along(0.8, way=way)
+        point = act.top_point(layout, name)
+        yield _add(situation, act.push(name, force, point=point, duration=15, label="tip"))
+
+
+def _struck(situation: Situation, name: str, driven: set[str]) -> bool:
+    """Whether the prompt has something else set it going: no unseen hand may do that work."""
+    return bool(driven) and any(
+        isinstance(s, Contacts)
+        and not s.negated
+        and name in (s.subject, s.other)
+        and {s.subject, s.other} <= {item.name for item in situation.program.scene.objects}
+        for s in situation.program.contract.statements
+    )
+
+
+def _reaimed(name: str, other: str, situation: Situation) -> Iterator[tuple[Edit, ...]]:
+    """A push along a named direction becomes one towards the thing that is to be met."""
+    for action in situation.program.event.actions:
+        force = getattr(action, "force", None)
+        if action.name != name or not isinstance(action, ApplyForce):
+            continue
+        if isinstance(force, Directed) and force.toward != other and force.along is None:
+            aimed = force.model_copy(update={"toward": other, "direction": None, "azimuth": 0.0})
+            path = f"event.actions.{action.id}.force"
+            yield (SetField(path=path, value=aimed.model_dump(mode="json")),)
+
+
+def _held(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ...]]:
+    """Things that stood in the photo and now fall over by themselves are held as they stood,
+    until something touches them."""
+    if mismatch.code not in ("toppled", "moved", "wrong_order", "no_cause", "not_toppled"):
+        return
+    rollout, program = situation.rollout, situation.program
+    if rollout is None or rollout.blown_up is not None:
+        return
+    edits: list[Edit] = []
+    for name in rollout.objects:
+        starts, touched = _first_motion(rollout, name), _first_touch(rollout, name)
+        early = starts is not None and (touched is None or touched > starts)
+        if early and name not in _driven(situation) and Layout(program.scene).carrier(name):
+            last = program.clip.steps if touched is None else touched
+            edits += _add(situation, act.hold(name, max(last - 1, 1)))
+    if edits:
+        yield tuple(edits)
+
+
+def _first_motion(rollout: Rollout, name: str) -> int | None:
+    """The first step on which an object has visibly left its place or its pose."""
+    index = rollout.objects.index(name)
+    away = np.linalg.norm(rollout.positions[:, index] - rollout.positions[0, index], axis=1)
+    turned = 1 - np.abs(rollout.rotations[:, index] @ rollout.rotations[0, index])
+    moved = np.nonzero((away > 0.01) | (turned > 0.004))[0]
+    return int(moved[0]) if len(moved) else None
+
+
+def _first_touch(rollout: Rollout, name: str) -> int | None:
+    """The first step on which another object touches it that did not from the start."""
+    index, count = rollout.objects.index(name), len(rollout.objects)
+    rows = rollout.contacts
+    mine = rows[(rows["a"] == index) | (rows["b"] == index)]
+    partner = np.where(mine["a"] == index, mine["b"], mine["a"])
+    early = {int(p) for p, step in zip(partner, mine["step"], strict=True) if step <= 2}
+    later = [
+        int(step)
+        for p, step in zip(partner, mine["step"], strict=True)
+        if p < count and int(p) not in early
+    ]
+    return min(later, default=None)
+
+
+def _removed(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ...]]:
+    """What shall stay and is pushed itself."""
+    if mismatch.code not in ("moved", "toppled", "unwanted_contact", "fell"):
+        return
+    for action in situation.program.event.actions:
+        if action.name == mismatch.subject and len(situation.program.event.actions) > 1:
+            yield (RemoveItem(path=f"event.actions.{action.id}"),)
+
+
+def _add(situation: Situation, action: Action) -> tuple[Edit, ...]:
+    taken = {a.id for a in situation.program.event.actions}
+    name, number = action.id, 1
+    while name in taken:
+        number += 1
+        name = f"{action.id[:60]}_{number}"
+    item = action.model_copy(update={"id": name}).model_dump(mode="json")
+    return (AddItem(path="event.actions", item=item),)

@@ -1,0 +1,235 @@
+"""Repairs of the reconstruction: the factor that a failed finding names, alone, without a run."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+
+import numpy as np
+
+from physagent_studio.agent.roles import Situation
+from physagent_studio.agent.rules.planner.factors import may_change
+from physagent_studio.agent.rules.verifier.verifier import shortfall
+from physagent_studio.errors import Cancelled, StudioError
+from physagent_studio.program.edits import Edit, SetField, apply
+from physagent_studio.reconstruction.photo.colours import colour_of, places_of
+from physagent_studio.records import Finding, Hunk, Proposal
+
+Repair = tuple[str, str, tuple[Edit, ...]]
+LOOKS = 6
+"""Most reconstructions that one proposal looks at; none of them is simulated."""
+
+
+def repair_scene(situation: Situation) -> Proposal:
+    """The first untried repair of the worst failed finding, or a question."""
+    failing = _failing(situation)
+    for finding in failing:
+        fresh = [row for row in _repairs(finding, situation) if _is_fresh(situation, row[2])]
+        chosen = _best(situation, fresh[:LOOKS])
+        if chosen is not None:
+            factor, words, edits = chosen
+            return _proposal(situation, finding, factor, words, edits)
+    worst = failing[0] if failing else None
+    about = worst.subject if worst is not None else "the picture"
+    text = worst.text if worst is not None else _unmeasured(situation)
+    return Proposal(
+        id=_id(situation, "stuck"),
+        hunks=(),
+        rationale=f"nothing is left to try: {text}",
+        factor="none",
+        confidence=0.0,
+        question=f"{text[0].upper()}{text[1:]}. Can you click inside {about}, or draw a box?",
+    )
+
+
+def _unmeasured(situation: Situation) -> str:
+    """Why a scene in which nothing measured fails does not pass."""
+    words = situation.memory.hints[-1:]
+    if not situation.assessment.passed:
+        return "the scene is not resolved"
+    said = f", but you said “{words[0]}”" if words else ", but you said that it does not"
+    return f"by every measurement the scene fits the photo{said}"
+
+
+def _best(situation: Situation, repairs: list[Repair]) -> Repair | None:
+    """The repair after which the scene fails least, if it fails less than now; the first where
+    nothing can be looked at."""
+    if situation.look is None or situation.scene is None:
+        return repairs[0] if repairs else None
+    best, least = None, shortfall(situation.scene) - 1e-6
+    for repair in repairs:
+        try:
+            scene = situation.look(apply(situation.program, repair[2]).scene)
+        except Cancelled:
+            raise
+        except StudioError:
+            continue
+        if shortfall(scene) < least:
+            best, least = repair, shortfall(scene)
+    return best
+
+
+def _failing(situation: Situation) -> list[Finding]:
+    """The findings that the verdict is about, the worst first."""
+    scene = situation.scene
+    wrong = {m.check for m in situation.assessment.diagnosis}
+    found = [f for f in scene.findings if not f.ok] if scene is not None else []
+    demanded = [f for f in found if f"{f.kind}.{f.name}.{f.subject}" in wrong]
+    margins = {c.id: c.margin for c in situation.assessment.checks}
+    return sorted(
+        demanded or found, key=lambda f: margins.get(f"{f.kind}.{f.name}.{f.subject}", 0.0)
+    )
+
+
+def _is_fresh(situation: Situation, edits: tuple[Edit, ...]) -> bool:
+    if not may_change(situation, edits):
+        return False
+    rejected = [proposal.edits for proposal, _ in situation.memory.rejected]
+    made = [entry.edits for entry in situation.memory.entries]
+    if edits in rejected or edits in made:
+        return False
+    try:
+        changed = apply(situation.program, edits)
+    except StudioError:
+        return False
+    return changed.hash not in (situation.program.hash, *situation.memory.tried)
+
+
+def _proposal(
+    situation: Situation, finding: Finding, factor: str, words: str, edits: tuple[Edit, ...]
+) -> Proposal:
+    return Proposal(
+        id=_id(situation, repr(edits)),
+        hunks=(Hunk(id="h1", summary=words, edits=edits),),
+        rationale=f"Because {finding.text}: {words}.",
+        factor=factor,
+        confidence=0.5,
+    )
+
+
+def _id(situation: Situation, text: str) -> str:
+    return f"p{hashlib.sha256((situation.program.hash + text).encode()).hexdigest()[:12]}"
+
+
+def _repairs(finding: Finding, situation: Situation) -> Iterator[tuple[str, str, tuple[Edit, ...]]]:
+    """(factor, words, edits) for a finding, the likeliest first."""
+    program, name = situation.program, finding.subject
+    item = program.scene.object(name)
+    if item is not None and finding.kind in ("points", "mask", "geometry"):
+        base = f"scene.objects.{name}"
+        if finding.kind == "points":
+            yield from _other_clicks(situation, name, base)
+        yield from _other_masks(situation, name, base)
+        again = (
+            SetField(path=f"{base}.shape", value=None),
+            SetField(path=f"{base}.position", value=None),
+        )
+        yield "primitive", f"fit the shape of {name} again", again
+    if item is not None and finding.kind in ("placement", "geometry", "support"):
+        base = f"scene.objects.{name}"
+        if finding.kind != "support":
+            again = (SetField(path=f"{base}.position", value=None),)
+            yield "placement", f"place {name} again", again
+        # How large a thing is follows from how far away it stands.
+        fields = ("shape", "position", "support")
+        anew = tuple(SetField(path=f"{base}.{field}", value=None) for field in fields)
+        yield "support", f"find anew what {name} stands on", anew
+    if program.scene.support(name) is not None:
+        path = f"scene.supports.{name}.shape"
+        yield "support", f"find {name} again", (SetField(path=path, value=None),)
+    if finding.kind == "camera":
+        yield from _cameras(situation)
+
+
+def _other_clicks(
+    situation: Situation, name: str, base: str
+) -> Iterator[tuple[str, str, tuple[Edit, ...]]]:
+    """Places in the picture that have the colour of the name and that nothing else has taken."""
+    scene, word = situation.scene, colour_of(name)
+    item = situation.program.scene.object(name)
+    if scene is None or scene.photo is None or word is None or item is None:
+        return
+    if item.grounding.settled:
+        return
+    others = [mask for other, mask in scene.masks.items() if other != name]
+    taken = np.any(others, axis=0) if others else np.zeros(scene.photo.shape[:2], bool)
+    for x, y in places_of(scene.photo, word, taken):
+        edits = (
+            SetField(path=f"{base}.grounding.points", value=[{"x": x, "y": y, "label": 1}]),
+            SetField(path=f"{base}.grounding.box", value=None),
+            SetField(path=f"{base}.grounding.candidate", value=0),
+            SetField(path=f"{base}.shape", value=None),
+            SetField(path=f"{base}.position", value=None),
+            SetField(path=f"{base}.support", value=None),
+        )
+        yield "image points", f"click {name} at ({x:.0f}, {y:.0f}), where it is {word}", edits
+
+
+def _other_masks(
+    situation: Situation, name: str, base: str
+) -> Iterator[tuple[str, str, tuple[Edit, ...]]]:
+    """The segmenter's other masks, best first, with everything that followed from the mask open.
+
+    A mask that a person has chosen stays.
+    """
+    scene = situation.scene
+    item = situation.program.scene.object(name)
+    assert item is not None
+    if item.grounding.settled:
+        return
+    count = len(scene.candidates.get(name, ())) if scene is not None else 0
+    tried = _tried_masks(situation, name)
+    left = [c for c in range(count) if c not in tried and c != item.grounding.candidate]
+    best = max(tried, key=lambda c: tried[c], default=None)
+    if not left and best is not None and best != item.grounding.candidate:
+        # None of them fits: back to the one that came nearest.
+        left = [best]
+    for candidate in left:
+        edits = (
+            SetField(path=f"{base}.grounding.candidate", value=candidate),
+            SetField(path=f"{base}.shape", value=None),
+            SetField(path=f"{base}.position", value=None),
+        )
+        yield "mask candidate", f"take mask {candidate + 1} of {count} for {name}", edits
+
+
+def _tried_masks(situation: Situation, name: str) -> dict[int, float]:
+    """How well each mask that was tried for an object fitted, by its number."""
+    item = situation.program.scene.object(name)
+    check = f"mask.reprojection.{name}"
+    found: dict[int, float] = {}
+    path = f"scene.objects.{name}.grounding.candidate"
+    for number, entry in enumerate(situation.memory.entries):
+        chosen = [e.value for e in entry.edits if isinstance(e, SetField) and e.path == path]
+        if number == 0 or not found:
+            found.setdefault(0, entry.margins_before.get(check, -1.0))
+        if chosen and isinstance(chosen[0], int):
+            found[chosen[0]] = entry.margins_after.get(check, -1.0)
+    if item is not None:
+        now = {c.id: c.margin for c in situation.assessment.checks}
+        found[item.grounding.candidate] = now.get(check, -1.0)
+    return found
+
+
+def _cameras(situation: Situation) -> Iterator[tuple[str, str, tuple[Edit, ...]]]:
+    """The picture's own horizon where one was stated, then horizons a few percent of the picture
+    higher and lower; with the geometry open again."""
+    scene = situation.program.scene
+    camera = scene.camera
+    if camera is None:
+        return
+    opened: list[Edit] = [SetField(path="scene.camera", value=None)]
+    for item in scene.objects:
+        opened.append(SetField(path=f"scene.objects.{item.name}.position", value=None))
+        opened.append(SetField(path=f"scene.objects.{item.name}.shape", value=None))
+    for support in scene.supports:
+        opened.append(SetField(path=f"scene.supports.{support.name}.shape", value=None))
+    if camera.source == "given":
+        own = SetField(path="scene.horizon", value=None)
+        yield "camera", "take the horizon that the picture shows", (own, *opened)
+    rows = camera.size[1]
+    for share in (-0.08, 0.08, -0.16, 0.16):
+        row = SetField(path="scene.horizon", value=round(camera.horizon + share * rows, 1))
+        way = "higher" if share < 0 else "lower"
+        words = f"put the horizon {abs(share):.0%} of the picture {way}"
+        yield "camera", words, (row, *opened)

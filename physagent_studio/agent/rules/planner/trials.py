@@ -1,0 +1,169 @@
+"""Search on the margins: candidate programs are run, counted, and compared.
+
+The objective is lexicographic: how many demanded checks fail, then the sum of their negative
+margins. A search starts from the present program and prefers the smallest change.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from physagent_studio.agent.roles import Situation
+from physagent_studio.agent.rules.planner.factors import may_change
+from physagent_studio.agent.rules.planner.parameters import Knob
+from physagent_studio.errors import Cancelled, StudioError
+from physagent_studio.program.edits import Edit, apply
+from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.records import Check, Rollout
+
+LIMIT = 200
+"""Most candidate runs of one proposal."""
+STURDY = 0.05
+"""Margin, in the statement's own measure, from which on a little noise no longer matters."""
+
+
+@dataclass(frozen=True, order=True)
+class Score:
+    """Smaller is better: failing checks, then how badly they fail, rounded against noise."""
+
+    failing: int
+    shortfall: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether everything demanded holds."""
+        return self.failing == 0
+
+
+WORST = Score(10_000, 1e9)
+
+
+def weakness_of(checks: Iterable[Check]) -> float:
+    """How much what holds falls short of sturdy margins; 0 where all of it is sturdy.
+
+    A margin of exactly nothing is that of a count, or of what is not judged: no search moves it.
+    """
+    held = [c.margin for c in checks if c.demanded and c.ok and not c.always_on]
+    short = (STURDY - margin for margin in held if 0 < margin < STURDY)
+    return round(sum(short) / STURDY, 4)
+
+
+def score_of(checks: Iterable[Check]) -> Score:
+    """The score of measured checks."""
+    failing = [c for c in checks if c.demanded and not c.ok]
+    return Score(len(failing), round(sum(min(-c.margin, 20.0) for c in failing), 6))
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A program that was run. values: the knobs that were turned, by path."""
+
+    program: PhysicalProgram
+    edits: tuple[Edit, ...]
+    score: Score
+    checks: tuple[Check, ...]
+    turned: tuple[tuple[Knob, float], ...] = ()
+    rollout: Rollout | None = None
+
+    @property
+    def weakness(self) -> float:
+        """How far its margins are from sturdy ones; 0 where all are."""
+        return weakness_of(self.checks)
+
+    @property
+    def change(self) -> float:
+        """Size of the change, in strides."""
+        return float(sum(knob.distance(value) for knob, value in self.turned)) + 3.0 * (
+            len(self.edits) - len(self.turned)
+        )
+
+
+@dataclass
+class Search:
+    """Runs candidates of one proposal and remembers them; at most `limit` runs.
+
+    dear: a run costs so much that none is spent on niceties.
+    """
+
+    situation: Situation
+    limit: int = LIMIT
+    runs: int = 0
+    dear: bool = False
+    best: Candidate | None = None
+    _known: dict[str, Candidate | None] = field(default_factory=dict)
+    _rejected: frozenset[str] | None = None
+
+    @property
+    def exhausted(self) -> bool:
+        """Whether no run is left."""
+        return self.runs >= self.limit
+
+    def start(self) -> Candidate:
+        """The present program with the checks that the verifier has seen."""
+        checks = self.situation.assessment.checks
+        program = self.situation.program
+        return Candidate(program, (), score_of(checks), checks)
+
+    def turn(
+        self, values: Sequence[tuple[Knob, float]], first: tuple[Edit, ...] = ()
+    ) -> Candidate | None:
+        """Runs the program with knobs turned; None where it cannot be run or may not."""
+        edits = (*first, *(edit for knob, value in values for edit in knob.edits(value)))
+        return self.run(edits, tuple(values))
+
+    def run(
+        self, edits: tuple[Edit, ...], turned: tuple[tuple[Knob, float], ...] = ()
+    ) -> Candidate | None:
+        """Runs the program with edits applied, unless it was run before or they touch a pin."""
+        if not edits or not may_change(self.situation, edits):
+            return None
+        try:
+            program = apply(self.situation.program, edits)
+        except StudioError:
+            return None
+        key = program.hash
+        if key in self._known:
+            return self._known[key]
+        if self.exhausted or key in self.situation.memory.tried or key in self._turned_down():
+            return None
+        self.runs += 1
+        found = self._tried(program, edits, turned)
+        self._known[key] = found
+        if found is not None and (self.best is None or better(found, self.best)):
+            self.best = found
+        return found
+
+    def _turned_down(self) -> frozenset[str]:
+        """Hashes of the programs that rejected proposals would have made."""
+        if self._rejected is None:
+            found = set()
+            for proposal, _ in self.situation.memory.rejected:
+                try:
+                    found.add(apply(self.situation.program, proposal.edits).hash)
+                except StudioError:
+                    continue
+            self._rejected = frozenset(found)
+        return self._rejected
+
+    def _tried(
+        self,
+        program: PhysicalProgram,
+        edits: tuple[Edit, ...],
+        turned: tuple[tuple[Knob, float], ...],
+    ) -> Candidate | None:
+        try:
+            trial = self.situation.try_out(program)
+        except Cancelled:
+            raise
+        except StudioError:
+            return None
+        checks = trial.checks
+        return Candidate(program, edits, score_of(checks), checks, turned, trial.rollout)
+
+
+def better(one: Candidate, other: Candidate) -> bool:
+    """Whether the first is to be kept: sturdier, then smaller, where both hold."""
+    if one.score.holds and other.score.holds:
+        return (one.weakness, one.change) < (other.weakness, other.change)
+    return one.score < other.score

@@ -1,0 +1,106 @@
+"""Sentences of the planner: what it changes, why, and what it asks when it is stuck."""
+
+from __future__ import annotations
+
+from physagent_studio.agent.roles import Situation
+from physagent_studio.agent.rules.planner.trials import Candidate
+from physagent_studio.errors import StudioError
+from physagent_studio.program.edits import AddItem, Edit, RemoveItem, SetField, value_at
+from physagent_studio.program.program import PhysicalProgram
+
+
+def summary_of(program: PhysicalProgram, edits: tuple[Edit, ...]) -> str:
+    """What the edits do, in words and figures."""
+    return "; ".join(_one(program, edit) for edit in edits)
+
+
+def _one(program: PhysicalProgram, edit: Edit) -> str:
+    if isinstance(edit, AddItem):
+        item = edit.item if isinstance(edit.item, dict) else {}
+        what, name = item.get("operator", "an action"), item.get("name", "")
+        return f"add {what} {item.get('id', '')} on {name}"
+    if isinstance(edit, RemoveItem):
+        return f"remove {edit.path.rsplit('.', 1)[-1]}"
+    if isinstance(edit, SetField):
+        before, now = _figure(_before(program, edit.path)), _figure(edit.value)
+        unit = _UNITS.get(edit.path.rsplit(".", 1)[-1], "")
+        return f"{_short(edit.path)} from {before} to {now}{unit}"
+    return f"move {edit.path}"
+
+
+def _before(program: PhysicalProgram, path: str) -> object:
+    try:
+        return value_at(program, path)
+    except StudioError:
+        return None
+
+
+def _short(path: str) -> str:
+    parts = path.split(".")
+    tail = [p for p in parts[3:] if p not in ("force", "velocity", "torque", "angular_velocity")]
+    words = [_WORDS.get(p, p.replace("_", " ")) for p in tail or parts[-1:]]
+    return f"{' '.join(words)} of {parts[2]}" if len(parts) > 3 else path
+
+
+_WORDS = {
+    "magnitude": "strength",
+    "azimuth": "sideways angle",
+    "elevation": "upward angle",
+    "start_step": "start",
+}
+_UNITS = {"azimuth": "°", "elevation": "°", "start_step": " steps", "duration": " steps"}
+"""What people call the numbers of a push, and what they are counted in."""
+
+
+def _figure(value: object) -> str:
+    if value is None:
+        return "its material's"
+    if isinstance(value, float | int):
+        return f"{value:.3g}"
+    if isinstance(value, list):
+        return "(" + ", ".join(_figure(v) for v in value) + ")"
+    if isinstance(value, dict):
+        toward = value.get("toward") or value.get("direction") or value.get("along")
+        return f"{_figure(value.get('magnitude'))} {toward}"
+    return str(value)
+
+
+def rationale_of(situation: Situation, start: Candidate, best: Candidate) -> str:
+    """Why: the worst mismatch, the change, and what it did in the trial."""
+    diagnosis = situation.assessment.diagnosis
+    why = diagnosis[0].text if diagnosis else "the event does not hold"
+    change = summary_of(situation.program, best.edits)
+    left = best.score.failing
+    was = start.score.failing
+    if best.score.holds:
+        outcome = "then everything that is demanded holds"
+    elif left < was:
+        outcome = f"then {left} instead of {was} checks fail"
+    else:
+        outcome = f"then the {was} failing checks miss by {best.score.shortfall:.2g} instead of "
+        outcome += f"{start.score.shortfall:.2g}"
+    return f"Because {why}: {change}; {outcome}."
+
+
+def question_for(situation: Situation) -> str:
+    """A concrete question to a person."""
+    diagnosis = situation.assessment.diagnosis
+    if not diagnosis:
+        untested = situation.assessment.untested
+        if untested:
+            return f"Nothing tests “{untested[0]}”: what should be true at the end?"
+        return "What should happen that does not?"
+    worst = diagnosis[0]
+    flags = situation.program.scene.flags
+    if flags:
+        return f"{worst.text}. {flags[0][0].upper()}{flags[0][1:]}: can you put it right?"
+    about = worst.subject or "it"
+    if worst.code == "unlike_the_photo":
+        return f"{worst.text}. Does another mask or another kind of shape suit {about} better?"
+    if worst.code in ("not_deformed", "not_broken", "not_spread", "not_swaying"):
+        return f"{worst.text}. What is {about} made of: soft, brittle, loose grains or rigid?"
+    if worst.other:
+        return (
+            f"{worst.text}. Is {worst.other} where the scene has it, and what should move {about}?"
+        )
+    return f"{worst.text}. What should make {about} do this: a push, from where and how strong?"

@@ -1,0 +1,85 @@
+"""How things hold together, where the event asks for more than a rigid body."""
+
+from __future__ import annotations
+
+import math
+
+from physagent_studio.agent.rules.scene.materials import is_flag, is_loose, is_sheet
+from physagent_studio.agent.rules.scene.measures import WAYS, Layout
+from physagent_studio.agent.rules.scene.mechanics import G
+from physagent_studio.language import EventFrame, Reading
+from physagent_studio.program.bodies import Body, Breakable, Cloth, Granular, Soft
+from physagent_studio.program.plants import plant_body
+from physagent_studio.reconstruction.grounding.usual import grows
+
+GRAINS = 120
+"""Enough to be seen to flow, few enough that a search can run them many times."""
+
+FLAG_CLOTH = 0.0008
+"""m: with the density of fabric 200 g/m², as bunting weighs."""
+
+
+def bodies_for(reading: Reading, layout: Layout) -> dict[str, Body]:
+    """Bodies by object name, only for objects that have to bend, break, flow or sway."""
+    found: dict[str, Body] = {}
+    for frame in reading.frames:
+        if frame.negated:
+            continue
+        names = frame.patient
+        if frame.sense == "wind" and not names:
+            names = tuple(item.name for item in layout.state.objects)
+        if frame.sense == "collapse" and len(names) > 1:
+            # A stack that collapses comes apart; the things in it stay whole.
+            continue
+        for name in names:
+            body = _body(frame, name, layout)
+            if body is not None:
+                found.setdefault(name, body)
+    return found
+
+
+def _body(frame: EventFrame, name: str, layout: Layout) -> Body | None:
+    sense = frame.sense
+    if sense in ("collapse", "spread", "knock_over") and is_loose(name):
+        return Granular(grains=GRAINS, cohesion=0.01)
+    if sense in ("collapse", "break", "crush"):
+        return Breakable(cuts=(3, 1, 3), release_impulse=round(_blow(frame, name, layout), 4))
+    if sense in ("wind", "sway", "bend") and is_flag(name):
+        # It streams away from its pole, which is where the wind comes from.
+        side = "right" if frame.direction == "left" else "left"
+        return Cloth(pinned=side, thickness=FLAG_CLOTH)
+    if sense in ("wind", "sway", "bend") and is_sheet(name):
+        return Cloth(pinned="top")
+    if sense in ("wind", "sway", "bend", "lean") and grows(name):
+        return _plant(name, layout)
+    if sense == "deform":
+        return Soft(young=1e5)
+    return None
+
+
+def _plant(name: str, layout: Layout) -> Soft:
+    """What grows, by its height and how broad it is."""
+    item = layout.state.object(name)
+    kind = "" if item is None or item.shape is None else item.shape.kind
+    sides = (WAYS["right"], WAYS["away"])
+    wide, deep = (layout.extent(name, way) + layout.extent(name, -way) for way in sides)
+    height = max(layout.height(name), 0.01)
+    return plant_body(kind, height, max(math.sqrt(wide * deep), 0.02 * height))
+
+
+def _blow(frame: EventFrame, name: str, layout: Layout) -> float:
+    """The blow within a step that its joints just do not bear any more, N·s.
+
+    A part of what the striker brings, m v with v from its fall, and well above what its own
+    weight and that of the striker, standing on it, come to in one step.
+    """
+    strikers = [a for a in frame.agent if layout.has(a)]
+    brought = [layout.mass(a) * math.sqrt(2 * G * _height(layout, a, name)) for a in strikers]
+    own = layout.mass(name)
+    standing = G * 0.01 * (own + sum(layout.mass(a) for a in strikers))
+    return max(0.1 * max(brought, default=0.3 * own), 2.5 * standing, 1e-3)
+
+
+def _height(layout: Layout, name: str, other: str) -> float:
+    gap = layout.gap(name, other)
+    return max(gap, 0.05) if math.isfinite(gap) else 0.05

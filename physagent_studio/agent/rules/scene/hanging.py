@@ -1,0 +1,96 @@
+"""What hangs in the air when the event begins, by the words of the prompt and by the clicks."""
+
+from __future__ import annotations
+
+from physagent_studio.agent.rules.scene.measures import Layout
+from physagent_studio.language import Reading
+from physagent_studio.program.scene import Grounding
+from physagent_studio.records import Case
+
+Spot = tuple[float, float]
+
+_FALLS = ("fall", "land", "descend", "drop")
+_INTO = ("in", "into", "inside", "on", "onto")
+
+
+def in_the_air(case: Case, reading: Reading) -> frozenset[str]:
+    """Objects that the prompt has above something and not on it when it begins.
+
+    Either it says so ("hangs above the stool"), or it lets a thing fall into or onto another one
+    over which the picture shows it with nothing in between.
+    """
+    spots = {
+        name: spot
+        for name, grounding in (*case.objects, *((s.name, s.grounding) for s in case.supports))
+        if (spot := _spot(grounding)) is not None
+    }
+    found: set[str] = set()
+    acted: set[str] = set()
+    for frame in reading.frames:
+        for name in frame.patient:
+            if name in acted:
+                continue
+            said = frame.sense in ("hang", "be") and frame.place("above") is not None
+            below = frame.place(*_INTO) if frame.sense in _FALLS else None
+            from_there = frame.place("off", "from") is not None
+            if said or (below is not None and not from_there and _over(name, below.name, spots)):
+                found.add(name)
+        acted |= set(frame.patient)
+    return frozenset(found)
+
+
+def from_nowhere(case: Case, reading: Reading, layout: Layout) -> frozenset[str]:
+    """Objects that fall although the scene has them on the ground: they hung in the air.
+
+    Told of things that nothing pushes, that lie on nothing else and cannot fall over: what is
+    round, or comes from something that the picture does not name ("from its branch").
+    """
+    found: set[str] = set()
+    told: set[str] = set()
+    for frame in reading.frames:
+        for name in frame.patient:
+            first = name not in told
+            told.add(name)
+            falls = frame.sense in _FALLS and not frame.agent and not frame.negated
+            if not first or not falls or not layout.has(name) or frame.place("off", "from"):
+                continue
+            lies = layout.carrier(name) == layout.ground()
+            if lies and (layout.rolls(name) or _from_unknown(case.prompt, reading)):
+                found.add(name)
+    return frozenset(found)
+
+
+def _from_unknown(prompt: str, reading: Reading) -> bool:
+    """Whether something comes from, or off, what the picture does not name."""
+    words = "".join(c if c.isalpha() else " " for c in prompt.lower()).split()
+    strange = {word for said in reading.not_understood for word in said.lower().split()}
+    return any(
+        word in ("from", "off") and strange & set(words[i + 1 : i + 4])
+        for i, word in enumerate(words)
+    )
+
+
+def _spot(grounding: Grounding) -> Spot | None:
+    """The middle of the clicks inside, else that of the box, in pixels."""
+    inside = [(click.x, click.y) for click in grounding.points if click.label]
+    if inside:
+        return sum(x for x, _ in inside) / len(inside), sum(y for _, y in inside) / len(inside)
+    if grounding.box is None:
+        return None
+    x0, y0, x1, y1 = grounding.box
+    return (x0 + x1) / 2, (y0 + y1) / 2
+
+
+def _over(name: str, below: str, spots: dict[str, Spot]) -> bool:
+    """Whether the picture shows one thing straight above the other and nothing between them."""
+    if name not in spots or below not in spots:
+        return False
+    (x, y), (to_x, to_y) = spots[name], spots[below]
+    drop = to_y - y
+    if drop <= 0 or abs(to_x - x) > 0.35 * drop:
+        return False
+    return not any(
+        y < other_y < to_y and abs(other_x - x) < 0.35 * drop
+        for other, (other_x, other_y) in spots.items()
+        if other not in (name, below)
+    )

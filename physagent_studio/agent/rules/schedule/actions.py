@@ -1,0 +1,190 @@
+"""Short makers of actions, so that a script reads as what it does."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from physagent_studio.agent.rules.scene.measures import GRAVITY, FloatArray, Layout
+from physagent_studio.program.actions import (
+    Action,
+    After,
+    ApplyAngledForce,
+    ApplyDisturbance,
+    ApplyForce,
+    Condition,
+    Directed,
+    Direction,
+    FixObject,
+    OnContact,
+    SetAngularVelocity,
+    SetVelocity,
+)
+from physagent_studio.program.base import Position
+from physagent_studio.program.rotations import matrix_of
+
+PUSH_STEPS = 12
+KICK_STEPS = 4
+RISES = 80
+"""Steps that it takes to raise what the sentence has in the air and the photo does not."""
+STEP_SECONDS = 0.01
+"""Control step of a first program, s."""
+HANGS = 20
+"""Steps for which what falls is first seen where it hung."""
+FIRST_STEP = 4
+"""Actions begin one frame after the clip, so that it is seen how things stood."""
+
+
+def toward_or_along(
+    magnitude: float,
+    *,
+    toward: str | None = None,
+    way: Direction | None = None,
+    vector: FloatArray | None = None,
+    elevation: float = 0.0,
+    azimuth: float = 0.0,
+    quantity: str = "target_speed",
+) -> Directed:
+    """A semantic vector: to a thing, along a named direction, or along a world direction."""
+    fields = {
+        "magnitude": round(float(magnitude), 4),
+        "elevation": round(float(elevation), 3),
+        "quantity": quantity,
+    }
+    if toward is not None:
+        return Directed.model_validate({**fields, "toward": toward, "azimuth": round(azimuth, 3)})
+    if way is not None:
+        return Directed.model_validate({**fields, "direction": way, "azimuth": round(azimuth, 3)})
+    assert vector is not None
+    turn = float(np.degrees(np.arctan2(vector[1], vector[0])))
+    fields["azimuth"] = round(turn + azimuth, 3)
+    return Directed.model_validate({**fields, "direction": "right"})
+
+
+def push(
+    name: str,
+    force: Directed,
+    *,
+    start: int = FIRST_STEP,
+    duration: int = PUSH_STEPS,
+    when: Condition | None = None,
+    point: Position | None = None,
+    label: str = "push",
+) -> ApplyForce:
+    """A force for some steps."""
+    return ApplyForce(
+        id=f"{label}_{name}"[:64],
+        name=name,
+        start_step=start,
+        when=when,
+        force=force,
+        point=point,
+        duration=duration,
+    )
+
+
+def set_velocity(
+    name: str, velocity: Directed, *, start: int = FIRST_STEP, label: str = "go"
+) -> SetVelocity:
+    """A speed from one step to the next."""
+    return SetVelocity(id=f"{label}_{name}"[:64], name=name, start_step=start, velocity=velocity)
+
+
+def spin(
+    name: str,
+    axis: FloatArray,
+    speed: float,
+    *,
+    start: int = FIRST_STEP,
+    duration: int = 2,
+    when: Condition | None = None,
+    label: str = "spin",
+) -> SetAngularVelocity:
+    """A turn about a world axis (unit), rad/s."""
+    x, y, z = (round(float(part * speed), 4) for part in axis)
+    return SetAngularVelocity(
+        id=f"{label}_{name}"[:64],
+        name=name,
+        start_step=start,
+        when=when,
+        angular_velocity=(x, y, z),
+        duration=duration,
+    )
+
+
+def bend(name: str, force: float, angle: float, *, start: int, duration: int) -> ApplyAngledForce:
+    """A force across the path."""
+    return ApplyAngledForce(
+        id=f"bend_{name}"[:64],
+        name=name,
+        start_step=start,
+        magnitude=round(force, 4),
+        angle=angle,
+        duration=duration,
+    )
+
+
+def blow(
+    name: str,
+    model: str,
+    amplitude: float,
+    way: Direction,
+    *,
+    frequency: float | None,
+    duration: int,
+) -> ApplyDisturbance:
+    """Wind on one object."""
+    return ApplyDisturbance.model_validate(
+        {
+            "id": f"wind_{name}"[:64],
+            "name": name,
+            "model": model,
+            "amplitude": round(amplitude, 3),
+            "direction": way,
+            "frequency": frequency,
+            "duration": duration,
+        }
+    )
+
+
+def hold(name: str, steps: int) -> FixObject:
+    """Keeps it where it is for the first steps."""
+    return FixObject(id=f"hold_{name}"[:64], name=name, start_step=0, duration=steps)
+
+
+def raised(name: str, height: float) -> list[Action]:
+    """Lifted from where it stands and at rest again after `RISES` steps, so many m higher.
+
+    Half of the time it gains speed, half of the time it loses it.
+    """
+    half = RISES // 2
+    gain = height / (half * STEP_SECONDS) ** 2
+    return [
+        push(
+            name,
+            toward_or_along(GRAVITY + share, way="up", quantity="acceleration"),
+            start=FIRST_STEP + late,
+            duration=half,
+            label=label,
+        )
+        for share, late, label in ((gain, 0, "raise"), (-gain, half, "slow"))
+    ]
+
+
+def top_point(layout: Layout, name: str) -> Position:
+    """The point on top of an object, above its centre, in its body frame."""
+    item = layout.state.object(name)
+    assert item is not None
+    up = np.array([0.0, 0.0, 1.0])
+    reach = 0.9 * layout.extent(name, up)
+    x, y, z = (round(float(part), 4) for part in matrix_of(item.rotation).T @ (up * reach))
+    return (x, y, z)
+
+
+def on_contact(a: str, b: str, delay: int = 0) -> OnContact:
+    """Starts when two bodies first touch."""
+    return OnContact(a=a, b=b, delay=delay)
+
+
+def after(action: Action, delay: int = 0) -> After:
+    """Starts when another action has ended."""
+    return After(action=action.id, delay=delay)

@@ -1,0 +1,353 @@
+"""Which script sets an object going, from what is said of it and how it stands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from physagent_studio.agent.rules.contract.intents import Intent, intents_of
+from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout
+from physagent_studio.agent.rules.schedule import actions as act
+from physagent_studio.agent.rules.schedule import scripts
+from physagent_studio.agent.rules.schedule.framing import free_way
+from physagent_studio.agent.rules.schedule.ramps import down_ramp
+from physagent_studio.agent.rules.schedule.scripts import Task
+from physagent_studio.language import Reading
+from physagent_studio.language.tokens.vocabulary import words_of
+from physagent_studio.program.actions import Action, duration_of
+from physagent_studio.program.program import Clip
+
+Script = Callable[[Task], list[Action]]
+
+
+def schedule(reading: Reading, layout: Layout, clip: Clip) -> tuple[Action, ...]:
+    """The event program of a reading over a scene."""
+    actions: list[Action] = []
+    raised = raised_places(reading, layout)
+    for name, place in raised.items():
+        # The photo has it standing: it is seen to rise, and does not jump.
+        actions += act.raised(name, float((place - layout.position(name))[2]))
+    layout = layout.with_places(raised)
+    for task in tasks_of(reading, layout, clip):
+        wait = steps_to_wait(task.intent, reading, clip)
+        wait += act.FIRST_STEP + act.RISES if task.name in raised else 0
+        for action in script_for(task)(task):
+            later = _later(action, wait)
+            actions += [a for a in [_fitted(later, clip, actions)] if a is not None]
+    return tuple(actions[:500])
+
+
+TURN = 80
+"""Steps that what is told to come next waits for what comes before."""
+
+
+def steps_to_wait(intent: Intent, reading: Reading, clip: Clip) -> int:
+    """How much later than the beginning a thing is set going, where the prompt says it: so many
+    seconds, or after what is told before it."""
+    own = next((f for f in intent.frames if f.sense not in ("be", "stay", "rest")), None)
+    if own is None:
+        return 0
+    if own.delay is not None:
+        return min(int(own.delay / clip.step_seconds), clip.steps - 2 * act.PUSH_STEPS)
+    index = next((i for i, f in enumerate(reading.frames) if f is own), 0)
+    earlier = [f for f in reading.frames[:index] if not f.negated]
+    alone = not any(intent.name in (*f.patient, *f.agent) for f in earlier)
+    if not alone or intent.struck_by:
+        return 0
+    following = reading.frames[index + 1 : index + 2]
+    if own.link == "before" or (following and following[0].link == "after"):
+        return TURN
+    if not own.sequel:
+        return 0
+    before = sum(f.sequel for f in earlier) + 1
+    return min(TURN * before, clip.steps // 2)
+
+
+def _later(action: Action, steps: int) -> Action:
+    if not steps or action.when is not None:
+        return action
+    return action.model_copy(update={"start_step": action.start_step + steps})
+
+
+def raised_places(reading: Reading, layout: Layout) -> dict[str, FloatArray]:
+    """Where things begin that the prompt has in the air and the picture has standing on it."""
+    found: dict[str, FloatArray] = {}
+    for index, frame in enumerate(reading.frames):
+        under = frame.place("above")
+        if frame.sense not in ("hang", "be") or under is None:
+            continue
+        for name in frame.patient:
+            told = any(name in f.patient for f in reading.frames[:index])
+            if told or not layout.has(name) or layout.placed(under.name) is None:
+                continue
+            size = layout.size(name)
+            if layout.gap(name, under.name) < 0.06 * size:
+                rise = min(max(1.5 * size, 0.1), 0.7 * free_way(layout, name, WAYS["up"]))
+                found[name] = layout.position(name) + WAYS["up"] * max(rise, 0.3 * size)
+    return found
+
+
+def tasks_of(reading: Reading, layout: Layout, clip: Clip) -> list[Task]:
+    """One task per object that has to be set going, rows of like ones with their ranks."""
+    intents = intents_of(reading)
+    for frame in (f for f in reading.frames if f.sense == "withdrawn"):
+        for intent in (i for i in intents.values() if i.has("lose_support", "fall")):
+            intent.frames.insert(0, frame)
+    wind = [f for f in reading.frames if f.sense == "wind" and not f.patient]
+    if wind:
+        for item in layout.state.objects:
+            if (
+                any(item.name in f.patient for f in reading.frames)
+                or len(layout.state.objects) == 1
+            ):
+                intents.setdefault(item.name, Intent(item.name)).frames[:0] = wind
+    driven = [i for i in intents.values() if i.needs_drive and layout.has(i.name)]
+    driven = [i for i in driven if not _comes_down_by_itself(i, driven, layout)]
+    return [Task(i, layout, clip, *_rank(i, driven, layout)) for i in driven]
+
+
+_FALLING = words_of("fall collapse topple slip land lose_support lose_balance descend stay be rest")
+
+
+def _comes_down_by_itself(intent: Intent, driven: list[Intent], layout: Layout) -> bool:
+    """What stands on a thing that is pulled or knocked from under it."""
+    if not intent.senses <= _FALLING or intent.hits:
+        return False
+    pulled = [
+        i.name
+        for i in driven
+        if i.name != intent.name and i.has("pull", "push", "kick", "knock", "move", "hit")
+    ]
+    return any(intent.name in layout.above(name) for name in pulled)
+
+
+def _rank(intent: Intent, driven: list[Intent], layout: Layout) -> tuple[int, int]:
+    """Place among the objects that share a frame with it, from top to bottom."""
+    row = {n for f in intent.frames for n in (f.agent or f.patient)}
+    alike = [i.name for i in driven if i.name in row]
+    first = {n for f in intent.frames for n in f.first}
+    last = {n for f in intent.frames for n in f.last}
+    ordered = sorted(alike, key=lambda n: (2 * (n in last) - (n in first), -layout.position(n)[2]))
+    return ordered.index(intent.name), len(ordered)
+
+
+def script_for(task: Task) -> Script:
+    """The script that sets an object going."""
+    intent, layout = task.intent, task.layout
+    if intent.has("wind") or _is_blown(task):
+        return scripts.in_wind
+    if intent.has("withdrawn"):
+        return scripts.let_go
+    if intent.has("float"):
+        return scripts.float_down
+    if intent.frames and intent.frames[0].sense == "rise":
+        return scripts.lift
+    if task.ramp_ahead() is not None:
+        return scripts.up_ramp
+    if layout.carrier(task.name) is None:
+        if intent.has("miss") or intent.place("past", senses=("fall", "descend")):
+            return scripts.past_what_is_below
+        if scripts.landed_on(task) is not None:
+            return scripts.off_what_it_fell_on
+    flying = intent.has("kick", "throw", "fly") and not intent.has("roll", "slide")
+    flying |= _is_higher(task)
+    if flying and not intent.has("fly") and _leaves_support(task):
+        # "Is kicked off the table" is over its edge, and not out of the picture.
+        return scripts.off_edge
+    inside = task.target()
+    if flying or (inside is not None and _is_opening(inside.name, layout) and intent.has("land")):
+        return scripts.through_air
+    if _leaves_support(task):
+        return scripts.off_edge
+    if layout.ramp_below(intent.name) is not None and intent.has(*_SLOPE):
+        return down_ramp
+    return _by_sense(task)
+
+
+_SLOPE = (
+    "roll",
+    "slide",
+    "move",
+    "drift",
+    "descend",
+    "reach",
+    "stop",
+    "slip",
+    "turn_around",
+    "reverse",
+)
+
+
+def _is_higher(task: Task) -> bool:
+    """Whether it shall get from the ground into or onto something that lies higher."""
+    place, layout = task.target(), task.layout
+    if place is None or layout.carrier(task.name) is None:
+        return False
+    top = float(layout.position(task.name)[2]) + layout.height(task.name) / 2
+    if place.kind == "landmark":
+        mark = layout.state.landmark(place.name)
+        heights = [p[2] for p in mark.points or ()] if mark is not None else []
+        return bool(heights) and min(heights) > top
+    on_top = task.intent.place("on", "atop", "in", senses=("land", "jump")) == place
+    return place.kind == "object" and on_top and not layout.is_raised(task.name)
+
+
+def _is_opening(name: str, layout: Layout) -> bool:
+    landmark = layout.state.landmark(name)
+    return landmark is not None and landmark.kind == "opening"
+
+
+def _leaves_support(task: Task) -> bool:
+    """Whether it shall come off what carries it, and something below can catch it."""
+    layout = task.layout
+    # What it knocks off the table is not told of itself.
+    own = [f for f in task.intent.frames if task.name not in f.agent]
+    intent = Intent(task.name, own)
+    off = intent.place("off", "from")
+    edge = intent.place("object", "over", "past")
+    over_edge = edge is not None and edge.part == "edge"
+    carrier = layout.carrier(task.name)
+    if carrier is None:
+        return False
+    on_ground = carrier == layout.ground()
+    if on_ground or (
+        layout.ramp_below(task.name) is not None and layout.base(task.name) != carrier
+    ):
+        return False
+    named = off is not None and (
+        off.kind == "group" or off.name in (carrier, layout.base(task.name))
+    )
+    on_ramp = layout.downhill(task.name) is not None
+    falls = intent.has("fall", "slip") and not on_ramp
+    # Of a stack that collapses, what stands on others comes off them.
+    falls |= intent.has("collapse") and layout.state.object(carrier) is not None
+    return named or over_edge or falls
+
+
+def _by_sense(task: Task) -> Script:
+    intent = task.intent
+    table: tuple[tuple[tuple[str, ...], Script], ...] = (
+        (("jump",), scripts.leap),
+        (("bounce",), _bouncing(task)),
+        (_OVER if _tips_onto(task) else (), scripts.tip),
+        (("knock_over", "tip_over") if intent.hits else (), scripts.along_ground),
+        (("reverse",) if not intent.hits else (), scripts.turn_back),
+        (_GROUND, scripts.along_ground),
+        (("flip",), scripts.tip),
+        (("knock_over", "tip_over", "topple", "lose_balance"), scripts.tip),
+        (("spin",), scripts.spin_about),
+        (("turn_around", "reverse"), scripts.turn_back),
+        (("turn",), scripts.spin_about),
+        (("sway",), scripts.rock if _is_stiff(task) else _nothing),
+        (("stop", "settle"), scripts.along_ground if _on_level(task) else _nothing),
+        (("crush", "collapse", "break", "spread", "sway", "bend", "deform"), _nothing),
+        (("fall",) if _can_only_topple(task) else (), scripts.tip),
+        (("fall", "land", "descend", "lose_support", "settle", "stop"), _nothing),
+    )
+    if (
+        intent.hits
+        and task.layout.carrier(task.name) is None
+        and intent.has("fall", "land", "crush")
+    ):
+        return _nothing
+    for senses, script in table:
+        if intent.has(*senses):
+            return _unless_toppling(task, senses, script)
+    return _nothing
+
+
+_OVER = ("topple", "lose_balance", "fall")
+
+
+def _tips_onto(task: Task) -> bool:
+    """ "The first domino falls and knocks down the next": it stands within reach of it."""
+    layout, hits = task.layout, task.intent.hits
+    if not hits or not _can_only_topple_here(task) or not layout.has(hits[0]):
+        return False
+    if task.intent.has("roll", "slide", "move", "drift", "hit", "push"):
+        return False
+    return layout.gap(task.name, hits[0]) < layout.height(task.name)
+
+
+def _can_only_topple_here(task: Task) -> bool:
+    layout = task.layout
+    own = [f for f in task.intent.frames if f.sense in _OVER and task.name in f.patient]
+    return bool(own) and layout.carrier(task.name) is not None and not layout.rolls(task.name)
+
+
+def _bouncing(task: Task) -> Script:
+    """What hangs in the air falls by itself; what shall bounce on to a place is thrown there."""
+    if task.layout.carrier(task.name) is None:
+        return _nothing
+    if task.intent.hits or task.down_the_steps() is not None:
+        return scripts.along_ground
+    return scripts.through_air if task.target() is not None else scripts.leap
+
+
+def _can_only_topple(task: Task) -> bool:
+    """ "The pins fall": what stands on the ground and is no ball."""
+    layout = task.layout
+    return not layout.is_raised(task.name) and not layout.rolls(task.name)
+
+
+_GROUND = tuple(
+    words_of(
+        "move slide drift roll curve circle push pull kick throw hit cross pass reach enter end "
+        "approach accelerate dislodge knock slip strike"
+    )
+)
+
+
+def _unless_toppling(task: Task, senses: tuple[str, ...], script: Script) -> Script:
+    """A push that only shall make a thing fall over acts at its top."""
+    own = task.intent.has("topple", "knock_over", "tip_over") and not task.intent.hits
+    plain = not task.intent.has("roll", "slide", "move", "curve", "cross", "reach", "drift")
+    return scripts.tip if senses is _GROUND and own and plain else script
+
+
+def _is_stiff(task: Task) -> bool:
+    item = task.layout.state.object(task.name)
+    return item is not None and item.body.kind == "rigid" and not task.layout.rolls(task.name)
+
+
+def _on_level(task: Task) -> bool:
+    """Whether it stands on something level and is not said to fall."""
+    layout = task.layout
+    stands = layout.carrier(task.name) is not None and layout.downhill(task.name) is None
+    return stands and not task.intent.has("fall", "land", "descend", "lose_support")
+
+
+def _is_blown(task: Task) -> bool:
+    """Whether it sways or bends, gives way and nothing but the air is told to move it."""
+    item, intent = task.layout.state.object(task.name), task.intent
+    gives = item is not None and item.body.kind in ("soft", "cloth")
+    moved = intent.struck_by or any(f.agent or f.cause not in ("", "wind") for f in intent.frames)
+    return gives and intent.has("sway", "bend") and not moved
+
+
+def _nothing(task: Task) -> list[Action]:
+    """Gravity does it; what hangs in the air is seen to hang before it falls."""
+    if task.layout.carrier(task.name) is not None or _is_struck_in_air(task):
+        return []
+    return [act.hold(task.name, act.HANGS)]
+
+
+def _is_struck_in_air(task: Task) -> bool:
+    """Whether something else sets it going."""
+    return bool(task.intent.struck_by)
+
+
+def _fitted(action: Action, clip: Clip, taken: list[Action]) -> Action | None:
+    """The action inside the clip, with an id of its own."""
+    ids = {a.id for a in taken}
+    name, number = action.id, 1
+    while name in ids:
+        number += 1
+        name = f"{action.id[:60]}_{number}"
+    update: dict[str, object] = {"id": name}
+    if action.when is None:
+        if action.start_step >= clip.steps:
+            return None
+        room = clip.steps - action.start_step
+        if duration_of(action) > room:
+            update["duration"] = room
+    return action.model_copy(update=update)

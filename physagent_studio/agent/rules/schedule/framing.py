@@ -1,0 +1,73 @@
+"""How far things can go in the picture: the way that the frame, edges and other things leave."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from physagent_studio.agent.rules.scene.measures import FloatArray, Layout
+from physagent_studio.contract.picture import shares_of
+from physagent_studio.program.scene import Slab
+from physagent_studio.program.shapes import Placed, stretched
+
+WHOLE = 0.85
+"""Part of its outline that is to be seen where a motion ends."""
+GOOD_PART = 0.7
+"""Part of the free way that a motion without an aim of its own takes."""
+FARTHEST = 12.0
+"""No motion is planned to go farther than this, m."""
+LENGTHS = 8.0
+"""Nor farther than this many times the thing's own size."""
+SAMPLES = 160
+
+
+def free_way(layout: Layout, name: str, way: FloatArray, *, off_edges: bool = False) -> float:
+    """How far a thing can go along a level unit direction (3,) and still be seen whole, on what
+    carries it and before it meets another thing, m; infinite where there is no camera.
+
+    off_edges: whether it may go over the edge of what carries it.
+    """
+    camera, body = layout.state.camera, layout.placed(name)
+    if camera is None or body is None or body.outline is None:
+        return math.inf
+    ahead = np.linspace(0.0, FARTHEST, SAMPLES) ** 2 / FARTHEST
+    here = stretched(body, SAMPLES)
+    moved = Placed(
+        body.outline, positions=here.positions + ahead[:, None] * way, matrices=here.matrices
+    )
+    shares = shares_of(moved, camera)
+    # What the frame cuts off already may stay as it is.
+    least = min(WHOLE, 0.95 * float(shares[0]))
+    out = np.flatnonzero(shares < least)
+    free = float(ahead[max(int(out[0]) - 1, 0)]) if len(out) else FARTHEST
+    if not off_edges:
+        free = min(free, _before_edge(layout, name, way))
+    return min(free, *(_before(layout, name, item.name, way) for item in layout.state.objects))
+
+
+def good_way(layout: Layout, name: str, way: FloatArray) -> float:
+    """The way that a motion takes of which nobody says how far it goes, m."""
+    free = free_way(layout, name, way)
+    size = layout.size(name)
+    return min(max(GOOD_PART * free, 0.3 * size), LENGTHS * size)
+
+
+def _before_edge(layout: Layout, name: str, way: FloatArray) -> float:
+    support = layout.state.support(layout.carrier(name) or "")
+    if support is None or not isinstance(support.shape, Slab):
+        return math.inf
+    return max(layout.way_to_edge(name, way) - layout.extent(name, way), 0.0)
+
+
+def _before(layout: Layout, name: str, other: str, way: FloatArray) -> float:
+    """Way until it meets another thing that stands on the same; infinite where it passes it."""
+    if other == name or not layout.has(other) or layout.carrier(other) != layout.carrier(name):
+        return math.inf
+    offset = layout.position(other) - layout.position(name)
+    across = np.array([-way[1], way[0], 0.0])
+    wide = layout.extent(name, across) + layout.extent(other, -across)
+    distance = float(offset @ way)
+    if distance <= 0 or abs(float(offset @ across)) > wide:
+        return math.inf
+    return max(distance - layout.extent(name, way) - layout.extent(other, -way), 0.0)

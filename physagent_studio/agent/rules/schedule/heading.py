@@ -1,0 +1,207 @@
+"""Which way things on wheels face, and what the prompt lets them do on their wheels.
+
+The axis is what the picture shows: the longer one of the two sides on which it is seen to stand,
+else the longer side of the reconstructed outline from above. Its front end is not measured: it is
+the end with which the thing goes first, as the prompt has it go, or the other one where the prompt
+has it go backwards.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from physagent_studio.agent.rules.scene import mechanics as mech
+from physagent_studio.agent.rules.scene.measures import (
+    WAYS,
+    FloatArray,
+    Layout,
+    level,
+    named_way,
+    unit,
+)
+from physagent_studio.agent.rules.schedule import scripts
+from physagent_studio.agent.rules.schedule.choosing import script_for
+from physagent_studio.agent.rules.schedule.ramps import down_ramp, rolling_for
+from physagent_studio.agent.rules.schedule.scripts import Task
+from physagent_studio.knowledge import kind_of
+from physagent_studio.program.scene import SceneObject, Wheels
+from physagent_studio.reconstruction.shapes.footprint import footprint_of
+
+LONG = 1.3
+"""Length over width from which on the picture shows along which axis a thing lies."""
+
+SURE = 15.0
+"""Degrees by which an axis that is read off an outline may be wrong: within them a thing faces
+what it is said to get to."""
+
+OFF_ITS_WHEELS = ("drift", "spin", "turn", "turn_around", "curve", "circle", "flip", "tip_over")
+"""Senses in which a thing leaves its axis. Wheels that hold would hinder them, so it gets none: it
+slides and turns as its material lets it, from the beginning of the clip on."""
+
+USUAL = 0.02
+"""Resistance of small wheels on a hard floor, force over weight (tables give .01 to .03)."""
+CASTERS = 0.02
+"""Grip of wheels that swivel: what goes any way has no more across than along."""
+
+
+def with_wheels(
+    layout: Layout, tasks: list[Task], masks: Mapping[str, np.ndarray]
+) -> tuple[tuple[SceneObject, ...], tuple[str, ...]]:
+    """The objects with wheels under those whose kind has them, and a sentence for each front
+    that is assumed. masks: (H, W) bool of objects, where there is a photo."""
+    by_name = {task.name: task for task in tasks}
+    found: list[SceneObject] = []
+    said: list[str] = []
+    for item in layout.state.objects:
+        wheels = None
+        if item.wheels is None and item.body.kind == "rigid" and layout.has(item.name):
+            axis = _seen_axis(item.name, layout, masks.get(item.name))
+            wheels, words = _wheels(item, layout, by_name.get(item.name), axis)
+            said += words
+        found.append(item if wheels is None else item.model_copy(update={"wheels": wheels}))
+    return tuple(found), tuple(said)
+
+
+def _wheels(
+    item: SceneObject, layout: Layout, task: Task | None, seen: FloatArray | None
+) -> tuple[Wheels | None, tuple[str, ...]]:
+    """The wheels of one thing, None where it has or uses none, and what is assumed of it."""
+    kind = kind_of(item.name)
+    if kind is None or not kind.wheels or (task is not None and leaves_its_axis(task)):
+        return None, ()
+    way, bound = (None, False) if task is None else _way(task)
+    axis, shown = _axis(item, layout)
+    axis, shown = (axis, shown) if seen is None else (seen, True)
+    if kind.heading == "short_axis":
+        axis = np.array([-axis[1], axis[0], 0.0])
+    # What goes up or down a slope on wheels lies along it.
+    on_slope = way is not None and layout.downhill(item.name) is not None
+    keeps = shown and not on_slope and kind.heading != "none"
+    goes = axis if way is None else _facing(axis, way, keeps, bound)
+    backwards = task is not None and task.backwards
+    front = -goes if backwards else goes
+    heading = round(math.degrees(math.atan2(front[1], front[0])), 1) % 360
+    rolling = None if task is None else rolling_for(task) or _rolling_to_stop(task)
+    wheels = Wheels(heading=heading, rolling=USUAL if rolling is None else rolling)
+    if kind.heading == "none":
+        return wheels.model_copy(update={"known": True, "grip": CASTERS}), ()
+    why = _reason(way is not None, backwards, shown)
+    text = f"which way {item.name} faces is not seen in the picture; taken to face {_said(front)}"
+    return wheels, (f"{text}, {why}",)
+
+
+def _said(way: FloatArray) -> str:
+    """A level unit direction in words: one named way, or two where it lies well between them."""
+    parts = [level(way) * np.eye(3)[axis] for axis in (0, 1) if abs(way[axis]) > ASLANT]
+    return " and ".join(named_way(part).replace("_", " the ") for part in parts)
+
+
+ASLANT = math.sin(math.radians(22.5))
+"""Least part of a direction along a named way for which that way is said."""
+
+
+def _reason(goes: bool, backwards: bool, shown: bool) -> str:
+    if backwards:
+        return "as it goes backwards"
+    if goes:
+        return "the way it goes" if shown else "the way it goes, for its outline shows no axis"
+    return "along its longer side" if shown else "for its outline shows no axis"
+
+
+def leaves_its_axis(task: Task) -> bool:
+    """Whether the prompt has it skid, drift, turn or be tipped, so that its wheels do not hold."""
+    intent = task.intent
+    bent = any(f.path in ("curve", "circle") for f in intent.frames)
+    if bent or intent.manner("skidding") or intent.has(*OFF_ITS_WHEELS):
+        return True
+    sideways = any(f.direction == "sideways" for f in intent.frames)
+    tipped = intent.has("topple", "lose_balance", "knock_over") and not intent.hits
+    on_slope = task.layout.ramp_below(task.name) is not None
+    return sideways or tipped or (intent.has("reverse") and on_slope)
+
+
+def _seen_axis(name: str, layout: Layout, mask: np.ndarray | None) -> FloatArray | None:
+    """Level unit axis (3,) of the longer side on which it is seen to stand; None if unclear."""
+    camera, slope = layout.state.camera, layout.ramp_below(name)
+    if mask is None or camera is None or slope is not None or layout.carrier(name) is None:
+        return None
+    foot = float(layout.position(name)[2]) - layout.extent(name, -WAYS["up"])
+    seen = footprint_of(mask, camera, foot)
+    # Of a thing seen straight on one side is hidden, and may be the longer one.
+    if seen is None or seen.across <= 0 or seen.along < LONG * seen.across:
+        return None
+    angle = math.radians(seen.angle)
+    return np.array([math.cos(angle), math.sin(angle), 0.0])
+
+
+def _axis(item: SceneObject, layout: Layout) -> tuple[FloatArray, bool]:
+    """Level unit axis (3,) of the longer side of its outline, and whether it clearly is longer."""
+    name = item.name
+    ways = [
+        np.array([math.cos(angle), math.sin(angle), 0.0])
+        for angle in np.radians(np.arange(0.0, 180.0, 1.0))
+    ]
+    wide = np.array([layout.extent(name, way) + layout.extent(name, -way) for way in ways])
+    across = np.roll(wide, -90)
+    # The smallest upright box around it, from above, lies as it does.
+    best = int(np.argmin(wide * across))
+    if wide[best] < across[best]:
+        best = (best + 90) % 180
+    shown = bool(wide[best] > LONG * across[best])
+    if item.shape is not None and item.shape.kind == "inflated":
+        # Its depth is a guess: as wide as high it may as well be seen from behind.
+        shown = shown and bool(wide[best] > LONG * layout.height(name))
+    return ways[best], shown
+
+
+def _facing(axis: FloatArray, way: FloatArray, keeps: bool, bound: bool) -> FloatArray:
+    """Level unit direction in which it sets out: that of its axis, the end nearer to the way.
+
+    way: as the prompt has it, (3,) level. keeps: whether it has to keep to its axis at all.
+    bound: whether the way is exact: to a thing, down a slope.
+    """
+    if not keeps:
+        return way
+    nearer = axis if float(axis @ way) >= 0 else -axis
+    close = float(nearer @ way) > math.cos(math.radians(SURE))
+    return way if bound and close else nearer
+
+
+def _way(task: Task) -> tuple[FloatArray | None, bool]:
+    """Level unit direction (3,) in which the prompt has it go, None where it has it go nowhere;
+    and whether that is exact: to a thing or along a slope, and no direction by its name."""
+    script, ramp = script_for(task), task.ramp_ahead()
+    if script is scripts.up_ramp and ramp is not None:
+        return np.array([math.cos(ramp.yaw), math.sin(ramp.yaw), 0.0]), True
+    if script is down_ramp:
+        downhill = task.layout.downhill(task.name)
+        return (None, False) if downhill is None else (unit(level(downhill)), True)
+    if script is scripts.off_edge:
+        return unit(level(scripts.way_off(task)[0])), False
+    if script is scripts.turn_back:
+        return WAYS[task.way() or "away"], False
+    if script is scripts.along_ground:
+        target = task.target() is not None and (task.way() is None or bool(task.intent.hits))
+        return scripts.way_ahead(task), target
+    return None, False
+
+
+STOPS_BY = 0.5
+"""Share of the clip in which a thing on wheels comes to rest that shall."""
+
+
+def _rolling_to_stop(task: Task) -> float | None:
+    """Resistance with which it is at rest half through the clip where it shall stop on level
+    ground: way d in time t needs 2 d / t². None where it shall not, or hits something first."""
+    stops = task.intent.has("stop", "settle") or task.ends_short
+    if not stops or task.intent.hits or task.layout.downhill(task.name) is not None:
+        return None
+    slowing = 2 * scripts.way_to_go(task) / task.seconds(STOPS_BY) ** 2
+    return round(min(max(slowing / mech.G, LEAST), MOST), 4)
+
+
+LEAST, MOST = 0.01, 0.3
+"""Resistances of a free-running toy and of one that is braked, force over weight."""

@@ -1,0 +1,49 @@
+"""Event programs from mechanics: one small script per way of setting a thing going.
+
+Each script gets a `Task` (the object, what is said of it, the scene) and returns actions. The
+numbers come from the reconstructed geometry; what the engine does beyond the formulas is left
+to the rounds that follow.
+"""
+
+from physagent_studio.agent.rules.schedule.scripts.edges import off_edge, way_off
+from physagent_studio.agent.rules.schedule.scripts.flight import (
+    float_down,
+    in_wind,
+    leap,
+    lift,
+    through_air,
+)
+from physagent_studio.agent.rules.schedule.scripts.ground import along_ground, way_ahead, way_to_go
+from physagent_studio.agent.rules.schedule.scripts.landing import (
+    landed_on,
+    let_go,
+    off_what_it_fell_on,
+    past_what_is_below,
+    rock,
+    up_ramp,
+)
+from physagent_studio.agent.rules.schedule.scripts.task import Task
+from physagent_studio.agent.rules.schedule.scripts.turns import spin_about, tip, turn_back
+
+__all__ = [
+    "Task",
+    "along_ground",
+    "float_down",
+    "in_wind",
+    "landed_on",
+    "leap",
+    "let_go",
+    "lift",
+    "off_edge",
+    "off_what_it_fell_on",
+    "past_what_is_below",
+    "rock",
+    "spin_about",
+    "through_air",
+    "tip",
+    "turn_back",
+    "up_ramp",
+    "way_ahead",
+    "way_off",
+    "way_to_go",
+]

@@ -1,0 +1,114 @@
+"""Off an edge, off a stack."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from physagent_studio.agent.rules.scene import mechanics as mech
+from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, level, named_way, unit
+from physagent_studio.agent.rules.schedule import actions as act
+from physagent_studio.agent.rules.schedule.scripts.task import UP, Task
+from physagent_studio.program.actions import Action
+
+
+def off_edge(task: Task) -> list[Action]:
+    """Pushed over the edge of what it stands on."""
+    way, distance = way_off(task)
+    friction = task.ground_friction()
+    size = task.layout.size(task.name)
+    needed = math.sqrt(2 * mech.G * friction * distance) * 1.25
+    speed = max(needed, distance / task.seconds(0.3), math.sqrt(mech.G * size) * 0.6)
+    speed = task.speed or speed
+    vector = act.toward_or_along(speed, vector=way) if _is_oblique(way) else act.toward_or_along(
+        speed, way=named_way(way)
+    )  # fmt: skip
+    flips = task.intent.has("flip", "topple", "lose_balance")
+    point = act.top_point(task.layout, task.name) if flips and not _counts(task) else None
+    start = _start_of_row(task)
+    first = act.push(task.name, vector, start=start, point=point)
+    return [first, *_tumble(task, way, distance, speed, start)]
+
+
+def _start_of_row(task: Task) -> int:
+    """Of a stack the highest goes first."""
+    return task.delay
+
+
+def _is_oblique(way: FloatArray) -> bool:
+    return float(np.max(np.abs(way))) < 0.98
+
+
+def _counts(task: Task) -> bool:
+    return any(f.sense == "flip" and f.count for f in task.intent.frames)
+
+
+def _tumble(task: Task, way: FloatArray, distance: float, speed: float, start: int) -> list[Action]:
+    """A counted flip: spin while it falls."""
+    counts = [f.count for f in task.intent.frames if f.sense == "flip" and f.count]
+    if not counts:
+        return []
+    height = float(task.layout.position(task.name)[2] - task.layout.ground_height())
+    fall = mech.time_to_fall(height)
+    rate = mech.spin_for_flip(360.0 * counts[0] - 180.0, fall)
+    away = start + act.PUSH_STEPS + int(distance / max(speed, 0.1) / task.clip.step_seconds)
+    axis = np.cross(UP, way)
+    steps = min(away, task.clip.steps - 5)
+    return [act.spin(task.name, axis, rate, start=steps, duration=3, label="flip")]
+
+
+def way_off(task: Task) -> tuple[FloatArray, float]:
+    """Unit direction and way until its centre is over nothing."""
+    layout = task.layout
+    said = task.way()
+    carrier = layout.carrier(task.name)
+    onto_stack = carrier is not None and layout.state.object(carrier) is not None
+    if (axis := task.axis_way()) is not None:
+        way = axis
+    elif said in ("left", "right", "away", "toward_camera"):
+        way = WAYS[said]
+    elif (aim := _aim_beyond(task)) is not None:
+        way = aim
+    elif (edge := _clicked_edge(task) or layout.nearest_edge(task.name)) is not None:
+        way = _common_way(task, edge[0])
+    else:
+        # On a stack without an edge near: by turns to either side.
+        way = WAYS["right" if task.rank % 2 == 0 else "left"]
+    distance = layout.way_to_edge(task.name, way)
+    if not math.isfinite(distance) or (onto_stack and not _off_support(task)):
+        distance = layout.extent(carrier, way) if onto_stack and carrier else layout.size(task.name)
+    return way, distance
+
+
+def _clicked_edge(task: Task) -> tuple[FloatArray, float] | None:
+    """The way straight over the edge that is marked on what carries it, and how far it is."""
+    base = task.layout.base(task.name)
+    mark = task.layout.state.landmark(f"{base}_edge")
+    if mark is None or mark.points is None or len(mark.points) < 2:
+        return None
+    start, end = (np.array(point, float) for point in (mark.points[0], mark.points[-1]))
+    along = unit(level(end - start))
+    out = np.array([-along[1], along[0], 0.0])
+    if float(out @ (start - task.layout.position(base or ""))) < 0:
+        out = -out
+    distance = float(out @ level(start - task.layout.position(task.name)))
+    return out, max(distance, 0.01)
+
+
+def _common_way(task: Task, way: FloatArray) -> FloatArray:
+    return unit(level(way))
+
+
+def _off_support(task: Task) -> bool:
+    """Whether it shall leave the table too, and not only the stack."""
+    place = task.intent.place("off", "from")
+    return place is not None and place.kind == "support"
+
+
+def _aim_beyond(task: Task) -> FloatArray | None:
+    """The way to something that it shall hit below."""
+    if not task.intent.hits:
+        return None
+    other = task.intent.hits[0]
+    return unit(level(task.layout.position(other) - task.layout.position(task.name)))

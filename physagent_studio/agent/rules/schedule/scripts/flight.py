@@ -1,0 +1,193 @@
+"""Through the air: throws, leaps, slow sinking, and wind."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from physagent_studio.agent.rules.contract.specs import place_name
+from physagent_studio.agent.rules.scene import mechanics as mech
+from physagent_studio.agent.rules.scene.measures import WAYS
+from physagent_studio.agent.rules.schedule import actions as act
+from physagent_studio.agent.rules.schedule.scripts.task import Task
+from physagent_studio.program.actions import Action, Direction
+from physagent_studio.program.bodies import FLUTTER, Cloth
+from physagent_studio.program.materials import MATERIALS
+from physagent_studio.program.plants import FOLIAGE, sway_frequency
+from physagent_studio.program.scene import SceneObject, Slab
+
+
+def through_air(task: Task) -> list[Action]:
+    """Thrown or kicked so that it is at its target after a comfortable flight."""
+    hurdle = task.intent.place("over", senses=("throw", "kick", "fly"))
+    if hurdle is not None and hurdle.kind == "object" and task.layout.has(hurdle.name):
+        return [_over(task, hurdle.name)]
+    target = task.target()
+    if target is None:
+        speed = 4.0 if not task.intent.manner("gentle", "slow") else 2.0
+        way = task.way() or "away"
+        force = act.toward_or_along(speed, way=way, elevation=0.0 if way == "up" else 35.0)
+        return [act.push(task.name, force, duration=act.KICK_STEPS, label="kick")]
+    layout = task.layout
+    distance = task.distance_to(target)
+    rise = float(layout.position(place_name(target))[2] - layout.position(task.name)[2])
+    support = layout.state.support(target.name)
+    if support is not None and isinstance(support.shape, Slab) and not target.part:
+        # Onto its top.
+        rise += (support.shape.size[2] + layout.height(task.name)) / 2
+    if target.kind == "object" and task.intent.has("land", "jump", "fall"):
+        # Onto its top, and not against its side.
+        rise += (layout.height(target.name) + layout.height(task.name)) / 2
+    if (hops := _hops(task)) > 1:
+        distance, rise = distance / hops, 0.0
+    seconds = float(np.clip(0.35 + 0.06 * distance, 0.4, task.seconds(0.35)))
+    speed, elevation = mech.launch(distance, rise, seconds)
+    if elevation < 10.0:
+        speed, elevation = mech.launch(distance, rise, seconds * 1.4)
+    force = act.toward_or_along(speed, toward=place_name(target), elevation=elevation)
+    return [act.push(task.name, force, duration=act.KICK_STEPS, label="kick")]
+
+
+def leap(task: Task) -> list[Action]:
+    """Jumps up, and forward where that is said; over a thing, as high and as far as that takes."""
+    hurdle = task.intent.place("over", senses=("jump", "bounce"))
+    if hurdle is not None and hurdle.kind == "object" and task.layout.has(hurdle.name):
+        return [_over(task, hurdle.name)]
+    speed = math.sqrt(2 * mech.G * max(task.layout.size(task.name), 0.1))
+    if (hops := _hops(task)) > 1:
+        # What is left after each rebound has still to be seen after the last.
+        kept = max(task.layout.restitution(task.name, task.layout.ground()), 0.2)
+        speed = min(max(speed, 0.7 / kept**hops), 7.0)
+    way = task.way()
+    elevation = 65.0 if way not in (None, "up") else 0.0
+    named = way if way not in (None, "up") else "up"
+    force = act.toward_or_along(speed, way=named, elevation=elevation)
+    return [act.push(task.name, force, duration=act.KICK_STEPS, label="jump")]
+
+
+def _hops(task: Task) -> int:
+    """How often it shall bounce, where that is said; else 0."""
+    return max((f.count or 0 for f in task.intent.frames if f.sense == "bounce"), default=0)
+
+
+def _over(task: Task, hurdle: str) -> Action:
+    """A leap that is highest above a thing and comes down as far behind it as it began before."""
+    layout = task.layout
+    away = layout.position(hurdle) - layout.position(task.name)
+    distance = float(np.hypot(away[0], away[1]))
+    way = np.array([away[0], away[1], 0.0]) / max(distance, 1e-6)
+    lowest = layout.position(task.name)[2] - layout.height(task.name) / 2
+    top = layout.position(hurdle)[2] + layout.height(hurdle) / 2
+    half = layout.extent(hurdle, way) + layout.extent(task.name, way)
+    clearance = max(float(top - lowest), 0.0) + 0.5 * layout.height(task.name)
+    # Half the thing's width beside the summit it must still be clear of it.
+    share = min(half / max(distance, 1e-6), 0.8)
+    summit = clearance / (1 - share * share)
+    upward = math.sqrt(2 * mech.G * summit)
+    forward = distance * mech.G / upward
+    force = act.toward_or_along(
+        math.hypot(upward, forward),
+        toward=hurdle,
+        elevation=math.degrees(math.atan2(upward, forward)),
+    )
+    return act.push(task.name, force, duration=act.KICK_STEPS, label="jump")
+
+
+def lift(task: Task) -> list[Action]:
+    """Carried up without haste; then let go where it comes down again, else held there."""
+    height = max(1.2 * task.layout.size(task.name), 0.12)
+    seconds = task.seconds(0.25)
+    # Half of the time it gains speed, half of the time it loses it.
+    gain = 4 * height / (seconds * seconds)
+    half = round(seconds / 2 / task.clip.step_seconds)
+    up, slow, hold = (
+        act.toward_or_along(mech.G + share, way="up", quantity="acceleration")
+        for share in (gain, -gain, 0.0)
+    )
+    first = act.FIRST_STEP
+    actions: list[Action] = [
+        act.push(task.name, up, start=first, duration=half, label="lift"),
+        act.push(task.name, slow, start=first + half, duration=half, label="slow"),
+    ]
+    if not task.intent.has("fall", "land"):
+        rest = task.clip.steps - first - 2 * half
+        actions.append(
+            act.push(task.name, hold, start=first + 2 * half, duration=rest, label="hold")
+        )
+    return actions
+
+
+def float_down(task: Task) -> list[Action]:
+    """An upward force carries nearly all of the weight."""
+    below = task.layout.carrier(task.name)
+    ramp = task.layout.ramp_below(task.name)
+    drop = task.layout.gap(task.name, ramp.name if ramp else task.layout.ground())
+    drop = drop if math.isfinite(drop) and below is None else 0.3
+    sink = float(np.clip(2 * max(drop, 0.05) / task.seconds(0.8) ** 2, 0.02, 0.12))
+    force = act.toward_or_along(mech.G - sink, way="up", quantity="acceleration")
+    return [act.push(task.name, force, start=0, duration=task.clip.steps, label="lift")]
+
+
+def in_wind(task: Task) -> list[Action]:
+    """Air that moves: a steady wind in gusts, or one strong gust."""
+    way = task.way()
+    named = way if way in ("left", "right", "away", "toward_camera") else _open_side(task)
+    strong = task.intent.manner("hard", "fast")
+    gentle = task.intent.manner("gentle", "slow")
+    speed = 14.0 if strong else 4.0 if gentle else 7.0
+    item = task.layout.state.object(task.name)
+    if item is not None and item.material == FOLIAGE:
+        # Beaufort 4, 5 and 8: thin branches move, small trees sway, twigs break off trees.
+        speed = 20.0 if strong else 6.0 if gentle else 10.0
+    if item is not None and isinstance(item.body, Cloth):
+        speed = _lifting_wind(item, item.body, 60.0 if strong else 20.0 if gentle else 40.0)
+    if not gentle and not task.intent.has("sway", "bend"):
+        speed = max(speed, _carrying_wind(task, named))
+    rhythm = task.intent.manner("rhythmic", "continuous") or task.intent.has("sway")
+    # What only gives way comes to rest in a steady wind; gusts keep it going.
+    gives = item is not None and item.body.kind in ("soft", "cloth", "rope")
+    frequency = (1.0 if rhythm else 0.6) if gives else None
+    if item is not None and item.material == FOLIAGE:
+        # Of the gusts that blow a plant answers to those that come as often as it sways.
+        frequency = round(min(max(sway_frequency(task.layout.height(task.name)), 0.5), 1.5), 2)
+    return [
+        act.blow(task.name, "wind", speed, named, frequency=frequency, duration=task.clip.steps)
+    ]
+
+
+def _lifting_wind(item: SceneObject, body: Cloth, angle: float) -> float:
+    """Wind that holds a hanging sheet at an angle, degrees, from upright: drag = weight · tan.
+
+    It meets the broad side of what hangs from above, and blows along what is held at a side.
+    """
+    density = item.density if item.density is not None else MATERIALS[item.material].density
+    weight = density * body.thickness * mech.G
+    share = FLUTTER if body.pinned in ("left", "right") else 1.0
+    drag = weight * math.tan(math.radians(angle))
+    return min(max(math.sqrt(2 * drag / (1.2 * share)), 0.5), 20.0)
+
+
+def _carrying_wind(task: Task, way: Direction) -> float:
+    """Wind that moves what stands free: its drag is more than the friction, m/s; 0 if rooted."""
+    item, layout = task.layout.state.object(task.name), task.layout
+    if item is None or item.body.kind != "rigid" or layout.carrier(task.name) is None:
+        return 0.0
+    across = WAYS["away" if way in ("left", "right") else "right"]
+    area = 2 * layout.extent(task.name, across) * layout.height(task.name)
+    rolls = layout.rolls(task.name)
+    grip = task.ground_rolling() * 2 if rolls else task.ground_friction()
+    force = grip * layout.mass(task.name) * mech.G
+    return min(1.4 * math.sqrt(2 * force / (1.2 * max(area, 1e-4))), 60.0)
+
+
+def _open_side(task: Task) -> Direction:
+    """Where the wind blows if nobody says: onto the broad side of a sheet, else to the right."""
+    item = task.layout.state.object(task.name)
+    if item is None or not isinstance(item.body, Cloth):
+        return "right"
+    if item.body.pinned in ("left", "right"):
+        # Along a sheet that is held at a side, away from there.
+        return "right" if item.body.pinned == "left" else "left"
+    wide = task.layout.extent(task.name, WAYS["right"])
+    return "away" if wide >= task.layout.extent(task.name, WAYS["away"]) else "right"

@@ -1,0 +1,378 @@
+"""Along level ground: pushes that get a thing to where it shall be, straight or curved."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from physagent_studio.agent.rules.contract.specs import place_name
+from physagent_studio.agent.rules.scene import mechanics as mech
+from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout, level, unit
+from physagent_studio.agent.rules.schedule import actions as act
+from physagent_studio.agent.rules.schedule.framing import free_way, good_way
+from physagent_studio.agent.rules.schedule.paths import arc_length, clearance, free_turn
+from physagent_studio.agent.rules.schedule.scripts.task import FASTEST, UP, Task
+from physagent_studio.language import Place
+from physagent_studio.program.actions import Action, Directed, Direction
+from physagent_studio.program.scene import Slab
+
+PUSHED = 0.5
+"""Longest part of the clip for which something is pushed along."""
+ARRIVES = 0.6
+"""Part of the clip after which a thing is where it shall be."""
+OUT = 40.0
+"""No thing leaves the picture that would have to go farther than so many of its sizes."""
+HEAP = 0.5
+"""Speed with which a heap is pushed, over that of what falls by half its own size: it collapses
+where it stands, and does not slide away whole."""
+GLIDES = 0.08
+"""Friction below which a thing goes on by itself, as a stone on ice does."""
+
+
+def along_ground(task: Task) -> list[Action]:
+    """Rolls or slides to where it shall get, fast enough for what it shall do there."""
+    target = task.target()
+    speed = _ground_speed(task, target)
+    # Wheels go straight: what bends its way has none, see `heading`.
+    if task.wheels is None and any(
+        f.sense in ("curve", "circle") or f.path in ("curve", "circle") for f in task.intent.frames
+    ):
+        return _curved(task, target, speed)
+    if task.wheels is None and (round_it := _way_round(task, target)) is not None:
+        return _curved(task, target, speed, *round_it)
+    force = _aimed(task, target, speed)
+    duration = _push_steps(task, target, speed)
+    start: list[Action] = [act.push(task.name, force, start=task.delay, duration=duration)]
+    if task.intent.manner("rhythmic"):
+        return [*start, *_returning(task, speed)]
+    return [*start, *_brake(task, target, speed, duration)]
+
+
+def _push_steps(task: Task, target: Place | None, speed: float) -> int:
+    """How long it is pushed: what would come to rest at once, for the whole of its way.
+
+    A hand that goes along: half of distance = speed · time / 2 is gone when it lets go. A kick, a
+    blow and what rolls by itself are short.
+    """
+    if not _is_shoved(task, target):
+        return act.PUSH_STEPS
+    seconds = min(2 * _distance(task, target) / max(speed, 0.05), task.seconds(PUSHED))
+    return max(round(seconds / task.clip.step_seconds), act.PUSH_STEPS)
+
+
+def _is_shoved(task: Task, target: Place | None) -> bool:
+    """Whether it slides under something that pushes it on, and is not sent off by a blow; on
+    wheels, whether it drives: coasting it would stand still long before the clip is over."""
+    if task.wheels is not None:
+        coasting = math.sqrt(2 * _distance(task, target) / (mech.G * task.wheels.rolling))
+        return coasting < task.seconds(PUSHED) and not task.intent.hits
+    sliding = not task.layout.rolls(task.name)
+    sent = task.intent.has("kick", "throw", "hit", "strike", "slip") or bool(task.intent.struck_by)
+    glides = task.ground_friction() < GLIDES
+    rigid = (item := task.layout.state.object(task.name)) is not None and item.body.kind == "rigid"
+    return sliding and rigid and not sent and not glides
+
+
+def _distance(task: Task, target: Place | None) -> float:
+    """How far it shall go, m: to where it is told, else a good part of the way that is free."""
+    if task.far is not None and not task.intent.hits:
+        return task.far
+    if task.intent.manner("offscreen"):
+        free = free_way(task.layout, task.name, _heading(task))
+        return min(free, OUT * task.layout.size(task.name)) + 1.5 * task.layout.size(task.name)
+    if target is not None:
+        distance = task.way_to(target)
+        if task.intent.hits:
+            distance -= task.layout.extent(task.name, _heading(task))
+            if task.layout.has(task.intent.hits[0]):
+                distance -= task.layout.extent(task.intent.hits[0], -_heading(task))
+        return max(distance, 0.3 * task.layout.size(task.name))
+    return good_way(task.layout, task.name, _heading(task))
+
+
+def spared(task: Task, target: Place | None) -> list[str]:
+    """Things on the ground that it is not meant to touch on its way."""
+    meant = {task.name, *task.intent.hits, target.name if target is not None else ""}
+    base = task.layout.carrier(task.name)
+    things = [
+        item.name
+        for item in task.layout.state.objects
+        if item.name not in meant and task.layout.carrier(item.name) == base
+    ]
+    return things + [name for name in _blocks(task.layout, task.name) if name not in meant]
+
+
+def _blocks(layout: Layout, name: str) -> list[str]:
+    """Slabs that stand in the way of what moves on the ground: tables without room below."""
+    if layout.carrier(name) != layout.ground():
+        return []
+    top = float(layout.position(name)[2]) + layout.height(name) / 2
+    return [
+        support.name
+        for support in layout.state.supports
+        if isinstance(support.shape, Slab)
+        and support.shape.position[2] - support.shape.size[2] / 2 < top
+        and support.shape.position[2] + support.shape.size[2] / 2 > top / 2
+    ]
+
+
+def _way_round(task: Task, target: Place | None) -> tuple[float, float] | None:
+    """Side and turn of an arc round what stands in the way; None where the way is free."""
+    if target is None or target.kind == "support" or task.passes() is not None:
+        return None
+    goal = task.layout.position(place_name(target))
+    others = spared(task, target)
+    if clearance(task.layout, task.name, goal, 0.0, others) > 0:
+        return None
+    found = []
+    for sign in (1.0, -1.0):
+        turn = free_turn(task.layout, task.name, goal, sign, others)
+        found.append((clearance(task.layout, task.name, goal, sign * turn, others), sign, turn))
+    gap, sign, turn = max(found, key=lambda row: (row[0] > 0, -row[2], row[0]))
+    return (sign, turn) if gap > 0 else None
+
+
+def way_ahead(task: Task) -> FloatArray:
+    """Level unit direction (3,) in which the prompt has it go along the ground."""
+    aim, layout = _aimed(task, task.target(), 1.0), task.layout
+    if isinstance(aim.toward, str):
+        way = level(layout.position(aim.toward) - layout.position(task.name))
+    else:
+        way = WAYS[aim.direction or "right"]
+    x, y, _ = unit(level(way))
+    cos, sin = math.cos(math.radians(aim.azimuth)), math.sin(math.radians(aim.azimuth))
+    return np.array([cos * x - sin * y, sin * x + cos * y, 0.0])
+
+
+AHEAD = math.cos(math.radians(15.0))
+"""What lies less than 15 degrees off its axis is ahead of a thing on wheels."""
+
+
+def _on_wheels(task: Task, axis: FloatArray, target: Place | None, speed: float) -> Directed:
+    """A push along its axis, to what lies ahead or straight on."""
+    if target is not None and target.kind == "object" and task.passes() is None:
+        place = place_name(target)
+        if (
+            float(unit(level(task.layout.position(place) - task.layout.position(task.name))) @ axis)
+            > AHEAD
+        ):
+            return act.toward_or_along(speed, toward=place)
+    return act.toward_or_along(speed, vector=axis)
+
+
+def _aimed(task: Task, target: Place | None, speed: float, azimuth: float = 0.0) -> Directed:
+    if (axis := task.axis_way()) is not None:
+        return _on_wheels(task, axis, target, speed)
+    way = task.way()
+    behind = task.intent.place("away_from")
+    if behind is not None and task.layout.is_known(place_name(behind)):
+        return act.toward_or_along(speed, toward=place_name(behind), azimuth=180.0)
+    if (other := task.passes()) is not None and target is not None:
+        return act.toward_or_along(speed, toward=other, azimuth=_beside(task, other))
+    down = task.down_the_steps()
+    if down is not None and way in (None, "down") and not task.intent.hits:
+        return act.toward_or_along(speed, vector=down, azimuth=azimuth)
+    if target is not None and (way is None or task.intent.hits or target.kind == "landmark"):
+        return act.toward_or_along(speed, toward=place_name(target), azimuth=azimuth)
+    return act.toward_or_along(speed, way=way or _open_way(task), azimuth=azimuth)
+
+
+def _returning(task: Task, speed: float) -> list[Action]:
+    """Pushed back and forth again, each time the way against which it came."""
+    steps = task.clip.steps // 4
+    back = act.toward_or_along(2 * speed, vector=-_heading(task))
+    forth = act.toward_or_along(2 * speed, vector=_heading(task))
+    return [
+        act.push(task.name, way, start=steps * number, label=label)
+        for number, (way, label) in enumerate(((back, "back"), (forth, "forth")), 1)
+    ]
+
+
+def _heading(task: Task) -> FloatArray:
+    if (axis := task.axis_way()) is not None:
+        return axis
+    target, way = task.target(), task.way() or _open_way(task)
+    if target is None or way in (task.way(),):
+        return WAYS[way]
+    return unit(level(task.layout.position(place_name(target)) - task.layout.position(task.name)))
+
+
+def _beside(task: Task, other: str) -> float:
+    """Least angle off the line to a thing with which it goes by it, and by whatever else it
+    shall pass, without touching, degrees."""
+    layout = task.layout
+    start, aim = layout.position(task.name), layout.position(other)
+    ahead = unit(level(aim - start))
+    left = np.array([-ahead[1], ahead[0], 0.0])
+    across = WAYS["right"]
+    own = layout.extent(task.name, across)
+    taken: list[tuple[float, float]] = []
+    for name in task.passed():
+        offset = level(layout.position(name) - start)
+        room = 1.25 * (own + layout.extent(name, across))
+        middle = math.degrees(math.atan2(float(offset @ left), float(offset @ ahead)))
+        distance = max(float(np.linalg.norm(offset)), 1e-3)
+        half = math.degrees(math.asin(min(room / distance, 0.9)))
+        taken.append((middle - half, middle + half))
+    signs = (-1.0, 1.0) if task.way() == "right" else (1.0, -1.0)
+    free = [s * a for a in range(75) for s in signs if all(not lo < s * a < hi for lo, hi in taken)]
+    return float(free[0]) if free else 0.0
+
+
+def _open_way(task: Task) -> Direction:
+    """Away from the camera on a field, else to the side that has more of the picture."""
+    if task.layout.rolls(task.name) or task.intent.has("kick", "throw", "roll"):
+        return "away"
+    return "right" if task.layout.position(task.name)[0] <= 0 else "left"
+
+
+def _ground_speed(task: Task, target: Place | None) -> float:
+    size = task.layout.size(task.name)
+    item = task.layout.state.object(task.name)
+    if item is not None and item.body.kind == "granular":
+        # A heap is pushed over; faster, and all of its grains fly off together.
+        return HEAP * math.sqrt(mech.G * size)
+    friction = task.ground_friction()
+    rolls = task.layout.rolls(task.name)
+    slowing = mech.rolling_slowing(task.ground_rolling()) if rolls else mech.G * friction
+    distance = _distance(task, target)
+    if task.speed is not None:
+        return task.speed
+    if task.passes() is not None:
+        distance *= 1.6
+    # What is told no end rolls on for the whole clip, and shall still be seen then.
+    share = ARRIVES if target is not None or task.intent.hits else 0.95
+    arrive = mech.speed_to_arrive(distance, task.seconds(share), slowing)
+    if _is_shoved(task, target):
+        return _shoved_speed(task, distance)
+    if (task.intent.has("stop", "settle") or task.ends_short) and not rolls:
+        return _stopping_speed(task, distance, friction)
+    speed = min(max(arrive, math.sqrt(2 * slowing * distance) * 1.05, 0.05), FASTEST)
+    if task.intent.manner("slow", "gentle"):
+        speed = max(min(speed, 0.8), 0.2)
+    return max(
+        speed,
+        *(_knocking_speed(task, hit, slowing, distance) for hit in task.intent.fells),
+        *(_shoving_speed(task, hit, slowing, distance) for hit in task.intent.shoves),
+        0.0,
+    )
+
+
+def _shoved_speed(task: Task, distance: float) -> float:
+    """Speed at the end of a push that lasts for the whole way, enough for what it shall do."""
+    speed = 2 * distance / task.seconds(PUSHED)
+    fells = (_knocking_speed(task, hit, 0.0, 0.0) for hit in task.intent.fells)
+    shoves = (_shoving_speed(task, hit, 0.0, 0.0) for hit in task.intent.shoves)
+    return min(max(speed, *fells, *shoves, 0.05), FASTEST)
+
+
+def way_to_go(task: Task) -> float:
+    """Way along the ground that it shall cover, m."""
+    return _distance(task, task.target())
+
+
+def _knocking_speed(task: Task, other: str, slowing: float, distance: float) -> float:
+    """Speed at the start that still knocks the other one over on arrival."""
+    layout = task.layout
+    if layout.rolls(other):
+        return 0.0
+    at = min(layout.extent(task.name, UP) + 0.0, 0.6 * layout.height(other)) or 0.05
+    width = layout.extent(other, unit(level(layout.position(other) - layout.position(task.name))))
+    knock = mech.speed_to_knock(
+        layout.mass(other), layout.height(other), width, layout.mass(task.name),
+        layout.restitution(task.name, other), max(at, 0.2 * layout.height(other)),
+    )  # fmt: skip
+    return min(math.sqrt((1.3 * knock) ** 2 + 2 * slowing * distance), FASTEST)
+
+
+def _shoving_speed(task: Task, other: str, slowing: float, distance: float) -> float:
+    """Speed at the start with which the other one goes on visibly when it is hit."""
+    layout = task.layout
+    if layout.rolls(other):
+        return 0.0
+    friction = layout.friction(other, layout.carrier(other) or layout.ground())
+    after = math.sqrt(2 * mech.G * friction * 0.6 * layout.size(other))
+    own, mass = layout.mass(task.name), layout.mass(other)
+    blow = after * (own + mass) / ((1 + layout.restitution(task.name, other)) * own)
+    return min(math.sqrt(blow**2 + 2 * slowing * distance), FASTEST)
+
+
+def _stopping_speed(task: Task, distance: float, friction: float) -> float:
+    """Slides to a stop at the place; through a collision on the way, where there is one."""
+    slowing = 2 * mech.G * friction
+    if not task.intent.hits:
+        return max(math.sqrt(slowing * distance), 0.15)
+    other = task.intent.hits[0]
+    near = task.intent.place("near", "at", "on", "in", senses=("stop", "settle"))
+    rest = task.distance_to(near) - distance if near is not None else 0.2
+    after = math.sqrt(slowing * max(abs(rest), 0.05))
+    before = mech.speed_before_hit(
+        after, task.layout.mass(task.name), task.layout.mass(other),
+        task.layout.restitution(task.name, other),
+    )  # fmt: skip
+    return min(math.sqrt(min(before, 8.0) ** 2 + slowing * distance), 10.0)
+
+
+def _brake(task: Task, target: Place | None, speed: float, start: int) -> list[Action]:
+    """A ball rolls far: a brake that stops it where it shall."""
+    stops = task.intent.has("stop", "settle", "slow") or task.ends_short
+    if not stops or not task.layout.rolls(task.name):
+        return []
+    distance = _distance(task, target)
+    slowing = max(speed * speed / max(distance, 0.05), 0.2)
+    first = start + int(
+        min(0.5 * distance / max(speed, 0.1), task.seconds(0.4)) / task.clip.step_seconds
+    )
+    force = Directed(magnitude=round(slowing, 4), along="against_velocity", quantity="acceleration")
+    duration = max(task.clip.steps - first - 1, 1)
+    return [act.push(task.name, force, start=first, duration=duration, label="brake")]
+
+
+def _turn_to(task: Task, target: Place | None, sign: float) -> float:
+    """The flattest arc that leaves alone what stands beside the way."""
+    if target is None or target.kind == "support":
+        return 24.0
+    goal = task.layout.position(place_name(target))
+    return free_turn(task.layout, task.name, goal, sign, spared(task, target))
+
+
+def _curved(
+    task: Task, target: Place | None, speed: float, side: float = 0.0, turn: float = 0.0
+) -> list[Action]:
+    """Starts beside the straight line and is drawn back to it by a force across the path.
+
+    side, turn: which way it bends and by how many degrees, where that is settled.
+    """
+    distance = (
+        task.distance_to(target)
+        if target is not None
+        else max(5 * task.layout.size(task.name), 1.0)
+    )
+    circles = any(f.sense == "circle" or f.path == "circle" for f in task.intent.frames)
+    said = next(
+        (f.direction for f in task.intent.frames if f.direction in ("left", "right")), "left"
+    )
+    sign = side or (1.0 if said == "left" else -1.0)
+    if not turn:
+        turn = 200.0 if circles else _turn_to(task, target, sign)
+    distance = arc_length(distance, turn) if turn < 180 else distance
+    rolling = 1.4 if task.layout.rolls(task.name) else 1.0
+    force = task.layout.mass(task.name) * mech.arc_acceleration(speed, distance, turn) * rolling
+    steps = int(distance / max(speed, 0.1) / task.clip.step_seconds)
+    duration = int(np.clip(steps - act.PUSH_STEPS, 10, task.clip.steps - 2 * act.PUSH_STEPS))
+    aim = target if target is not None and target.kind != "support" else None
+    way = None if aim is not None else ("away" if task.layout.rolls(task.name) else task.way())
+    start = act.push(
+        task.name,
+        act.toward_or_along(
+            speed, toward=place_name(aim) if aim else None, way=way or (None if aim else "away"),
+            azimuth=-sign * turn / 2 if aim else 0.0,
+        ),
+    )  # fmt: skip
+    return [
+        start,
+        act.bend(
+            task.name, force, 90.0 * sign, start=act.FIRST_STEP + act.PUSH_STEPS, duration=duration
+        ),
+    ]

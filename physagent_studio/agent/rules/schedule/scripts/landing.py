@@ -1,0 +1,112 @@
+"""What goes on after a fall, and falling past a thing instead of onto it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from physagent_studio.agent.rules.scene import mechanics as mech
+from physagent_studio.agent.rules.scene.measures import WAYS, level, unit
+from physagent_studio.agent.rules.schedule import actions as act
+from physagent_studio.agent.rules.schedule.scripts.task import UP, Task
+from physagent_studio.program.actions import Action, ApplyDisturbance, Direction
+
+ONWARD = ("roll", "slide", "move", "slip", "bounce", "land", "fall", "leave", "strike")
+
+
+def landed_on(task: Task) -> str | None:
+    """The thing that it falls onto before it goes on; None where its fall is all."""
+    frames = task.intent.frames
+    for index, frame in enumerate(frames):
+        place = frame.place("on")
+        if place is None or frame.sense not in ("fall", "land", "descend"):
+            continue
+        known = task.layout.has(place.name) and place.name != task.name
+        if known and any(later.sense in ONWARD for later in frames[index + 1 :]):
+            return place.name
+    return None
+
+
+def off_what_it_fell_on(task: Task) -> list[Action]:
+    """Falls by itself; once it has landed, a push gets it over the edge of what it landed on."""
+    other = landed_on(task)
+    if other is None:
+        return []
+    way = WAYS[_way(task)]
+    distance = task.layout.extent(other, way) + task.layout.extent(task.name, way)
+    force = act.toward_or_along(max(distance / 0.6, 0.5), way=_way(task))
+    when = act.on_contact(task.name, other, 10)
+    return [act.push(task.name, force, duration=15, when=when, label="roll_off")]
+
+
+def _way(task: Task) -> Direction:
+    said = task.way()
+    return said if said in ("left", "right", "away", "toward_camera") else "right"
+
+
+def past_what_is_below(task: Task) -> list[Action]:
+    """A push sideways that has it beside a thing by the time it is at its height."""
+    missed = [
+        place.name
+        for frame in task.intent.frames
+        for relation, place in frame.places
+        if task.layout.has(place.name) and (frame.sense == "miss" or relation == "past")
+    ]
+    if not missed:
+        return []
+    way = WAYS[_way(task)]
+    other = missed[0]
+    beside = task.layout.extent(other, way) + task.layout.extent(task.name, way)
+    beside -= float((task.layout.position(task.name) - task.layout.position(other)) @ way)
+    gap = task.layout.gap(task.name, other)
+    seconds = mech.time_to_fall(max(gap if math.isfinite(gap) else 0.5, 0.05))
+    force = act.toward_or_along(1.5 * max(beside, 0.05) / seconds, way=_way(task))
+    return [act.push(task.name, force, start=0, duration=act.KICK_STEPS)]
+
+
+HELD_STEPS = 24
+"""Steps that a thing stays where it is before what carried it is gone."""
+
+
+def let_go(task: Task) -> list[Action]:
+    """Held where it was for a moment, then it falls: what carried it has been taken away."""
+    return [act.hold(task.name, HELD_STEPS)]
+
+
+def up_ramp(task: Task) -> list[Action]:
+    """A push up the slope with speed enough for a good part of its height."""
+    ramp = task.ramp_ahead()
+    if ramp is None:
+        return []
+    uphill = np.array([math.cos(ramp.yaw), math.sin(ramp.yaw), 0.0])
+    slope = math.atan2(ramp.rise, ramp.run)
+    friction = task.layout.friction(task.name, task.layout.carrier(task.name) or "")
+    left = ramp.rise - max(float(task.layout.position(task.name)[2] - ramp.toe[2]), 0.0)
+    climb = min(max(0.4 * ramp.rise, 0.5 * task.layout.size(task.name)), max(0.6 * left, 0.02))
+    approach = max(float(level(np.array(ramp.toe) - task.layout.position(task.name)) @ uphill), 0.0)
+    energy = mech.G * climb * (1 + friction / max(math.tan(slope), 0.05))
+    speed = math.sqrt(2 * (energy + mech.G * friction * approach))
+    on_it = task.layout.downhill(task.name) is not None
+    elevation = math.degrees(slope) if on_it else 0.0
+    force = act.toward_or_along(speed, vector=unit(uphill), elevation=elevation)
+    return [act.push(task.name, force, label="push")]
+
+
+def rock(task: Task) -> list[Action]:
+    """A stiff thing is shaken from side to side, a little harder than it can stand still."""
+    layout = task.layout
+    width, height = layout.extent(task.name, WAYS["right"]), layout.extent(task.name, UP)
+    force = 1.5 * layout.mass(task.name) * mech.G * width / max(height, 1e-3)
+    return [
+        ApplyDisturbance(
+            id=f"rock_{task.name}"[:64],
+            name=task.name,
+            start_step=act.FIRST_STEP,
+            model="side",
+            amplitude=round(force, 4),
+            direction="right",
+            frequency=2.0,
+            duration=task.clip.steps // 2,
+        )
+    ]

@@ -1,0 +1,246 @@
+"""One object to set going, with what is said of it, and where it shall get to."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from physagent_studio.agent.rules.contract.intents import Intent
+from physagent_studio.agent.rules.contract.specs import over_way, place_name, spot_name, ways_of
+from physagent_studio.agent.rules.scene.measures import (
+    WAYS,
+    FloatArray,
+    Layout,
+    level,
+    named_way,
+    unit,
+)
+from physagent_studio.agent.rules.scene.steps import steps_below
+from physagent_studio.agent.rules.schedule import actions as act
+from physagent_studio.language import Place
+from physagent_studio.language.tokens.vocabulary import words_of
+from physagent_studio.program.actions import Direction
+from physagent_studio.program.program import Clip
+from physagent_studio.program.scene import Ramp, Wheels
+
+UP = WAYS["up"]
+FASTEST = 8.0
+"""No first program sends a thing along the ground faster than this, m/s."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """One object to set going. rank: its place in a row of objects that do the same."""
+
+    intent: Intent
+    layout: Layout
+    clip: Clip
+    rank: int = 0
+    of: int = 1
+
+    @property
+    def name(self) -> str:
+        """The object."""
+        return self.intent.name
+
+    @property
+    def delay(self) -> int:
+        """Steps by which it starts later than the first of its row."""
+        together = any(f.timing == "together" for f in self.intent.frames)
+        return act.FIRST_STEP + (0 if together else self.rank * 25)
+
+    @property
+    def wheels(self) -> Wheels | None:
+        """What it rolls on, None for what has no wheels or leaves their axis."""
+        item = self.layout.state.object(self.name)
+        return None if item is None else item.wheels
+
+    @property
+    def backwards(self) -> bool:
+        """Whether the prompt has it go with its back first."""
+        return any(f.direction == "backward" and not f.agent for f in self.intent.frames)
+
+    def axis_way(self) -> FloatArray | None:
+        """Level unit direction (3,) in which it can be set going on its wheels; None without."""
+        if self.wheels is None:
+            return None
+        angle = math.radians(self.wheels.heading + (180.0 if self.backwards else 0.0))
+        return np.array([math.cos(angle), math.sin(angle), 0.0])
+
+    def seconds(self, share: float) -> float:
+        """A share of the clip, s."""
+        return self.clip.seconds * share
+
+    def way(self) -> Direction | None:
+        """The named direction that is said, as the scene lies."""
+        over: Direction | None = next(
+            (w for f in self.intent.frames if (w := over_way(f, self.name))), None
+        )
+        if over is not None:
+            return over
+        said = self.intent.way()
+        frame = next((f for f in self.intent.frames if said in (f.direction, f.origin)), None)
+        if said is None or frame is None:
+            return self._side()
+        ways = ways_of(said, frame, self.name, self.layout)
+        return ways[self.rank % len(ways)] if ways else None
+
+    def down_the_steps(self) -> FloatArray | None:
+        """Level unit direction (3,) to the next lower step, where it shall go down them."""
+        told = any(f.direction == "down" or f.place("down") for f in self.intent.frames)
+        below = steps_below(self.layout, self.name) if told else ()
+        if not below:
+            return None
+        here = self.layout.carrier(self.name)
+        assert here is not None
+        return unit(level(self.layout.position(below[0]) - self.layout.position(here)))
+
+    def _side(self) -> Direction | None:
+        """The way to the side of a thing on which it shall end, or to what it shall fall
+        towards, where no way is named."""
+        for frame in self.intent.frames:
+            toward = frame.place("toward")
+            if frame.sense in ("topple", "lean") and toward and self.layout.has(toward.name):
+                away = self.layout.position(toward.name) - self.layout.position(self.name)
+                return named_way(level(away))
+            for relation, place in frame.places:
+                if relation in SIDE_WAYS and self.layout.is_known(place.name):
+                    return SIDE_WAYS[relation]
+        return None
+
+    @property
+    def share(self) -> float | None:
+        """The part of a way that it shall cover, its middle; more than 1 for all of it."""
+        said = next((f.share for f in self.intent.frames if f.share is not None), None)
+        if said is None:
+            return SHORT if self._stops_short() else None
+        return sum(said) / 2 if said[1] <= 1 else 1.05
+
+    def _stops_short(self) -> bool:
+        """Whether it shall stop before a thing."""
+        frames = (f for f in self.intent.frames if f.sense in ("stop", "settle"))
+        return any(f.place("before", "in_front") is not None for f in frames)
+
+    @property
+    def ends_short(self) -> bool:
+        """Whether it shall come to rest before the end of a way, or after a way of its own."""
+        return (self.share is not None and self.share < 1) or self.far is not None
+
+    @property
+    def far(self) -> float | None:
+        """How far it shall go, where the prompt says it in numbers or with "a little", m."""
+        for frame in self.intent.frames:
+            if frame.place("off", "from") is not None or frame.sense in ("stop", "settle"):
+                continue
+            if frame.distance is not None:
+                return frame.distance
+            if "slight" in frame.manner:
+                return min(max(0.6 * self.layout.size(self.name), 0.03), 0.3)
+        return None
+
+    @property
+    def speed(self) -> float | None:
+        """How fast it shall go, where the prompt says it in numbers, m/s."""
+        return next((f.speed for f in self.intent.frames if f.speed is not None), None)
+
+    def way_to(self, place: Place) -> float:
+        """Horizontal way to a place, or the part of it that it shall cover, m."""
+        return self.distance_to(place) * (self.share if self.share is not None else 1.0)
+
+    def target(self) -> Place | None:
+        """Where it shall get to: what it hits, enters, crosses, reaches, stops near."""
+        for frame in self.intent.frames:
+            if frame.extent is not None and self.layout.is_known(place_name(frame.extent)):
+                return frame.extent
+        if self.intent.hits:
+            return Place(self.intent.hits[0], "object")
+        if (spot := self._beside_a_thing(ENDING)) is not None:
+            return spot
+        for relations in (
+            ("in", "into"),
+            ("object", "over", "past", "between", "through"),
+            ("near", "at"),
+            ("toward", "against"),
+            ("on", "atop"),
+            ("before",) if not self._stops_short() else ("before", "in_front"),
+        ):
+            place = self.intent.place(*relations, senses=_ARRIVING)
+            if place is not None and self._is_aim(place):
+                return place
+        return self._beside_a_thing()
+
+    def _beside_a_thing(self, senses: tuple[str, ...] = ()) -> Place | None:
+        """The spot behind, in front of or beside a thing, where it shall get there."""
+        for frame in self.intent.frames:
+            if senses and frame.sense not in senses:
+                continue
+            for relation, place in frame.places:
+                spot = Place(spot_name(relation, place), "landmark")
+                if relation in SIDE_WAYS and self.layout.is_known(spot.name):
+                    return spot
+        return None
+
+    def _is_aim(self, place: Place) -> bool:
+        if place.kind == "group" or place.name == self.name:
+            return False
+        if place.name == self.layout.carrier(self.name) and not place.part:
+            return False
+        return self.layout.is_known(place_name(place))
+
+    def passes(self) -> str | None:
+        """The object that it shall go by, and not bump into; the first of several.
+
+        None where it ends beside a thing: an arc leads there.
+        """
+        if self._beside_a_thing(ENDING) is not None:
+            return None
+        return next(iter(self.passed()), None)
+
+    def passed(self) -> tuple[str, ...]:
+        """All objects that it shall go by."""
+        for frame in self.intent.frames:
+            asked = ("over", "past", *(("object",) if frame.sense in ("pass", "miss") else ()))
+            rows = [p for r, p in frame.places if r in asked and p.kind == "object" and not p.part]
+            going = frame.sense not in ("jump", "fly", "throw", "fall")
+            if rows and going:
+                return tuple(p.name for p in rows if p.name not in self.intent.hits)
+        return ()
+
+    def ramp_ahead(self) -> Ramp | None:
+        """The ramp that it shall go up."""
+        place = self.intent.place("up")
+        support = self.layout.state.support(place.name) if place is not None else None
+        shape = support.shape if support is not None else None
+        return shape if isinstance(shape, Ramp) else None
+
+    def distance_to(self, place: Place) -> float:
+        """Horizontal way from its centre to the middle of a place."""
+        way = self.layout.position(place_name(place)) - self.layout.position(self.name)
+        return float(np.linalg.norm(level(way)))
+
+    def ground_friction(self) -> float:
+        """Friction with what carries it."""
+        carrier = self.layout.carrier(self.name) or self.layout.ground()
+        return self.layout.friction(self.name, carrier)
+
+    def ground_rolling(self) -> float:
+        """Coefficient of rolling resistance on what carries it."""
+        carrier = self.layout.carrier(self.name) or self.layout.ground()
+        return self.layout.rolling(self.name, carrier)
+
+
+ENDING = ("stop", "settle", "end", "rest")
+SHORT = 0.75
+"""The part of the way that is gone by what stops before a thing."""
+SIDE_WAYS: dict[str, Direction] = {
+    "behind": "away", "in_front": "toward_camera", "left_of": "left", "right_of": "right",
+}  # fmt: skip
+"""Where a side of a thing lies, seen from it."""
+_ARRIVING = tuple(
+    words_of(
+        "move slide drift roll fly curve push pull kick throw hit cross pass reach enter approach "
+        "stop settle land end knock knock_over accelerate fall bounce jump crush strike"
+    )
+)

@@ -1,0 +1,111 @@
+"""Falling over and turning."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from physagent_studio.agent.rules.scene import mechanics as mech
+from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, level, named_way, unit
+from physagent_studio.agent.rules.schedule import actions as act
+from physagent_studio.agent.rules.schedule.scripts.task import UP, Task
+from physagent_studio.program.actions import Action, Direction
+
+
+def tip(task: Task) -> list[Action]:
+    """A push at the top that brings its centre over its lower edge."""
+    layout = task.layout
+    way = WAYS[task.way() or _onto(task) or _free_way(task)]
+    if abs(way[2]) > 0.5:
+        way = WAYS["right"]
+    height = layout.height(task.name)
+    width = layout.extent(task.name, way)
+    speed = 1.2 * mech.speed_to_topple(height, width) / 2
+    force = act.toward_or_along(max(speed, 0.3), way=named_way(way))
+    point = act.top_point(layout, task.name)
+    return [act.push(task.name, force, start=task.delay, duration=15, point=point, label="tip")]
+
+
+def _onto(task: Task) -> Direction | None:
+    """Towards what it shall knock down as it falls."""
+    if not task.intent.hits or not task.layout.has(task.intent.hits[0]):
+        return None
+    other = task.layout.position(task.intent.hits[0])
+    return named_way(level(other - task.layout.position(task.name)))
+
+
+def _free_way(task: Task) -> Direction:
+    """To the right and the left by turns; elsewhere where something would be knocked down that
+    shall not be."""
+    layout = task.layout
+    sides: tuple[Direction, Direction] = (
+        ("right", "left") if task.rank % 2 == 0 else ("left", "right")
+    )
+    meant = {name for frame in task.intent.frames for name in (*frame.patient, *frame.agent)}
+    others = [o.name for o in layout.state.objects if o.name not in meant and layout.has(o.name)]
+    for side in (*sides, "toward_camera", "away"):
+        if not any(_in_the_way(task, other, WAYS[side]) for other in others):
+            return side
+    return sides[0]
+
+
+def _in_the_way(task: Task, other: str, way: FloatArray) -> bool:
+    """Whether it would fall onto another thing that stands as low as it does."""
+    layout = task.layout
+    offset = layout.position(other) - layout.position(task.name)
+    across = np.array([-way[1], way[0], 0.0])
+    reach = layout.height(task.name) + layout.extent(task.name, way) + layout.extent(other, way)
+    width = layout.extent(task.name, across) + layout.extent(other, across)
+    beside = 0 < float(offset @ way) < 1.1 * reach and abs(float(offset @ across)) < width
+    return beside and layout.carrier(other) == layout.carrier(task.name)
+
+
+def spin_about(task: Task) -> list[Action]:
+    """Turns about the vertical, or where it lies, about its own middle."""
+    turns = next((f.count for f in task.intent.frames if f.count), 1) or 1
+    said = next((f.angle for f in task.intent.frames if f.angle is not None), None)
+    slight = any("slight" in f.manner for f in task.intent.frames)
+    angle = said or (30.0 if slight else 360.0 * turns + 30.0)
+    rate = mech.spin_for_flip(angle, task.seconds(0.5))
+    steps = int(task.seconds(0.5) / task.clip.step_seconds)
+    sign = -1.0 if task.way() == "right" else 1.0
+    return [act.spin(task.name, UP * sign, rate, duration=steps)]
+
+
+def there_and_back(task: Task) -> list[Action]:
+    """Goes one way, and half through the clip is pushed the other way."""
+    way = task.way()
+    named = way if way in ("left", "right", "away", "toward_camera") else "away"
+    speed = task.speed or max(0.6, 2 * task.layout.size(task.name))
+    slowing = 0.0 if task.layout.rolls(task.name) else mech.G * task.ground_friction()
+    turn = int(min(0.4, 0.8 * speed / max(slowing, 1e-3)) * task.clip.steps)
+    if task.far is not None:
+        # As fast as takes it there by a third of the clip.
+        speed = task.speed or mech.speed_to_arrive(task.far, task.seconds(0.33), slowing)
+        turn = int(0.36 * task.clip.steps)
+    ahead = task.axis_way()
+    ahead = WAYS[named] if ahead is None else ahead
+    there = act.push(task.name, act.toward_or_along(speed, vector=ahead), start=task.delay)
+    back = act.toward_or_along(2.5 * speed, vector=-ahead)
+    return [there, act.push(task.name, back, start=max(turn, 20), duration=15, label="back")]
+
+
+def turn_back(task: Task, trigger: Action | None = None) -> list[Action]:
+    """Turns half round, then goes back or another way; after it reached the ground, if it fell."""
+    layout = task.layout
+    ramp = layout.ramp_below(task.name)
+    if ramp is None and not task.intent.has("turn_around"):
+        return there_and_back(task)
+    steps = 45
+    when = act.on_contact(task.name, layout.ground(), 5) if ramp is not None else None
+    start = act.FIRST_STEP if when is not None else int(0.4 * task.clip.steps)
+    turned = act.spin(
+        task.name, UP, math.radians(170.0) / (steps * task.clip.step_seconds), start=start,
+        duration=steps, when=when, label="turn",
+    )  # fmt: skip
+    heading = layout.downhill(task.name)
+    way = -unit(level(heading)) if heading is not None else -WAYS[task.way() or "away"]
+    away = act.toward_or_along(max(0.4, 3 * layout.size(task.name)), vector=way, azimuth=50.0)
+    back = act.push(task.name, away, duration=30, when=act.after(turned, 0), label="back")
+    return [turned, back]

@@ -1,0 +1,8 @@
+"""Reads English event prompts."""
+
+from physagent_studio.language.frames import EventFrame, Place, ReadClause, Reading
+from physagent_studio.language.reader import read
+from physagent_studio.language.reference.names import inventory
+from physagent_studio.language.reference.stock import Inventory
+
+__all__ = ["EventFrame", "Inventory", "Place", "ReadClause", "Reading", "inventory", "read"]

@@ -1,0 +1,380 @@
+"""Reads an English event prompt into event frames over the case's names."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise, zip_longest
+
+from physagent_studio.language.frames import EventFrame, ReadClause, Reading
+from physagent_studio.language.reference.names import Resolved, resolve_objects
+from physagent_studio.language.reference.stock import Inventory
+from physagent_studio.language.semantics.meanings import Meanings
+from physagent_studio.language.semantics.modifiers import Details, details_of
+from physagent_studio.language.semantics.places import extent_of
+from physagent_studio.language.syntax.chunker import Chunker
+from physagent_studio.language.syntax.clauses import RawClause, split
+from physagent_studio.language.syntax.phrases import Chunk, NounPhrase
+from physagent_studio.language.syntax.rewriting import rewritten
+from physagent_studio.language.tokens import vocabulary as v
+from physagent_studio.language.tokens.expressions import join_fixed
+from physagent_studio.language.tokens.spelling import corrected
+from physagent_studio.language.tokens.tokens import tokenise
+
+MAX_WORDS = 400
+"""Longer prompts are cut here; what was cut is reported as not understood."""
+
+
+def read(prompt: str, stock: Inventory) -> Reading:
+    """The event frames of `prompt`; never raises, whatever the words are."""
+    corrected_ones = corrected(tokenise(prompt), stock.nouns)
+    things = (*stock.objects, *stock.supports, *stock.landmarks)
+    nouns = {word for thing in things for word in thing.words}
+    tokens = join_fixed(rewritten(corrected_ones, stock.nouns), stock.phrases(), nouns)
+    cut, tokens = tokens[MAX_WORDS:], tokens[:MAX_WORDS]
+    chunks = Chunker(tokens, stock.nouns).chunks()
+    reader = _Reader(chunks, stock, prompt=prompt, tokens=tokens)
+    clauses = split(chunks)
+    for clause, following in zip_longest(clauses, clauses[1:]):
+        if following is not None:
+            reader.anticipate(clause, following)
+        reader.take(clause)
+    return reader.finish(tuple(token.text for token in cut[:20]))
+
+
+@dataclass
+class _Reader(Meanings):
+    """Walks through the clauses once; what was said before resolves what comes."""
+
+    prompt: str = ""
+    clauses: list[ReadClause] = field(default_factory=list)
+    pending_cause: str = ""
+    pending_manner: frozenset[str] = frozenset()
+    pending_way: str | None = None
+    pending_text: int | None = None
+    pending_rest: bool = False
+    pending_denial: bool = False
+
+    def take(self, clause: RawClause) -> None:
+        """Adds the frames of one clause."""
+        start = clause.start if self.pending_text is None else self.pending_text
+        text = self._text(start, clause.end)
+        if clause.verb is None:
+            if self._ranked(clause, text):
+                return
+            clause_id = self._add_clause(text)
+            if not self._named_force(clause, clause_id):
+                self._report_words(clause)
+            return
+        if self._is_prelude(clause):
+            self.pending_text = start
+            self.pending_rest = _of_the_rest(clause)
+            self.pending_denial = self._negated(clause)
+            return
+        self.pending_text = None
+        if self._says_nothing(clause):
+            return
+        clause_id = self._add_clause(text)
+        if clause.verb.verb == "?":
+            self.unknown[clause.verb.word] = None
+            self.subject_of(clause)
+            return
+        frame = self._frame(clause, clause_id)
+        if frame is not None:
+            self.frames.append(frame)
+            if spared := self.spared(clause):
+                # "All but the left one fall": that one does not.
+                other = replace(frame, patient=spared, negated=not frame.negated)
+                self.frames.append(replace(other, any_one=False, least=0, most=None))
+        self.pending_cause, self.pending_manner, self.left_so = "", frozenset(), False
+        self.pending_way, self.pending_rest, self.pending_denial = None, False, False
+
+    def _named_force(self, clause: RawClause, clause_id: str) -> bool:
+        """ "A gentle nudge to the top book": a push without a verb."""
+        chunks = self.chunks[clause.start : clause.end]
+        force = next((c.np for c in chunks if c.np and c.np.head in v.FORCE_NOUNS), None)
+        about = [c.np for c in chunks if c.np is not None and c.np is not force]
+        who = next((r for np in about if (r := resolve_objects(np, self.stock, self.talk))), None)
+        if force is None or who is None:
+            return False
+        said = {v.MANNERS[a] for a in force.adjectives if a in v.MANNERS}
+        ways = [v.DIRECTIONS[a] for a in force.adjectives if a in v.DIRECTIONS]
+        self.talk.mention(who.names)
+        self.last = who
+        self.frames.append(
+            EventFrame(
+                v.FORCE_SENSE.get(force.head, "push"), clause_id, patient=who.names,
+                direction=ways[0] if ways else None,  # type: ignore[arg-type]
+                manner=frozenset(said), **who.counts,
+            )
+        )  # fmt: skip
+        return True
+
+    def _ranked(self, clause: RawClause, text: str) -> bool:
+        """ "…, the tall one first and the short one last": the order of what was told."""
+        before = self.frames[-1] if self.frames else None
+        if before is None or len(before.patient) < 2 or not self.clauses:
+            return False
+        chunks = self.chunks[clause.start : clause.end]
+        ranks: dict[str, tuple[str, ...]] = {}
+        for chunk, following in zip_longest(chunks, chunks[1:]):
+            if chunk.np is None:
+                continue
+            phrase, rank = _rank_of(chunk.np, following)
+            found = resolve_objects(phrase, self.stock, self.talk)
+            if not rank or found is None or not set(found.names) < set(before.patient):
+                return False
+            ranks[rank] = found.names
+        if not ranks:
+            return False
+        self.frames[-1] = replace(before, first=ranks.get("first", ()), last=ranks.get("last", ()))
+        told = self.clauses[-1]
+        self.clauses[-1] = ReadClause(told.id, f"{told.text}, {text}")
+        return True
+
+    def anticipate(self, clause: RawClause, following: RawClause) -> None:
+        """ "Rolling forward, the ball …": the subject is only named in the next clause."""
+        verb = clause.verb
+        opens = self.last is None and not clause.subjects and not clause.complement
+        if verb is not None and verb.form == "ing" and opens and following.subjects:
+            self.last = self.subject_of(following)
+
+    def finish(self, cut: Sequence[str]) -> Reading:
+        """The reading of everything taken."""
+        for word in cut:
+            self.unknown[word] = None
+        _aim_at_what_gives_way(self.frames)
+        _but_not(self.frames)
+        clauses = tuple(c for c in self.clauses if c.text)
+        return Reading(clauses, tuple(self.frames), tuple(self.unknown))
+
+    # --- clauses that only introduce the next one ------------------------------------------------
+
+    def _is_prelude(self, clause: RawClause) -> bool:
+        """ "starts to …", "makes it …", "leaves the others …": the next verb has the meaning."""
+        assert clause.verb is not None
+        entry = v.VERBS.get(clause.verb.verb)
+        following = self._complement_follows(clause)
+        if entry is None or not following:
+            return False
+        if clause.verb.verb in ("leave", "keep") and clause.objects:
+            self.subject_of(clause)
+            self.left_so = True
+            return True
+        if entry.kind == "light" or (entry.sense in ("stay", "move") and not clause.objects):
+            subject = self.subject_of(clause)
+            self.last = subject or self.last
+            self.left_so = entry.sense == "stay"
+            passing = ("keep", "continue", "go", "come", "remain", "stay")
+            return entry.kind == "light" or clause.verb.verb in passing
+        if entry.sense in ("make", "receive"):
+            self._note_cause(clause)
+            return True
+        return False
+
+    def _says_nothing(self, clause: RawClause) -> bool:
+        """ "… stays where it is"."""
+        assert clause.verb is not None
+        bare = not clause.places and not clause.objects
+        return clause.joint == "where" and clause.verb.verb == "be" and bare
+
+    def _complement_follows(self, clause: RawClause) -> bool:
+        rest = list(self.chunks[clause.end :])
+        if (
+            not rest
+            or rest[0].kind != "verb"
+            or self.chunks[clause.end - 1].kind in ("and", "stop")
+        ):
+            return False
+        return not rest[0].finite or bool(clause.objects) or rest[0].form == "pp"
+
+    def _note_cause(self, clause: RawClause) -> None:
+        for phrase in clause.subjects:
+            if phrase.head in v.CAUSES or phrase.head in v.FORCE_NOUNS:
+                self.pending_cause = v.CAUSES.get(phrase.head, "person")
+                said = {v.MANNERS[a] for a in phrase.adjectives if a in v.MANNERS}
+                self.pending_manner = frozenset(said)
+                ways = [w for w in (*clause.adverbs, *phrase.adjectives) if w in v.DIRECTIONS]
+                self.pending_way = v.DIRECTIONS[ways[0]] if ways else None
+                return
+        self.last = self.subject_of(clause) or self.last
+
+    # --- one clause ------------------------------------------------------------------------------
+
+    def _frame(self, clause: RawClause, clause_id: str) -> EventFrame | None:
+        assert clause.verb is not None
+        before = self.last
+        self.talk.acting = ()
+        cause = self._cause(clause)
+        subject = None if cause else self.subject_of(clause)
+        self.talk.acting = subject.names if subject is not None else ()
+        sense, kind, objects = self._sense(clause)
+        objects = tuple(self._said_before(phrase) for phrase in objects)
+        details = details_of(clause, objects, self.stock, self.talk, self.unknown, sense)
+        frame = EventFrame(
+            sense,
+            clause_id,
+            cause=cause or details.cause or self.pending_cause,
+            only=any(p.only for p in (*clause.subjects, *clause.objects, *_named(clause)))
+            or (bool(objects) and "only" in clause.adverbs)
+            or details.only,
+            direction=details.direction or self.pending_way,  # type: ignore[arg-type]
+            origin=details.origin,
+            places=details.places,
+            manner=details.manner | frozenset(_manner(clause)) | self.pending_manner,
+            posture=_posture(clause, sense, details),
+            path=details.path,
+            count=details.count,
+            distance=details.distance,
+            speed=details.speed,
+            delay=details.delay,
+            angle=details.angle,
+            sequel=clause.sequel,
+            rest=self.pending_rest or _of_the_rest(clause),
+            negated=self._negated(clause) != self.pending_denial,
+            link=self._link(clause),
+            leads=self._leads(clause),
+            begins=details.begins,
+            share=details.share,
+            extent=extent_of(details.share, details.places, self.stock, details.direction),
+            timing=details.timing,
+        )
+        if details.count is not None and sense not in COUNTABLE:
+            self.unknown[_COUNTED.get(details.count, f"{details.count} times")] = None
+        if frame.link == "until" and sense == "be" and frame.place("in", "on", "at", "near"):
+            # "Until it is in the goal": until it gets there.
+            frame = replace(frame, sense="enter" if frame.place("in") else "reach")
+        frame = self.completed(frame, clause, kind, subject, objects, details)
+        if frame is not None and frame.any_one and "not_both" in clause.adverbs:
+            frame = replace(frame, any_one=False, least=1, most=1)
+        goes_on = subject is not None and subject is self.relative and not clause.subjects
+        self.relative = self.relative if goes_on else subject if clause.relative else None
+        if clause.relative or goes_on:
+            self.last = before
+        elif frame is not None:
+            self.last = self._next_subject(frame, subject, before)
+        if self.last is not None:
+            self.talk.subject = self.last.names
+        return frame
+
+    def _said_before(self, phrase: NounPhrase) -> NounPhrase:
+        """ "Pushes it into the bowl": not the bowl, which is only named behind it."""
+        if not phrase.pronoun or phrase.head not in ("it", "him", "her"):
+            return phrase
+        meant = resolve_objects(phrase, self.stock, self.talk)
+        if meant is None or len(meant.names) != 1:
+            return phrase
+        name = meant.names[0]
+        return replace(phrase, head=name.lower(), nouns=(name.lower(),), pronoun=False)
+
+    def _next_subject(
+        self, frame: EventFrame, subject: Resolved | None, before: Resolved | None
+    ) -> Resolved | None:
+        return subject or (Resolved(frame.patient, frame.any_one) if frame.patient else before)
+
+    def _link(self, clause: RawClause) -> str:
+        if clause.joint in ("while", "as", "whilst", "whereas", "when"):
+            return "as" if clause.joint in ("as", "when") else "while"
+        if self._forestalled(clause):
+            return "while"
+        if clause.joint in ("before", "after", "until", "because", "since"):
+            return clause.joint
+        if clause.joint in ("assoonas", "once"):
+            return "once"
+        return "which" if clause.relative else "then"
+
+    def _leads(self, clause: RawClause) -> bool:
+        """ "After it hits the cup, …": the clause that it hangs on is still to come."""
+        first = clause.start == 0 or self.chunks[clause.start - 1].strong_stop
+        return first and self.chunks[clause.start].kind == "sub"
+
+    # --- wording ---------------------------------------------------------------------------------
+
+    def _text(self, start: int, end: int) -> str:
+        first, last = self.chunks[start].start, self.chunks[end - 1].end
+        said = self.tokens[first:last]
+        text = self.prompt[min(t.start for t in said) : max(t.end for t in said)]
+        return text.strip(" ,.;:!?\n\t")
+
+    def _add_clause(self, text: str) -> str:
+        clause_id = f"c{len(self.clauses) + 1}"
+        self.clauses.append(ReadClause(clause_id, text))
+        return clause_id
+
+    def _report_words(self, clause: RawClause) -> None:
+        for chunk in self.chunks[clause.start : clause.end]:
+            if chunk.kind == "np" and chunk.np is not None and not chunk.np.pronoun:
+                if resolve_objects(chunk.np, self.stock, self.talk) is None:
+                    self.unknown |= dict.fromkeys(chunk.np.nouns or (chunk.np.head,))
+            elif chunk.kind == "gap":
+                self.unknown[chunk.word] = None
+
+
+def _of_the_rest(clause: RawClause) -> bool:
+    """ "… the other stays": about what was left over."""
+    said = [a for p in clause.subjects for a in (p.head, p.determiner, *p.adjectives)]
+    return any(word in v.OTHERS or word == "another" for word in said)
+
+
+def _rank_of(phrase: NounPhrase, following: Chunk | None) -> tuple[NounPhrase, str]:
+    """ "The tall one first", "the cup last": the thing, and its place in a row, or ""."""
+    tail = phrase.adjectives[-1] if phrase.adjectives and not phrase.nouns else ""
+    if tail in ("first", "last") and len(phrase.adjectives) > 1:
+        kept = phrase.adjectives[:-1]
+        return replace(phrase, adjectives=kept, head=kept[-1]), tail
+    after = following.word if following is not None and following.kind == "adv" else ""
+    return phrase, after if after in ("first", "last") else ""
+
+
+_COUNTED = {2: "twice", 3: "thrice"}
+COUNTABLE = ("flip", "spin", "rotate", "bounce", "reverse", "sway")
+"""Senses of which it can be measured how often they happen."""
+
+
+def _named(clause: RawClause) -> tuple[NounPhrase, ...]:
+    return tuple(phrase for _, phrase in clause.places)
+
+
+def _posture(clause: RawClause, sense: str, details: Details) -> str:
+    """How it ends; what "stays up" is upright."""
+    upright = verb_is(clause, "stand") or (sense == "stay" and "up" in clause.adverbs)
+    return details.posture or ("upright" if upright else "")
+
+
+def verb_is(clause: RawClause, base: str) -> bool:
+    """Whether the clause's verb is this one."""
+    return clause.verb is not None and clause.verb.verb == base
+
+
+def _manner(clause: RawClause) -> tuple[str, ...]:
+    assert clause.verb is not None
+    entry = v.VERBS.get(clause.verb.verb)
+    return entry.manner if entry else ()
+
+
+_THROWN = ("throw", "kick", "push")
+_GIVES_WAY = (
+    "topple", "fall", "knock_over", "tip_over", "collapse", "break", "flip", "sway", "leave",
+    "spin", "slide", "roll", "slip", "dislodge",
+)  # fmt: skip
+
+
+def _aim_at_what_gives_way(frames: list[EventFrame]) -> None:
+    """ "Is thrown at the clock, which falls": it is thrown against it, not only towards it."""
+    for index, (frame, after) in enumerate(pairwise(frames)):
+        aim = frame.place("at")
+        if frame.sense not in _THROWN or frame.negated or aim is None or aim.kind != "object":
+            continue
+        if after.patient == (aim.name,) and after.sense in _GIVES_WAY and not after.negated:
+            rows = tuple(("against", p) if r == "at" else (r, p) for r, p in frame.places)
+            frames[index] = replace(frame, places=rows)  # type: ignore[arg-type]
+
+
+def _but_not(frames: list[EventFrame]) -> None:
+    """ "The dominoes fall, but not the last two": those that do are the others."""
+    for index, (frame, after) in enumerate(pairwise(frames)):
+        denied = after.negated and not frame.negated and after.sense == frame.sense
+        fewer = set(after.patient) < set(frame.patient) and after.link == "then"
+        if denied and fewer and not (frame.any_one or frame.counted or after.sequel):
+            kept = tuple(name for name in frame.patient if name not in after.patient)
+            frames[index] = replace(frame, patient=kept)

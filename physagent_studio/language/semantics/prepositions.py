@@ -1,0 +1,230 @@
+"""Prepositional phrases of a clause: places, ways, causes, quantities, who did it."""
+
+from __future__ import annotations
+
+from physagent_studio.language.frames import Place, Way
+from physagent_studio.language.reference.names import GROUPS, is_group, resolve_objects
+from physagent_studio.language.reference.stock import Discourse, Inventory
+from physagent_studio.language.semantics.details import (
+    Details,
+    is_measure,
+    is_path,
+    take_force,
+    take_measure,
+)
+from physagent_studio.language.semantics.places import resolve_place
+from physagent_studio.language.syntax.clauses import RawClause
+from physagent_studio.language.syntax.measures import (
+    TIMES,
+    UNITS,
+    amount_of,
+    in_units,
+)
+from physagent_studio.language.syntax.phrases import NounPhrase
+from physagent_studio.language.tokens import vocabulary as v
+
+STRIKING = frozenset(("into", "against", "with", "on", "onto", "upon"))
+TO = ("to", "toward", "towards")
+OUT = {"off": "out of", "from": "from", "into": "into"}
+"""How something gets out of, or into, what the picture shows, and how that is said."""
+SIDED = ("behind", "in_front", "left_of", "right_of")
+"""Relations that say on which side of a thing something is."""
+PLURAL = (*SIDED, "between", "over", "past", "through", "under", "before", "around")
+"""Relations to several things that are relations to each of them: "past the pins"."""
+
+
+def take_preposition(
+    preposition: str,
+    phrase: NounPhrase,
+    details: Details,
+    stock: Inventory,
+    talk: Discourse,
+    clause: RawClause,
+) -> None:
+    """Adds to `details` what one prepositional phrase of the clause says."""
+    if phrase.head in ("time", "times") and phrase.number:
+        details.count = phrase.number
+        return
+    if _quantity(preposition, phrase, details):
+        return
+    if _only_said(preposition, phrase, details, stock, talk, clause):
+        return
+    if preposition in TO and phrase.of is not None and phrase.head in v.SIDES:
+        # "To the back of the plate".
+        details.direction = v.SIDES[phrase.head]
+        return
+    phrase = _without_side(preposition, phrase, details)
+    if preposition == "infront" and phrase.head in v.CAMERA_WORDS:
+        details.direction = details.direction or "toward_camera"
+        return
+    if phrase.head in v.FORCE_NOUNS or is_path(phrase):
+        take_force(phrase, details)
+        return
+    resolved = resolve_objects(phrase, stock, talk)
+    if preposition in ("by", "because_of", "from", "with", "under", "in") and resolved is None:
+        heads = (phrase.head, phrase.of.head if phrase.of else "")
+        cause = next((v.CAUSES[h] for h in heads if h in v.CAUSES), "")
+        if cause:
+            details.cause = cause
+            take_force(phrase, details)
+            return
+    if _by_or_way(preposition, phrase, details):
+        return
+    if resolved is not None:
+        if preposition == "by" and _goes_by(clause):
+            _place("past", phrase, details, stock, talk)
+            return
+        if preposition == "by" and len(clause.objects) == 0:
+            details.by = resolved.names
+            talk.mention(resolved.names)
+            return
+        if preposition in STRIKING and not is_group(phrase, stock):
+            details.struck = resolved.names
+    if preposition == "by" and _goes_by(clause):
+        preposition = "past"
+    _place(preposition, phrase, details, stock, talk)
+    if resolved is not None and phrase.head not in GROUPS:
+        # Only now: the second bottle is still the second while its place is looked up.
+        talk.mention(resolved.names)
+
+
+def _only_said(
+    preposition: str,
+    phrase: NounPhrase,
+    details: Details,
+    stock: Inventory,
+    talk: Discourse,
+    clause: RawClause,
+) -> bool:
+    """Whether it says nothing that could be measured, or what nothing measures."""
+    if preposition in OUT and phrase.head in v.VIEW_WORDS and not _is_there(phrase, stock):
+        details.unknown[f"{OUT[preposition]} the {phrase.head}"] = None
+        details.direction = details.direction or _side_said(phrase)
+    elif preposition == "as_much_as":
+        whose = resolve_objects(phrase, stock, talk)
+        details.unknown["as … as " + " ".join(whose.names if whose else phrase.nouns)] = None
+    elif preposition == "starting_with":
+        details.unknown["starting with"] = None
+    elif preposition == "nearest_to":
+        if any(np is phrase for _, np in clause.places) or not clause.subjects:
+            details.unknown["nearest to " + " ".join(phrase.nouns or (phrase.head,))] = None
+    else:
+        # A comparison tells nothing; who is spared is read with the subject.
+        return preposition in ("like", "except")
+    return True
+
+
+def _side_said(phrase: NounPhrase) -> Way | None:
+    return next((v.SIDES[a] for a in phrase.adjectives if a in v.SIDES), None)
+
+
+def _tells_apart(side: Way, phrase: NounPhrase, stock: Inventory) -> bool:
+    """Whether a side picks one of several things rather than a way: "off the left table"."""
+    alike = [t for t in (*stock.objects, *stock.supports) if phrase.head in t.words]
+    return len(alike) > 1 or any(v.SIDES.get(word) == side for t in alike for word in t.words)
+
+
+def _is_there(phrase: NounPhrase, stock: Inventory) -> bool:
+    things = (*stock.objects, *stock.supports, *stock.landmarks)
+    return any(phrase.head in t.words for t in things)
+
+
+def _goes_by(clause: RawClause) -> bool:
+    """ "Rolls by the hole": past it, and not done by it."""
+    verb = clause.verb
+    entry = v.VERBS.get(verb.verb) if verb is not None else None
+    plain = verb is not None and not verb.passive and verb.form != "pp"
+    return plain and entry is not None and entry.kind == "move"
+
+
+def _quantity(preposition: str, phrase: NounPhrase, details: Details) -> bool:
+    """ "At 2 m/s", "by 20 cm", "after 1 second", "for 2 seconds": whether that is one."""
+    if phrase.head not in UNITS or amount_of(phrase) is None:
+        return False
+    seconds = in_units(phrase, TIMES)
+    if preposition == "within":
+        details.unknown[f"within {amount_of(phrase):g} {phrase.head}"] = None
+    elif seconds is None:
+        take_measure(phrase, details)
+    elif preposition in ("after", "in"):
+        details.delay = seconds
+    else:
+        details.unknown[f"{preposition} {seconds:g} s"] = None
+    return True
+
+
+def _by_or_way(preposition: str, phrase: NounPhrase, details: Details) -> bool:
+    """Directions said with a preposition: "to the left", "toward the camera"."""
+    word = phrase.head
+    way = v.DIRECTIONS.get(word) if not phrase.nouns else None
+    side = word == "side" and next((a for a in phrase.adjectives if a in ("left", "right")), None)
+    if preposition in TO and word in v.CAMERA_WORDS:
+        details.direction = "toward_camera"
+    elif preposition == "away_from" and word in v.CAMERA_WORDS:
+        details.direction = "away"
+    elif preposition in (*TO, "on") and (way or side):
+        details.direction = side or way  # type: ignore[assignment]
+    elif word in ("side", "sides") and preposition in ("to", "from", "on", "onto"):
+        if preposition in ("on", "onto"):
+            details.posture = "side"
+        elif preposition == "from":
+            details.origin = "sideways"
+        else:
+            details.direction = "sideways"
+    else:
+        return False
+    return True
+
+
+def _without_side(preposition: str, phrase: NounPhrase, details: Details) -> NounPhrase:
+    """ "Off the right side of the table", "off its back": off the table, and which way."""
+    if v.PARTS.get(phrase.head) == "edge":
+        # "Off the far edge": which of the edges.
+        for adjective in phrase.adjectives:
+            if adjective in v.SIDES and details.direction is None:
+                details.direction = v.SIDES[adjective]
+    if phrase.of is None or phrase.of.plural or phrase.head not in ("side", *v.SIDES):
+        return phrase
+    way = v.SIDES.get(phrase.head) or _side_said(phrase)
+    if way and (phrase.head == "side" or v.RELATIONS.get(preposition) in ("off", "over")):
+        details.direction = way
+    return phrase.of
+
+
+def _place(
+    preposition: str, phrase: NounPhrase, details: Details, stock: Inventory, talk: Discourse
+) -> None:
+    relation = v.RELATIONS.get(preposition)
+    side = _side_said(phrase)
+    if phrase.head == "side" and phrase.of is None and relation in ("off", "over") and side:
+        # "Off the right side", of whatever it stands on.
+        details.direction = side
+        details.places = (*details.places, ("off", Place("stack", "group")))
+        return
+    several = resolve_objects(phrase, stock, talk) if preposition not in ("to", "at") else None
+    group = is_group(phrase, stock) and phrase.head in GROUPS
+    plain = several is not None and not several.any_one and not group
+    if several is not None and plain and len(several.names) > 1 and relation in PLURAL:
+        rows = tuple((relation, Place(name, "object")) for name in several.names)
+        details.places = (*details.places, *rows)  # type: ignore[assignment]
+        return
+    place = resolve_place(phrase, stock, talk)
+    if place is None or relation is None:
+        if preposition == "away_from" and place is not None and place.kind != "group":
+            details.places = (*details.places, ("away_from", place))
+            return
+        if preposition == "away_from" or is_measure(phrase) or phrase.pronoun:
+            details.direction = details.direction or ("off" if preposition == "away_from" else None)
+            if place is None and not (phrase.pronoun or is_measure(phrase)):
+                details.unknown[phrase.head] = None
+            return
+        if phrase.head not in ("air", "second", "place"):
+            details.unknown[phrase.head] = None
+        return
+    if relation in ("off", "over") and side and not _tells_apart(side, phrase, stock):
+        # "Off the plate on the left".
+        details.direction = details.direction or side
+    if relation == "with" and place.kind == "object" and not details.struck:
+        details.unknown[f"with the {phrase.head}"] = None
+    if relation not in ("with", "by", "during"):
+        details.places = (*details.places, (relation, place))  # type: ignore[assignment]

@@ -1,0 +1,115 @@
+"""Easing: the gentlest program that still holds everything, and nothing else changed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from physagent_studio.agent.rules import Easing
+from physagent_studio.agent.rules.planner.easing import LEAST, RUNS, SAME_WAY
+from physagent_studio.agent.rules.planner.trials import STURDY
+from physagent_studio.program import PhysicalProgram, SetField, apply, value_at
+from physagent_studio.records import Memory, Proposal
+from tests.agent.rules.filmed import BALL, failing, filmed, push, rolling, situation_of, try_out
+
+SPEED = "event.actions.push_ball.force.magnitude"
+
+
+def speed_of(program: PhysicalProgram) -> float:
+    value = value_at(program, SPEED)
+    assert isinstance(value, float)
+    return value
+
+
+def knocking(speed: float) -> PhysicalProgram:
+    """A ball that strikes a post, which has to fall over for it."""
+    post = {
+        "name": "post", "shape": {"kind": "box", "size": [0.06, 0.06, 0.4]},
+        "position": [0.2, 4.0, 0.2], "support": "floor", "density": 100,
+    }  # fmt: skip
+    hit = {"id": "hit", "kind": "contacts", "subject": "ball", "other": "post"}
+    over = {"id": "over", "kind": "topples", "subject": "post"}
+    return filmed([BALL | {"rolling": 0.03}, post], [push(speed)], hit, over)
+
+
+def margins(program: PhysicalProgram) -> dict[str, float]:
+    return {c.id: c.margin for c in try_out(program).checks if c.demanded}
+
+
+@pytest.fixture(scope="module")
+def hard() -> PhysicalProgram:
+    program = knocking(1.5)
+    assert failing(program) == []
+    return program
+
+
+@pytest.fixture(scope="module")
+def eased(hard: PhysicalProgram) -> Proposal:
+    return Easing().ease(situation_of(hard))
+
+
+def test_the_speeds_are_lowered_and_everything_still_holds(
+    hard: PhysicalProgram, eased: Proposal
+) -> None:
+    gentle = apply(hard, eased.edits)
+    assert eased.factor == "easing"
+    assert LEAST * speed_of(hard) <= speed_of(gentle) < 0.95 * speed_of(hard)
+    assert failing(gentle) == []
+
+
+def test_margins_that_were_sturdy_stay_sturdy(hard: PhysicalProgram, eased: Proposal) -> None:
+    before, after = margins(hard), margins(apply(hard, eased.edits))
+    assert before.keys() == after.keys()
+    for check, margin in before.items():
+        assert after[check] >= min(STURDY, margin), check
+
+
+def test_each_goes_nearly_as_far(hard: PhysicalProgram, eased: Proposal) -> None:
+    runs = [try_out(one).rollout for one in (hard, apply(hard, eased.edits))]
+    for index in range(len(runs[0].objects)):
+        before, after = (abs(r.positions[:, index] - r.positions[0, index]).max() for r in runs)
+        assert after >= 0.9 * SAME_WAY * before
+
+
+def test_only_how_hard_it_is_pushed_is_changed(hard: PhysicalProgram, eased: Proposal) -> None:
+    assert [edit.path for edit in eased.edits if isinstance(edit, SetField)] == [SPEED]
+    gentle = apply(hard, eased.edits)
+    assert gentle.scene == hard.scene
+    assert gentle.contract == hard.contract
+    assert gentle.clip == hard.clip
+
+
+def test_it_costs_few_runs(eased: Proposal) -> None:
+    assert 0 < eased.simulations <= RUNS
+
+
+def test_the_same_program_is_eased_alike(hard: PhysicalProgram, eased: Proposal) -> None:
+    assert Easing().ease(situation_of(hard)) == eased
+
+
+def test_what_is_pinned_is_not_eased(hard: PhysicalProgram) -> None:
+    situation = replace(situation_of(hard), memory=Memory(pinned=(SPEED,)))
+    proposal = Easing().ease(situation)
+    assert proposal.hunks == ()
+    assert proposal.simulations == 0
+
+
+def test_the_gentlest_is_left_as_it_is() -> None:
+    """A ball that just rolls for as long as it has to: any slower and it goes less far."""
+    program = rolling(0.3)
+    assert failing(program) == []
+    proposal = Easing().ease(situation_of(program))
+    assert proposal.hunks == ()
+    assert "nothing gentler" in proposal.rationale
+
+
+def test_where_nothing_is_pushed_there_is_nothing_to_ease() -> None:
+    falls = filmed(
+        [BALL | {"position": [0.0, 4.0, 1.2], "support": "air"}],
+        [],
+        {"id": "falls", "kind": "falls", "subject": "ball"},
+    )
+    proposal = Easing().ease(situation_of(falls))
+    assert proposal.hunks == ()
+    assert proposal.simulations == 0

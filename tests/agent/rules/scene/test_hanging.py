@@ -1,0 +1,46 @@
+"""What hangs in the air: by the words, or by the clicks where a thing falls into another one."""
+
+from __future__ import annotations
+
+import pytest
+
+from physagent_studio.agent.rules.generator import stock_of
+from physagent_studio.agent.rules.scene.hanging import in_the_air
+from physagent_studio.language import read
+from physagent_studio.program.scene import Click, Grounding, Support
+from physagent_studio.records import Case
+
+
+def _at(x: float, y: float) -> Grounding:
+    return Grounding(points=(Click(x=x, y=y),))
+
+
+def _case(prompt: str, **more: Grounding) -> Case:
+    objects = {"green_ball": _at(300, 60), "blue_bowl": _at(310, 300), "red_ball": _at(80, 310)}
+    things = tuple((objects | more).items())
+    table = Support(name="table", grounding=_at(320, 400))
+    return Case("bowl", None, "", things, (table,), (), prompt)
+
+
+@pytest.mark.parametrize(
+    ("prompt", "expected"),
+    [
+        ("The green ball falls into the bowl.", {"green_ball"}),
+        ("The green ball drops into the blue bowl and stays there.", {"green_ball"}),
+        ("The green ball lands in the bowl.", {"green_ball"}),
+        ("The green ball hangs above the bowl, then falls.", {"green_ball"}),
+        ("The red ball falls into the bowl.", set()),
+        ("The green ball falls to the floor.", set()),
+        ("The blue bowl falls onto the table.", {"blue_bowl"}),
+        ("The blue bowl falls off the table onto the floor.", set()),
+        ("The red ball rolls to the right.", set()),
+    ],
+)
+def test_what_falls_into_a_thing_below_it_hangs(prompt: str, expected: set[str]) -> None:
+    case = _case(prompt)
+    assert in_the_air(case, read(prompt, stock_of(case))) == expected
+
+
+def test_with_something_in_between_it_may_stand_on_that() -> None:
+    case = _case("The green ball falls into the bowl.", wooden_shelf=_at(302, 120))
+    assert in_the_air(case, read(case.prompt, stock_of(case))) == frozenset()

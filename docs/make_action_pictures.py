@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.benchmark.physics_scenes import EARTH, STILL, Vector, ground, program, thing
+from physagent_studio.benchmark.physics.scenes import EARTH, STILL, Vector, ground, program, thing
 from physagent_studio.program import Action, Camera, Directed, OnContact, SceneObject
 from physagent_studio.program.actions import (
     ApplyAngledForce,
@@ -27,7 +27,7 @@ from physagent_studio.program.actions import (
     SetVelocity,
 )
 from physagent_studio.program.rotations import about_axis, matrix_of
-from physagent_studio.program.scene import Box, Sphere
+from physagent_studio.program.scene.state import Box, Sphere
 from physagent_studio.records import Rollout
 from physagent_studio.simulation import simulate
 from physagent_studio.simulation.surfaces import Surface, box_surface, ellipsoid_surface

@@ -15,8 +15,8 @@ sys.path.insert(0, str(ROOT))
 
 from physagent_studio.agent.rules import RuleGenerator  # noqa: E402
 from physagent_studio.program import PhysicalProgram, SceneState  # noqa: E402
-from physagent_studio.program.bodies import Rigid  # noqa: E402
-from physagent_studio.program.document import dump_entry, dump_program  # noqa: E402
+from physagent_studio.program.scene.bodies import Rigid  # noqa: E402
+from physagent_studio.program.text.document import dump_entry, dump_program  # noqa: E402
 from tests.agent.rules.scenes import STAGES  # noqa: E402
 
 

@@ -11,11 +11,11 @@ from physagent_studio.benchmark.rows import Row
 from physagent_studio.errors import InputError
 
 BENCHES = {
-    "physics": "physagent_studio.benchmark.physics",
-    "reconstruction": "physagent_studio.benchmark.reconstruction",
-    "events": "physagent_studio.benchmark.events",
-    "ablation": "physagent_studio.benchmark.ablation",
-    "view": "physagent_studio.benchmark.view",
+    "physics": "physagent_studio.benchmark.physics.bench",
+    "reconstruction": "physagent_studio.benchmark.reconstruction.bench",
+    "events": "physagent_studio.benchmark.events.bench",
+    "ablation": "physagent_studio.benchmark.events.ablation",
+    "view": "physagent_studio.benchmark.events.view",
 }
 _ON_EVENTS = ("events", "ablation", "view")
 """Benches that run events of cases and take annotations, references and a choice of them."""

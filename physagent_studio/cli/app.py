@@ -138,7 +138,7 @@ def validate(
 ) -> None:
     """Check a program: every problem with its path, line and what is allowed."""
     from physagent_studio.cli.files import read_program
-    from physagent_studio.program.preflight import preflight
+    from physagent_studio.program.preflight.preflight import preflight
 
     try:
         parsed = read_program(program)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from physagent_studio.errors import InputError, ProgramError
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.program.document import load_program
+from physagent_studio.program.text.document import load_program
 
 MAX_PROGRAM_BYTES = 4_000_000
 

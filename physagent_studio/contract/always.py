@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from physagent_studio.contract.causes import caused, energy, physics_check
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.words import number
-from physagent_studio.program.boards import Size3, rails_of
-from physagent_studio.program.bodies import DEFORMABLE
 from physagent_studio.program.rotations import about_up, matrix_of
-from physagent_studio.program.scene import Floor, MeshedSupport, Ramp, Slab, SupportShape
-from physagent_studio.program.shapes import Placed, depth_inside, lowest, place_support
-from physagent_studio.program.stairs import treads_of
+from physagent_studio.program.scene.boards import Size3, rails_of
+from physagent_studio.program.scene.bodies import DEFORMABLE
+from physagent_studio.program.scene.shapes import Placed, depth_inside, lowest, place_support
+from physagent_studio.program.scene.stairs import treads_of
+from physagent_studio.program.scene.state import Floor, MeshedSupport, Ramp, Slab, SupportShape
 from physagent_studio.records.judgement import Check
 
 FloatArray = NDArray[np.float64]

@@ -10,9 +10,9 @@ from physagent_studio.contract.outcome import bounded
 from physagent_studio.contract.track import Window
 from physagent_studio.contract.words import number
 from physagent_studio.program.actions import FixObject
-from physagent_studio.program.bodies import DEFORMABLE
-from physagent_studio.program.scene import Floor, Slab
-from physagent_studio.program.shapes import depth_inside, place_support
+from physagent_studio.program.scene.bodies import DEFORMABLE
+from physagent_studio.program.scene.shapes import depth_inside, place_support
+from physagent_studio.program.scene.state import Floor, Slab
 from physagent_studio.records.judgement import Check
 
 FloatArray = NDArray[np.float64]

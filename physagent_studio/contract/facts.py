@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.contract.track import Track, Window
 from physagent_studio.program.program import PhysicalProgram
-from physagent_studio.program.shapes import (
+from physagent_studio.program.scene.shapes import (
     Outline,
     Placed,
     gap,

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.contract.facts import Facts
-from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import matrices_of
-from physagent_studio.program.shapes import Outline, Placed
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.shapes import Outline, Placed
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

@@ -13,10 +13,10 @@ from physagent_studio.contract.outcome import Outcome, bounded, unmeasurable, wo
 from physagent_studio.contract.outlines import in_order, inside_depth
 from physagent_studio.contract.track import Track, Window
 from physagent_studio.contract.words import number
-from physagent_studio.program.boards import is_hollow
 from physagent_studio.program.contract import LandsIn, PassesOver
-from physagent_studio.program.scene import Landmark
-from physagent_studio.program.shapes import Outline, Placed, gap
+from physagent_studio.program.scene.boards import is_hollow
+from physagent_studio.program.scene.shapes import Outline, Placed, gap
+from physagent_studio.program.scene.state import Landmark
 
 FloatArray = NDArray[np.float64]
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from physagent_studio.errors import InputError
 from physagent_studio.exchange.files import written
 from physagent_studio.exchange.gltf import INDICES, VERTICES, GltfWriter
-from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import quaternion_of
+from physagent_studio.program.scene.camera import Camera
 from physagent_studio.records.rollout import Rollout
 from physagent_studio.records.scene import Mesh, Scene
 from physagent_studio.rendering.lit import vertex_light

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from physagent_studio.exchange.case_reader import CLICKED, MAX_OBJECTS, CaseReader
-from physagent_studio.program.scene import Grounding, Landmark, Support
+from physagent_studio.program.scene.state import Grounding, Landmark, Support
 from physagent_studio.records.case import Case
 
 Named = TypeVar("Named", Support, Landmark)

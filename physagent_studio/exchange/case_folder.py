@@ -15,7 +15,7 @@ from physagent_studio.exchange.case_reader import (
     same_spot,
     slug,
 )
-from physagent_studio.program.scene import Click, Grounding
+from physagent_studio.program.scene.state import Click, Grounding
 from physagent_studio.reconstruction import read_photo, read_scaled, stated_focal
 from physagent_studio.records.case import Case
 

@@ -20,9 +20,8 @@ from physagent_studio.exchange.case_clicks import (
     scale_of,
 )
 from physagent_studio.exchange.plain_yaml import MAX_BYTES, Place, PlainYaml, read_yaml
-from physagent_studio.program.materials import MATERIALS
-from physagent_studio.program.problems import problems_of
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.materials import MATERIALS
+from physagent_studio.program.scene.state import (
     Click,
     Grounding,
     Landmark,
@@ -30,6 +29,7 @@ from physagent_studio.program.scene import (
     Support,
     SupportShape,
 )
+from physagent_studio.program.text.problems import problems_of
 
 MAX_OBJECTS = 200
 MAX_SUPPORTS = 64

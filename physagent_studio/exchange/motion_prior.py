@@ -27,8 +27,8 @@ from physagent_studio.exchange.animation import write_glb
 from physagent_studio.exchange.files import written
 from physagent_studio.exchange.flow_colors import flow_picture
 from physagent_studio.exchange.video import write_video
-from physagent_studio.program.document import dump_program
 from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.program.text.document import dump_program
 from physagent_studio.program.timing import timing_of
 from physagent_studio.records.rollout import Rollout
 from physagent_studio.records.rollout_io import save_rollout

@@ -20,7 +20,7 @@ from physagent_studio.exchange.case_reader import MAX_PROMPT, check_inside, slug
 from physagent_studio.exchange.plain_yaml import MAX_BYTES, PlainYaml, read_yaml
 from physagent_studio.program.edits import Edit, SetField
 from physagent_studio.program.program import PhysicalProgram
-from physagent_studio.program.scene import Click, Grounding, Support
+from physagent_studio.program.scene.state import Click, Grounding, Support
 from physagent_studio.reconstruction import read_photo
 from physagent_studio.records.case import Case
 

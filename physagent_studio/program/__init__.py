@@ -9,7 +9,6 @@ from physagent_studio.program.actions import (
     duration_of,
 )
 from physagent_studio.program.base import Frozen
-from physagent_studio.program.camera import Camera
 from physagent_studio.program.contract import Clause, Contract, Statement
 from physagent_studio.program.edits import (
     AddItem,
@@ -21,9 +20,10 @@ from physagent_studio.program.edits import (
     apply_with_inverse,
     value_at,
 )
-from physagent_studio.program.materials import MATERIALS, Material
 from physagent_studio.program.program import Clip, EventProgram, PhysicalProgram
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.materials import MATERIALS, Material
+from physagent_studio.program.scene.state import (
     Click,
     Grounding,
     Landmark,

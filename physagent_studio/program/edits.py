@@ -15,9 +15,9 @@ from pydantic import Field, JsonValue
 
 from physagent_studio.errors import EditError, Problem, ProgramError
 from physagent_studio.program.base import Frozen
-from physagent_studio.program.document import validate_data
-from physagent_studio.program.problems import nearest
 from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.program.text.document import validate_data
+from physagent_studio.program.text.problems import nearest
 
 Path = Annotated[str, Field(min_length=1, max_length=500)]
 

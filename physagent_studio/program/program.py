@@ -11,8 +11,8 @@ from pydantic import Field, model_validator
 from physagent_studio.program.actions import Action, After, Directed, OnContact, When, duration_of
 from physagent_studio.program.base import Frozen, Text
 from physagent_studio.program.contract import Contract
-from physagent_studio.program.materials import MATERIALS
-from physagent_studio.program.scene import SceneState
+from physagent_studio.program.scene.materials import MATERIALS
+from physagent_studio.program.scene.state import SceneState
 
 
 class Clip(Frozen):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 
-from physagent_studio.program.scene import SceneState
+from physagent_studio.program.scene.state import SceneState
 from physagent_studio.records.case import Case
 
 VERSION = "18"

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Ramp, SceneObject, SceneState, Slab, Support
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Ramp, SceneObject, SceneState, Slab, Support
 from physagent_studio.reconstruction import consistency
 from physagent_studio.reconstruction.camera.estimate import Horizon
 from physagent_studio.reconstruction.photo.colours import colour_of, pixels_like, said_of

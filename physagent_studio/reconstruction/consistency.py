@@ -10,8 +10,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Ramp, SceneObject, SceneState, Slab
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Ramp, SceneObject, SceneState, Slab
 from physagent_studio.reconstruction.camera.estimate import Horizon
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.shapes.silhouettes import in_world, look

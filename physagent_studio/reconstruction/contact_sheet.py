@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import quaternion_of
+from physagent_studio.program.scene.camera import Camera
 from physagent_studio.reconstruction.shapes.silhouettes import Seen, in_world, look
 from physagent_studio.records.case import Case, Image
 from physagent_studio.records.scene import Mesh, Scene

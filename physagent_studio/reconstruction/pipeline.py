@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.errors import Cancelled
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import (
     Landmark,
     SceneState,
     Slab,

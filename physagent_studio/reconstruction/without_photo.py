@@ -10,9 +10,9 @@ from types import MappingProxyType
 import numpy as np
 
 from physagent_studio.errors import InputError
-from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import quaternion_of
-from physagent_studio.program.scene import Floor, SceneState, Wall
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Floor, SceneState, Wall
 from physagent_studio.reconstruction.shapes.meshes import support_mesh
 from physagent_studio.reconstruction.shapes.stated_meshes import stated_mesh
 from physagent_studio.records.scene import Mesh, Scene

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.scene import Grounding, Landmark, Scale, Support
+from physagent_studio.program.scene.state import Grounding, Landmark, Scale, Support
 
 Image = NDArray[np.uint8]
 """(H, W, 3) uint8, RGB."""

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.scene import SceneState
+from physagent_studio.program.scene.state import SceneState
 from physagent_studio.records.case import Image
 
 FloatArray = NDArray[np.float64]

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Floor, SceneState, Wall
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Floor, SceneState, Wall
 from physagent_studio.records.scene import Mesh
 from physagent_studio.rendering.batch import Batch
 from physagent_studio.rendering.frame import Picture

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from physagent_studio.errors import InputError
-from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene.camera import Camera
 from physagent_studio.records.scene import Mesh, Scene
 from physagent_studio.rendering.backdrop import PALETTE, draw_backdrop
 from physagent_studio.rendering.batch import Batch

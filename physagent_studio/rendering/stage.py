@@ -9,8 +9,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Floor, SceneState, Vessel, Wall
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Floor, SceneState, Vessel, Wall
 from physagent_studio.records.scene import Mesh
 from physagent_studio.rendering.batch import Batch
 from physagent_studio.rendering.coverage import partial_pixels

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.program import Grounding, Landmark, SceneState, Support
-from physagent_studio.program.scene import Scale
+from physagent_studio.program.scene.state import Scale
 from physagent_studio.records import (
     Candidate,
     Case,

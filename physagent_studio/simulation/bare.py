@@ -9,7 +9,7 @@ from physagent_studio.program import PhysicalProgram
 from physagent_studio.records import Mesh
 from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.simulator import Simulator
-from physagent_studio.simulation.trace import EXTRA, SNAPSHOT
+from physagent_studio.simulation.stepping.trace import EXTRA, SNAPSHOT
 
 
 def bare_seconds(

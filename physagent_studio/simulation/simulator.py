@@ -15,28 +15,28 @@ import numpy as np
 from physagent_studio.errors import SimulationError
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.actions import FixObject
-from physagent_studio.program.bodies import Rigid
 from physagent_studio.program.rotations import matrix_of
-from physagent_studio.program.scene import MeshedSupport, Shape, Vessel
+from physagent_studio.program.scene.bodies import Rigid
+from physagent_studio.program.scene.state import MeshedSupport, Shape, Vessel
 from physagent_studio.records import Alarm, Mesh, Rollout
-from physagent_studio.simulation.build import compile_model
-from physagent_studio.simulation.clouds import Cloud
-from physagent_studio.simulation.collision import outlines
-from physagent_studio.simulation.contact_law import density_of, touch_of
-from physagent_studio.simulation.convex import split
-from physagent_studio.simulation.engine import run
-from physagent_studio.simulation.measure import rollout_of, with_alarms, with_vertices
+from physagent_studio.simulation.actions.world import World
+from physagent_studio.simulation.bodies.clouds import Cloud
+from physagent_studio.simulation.bodies.contact_law import density_of, touch_of
+from physagent_studio.simulation.bodies.convex_parts import split
+from physagent_studio.simulation.bodies.solids import Solid, solid_of
+from physagent_studio.simulation.contacts.wheels import wheels_of
 from physagent_studio.simulation.mj import mj
-from physagent_studio.simulation.model import Compiled, configure
-from physagent_studio.simulation.parts import part_of
-from physagent_studio.simulation.resume import first_effect, restore, setting_key
-from physagent_studio.simulation.settle import settle
-from physagent_studio.simulation.solids import Solid, solid_of
+from physagent_studio.simulation.model.build import compile_model
+from physagent_studio.simulation.model.collision import outlines
+from physagent_studio.simulation.model.model import Compiled, configure
+from physagent_studio.simulation.model.parts import part_of
+from physagent_studio.simulation.model.settle import settle
+from physagent_studio.simulation.model.tunnelling import substeps_for
+from physagent_studio.simulation.stepping.engine import run
+from physagent_studio.simulation.stepping.measure import rollout_of, with_alarms, with_vertices
+from physagent_studio.simulation.stepping.resume import first_effect, restore, setting_key
+from physagent_studio.simulation.stepping.trace import Trace, new_trace
 from physagent_studio.simulation.surfaces import FloatArray, Surface
-from physagent_studio.simulation.trace import Trace, new_trace
-from physagent_studio.simulation.tunnelling import substeps_for
-from physagent_studio.simulation.wheels import wheels_of
-from physagent_studio.simulation.world import World
 
 K = TypeVar("K")
 V = TypeVar("V")

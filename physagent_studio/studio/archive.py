@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from physagent_studio.errors import StudioError
-from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import angle_between
+from physagent_studio.program.scene.camera import Camera
 from physagent_studio.records import Rollout, Round
 from physagent_studio.records.rollout_io import rollout_from_bytes
 from physagent_studio.session import FileStore, Store

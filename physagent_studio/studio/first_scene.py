@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from physagent_studio.program.scene import SceneObject, SceneState
+from physagent_studio.program.scene.state import SceneObject, SceneState
 from physagent_studio.workbench import Snapshot
 
 Act = Callable[[], None]

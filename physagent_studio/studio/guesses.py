@@ -3,7 +3,7 @@ guesses that were taken back."""
 
 from __future__ import annotations
 
-from physagent_studio.program.scene import Grounding, SceneState
+from physagent_studio.program.scene.state import Grounding, SceneState
 from physagent_studio.records import Case, Scene
 
 Spot = tuple[float, float]

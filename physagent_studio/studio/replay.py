@@ -10,7 +10,7 @@ from physagent_studio import __version__
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import Replay, ReplayCheck, ReplayRound, replay_html, write_video
 from physagent_studio.program import Clip
-from physagent_studio.program.document import dump_program
+from physagent_studio.program.text.document import dump_program
 from physagent_studio.program.timing import timing_of
 from physagent_studio.records import Rollout, Round, Scene
 from physagent_studio.rendering import render_clip

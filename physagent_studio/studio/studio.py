@@ -21,15 +21,15 @@ from pydantic import JsonValue
 
 from physagent_studio.errors import InputError
 from physagent_studio.program import Edit
-from physagent_studio.studio import intents
-from physagent_studio.studio.actions import Offer, carry_out
 from physagent_studio.studio.archive import Archive
+from physagent_studio.studio.commands.actions import Offer, carry_out
+from physagent_studio.studio.commands.mesh import MeshDesk
 from physagent_studio.studio.finder import Finder
 from physagent_studio.studio.first_scene import Act, Waiting
 from physagent_studio.studio.guard import close_client, open_server, stop_server, token_of
 from physagent_studio.studio.hub import Hub
+from physagent_studio.studio.intents import every as intents
 from physagent_studio.studio.library import Library
-from physagent_studio.studio.mesh_actions import MeshDesk
 from physagent_studio.studio.painter import Painter
 from physagent_studio.studio.photo_desk import PhotoDesk
 from physagent_studio.studio.scene.stage import Hands

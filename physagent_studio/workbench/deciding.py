@@ -6,7 +6,7 @@ from physagent_studio.agent import loop
 from physagent_studio.agent.by_hand import in_order, without_schedule
 from physagent_studio.errors import InputError
 from physagent_studio.program import Edit, PhysicalProgram
-from physagent_studio.program.diff import diff
+from physagent_studio.program.text.diff import diff
 from physagent_studio.records import Decision, LoopState, Override, Round
 from physagent_studio.records.loop_state import RoleName
 from physagent_studio.session.session import now

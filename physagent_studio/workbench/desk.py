@@ -14,7 +14,7 @@ from physagent_studio.agent.rules.planner import goal_search as wishing
 from physagent_studio.agent.rules.planner.goal_search import proposal_for
 from physagent_studio.errors import InputError, Problem, ProgramError
 from physagent_studio.program import Edit, PhysicalProgram, apply, value_at
-from physagent_studio.program.document import load_program
+from physagent_studio.program.text.document import load_program
 from physagent_studio.program.timing import FASTEST, PACE, SLOWEST, retimed
 from physagent_studio.records import Decision, LoopState, Mesh, Override, Rollout, Round, Scene
 from physagent_studio.session import Session

@@ -25,7 +25,7 @@ from physagent_studio.contract import measure
 from physagent_studio.contract.view import Drawn
 from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.program import PhysicalProgram, SceneState
-from physagent_studio.program.scene import Meshed
+from physagent_studio.program.scene.state import Meshed
 from physagent_studio.reconstruction import reconstruct
 from physagent_studio.records import Case, Check, Image, Mesh, Rollout, Scene
 from physagent_studio.records.loop_state import RoleName

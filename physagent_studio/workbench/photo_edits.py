@@ -17,8 +17,8 @@ from physagent_studio.agent.rules.scene.materials import material_of
 from physagent_studio.errors import InputError
 from physagent_studio.program import AddItem, Edit, Grounding, PhysicalProgram, SetField
 from physagent_studio.program.base import Pixel
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import (
     FormKind,
     Landmark,
     Mark,

@@ -11,7 +11,7 @@ from dataclasses import replace
 from physagent_studio.errors import Cancelled, InputError, ProgramError, StudioError
 from physagent_studio.exchange import load_case
 from physagent_studio.program import Edit
-from physagent_studio.program.document import dump_program
+from physagent_studio.program.text.document import dump_program
 from physagent_studio.records import Case, LoopState
 from physagent_studio.session import Session, Store
 from physagent_studio.workbench import commands

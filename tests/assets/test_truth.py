@@ -11,7 +11,7 @@ import yaml
 from physagent_studio.exchange.case_folder import load_case
 from physagent_studio.program import Camera
 from physagent_studio.program.rotations import matrix_of
-from physagent_studio.program.scene import SceneObject, Support
+from physagent_studio.program.scene.state import SceneObject, Support
 
 ROOT = Path(__file__).resolve().parents[2]
 SYNTHETIC = ROOT / "tests" / "data" / "synthetic"

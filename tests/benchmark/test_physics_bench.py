@@ -1,7 +1,7 @@
 """The bench of physics prints every figure and writes them down."""
 
-from physagent_studio.benchmark import physics
-from physagent_studio.benchmark.physics_programs import malformed
+from physagent_studio.benchmark.physics import bench as physics
+from physagent_studio.benchmark.physics.programs import malformed
 
 
 def test_malformed_programs_are_read_or_refused_in_order():

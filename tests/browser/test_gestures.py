@@ -9,8 +9,8 @@ import pytest
 from playwright.sync_api import Browser, WebSocketRoute, expect
 
 from physagent_studio.program.actions import ApplyForce
-from physagent_studio.program.document import load_program
 from physagent_studio.program.edits import AddItem, RemoveItem
+from physagent_studio.program.text.document import load_program
 from physagent_studio.workbench import commands
 from tests.browser.conftest import Desk
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser
 
-from physagent_studio.program.document import load_program
+from physagent_studio.program.text.document import load_program
 from physagent_studio.session import Store
 from physagent_studio.workbench import Workbench, commands
 from tests.browser.conftest import PATIENCE, Desk, running

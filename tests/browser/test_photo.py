@@ -12,7 +12,7 @@ import pytest
 from playwright.sync_api import expect
 
 from physagent_studio.assets import assets_dir
-from physagent_studio.program.scene import Grounding, SceneState
+from physagent_studio.program.scene.state import Grounding, SceneState
 from physagent_studio.reconstruction.masks import segmenter as segmentation
 from physagent_studio.studio import photo_desk
 from physagent_studio.workbench import engine

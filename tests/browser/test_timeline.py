@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from physagent_studio.program.document import load_program
+from physagent_studio.program.text.document import load_program
 from physagent_studio.program.timing import PACE
 from physagent_studio.workbench import commands
 from tests.browser.conftest import Desk

@@ -10,7 +10,7 @@ import pytest
 from physagent_studio.contract import measure
 from physagent_studio.program import Clip, Contract, EventProgram, PhysicalProgram, SceneState
 from physagent_studio.program.rotations import about_axis
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.state import (
     Box,
     Cylinder,
     Floor,

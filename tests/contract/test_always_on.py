@@ -44,7 +44,7 @@ def test_what_overlapped_in_frame_0_is_ignored_and_said(stage):
 
 
 def test_the_tolerance_grows_with_the_object(stage):
-    from physagent_studio.program.scene import Box
+    from physagent_studio.program.scene.state import Box
 
     stage.touch("cube", "floor", range(20, 40), depth=0.03)
     assert not stage.always("penetration").ok

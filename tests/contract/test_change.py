@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from physagent_studio.program.bodies import Breakable
+from physagent_studio.program.scene.bodies import Breakable
 from physagent_studio.records import Release
 
 FRAMES = 26

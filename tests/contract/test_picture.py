@@ -13,7 +13,8 @@ from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.picture import NEAR, Sight, shares_of, sight_of
 from physagent_studio.program import Camera, Clip, EventProgram, PhysicalProgram, SceneState
 from physagent_studio.program.rotations import about_axis, matrices_of
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.shapes import Placed, outline_of, stretched
+from physagent_studio.program.scene.state import (
     Box,
     Cylinder,
     Ellipsoid,
@@ -23,7 +24,6 @@ from physagent_studio.program.scene import (
     Sphere,
     Support,
 )
-from physagent_studio.program.shapes import Placed, outline_of, stretched
 from physagent_studio.simulation import simulate
 
 FloatArray = NDArray[np.float64]

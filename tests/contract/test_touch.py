@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from physagent_studio.program.scene import Box, SceneObject
+from physagent_studio.program.scene.state import Box, SceneObject
 
 SIDE = (1, 0, 0)
 

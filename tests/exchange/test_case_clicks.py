@@ -11,7 +11,7 @@ import pytest
 
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import annotated, load_case
-from physagent_studio.program.scene import Scale
+from physagent_studio.program.scene.state import Scale
 
 CASE = """\
 image: input.png

@@ -10,7 +10,7 @@ import pytest
 
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import case_from_image, load_case
-from physagent_studio.program.scene import Click, Slab
+from physagent_studio.program.scene.state import Click, Slab
 
 GOOD = """\
 image: input.png

@@ -12,7 +12,7 @@ import pytest
 from physagent_studio.errors import Cancelled, InputError
 from physagent_studio.exchange import export_motion_prior
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.program.document import load_program
+from physagent_studio.program.text.document import load_program
 from physagent_studio.records import Rollout, Scene
 from physagent_studio.records.rollout_io import load_rollout
 from physagent_studio.rendering import Compositor, flow_between, frame_of

@@ -11,7 +11,7 @@ import pytest
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import load_case, load_peer_config
 from physagent_studio.program import PhysicalProgram, SceneObject, SceneState, Support, apply
-from physagent_studio.program.bodies import Soft
+from physagent_studio.program.scene.bodies import Soft
 
 CONFIG = """\
 example_name: jelly on ramp

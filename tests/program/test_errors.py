@@ -12,8 +12,8 @@ import pytest
 
 from physagent_studio.errors import ProgramError
 from physagent_studio.program import AddItem, MoveItem, RemoveItem, SetField, apply
-from physagent_studio.program.document import load_program
-from physagent_studio.program.fuzz import SEED_TEXT, fuzz_programs
+from physagent_studio.program.text.document import load_program
+from physagent_studio.program.text.fuzz import SEED_TEXT, fuzz_programs
 
 GOLDEN = Path(__file__).resolve().parent.parent / "golden" / "program_errors.txt"
 

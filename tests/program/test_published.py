@@ -15,8 +15,8 @@ import pytest
 from physagent_studio.contract import MEASURES
 from physagent_studio.contract.words import COMPOSITES
 from physagent_studio.program import MATERIALS
-from physagent_studio.program.document import json_schema, load_program
-from physagent_studio.program.fuzz import SEED_TEXT
+from physagent_studio.program.text.document import json_schema, load_program
+from physagent_studio.program.text.fuzz import SEED_TEXT
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 GUIDE = (DOCS / "program-format.md").read_text(encoding="utf-8")

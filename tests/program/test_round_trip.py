@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from physagent_studio.errors import ProgramError
 from physagent_studio.program import AddItem, MoveItem, apply, apply_with_inverse
-from physagent_studio.program.diff import diff, diff_text
-from physagent_studio.program.document import dump_program, load_program
-from physagent_studio.program.text_edits import edit_text
-from physagent_studio.program.yaml_nodes import parse
+from physagent_studio.program.text.diff import diff, diff_text
+from physagent_studio.program.text.document import dump_program, load_program
+from physagent_studio.program.text.text_edits import edit_text
+from physagent_studio.program.text.yaml_nodes import parse
 from tests.program.strategies import edits_of, programs
 
 # Shrinking a program can take minutes; drop `phases` to look into a failure.

@@ -4,9 +4,9 @@ import pytest
 
 from physagent_studio.errors import ProgramError
 from physagent_studio.program import PhysicalProgram, SetField
-from physagent_studio.program.document import dump_flow, dump_program, dump_value, load_program
-from physagent_studio.program.text_edits import edit_text
-from physagent_studio.program.yaml_nodes import MAX_CHARACTERS, parse
+from physagent_studio.program.text.document import dump_flow, dump_program, dump_value, load_program
+from physagent_studio.program.text.text_edits import edit_text
+from physagent_studio.program.text.yaml_nodes import MAX_CHARACTERS, parse
 
 
 @pytest.mark.parametrize(

@@ -11,10 +11,10 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from physagent_studio.benchmark.synthetic import scene
+from physagent_studio.benchmark.reconstruction.synthetic import scene
 from physagent_studio.errors import BackendMissing, InputError
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import (
     Click,
     Grounding,
     Meshed,

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import about_up, matrix_of, multiply
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import (
     Box,
     Capsule,
     Cylinder,

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.reconstruction import TrueMasks, reference_masks
-from physagent_studio.benchmark.synthetic import scene
+from physagent_studio.benchmark.reconstruction.bench import TrueMasks, reference_masks
+from physagent_studio.benchmark.reconstruction.synthetic import scene
 from physagent_studio.errors import Cancelled, InputError
 from physagent_studio.exchange import load_case
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import (
     Box,
     Click,
     Grounding,

@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.synthetic import scene
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Landmark, Ramp, Scale
+from physagent_studio.benchmark.reconstruction.synthetic import scene
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Landmark, Ramp, Scale
 from physagent_studio.reconstruction.camera import estimate as cues
 from physagent_studio.reconstruction.camera.scale import Measured, solve
 from physagent_studio.reconstruction.grounding.usual import support_kind, usual_size

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.reconstruction import TrueMasks
-from physagent_studio.benchmark.synthetic import scene
-from physagent_studio.program.scene import (
+from physagent_studio.benchmark.reconstruction.bench import TrueMasks
+from physagent_studio.benchmark.reconstruction.synthetic import scene
+from physagent_studio.program.scene.state import (
     Box,
     Click,
     Grounding,

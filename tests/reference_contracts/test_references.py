@@ -31,8 +31,8 @@ from physagent_studio.program.actions import (
     SetVelocity,
 )
 from physagent_studio.program.contract import Contract
-from physagent_studio.program.document import load_program
-from physagent_studio.program.scene import Box, Inflated, SceneObject
+from physagent_studio.program.scene.state import Box, Inflated, SceneObject
+from physagent_studio.program.text.document import load_program
 from physagent_studio.records import Case, Check
 from physagent_studio.simulation import simulate
 

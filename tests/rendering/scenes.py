@@ -7,8 +7,8 @@ from types import MappingProxyType
 import numpy as np
 import trimesh
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import (
     Box,
     Floor,
     SceneObject,

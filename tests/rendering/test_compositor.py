@@ -8,8 +8,8 @@ import pytest
 import trimesh
 
 from physagent_studio.errors import Cancelled, InputError
-from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import about_axis
+from physagent_studio.program.scene.camera import Camera
 from physagent_studio.records.scene import Mesh
 from physagent_studio.rendering import Compositor, render_clip, render_frame
 from physagent_studio.rendering.compositor import initial_poses

@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from physagent_studio.benchmark.physics_scenes import STILL, Vector, program, thing
+from physagent_studio.benchmark.physics.scenes import STILL, Vector, program, thing
 from physagent_studio.program import Action, SceneObject
-from physagent_studio.program.scene import Sphere
+from physagent_studio.program.scene.state import Sphere
 from physagent_studio.records import ActionSpan, Rollout
 from physagent_studio.simulation import simulate
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from physagent_studio.simulation.disturbance import DEFAULT_FREQUENCY
-from physagent_studio.simulation.effects import OPERATORS
+from physagent_studio.simulation.actions.disturbance import DEFAULT_FREQUENCY
+from physagent_studio.simulation.actions.effects import OPERATORS
 
 DOCS = Path(__file__).parents[2] / "docs"
 

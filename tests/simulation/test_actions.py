@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.physics_scenes import STILL, ground, program, thing
+from physagent_studio.benchmark.physics.scenes import STILL, ground, program, thing
 from physagent_studio.program import After, Directed, OnContact
 from physagent_studio.program.actions import (
     ApplyAngledForce,
@@ -21,7 +21,7 @@ from physagent_studio.program.actions import (
 )
 from physagent_studio.program.contract import Moves
 from physagent_studio.program.rotations import about_axis, angle_between, matrices_of, matrix_of
-from physagent_studio.program.scene import Box, Landmark
+from physagent_studio.program.scene.state import Box, Landmark
 from physagent_studio.simulation import simulate
 from tests.simulation.free_ball import MASS, RADIUS, ball, free, span
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark import physics_bodies
-from physagent_studio.benchmark.physics_scenes import STILL, ground, program, ring_mesh, thing
+from physagent_studio.benchmark.physics import bodies as physics_bodies
+from physagent_studio.benchmark.physics.scenes import STILL, ground, program, ring_mesh, thing
 from physagent_studio.program.actions import (
     ApplyForce,
     FixObject,
@@ -14,10 +14,18 @@ from physagent_studio.program.actions import (
     SetPosition,
     SetVelocity,
 )
-from physagent_studio.program.bodies import Breakable, Cloth, Granular, Liquid, Plastic, Rope, Soft
-from physagent_studio.program.mechanics import mass_of
+from physagent_studio.program.preflight.mechanics import mass_of
 from physagent_studio.program.rotations import about_axis, angle_between
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.bodies import (
+    Breakable,
+    Cloth,
+    Granular,
+    Liquid,
+    Plastic,
+    Rope,
+    Soft,
+)
+from physagent_studio.program.scene.state import (
     Box,
     Cylinder,
     Frustum,
@@ -28,9 +36,10 @@ from physagent_studio.program.scene import (
     Sphere,
 )
 from physagent_studio.records import Mesh
-from physagent_studio.simulation import convex, resimulate, simulate
-from physagent_studio.simulation.flexes import flex_of
-from physagent_studio.simulation.solids import solid_of
+from physagent_studio.simulation import resimulate, simulate
+from physagent_studio.simulation.bodies import convex_parts as convex
+from physagent_studio.simulation.bodies.flexes import flex_of
+from physagent_studio.simulation.bodies.solids import solid_of
 from physagent_studio.simulation.surfaces import box_surface, ellipsoid_surface, mass_properties
 
 

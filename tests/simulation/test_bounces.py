@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.physics_bounces import SHAPES, tumbling
-from physagent_studio.benchmark.physics_scenes import ground, program, thing
+from physagent_studio.benchmark.physics.bounces import SHAPES, tumbling
+from physagent_studio.benchmark.physics.scenes import ground, program, thing
 from physagent_studio.program.actions import SetAngularVelocity, SetVelocity
-from physagent_studio.program.scene import Box, Frustum, Ramp, Sphere, Torus
+from physagent_studio.program.scene.state import Box, Frustum, Ramp, Sphere, Torus
 from physagent_studio.simulation import Simulator, resimulate, simulate
 
 

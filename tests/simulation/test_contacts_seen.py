@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from physagent_studio.program.document import load_program
+from physagent_studio.program.text.document import load_program
 from physagent_studio.simulation import simulate
 
 PUSHED = """

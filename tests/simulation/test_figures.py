@@ -2,7 +2,7 @@
 
 import pytest
 
-from physagent_studio.benchmark.physics import FIGURES
+from physagent_studio.benchmark.physics.bench import FIGURES
 
 TIMED = {"overhead", "rerun", "cold"}
 ELSEWHERE = {"bowl", "ring", "soft_squash", "cloth_area", "rope_length", "stool"}

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.physics_scenes import ground, program, thing
+from physagent_studio.benchmark.physics.scenes import ground, program, thing
 from physagent_studio.program.actions import ApplyDisturbance
-from physagent_studio.program.plants import FOLIAGE, plant_body, sway_frequency
-from physagent_studio.program.scene import Box, Cylinder, Ellipsoid
+from physagent_studio.program.scene.plants import FOLIAGE, plant_body, sway_frequency
+from physagent_studio.program.scene.state import Box, Cylinder, Ellipsoid
 from physagent_studio.simulation import Simulator
 
 TREE = (Ellipsoid(radii=(2.6, 2.6, 2.65)), 5.3, 5.2)

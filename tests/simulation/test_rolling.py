@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.physics_scenes import ground, program, thing
+from physagent_studio.benchmark.physics.scenes import ground, program, thing
 from physagent_studio.contract import measure
 from physagent_studio.program import SceneObject, Support
 from physagent_studio.program.actions import SetAngularVelocity, SetVelocity
 from physagent_studio.program.rotations import about_axis
-from physagent_studio.program.scene import Box, Cylinder, Floor, Ramp, Sphere
+from physagent_studio.program.scene.state import Box, Cylinder, Floor, Ramp, Sphere
 from physagent_studio.simulation import simulate
 
 

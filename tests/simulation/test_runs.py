@@ -10,13 +10,13 @@ import sys
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.physics_scenes import STILL, ground, program, thing
+from physagent_studio.benchmark.physics.scenes import STILL, ground, program, thing
 from physagent_studio.errors import Cancelled, InputError, SimulationError
 from physagent_studio.program import After, Clip, Directed, OnContact, SetField, apply
 from physagent_studio.program.actions import ApplyForce, FixObject, SetVelocity, When
 from physagent_studio.program.contract import Falls
 from physagent_studio.program.rotations import about_axis
-from physagent_studio.program.scene import Box, Cylinder, Floor, Ramp, Slab, Sphere, Wall
+from physagent_studio.program.scene.state import Box, Cylinder, Floor, Ramp, Slab, Sphere, Wall
 from physagent_studio.records.rollout import Rollout
 from physagent_studio.records.rollout_io import (
     load_rollout,
@@ -24,7 +24,8 @@ from physagent_studio.records.rollout_io import (
     rollout_to_bytes,
     save_rollout,
 )
-from physagent_studio.simulation import Simulator, resimulate, resume, simulate
+from physagent_studio.simulation import Simulator, resimulate, simulate
+from physagent_studio.simulation.stepping import resume
 
 ARRAYS = (
     "positions",

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.physics_scenes import ground, program
+from physagent_studio.benchmark.physics.scenes import ground, program
 from physagent_studio.program import After, Directed, OnContact
 from physagent_studio.program.actions import (
     ApplyAngledForce,
@@ -22,7 +22,7 @@ from physagent_studio.program.actions import (
 from physagent_studio.program.contract import Moves
 from physagent_studio.program.rotations import about_axis
 from physagent_studio.simulation import simulate
-from physagent_studio.simulation.disturbance import DEFAULT_FREQUENCY
+from physagent_studio.simulation.actions.disturbance import DEFAULT_FREQUENCY
 from tests.simulation.free_ball import MASS, RADIUS, ball, free, span
 
 STEPS = 40

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from websockets.sync.connection import Connection
 
-from physagent_studio.program.document import load_program
+from physagent_studio.program.text.document import load_program
 from physagent_studio.session import Store
 from physagent_studio.studio import Studio, serve
 from physagent_studio.studio.figures.wire import open_page, until

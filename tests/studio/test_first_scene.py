@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.program.scene import Click, Grounding, SceneObject, SceneState, Support
+from physagent_studio.program.scene.state import Click, Grounding, SceneObject, SceneState, Support
 from physagent_studio.records import Case, LoopState
 from physagent_studio.studio.first_scene import Waiting, marked, unwritten
 from physagent_studio.workbench import Snapshot

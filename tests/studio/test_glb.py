@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from physagent_studio.program import Support
-from physagent_studio.program import scene as shapes
+from physagent_studio.program.scene import state as shapes
 from physagent_studio.records import Mesh, Shading
 from physagent_studio.studio.scene.glb import before_film_curve, glb_of
 from physagent_studio.studio.scene.outline import edges_of

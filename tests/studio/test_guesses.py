@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from physagent_studio.program import PhysicalProgram, SetField
-from physagent_studio.program.scene import Click, Grounding, SceneObject, SceneState
+from physagent_studio.program.scene.state import Click, Grounding, SceneObject, SceneState
 from physagent_studio.records import Case, Scene
 from physagent_studio.studio.guesses import disproved, stale_spots, without_stale
 from physagent_studio.workbench import photo_edits

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from physagent_studio.program import PhysicalProgram, SetField, apply
-from physagent_studio.program.document import load_program
+from physagent_studio.program.text.document import load_program
 from physagent_studio.studio.panels import inspector
 from physagent_studio.studio.panels.words import spoken
 from physagent_studio.studio.view import Selection, View

@@ -1,7 +1,7 @@
 """What the photo's tools offer for a click."""
 
-from physagent_studio.benchmark.lookalikes import stack
-from physagent_studio.program.scene import Click, Grounding
+from physagent_studio.benchmark.reconstruction.lookalikes import stack
+from physagent_studio.program.scene.state import Click, Grounding
 from physagent_studio.studio import photo_desk
 from physagent_studio.studio.photo_desk import PhotoDesk
 

@@ -10,7 +10,7 @@ import pytest
 
 from physagent_studio.assets import assets_dir
 from physagent_studio.exchange import load_case
-from physagent_studio.program.document import load_program
+from physagent_studio.program.text.document import load_program
 from physagent_studio.records import LoopState
 from physagent_studio.session import Store
 from physagent_studio.studio.library import Library

@@ -10,7 +10,7 @@ from physagent_studio.assets import assets_dir
 from physagent_studio.cli.sessions import export_session
 from physagent_studio.errors import Cancelled, InputError
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.program.document import load_program
+from physagent_studio.program.text.document import load_program
 from physagent_studio.session import Store
 from physagent_studio.studio.recording import record
 from physagent_studio.studio.replay import replay_of

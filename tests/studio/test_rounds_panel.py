@@ -11,8 +11,8 @@ import pytest
 from physagent_studio.assets import assets_dir
 from physagent_studio.program import Clause, PhysicalProgram, SceneObject, SceneState, SetField
 from physagent_studio.program.contract import Contacts, Contract
-from physagent_studio.program.document import load_program
-from physagent_studio.program.scene import Sphere
+from physagent_studio.program.scene.state import Sphere
+from physagent_studio.program.text.document import load_program
 from physagent_studio.records import Assessment, Check, Decision, Proposal, Round
 from physagent_studio.session import Store
 from physagent_studio.studio.panels.checklist import checklist_of, demands_of, merged, viewed

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from physagent_studio.program import EventProgram, PhysicalProgram, SceneObject, SceneState, apply
-from physagent_studio.program import scene as shapes
+from physagent_studio.program.scene import state as shapes
 from physagent_studio.records import Mesh
 from physagent_studio.studio.scene.primitives import mesh_of_object
 from physagent_studio.studio.scene.scaling import factors_of, pulled, scaled, scaling

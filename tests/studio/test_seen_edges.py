@@ -7,9 +7,9 @@ import re
 import numpy as np
 import pytest
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.forms import Floor, Ramp, Slab
-from physagent_studio.program.scene import Support
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.forms import Floor, Ramp, Slab
+from physagent_studio.program.scene.state import Support
 from physagent_studio.studio.panels.seen_edges import seen_edges
 
 CAMERA = Camera.from_horizon((800, 600), 200, 1.5)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.program.document import load_program
+from physagent_studio.program.text.document import load_program
 from physagent_studio.studio.panels.spots import spot_of
 from physagent_studio.studio.view import Selection
 

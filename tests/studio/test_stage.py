@@ -11,9 +11,9 @@ import pytest
 import viser
 
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.program import scene as shapes
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.document import load_program
+from physagent_studio.program.scene import state as shapes
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.text.document import load_program
 from physagent_studio.records import Mesh, Round
 from physagent_studio.session import Store
 from physagent_studio.studio.archive import fits, with_ghosts

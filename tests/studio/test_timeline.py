@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from physagent_studio.program import Clip
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.document import load_program
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.text.document import load_program
 from physagent_studio.program.timing import PACE, clip_at
 from physagent_studio.records import Check
 from physagent_studio.session import Store

@@ -18,8 +18,8 @@ from physagent_studio.program import (
     SetField,
     Support,
 )
-from physagent_studio.program import scene as shapes
 from physagent_studio.program.actions import SetVelocity
+from physagent_studio.program.scene import state as shapes
 from physagent_studio.session import Store
 from physagent_studio.workbench import Snapshot, Workbench, commands
 

@@ -10,7 +10,7 @@ import trimesh
 
 from physagent_studio.errors import InputError
 from physagent_studio.program import SetField, value_at
-from physagent_studio.program.document import load_program
+from physagent_studio.program.text.document import load_program
 from physagent_studio.session import Store
 from physagent_studio.workbench import Workbench, commands
 from physagent_studio.workbench.mesh_edits import name_for, read_form

@@ -12,7 +12,7 @@ import pytest
 from physagent_studio.assets import assets_dir
 from physagent_studio.errors import InputError
 from physagent_studio.program import SetField, apply
-from physagent_studio.program.scene import Click, Grounding, Landmark, Stroke
+from physagent_studio.program.scene.state import Click, Grounding, Landmark, Stroke
 from physagent_studio.session import Store
 from physagent_studio.workbench import Snapshot, Workbench, commands, photo_edits
 

@@ -10,7 +10,7 @@ import pytest
 
 from physagent_studio.assets import assets_dir
 from physagent_studio.program import AddItem, PhysicalProgram, SetField
-from physagent_studio.program.document import dump_program, load_program
+from physagent_studio.program.text.document import dump_program, load_program
 from physagent_studio.program.timing import PACE
 from physagent_studio.records import Hunk, LoopState, Preview, Proposal
 from physagent_studio.session import Store

@@ -29,9 +29,9 @@ from physagent_studio.agent.rules.schedule.ramps import friction_for
 from physagent_studio.language import Inventory, Reading, inventory, read
 from physagent_studio.language.tokens.vocabulary import GROUND_WORDS
 from physagent_studio.program.contract import Contract
-from physagent_studio.program.plants import FOLIAGE
 from physagent_studio.program.program import Clip, EventProgram, PhysicalProgram
-from physagent_studio.program.scene import Landmark, SceneObject, SceneState, Support
+from physagent_studio.program.scene.plants import FOLIAGE
+from physagent_studio.program.scene.state import Landmark, SceneObject, SceneState, Support
 from physagent_studio.reconstruction.grounding.usual import grows
 from physagent_studio.records import Case, Scene
 

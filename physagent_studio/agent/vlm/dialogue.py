@@ -14,7 +14,7 @@ from physagent_studio.agent.vlm.parsing import parse_object
 from physagent_studio.agent.vlm.prompting import prompt
 from physagent_studio.agent.vlm.schema import strict_schema, without_nulls
 from physagent_studio.errors import ProgramError
-from physagent_studio.program.problems import problems_of
+from physagent_studio.program.text.problems import problems_of
 
 Form = TypeVar("Form", bound=BaseModel)
 Result = TypeVar("Result")

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from physagent_studio.program import PhysicalProgram, SceneState
-from physagent_studio.program.mechanics import row_of
-from physagent_studio.program.shapes import outline_of
+from physagent_studio.program.preflight.mechanics import row_of
+from physagent_studio.program.scene.shapes import outline_of
 from physagent_studio.records import Check, Finding, Rollout
 
 MOST_CONTACTS = 40

@@ -18,9 +18,9 @@ from physagent_studio.program import (
     Statement,
 )
 from physagent_studio.program.base import Length, Name, Pixel
-from physagent_studio.program.bodies import Body
 from physagent_studio.program.edits import Path
-from physagent_studio.program.scene import Density, Shape
+from physagent_studio.program.scene.bodies import Body
+from physagent_studio.program.scene.state import Density, Shape
 from physagent_studio.records import CRITERIA
 
 Words = Annotated[str, Field(max_length=2000)]

@@ -25,10 +25,10 @@ from physagent_studio.program import (
     SceneState,
     Support,
 )
-from physagent_studio.program.bodies import Rigid
-from physagent_studio.program.document import validate_data
-from physagent_studio.program.preflight import preflight
-from physagent_studio.program.scene import Scale
+from physagent_studio.program.preflight.preflight import preflight
+from physagent_studio.program.scene.bodies import Rigid
+from physagent_studio.program.scene.state import Scale
+from physagent_studio.program.text.document import validate_data
 from physagent_studio.reconstruction.grounding.usual import support_kind
 from physagent_studio.records import Case, Image, Scene
 

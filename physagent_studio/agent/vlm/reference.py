@@ -11,8 +11,8 @@ from pydantic import BaseModel
 
 from physagent_studio.program import MATERIALS, Action, Directed, Statement
 from physagent_studio.program.actions import Condition
-from physagent_studio.program.bodies import Body
-from physagent_studio.program.json_schema import json_schema
+from physagent_studio.program.scene.bodies import Body
+from physagent_studio.program.text.json_schema import json_schema
 
 _COMMON_ACTION = ("id", "name", "start_step", "when", "muted")
 _COMMON_STATEMENT = ("id", "clause", "negated", "from_step", "to_step")

@@ -17,7 +17,7 @@ from physagent_studio.contract.view.basics import (
 )
 from physagent_studio.contract.words import number
 from physagent_studio.program.contract import Contacts
-from physagent_studio.program.scene import Floor
+from physagent_studio.program.scene.state import Floor
 from physagent_studio.records.judgement import Check
 
 FloatArray = NDArray[np.float64]

@@ -13,7 +13,7 @@ from physagent_studio.language.syntax.phrases import NounPhrase
 from physagent_studio.language.tokens import vocabulary as v
 from physagent_studio.language.tokens.tokens import singular
 from physagent_studio.language.tokens.vocabulary import words_of
-from physagent_studio.program.scene import Grounding
+from physagent_studio.program.scene.state import Grounding
 
 
 def inventory(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from physagent_studio.language.frames import Place
 from physagent_studio.language.tokens import vocabulary as v
 from physagent_studio.language.tokens.tokens import singular
-from physagent_studio.program.scene import Grounding
+from physagent_studio.program.scene.state import Grounding
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from physagent_studio.program.scene import SceneState
+from physagent_studio.program.scene.state import SceneState
 from physagent_studio.reconstruction.masks.segmenter import Segmenter
 from physagent_studio.reconstruction.pipeline import reconstruct
 from physagent_studio.records.case import Case

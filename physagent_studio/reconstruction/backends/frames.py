@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import matrix_of
+from physagent_studio.program.scene.camera import Camera
 
 FloatArray = NDArray[np.float64]
 

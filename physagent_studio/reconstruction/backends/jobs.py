@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.errors import BackendMissing, InputError
-from physagent_studio.program.scene import Grounding
+from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.masks.strokes import seeds_of
 from physagent_studio.records.case import Image
 

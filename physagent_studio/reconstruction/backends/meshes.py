@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from physagent_studio.errors import InputError
-from physagent_studio.program.scene import SceneState
+from physagent_studio.program.scene.state import SceneState
 from physagent_studio.reconstruction.backends.frames import zup_from_yup
 from physagent_studio.reconstruction.backends.mesh_files import KINDS, body_of, read_mesh
 from physagent_studio.reconstruction.backends.placing import Brought, finish

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Meshed, SceneObject, SceneState
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Meshed, SceneObject, SceneState
 from physagent_studio.reconstruction.masks.segmenter import Segmenter
 from physagent_studio.reconstruction.pipeline import reconstruct
 from physagent_studio.records.case import Case

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Protocol
 
 from physagent_studio.errors import InputError
-from physagent_studio.program.scene import SceneState
+from physagent_studio.program.scene.state import SceneState
 from physagent_studio.records.case import Case
 from physagent_studio.records.scene import Scene
 

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from physagent_studio.errors import InputError
-from physagent_studio.program.scene import Grounding
+from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.backends.jobs import inside, numbers, read_result, write_job
 from physagent_studio.reconstruction.photo.reading import read_photo
 from physagent_studio.records.case import Image

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from physagent_studio.errors import InputError
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import SceneState
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import SceneState
 from physagent_studio.reconstruction.backends.frames import camera_from_sam3d, world_from_camera
 from physagent_studio.reconstruction.backends.jobs import inside, numbers, read_result, write_job
 from physagent_studio.reconstruction.backends.mesh_files import body_of, read_mesh

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Ramp, Slab, Support
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Ramp, Slab, Support
 from physagent_studio.reconstruction.background.corners_behind import corners
 from physagent_studio.reconstruction.background.edges_onward import onward
 from physagent_studio.reconstruction.photo.line_segments import Segments

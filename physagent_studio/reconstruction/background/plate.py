@@ -13,8 +13,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Support
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Support
 from physagent_studio.reconstruction.background.cast_shadows import shaded
 from physagent_studio.reconstruction.background.floor_reflections import mirrored
 from physagent_studio.reconstruction.background.islands import islands

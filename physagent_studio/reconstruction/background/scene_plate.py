@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Support
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Support
 from physagent_studio.reconstruction.background.lines_behind import edges_of
 from physagent_studio.reconstruction.background.plate import background, hole_of
 from physagent_studio.reconstruction.background.shift_map import to_level

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Support
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Support
 from physagent_studio.reconstruction.background.lines_behind import along_edge, faces_of
 from physagent_studio.reconstruction.background.shift_map import to_level
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene.camera import Camera
 
 FloatArray = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from physagent_studio.program.scene import Scale
+from physagent_studio.program.scene.state import Scale
 from physagent_studio.reconstruction.camera.estimate import weighted_median
 from physagent_studio.reconstruction.grounding.usual import Usual
 

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.scene import Grounding, SceneObject, SceneState
+from physagent_studio.program.scene.state import Grounding, SceneObject, SceneState
 from physagent_studio.reconstruction.masks import grabcut
 from physagent_studio.reconstruction.masks.click_drafts import clean
 from physagent_studio.reconstruction.masks.draft_score import (

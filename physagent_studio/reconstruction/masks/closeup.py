@@ -14,7 +14,7 @@ from itertools import chain, zip_longest
 import cv2
 import numpy as np
 
-from physagent_studio.program.scene import Grounding
+from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.masks.choice import CANDIDATES, Scored
 from physagent_studio.reconstruction.masks.draft_score import Draft
 from physagent_studio.reconstruction.masks.task import View

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.scene import SceneObject
+from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.grounding.usual import usual_size
 from physagent_studio.reconstruction.photo.regions import BoolArray
 

@@ -14,7 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
-from physagent_studio.program.scene import Click, Grounding, Stroke
+from physagent_studio.program.scene.state import Click, Grounding, Stroke
 from physagent_studio.reconstruction.grounding.usual import usual_size
 from physagent_studio.reconstruction.masks.closeup import (
     EARLY,

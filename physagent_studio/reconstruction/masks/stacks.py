@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from physagent_studio.program.scene import Grounding
+from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.grounding.same_kind import kind_name
 from physagent_studio.reconstruction.masks.stack_seams import Seam, seams_of, settled
 from physagent_studio.reconstruction.masks.task import View, part_around, view_of

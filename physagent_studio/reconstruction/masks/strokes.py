@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from physagent_studio.program.scene import Stroke
+from physagent_studio.program.scene.state import Stroke
 from physagent_studio.reconstruction.masks import grabcut
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
 from physagent_studio.records.case import Image

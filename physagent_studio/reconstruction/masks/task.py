@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.scene import Grounding
+from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.grounding.usual import usual_size, words_of
 from physagent_studio.reconstruction.masks import grabcut
 from physagent_studio.reconstruction.masks.draft_score import Draft

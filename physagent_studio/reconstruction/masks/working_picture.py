@@ -6,7 +6,7 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
-from physagent_studio.program.scene import Grounding
+from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.masks.box_drafts import box_drafts
 from physagent_studio.reconstruction.masks.choice import agreed
 from physagent_studio.reconstruction.masks.click_drafts import Cutting, begun, click_drafts

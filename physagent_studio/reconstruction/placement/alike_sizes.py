@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import matrix_of
-from physagent_studio.program.scene import SceneObject
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.grounding.same_kind import kind_name
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
 from physagent_studio.reconstruction.supports.stances import Stance

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 import cv2
 import numpy as np
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Box, Ramp, SceneObject, Support, SupportShape
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Box, Ramp, SceneObject, Support, SupportShape
 from physagent_studio.reconstruction.camera.rays import (
     metres_per_pixel,
     on_plane,

@@ -11,9 +11,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from physagent_studio.program.boards import is_hollow
 from physagent_studio.program.rotations import about_up
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.boards import is_hollow
+from physagent_studio.program.scene.state import (
     Box,
     Frustum,
     Revolved,

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.boards import is_hollow
-from physagent_studio.program.scene import SceneObject
+from physagent_studio.program.scene.boards import is_hollow
+from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
 from physagent_studio.records.scene import Mesh
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import matrix_of
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import (
     Inflated,
     Meshed,
     SceneObject,

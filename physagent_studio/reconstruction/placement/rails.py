@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from physagent_studio.program.scene import SceneObject, Slab
+from physagent_studio.program.scene.state import SceneObject, Slab
 from physagent_studio.reconstruction.camera.rays import CLEARANCE
 from physagent_studio.reconstruction.shapes.contact import vertical_gap
 from physagent_studio.reconstruction.shapes.meshes import support_mesh

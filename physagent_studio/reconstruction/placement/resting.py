@@ -8,8 +8,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from physagent_studio.program.base import Position
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import (
     Ramp,
     SceneObject,
     Slab,

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.scene import SceneObject, Slab
+from physagent_studio.program.scene.state import SceneObject, Slab
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
 from physagent_studio.records.scene import Mesh
 

@@ -8,8 +8,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import (
     Floor,
     Ramp,
     SceneState,

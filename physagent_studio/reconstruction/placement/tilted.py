@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import about_axis, matrix_of, multiply, quaternion_of
-from physagent_studio.program.scene import Ramp, SupportShape
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Ramp, SupportShape
 from physagent_studio.reconstruction.shapes.forms import Form
 from physagent_studio.reconstruction.shapes.primitives import Base
 

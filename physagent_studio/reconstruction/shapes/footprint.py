@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.shapes import FloatArray
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.shapes import FloatArray
 
 SAMPLES = 60
 """Points of the rim that are laid onto the ground, evenly across the picture."""

@@ -11,9 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.program.base import IDENTITY
-from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import matrix_of
-from physagent_studio.program.scene import Capsule, Ellipsoid, Inflated, Revolved, Shape, Sphere
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import (
+    Capsule,
+    Ellipsoid,
+    Inflated,
+    Revolved,
+    Shape,
+    Sphere,
+)
 from physagent_studio.reconstruction.camera.rays import metres_per_pixel, on_plane, on_upright
 from physagent_studio.reconstruction.grounding.usual import Usual
 from physagent_studio.reconstruction.photo.line_segments import Segments

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Inflated
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Inflated
 from physagent_studio.reconstruction.camera.rays import depth_of, on_plane, on_upright_through
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 from physagent_studio.reconstruction.shapes.footing import across_the_feet, levelled

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from physagent_studio.errors import InputError
-from physagent_studio.program.boards import Size3, open_box, rails_of
 from physagent_studio.program.rotations import about_up, matrix_of
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.boards import Size3, open_box, rails_of
+from physagent_studio.program.scene.stairs import treads_of
+from physagent_studio.program.scene.state import (
     Box,
     Capsule,
     Cylinder,
@@ -32,7 +33,6 @@ from physagent_studio.program.scene import (
     Vessel,
     Wall,
 )
-from physagent_studio.program.stairs import treads_of
 from physagent_studio.records.scene import Mesh
 
 FloatArray = NDArray[np.float64]

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from physagent_studio.program.scene import SceneState
+from physagent_studio.program.scene.state import SceneState
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.records.scene import Scene, ShapeOffer
 

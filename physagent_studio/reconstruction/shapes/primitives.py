@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from physagent_studio.program.base import IDENTITY
-from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import about_up
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import (
     Box,
     Capsule,
     Cylinder,

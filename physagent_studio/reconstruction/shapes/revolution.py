@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Revolved
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Revolved
 from physagent_studio.reconstruction.camera.rays import on_plane, on_upright
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, iou
 from physagent_studio.reconstruction.shapes.meshes import profile_centre

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from physagent_studio.program.base import IDENTITY
-from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import about_up, matrix_of, multiply
-from physagent_studio.program.scene import Torus
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Torus
 from physagent_studio.reconstruction.camera.rays import metres_per_pixel
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
 from physagent_studio.reconstruction.shapes.fit_target import Target

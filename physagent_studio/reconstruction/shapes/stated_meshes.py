@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from physagent_studio.errors import InputError
-from physagent_studio.program.scene import Meshed, SceneObject
+from physagent_studio.program.scene.state import Meshed, SceneObject
 from physagent_studio.reconstruction.shapes.meshes import mesh_of
 from physagent_studio.records.scene import Mesh
 

@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import matrix_of
-from physagent_studio.program.scene import SceneObject
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 from physagent_studio.reconstruction.shapes.inflation import sheet_on_plane
 from physagent_studio.reconstruction.shapes.silhouettes import in_world, silhouette

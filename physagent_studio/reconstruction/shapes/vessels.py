@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
-from physagent_studio.program.scene import Box, Cylinder, Frustum, Revolved, Shape
+from physagent_studio.program.scene.state import Box, Cylinder, Frustum, Revolved, Shape
 from physagent_studio.reconstruction.grounding.usual import Usual, words_of
 from physagent_studio.reconstruction.shapes.forms import Form
 from physagent_studio.reconstruction.shapes.meshes import mesh_of

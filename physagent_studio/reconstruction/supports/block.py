@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Ramp, Slab
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Ramp, Slab
 
 FloatArray = NDArray[np.float64]
 

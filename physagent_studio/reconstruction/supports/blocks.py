@@ -9,8 +9,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Ramp, SceneState
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Ramp, SceneState
 from physagent_studio.reconstruction.camera.scale import FLOOR
 from physagent_studio.reconstruction.grounding.usual import support_kind
 from physagent_studio.reconstruction.photo.regions import BoolArray, border_share, iou

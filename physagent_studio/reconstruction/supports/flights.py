@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Ramp, SceneState
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Ramp, SceneState
 from physagent_studio.reconstruction.camera.rays import on_plane
 from physagent_studio.reconstruction.grounding.usual import (
     is_stairs,

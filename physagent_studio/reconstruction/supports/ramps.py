@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Ramp
-from physagent_studio.program.stairs import profile_of, treads_of
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.stairs import profile_of, treads_of
+from physagent_studio.program.scene.state import Ramp
 from physagent_studio.reconstruction.camera.rays import on_plane, on_upright_through
 from physagent_studio.reconstruction.photo.line_segments import Segments, joined
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import SceneState
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import SceneState
 from physagent_studio.reconstruction.camera.scale import FLOOR
 from physagent_studio.reconstruction.grounding.usual import Usual, words_of
 from physagent_studio.reconstruction.supports.stances import Stance

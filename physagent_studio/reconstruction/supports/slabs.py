@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Slab
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Slab
 from physagent_studio.reconstruction.camera.rays import metres_per_pixel, on_plane
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.program.base import Pixel
-from physagent_studio.program.scene import Mark, Support
+from physagent_studio.program.scene.state import Mark, Support
 from physagent_studio.reconstruction.grounding.usual import support_kind
 from physagent_studio.reconstruction.photo.line_segments import Segments
 

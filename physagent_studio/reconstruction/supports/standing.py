@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import SceneObject, SceneState
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import SceneObject, SceneState
 from physagent_studio.reconstruction.camera.rays import depth_of, on_plane
 from physagent_studio.reconstruction.camera.scale import FLOOR
 from physagent_studio.reconstruction.grounding.usual import Usual, support_kind

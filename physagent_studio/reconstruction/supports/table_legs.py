@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import SceneState
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import SceneState
 from physagent_studio.reconstruction.camera.rays import on_plane, on_upright_through
 from physagent_studio.reconstruction.grounding.usual import support_kind, words_of
 from physagent_studio.reconstruction.photo.line_segments import Segments

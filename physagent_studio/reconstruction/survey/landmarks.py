@@ -8,8 +8,8 @@ from itertools import combinations
 
 import numpy as np
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Landmark, Support
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Landmark, Support
 from physagent_studio.reconstruction.camera.rays import on_plane, on_upright_through
 from physagent_studio.reconstruction.grounding.usual import words_of
 from physagent_studio.reconstruction.photo.colours import WORDS, pixels_like

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import SceneState
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import SceneState
 from physagent_studio.reconstruction.camera.rays import depth_of, on_plane
 from physagent_studio.reconstruction.camera.scale import FLOOR, Heights, Measured, solve
 from physagent_studio.reconstruction.grounding.usual import Usual, support_height, support_kind

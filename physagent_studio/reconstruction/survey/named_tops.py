@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import SceneState, Support
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import SceneState, Support
 from physagent_studio.reconstruction.camera.rays import metres_per_pixel, on_plane
 from physagent_studio.reconstruction.camera.scale import FLOOR
 from physagent_studio.reconstruction.grounding.usual import (

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 
 from physagent_studio.program.base import Source
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import SceneState
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import SceneState
 from physagent_studio.reconstruction.camera import estimate as camera_cues
 from physagent_studio.reconstruction.camera import right_angles
 from physagent_studio.reconstruction.camera.roll import Levelled, roll_of

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Scale, SceneState, Support
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Scale, SceneState, Support
 from physagent_studio.reconstruction.camera.estimate import Horizon
 from physagent_studio.reconstruction.camera.scale import Heights, is_stated
 from physagent_studio.reconstruction.grounding.toys import as_toys

@@ -14,8 +14,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.forms import (
+from physagent_studio.program.rotations import matrix_of
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.forms import (
     Capsule,
     Cylinder,
     Ellipsoid,
@@ -25,8 +26,7 @@ from physagent_studio.program.forms import (
     Sphere,
     Torus,
 )
-from physagent_studio.program.rotations import matrix_of
-from physagent_studio.program.scene import SceneObject
+from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow, shrink
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Mesh, Shading

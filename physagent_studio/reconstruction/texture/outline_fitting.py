@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import RBFInterpolator
 
-from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import matrix_of
-from physagent_studio.program.scene import SceneObject
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow, iou
 from physagent_studio.reconstruction.shapes.silhouettes import in_world, silhouette
 from physagent_studio.records.scene import Mesh

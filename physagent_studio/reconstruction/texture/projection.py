@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import matrix_of
-from physagent_studio.program.scene import SceneObject
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow, shrink
 from physagent_studio.reconstruction.texture.hidden_sides import covered_painted
 from physagent_studio.reconstruction.texture.lighting import unlit

@@ -12,10 +12,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.forms import Capsule, Cylinder, Frustum, Inflated, Revolved
 from physagent_studio.program.rotations import matrix_of
-from physagent_studio.program.scene import SceneObject
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.forms import Capsule, Cylinder, Frustum, Inflated, Revolved
+from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray
 
 FloatArray = NDArray[np.float64]

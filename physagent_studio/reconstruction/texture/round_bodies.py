@@ -18,9 +18,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import matrix_of
-from physagent_studio.program.scene import Revolved, SceneObject
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Revolved, SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow
 from physagent_studio.reconstruction.texture.round_light import (
     body_of,

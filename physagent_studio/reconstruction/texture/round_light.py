@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.scene import Ellipsoid, Revolved, SceneObject, Sphere
+from physagent_studio.program.scene.state import Ellipsoid, Revolved, SceneObject, Sphere
 from physagent_studio.reconstruction.photo.regions import BoolArray
 
 FloatArray = NDArray[np.float64]

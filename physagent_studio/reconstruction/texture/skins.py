@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Ramp, SceneObject, SceneState, Support
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Ramp, SceneObject, SceneState, Support
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
 from physagent_studio.reconstruction.texture.outline_fitting import FloatArray, Sight, covering

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from websockets.sync.connection import Connection
 
 from physagent_studio.assets import assets_dir
-from physagent_studio.program.scene import Grounding
+from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.masks.choice import CANDIDATES
 from physagent_studio.records import Scene
 from physagent_studio.studio.figures.figure import Figure

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from physagent_studio.program import EventProgram, PhysicalProgram, SceneObject, SceneState, Support
-from physagent_studio.program import scene as shapes
 from physagent_studio.program.actions import SetVelocity
+from physagent_studio.program.scene import state as shapes
 from physagent_studio.records import LoopState
 from physagent_studio.session import Store
 

@@ -12,7 +12,7 @@ from pydantic import BaseModel
 
 from physagent_studio.contract import describe
 from physagent_studio.program import MATERIALS, PhysicalProgram
-from physagent_studio.program.materials import material
+from physagent_studio.program.scene.materials import material
 from physagent_studio.program.timing import PACE
 from physagent_studio.studio.panels.forms import Form
 from physagent_studio.studio.panels.pacing import choice_of

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.scene import SceneObject, Support
+from physagent_studio.program.scene.state import SceneObject, Support
 from physagent_studio.reconstruction.grounding.usual import support_kind
 from physagent_studio.rendering.backdrop import PALETTE
 from physagent_studio.studio.first_scene import marked

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from physagent_studio.program.document import dump_program
+from physagent_studio.program.text.document import dump_program
 from physagent_studio.workbench import Snapshot
 
 

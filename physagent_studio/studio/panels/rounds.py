@@ -9,7 +9,7 @@ from physagent_studio.agent.by_hand import turn_of
 from physagent_studio.agent.loop import EASING
 from physagent_studio.contract import describe
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.program.diff import diff
+from physagent_studio.program.text.diff import diff
 from physagent_studio.records import Assessment, Check, LoopState, Proposal, Round
 from physagent_studio.studio.panels.checklist import checklist_of, demands_of, merged, viewed
 from physagent_studio.studio.panels.words import (

@@ -13,8 +13,8 @@ from typing import Any
 from pydantic import BaseModel
 
 from physagent_studio.program import PhysicalProgram, SceneObject, Support
-from physagent_studio.program.scene import MeshedSupport, Ramp, Shape, Slab, Vessel
-from physagent_studio.program.shapes import outline_of
+from physagent_studio.program.scene.shapes import outline_of
+from physagent_studio.program.scene.state import MeshedSupport, Ramp, Shape, Slab, Vessel
 
 Schema = dict[str, Any]
 Size = tuple[float, float, float]

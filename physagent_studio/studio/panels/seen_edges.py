@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Support
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Support
 from physagent_studio.records import Mesh
 from physagent_studio.studio.scene.outline import edges_of
 from physagent_studio.studio.scene.primitives import mesh_of_support

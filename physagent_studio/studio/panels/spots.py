@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from physagent_studio.program import PhysicalProgram, Support
 from physagent_studio.program.rotations import about_up, matrix_of
-from physagent_studio.program.scene import Floor, Ramp, SceneState, Slab, Vessel
-from physagent_studio.program.shapes import outline_of
+from physagent_studio.program.scene.shapes import outline_of
+from physagent_studio.program.scene.state import Floor, Ramp, SceneState, Slab, Vessel
 from physagent_studio.studio.view import Selection
 
 FloatArray = NDArray[np.float64]

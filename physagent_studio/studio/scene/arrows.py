@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from physagent_studio.program import Action, Directed, duration_of
 from physagent_studio.program.actions import ApplyForce, SetVelocity
 from physagent_studio.program.rotations import matrix_of
-from physagent_studio.program.shapes import outline_of
+from physagent_studio.program.scene.shapes import outline_of
 from physagent_studio.records import Rollout
-from physagent_studio.simulation.vectors import support_centre, unit_of
+from physagent_studio.simulation.actions.vectors import support_centre, unit_of
 from physagent_studio.studio.panels.words import number
 from physagent_studio.workbench import Snapshot
 

@@ -8,10 +8,11 @@ import numpy as np
 import trimesh
 from trimesh.creation import box, capsule, cylinder, icosphere, revolve, torus
 
-from physagent_studio.program import SceneObject, Support, scene
-from physagent_studio.program.boards import Size3, rails_of
+from physagent_studio.program import SceneObject, Support
 from physagent_studio.program.rotations import about_up, matrix_of
-from physagent_studio.program.stairs import treads_of
+from physagent_studio.program.scene import state as scene
+from physagent_studio.program.scene.boards import Size3, rails_of
+from physagent_studio.program.scene.stairs import treads_of
 from physagent_studio.records import Mesh
 
 COLORS = (

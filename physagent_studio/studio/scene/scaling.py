@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from pydantic import JsonValue
 
 from physagent_studio.program import Edit, SceneObject, SetField
-from physagent_studio.program import scene as shapes
 from physagent_studio.program.rotations import matrix_of
+from physagent_studio.program.scene import state as shapes
 from physagent_studio.records import Mesh
 
 FloatArray = NDArray[np.float64]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from physagent_studio.program.scene import Box, Cylinder, Ellipsoid, Ramp, Slab, Sphere
+from physagent_studio.program.scene.state import Box, Cylinder, Ellipsoid, Ramp, Slab, Sphere
 from tests.agent.rules.scenes import RAMP, Spot, Stage, _on_ramp
 
 

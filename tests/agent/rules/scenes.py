@@ -10,7 +10,7 @@ import numpy as np
 
 from physagent_studio.program import Camera, Click, Grounding, SceneState
 from physagent_studio.program.rotations import about_up
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.state import (
     Box,
     Cylinder,
     Ellipsoid,

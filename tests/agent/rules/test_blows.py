@@ -7,7 +7,14 @@ import pytest
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.language import inventory, read
-from physagent_studio.program.scene import Box, Click, Frustum, Grounding, SceneObject, SceneState
+from physagent_studio.program.scene.state import (
+    Box,
+    Click,
+    Frustum,
+    Grounding,
+    SceneObject,
+    SceneState,
+)
 from tests.agent.rules.scenes import STAGES
 
 

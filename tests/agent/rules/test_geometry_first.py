@@ -13,8 +13,8 @@ from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.agent.rules.schedule.paths import arc_length, clearance, free_turn
 from physagent_studio.contract import measure
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.program.bodies import Granular
-from physagent_studio.program.scene import SceneState
+from physagent_studio.program.scene.bodies import Granular
+from physagent_studio.program.scene.state import SceneState
 from physagent_studio.records import Check
 from physagent_studio.simulation import simulate
 from tests.agent.rules.scenes import STAGES

@@ -18,8 +18,8 @@ from physagent_studio.agent.rules.generator import stock_of
 from physagent_studio.contract.words import claim
 from physagent_studio.language import read
 from physagent_studio.program import PhysicalProgram, SceneState
-from physagent_studio.program.document import load_program
-from physagent_studio.program.scene import Box, Inflated, SceneObject
+from physagent_studio.program.scene.state import Box, Inflated, SceneObject
+from physagent_studio.program.text.document import load_program
 from physagent_studio.records import Case
 
 HERE = Path(__file__).parent

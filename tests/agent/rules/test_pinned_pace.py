@@ -15,8 +15,8 @@ from physagent_studio.agent.rules.planner.trials import Search
 from physagent_studio.contract import Facts, measure
 from physagent_studio.contract.view import view_checks
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.document import load_program
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.text.document import load_program
 from physagent_studio.program.timing import PACE
 from physagent_studio.records import Assessment, Case, Memory, Mismatch, Scene
 from physagent_studio.simulation import simulate

@@ -12,7 +12,14 @@ from physagent_studio.agent.rules.scene.steps import steps_below
 from physagent_studio.contract import measure
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.rotations import about_axis
-from physagent_studio.program.scene import Box, Cylinder, SceneObject, SceneState, Slab, Sphere
+from physagent_studio.program.scene.state import (
+    Box,
+    Cylinder,
+    SceneObject,
+    SceneState,
+    Slab,
+    Sphere,
+)
 from physagent_studio.simulation import simulate
 from tests.agent.rules.scenes import Stage
 

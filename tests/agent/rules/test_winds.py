@@ -8,7 +8,7 @@ import pytest
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.contract import measure
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.program.scene import Box, Ellipsoid
+from physagent_studio.program.scene.state import Box, Ellipsoid
 from physagent_studio.simulation import simulate
 from tests.agent.rules.scenes import Stage
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from physagent_studio.program.scene import Cylinder, Slab, Sphere
+from physagent_studio.program.scene.state import Cylinder, Slab, Sphere
 from tests.agent.rules.everyday_scenes import _box, _on, _round, _table
 from tests.agent.rules.scenes import RAMP, Stage, _on_ramp
 

@@ -14,7 +14,7 @@ from physagent_studio.agent.vlm.config import Limits, Patience
 from physagent_studio.agent.vlm.line import Line
 from physagent_studio.agent.vlm.spending import CallRecord, Ledger
 from physagent_studio.program import SetField
-from physagent_studio.program.document import dump_program, load_program
+from physagent_studio.program.text.document import dump_program, load_program
 from physagent_studio.records import Decision, LoopState, Proposal
 from physagent_studio.session import Store
 from tests.agent.vlm import scripted, world

@@ -20,7 +20,7 @@ from physagent_studio.program import (
     PhysicalProgram,
     SceneState,
 )
-from physagent_studio.program.scene import Floor, Sphere
+from physagent_studio.program.scene.state import Floor, Sphere
 from physagent_studio.records import CONTACT_DTYPE, ActionSpan, Case, Image, Rollout, Scene
 
 SENTENCE = "The red ball rolls two metres to the right."

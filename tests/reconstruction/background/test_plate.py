@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.plates import plate_of, scores, vacated
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Floor, Grounding, Mark, Ramp, Slab, Support
+from physagent_studio.benchmark.reconstruction.plates import plate_of, scores, vacated
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Floor, Grounding, Mark, Ramp, Slab, Support
 from physagent_studio.reconstruction.background.cast_shadows import shaded
 from physagent_studio.reconstruction.background.floor_reflections import mirrored
 from physagent_studio.reconstruction.background.harmonic_fill import from_steps

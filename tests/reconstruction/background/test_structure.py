@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene.camera import Camera
 from physagent_studio.reconstruction.background.edges_onward import onward
 from physagent_studio.reconstruction.background.line_ends import without_hidden
 from physagent_studio.reconstruction.background.lines_behind import lines_through

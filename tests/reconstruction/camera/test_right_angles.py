@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Box, Cylinder, Sphere
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Box, Cylinder, Sphere
 from physagent_studio.reconstruction import mesh_of
 from physagent_studio.reconstruction.camera import estimate as cues
 from physagent_studio.reconstruction.camera.rays import on_plane

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.program.camera import Camera
+from physagent_studio.program.scene.camera import Camera
 from physagent_studio.reconstruction.camera.estimate import Horizon
 from physagent_studio.reconstruction.camera.roll import Levelled, roll_of
 from physagent_studio.reconstruction.photo.line_segments import segments

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.synthetic import scene
+from physagent_studio.benchmark.reconstruction.synthetic import scene
 from physagent_studio.errors import InputError
-from physagent_studio.program.scene import Click, Grounding, SceneObject, SceneState
+from physagent_studio.program.scene.state import Click, Grounding, SceneObject, SceneState
 from physagent_studio.reconstruction import reconstruct
 from physagent_studio.reconstruction.masks import click_checks as grounds
 from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter, choose

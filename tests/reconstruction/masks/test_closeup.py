@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from physagent_studio.program.scene import Click, Grounding
+from physagent_studio.program.scene.state import Click, Grounding
 from physagent_studio.reconstruction.masks.closeup import (
     Look,
     is_doubtful,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from physagent_studio.program.scene import Click, Grounding
+from physagent_studio.program.scene.state import Click, Grounding
 from physagent_studio.reconstruction.masks.region_growing import regions
 from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter
 from physagent_studio.reconstruction.photo.regions import BoolArray, iou

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.lookalikes import Lookalike, scooter, stack
-from physagent_studio.program.scene import Click, Grounding
+from physagent_studio.benchmark.reconstruction.lookalikes import Lookalike, scooter, stack
+from physagent_studio.program.scene.state import Click, Grounding
 from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter, apart, choose
 from physagent_studio.reconstruction.masks.stacks import METHOD, Mark, layers_of, stacked
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow, iou

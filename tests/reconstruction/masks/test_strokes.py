@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.program.scene import Click, Grounding, Stroke
+from physagent_studio.program.scene.state import Click, Grounding, Stroke
 from physagent_studio.reconstruction.masks.segmenter import (
     EmbeddedSegmenter,
     apart,

@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.synthetic import scene
+from physagent_studio.benchmark.reconstruction.synthetic import scene
 from physagent_studio.exchange import case_from_image
-from physagent_studio.program.scene import Click, SceneObject, SceneState
+from physagent_studio.program.scene.state import Click, SceneObject, SceneState
 from physagent_studio.reconstruction import reconstruct, stated_focal
 
 SIZE = (320, 200)

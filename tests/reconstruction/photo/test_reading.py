@@ -10,7 +10,7 @@ import pytest
 
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import case_from_image
-from physagent_studio.program.scene import Click
+from physagent_studio.program.scene.state import Click
 from physagent_studio.reconstruction.photo.reading import (
     MAX_PIXELS,
     photo_hash,

@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.reconstruction import TrueMasks
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Click, Cylinder, Grounding, SceneObject, SceneState
+from physagent_studio.benchmark.reconstruction.bench import TrueMasks
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Click, Cylinder, Grounding, SceneObject, SceneState
 from physagent_studio.reconstruction import photo_hash, reconstruct
 from physagent_studio.reconstruction.grounding.same_kind import kind_name
 from physagent_studio.reconstruction.placement.alike_sizes import (

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import about_up
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import (
     Box,
     Capsule,
     Ellipsoid,

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.at_rest import movers
-from physagent_studio.benchmark.reconstruction import TrueMasks
-from physagent_studio.program.camera import Camera
+from physagent_studio.benchmark.reconstruction.at_rest import movers
+from physagent_studio.benchmark.reconstruction.bench import TrueMasks
 from physagent_studio.program.rotations import about_axis, matrix_of, multiply
 from physagent_studio.program.rotations import about_up as yawed
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import (
     Box,
     Click,
     Grounding,

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.physics_scenes import ground, program, thing
+from physagent_studio.benchmark.physics.scenes import ground, program, thing
 from physagent_studio.program.actions import SetVelocity
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Inflated, Sphere
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Inflated, Sphere
 from physagent_studio.reconstruction.shapes.inflation import inflated_mesh
 from physagent_studio.reconstruction.shapes.legs import split_legs
 from physagent_studio.reconstruction.shapes.meshes import volume_and_centre

@@ -3,8 +3,8 @@
 import cv2
 import numpy as np
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import SceneObject, Sphere
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import SceneObject, Sphere
 from physagent_studio.reconstruction import mesh_of
 from physagent_studio.reconstruction.photo.regions import iou
 from physagent_studio.reconstruction.shapes.silhouettes import in_world, silhouette

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.physics_scenes import ground, program, thing
+from physagent_studio.benchmark.physics.scenes import ground, program, thing
 from physagent_studio.program.base import IDENTITY
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import (
     Box,
     Click,
     Cylinder,
@@ -18,7 +18,7 @@ from physagent_studio.program.scene import (
     Support,
     Vessel,
 )
-from physagent_studio.program.volumes import volume_of
+from physagent_studio.program.scene.volumes import volume_of
 from physagent_studio.reconstruction import photo_hash, reconstruct
 from physagent_studio.reconstruction.shapes.forms import Form
 from physagent_studio.reconstruction.shapes.meshes import mesh_of, volume_and_centre
@@ -27,7 +27,7 @@ from physagent_studio.reconstruction.shapes.silhouettes import silhouette
 from physagent_studio.reconstruction.shapes.vessels import is_vessel, opened
 from physagent_studio.records.case import Case
 from physagent_studio.simulation import simulate
-from physagent_studio.simulation.solids import solid_of
+from physagent_studio.simulation.bodies.solids import solid_of
 
 FALLS = "The ball falls into the {}."
 

@@ -11,10 +11,10 @@ import pytest
 
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.assets import assets_dir
-from physagent_studio.benchmark.reconstruction import TrueMasks
+from physagent_studio.benchmark.reconstruction.bench import TrueMasks
 from physagent_studio.exchange import load_case
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import (
     Click,
     Floor,
     Grounding,
@@ -31,7 +31,7 @@ from physagent_studio.reconstruction.shapes.silhouettes import silhouette
 from physagent_studio.reconstruction.supports.blocks import best_block
 from physagent_studio.records.case import Case
 
-TABLE = Path(__file__).parent.parent / "data" / "synthetic" / "table"
+TABLE = Path(__file__).parents[2] / "data" / "synthetic" / "table"
 TRUTH = json.loads((TABLE / "truth.json").read_text())
 CAMERA = Camera.model_validate(TRUTH["camera"])
 IDS = np.asarray(cv2.imread(str(TABLE / "ids.png"), cv2.IMREAD_UNCHANGED))

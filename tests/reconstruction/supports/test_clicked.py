@@ -7,9 +7,17 @@ import math
 import numpy as np
 import pytest
 
-from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import about_up, matrix_of
-from physagent_studio.program.scene import Grounding, Mark, Ramp, SceneState, Slab, Support, Wall
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import (
+    Grounding,
+    Mark,
+    Ramp,
+    SceneState,
+    Slab,
+    Support,
+    Wall,
+)
 from physagent_studio.reconstruction.camera.scale import FLOOR, Heights, Measured, Scale
 from physagent_studio.reconstruction.grounding.usual import Usual
 from physagent_studio.reconstruction.supports import clicked

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.program.scene import Grounding, Mark, Support
+from physagent_studio.program.scene.state import Grounding, Mark, Support
 from physagent_studio.reconstruction.photo.line_segments import segments
 from physagent_studio.reconstruction.supports.snapping import snapped
 

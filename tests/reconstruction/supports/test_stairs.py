@@ -7,11 +7,13 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.physics_scenes import ground, program, thing
-from physagent_studio.benchmark.reconstruction import TrueMasks
+from physagent_studio.benchmark.physics.scenes import ground, program, thing
+from physagent_studio.benchmark.reconstruction.bench import TrueMasks
 from physagent_studio.program.actions import SetVelocity
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.shapes import depth_inside, gap, place_object, place_support
+from physagent_studio.program.scene.stairs import treads_of
+from physagent_studio.program.scene.state import (
     Box,
     Click,
     Grounding,
@@ -23,8 +25,6 @@ from physagent_studio.program.scene import (
     Sphere,
     Support,
 )
-from physagent_studio.program.shapes import depth_inside, gap, place_object, place_support
-from physagent_studio.program.stairs import treads_of
 from physagent_studio.reconstruction import photo_hash, reconstruct
 from physagent_studio.reconstruction.grounding.usual import is_stairs, support_kind
 from physagent_studio.reconstruction.shapes.meshes import mesh_of, support_mesh, volume_and_centre

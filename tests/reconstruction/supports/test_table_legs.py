@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Box, SceneState, Support
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Box, SceneState, Support
 from physagent_studio.reconstruction import mesh_of
 from physagent_studio.reconstruction.photo.line_segments import segments
 from physagent_studio.reconstruction.shapes.silhouettes import look

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import Landmark
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Landmark
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.survey.landmarks import UNASKED, Shown, resolve
 from physagent_studio.reconstruction.survey.painted_lines import painted_lines

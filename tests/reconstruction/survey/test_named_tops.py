@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.program.camera import Camera
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import (
     Click,
     Floor,
     Grounding,

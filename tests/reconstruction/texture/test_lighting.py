@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from physagent_studio.program.camera import Camera
 from physagent_studio.program.rotations import about_axis, matrix_of
-from physagent_studio.program.scene import Box, Cylinder, SceneObject, Sphere
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Box, Cylinder, SceneObject, Sphere
 from physagent_studio.reconstruction import mesh_of
 from physagent_studio.reconstruction.texture.hidden_sides import covered_painted
 from physagent_studio.reconstruction.texture.lighting import unlit

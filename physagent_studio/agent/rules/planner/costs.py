@@ -7,9 +7,17 @@ long whatever the scene is made of, and does the same on a fast machine and on a
 
 from __future__ import annotations
 
-from physagent_studio.program.bodies import Breakable, Cloth, Granular, Liquid, Plastic, Rope, Soft
 from physagent_studio.program.program import PhysicalProgram
-from physagent_studio.program.scene import SceneObject
+from physagent_studio.program.scene.bodies import (
+    Breakable,
+    Cloth,
+    Granular,
+    Liquid,
+    Plastic,
+    Rope,
+    Soft,
+)
+from physagent_studio.program.scene.state import SceneObject
 
 UNIT = 24 * 320
 """Degrees of freedom times control steps of one unit."""

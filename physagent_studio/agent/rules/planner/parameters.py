@@ -22,10 +22,10 @@ from physagent_studio.program.actions import (
     duration_of,
 )
 from physagent_studio.program.edits import Edit, SetField
-from physagent_studio.program.materials import MATERIALS
-from physagent_studio.program.mechanics import friction_between
+from physagent_studio.program.preflight.mechanics import friction_between
 from physagent_studio.program.program import PhysicalProgram
-from physagent_studio.program.scene import SceneObject
+from physagent_studio.program.scene.materials import MATERIALS
+from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.program.timing import SLOWEST, retimed
 
 VECTORS = {

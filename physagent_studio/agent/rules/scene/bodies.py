@@ -8,8 +8,8 @@ from physagent_studio.agent.rules.scene.materials import is_flag, is_loose, is_s
 from physagent_studio.agent.rules.scene.measures import WAYS, Layout
 from physagent_studio.agent.rules.scene.mechanics import G
 from physagent_studio.language import EventFrame, Reading
-from physagent_studio.program.bodies import Body, Breakable, Cloth, Granular, Soft
-from physagent_studio.program.plants import plant_body
+from physagent_studio.program.scene.bodies import Body, Breakable, Cloth, Granular, Soft
+from physagent_studio.program.scene.plants import plant_body
 from physagent_studio.reconstruction.grounding.usual import grows
 
 GRAINS = 120

@@ -8,7 +8,7 @@ import numpy as np
 
 from physagent_studio.agent.rules.scene.materials import density_of, is_sheet
 from physagent_studio.agent.rules.scene.measures import Layout
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.state import (
     Inflated,
     Landmark,
     Ramp,

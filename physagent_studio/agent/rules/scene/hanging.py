@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.language import Reading
-from physagent_studio.program.scene import Grounding
+from physagent_studio.program.scene.state import Grounding
 from physagent_studio.records import Case
 
 Spot = tuple[float, float]

@@ -6,7 +6,7 @@ import re
 
 from physagent_studio.language.tokens.tokens import singular
 from physagent_studio.language.tokens.vocabulary import words_of
-from physagent_studio.program.materials import MATERIALS
+from physagent_studio.program.scene.materials import MATERIALS
 
 _WORDS: dict[str, str] = {
     "wood": "wood wooden stool chair bench crate barrel block domino jenga plank table desk shelf"

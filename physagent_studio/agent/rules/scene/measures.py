@@ -9,10 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.program.actions import Direction
-from physagent_studio.program.materials import MATERIALS
-from physagent_studio.program.mechanics import mass_of
+from physagent_studio.program.preflight.mechanics import mass_of
 from physagent_studio.program.rotations import matrix_of
-from physagent_studio.program.scene import (
+from physagent_studio.program.scene.materials import MATERIALS
+from physagent_studio.program.scene.shapes import (
+    Placed,
+    gap,
+    lowest,
+    outline_of,
+    place_support,
+    reach,
+)
+from physagent_studio.program.scene.state import (
     Floor,
     Ramp,
     SceneObject,
@@ -22,7 +30,6 @@ from physagent_studio.program.scene import (
     Vessel,
     Wall,
 )
-from physagent_studio.program.shapes import Placed, gap, lowest, outline_of, place_support, reach
 
 FloatArray = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from physagent_studio.language import Inventory, Reading, inventory, read
 from physagent_studio.language.tokens.tokens import singular
 from physagent_studio.language.tokens.vocabulary import GROUND_WORDS, words_of
-from physagent_studio.program.scene import Grounding
+from physagent_studio.program.scene.state import Grounding
 from physagent_studio.records import Case
 
 SURFACES = words_of(

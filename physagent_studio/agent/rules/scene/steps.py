@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from physagent_studio.agent.rules.scene.measures import Layout
-from physagent_studio.program.scene import Slab
+from physagent_studio.program.scene.state import Slab
 
 UP = np.array([0.0, 0.0, 1.0])
 

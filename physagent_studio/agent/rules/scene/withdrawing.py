@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.language import Reading
-from physagent_studio.program.scene import SceneState
+from physagent_studio.program.scene.state import SceneState
 
 
 def without_withdrawn(state: SceneState, reading: Reading) -> SceneState:

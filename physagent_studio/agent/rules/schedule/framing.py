@@ -8,8 +8,8 @@ import numpy as np
 
 from physagent_studio.agent.rules.scene.measures import FloatArray, Layout
 from physagent_studio.contract.picture import shares_of
-from physagent_studio.program.scene import Slab
-from physagent_studio.program.shapes import Placed, stretched
+from physagent_studio.program.scene.shapes import Placed, stretched
+from physagent_studio.program.scene.state import Slab
 
 WHOLE = 0.85
 """Part of its outline that is to be seen where a motion ends."""

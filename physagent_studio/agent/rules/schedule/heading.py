@@ -27,7 +27,7 @@ from physagent_studio.agent.rules.schedule.choosing import script_for
 from physagent_studio.agent.rules.schedule.ramps import down_ramp, rolling_for
 from physagent_studio.agent.rules.schedule.scripts import Task
 from physagent_studio.knowledge import kind_of
-from physagent_studio.program.scene import SceneObject, Wheels
+from physagent_studio.program.scene.state import SceneObject, Wheels
 from physagent_studio.reconstruction.shapes.footprint import footprint_of
 
 LONG = 1.3

@@ -11,7 +11,7 @@ from physagent_studio.agent.rules.contract.specs import place_name, spot_name
 from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout
 from physagent_studio.agent.rules.schedule.scripts.task import SIDE_WAYS
 from physagent_studio.language import Place, Reading
-from physagent_studio.program.scene import Landmark, Ramp, Slab
+from physagent_studio.program.scene.state import Landmark, Ramp, Slab
 
 
 def derived_landmarks(layout: Layout, places: Iterable[Place], reading: Reading) -> list[Landmark]:

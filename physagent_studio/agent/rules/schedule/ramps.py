@@ -12,7 +12,7 @@ from physagent_studio.agent.rules.scene.measures import WAYS, level, unit
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts import Task, turn_back
 from physagent_studio.program.actions import Action
-from physagent_studio.program.scene import Ramp
+from physagent_studio.program.scene.state import Ramp
 
 
 def slope_of(task: Task) -> float:

@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.scene import Grounding
+from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.masks.choice import CANDIDATES
 from physagent_studio.reconstruction.masks.parts.focus import Focus
 from physagent_studio.reconstruction.masks.parts.joined_crossbars import with_crossbars

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from physagent_studio.program.scene import Grounding
+from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, resized
 
 

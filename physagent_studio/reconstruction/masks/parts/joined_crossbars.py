@@ -7,7 +7,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from physagent_studio.program.scene import Grounding
+from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.masks.grabcut import part_of
 from physagent_studio.reconstruction.masks.parts.closer_pieces import is_barred, with_part
 from physagent_studio.reconstruction.masks.parts.crossbars import ALONG, REACH, UNIT, bar_at

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from physagent_studio.program.scene import Grounding
+from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.masks.grabcut import part_of
 from physagent_studio.reconstruction.masks.parts.closer_pieces import is_barred, with_part
 from physagent_studio.reconstruction.masks.parts.handles import CLEAR, handle_of

@@ -7,7 +7,7 @@ import pytest
 
 from physagent_studio.agent.rules.planner.goal_search import Wish, missed, proposal_for, turned
 from physagent_studio.program import PhysicalProgram, apply
-from physagent_studio.program.document import load_program
+from physagent_studio.program.text.document import load_program
 from physagent_studio.records import Rollout
 from physagent_studio.simulation import Simulator
 

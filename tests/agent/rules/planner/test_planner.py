@@ -15,7 +15,7 @@ from physagent_studio.agent.rules.planner.repairs import structural
 from physagent_studio.contract import measure
 from physagent_studio.program import Directed, PhysicalProgram, SetField, apply, value_at
 from physagent_studio.program.edits import AddItem, RemoveItem
-from physagent_studio.program.materials import MATERIALS
+from physagent_studio.program.scene.materials import MATERIALS
 from physagent_studio.records import Memory, Mismatch, Proposal, RolloutEvidence
 from physagent_studio.simulation import simulate
 from tests.agent.rules.scenes import STAGES

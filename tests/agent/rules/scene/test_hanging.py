@@ -7,7 +7,7 @@ import pytest
 from physagent_studio.agent.rules.generator import stock_of
 from physagent_studio.agent.rules.scene.hanging import in_the_air
 from physagent_studio.language import read
-from physagent_studio.program.scene import Click, Grounding, Support
+from physagent_studio.program.scene.state import Click, Grounding, Support
 from physagent_studio.records import Case
 
 

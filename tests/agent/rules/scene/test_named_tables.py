@@ -5,7 +5,7 @@ import pytest
 from physagent_studio.agent.rules.generator import open_scene, stock_of
 from physagent_studio.agent.rules.scene.named_tables import surface_left
 from physagent_studio.language import read
-from physagent_studio.program.scene import Click, Grounding, Support
+from physagent_studio.program.scene.state import Click, Grounding, Support
 from physagent_studio.records import Case
 
 CLICKED = Grounding(points=(Click(x=10, y=10),))

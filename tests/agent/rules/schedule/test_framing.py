@@ -16,7 +16,7 @@ from physagent_studio.agent.rules.schedule.framing import (
     good_way,
 )
 from physagent_studio.program import SceneState
-from physagent_studio.program.scene import Floor, SceneObject, Slab, Sphere, Support
+from physagent_studio.program.scene.state import Floor, SceneObject, Slab, Sphere, Support
 from tests.agent.rules.scenes import CAMERA
 
 RIGHT, LEFT = np.array([1.0, 0, 0]), np.array([-1.0, 0, 0])

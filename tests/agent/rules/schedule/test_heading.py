@@ -14,7 +14,7 @@ from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.agent.rules.planner.parameters import action_knobs, material_knobs
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.rotations import about_up, matrix_of
-from physagent_studio.program.scene import Box, Cylinder, Wheels
+from physagent_studio.program.scene.state import Box, Cylinder, Wheels
 from physagent_studio.simulation import simulate
 from tests.agent.rules.scenes import CAMERA, STAGES, Stage
 

@@ -8,13 +8,13 @@ import pytest
 
 from physagent_studio.agent.rules import RuleGenerator, RuleVerifier
 from physagent_studio.agent.rules.verifier.diagnosing import mismatches
-from physagent_studio.benchmark import physics_scenes as scenes
+from physagent_studio.benchmark.physics import scenes
 from physagent_studio.contract import measure
 from physagent_studio.contract.words import number
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.actions import FixObject, SetVelocity
 from physagent_studio.program.contract import Contacts, Contract
-from physagent_studio.program.scene import Box, Sphere
+from physagent_studio.program.scene.state import Box, Sphere
 from physagent_studio.records import (
     CRITERIA,
     Assessment,

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.program.scene import Click, Grounding
+from physagent_studio.program.scene.state import Click, Grounding
 from physagent_studio.reconstruction.masks.parts.attached import led_by, with_attached
 from physagent_studio.reconstruction.photo.regions import iou
 from physagent_studio.records.scene import Candidate

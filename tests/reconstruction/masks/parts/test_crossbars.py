@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from physagent_studio.program.scene import Click, Grounding
+from physagent_studio.program.scene.state import Click, Grounding
 from physagent_studio.reconstruction.masks.parts.joined_crossbars import with_crossbars
 from physagent_studio.reconstruction.masks.parts.pole_ends import pole_ends
 from physagent_studio.reconstruction.photo.regions import BoolArray, iou

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.program.scene import Click, Grounding
+from physagent_studio.program.scene.state import Click, Grounding
 from physagent_studio.reconstruction.masks.parts.joined_handles import with_handles
 from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter
 from physagent_studio.reconstruction.masks.task import looks_for_handles

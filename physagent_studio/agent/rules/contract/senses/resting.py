@@ -9,7 +9,7 @@ from physagent_studio.agent.rules.contract.senses.whereabouts import landed_on
 from physagent_studio.agent.rules.contract.specs import START, Context, Spec, place_name, spec
 from physagent_studio.language import EventFrame
 from physagent_studio.language.tokens.vocabulary import words_of
-from physagent_studio.program.scene import Ramp, Support
+from physagent_studio.program.scene.state import Ramp, Support
 
 END = 0.5
 """How far from an end of a slope is near it, as a share of the slope's length."""

@@ -13,7 +13,7 @@ from physagent_studio.agent.rules.contract.specs import (
 )
 from physagent_studio.agent.rules.scene.steps import drop, steps_below
 from physagent_studio.language import Place
-from physagent_studio.program.scene import Ramp
+from physagent_studio.program.scene.state import Ramp
 
 
 def is_ground(c: Context, place: Place) -> bool:

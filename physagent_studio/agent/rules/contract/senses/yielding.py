@@ -18,7 +18,7 @@ from physagent_studio.agent.rules.contract.specs import (
     place_name,
     spec,
 )
-from physagent_studio.program.bodies import Cloth
+from physagent_studio.program.scene.bodies import Cloth
 
 
 def wind(c: Context) -> list[Spec]:

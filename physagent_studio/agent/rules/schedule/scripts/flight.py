@@ -12,10 +12,10 @@ from physagent_studio.agent.rules.scene.measures import WAYS
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.program.actions import Action, Direction
-from physagent_studio.program.bodies import FLUTTER, Cloth
-from physagent_studio.program.materials import MATERIALS
-from physagent_studio.program.plants import FOLIAGE, sway_frequency
-from physagent_studio.program.scene import SceneObject, Slab
+from physagent_studio.program.scene.bodies import FLUTTER, Cloth
+from physagent_studio.program.scene.materials import MATERIALS
+from physagent_studio.program.scene.plants import FOLIAGE, sway_frequency
+from physagent_studio.program.scene.state import SceneObject, Slab
 
 
 def through_air(task: Task) -> list[Action]:

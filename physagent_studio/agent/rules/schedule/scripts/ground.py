@@ -15,7 +15,7 @@ from physagent_studio.agent.rules.schedule.paths import arc_length, clearance, f
 from physagent_studio.agent.rules.schedule.scripts.task import FASTEST, UP, Task
 from physagent_studio.language import Place
 from physagent_studio.program.actions import Action, Directed, Direction
-from physagent_studio.program.scene import Slab
+from physagent_studio.program.scene.state import Slab
 
 PUSHED = 0.5
 """Longest part of the clip for which something is pushed along."""

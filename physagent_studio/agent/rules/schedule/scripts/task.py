@@ -23,7 +23,7 @@ from physagent_studio.language import Place
 from physagent_studio.language.tokens.vocabulary import words_of
 from physagent_studio.program.actions import Direction
 from physagent_studio.program.program import Clip
-from physagent_studio.program.scene import Ramp, Wheels
+from physagent_studio.program.scene.state import Ramp, Wheels
 
 UP = WAYS["up"]
 FASTEST = 8.0

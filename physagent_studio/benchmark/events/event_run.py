@@ -1,0 +1,240 @@
+"""One event of a case, run to the end; also as a process of its own, so that a crash is a row."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from physagent_studio.benchmark.events.bare_scenes import BareEngine, BareScene, load_bare_scene
+from physagent_studio.benchmark.events.references import judge, load_reference
+from physagent_studio.benchmark.events.sheets import write_sheet
+from physagent_studio.benchmark.events.variants import variant_of
+from physagent_studio.errors import StudioError
+from physagent_studio.exchange import annotated, load_case
+from physagent_studio.program.contract import Contract
+from physagent_studio.records import Case, Check, LoopState, Round
+from physagent_studio.session import Session, Store
+from physagent_studio.simulation import simulate
+from physagent_studio.workbench.desk import Desk
+from physagent_studio.workbench.engine import Control
+from physagent_studio.workbench.report import report_of
+
+PATIENCE = 900.0
+"""Seconds after which a process is given up."""
+
+
+@dataclass(frozen=True, slots=True)
+class EventTask:
+    """What to run. folder: of the case. annotation, reference: files, or None.
+
+    Without a photo, folder is the file of a `BareScene` and event is `name#wording`.
+    variant: a name of `benchmark.variants.VARIANTS`. sheet: where a contact sheet of the final
+    rollout is written.
+    """
+
+    folder: Path
+    event: str
+    annotation: Path | None = None
+    reference: Path | None = None
+    variant: str = "full"
+    sheet: Path | None = None
+
+    @property
+    def label(self) -> str:
+        """`case/event`."""
+        return f"{self.folder.stem}/{self.event}"
+
+
+@dataclass(frozen=True, slots=True)
+class EventResult:
+    """What came of an event.
+
+    report: of the run, with `cpu_seconds`; its outcome is `error` where it could not end, with
+    the reason in `problem`. reference: statements (text, ok, measured, …) of the reference on
+    the final rollout; `reference_holds` is None without a reference or a rollout. assumed:
+    landmarks whose place nobody clicked and the agent took for granted. by_itself: whether the
+    reference also holds on the final scene when nothing is done, as where a thing hangs in the
+    air and falls; elsewhere it shows a scene that does not stand.
+    """
+
+    label: str
+    prompt: str
+    annotated: bool
+    variant: str
+    report: dict[str, Any]
+    own_holds: bool | None = None
+    reference_holds: bool | None = None
+    reference: tuple[dict[str, Any], ...] = ()
+    failing: tuple[str, ...] = ()
+    assumed: tuple[str, ...] = ()
+    by_itself: bool | None = None
+    problem: str = ""
+
+    @property
+    def claimed(self) -> bool:
+        """Whether the agent says that the event happened, every clause tested."""
+        return bool(self.report.get("realised")) and not self.report.get("untested")
+
+    @property
+    def realised(self) -> bool:
+        """Whether the agent says so and the reference, where there is one, agrees."""
+        return self.claimed and self.reference_holds is not False
+
+    @property
+    def denied(self) -> bool:
+        """Whether the agent says so and the reference does not."""
+        return bool(self.report.get("realised")) and self.reference_holds is False
+
+
+def run_event(task: EventTask) -> EventResult:
+    """Runs the event by policy `auto`, without rendering, in a workspace that is thrown away.
+
+    Raises StudioError where the case or the annotation is bad.
+    """
+    case, truth = _case_of(task)
+    with tempfile.TemporaryDirectory() as home:
+        variant = variant_of(task.variant)
+        state = LoopState(policy="auto", budget=variant.rounds)
+        session = Store(Path(home)).create(case, state)
+        desk = Desk(session, Control(), evidence=False)
+        if truth is not None:
+            desk.engine = BareEngine(session, desk.case, evidence=False, truth=truth)
+        started, worked = time.perf_counter(), time.process_time()
+        if variant.crew is not None:
+            desk.engine.members = variant.crew()
+        problem = ""
+        try:
+            desk.advance(policy="auto")
+        except StudioError as error:
+            problem = str(error)
+        report = report_of(desk.state, session, time.perf_counter() - started)
+        report["cpu_seconds"] = round(time.process_time() - worked, 3)
+        if problem:
+            report["outcome"] = "error"
+        result = EventResult(
+            task.label, case.prompt, task.annotation is not None, task.variant, report
+        )
+        result = replace(_judged(result, task, desk.state, session), problem=problem)
+        if task.sheet is not None:
+            _draw(task.sheet, desk.state, session)
+        session.close()
+    return result
+
+
+def _draw(path: Path, state: LoopState, session: Session) -> None:
+    best = state.best or state.current
+    if best is not None and best.rollout is not None and best.scene is not None:
+        scene, rollout = session.scene(best.scene), session.rollout(best.rollout)
+        write_sheet(path, scene, rollout, best.program.event.prompt)
+
+
+def _case_of(task: EventTask) -> tuple[Case, BareScene | None]:
+    if task.folder.suffix == ".yaml":
+        scene = load_bare_scene(task.folder)
+        event, _, number = task.event.partition("#")
+        return scene.case(task.folder.stem, scene.prompts[event][int(number)]), scene
+    case = load_case(task.folder, task.event)
+    return (case if task.annotation is None else annotated(case, task.annotation)), None
+
+
+def _judged(
+    result: EventResult, task: EventTask, state: LoopState, session: Session
+) -> EventResult:
+    best = state.best or state.current
+    if best is None or best.rollout is None or best.assessment is None:
+        return result
+    demanded = [c for c in best.assessment.checks if c.demanded and not c.always_on]
+    marks = best.program.scene.landmarks
+    result = replace(
+        result,
+        own_holds=all(check.ok for check in demanded),
+        assumed=tuple(mark.name for mark in marks if mark.source == "assumed"),
+    )
+    if task.reference is None:
+        return result
+    reference = load_reference(task.reference)
+    verdict = judge(reference, best.program, session.rollout(best.rollout))
+    rows = tuple(_row(check) for check in verdict.checks if check.demanded)
+    return replace(
+        result,
+        reference_holds=verdict.holds,
+        reference=rows,
+        failing=verdict.failing,
+        by_itself=_by_itself(reference, best, session) if verdict.holds else None,
+    )
+
+
+def _by_itself(reference: Contract, best: Round, session: Session) -> bool:
+    event = best.program.event.model_copy(update={"actions": ()})
+    idle = best.program.model_copy(update={"event": event, "contract": Contract()})
+    scene = session.scene(best.scene) if best.scene else None
+    return judge(reference, idle, simulate(idle, scene.meshes if scene else {})).holds
+
+
+def _row(check: Check) -> dict[str, Any]:
+    return {
+        "statement": check.text,
+        "measured": check.measured,
+        "threshold": check.threshold,
+        "unit": check.unit,
+        "margin": check.margin,
+        "ok": check.ok,
+    }
+
+
+# --- as a process ------------------------------------------------------------------------------
+
+_TASKS = TypeAdapter(list[EventTask])
+_RESULTS = TypeAdapter(list[EventResult])
+
+
+def run_apart(*tasks: EventTask) -> list[EventResult]:
+    """`run_event` of each in one fresh process; whatever happens there ends as results."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "result.json"
+        words = [sys.executable, "-m", "physagent_studio.benchmark.events.event_run", str(out)]
+        text = _TASKS.dump_json(list(tasks)).decode()
+        try:
+            done = subprocess.run(
+                words, input=text, text=True, capture_output=True, timeout=PATIENCE, check=False
+            )
+        except subprocess.TimeoutExpired:
+            return [_failed(task, f"it had not ended after {PATIENCE:.0f} s") for task in tasks]
+        if not out.is_file():
+            lines = done.stderr.strip().splitlines()
+            last = lines[-1] if lines else "no word"
+            problem = f"it crashed with exit code {done.returncode}: {last}"
+            return [_failed(task, problem) for task in tasks]
+        return _RESULTS.validate_json(out.read_bytes())
+
+
+def _failed(task: EventTask, problem: str) -> EventResult:
+    report = {"realised": False, "outcome": "error", "rounds": 0, "simulations": 0, "seconds": 0.0}
+    report |= {"cpu_seconds": 0.0, "contract": [], "diagnosis": [], "untested": []}
+    report |= {"not_understood": [], "program": None}
+    return EventResult(
+        task.label, "", task.annotation is not None, task.variant, report, problem=problem
+    )
+
+
+def _main() -> None:
+    results = [_safely(task) for task in _TASKS.validate_json(sys.stdin.read())]
+    Path(sys.argv[1]).write_bytes(_RESULTS.dump_json(results))
+
+
+def _safely(task: EventTask) -> EventResult:
+    try:
+        return run_event(task)
+    except StudioError as error:
+        return _failed(task, str(error))
+
+
+if __name__ == "__main__":
+    _main()

@@ -1,0 +1,1 @@
+"""`physagent bench physics`: the engine against closed forms; `bench` is the door."""

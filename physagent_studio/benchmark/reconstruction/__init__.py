@@ -1,0 +1,1 @@
+"""`physagent bench reconstruction`: synthetic truth and photographs; `bench` is the door."""

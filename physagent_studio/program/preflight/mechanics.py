@@ -1,0 +1,140 @@
+"""Masses, friction and speeds of a program before it runs, from closed forms."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from physagent_studio.program.actions import (
+    Action,
+    ApplyAngledForce,
+    ApplyDisturbance,
+    ApplyForce,
+    Directed,
+    SetVelocity,
+    duration_of,
+)
+from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.program.scene.bodies import Cloth, Rope
+from physagent_studio.program.scene.materials import MATERIALS, Material
+from physagent_studio.program.scene.shapes import Placed, outline_of, place_object, place_support
+from physagent_studio.program.scene.state import SceneObject, SceneState, Support
+from physagent_studio.program.scene.volumes import volume_of
+
+DIRECTIONS: dict[str, tuple[float, float, float]] = {
+    "left": (-1.0, 0.0, 0.0),
+    "right": (1.0, 0.0, 0.0),
+    "up": (0.0, 0.0, 1.0),
+    "down": (0.0, 0.0, -1.0),
+    "away": (0.0, 1.0, 0.0),
+    "toward_camera": (0.0, -1.0, 0.0),
+}
+
+
+def row_of(item: SceneObject | Support) -> Material:
+    """The material's row of the table."""
+    return MATERIALS[item.material]
+
+
+def mass_of(item: SceneObject) -> float | None:
+    """Mass in kg, or None while the shape is open. Sheets and ropes weigh what they are thick."""
+    if item.shape is None:
+        return None
+    density = row_of(item).density if item.density is None else item.density
+    if not isinstance(item.body, Cloth | Rope):
+        return density * volume_of(item.shape)
+    long, wide, _ = sorted((float(side) for side in outline_of(item.shape).size), reverse=True)
+    thick = item.body.thickness
+    return density * (long * wide * thick if isinstance(item.body, Cloth) else _rod(long, thick))
+
+
+def _rod(length: float, thickness: float) -> float:
+    """Volume of a round rope, m³."""
+    return math.pi / 4 * thickness**2 * length
+
+
+def friction_between(first: SceneObject | Support, second: SceneObject | Support) -> float:
+    """Coulomb coefficient of a pair: the geometric mean of both."""
+    one = row_of(first).friction if first.friction is None else first.friction
+    two = row_of(second).friction if second.friction is None else second.friction
+    return math.sqrt(one * two)
+
+
+def rolling_between(first: SceneObject | Support, second: SceneObject | Support) -> float:
+    """Coefficient of rolling resistance of a pair: what both lose."""
+    one = row_of(first).rolling if first.rolling is None else first.rolling
+    two = row_of(second).rolling if second.rolling is None else second.rolling
+    return one + two
+
+
+def gravity_of(scene: SceneState) -> float:
+    """Strength of gravity, m/s²."""
+    return float(np.linalg.norm(scene.gravity))
+
+
+def standing(scene: SceneState) -> dict[str, Placed]:
+    """Every resolved body at its start, by name, objects first."""
+    placed: dict[str, Placed] = {}
+    for item in scene.objects:
+        if item.shape is not None and item.position is not None:
+            placed[item.name] = place_object(item.shape, [item.position], [item.rotation])
+    for support in scene.supports:
+        if support.shape is not None:
+            placed[support.name] = place_support(support.shape)
+    return placed
+
+
+def vector_of(vector: Sequence[float] | Directed) -> tuple[float, float, float] | None:
+    """A plain vector, or a named direction's; None where only the run can tell."""
+    if not isinstance(vector, Directed):
+        x, y, z = vector
+        return (float(x), float(y), float(z))
+    if vector.direction is None or vector.elevation or vector.azimuth:
+        return None
+    x, y, z = DIRECTIONS[vector.direction]
+    return (x * vector.magnitude, y * vector.magnitude, z * vector.magnitude)
+
+
+def size_of(vector: Any) -> float:
+    """Length of a plain or directed vector."""
+    return abs(vector.magnitude) if isinstance(vector, Directed) else math.hypot(*vector)
+
+
+def speed_gain(action: Action, mass: float, step_seconds: float) -> float:
+    """Greatest speed in m/s that an action can give by itself."""
+    seconds = duration_of(action) * step_seconds
+    match action:
+        case SetVelocity(velocity=vector):
+            return size_of(vector)
+        case ApplyForce(force=vector):
+            if isinstance(vector, Directed) and vector.quantity == "target_speed":
+                return abs(vector.magnitude)
+            if isinstance(vector, Directed) and vector.quantity == "acceleration":
+                return abs(vector.magnitude) * seconds
+            return size_of(vector) / mass * seconds
+        case ApplyAngledForce(magnitude=magnitude):
+            return abs(magnitude) / mass * seconds
+        case ApplyDisturbance(model="wind", amplitude=amplitude):
+            return amplitude
+        case ApplyDisturbance(amplitude=amplitude):
+            return amplitude / mass * seconds
+    return 0.0
+
+
+def expected_speed(program: PhysicalProgram, item: SceneObject) -> float:
+    """A bound of the object's speed in m/s: what it can fall plus what the actions give it."""
+    mass, gravity = mass_of(item), gravity_of(program.scene)
+    if mass is None or item.position is None:
+        return 0.0
+    floors = [s.shape.height for s in program.scene.supports if s.shape and s.shape.kind == "floor"]
+    height = max(item.position[2] - min(floors), 0.0) if floors else math.inf
+    fall = min(math.sqrt(2 * gravity * height), gravity * program.clip.seconds)
+    gains = (
+        speed_gain(action, mass, program.clip.step_seconds)
+        for action in program.event.actions
+        if action.name == item.name and not action.muted
+    )
+    return fall + sum(gains)

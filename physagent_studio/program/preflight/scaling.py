@@ -1,0 +1,89 @@
+"""The same action, stronger or weaker, and the same shape, larger or thicker."""
+
+from __future__ import annotations
+
+from pydantic import JsonValue
+
+from physagent_studio.program.actions import (
+    Action,
+    ApplyAngledForce,
+    ApplyForce,
+    Directed,
+    SetVelocity,
+)
+from physagent_studio.program.edits import SetField
+from physagent_studio.program.scene.forms import (
+    Box,
+    Cylinder,
+    Ellipsoid,
+    Frustum,
+    Inflated,
+    Meshed,
+    Shape,
+    Torus,
+)
+
+
+def scaled(action: Action, factor: float) -> tuple[SetField, ...]:
+    """Edits that multiply the velocity or force of an action; none for other operators."""
+    path = f"event.actions.{action.id}"
+    match action:
+        case ApplyAngledForce():
+            return (SetField(path=f"{path}.magnitude", value=_rounded(action.magnitude * factor)),)
+        case SetVelocity():
+            return _vector(f"{path}.velocity", action.velocity, factor)
+        case ApplyForce():
+            return _vector(f"{path}.force", action.force, factor)
+        case _:
+            return ()
+
+
+def _vector(
+    path: str, vector: tuple[float, float, float] | Directed, factor: float
+) -> tuple[SetField, ...]:
+    if isinstance(vector, Directed):
+        return (SetField(path=f"{path}.magnitude", value=_rounded(vector.magnitude * factor)),)
+    value: list[JsonValue] = [_rounded(part * factor) for part in vector]
+    return (SetField(path=path, value=value),)
+
+
+def shape_scaled(shape: Shape, factor: float) -> Shape:
+    """The shape with all its lengths multiplied."""
+    kept = {"kind", "asset", "thickness"}
+    lengths = shape.model_dump(mode="json", exclude=kept, exclude_none=True)
+    larger = {name: _multiplied(value, factor) for name, value in lengths.items()}
+    return type(shape).model_validate({**shape.model_dump(mode="json"), **larger})
+
+
+def shape_thickened(shape: Shape, thinnest: float, least: float) -> Shape:
+    """The shape with its thinnest extent at `least` and not at `thinnest`, m.
+
+    What has no field of its own for that becomes larger as a whole.
+    """
+    match shape:
+        case Box(wall=None) | Inflated() | Meshed():
+            x, y, z = (max(edge, least) for edge in shape.size)
+            return shape.model_copy(update={"size": (x, y, z)})
+        case Ellipsoid():
+            x, y, z = (max(radius, least / 2) for radius in shape.radii)
+            return shape.model_copy(update={"radii": (x, y, z)})
+        case Cylinder():
+            radius, height = max(shape.radius, least / 2), max(shape.height, least)
+            return shape.model_copy(update={"radius": radius, "height": height})
+        case Torus():
+            return shape.model_copy(update={"tube": max(shape.tube, least / 2)})
+        case Frustum() if shape.height < least:
+            return shape.model_copy(update={"height": least})
+        case _:
+            return shape_scaled(shape, 1.001 * least / thinnest)
+
+
+def _multiplied(value: JsonValue, factor: float) -> JsonValue:
+    if isinstance(value, list):
+        return [_multiplied(part, factor) for part in value]
+    assert isinstance(value, float | int)
+    return float(f"{value * factor:.6g}")
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.3g}")

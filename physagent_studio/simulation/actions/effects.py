@@ -1,0 +1,155 @@
+"""The nine operators at run time, by the class of their action."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from physagent_studio.program import Action
+from physagent_studio.program.actions import (
+    ApplyAngledForce,
+    ApplyDisturbance,
+    ApplyForce,
+    ApplyTorque,
+    FixObject,
+    SetAngularVelocity,
+    SetOrientation,
+    SetPosition,
+    SetVelocity,
+)
+from physagent_studio.simulation.actions.effect import Effect, plain_vector
+from physagent_studio.simulation.actions.pushes import (
+    ApplyAngledForceEffect,
+    ApplyDisturbanceEffect,
+    ApplyForceEffect,
+    ApplyTorqueEffect,
+)
+from physagent_studio.simulation.actions.world import World
+from physagent_studio.simulation.model.parts import ZERO, CloudPart, RigidPart
+from physagent_studio.simulation.surfaces import FloatArray
+
+
+class _AtOnce(Effect):
+    """Does everything at its begin."""
+
+    @property
+    def acts(self) -> bool:
+        return False
+
+    def act(self, world: World, time: float) -> None:
+        pass
+
+
+class _SetVelocity(_AtOnce):
+    action: SetVelocity
+
+    def begin(self, world: World) -> None:
+        before = world.part(self.name).kinetic()
+        world.set_velocity(self.name, plain_vector(world, self.name, self.action.velocity))
+        self.work = world.part(self.name).kinetic() - before
+
+
+class _SetAngularVelocity(Effect):
+    @property
+    def each_substep(self) -> bool:
+        return True
+
+    kept = ("work", "_angular")
+    action: SetAngularVelocity
+
+    def __init__(self, action: SetAngularVelocity) -> None:
+        super().__init__(action)
+        self._angular = ZERO
+
+    def begin(self, world: World) -> None:
+        self._angular = plain_vector(world, self.name, self.action.angular_velocity)
+
+    def act(self, world: World, time: float) -> None:
+        before = world.part(self.name).kinetic()
+        world.part(self.name).set_angular(self._angular)
+        self.work += world.part(self.name).kinetic() - before
+
+
+class _SetPosition(_AtOnce):
+    action: SetPosition
+
+    def begin(self, world: World) -> None:
+        before = world.energy(self.name)
+        world.set_pose(self.name, position=np.array(self.action.position, float))
+        self.work = world.energy(self.name) - before
+
+
+class _SetOrientation(_AtOnce):
+    action: SetOrientation
+
+    def begin(self, world: World) -> None:
+        before = world.energy(self.name)
+        world.set_pose(self.name, rotation=np.array(self.action.rotation, float))
+        self.work = world.energy(self.name) - before
+
+
+class _FixObject(Effect):
+    kept = ("work", "_point", "_places")
+    action: FixObject
+
+    def __init__(self, action: FixObject) -> None:
+        super().__init__(action)
+        self._point: FloatArray | None = None
+        self._places: FloatArray | None = None
+
+    @property
+    def acts(self) -> bool:
+        """Only nodes need it, see `each_substep`."""
+        return self._places is not None
+
+    @property
+    def each_substep(self) -> bool:
+        """A weld holds a rigid body by itself; nodes are put back before every engine step."""
+        return self._places is not None
+
+    def begin(self, world: World) -> None:
+        part = world.part(self.name)
+        if isinstance(part, RigidPart) and self.action.point is not None:
+            self._point = np.array(self.action.point, float)
+            if self.action.point_frame == "world":
+                self._point = part.rotation().T @ (self._point - part.position())
+            part.pin(self._point)
+            return
+        self.work = -part.kinetic()
+        part.hold()
+        if isinstance(part, CloudPart):
+            self._places = part.kept()
+
+    def resume(self, world: World) -> None:
+        part = world.part(self.name)
+        if self._point is not None and isinstance(part, RigidPart):
+            part.place_pin(self._point)
+
+    def act(self, world: World, time: float) -> None:
+        part = world.part(self.name)
+        if isinstance(part, CloudPart) and self._places is not None:
+            part.keep(self._places)
+
+    def end(self, world: World) -> None:
+        world.release(self.name)
+
+
+_EFFECTS: dict[type, type[Effect]] = {
+    SetVelocity: _SetVelocity,
+    SetAngularVelocity: _SetAngularVelocity,
+    ApplyForce: ApplyForceEffect,
+    ApplyTorque: ApplyTorqueEffect,
+    ApplyAngledForce: ApplyAngledForceEffect,
+    ApplyDisturbance: ApplyDisturbanceEffect,
+    SetPosition: _SetPosition,
+    SetOrientation: _SetOrientation,
+    FixObject: _FixObject,
+}
+
+
+OPERATORS = tuple(_EFFECTS)
+"""The operators that can run."""
+
+
+def effect_of(action: Action) -> Effect:
+    """The effect of an action, not begun yet."""
+    return _EFFECTS[type(action)](action)

@@ -1,0 +1,231 @@
+"""Soft and plastic bodies, cloth and rope: MuJoCo flexes, written as MJCF in memory.
+
+A flex lives below a body that does not move and has its first pose; its joints are displacements
+along that body's axes. Soft and plastic bodies deform as a quadratic map of their bounding box (81
+coordinates), which is fast and bends; cloth and rope have a node at every corner.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from physagent_studio.program import SceneObject
+from physagent_studio.program.rotations import matrix_of, quaternion_of
+from physagent_studio.program.scene.bodies import Cloth, Plastic, Rope, Soft
+from physagent_studio.records import Mesh
+from physagent_studio.simulation.bodies.clouds import Cloud
+from physagent_studio.simulation.bodies.contact_law import touch_of
+from physagent_studio.simulation.bodies.filling import refined, skin_points
+from physagent_studio.simulation.bodies.solids import Solid
+from physagent_studio.simulation.mj import Model, mj
+from physagent_studio.simulation.surfaces import FloatArray, hull
+
+DENSITY = 1000.0
+"""kg/m³ at which flexes are compiled."""
+
+WORLD = {
+    "bottom": (0.0, 0.0, -1.0),
+    "top": (0.0, 0.0, 1.0),
+    "left": (-1.0, 0.0, 0.0),
+    "right": (1.0, 0.0, 0.0),
+}
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Flex:
+    """A flex to be: its MJCF and the volume that weighs, m³."""
+
+    name: str
+    xml: str
+    volume: float
+
+
+def flex_of(item: SceneObject, solid: Solid, mesh: Mesh | None) -> Flex | None:
+    """The flex of a soft, plastic, cloth or rope object; None for other kinds."""
+    match item.body:
+        case Soft() | Plastic():
+            return _solid_flex(item, item.body, solid, mesh)
+        case Cloth():
+            return _cloth(item, item.body, solid)
+        case Rope():
+            return _rope(item, item.body, solid)
+        case _:
+            return None
+
+
+def _solid_flex(item: SceneObject, body: Soft | Plastic, solid: Solid, mesh: Mesh | None) -> Flex:
+    assert item.shape is not None
+    surface = refined(hull(skin_points(item.shape, mesh, solid.extent), item.name))
+    # Tetrahedra from the middle to every face fill a convex body.
+    middle = len(surface[0])
+    corners = np.concatenate([surface[0], surface[0].mean(0, keepdims=True)])
+    tets = np.column_stack([np.full(len(surface[1]), middle), surface[1]])
+    yields = f' yield="{body.yield_strain}"' if isinstance(body, Plastic) else ""
+    inner = (
+        f'<elasticity young="{body.young}" poisson="{body.poisson}"'
+        f' damping="{body.damping}"{yields}/>'
+    )
+    inner += _box_pins(_turn(item), body.pinned)
+    spread = f'type="direct" dim="3" dof="quadratic" point="{_row(corners)}" element="{_row(tets)}"'
+    volume = solid.mass.volume
+    return Flex(item.name, _flexcomp(item, spread, inner, volume, _turn(item), 5e-4), volume)
+
+
+def _cloth(item: SceneObject, body: Cloth, solid: Solid) -> Flex:
+    frame = _frame(solid.extent)
+    wide, high = (float(solid.extent @ np.abs(frame[:, axis])) for axis in (0, 1))
+    count = body.cells + 1
+    turn = _turn(item) @ frame
+    inner = (
+        f'<elasticity young="{body.young}" poisson="0.2" damping="{body.damping}"'
+        f' thickness="{body.thickness}" elastic2d="both"/>'
+    )
+    inner += _sheet_pins(turn, body.pinned, count)
+    spread = (
+        f'type="grid" dim="2" count="{count} {count} 1"'
+        f' spacing="{wide / body.cells} {high / body.cells} 1"'
+    )
+    volume = wide * high * body.thickness
+    radius = body.thickness / 2
+    return Flex(item.name, _flexcomp(item, spread, inner, volume, turn, radius), volume)
+
+
+def _rope(item: SceneObject, body: Rope, solid: Solid) -> Flex:
+    frame = _frame(solid.extent)
+    length = float(solid.extent.max())
+    turn = _turn(item) @ frame
+    # An inextensible edge that MuJoCo holds to .02 % of its length.
+    inner = '<edge equality="true" solref="0.005 1" solimp="0.999 0.9999 0.001"/>'
+    inner += f'<elasticity young="{body.young}" poisson="0.3" damping="{body.damping}"/>'
+    ends = _rope_pins(turn[:, 0], body.pinned, body.segments)
+    inner += "".join(f'<pin id="{end}"/>' for end in ends)
+    spread = f'type="grid" dim="1" count="{body.segments + 1} 1 1"'
+    spread += f' spacing="{length / body.segments} 1 1"'
+    volume = math.pi / 4 * body.thickness**2 * length
+    radius = body.thickness / 2
+    return Flex(item.name, _flexcomp(item, spread, inner, volume, turn, radius), volume)
+
+
+def _flexcomp(
+    item: SceneObject, spread: str, inner: str, volume: float, turn: FloatArray, radius: float
+) -> str:
+    assert item.position is not None
+    friction = touch_of(item).friction
+    # A rope over an edge hangs with all its weight on a node or two, and must not sink in for it.
+    seconds = 0.005 if isinstance(item.body, Rope) else 0.01
+    contact = (
+        f'<contact selfcollide="none" contype="6" conaffinity="4" condim="3" solref="{seconds} 1"'
+        f' solimp="0.95 0.99 0.001"'
+        f' friction="{friction} 0.005 0.0001"/>'
+    )
+    return (
+        f'<body name={quoteattr("frame/" + item.name)} pos="{_row(np.array(item.position))}"'
+        f' quat="{_row(np.array(quaternion_of(turn)))}">'
+        f"<flexcomp name={quoteattr('flex/' + item.name)} {spread} radius={quoteattr(str(radius))}"
+        f' mass="{volume * DENSITY}">{inner}{contact}</flexcomp></body>'
+    )
+
+
+def _row(values: np.ndarray) -> str:
+    return " ".join(repr(value) for value in values.ravel().tolist())
+
+
+def _turn(item: SceneObject) -> FloatArray:
+    return matrix_of(item.rotation)
+
+
+def _frame(extent: FloatArray) -> FloatArray:
+    """(3, 3) body axes by falling extent, right-handed, as columns."""
+    order = np.argsort(-extent, kind="stable")
+    frame = np.eye(3)[:, order]
+    frame[:, 2] *= np.linalg.det(frame)
+    return frame
+
+
+def _side(turn: FloatArray, where: str, axes: int) -> tuple[int, bool]:
+    """The grid axis, and whether its far end, that points most to a world side."""
+    along = turn[:, :axes].T @ np.array(WORLD[where])
+    axis = int(np.argmax(np.abs(along)))
+    return axis, bool(along[axis] > 0)
+
+
+def _box_pins(turn: FloatArray, pinned: str) -> str:
+    """Pins of the 3 × 3 × 3 grid of a quadratic body."""
+    if pinned == "none":
+        return ""
+    if pinned in ("all_corners", "top_corners"):
+        ends = [(x, y, z) for x in (0, 2) for y in (0, 2) for z in (0, 2)]
+        if pinned == "top_corners":
+            axis, far = _side(turn, "top", 3)
+            ends = [end for end in ends if end[axis] == (2 if far else 0)]
+        return "".join(f'<pin grid="{x} {y} {z}"/>' for x, y, z in ends)
+    axis, far = _side(turn, pinned, 3)
+    low, high = [0, 0, 0], [2, 2, 2]
+    low[axis] = high[axis] = 2 if far else 0
+    return f'<pin gridrange="{_row(np.array(low + high))}"/>'
+
+
+def _sheet_pins(turn: FloatArray, pinned: str, count: int) -> str:
+    """Pins of the count × count grid of a cloth."""
+    last = count - 1
+    if pinned == "none":
+        return ""
+    if pinned in ("all_corners", "top_corners"):
+        ends = [(x, y) for x in (0, last) for y in (0, last)]
+        if pinned == "top_corners":
+            axis, far = _side(turn, "top", 2)
+            ends = [end for end in ends if end[axis] == (last if far else 0)]
+        return "".join(f'<pin grid="{x} {y}"/>' for x, y in ends)
+    axis, far = _side(turn, pinned, 2)
+    low, high = [0, 0], [last, last]
+    low[axis] = high[axis] = last if far else 0
+    return f'<pin gridrange="{_row(np.array(low + high))}"/>'
+
+
+def _rope_pins(direction: FloatArray, pinned: str, last: int) -> list[int]:
+    if pinned == "none":
+        return []
+    if pinned == "both":
+        return [0, last]
+    return [last if direction @ np.array(WORLD[pinned]) > 0 else 0]
+
+
+def mjcf(flexes: Iterable[Flex]) -> str:
+    """The document that a model with flexes starts from."""
+    bodies = "".join(flex.xml for flex in flexes)
+    return f"<mujoco><worldbody>{bodies}</worldbody></mujoco>"
+
+
+def cloud_of(model: Model, item: SceneObject, volume: float) -> Cloud:
+    """Where a compiled flex keeps its nodes."""
+    index = mj.mj_name2id(model, mj.mjtObj.mjOBJ_FLEX, f"flex/{item.name}")
+    parent = model.body(f"frame/{item.name}").id
+    if model.flex_nodenum[index]:
+        start, count = model.flex_nodeadr[index], model.flex_nodenum[index]
+        bodies = model.flex_nodebodyid[start : start + count].copy()
+        local, line = model.flex_node[start : start + count], np.array([1.0, 4.0, 1.0]) / 6
+        shares = np.einsum("i,j,k->ijk", line, line, line).ravel()
+    else:
+        start, count = model.flex_vertadr[index], model.flex_vertnum[index]
+        bodies = model.flex_vertbodyid[start : start + count].copy()
+        local, shares = model.flex_vert[start : start + count], np.full(count, 1 / count)
+    free = bodies != parent
+    joints = model.body_jntadr[bodies]
+    axes = matrix_of(model.body_quat[parent].tolist())
+    placed = np.where(free[:, None], model.body_pos[bodies], 0.0) + local
+    shares = np.where(free, model.body_mass[bodies], shares * volume * DENSITY)
+    return Cloud(
+        bodies,
+        np.where(free, model.jnt_qposadr[joints], -1),
+        np.where(free, model.jnt_dofadr[joints], -1),
+        model.body_pos[parent] + placed @ axes.T,
+        shares / shares.sum(),
+        _turn(item),
+        volume,
+        axes,
+    )

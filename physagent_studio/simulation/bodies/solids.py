@@ -1,0 +1,275 @@
+"""What a shape weighs and what it collides as: convex pieces that MuJoCo takes as they are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from physagent_studio.program.scene.boards import Size3, open_box
+from physagent_studio.program.scene.state import (
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Frustum,
+    Inflated,
+    Meshed,
+    MeshedSupport,
+    Revolved,
+    Shape,
+    Sphere,
+    Torus,
+)
+from physagent_studio.records import Mesh
+from physagent_studio.simulation.bodies.carving import carved
+from physagent_studio.simulation.bodies.primitives import Primitive
+from physagent_studio.simulation.bodies.rings import ring
+from physagent_studio.simulation.bodies.vessel import rising, solid_slices, vessel
+from physagent_studio.simulation.surfaces import (
+    FloatArray,
+    MassProperties,
+    Surface,
+    box_surface,
+    ellipsoid_surface,
+    hull,
+    is_closed,
+    mass_properties,
+    revolve,
+    together,
+    welded,
+)
+
+CONVEX_ENOUGH = 0.9
+"""Volume over hull volume from which on the hull stands for the body."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Hull:
+    """A convex piece, vertices (V, 3) m in the body frame, and its faces (F, 3)."""
+
+    vertices: FloatArray
+    faces: np.ndarray
+
+
+Piece = Primitive | Hull
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Solid:
+    """Collision pieces, mass properties at density 1, and what had to be approximated.
+
+    extent: (3,) m, size of the bounding box. shadows: (3,) m², silhouette areas along the body
+    axes. kind: the primitive's name, or "mesh". note: a sentence about a lossy stand-in, or "".
+    rims: pieces that stand for the body's outline where it meets a flat support, and only there.
+    barrel: a piece within the others that meets what has edges, beside them.
+    """
+
+    pieces: tuple[Piece, ...]
+    mass: MassProperties
+    extent: FloatArray
+    shadows: FloatArray
+    kind: str = "mesh"
+    note: str = ""
+    rims: tuple[Primitive, ...] = ()
+    barrel: Primitive | None = None
+
+    @property
+    def middle(self) -> FloatArray:
+        """(3,) middle of the bounding box, body frame, m: of what is not symmetric it is not the
+        centre of mass."""
+        hulls = [piece.vertices for piece in self.pieces if isinstance(piece, Hull)]
+        if not hulls or len(hulls) < len(self.pieces):
+            return np.zeros(3)
+        points = np.concatenate(hulls)
+        return (points.min(axis=0) + points.max(axis=0)) / 2
+
+
+Decompose = Callable[[Surface], tuple[Surface, ...] | None]
+"""Splits a concave surface into convex ones; None where the backend is missing."""
+
+
+def solid_of(
+    name: str, shape: Shape | MeshedSupport, mesh: Mesh | None, decompose: Decompose
+) -> Solid:
+    """The solid of an object, or of a support that is a mesh; `name` is for error texts.
+
+    mesh: its visual mesh, used by shapes that are no primitives.
+    """
+    primitive = _primitive(shape)
+    if primitive is not None:
+        return primitive
+    if isinstance(shape, Revolved):
+        return _round(rising(np.array(shape.profile, float)), shape.wall)
+    if isinstance(shape, Frustum):
+        return _frustum(shape)
+    if isinstance(shape, Torus):
+        return _torus(shape)
+    if isinstance(shape, Box):
+        return _open_box(shape)
+    assert isinstance(shape, Inflated | Meshed | MeshedSupport)
+    return _meshed(name, shape, mesh, decompose)
+
+
+def _solid(pieces: tuple[Piece, ...], surface: Surface, note: str = "") -> Solid:
+    vertices, faces = surface
+    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
+    # Half of the projected faces: exact for convex bodies, a bound above for others.
+    shadows = np.abs(np.cross(b - a, c - a)).sum(0) / 4
+    return Solid(pieces, mass_properties(surface), np.ptp(vertices, axis=0), shadows, note=note)
+
+
+def _primitive(shape: Shape | MeshedSupport) -> Solid | None:
+    """Primitives with their closed-form volume and inertia."""
+    match shape:
+        case Sphere(radius=r):
+            return _ellipsoid("sphere", r, r, r)
+        case Ellipsoid(radii=(a, b, c)):
+            return _ellipsoid("ellipsoid", a, b, c)
+        case Box(wall=wall) if wall is not None:
+            return None
+        case Box(size=(x, y, z)):
+            moments = [(y * y + z * z) / 12, (x * x + z * z) / 12, (x * x + y * y) / 12]
+            half = (x / 2, y / 2, z / 2)
+            return _exact("box", half, x * y * z, moments, [x, y, z], [y * z, x * z, x * y])
+        case Cylinder(radius=r, height=h):
+            side = (3 * r * r + h * h) / 12
+            shadows = [2 * r * h, 2 * r * h, math.pi * r * r]
+            moments, extent = [side, side, r * r / 2], [2 * r, 2 * r, h]
+            volume = math.pi * r * r * h
+            exact = _exact("cylinder", (r, h / 2, 0), volume, moments, extent, shadows)
+            return replace(exact, barrel=_barrel(r, h / 2))
+        case Capsule(radius=r, height=h):
+            return _capsule(r, max(h - 2 * r, 1e-6))
+        case _:
+            return None
+
+
+def _ellipsoid(kind: str, a: float, b: float, c: float) -> Solid:
+    moments = [(b * b + c * c) / 5, (a * a + c * c) / 5, (a * a + b * b) / 5]
+    shadows = [math.pi * b * c, math.pi * a * c, math.pi * a * b]
+    volume = 4 / 3 * math.pi * a * b * c
+    return _exact(kind, (a, b, c), volume, moments, [2 * a, 2 * b, 2 * c], shadows)
+
+
+def _capsule(r: float, length: float) -> Solid:
+    shaft, ball = math.pi * r * r * length, 4 / 3 * math.pi * r**3
+    along = shaft * r * r / 2 + ball * 0.4 * r * r
+    # A half ball's centroid lies 3r/8 from its flat face.
+    across = shaft * (3 * r * r + length**2) / 12 + ball * (
+        0.4 * r * r + length**2 / 4 + 3 * length * r / 8
+    )
+    volume = shaft + ball
+    moments = [across / volume, across / volume, along / volume]
+    side = 2 * r * length + math.pi * r * r
+    extent, shadows = [2 * r, 2 * r, length + 2 * r], [side, side, math.pi * r * r]
+    return _exact("capsule", (r, length / 2, 0), volume, moments, extent, shadows)
+
+
+def _exact(
+    kind: str,
+    size: tuple[float, float, float],
+    volume: float,
+    moments: list[float],
+    extent: list[float],
+    shadows: list[float],
+) -> Solid:
+    mass = MassProperties(volume, np.zeros(3), np.diag(moments) * volume)
+    return Solid((Primitive(kind, size),), mass, np.array(extent), np.array(shadows), kind)
+
+
+def _barrel(radius: float, half: float) -> Primitive:
+    """What rolls over an edge for a cylinder.
+
+    MuJoCo takes the face's normal where a cylinder lies along the edge of a box, so that a can
+    that rolls off a table sinks into its edge; of capsules and ellipsoids it finds the true one.
+    """
+    if half > 1.05 * radius:
+        return Primitive("capsule", (radius, half - radius, 0.0))
+    return Primitive("ellipsoid", (radius, radius, half))
+
+
+def _frustum(shape: Frustum) -> Solid:
+    low, high = shape.bottom_radius, shape.top_radius
+    total = low * low + low * high + high * high
+    centre = shape.height / 4 * (low * low + 2 * low * high + 3 * high * high) / max(total, 1e-12)
+    profile = np.array([[-centre, low], [shape.height - centre, high]])
+    return _round(profile, shape.wall)
+
+
+def _open_box(shape: Box) -> Solid:
+    boards = open_box(shape.size, shape.wall or 0.0)
+    pieces = tuple(Primitive("box", half(size), place) for place, size in boards)
+    mass = together([_box_mass(size, place) for place, size in boards])
+    x, y, z = shape.size
+    return Solid(pieces, mass, np.array([x, y, z]), np.array([y * z, x * z, x * y]))
+
+
+def half(size: Size3) -> Size3:
+    """Half of each edge."""
+    return size[0] / 2, size[1] / 2, size[2] / 2
+
+
+def _box_mass(size: Size3, place: Size3) -> MassProperties:
+    x, y, z = size
+    moments = np.diag([(y * y + z * z) / 12, (x * x + z * z) / 12, (x * x + y * y) / 12])
+    volume = x * y * z
+    return MassProperties(volume, np.array(place), moments * volume)
+
+
+def _torus(shape: Torus) -> Solid:
+    made = ring(shape.radius, shape.tube)
+    mass = MassProperties(made.volume, np.zeros(3), np.diag(made.moments) * made.volume)
+    extent, shadows = np.array(made.extent), np.array(made.shadows)
+    return Solid(made.pieces, mass, extent, shadows, "torus", rims=made.rims)
+
+
+def _round(outline: FloatArray, wall: float | None) -> Solid:
+    """A surface of revolution, solid or hollow."""
+    surface = revolve(outline)
+    if wall is None:
+        return _solid(tuple(Hull(*part) for part in solid_slices(outline)), surface)
+    parts, mass = vessel(outline, wall)
+    return _replace_mass(_solid(tuple(Hull(*part) for part in parts), surface), mass)
+
+
+def _meshed(
+    name: str, shape: Inflated | Meshed | MeshedSupport, mesh: Mesh | None, decompose: Decompose
+) -> Solid:
+    note = ""
+    if mesh is not None:
+        surface = welded((np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int32)))
+    elif isinstance(shape, Inflated):
+        x, y, z = shape.size
+        surface = ellipsoid_surface((x / 2, y / 2, z / 2))
+    else:
+        surface = box_surface(shape.size)
+        note = f"no mesh was given for {name}: it collides and weighs as a box of its size"
+    outer = hull(surface[0], name)
+    outer_mass = mass_properties(outer)
+    own = mass_properties(surface) if is_closed(surface) else None
+    if own is None or not 0.02 * outer_mass.volume < own.volume <= 1.001 * outer_mass.volume:
+        note = note or f"the mesh of {name} is not closed: it weighs as much as its convex hull"
+        return _replace_mass(_solid((Hull(*outer),), surface, note), outer_mass)
+    if own.volume >= CONVEX_ENOUGH * outer_mass.volume:
+        return _solid((Hull(*outer),), surface, note)
+    # What was inflated has no hollows that its silhouette does not show.
+    parts = None if isinstance(shape, Inflated) else decompose(surface)
+    if parts is None:
+        parts = carved(surface)
+        if not isinstance(shape, Inflated):
+            note = (
+                f"{name} is hollow or concave and collides in pieces cut along its silhouettes: "
+                "install the extra 'convex' (pip install 'physagent-studio[convex]') to follow "
+                "its hollows too"
+            )
+    return _solid(tuple(Hull(*part) for part in parts), surface, note)
+
+
+def _replace_mass(solid: Solid, mass: MassProperties) -> Solid:
+    return Solid(solid.pieces, mass, solid.extent, solid.shadows, note=solid.note)
+
+
+__all__ = ["Hull", "Piece", "Primitive", "Solid", "solid_of"]

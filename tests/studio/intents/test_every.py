@@ -1,0 +1,101 @@
+"""Whatever a browser sends becomes a bounded value or a sentence, never anything else."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from physagent_studio.errors import InputError
+from physagent_studio.program import SetField
+from physagent_studio.studio.intents import every as intents
+from physagent_studio.studio.intents.every import read_intent
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        ('{"do":"play"}', intents.Play),
+        ('{"do":"scrub","frame":3}', intents.Scrub),
+        ('{"do":"step","all":true}', intents.StepOn),
+        ('{"do":"decide","kind":"reject","proposal":"p1","reason":"no"}', intents.DecideOn),
+        ('{"do":"round","id":null}', intents.ShowRound),
+    ],
+)
+def test_known_intents(text: str, kind: type) -> None:
+    assert isinstance(read_intent(text), kind)
+
+
+def test_edits_are_the_programs_own_models() -> None:
+    text = '{"do":"edit","edits":[{"op":"set","path":"a.b","value":[1,2,3]}],"ticket":4}'
+    assert read_intent(text).edits == (SetField(path="a.b", value=[1, 2, 3]),)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "nonsense",
+        "[1]",
+        "null",
+        "{}",
+        '{"do":"format_disk"}',
+        '{"do":"scrub","frame":-1}',
+        '{"do":"scrub","frame":1e9}',
+        '{"do":"scrub","frame":NaN}',
+        '{"do":"scrub","frame":"NaN"}',
+        '{"do":"speed","factor":Infinity}',
+        '{"do":"speed","factor":1e9}',
+        '{"do":"budget","rounds":1000000}',
+        '{"do":"play","on":true,"update_cb":[]}',
+        '{"do":"edit","edits":[{"op":"set","path":"a","value":NaN}]}',
+        '{"do":"edit","edits":[{"op":"exec","path":"a"}]}',
+        '{"do":"viewer","token":"../../etc"}',
+        '{"do":"new","photo":"","prompt":"x","objects":[["a/b",[]]]}',
+        "[" * 100_000,
+    ],
+)
+def test_refused_with_a_sentence(text: str) -> None:
+    with pytest.raises(InputError) as refused:
+        read_intent(text)
+    assert 5 < len(str(refused.value)) < 500
+
+
+json_values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=20),
+    lambda inner: (
+        st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=12), inner, max_size=4)
+    ),
+    max_leaves=12,
+)
+kinds = st.sampled_from(
+    ["play", "scrub", "speed", "loop", "select", "show", "decide", "edit", "text", "budget", "new"]
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(kind=kinds, rest=st.dictionaries(st.sampled_from(
+    ["on", "frame", "factor", "start", "end", "kind", "name", "what", "edits", "text", "rounds",
+     "proposal", "objects", "photo", "prompt"]), json_values, max_size=6))  # fmt: skip
+def test_any_value_is_bounded_or_refused(kind: str, rest: dict[str, Any]) -> None:
+    try:
+        intent = read_intent(json.dumps({"do": kind, **rest}))
+    except InputError:
+        return
+    for number in _numbers(intent.model_dump(mode="json", exclude={"edits"})):
+        assert math.isfinite(number)
+        assert abs(number) <= 2**53
+
+
+def _numbers(value: Any) -> list[float]:
+    if isinstance(value, bool):
+        return []
+    if isinstance(value, int | float):
+        return [value]
+    if isinstance(value, dict):
+        return [n for part in value.values() for n in _numbers(part)]
+    return [n for part in value for n in _numbers(part)] if isinstance(value, list) else []

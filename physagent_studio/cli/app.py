@@ -183,7 +183,7 @@ def render(
     workspace: Workspace = None,
 ) -> None:
     """Write a session's clip as an H.264 video."""
-    from physagent_studio.cli.sessions import render_session
+    from physagent_studio.cli.clips import render_session
 
     typer.echo(f"wrote {render_session(session, round_id, out, workspace)}")
 
@@ -202,7 +202,7 @@ def export(
 
     With a .html file: the session as one page that plays anywhere. With .viser: the moving scene.
     """
-    from physagent_studio.cli.sessions import export_session
+    from physagent_studio.cli.clips import export_session
 
     typer.echo(f"wrote {export_session(session, round_id, out, workspace)}")
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, expect
 
-from physagent_studio.cli.sessions import export_session
+from physagent_studio.cli.clips import export_session
 from physagent_studio.session import Store
 from tests.browser.conftest import PATIENCE, Desk
 

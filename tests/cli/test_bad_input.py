@@ -13,7 +13,7 @@ import pytest
 
 from physagent_studio.cli.programs import reconstruct_case
 from physagent_studio.cli.run import RunRequest, run_loop
-from physagent_studio.cli.sessions import render_session
+from physagent_studio.cli.clips import render_session
 from physagent_studio.errors import InputError
 
 CASE = """

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from physagent_studio.assets import assets_dir
-from physagent_studio.cli.sessions import export_session
+from physagent_studio.cli.clips import export_session
 from physagent_studio.errors import Cancelled, InputError
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.text.document import load_program

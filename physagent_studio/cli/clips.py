@@ -1,0 +1,57 @@
+"""What a stored session gives away: its clip, a replay, a motion prior."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from physagent_studio.cli.output import progress_control
+from physagent_studio.errors import InputError
+from physagent_studio.session import Store
+from physagent_studio.workbench import commands
+from physagent_studio.workbench.desk import Desk
+from physagent_studio.workbench.rendering import export_rollout, render_rollout, write_file
+
+
+def render_session(
+    session_id: str, round_id: str | None, out: Path, workspace: Path | None
+) -> Path:
+    """The clip of a round, or of the best one, as a video."""
+    if out.suffix.lower() != ".mp4":
+        raise InputError(f"{out} would be an MP4 video under another name; call it {out.stem}.mp4")
+    session = Store(workspace).open(session_id)
+    try:
+        with progress_control(False) as control:
+            desk = _showing(Desk(session, control), round_id)
+            return render_rollout(desk, out)
+    finally:
+        session.close()
+
+
+def export_session(
+    session_id: str, round_id: str | None, out: Path, workspace: Path | None
+) -> Path:
+    """A round, or the best one: by the ending of `out` a replay, a recording or a motion prior."""
+    session = Store(workspace).open(session_id)
+    try:
+        with progress_control(False) as control:
+            desk = _showing(Desk(session, control), round_id)
+            if out.suffix.lower() in (".html", ".viser"):
+                return _write(desk, out)
+            return export_rollout(desk, out)
+    finally:
+        session.close()
+
+
+def _write(desk: Desk, out: Path) -> Path:
+    from physagent_studio.studio.replay import recording_of, replay_of
+
+    writer = replay_of if out.suffix.lower() == ".html" else recording_of
+    return write_file(desk, commands.Write(out, "", writer))
+
+
+def _showing(desk: Desk, round_id: str | None) -> Desk:
+    best = desk.state.best
+    if round_id is None and best is None:
+        raise InputError(f"session {desk.session.id} has no simulated round yet")
+    desk.handle(commands.ShowRound(round_id or (best.id if best else None)))
+    return desk

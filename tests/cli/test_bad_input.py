@@ -11,9 +11,9 @@ import cv2
 import numpy as np
 import pytest
 
+from physagent_studio.cli.clips import render_session
 from physagent_studio.cli.programs import reconstruct_case
 from physagent_studio.cli.run import RunRequest, run_loop
-from physagent_studio.cli.clips import render_session
 from physagent_studio.errors import InputError
 
 CASE = """

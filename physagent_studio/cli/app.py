@@ -109,6 +109,9 @@ def run(
         Path | None, typer.Option(help="What an earlier session taught: its exported lessons.yaml.")
     ] = None,
     agent: Agent = "rules",
+    yes: Annotated[
+        bool, typer.Option("--yes", help="Go on where a mask is doubtful, and say so.")
+    ] = False,
     as_json: Json = False,
     workspace: Workspace = None,
 ) -> None:
@@ -127,6 +130,7 @@ def run(
         agent,
         annotation,
         lessons,
+        yes,
     )
     raise typer.Exit(run_loop(request, workspace, as_json))
 

@@ -18,6 +18,7 @@ from physagent_studio.exchange import annotated, read_lessons
 from physagent_studio.records import LoopState
 from physagent_studio.records.loop_state import ROLES
 from physagent_studio.session import Session, Store
+from physagent_studio.workbench.asking import asked_about, save_candidates
 from physagent_studio.workbench.commands import TakeRole
 from physagent_studio.workbench.desk import Desk
 from physagent_studio.workbench.report import report_of
@@ -38,10 +39,11 @@ class RunRequest:
     agent: str
     annotation: Path | None = None
     lessons: Path | None = None
+    yes: bool = False
 
 
 def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
-    """Runs until the loop ends or waits for a person; the exit code."""
+    """Runs until the loop ends, waits for a person or has to ask; the exit code."""
     if request.policy not in ("auto", "ask", "ask_when"):
         raise InputError(f"--policy {request.policy} is not known (auto, ask, ask_when)")
     unknown = [role for role in request.by_hand if role not in ROLES]
@@ -58,14 +60,19 @@ def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
                 typer.echo(f"session {session.id}")
             for role in in_order(request.by_hand):
                 desk.handle(TakeRole(role))
-            desk.advance(policy=request.policy)
+            desk.advance(policy=request.policy, until="simulate")
+            asked = () if request.yes else asked_about(desk)
+            if not asked and desk.state.phase == "simulate":
+                desk.advance(policy=request.policy)
         report = report_of(desk.state, session, time.perf_counter() - started)
     finally:
         session.close()
-    _print(report, desk.state, as_json)
-    if waits_for(desk.state):
+    if asked:
+        report["pictures"] = [str(save_candidates(desk, doubt.name)) for doubt in asked]
+    _print(report, desk.state, as_json, asked=bool(asked))
+    if asked or waits_for(desk.state):
         return WAITING
-    return 0 if report["realised"] and is_all_tested(report) else NOT_REALISED
+    return 0 if report["realised"] and is_plain(report) else NOT_REALISED
 
 
 def _session(request: RunRequest, store: Store) -> Session:
@@ -86,12 +93,12 @@ def _session(request: RunRequest, store: Store) -> Session:
     return store.create(case, LoopState(policy="auto", budget=request.rounds, lessons=lessons))
 
 
-def is_all_tested(report: dict[str, Any]) -> bool:
-    """Whether every clause of the sentence is tested and every word of it was understood."""
-    return not report["untested"] and not report["not_understood"]
+def is_plain(report: dict[str, Any]) -> bool:
+    """Whether every clause is tested, every word understood, and nothing in it doubted."""
+    return not report["untested"] and not report["not_understood"] and not report["doubts"]
 
 
-def _print(report: dict[str, Any], state: LoopState, as_json: bool) -> None:
+def _print(report: dict[str, Any], state: LoopState, as_json: bool, *, asked: bool) -> None:
     if as_json:
         output.print_json(report)
         return
@@ -105,11 +112,22 @@ def _print(report: dict[str, Any], state: LoopState, as_json: bool) -> None:
     ):
         for text in report[key]:
             typer.echo(f"{title}: {text}")
+    for doubt in report["doubts"]:
+        if doubt["kind"] != "word":
+            typer.echo(f"doubt: {doubt['text']}")
+    for picture in report.get("pictures", ()):
+        typer.echo(f"its candidates: {picture}")
+    if asked:
+        typer.echo(
+            f"waiting for your word: physagent studio {report['session']}, or run again with a box,"
+            ' --object "name@x0,y0,x1,y1", or with --yes to go on as it is'
+        )
+        return
     if waiting := waits_for(state):
         typer.echo(f"waiting for {waiting}: physagent studio {report['session']}")
     word = "realised" if report["realised"] else f"not realised ({report['outcome']})"
-    if report["realised"] and not is_all_tested(report):
-        word += ", as far as it is tested,"
+    if report["realised"] and not is_plain(report):
+        word += ", as far as it is tested and nothing doubted is wrong,"
     typer.echo(
         f"{word} after {output.count(report['rounds'], 'round')}, "
         f"{output.count(report['simulations'], 'simulation')}, "

@@ -29,6 +29,7 @@ from physagent_studio.reconstruction.cache import same_sight, scene_hash
 from physagent_studio.reconstruction.masks import click_checks as grounds
 from physagent_studio.reconstruction.masks.foot_spill import sound_masks
 from physagent_studio.reconstruction.masks.segmenter import Segmenter, choose
+from physagent_studio.reconstruction.masks.sureness import sureness
 from physagent_studio.reconstruction.photo.line_segments import Segments, segments
 from physagent_studio.reconstruction.placement import basins, supports
 from physagent_studio.reconstruction.placement.place import Placed, place_all
@@ -177,6 +178,7 @@ def _look(
     # Checked is what collides: what is drawn lies in its mask whatever the body is.
     checks = findings.measure(done, masks, bodies, fixed, sight.read.estimate, image)
     checks += tuple(grounds.measure(state, image, masks))
+    groundings = [(item.name, item.grounding) for item in state.objects]
     return Scene(
         state=done,
         photo=image,
@@ -188,6 +190,7 @@ def _look(
         findings=checks,
         hash="",
         shapes=MappingProxyType(ranking(state, masks, placed.offers, previous)),
+        sureness=MappingProxyType(sureness(image, masks, sight.candidates, groundings)),
     )
 
 

@@ -1,6 +1,7 @@
 """The frozen values that cross rooms."""
 
 from physagent_studio.records.case import Case, Image
+from physagent_studio.records.doubts import Doubt, doubts_of
 from physagent_studio.records.evidence import Evidence, RolloutEvidence, SceneEvidence
 from physagent_studio.records.judgement import (
     CRITERIA,
@@ -32,6 +33,7 @@ __all__ = [
     "Check",
     "Criterion",
     "Decision",
+    "Doubt",
     "Evidence",
     "Finding",
     "Hunk",
@@ -54,4 +56,5 @@ __all__ = [
     "Shading",
     "ShapeOffer",
     "Alarm",
+    "doubts_of",
 ]

@@ -97,6 +97,8 @@ class Scene:
     in; None without a photo. support_meshes: for display, world frame.
     findings: the checks that stage 1 judges. hash: of everything that went in.
     shapes: the kinds of shape that each object's mask may be, best first.
+    sureness: per object whose mask nobody chose, the probability (0 … 1) that its IoU with the
+    thing is above .8.
     """
 
     state: SceneState
@@ -111,3 +113,4 @@ class Scene:
     shapes: MappingProxyType[str, tuple[ShapeOffer, ...]] = field(
         default_factory=lambda: MappingProxyType({})
     )
+    sureness: MappingProxyType[str, float] = field(default_factory=lambda: MappingProxyType({}))

@@ -105,6 +105,7 @@ def pack_scene(scene: Scene) -> bytes:
             name: [dataclasses.asdict(one) for one in offers]
             for name, offers in scene.shapes.items()
         },
+        "sureness": dict(scene.sureness),
         "findings": [dataclasses.asdict(item) for item in scene.findings],
     }
     return pack(arrays, meta)
@@ -141,6 +142,7 @@ def unpack_scene(data: bytes, photo: Image | None) -> Scene:
                 for name, offers in meta.get("shapes", {}).items()
             }
         ),
+        sureness=MappingProxyType(meta.get("sureness", {})),
     )
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from physagent_studio.contract import Facts
 from physagent_studio.contract.view import pacing_of
-from physagent_studio.records import Check, LoopState, Round
+from physagent_studio.records import Check, Doubt, LoopState, Round, doubts_of
 from physagent_studio.session import Session
 
 
@@ -34,10 +34,19 @@ def report_of(state: LoopState, session: Session, seconds: float) -> dict[str, A
         "view": [_row(check, best) for check in checks if check.kind == "view"],
         "pacing": _pacing(best, session),
         "diagnosis": [item.text for item in assessment.diagnosis] if assessment else [],
+        "doubts": [asdict(one) | {"text": one.text} for one in _doubts(best, session)],
         "untested": [item.text for item in best.program.contract.untested] if best else [],
         "not_understood": list(best.program.contract.not_understood) if best else [],
         "program": best.program.hash if best else None,
     }
+
+
+def _doubts(item: Round | None, session: Session) -> tuple[Doubt, ...]:
+    """What is doubted of a round: its masks, its camera, words that nobody understood."""
+    if item is None:
+        return ()
+    scene = session.scene(item.scene) if item.scene else None
+    return doubts_of(scene, item.program.contract.not_understood)
 
 
 def _row(check: Check, item: Round | None) -> dict[str, Any]:

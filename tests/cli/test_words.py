@@ -10,7 +10,7 @@ from typer.testing import CliRunner, Result
 
 from physagent_studio.assets import assets_dir
 from physagent_studio.cli.app import app
-from physagent_studio.cli.run import is_all_tested
+from physagent_studio.cli.run import is_plain
 from physagent_studio.exchange import load_case
 from physagent_studio.records import LoopState
 from physagent_studio.session import Store
@@ -76,4 +76,4 @@ def test_what_cannot_be_comes_with_a_remedy(
 def test_a_sentence_is_done_when_all_of_it_is_tested(
     untested: list[str], unread: list[str], whole: bool
 ) -> None:
-    assert is_all_tested({"untested": untested, "not_understood": unread}) is whole
+    assert is_plain({"untested": untested, "not_understood": unread, "doubts": []}) is whole

@@ -218,7 +218,7 @@ def run_apart(*tasks: EventTask) -> list[EventResult]:
 def _failed(task: EventTask, problem: str) -> EventResult:
     report = {"realised": False, "outcome": "error", "rounds": 0, "simulations": 0, "seconds": 0.0}
     report |= {"cpu_seconds": 0.0, "contract": [], "diagnosis": [], "untested": []}
-    report |= {"not_understood": [], "program": None}
+    report |= {"not_understood": [], "doubts": [], "program": None}
     return EventResult(
         task.label, "", task.annotation is not None, task.variant, report, problem=problem
     )

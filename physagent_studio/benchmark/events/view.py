@@ -25,6 +25,8 @@ SHARE = 25 / 29
 MOTION = 45.0
 """Least median of the frames in which something moves."""
 ROUNDS, SECONDS = 4.0, 30.0
+ASKED = 6
+"""Most events of 29 in which a mask is doubted, so that a run would wait for an answer."""
 
 
 def bench(
@@ -95,6 +97,8 @@ def _figures(mode: str, results: Sequence[EventResult]) -> list[Row]:
     rows.append(at_most(f"{mode}: slowest event", max(seconds), SECONDS, "s"))
     slowed = sum(_pacing(item)["time_factor"] < 0.999 for item in good)
     rows.append(shown(f"{mode}: in slow motion", slowed, "events"))
+    doubted = sum(any(d["kind"] == "mask" for d in i.report.get("doubts", ())) for i in results)
+    rows.append(at_most(f"{mode}: wait for an answer about a mask", doubted, ASKED, "events"))
     rows.append(shown(f"{mode}: denied by the reference", sum(i.denied for i in results), "events"))
     return rows
 

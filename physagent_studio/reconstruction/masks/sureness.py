@@ -1,0 +1,198 @@
+"""How sure a mask is: the probability that it covers its thing with an IoU above .8.
+
+A logistic function of what can be measured without knowing the thing: whether the candidates agree,
+whether the outline runs along edges, whether the same colours go on beyond it, whether what it
+encloses hangs together and has a usual shape. Weights for masks from clicks and for masks from a
+box were fitted by `tools/fit_sureness.py` on rendered scenes of their own seeds;
+`physagent bench reconstruction` measures the calibration on others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.program.scene.state import Grounding
+from physagent_studio.reconstruction.grounding.usual import usual_size
+from physagent_studio.reconstruction.masks.draft_score import outline_contrast
+from physagent_studio.reconstruction.masks.ranking import fills
+from physagent_studio.reconstruction.masks.task import view_of
+from physagent_studio.reconstruction.photo.regions import (
+    BoolArray,
+    border_share,
+    bounds,
+    grow,
+    iou,
+    shrink,
+    solidity,
+)
+from physagent_studio.records.case import Image
+from physagent_studio.records.scene import Candidate
+
+LOOK_SIDE = 320
+"""Longest side (pixels) of the piece of the picture, about the mask, that is measured."""
+LOOK_MARGIN = 0.6
+"""What of the mask's longer side the piece shows around it."""
+SCORE_STEP = 0.1
+"""Step of the score by which a candidate is e times as likely as another."""
+OTHER_READING = 0.8
+"""IoU below which a candidate is another reading of the picture."""
+FAINT_STEP = 10.0
+"""Step of colour (Lab) across an outline below which no edge is seen."""
+
+Features = dict[str, float]
+
+CLICK_WEIGHTS: Mapping[str, float] = {"constant": 3.0}
+BOX_WEIGHTS: Mapping[str, float] = {"constant": 3.0}
+
+
+def sureness(
+    image: Image,
+    masks: Mapping[str, BoolArray],
+    candidates: Mapping[str, Sequence[Candidate]],
+    groundings: Sequence[tuple[str, Grounding]],
+) -> dict[str, float]:
+    """The probability of each mask (H, W) that nobody chose or drew by hand."""
+    return {
+        name: probability(image, masks[name], candidates.get(name, ()), grounding, name)
+        for name, grounding in groundings
+        if name in masks and not is_chosen(grounding) and masks[name].any()
+    }
+
+
+def is_chosen(grounding: Grounding) -> bool:
+    """Whether a person has chosen this mask among the candidates, or corrected it."""
+    return grounding.settled or grounding.candidate > 0 or bool(grounding.strokes)
+
+
+def probability(
+    image: Image, mask: BoolArray, offers: Sequence[Candidate], grounding: Grounding, name: str
+) -> float:
+    """The probability (0 … 1) that the IoU of a mask (H, W) with its thing is above .8."""
+    weights = CLICK_WEIGHTS if grounding.box is None else BOX_WEIGHTS
+    found = features(image, mask, offers, grounding, name)
+    value = sum(weight * found[key] for key, weight in weights.items())
+    return float(1.0 / (1.0 + np.exp(-np.clip(value, -12.0, 12.0))))
+
+
+def features(
+    image: Image, mask: BoolArray, offers: Sequence[Candidate], grounding: Grounding, name: str
+) -> Features:
+    """What is weighed of a mask, each about −1 … 1."""
+    out = {"constant": 1.0}
+    out |= _agreement(mask, offers)
+    out |= _outline(image, mask)
+    out |= _form(mask, name)
+    out |= _marks(mask, grounding)
+    return out
+
+
+def _agreement(mask: BoolArray, offers: Sequence[Candidate]) -> Features:
+    """Whether the candidates show the same, and whether a larger or a smaller one is as likely."""
+    if not offers:
+        return {"score": 0.0, "agreement": 0.0, "rival": 1.0, "larger": 1.0, "smaller": 1.0}
+    overlaps = np.array([iou(mask, offer.mask) for offer in offers])
+    scores = np.array([offer.score for offer in offers])
+    lead = float(scores[int(overlaps.argmax())])
+    chance = np.exp((scores - scores.max()) / SCORE_STEP)
+    area = max(np.count_nonzero(mask), 1)
+    larger = smaller = 0.0
+    for offer, overlap in zip(offers, overlaps, strict=True):
+        if overlap < OTHER_READING:
+            share = float(np.exp(min(offer.score - lead, 0.0) / SCORE_STEP))
+            bigger = np.count_nonzero(offer.mask) > area
+            larger = max(larger, share) if bigger else larger
+            smaller = smaller if bigger else max(smaller, share)
+    return {
+        "score": lead,
+        "agreement": float((chance * overlaps).sum() / chance.sum()),
+        "rival": max(larger, smaller),
+        "larger": larger,
+        "smaller": smaller,
+    }
+
+
+def _outline(image: Image, mask: BoolArray) -> Features:
+    """Whether the outline runs along edges, and whether the colours inside go on beyond it."""
+    x0, y0, x1, y1 = bounds(mask)
+    margin = int(LOOK_MARGIN * max(x1 - x0, y1 - y0)) + 4
+    height, width = mask.shape
+    left, top = max(0, x0 - margin), max(0, y0 - margin)
+    right, bottom = min(width, x1 + margin), min(height, y1 + margin)
+    view = view_of(image, (left, top, right, bottom), LOOK_SIDE)
+    own = mask[top:bottom, left:right].astype(np.uint8)
+    size = (view.lab.shape[1], view.lab.shape[0])
+    small = cv2.resize(own, size, interpolation=cv2.INTER_AREA).astype(bool)
+    if not small.any():
+        return {"contrast": 0.0, "weakest": 0.0, "colours go on": 1.0, "faint": 1.0, "mixed": 0.0}
+    middle, weakest = outline_contrast(view.lab, small)
+    inside, ring = _palettes(view.lab, small)
+    return {
+        "contrast": float(np.tanh(middle / 25)),
+        "weakest": float(np.tanh(weakest / 10)),
+        "colours go on": float(np.sqrt(inside * ring).sum()),
+        "faint": _faint_share(view.lab, small),
+        "mixed": float(1.0 - (inside**2).sum()),
+    }
+
+
+def _palettes(lab: NDArray[np.float32], mask: BoolArray) -> tuple[NDArray, NDArray]:
+    """Shares of 512 colours inside the mask, and in a ring around it."""
+    bins = np.clip((lab / 256 * 8).astype(int), 0, 7)
+    index = (bins[..., 0] * 8 + bins[..., 1]) * 8 + bins[..., 2]
+    reach = max(4, int(np.sqrt(np.count_nonzero(mask)) * 0.25))
+    ring = grow(mask, reach) & ~grow(mask, 2)
+    inside = np.bincount(index[mask], minlength=512) / max(np.count_nonzero(mask), 1)
+    return inside, np.bincount(index[ring], minlength=512) / max(np.count_nonzero(ring), 1)
+
+
+def _faint_share(lab: NDArray[np.float32], mask: BoolArray) -> float:
+    """Share of the outline across which the colour hardly changes."""
+    soft = cv2.GaussianBlur(lab, (0, 0), 1.5)
+    rim = mask & ~shrink(mask, 1)
+    kernel = np.ones((7, 7), np.uint8)
+    highest, lowest = cv2.dilate(soft, kernel), cv2.erode(soft, kernel)
+    step = np.linalg.norm(highest - lowest, axis=-1)[rim]
+    return float((step < FAINT_STEP).mean()) if step.size else 1.0
+
+
+def _form(mask: BoolArray, name: str) -> Features:
+    """Whether what it encloses hangs together, is compact, and has the name's usual proportions."""
+    count, _, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8))
+    area = max(np.count_nonzero(mask), 1)
+    largest = max((int(s[cv2.CC_STAT_AREA]) for s in stats[1:count]), default=0)
+    x0, y0, x1, y1 = bounds(mask)
+    aspect = usual_size(name).aspect
+    odd = 0.0
+    if aspect is not None:
+        odd = abs(np.log(max(y1 - y0, 1) / max(x1 - x0, 1) / aspect[0])) / (aspect[1] + 0.1)
+    share = float(np.log10(area / mask.size + 1e-5))
+    return {
+        "solidity": solidity(mask),
+        "scattered": 1.0 - largest / area,
+        "border": min(2.0 * border_share(mask), 1.0),
+        "size": share / 2.0 + 1.0,
+        "size squared": (share / 2.0 + 1.0) ** 2,
+        "odd proportions": float(min(odd, 3.0) / 3.0),
+    }
+
+
+def _marks(mask: BoolArray, grounding: Grounding) -> Features:
+    """How the mask lies about the clicks or within the box."""
+    x0, y0, x1, y1 = bounds(mask)
+    inside = [click for click in grounding.points if click.label]
+    off = 0.0
+    if inside:
+        across = np.mean([c.x for c in inside]) - (x0 + x1) / 2
+        along = np.mean([c.y for c in inside]) - (y0 + y1) / 2
+        off = float(np.hypot(across / max(x1 - x0, 1), along / max(y1 - y0, 1)))
+    out = {"off centre": min(off, 1.0), "more clicks": min(len(inside) - 1, 4) / 4.0}
+    if grounding.box is not None:
+        left, top, right, bottom = grounding.box
+        room = max((right - left) * (bottom - top), 1.0)
+        out["fills box"] = fills(mask, grounding.box)
+        out["share of box"] = min(np.count_nonzero(mask) / room, 1.0)
+    return out

@@ -38,6 +38,7 @@ export function startRounds(host, showPlots, showPhoto) {
       shown ? verdict(shown) : null,
       shown && !data.draft ? strip.show(shown) : null,
       guessed(),
+      doubted(),
       checklist(data),
       data.notUnderstood.length ? h("div", { class: "strip warn", style: "margin-top:8px" }, "Not understood: ", data.notUnderstood.join("; ")) : null,
       data.untested.length ? h("div", { class: "strip warn", style: "margin-top:8px" }, "Nothing tests: ", data.untested.join("; ")) : null,
@@ -62,6 +63,22 @@ export function startRounds(host, showPlots, showPhoto) {
         button("No, let me click", () => mark({ kind: "object", name: data.guessed[0] }), { class: "b small", title: "Select a thing below the photo, then click on the right place" })));
   }
 
+  // A mask that is more likely wrong than right makes everything after it doubtful.
+  function doubted() {
+    if (data.readOnly || data.guessed.length) return null;
+    return data.doubts.map((one) => {
+      const name = one.name.replaceAll("_", " ");
+      const camera = one.kind === "camera";
+      const fix = camera
+        ? [button("Draw the horizon", () => { showPhoto(); dispatchEvent(new CustomEvent("photo-tool", { detail: "horizon" })); }, { class: "b small" })]
+        : [button("Look at its masks", () => mark({ kind: "object", name: one.name }), { class: "b small", title: "Choose one of the masks with the keys 1 to 4, or draw a box" }),
+          button("It is right", () => send({ do: "mask", name: one.name, grounding: { ...one.grounding, settled: true } }), { class: "b small" })];
+      return h("div", { class: "strip warn stack", style: "margin-top:8px", role: "group", "aria-label": camera ? "Doubtful camera" : `Doubtful mask of ${name}` },
+        h("div", {}, camera ? h("b", {}, "How the camera was held is doubtful") : ["Is the whole of ", h("b", {}, name), " cut out, and nothing else?"], ` (${one.percent} % sure)${camera ? ": click the ends of the horizon, or of any level line far away." : ""}`),
+        h("div", { class: "row" }, fix));
+    });
+  }
+
   function row(r) {
     const words = r.stage === "reconstruction" ? (r.verdict === "failed" ? "scene does not match" : "scene matches the photo") : r.checks ? `${r.realised} of ${r.checks}` : r.stage ? "nothing is demanded" : "in progress";
     return h("div", { class: "row", role: "listitem", key: r.id, style: `padding-left:${r.depth * 14}px;gap:2px` },
@@ -77,11 +94,12 @@ export function startRounds(host, showPlots, showPhoto) {
   function verdict(shown) {
     if (data.draft) return h("div", { class: "head" }, "Your edits, measured");
     if (data.turn === "verifier") return h("div", { class: "head" }, `Measured: ${SAYS[shown.stage][Number(shown.machine)]}`);
-    if (shown.verdict === "open") return shown.stage ? h("div", { style: "margin-top:14px" }, h("p", { class: "title" }, "The scene matches the photo"), h("p", { class: "muted" }, "Next the event is run in it and measured.")) : null;
+    if (shown.verdict === "open") return shown.stage ? h("div", { style: "margin-top:14px" }, h("p", { class: "title" }, data.doubts.length ? "The scene matches what was cut out" : "The scene matches the photo"), h("p", { class: "muted" }, "Next the event is run in it and measured.")) : null;
     const good = shown.verdict === "ok";
     const stage = shown.stage === "reconstruction";
     const unseen = !stage && !shown.override && data.checks.every((c) => c.ok || c.part || c.group === "view");
-    const said = good ? "The event happens" : stage ? "The scene does not match the photo" : unseen ? "It happens, but a viewer cannot see it well" : "The event does not happen yet";
+    const sure = !data.doubts.some((one) => one.kind === "mask");
+    const said = good ? (sure ? "The event happens" : "The event happens, if the masks are right") : stage ? "The scene does not match the photo" : unseen ? "It happens, but a viewer cannot see it well" : "The event does not happen yet";
     return h("div", { style: "margin-top:14px" },
       h("div", { class: "row" },
         h("span", { class: "title grow" }, said),

@@ -10,7 +10,7 @@ from physagent_studio.agent.loop import EASING
 from physagent_studio.contract import describe
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.text.diff import diff
-from physagent_studio.records import Assessment, Check, LoopState, Proposal, Round
+from physagent_studio.records import Assessment, Check, LoopState, Proposal, Round, doubts_of
 from physagent_studio.studio.panels.checklist import checklist_of, demands_of, merged, viewed
 from physagent_studio.studio.panels.words import (
     all_spoken,
@@ -66,11 +66,28 @@ def state_of(snapshot: Snapshot, compared: Round | None = None) -> dict[str, Any
             "statements": [one.id for one in snapshot.program.contract.statements],
         },
         "guessed": [one.name for one in scene.objects if one.grounding.proposed],
+        "doubts": _doubts(snapshot),
         "hints": list(loop.hints),
         "pinned": list(loop.pinned),
         "compare": None if compared is None else _comparison(compared, snapshot),
     }
     return all_spoken(found, speaker(snapshot.program))
+
+
+def _doubts(snapshot: Snapshot) -> list[dict[str, Any]]:
+    """What is doubted of the scene on view, with what each thing is grounded on."""
+    groundings = {one.name: one.grounding for one in snapshot.program.scene.objects}
+    return [
+        {
+            "kind": doubt.kind,
+            "name": doubt.name,
+            "percent": round(100 * doubt.probability),
+            "helps": doubt.helps,
+            "grounding": plain(groundings[doubt.name]) if doubt.kind == "mask" else None,
+        }
+        for doubt in doubts_of(snapshot.scene)
+        if doubt.kind != "mask" or doubt.name in groundings
+    ]
 
 
 def _find(loop: LoopState, wanted: str | None) -> Round | None:

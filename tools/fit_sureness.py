@@ -1,8 +1,8 @@
-"""Fits the weights of `reconstruction.masks.sureness` on rendered scenes: python tools/fit_sureness.py ROWS.
+"""Fits the weights of `reconstruction.masks.sureness`: python tools/fit_sureness.py ROWS.
 
-Rows are collected once, seed by seed, into the file ROWS (JSON lines), so that a run can go on where
-it was ended: `--collect 0:120`. Without `--collect` the weights of masks from clicks and from boxes
-are fitted on the seeds below 500 and printed, with their calibration on the seeds from 500 on.
+Rows are collected once, seed by seed, into the file ROWS (JSON lines), so that a run can go on
+where it was ended: `--collect 0:120`. Without `--collect` the weights of masks from clicks and from
+boxes are fitted on the seeds below 500 and printed, with their calibration on those from 500 on.
 """
 
 from __future__ import annotations

@@ -153,20 +153,20 @@ def from_the_side(page: Page) -> None:
 
 
 def new_session(page: Page) -> None:
-    """The dialog of a new session, with a photo and clicks."""
+    """The dialog of a new session, with a photo, a sentence and a box around each thing."""
     page.get_by_role("button", name="Open…").click()
     page.get_by_role("button", name="New from a photo…").click()
     page.locator("input[type=file]").set_input_files(str(assets_dir() / "demo" / "input.png"))
-    picture = page.locator("[data-photo]")
-    box = picture.bounding_box()
+    page.get_by_label("Sentence").fill("The red ball rolls to the right and hits the block.")
+    page.get_by_label("Name 2").wait_for()
+    box = page.locator("[data-photo]").bounding_box()
     assert box is not None
     scale = box["width"] / 832
-    picture.click(position={"x": 180 * scale, "y": 354 * scale})
-    page.get_by_label("Name 1").fill("red_ball")
-    page.get_by_role("button", name="Another thing").click()
-    page.get_by_label("Name 2").fill("wooden_block")
-    picture.click(position={"x": 503 * scale, "y": 222 * scale})
-    page.get_by_label("Sentence").fill("The red ball rolls to the right and hits the block.")
+    for x0, y0, x1, y1 in ((130, 305, 232, 405), (462, 182, 550, 322)):
+        page.mouse.move(box["x"] + x0 * scale, box["y"] + y0 * scale)
+        page.mouse.down()
+        page.mouse.move(box["x"] + x1 * scale, box["y"] + y1 * scale, steps=4)
+        page.mouse.up()
 
 
 SHOTS = (

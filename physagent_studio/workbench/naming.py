@@ -44,6 +44,11 @@ def case_in_words(
     return with_proposals(replace(case, objects=open_ones), ask=ask, per=reduction_of(path))
 
 
+def names_in(prompt: str) -> tuple[str, ...]:
+    """Names of the things that a sentence speaks of, in its order."""
+    return tuple(item.name for item in things_in(prompt))
+
+
 def with_proposals(case: Case, *, ask: bool = True, per: int = 1) -> Case:
     """The case with its unclicked objects found by their words, marked as proposals.
 

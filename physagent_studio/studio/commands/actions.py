@@ -12,7 +12,7 @@ from functools import singledispatch
 from typing import Any, Protocol
 
 from physagent_studio.errors import InputError
-from physagent_studio.program import Grounding, PhysicalProgram, Support, apply
+from physagent_studio.program import PhysicalProgram, Support, apply
 from physagent_studio.program.scene import state as shapes
 from physagent_studio.studio.commands import mesh as mesh_actions
 from physagent_studio.studio.commands import photo as photo_actions
@@ -29,6 +29,7 @@ from physagent_studio.studio.replay import recording_of, replay_of
 from physagent_studio.studio.scene.places import poses_at
 from physagent_studio.studio.view import Selection, View
 from physagent_studio.workbench import Snapshot, Workbench, commands
+from physagent_studio.workbench.naming import names_in
 
 PHOTO_BYTES = 16 * 2**20
 SIGNATURES = {b"\x89PNG": ".png", b"\xff\xd8\xff": ".jpg", b"RIFF": ".webp"}
@@ -239,8 +240,14 @@ def _(intent: intents.NewCase, studio: Studio, browser: int) -> None:
     path = folder / f"{hashlib.sha256(photo).hexdigest()[:24]}{suffix}"
     path.write_bytes(photo)
     title = textwrap.shorten(intent.prompt, 48, placeholder="…").rstrip(".")
-    marks = tuple((name, Grounding(points=clicks)) for name, clicks in intent.objects)
-    studio.workbench.post(commands.OpenImage(path, intent.prompt, marks, title))
+    studio.workbench.post(commands.OpenImage(path, intent.prompt, intent.objects, title))
+
+
+@carry_out.register
+def _(intent: intents.NamesIn, studio: Studio, browser: int) -> None:
+    studio.finder.ask(
+        browser, "names", intent.ticket, lambda: {"names": list(names_in(intent.prompt))}
+    )
 
 
 @carry_out.register

@@ -14,12 +14,12 @@ from pydantic import Field, JsonValue, TypeAdapter, ValidationError
 from physagent_studio.errors import InputError
 from physagent_studio.program import Edit, Frozen
 from physagent_studio.program.base import Name, Text
-from physagent_studio.program.scene.state import Click
+from physagent_studio.program.scene.state import Grounding
 from physagent_studio.program.timing import FASTEST, SLOWEST
 from physagent_studio.records.judgement import DecisionKind
 from physagent_studio.records.loop_state import PolicyName, RoleName
 from physagent_studio.studio.intents.mesh import MeshIntent
-from physagent_studio.studio.intents.photo import PhotoIntent
+from physagent_studio.studio.intents.photo import PhotoIntent, Ticket
 from physagent_studio.studio.intents.shelf import ListSessions, Present, ShelfIntent
 
 Id = Annotated[str, Field(min_length=1, max_length=200)]
@@ -273,8 +273,16 @@ class OpenBare(Frozen):
     do: Literal["bare"] = "bare"
 
 
+class NamesIn(Frozen):
+    """Which things a sentence names; nothing is changed."""
+
+    do: Literal["names"] = "names"
+    prompt: Annotated[str, Field(max_length=4000)]
+    ticket: Ticket
+
+
 class NewCase(Frozen):
-    """A new session from a photo (base64 of the file), a sentence and clicks.
+    """A new session from a photo (base64 of the file), a sentence, and boxes or clicks per thing.
 
     Without objects, what the sentence names is looked for.
     """
@@ -282,7 +290,7 @@ class NewCase(Frozen):
     do: Literal["new"] = "new"
     photo: Annotated[str, Field(max_length=23_000_000)]
     prompt: Annotated[str, Field(min_length=1, max_length=4000)]
-    objects: Annotated[tuple[tuple[Name, tuple[Click, ...]], ...], Field(max_length=100)]
+    objects: Annotated[tuple[tuple[Name, Grounding], ...], Field(max_length=100)]
 
 
 class RenameTo(Frozen):
@@ -309,7 +317,7 @@ Intent = Annotated[
     Play | Scrub | Speed | Loop | Select | Show | Look | Bookmark | Viewer | Compare
     | StepOn | Cancel | DecideOn | Overrule | Policy | Role | Budget | PinFact | ShowRound | Fork
     | Change | Remove | Try | Wish | Retime | WriteText | DropDraft | Undo
-    | OpenKnown | OpenBare | NewCase | RenameTo | Dismiss | Video | ShelfIntent
+    | OpenKnown | OpenBare | NamesIn | NewCase | RenameTo | Dismiss | Video | ShelfIntent
     | PhotoIntent | MeshIntent,
     Field(discriminator="do"),
 ]  # fmt: skip

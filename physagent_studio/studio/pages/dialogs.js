@@ -7,13 +7,18 @@ import { on, send, value } from "./wire.js";
 const MAX_PHOTO = 16 * 2 ** 20, LONGEST = 4000;
 const COLORS = ["#2f6fed", "#d9482b", "#17885a", "#a15cd6", "#d97706", "#0e9384", "#c0398c", "#667085"];
 
+const unmarked = (name) => ({ name, clicks: [], box: null, typed: false });
+const isMarked = (one) => one.box !== null || one.clicks.length > 0;
+
 export function startDialogs(host) {
   let kind = "";
   let photo = null; // { file, url, data, width, height }
-  let things = [{ name: "object", clicks: [] }];
+  let things = [unmarked("object")];
   let at = 0;
   let prompt = "";
   let problem = "";
+  let drag = null; // the box being drawn: { from, to }, pixels of the photo
+  let ticket = 0; // of the newest question which things the sentence names
 
   let sent = null; // a photo on its way: in which session it was sent, and the newest error then
   let from = null; // what had the focus before the dialog
@@ -46,36 +51,87 @@ export function startDialogs(host) {
     let text = "";
     for (let from = 0; from < bytes.length; from += 32768) text += String.fromCharCode(...bytes.subarray(from, from + 32768));
     photo = { url, data: btoa(text), width: image.naturalWidth, height: image.naturalHeight };
-    things = [{ name: "object", clicks: [] }];
+    things = [unmarked("object")];
     at = 0;
     show();
+    if (prompt) ask();
     // The field that had the focus is gone.
     host.querySelector("textarea")?.focus({ preventScroll: true });
   }
 
-  function click(event) {
+  function spot(event) {
     const box = event.currentTarget.getBoundingClientRect();
-    const x = ((event.clientX - box.left) / box.width) * photo.width, y = ((event.clientY - box.top) / box.height) * photo.height;
-    things[at].clicks.push({ x: Math.round(x * 10) / 10, y: Math.round(y * 10) / 10, label: event.shiftKey || event.button === 2 ? 0 : 1 });
+    const inside = (value, most) => Math.round(Math.min(Math.max(value, 0), most) * 10) / 10;
+    return { x: inside(((event.clientX - box.left) / box.width) * photo.width, photo.width), y: inside(((event.clientY - box.top) / box.height) * photo.height, photo.height) };
+  }
+
+  function press(event) {
+    event.currentTarget.setPointerCapture?.(event.pointerId);
+    const from = spot(event);
+    drag = { from, to: from, outside: event.shiftKey || event.button === 2 };
+  }
+
+  function pull(event) {
+    if (!drag) return;
+    drag.to = spot(event);
+    if (isBox(drag)) show();
+  }
+
+  // A drag is a box around the thing, and the next one's turn comes; anything shorter is a click.
+  function release(event) {
+    if (!drag) return;
+    const one = things[at], done = { ...drag, to: spot(event) };
+    drag = null;
+    if (isBox(done) && !done.outside) {
+      one.box = sides(done);
+      one.clicks = one.clicks.filter((c) => !c.label || holds(one.box, c));
+      const next = things.findIndex((other) => !isMarked(other));
+      if (next >= 0) at = next;
+    } else one.clicks.push({ ...done.from, label: done.outside ? 0 : 1 });
+    show();
+  }
+
+  const SHORT = 0.012; // of the photo's width: what is dragged less far is a click
+  const isBox = ({ from, to }) => Math.min(Math.abs(to.x - from.x), Math.abs(to.y - from.y)) > SHORT * photo.width;
+  const sides = ({ from, to }) => [Math.min(from.x, to.x), Math.min(from.y, to.y), Math.max(from.x, to.x), Math.max(from.y, to.y)];
+  const holds = ([x0, y0, x1, y1], c) => c.x >= x0 && c.x <= x1 && c.y >= y0 && c.y <= y1;
+
+  // The things that the sentence names wait to be marked; what a person named or marked stays.
+  function ask() { send({ do: "names", prompt: prompt.trim().slice(0, LONGEST), ticket: ++ticket }); }
+  let waiting = 0;
+  function askSoon() { clearTimeout(waiting); waiting = setTimeout(ask, 350); }
+
+  function offered(answer) {
+    if (answer.ticket !== ticket || !answer.names || kind !== "new") return;
+    const own = things.filter((one) => isMarked(one) || (one.typed && one.name.trim()));
+    const blank = own.find((one) => isAuto(one.name) && isMarked(one));
+    const fresh = answer.names.filter((name) => !own.some((one) => tidy(one.name) === name));
+    if (blank && fresh.length) blank.name = fresh.shift();
+    const current = things[at];
+    things = [...own, ...fresh.map((name) => unmarked(name))];
+    if (!things.length) things = [unmarked("object")];
+    const first = things.findIndex((one) => !isMarked(one));
+    at = things.includes(current) ? things.indexOf(current) : Math.max(first, 0);
     show();
   }
 
   // What keeps it from starting, in words; "" where nothing does.
   function lacks() {
-    const wrong = things.find((one) => one.clicks.length && !/^[A-Za-z0-9_][A-Za-z0-9_-]{0,63}$/.test(tidy(one.name)));
+    const wrong = things.find((one) => isMarked(one) && !/^[A-Za-z0-9_][A-Za-z0-9_-]{0,63}$/.test(tidy(one.name)));
     if (wrong) return `“${wrong.name}” cannot be a name: letters from a to z, digits, - and _, at most 64.`;
     if (prompt.length > LONGEST) return `The sentence has ${prompt.length} characters; at most ${LONGEST} are allowed.`;
     if (!prompt.trim()) return "Say what shall happen, in a sentence.";
-    const unnamed = things.findIndex((one) => one.clicks.length && /^object(_\d+)?$/.test(tidy(one.name)) && !prompt.toLowerCase().includes(one.name.trim().replaceAll("_", " ")));
+    const unnamed = things.findIndex((one) => isMarked(one) && isAuto(one.name) && !prompt.toLowerCase().includes(one.name.trim().replaceAll("_", " ")));
     return unnamed < 0 ? "" : `Call thing ${unnamed + 1} what the sentence calls it, so that it is known which one is meant.`;
   }
   const ready = () => photo && !lacks();
+  const isAuto = (name) => /^object(_\d+)?$/.test(tidy(name));
   const tidy = (name) => name.trim().replace(/\s+/g, "_");
 
   // A second click comes before the dialog is gone.
   function begin() {
     if (kind !== "new" || !ready()) return;
-    const objects = things.filter((one) => one.clicks.length).map((one) => [tidy(one.name), one.clicks]);
+    const objects = things.filter(isMarked).map((one) => [tidy(one.name), { points: one.clicks, box: one.box }]);
     if (!send({ do: "new", photo: photo.data, prompt: prompt.trim(), objects })) return;
     sent = { session: value("run")?.session, error: newest(value("notices") || []) };
     problem = "";
@@ -96,25 +152,36 @@ export function startDialogs(host) {
       problem ? h("div", { class: "strip bad", style: "margin-bottom:10px" }, problem) : null,
       !photo ? h("label", { class: "entry drop", ...dropping(take) },
         h("span", { class: "muted" }, h("b", {}, "Choose a photo"), " or drop one here · PNG, JPEG or WebP"), h("input", { type: "file", accept: "image/png,image/jpeg,image/webp", "aria-label": "Photo", onchange: (e) => take(e.target.files[0]) })) : [
-        h("p", { class: "muted", style: "margin-bottom:8px" }, "Click on a thing that takes part and call it what the sentence calls it, then add the next with “Another thing”. Right-click or Shift+click marks what does not belong to it. Without any click, what the sentence names is looked for."),
-        h("div", { class: "photo", style: `cursor:crosshair;margin-inline:auto;width:min(100%, ${(36 * photo.width / photo.height).toFixed(2)}vh)`, "data-photo": true, onclick: click, oncontextmenu: (e) => { e.preventDefault(); click(e); } },
+        h("div", { class: "head" }, "What shall happen?"),
+        h("textarea", { rows: 2, "aria-label": "Sentence", placeholder: "For example: the ball rolls to the right and hits the box", value: prompt, oninput: (e) => { prompt = e.target.value; askSoon(); show(); } }),
+        h("p", { class: "muted", style: "margin:8px 0" }, isMarked(things[at]) ? "All are marked; another drag moves the box of " : "Drag a box around ", h("b", {}, things[at].name.replaceAll("_", " ")), isMarked(things[at]) ? ". A click" : " in the photo. A click marks a point of it instead; a right click or Shift+click, what does not belong to it. What you leave out is looked for by its name."),
+        h("div", { class: "photo", style: `cursor:crosshair;touch-action:none;margin-inline:auto;width:min(100%, ${(36 * photo.width / photo.height).toFixed(2)}vh)`, "data-photo": true, onpointerdown: press, onpointermove: pull, onpointerup: release, onpointercancel: () => { drag = null; show(); }, oncontextmenu: (e) => e.preventDefault() },
           h("img", { src: photo.url, alt: "Your photo", draggable: "false" }),
-          h("svg", { viewBox: `0 0 ${photo.width} ${photo.height}`, preserveAspectRatio: "none", "pointer-events": "none" }, things.flatMap((one, i) => one.clicks.map((c) => h("circle", { cx: c.x, cy: c.y, r: photo.width / 130, fill: c.label ? COLORS[i % 8] : "#fff", stroke: c.label ? "#fff" : COLORS[i % 8], "stroke-width": photo.width / 400 }))))),
+          h("svg", { viewBox: `0 0 ${photo.width} ${photo.height}`, preserveAspectRatio: "none", "pointer-events": "none" }, things.flatMap(marks), drag && isBox(drag) ? frame(sides(drag), COLORS[at % 8], "drag") : null)),
         h("div", { class: "head" }, "Things"),
         h("div", { class: "stack" }, things.map((one, i) => h("div", { class: "row", key: `t${i}` },
           h("input", { type: "radio", name: "thing", checked: i === at, "aria-label": `Mark ${one.name}`, onchange: () => { at = i; show(); } }),
           h("span", { class: "dot", style: `background:${COLORS[i % 8]}` }),
-          h("input", { type: "text", value: one.name, "aria-label": `Name ${i + 1}`, oninput: (e) => { one.name = e.target.value; show(); }, onfocus: () => { if (at !== i) { at = i; show(); } }, onchange: show }),
-          h("span", { class: "muted num", style: "white-space:nowrap" }, say(one.clicks.length, "click")),
-          button("Clear", () => { one.clicks = []; show(); }, { class: "b quiet small" }),
+          h("input", { type: "text", value: one.name, "aria-label": `Name ${i + 1}`, oninput: (e) => { one.name = e.target.value; one.typed = true; show(); }, onfocus: () => { if (at !== i) { at = i; show(); } }, onchange: show }),
+          h("span", { class: "muted num", style: "white-space:nowrap" }, one.box ? "a box" + (one.clicks.length ? `, ${say(one.clicks.length, "click")}` : "") : one.clicks.length ? say(one.clicks.length, "click") : "not marked"),
+          button("Clear", () => { one.clicks = []; one.box = null; show(); }, { class: "b quiet small" }),
           things.length > 1 ? button("Remove", () => { things.splice(i, 1); at = Math.min(at > i ? at - 1 : at, things.length - 1); show(); }, { class: "b quiet small" }) : null)),
-        h("div", {}, button("Another thing", () => { things.push({ name: `object_${things.length + 1}`, clicks: [] }); at = things.length - 1; show(); }, { class: "b small" }))),
-        h("div", { class: "head" }, "What shall happen?"),
-        h("textarea", { rows: 2, "aria-label": "Sentence", placeholder: "For example: the ball rolls to the right and hits the box", value: prompt, oninput: (e) => { prompt = e.target.value; show(); } }),
+        h("div", {}, button("Another thing", () => { things.push({ ...unmarked(`object_${things.length + 1}`), typed: true }); at = things.length - 1; show(); }, { class: "b small" }))),
       ],
     ], photo ? [h("span", { class: "muted grow", "aria-live": "polite" }, lacks()), button("Another photo", () => { photo = null; show(); }), button("Start", begin, { class: "b main", disabled: !ready() })] : null);
   }
 
+  // What is marked of a thing: its box, and its clicks.
+  function marks(one, i) {
+    const color = COLORS[i % 8];
+    return [
+      one.box ? frame(one.box, color, `b${i}`) : null,
+      ...one.clicks.map((c) => h("circle", { cx: c.x, cy: c.y, r: photo.width / 130, fill: c.label ? color : "#fff", stroke: c.label ? "#fff" : color, "stroke-width": photo.width / 400 })),
+    ];
+  }
+  const frame = ([x0, y0, x1, y1], color, key) => h("rect", { key, x: x0, y: y0, width: x1 - x0, height: y1 - y0, fill: color, "fill-opacity": 0.12, stroke: color, "stroke-width": photo.width / 300 });
+
+  on("names", offered);
   on("run", ({ session }) => {
     if (!sent || session === sent.session) return;
     [sent, photo, prompt, problem] = [null, null, "", ""];

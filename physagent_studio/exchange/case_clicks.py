@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from physagent_studio.exchange.plain_yaml import Place
+from physagent_studio.knowledge import is_stairs, support_kind
 from physagent_studio.program.scene.state import Mark, Scale
-from physagent_studio.reconstruction.grounding.usual import is_stairs, support_kind
 
 if TYPE_CHECKING:
     from physagent_studio.exchange.case_reader import CaseReader

@@ -1,10 +1,11 @@
-"""Kinds of things by their names and paces of motion by their senses, from the tables beside.
+"""The tables beside, read once: things, materials, colours, paces of motion, words of sentences.
 
-`objects.yaml` and `verbs.yaml` say in their heads what their columns mean; both are read once.
+`objects.yaml` and its neighbours say in their heads what their columns mean.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
@@ -14,8 +15,13 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from physagent_studio.errors import InputError
 
-Heading = Literal["long_axis", "short_axis", "none"]
+Heading = Literal["long_axis", "short_axis", "any_way"]
+Form = Literal[
+    "sphere", "ellipsoid", "box", "cylinder", "capsule", "frustum", "revolved", "torus", "inflated"
+]
 Number = Annotated[float, Field(ge=0)]
+Positive = Annotated[float, Field(gt=0)]
+Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class _Row(BaseModel):
@@ -26,16 +32,75 @@ R = TypeVar("R", bound=_Row)
 
 
 class Kind(_Row):
-    """A kind of thing. name, synonyms: words as in an object's name, singular.
-
-    wheels: whether it rolls on wheels. heading: along which of its level axes it faces: the longer
-    or the shorter one of its outline from above, or none (a ball, a chair on castors).
-    """
+    """A kind of thing; the head of `objects.yaml` says what each field is, with its unit."""
 
     name: str
     synonyms: tuple[str, ...] = ()
-    wheels: bool
-    heading: Heading
+    size: tuple[Positive, Positive] | None = None
+    shapes: tuple[Form, ...] = ()
+    material: str
+    density: Positive | None = None
+    depth: Positive | None = None
+    aspect: tuple[Positive, Positive] | None = None
+    lies: Positive | None = None
+    top: Positive | None = None
+    support: Literal["floor", "ramp", "stairs", "rails", "wall", "step", "board"] | None = None
+    surface: (
+        Literal["level", "flat", "high", "raised", "slope", "flight", "upright", "carrier"] | None
+    ) = None
+    base: Literal["solid", "splayed"] | None = None
+    hollow: Literal["open", "lidded", "soft"] | None = None
+    disc: bool = False
+    parts: tuple[Literal["frame", "stem", "handle"], ...] = ()
+    wheels: Heading | None = None
+    colours: tuple[str, ...] = ()
+    body: Literal["sheet", "flag", "plant", "grains"] | None = None
+    families: tuple[str, ...] = ()
+    ground: str | None = None
+
+    @model_validator(mode="after")
+    def _whole(self) -> Kind:
+        if (self.size is None) != (not self.shapes):
+            raise ValueError("size and shapes stand together")
+        return self
+
+
+class Material(_Row):
+    """A material: density in kg/m³, coefficients as the head of `materials.yaml` says.
+
+    words: what says that a thing is made of it. source: where the figures come from.
+    """
+
+    name: str
+    words: tuple[str, ...]
+    density: Positive
+    friction: Number
+    restitution: Share
+    rolling: Number
+    source: str
+    colours: tuple[str, ...] = ()
+
+
+class Colour(_Row):
+    """What a word stands for: low and high ends of saturation and value, 0 … 1.
+
+    kind: the one of the bounds that it counts as. hue: middle and half width, degrees; None is any.
+    """
+
+    name: str
+    kind: str = ""
+    hue: tuple[float, float] | None = None
+    saturation: tuple[Share, Share]
+    value: tuple[Share, Share]
+
+
+class Bounds(_Row):
+    """Bounds of a kind of colour. hues: from, to in degrees, around 360 where from > to."""
+
+    name: str
+    hues: tuple[float, float]
+    saturation: tuple[Share, Share]
+    value: tuple[Share, Share]
 
 
 class Range(_Row):
@@ -77,32 +142,55 @@ class Pace(_Row):
     source: Annotated[str, Field(min_length=10)]
 
 
+class Words(_Row):
+    """Words by what they do in a sentence; `words.yaml` says what each list is."""
+
+    times: dict[str, Positive]
+    actors: frozenset[str]
+    places: dict[Literal["opening", "line", "point", "area"], tuple[str, ...]]
+    seen: dict[str, frozenset[str]]
+    of: frozenset[str]
+    stacked: frozenset[str]
+    grouped: frozenset[str]
+    props: frozenset[str]
+    collectives: frozenset[str]
+    meant: dict[str, str]
+    also_things: frozenset[str]
+    tints: frozenset[str]
+    food: frozenset[str]
+
+
 @cache
 def kinds() -> tuple[Kind, ...]:
     """All rows of `objects.yaml`."""
-    return tuple(_read("objects.yaml", Kind))
+    return _rows("objects.yaml", _read("objects.yaml"), Kind)
 
 
 @cache
-def paces() -> tuple[Pace, ...]:
-    """All rows of `verbs.yaml`."""
-    return tuple(_read("verbs.yaml", Pace))
+def materials() -> dict[str, Material]:
+    """The rows of `materials.yaml` by name."""
+    rows = _rows("materials.yaml", _read("materials.yaml"), Material)
+    return {row.name: row for row in rows}
 
 
-def kind_of(name: str) -> Kind | None:
-    """The kind of thing that a snake_case name speaks of, None where no word of it is known.
+@cache
+def colours() -> dict[str, Colour]:
+    """What English colour words stand for on a screen."""
+    rows = _rows("colours.yaml, words", _read("colours.yaml")["words"], Colour)
+    return {row.name: row for row in rows}
 
-    Its last words count most: a `car_box` is a box, an `office_chair_2` an office chair.
-    """
-    words = [word for word in name.lower().replace("-", "_").split("_") if word.isalpha()]
-    table, longest = _by_word()
-    for end in range(len(words), 0, -1):
-        for start in range(max(end - longest, 0), end):
-            for last in _singular(words[end - 1]):
-                found = table.get("_".join([*words[start : end - 1], last]))
-                if found is not None:
-                    return found
-    return None
+
+@cache
+def colour_bounds() -> dict[str, Bounds]:
+    """Outside of what a thing certainly is not of a kind of colour."""
+    rows = _rows("colours.yaml, bounds", _read("colours.yaml")["bounds"], Bounds)
+    return {row.name: row for row in rows}
+
+
+@cache
+def word_lists() -> Words:
+    """The lists of `words.yaml`."""
+    return _rows("words.yaml", [_read("words.yaml")], Words)[0]
 
 
 def pace_of(sense: str) -> Pace | None:
@@ -111,15 +199,9 @@ def pace_of(sense: str) -> Pace | None:
 
 
 @cache
-def _by_word() -> tuple[dict[str, Kind], int]:
-    """The kinds by name and synonym, and the words of the longest of these."""
-    table: dict[str, Kind] = {}
-    for kind in kinds():
-        for word in (kind.name, *kind.synonyms):
-            if word in table:
-                raise InputError(f"objects.yaml: '{word}' stands in two rows")
-            table[word] = kind
-    return table, max(word.count("_") + 1 for word in table)
+def paces() -> tuple[Pace, ...]:
+    """All rows of `verbs.yaml`."""
+    return _rows("verbs.yaml", _read("verbs.yaml"), Pace)
 
 
 @cache
@@ -127,19 +209,17 @@ def _by_sense() -> dict[str, Pace]:
     return {pace.sense: pace for pace in paces()}
 
 
-def _singular(word: str) -> tuple[str, ...]:
-    """What a word may be the plural of, itself first."""
-    endings = (("ies", "y"), ("ves", "fe"), ("ves", "f"), ("es", ""), ("s", ""))
-    return (word, *(word.removesuffix(a) + b for a, b in endings if word.endswith(a)))
+def _read(file: str) -> Any:
+    text = Path(__file__).with_name(file).read_text(encoding="utf-8")
+    # The parser in C reads the same a good deal faster; not every build of the library has it.
+    return yaml.load(text, getattr(yaml, "CSafeLoader", yaml.SafeLoader))
 
 
-def _read(file: str, model: type[R]) -> list[R]:
-    path = Path(__file__).with_name(file)
-    rows = yaml.safe_load(path.read_text(encoding="utf-8"))
-    found = []
+def _rows(file: str, rows: Sequence[Any], model: type[R]) -> tuple[R, ...]:
+    found: list[R] = []
     for number, row in enumerate(rows, 1):
         try:
             found.append(model.model_validate(row))
         except ValidationError as error:
             raise InputError(f"{file}, row {number} ({row}): {error}") from None
-    return found
+    return tuple(found)

@@ -8,10 +8,10 @@ from pathlib import Path
 
 from physagent_studio.errors import InputError, Unclear
 from physagent_studio.exchange import case_from_image
+from physagent_studio.language.sought import sought_by, things_in
 from physagent_studio.program import Click, Grounding
 from physagent_studio.reconstruction import reduction_of
 from physagent_studio.reconstruction.grounding.proposals import Proposed, Spot, propose
-from physagent_studio.reconstruction.grounding.sought import sought_by, things_in
 from physagent_studio.records import Case
 
 

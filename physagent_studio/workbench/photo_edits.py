@@ -15,6 +15,8 @@ from pydantic import JsonValue
 from physagent_studio.agent.rules.scene.footing import with_depth, with_room, with_walls_weighed
 from physagent_studio.agent.rules.scene.materials import material_of
 from physagent_studio.errors import InputError
+from physagent_studio.knowledge import support_kind, usual_size
+from physagent_studio.language.hints import called
 from physagent_studio.program import AddItem, Edit, Grounding, PhysicalProgram, SetField
 from physagent_studio.program.base import Pixel
 from physagent_studio.program.scene.camera import Camera
@@ -26,7 +28,6 @@ from physagent_studio.program.scene.state import (
     SceneState,
     Support,
 )
-from physagent_studio.reconstruction.grounding.usual import support_kind, usual_size
 from physagent_studio.reconstruction.masks.segmenter import settled
 from physagent_studio.records import Case, ShapeOffer
 
@@ -216,7 +217,7 @@ def form_edits(
 def forms_of(name: str, prompt: str, offers: Sequence[ShapeOffer] = ()) -> tuple[FormKind, ...]:
     """All kinds of shape: those that were fitted to its mask, best first, then those that are
     usual for a thing of that name, then the others."""
-    usual = usual_size(name, prompt).shapes
+    usual = usual_size(called(name, prompt)).shapes
     ranks = {offer.kind: rank for rank, offer in enumerate(offers)}
 
     def order(kind: FormKind) -> tuple[int, bool, int]:

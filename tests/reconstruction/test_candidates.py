@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from physagent_studio.knowledge import UNKNOWN, usual_size
 from physagent_studio.program.rotations import about_up, matrix_of, multiply
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import (
@@ -18,7 +19,6 @@ from physagent_studio.program.scene.state import (
     Torus,
 )
 from physagent_studio.reconstruction.camera.rays import on_plane
-from physagent_studio.reconstruction.grounding.usual import UNKNOWN, usual_size
 from physagent_studio.reconstruction.shapes.forms import forms
 from physagent_studio.reconstruction.shapes.meshes import mesh_of, profile_centre
 from physagent_studio.reconstruction.shapes.primitives import Base

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from physagent_studio.benchmark.reconstruction.synthetic import scene
+from physagent_studio.knowledge import support_kind, usual_size
+from physagent_studio.language.hints import called
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Landmark, Ramp, Scale
 from physagent_studio.reconstruction.camera import estimate as cues
 from physagent_studio.reconstruction.camera.scale import Measured, solve
-from physagent_studio.reconstruction.grounding.usual import support_kind, usual_size
 from physagent_studio.reconstruction.photo.ellipses import level_circles
 from physagent_studio.reconstruction.photo.line_segments import segments
 from physagent_studio.reconstruction.supports.ramps import (
@@ -41,7 +42,7 @@ def test_usual_sizes(name, metres):
 def test_the_sentence_makes_a_name_more_special():
     assert usual_size("yellow_stone").metres != pytest.approx(0.29)
     words = "A red curling stone slides toward a yellow stone."
-    assert usual_size("yellow_stone", words).metres == pytest.approx(0.29)
+    assert usual_size(called("yellow_stone", words)).metres == pytest.approx(0.29)
 
 
 def test_an_unknown_name_says_so():

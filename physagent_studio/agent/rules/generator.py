@@ -16,7 +16,7 @@ from physagent_studio.agent.rules.scene.footing import (
     with_walls_weighed,
 )
 from physagent_studio.agent.rules.scene.hanging import from_nowhere, in_the_air
-from physagent_studio.agent.rules.scene.materials import density_of, material_of
+from physagent_studio.agent.rules.scene.materials import ground_material, material_of, unknown
 from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.agent.rules.scene.named_tables import surface_left
 from physagent_studio.agent.rules.scene.withdrawing import without_withdrawn
@@ -26,13 +26,12 @@ from physagent_studio.agent.rules.schedule.heading import with_wheels
 from physagent_studio.agent.rules.schedule.landmarks import assume_open, derived_landmarks
 from physagent_studio.agent.rules.schedule.pacing import paces_of, speed_to_get_there
 from physagent_studio.agent.rules.schedule.ramps import friction_for
+from physagent_studio.knowledge import density_of, grows
 from physagent_studio.language import Inventory, Reading, inventory, read
-from physagent_studio.language.tokens.vocabulary import GROUND_WORDS
 from physagent_studio.program.contract import Contract
 from physagent_studio.program.program import Clip, EventProgram, PhysicalProgram
 from physagent_studio.program.scene.plants import FOLIAGE
 from physagent_studio.program.scene.state import Landmark, SceneObject, SceneState, Support
-from physagent_studio.reconstruction.grounding.usual import grows
 from physagent_studio.records import Case, Scene
 
 
@@ -113,7 +112,7 @@ def open_scene(
     )
     supports = _supports_of(case)
     if all(s.name != stock.ground for s in supports):
-        ground = Support(name=stock.ground, material=_ground_material(case.prompt))
+        ground = Support(name=stock.ground, material=ground_material(case.prompt, stock.ground))
         supports = (*supports, ground)
     given = {landmark.name for landmark in case.landmarks}
     needed = tuple(
@@ -121,7 +120,9 @@ def open_scene(
         for place in landmarks_needed(reading)
         if place.kind == "landmark" and place.name not in given and not place.ends
     )
+    assumed = (unknown(name, case.prompt) for name, _ in case.objects)
     return SceneState(
+        flags=tuple(text for text in assumed if text is not None)[:64],
         horizon=case.horizon,
         roll=case.roll,
         scale=case.scale,
@@ -135,17 +136,6 @@ def _supports_of(case: Case) -> tuple[Support, ...]:
     """The supports of the case, and the table that things leave by the prompt alone."""
     left = surface_left(case)
     return (*case.supports, Support(name=left)) if left is not None else case.supports
-
-
-def _ground_material(prompt: str) -> str:
-    """What the ground is made of, by the word that the prompt has for it."""
-    words = [w.strip(".,;") for w in prompt.lower().split()]
-    said = next((w for w in words if w in GROUND_WORDS), "")
-    curling = "curling" in words or "hockey" in words
-    table = {"grass": "grass", "field": "grass", "lawn": "grass", "pitch": "grass", "turf": "grass"}
-    table |= {"street": "concrete", "road": "concrete", "pavement": "concrete", "carpet": "carpet"}
-    table |= {"ice": "ice", "rink": "ice", "snow": "snow"}
-    return "ice" if curling else table.get(said, "wood")
 
 
 def _with_landmarks(state: SceneState, reading: Reading) -> SceneState:

@@ -14,6 +14,7 @@ from physagent_studio.agent.vlm.messages import Picture, Turn
 from physagent_studio.agent.vlm.pictures import fitted, marked, with_rulers
 from physagent_studio.agent.vlm.prompting import prompt, quoted
 from physagent_studio.errors import InputError
+from physagent_studio.knowledge import support_kind
 from physagent_studio.program import (
     Click,
     Contract,
@@ -29,7 +30,6 @@ from physagent_studio.program.preflight.preflight import preflight
 from physagent_studio.program.scene.bodies import Rigid
 from physagent_studio.program.scene.state import Scale
 from physagent_studio.program.text.document import validate_data
-from physagent_studio.reconstruction.grounding.usual import support_kind
 from physagent_studio.records import Case, Image, Scene
 
 GROUND = "floor"

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
+from physagent_studio.knowledge import word_lists
 from physagent_studio.language.reference.selecting import filtered
 from physagent_studio.language.reference.stock import Discourse, Inventory, Thing, thing
 from physagent_studio.language.syntax.phrases import NounPhrase
@@ -33,7 +34,7 @@ def inventory(
     ground = next((s.name for s in carried if s.words[-1] in v.GROUND_WORDS), "floor")
     words = {w for t in (*own, *carried, *places) for w in t.words if w not in v.POSITIONS}
     words |= {near for w in words for near in _alike(w)} | set(v.LANDMARKS) | set(v.GROUND_WORDS)
-    words |= {w for row in v.SUPPORT_CLASSES for w in row if w not in v.VERBS}
+    words |= {w for row in v.SUPPORT_CLASSES.values() for w in row if w not in v.VERBS}
     words |= {t.name.lower() for t in (*own, *carried, *places)}
     words -= (v.ORDINALS.keys() | v.COLOURS | v.SIZES.keys() | v.MATERIAL_WORDS) - _heads(own)
     return Inventory(own, carried, places, ground, frozenset(words), stacks, on)
@@ -350,5 +351,4 @@ def _share_of(phrase: NounPhrase, inner: NounPhrase, count: int) -> tuple[int, i
 
 
 COUNTERS = words_of("one two three both all each some other rest half number")
-_PILES = words_of("stack pile heap tower")
-GROUPS = words_of("stack pile heap tower row group set bunch")
+_PILES, GROUPS = word_lists().stacked, word_lists().grouped

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from physagent_studio.knowledge import is_container
 from physagent_studio.language.frames import Place, Relation, Way
-from physagent_studio.language.reference.containers import is_container
 from physagent_studio.language.reference.names import resolve_objects
 from physagent_studio.language.reference.stock import Discourse, Inventory
 from physagent_studio.language.semantics.details import Details, is_path, take_force, take_measure

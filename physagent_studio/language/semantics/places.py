@@ -90,7 +90,7 @@ def _support(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Place | N
     alike = [
         t
         for t in stock.supports
-        for row in v.SUPPORT_CLASSES
+        for row in v.SUPPORT_CLASSES.values()
         if phrase.head in row and set(t.words) & row
     ]
     found = words or alike
@@ -162,7 +162,7 @@ def _base_of_part(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Plac
 
 def _is_slope(name: str, stock: Inventory) -> bool:
     words = next((t.words for t in stock.supports if t.name == name), ())
-    return bool(set(words) & v.SUPPORT_CLASSES[1])
+    return bool(set(words) & v.SUPPORT_CLASSES["slope"])
 
 
 def extent_of(

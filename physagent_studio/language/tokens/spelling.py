@@ -55,7 +55,7 @@ def _everything() -> frozenset[str]:
         v.IRREGULAR, v.FORCE_NOUNS, v.CAUSES, v.CAMERA_WORDS, v.PARTS, v.LANDMARKS, v.MASS_HEADS,
         v.IGNORED_NOUNS, v.GENERIC, v.GROUND_WORDS, v.TABLE_WORDS, v.SIZES, v.PRONOUNS,
         v.AUXILIARIES, v.COUNTS, v.NEARLY, v.SHARES, v.TIMINGS, v.BOUNDS,
-        *v.SUPPORT_CLASSES, *v.SYNONYMS,
+        *v.SUPPORT_CLASSES.values(), *v.SYNONYMS,
     )  # fmt: skip
     words = {word for table in tables for word in table}
     words |= {word for said, _ in FIXED for word in said}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from physagent_studio.knowledge import all_words, kinds, word_lists
 from physagent_studio.language.frames import Way
 from physagent_studio.language.tokens.verbs import COMBINED as COMBINED
 from physagent_studio.language.tokens.verbs import IRREGULAR as IRREGULAR
@@ -21,16 +22,9 @@ FORCE_SENSE = {"kick": "kick", "throw": "throw", "toss": "throw", "hit": "push",
 CAUSES: dict[str, str] = {
     "wind": "wind", "breeze": "wind", "gust": "wind", "air": "air", "airflow": "wind",
     "storm": "wind", "draft": "wind", "draught": "wind", "friction": "friction",
-    "gravity": "gravity", "drag": "friction", "person": "person", "hand": "person",
-    "someone": "person", "player": "person", "finger": "person", "foot": "person",
-    "child": "person", "kicker": "person", "weight": "gravity", "inertia": "inertia",
-    "momentum": "inertia", **dict.fromkeys(
-        words_of(
-            "somebody anybody people cat dog kid boy girl baby toddler puppy kitten guy lady man "
-            "woman pet bird robot"
-        ),
-        "person",
-    ), "puff": "wind", "impact": "impact", "collision": "impact", "fan": "wind",
+    "gravity": "gravity", "drag": "friction", "weight": "gravity", "inertia": "inertia",
+    "momentum": "inertia", **dict.fromkeys(sorted(word_lists().actors), "person"), "puff": "wind",
+    "impact": "impact", "collision": "impact", "fan": "wind",
 }  # fmt: skip
 
 DIRECTIONS: dict[str, str] = {
@@ -192,44 +186,27 @@ RELATIONS: dict[str, str] = {
     "with": "with", "by": "by", "until": "until", "outside": "off", "alongside": "near",
 }  # fmt: skip
 
-GROUND_WORDS = words_of(
-    "floor ground grass field lawn pitch lane road street pavement rink ice sand beach court "
-    "carpet turf snow asphalt sheet track soil dirt"
-)
-TABLE_WORDS = words_of(
-    "table tabletop desk counter countertop bench worktop surface workbench sideboard nightstand"
-)
-SUPPORT_CLASSES: tuple[frozenset[str], ...] = (
-    TABLE_WORDS,
-    words_of("ramp slope incline wedge slide chute hill hillside"),
-    frozenset(["belt", "conveyor"]),
-    frozenset(["shelf", "ledge", "rack"]),
-    frozenset(["step", "stair", "stairs"]),
-    frozenset(["wall"]),
-    words_of("platform stage podium pedestal"),
-)
+GROUND_WORDS = all_words(lambda kind: kind.support == "floor")
+SUPPORT_CLASSES: dict[str, frozenset[str]] = {
+    name: all_words(lambda kind, name=name: kind.surface == name)
+    for name in sorted({kind.surface for kind in kinds() if kind.surface})
+}
+"""Words for what things stand on that may stand for one another."""
+SUPPORT_CLASSES["level"] |= {"surface"}
+TABLE_WORDS = SUPPORT_CLASSES["level"]
 PARTS: dict[str, str] = {
     "edge": "edge", "rim": "edge", "brink": "edge", "border": "edge", "corner": "edge",
     "side": "side", "end": "end", "bottom": "lower_end", "foot": "lower_end", "toe": "lower_end",
     "base": "lower_end", "top": "upper_end", "crest": "upper_end", "center": "center",
     "centre": "center", "middle": "center", "surface": "surface",
 }  # fmt: skip
-LANDMARKS: dict[str, str] = {
-    "goal": "opening", "net": "opening", "hoop": "opening", "gate": "opening", "hole": "opening",
-    "doorway": "opening", "door": "opening", "gap": "opening", "pocket": "opening",
-    "line": "line", "stripe": "line", "finish": "line", "target": "point", "bullseye": "point",
-    "mark": "point", "marker": "point", "spot": "point", "zone": "area",
-    "area": "area", "circle": "area", "square": "area", "region": "area",
-}  # fmt: skip
-MASS_HEADS = words_of(
-    "stack pile row pair set group line bunch tower heap piece block slice number all each "
-    "one two three four five six seven eight nine ten some both half"
-)
+LANDMARKS = {word: kind for kind, said in word_lists().places.items() for word in said}
+MASS_HEADS = word_lists().of
 """Heads that stand for what follows their "of"."""
 
 WITHDRAWING = words_of("pull remove take withdraw yank drag tug kick knock push slide drop vanish")
 """Verbs after which a support is no longer where it was."""
-PROPS = words_of("support plate prop base stand holder board block pillar post leg bracket")
+PROPS = word_lists().props
 """What may carry a thing that the case does name."""
 UNDER = words_of("beneath under underneath below")
 
@@ -242,52 +219,9 @@ IGNORED_NOUNS = words_of(
 """Nouns that name neither a thing nor a place of the scene."""
 
 SYNONYMS: tuple[frozenset[str], ...] = tuple(
-    frozenset(row.split())
-    for row in (
-        "ball football sphere",
-        "car vehicle automobile truck lorry",
-        "sled sledge sleigh toboggan",
-        "tyre tire",
-        "sofa couch settee",
-        "cushion pillow",
-        "plate dish saucer",
-        "jelly jello gelatin pudding",
-        "phone smartphone cellphone",
-        "water sea ocean lake pond pool",
-        "parasol umbrella",
-        "cookie biscuit",
-        "rug mat",
-        "spanner wrench",
-        "flag banner",
-        "spade shovel",
-        "trolley cart",
-        "stone rock boulder pebble",
-        "can tin",
-        "bin trashcan dustbin trash garbage wastebasket",
-        "box crate carton package parcel",
-        "cube block die box brick",
-        "cup mug glass tumbler",
-        "bottle flask",
-        "suit clothes clothing garment costume outfit laundry dress shirt coat jacket robe",
-        "house castle building",
-        "tree plant",
-        "puck disc disk",
-        "pin skittle bowlingpin",
-        "stool chair seat",
-        "scooter moped motorcycle motorbike",
-        "bike bicycle",
-        "book volume",
-        "duck toy",
-        "car toy",
-        "balloon",
-        "pot vase jar urn",
-        "lamp lantern",
-        "domino tile",
-        "person man woman figure figurine doll",
-        "orange apple persimmon lemon lime peach pear melon pumpkin plum grape cherry banana mango "
-        "strawberry apricot nectarine grapefruit watermelon kiwi fruit",
-    )
+    all_words(lambda kind, family=family: family in kind.families)
+    for family in sorted({family for kind in kinds() for family in kind.families})
 )
 GENERIC = words_of("object objects thing things item items body stuff")
-COLLECTIVES = words_of("fruit crockery tableware cutlery furniture luggage stuff")
+COLLECTIVES = word_lists().collectives
 """Nouns that stand for all of a kind without a plural."""

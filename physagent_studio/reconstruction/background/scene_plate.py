@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from physagent_studio.knowledge import grows
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Support
 from physagent_studio.reconstruction.background.lines_behind import edges_of
 from physagent_studio.reconstruction.background.plate import background, hole_of
 from physagent_studio.reconstruction.background.shift_map import to_level
-from physagent_studio.reconstruction.grounding.usual import grows
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.records.case import Image

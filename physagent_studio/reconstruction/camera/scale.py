@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from physagent_studio.knowledge import Usual
 from physagent_studio.program.scene.state import Scale
 from physagent_studio.reconstruction.camera.estimate import weighted_median
-from physagent_studio.reconstruction.grounding.usual import Usual
 
 FLOOR = "floor"
 SURE = 20.0

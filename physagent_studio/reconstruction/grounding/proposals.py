@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from physagent_studio.knowledge import kind_of, material_words, materials, usual_size
+from physagent_studio.language.sought import Sought
 from physagent_studio.reconstruction.grounding.blobs import Blob, blobs_of
-from physagent_studio.reconstruction.grounding.sought import Sought
-from physagent_studio.reconstruction.grounding.usual import usual_size
-from physagent_studio.reconstruction.photo.colours import MATERIALS, USUAL, likeness
+from physagent_studio.reconstruction.photo.colours import likeness
 from physagent_studio.reconstruction.photo.regions import (
     FloatArray,
     grow,
@@ -104,9 +104,11 @@ def _colours(item: Sought) -> tuple[str, ...]:
     if item.colours:
         return item.colours
     for word in item.name.split("_"):
-        if word in MATERIALS:
-            return MATERIALS[word]
-    return USUAL.get(item.head, ())
+        made = materials().get(material_words().get(word, ""))
+        if made is not None and made.colours:
+            return made.colours
+    kind = kind_of(item.head)
+    return () if kind is None else kind.colours
 
 
 # --- grades ------------------------------------------------------------------------------------
@@ -228,7 +230,7 @@ def _all_or_none(made: Sequence[Proposed], wanted: Sequence[Sought]) -> list[Pro
 
 def _is_told(item: Sought) -> bool:
     """Whether the words say enough to know the thing by: a colour, or a kind that has one."""
-    return bool(item.colours) or item.head in USUAL
+    return bool(item.colours or getattr(kind_of(item.head), "colours", ()))
 
 
 def _same_place(one: Blob, other: Blob) -> bool:

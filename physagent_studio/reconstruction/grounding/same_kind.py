@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from physagent_studio.reconstruction.grounding.usual import words_of
-from physagent_studio.reconstruction.photo.colours import COLOURS
+from physagent_studio.knowledge import colours, words_of
 
 _PLACES = ("left", "right", "middle", "centre", "center", "front", "back", "rear", "near", "far")
 _ORDER = ("first", "second", "third", "fourth", "fifth", "sixth", "last", "top", "upper", "lower")
@@ -20,7 +19,7 @@ def kind_name(name: str) -> str:
     An orange stays an orange.
     """
     words = [word for word in words_of(name) if word not in _APART]
-    plain = [word for word in words if word not in COLOURS]
+    plain = [word for word in words if word not in colours()]
     return " ".join(plain or words) or name
 
 

@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from physagent_studio.reconstruction.grounding.usual import Usual
+from physagent_studio.knowledge import Usual
 
 LARGE = 1.0
 """Things that are usually larger than this come as toys too, m."""

@@ -12,8 +12,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.knowledge import usual_size
+from physagent_studio.language.hints import called
 from physagent_studio.program.scene.state import SceneObject
-from physagent_studio.reconstruction.grounding.usual import usual_size
 from physagent_studio.reconstruction.photo.regions import BoolArray
 
 FloatArray = NDArray[np.float64]
@@ -36,7 +37,8 @@ def sound_masks(
     balls = {
         item.name
         for item in objects
-        if usual_size(item.name, prompt).shapes[:1] == ("sphere",) and not item.grounding.strokes
+        if usual_size(called(item.name, prompt)).shapes[:1] == ("sphere",)
+        and not item.grounding.strokes
     }
     return {name: without_spill(mask) if name in balls else mask for name, mask in masks.items()}
 

@@ -14,8 +14,8 @@ from typing import Protocol
 
 import numpy as np
 
+from physagent_studio.knowledge import usual_size
 from physagent_studio.program.scene.state import Click, Grounding, Stroke
-from physagent_studio.reconstruction.grounding.usual import usual_size
 from physagent_studio.reconstruction.masks.closeup import (
     EARLY,
     is_doubtful,

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.knowledge import has_part, usual_size
 from physagent_studio.program.scene.state import Grounding
-from physagent_studio.reconstruction.grounding.usual import usual_size, words_of
 from physagent_studio.reconstruction.masks import grabcut
 from physagent_studio.reconstruction.masks.draft_score import Draft
 from physagent_studio.reconstruction.masks.variants import VARIANT
@@ -28,27 +28,6 @@ from physagent_studio.records.scene import Candidate
 
 WIDE = 6.0
 """Enlargement from which only the surroundings of a mask are worked on."""
-SLENDER = frozenset(
-    {"scooter", "bicycle", "bike", "tricycle", "tripod", "easel", "ladder", "swing", "crane",
-     "antenna", "mast", "windmill", "drone", "rake", "broom", "stroller", "wheelchair", "trolley",
-     "scaffold", "hanger", "giraffe", "skeleton", "pinwheel"}
-)  # fmt: skip
-"""Things that fill little of their own hull."""
-STEMMED = frozenset(
-    {"lamp", "lantern", "sign", "signpost", "lollipop", "umbrella", "parasol", "flag", "goblet",
-     "wineglass", "trophy", "candlestick", "mushroom", "broom", "mop", "hammer", "racket",
-     "paddle", "shovel", "axe"}
-)  # fmt: skip
-"""Things of which the most part is a body, and the rest a stem, a pole or a handle."""
-HANDLED = frozenset(
-    {"bin", "can", "trashcan", "dustbin", "bucket", "pail", "basket", "hamper", "kettle", "teapot",
-     "pot", "saucepan", "casserole", "cauldron", "kettlebell", "cup", "mug", "teacup", "tankard",
-     "jug", "pitcher", "ewer", "urn", "suitcase", "briefcase", "bag", "handbag", "purse",
-     "backpack", "toolbox", "lantern", "trunk", "chest", "crate", "drawer", "padlock", "bell",
-     "bauble", "ornament", "stroller", "wheelbarrow", "cart", "trolley", "cooler",
-     "canister", "jerrycan"}
-)  # fmt: skip
-"""Things that often have a thin handle or a ring to hang them by."""
 FOLLOWED = 3
 """How often a stem is followed farther."""
 LARGEST = 384
@@ -135,7 +114,7 @@ def task_of(name: str, grounding: Grounding, view: View) -> Task:
 
 def is_slender(name: str) -> bool:
     """Whether things of that name are poles and frames, open between."""
-    return bool(SLENDER & set(words_of(name)))
+    return has_part(name, "frame")
 
 
 def looks_for_poles(name: str) -> int:
@@ -143,12 +122,12 @@ def looks_for_poles(name: str) -> int:
 
     What is mostly poles is as wide as they are long; a stem may lead far away from a body.
     """
-    return FOLLOWED if STEMMED & set(words_of(name)) else int(is_slender(name))
+    return FOLLOWED if has_part(name, "stem") else int(is_slender(name))
 
 
 def looks_for_handles(name: str) -> bool:
     """Whether thin handles of a thing of that name are looked for."""
-    return bool(HANDLED & set(words_of(name)))
+    return has_part(name, "handle")
 
 
 def full_size(

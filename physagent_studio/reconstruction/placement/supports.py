@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from physagent_studio.knowledge import is_rails, is_solid, support_kind
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import (
     Floor,
@@ -20,12 +21,11 @@ from physagent_studio.program.scene.state import (
 )
 from physagent_studio.reconstruction.camera.rays import on_plane
 from physagent_studio.reconstruction.camera.scale import FLOOR
-from physagent_studio.reconstruction.grounding.usual import is_rails, support_kind, words_of
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.supports import clicked as clicked_supports
 from physagent_studio.reconstruction.supports.ramps import place_ramp, three_click_ramp
-from physagent_studio.reconstruction.supports.slabs import SOLID, fit_slab
+from physagent_studio.reconstruction.supports.slabs import fit_slab
 from physagent_studio.reconstruction.supports.snapping import snapped
 from physagent_studio.reconstruction.supports.stairs import with_steps
 from physagent_studio.reconstruction.supports.stances import Stance
@@ -112,7 +112,7 @@ def _shape(
 def _board(support: Support, read: Survey) -> tuple[float, float]:
     """Height of a level support's top and thickness of what lies under it, m."""
     top = read.tops.get(support.name, 0.0)
-    solid = bool(set(words_of(support.name)) & SOLID) or support.name in read.blocks
+    solid = is_solid(support.name) or support.name in read.blocks
     return top, top if solid else min(BOARD, top)
 
 

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.knowledge import Usual
 from physagent_studio.program.base import IDENTITY
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
@@ -22,7 +23,6 @@ from physagent_studio.program.scene.state import (
     Sphere,
 )
 from physagent_studio.reconstruction.camera.rays import metres_per_pixel, on_plane, on_upright
-from physagent_studio.reconstruction.grounding.usual import Usual
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, iou
 from physagent_studio.reconstruction.shapes.inflation import (

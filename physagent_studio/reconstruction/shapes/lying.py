@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from physagent_studio.knowledge import Usual
 from physagent_studio.program.rotations import about_axis, about_up, matrix_of, multiply
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Capsule, Cylinder, Shape
 from physagent_studio.reconstruction.camera.rays import metres_per_pixel, on_plane, on_upright
-from physagent_studio.reconstruction.grounding.usual import Usual
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.shapes.fit_target import Target
 from physagent_studio.reconstruction.shapes.outlines import sphere_rim

@@ -11,14 +11,10 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
+from physagent_studio.knowledge import is_disc, is_open
 from physagent_studio.reconstruction.camera.estimate import Disc
-from physagent_studio.reconstruction.grounding.usual import words_of
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
-from physagent_studio.reconstruction.shapes.vessels import is_vessel
 
-_CLOSED = "can tin drum cylinder puck coin token medal button chip plate dish saucer coaster lid"
-FLAT_TOPPED = frozenset([*_CLOSED.split(), "disc", "frisbee", "pancake", "pizza"])
-"""Closed things whose top is a level disc."""
 OFF = 0.012
 """How far the silhouette may lie off the ellipse, root mean square, as a share of its width."""
 FLATTEST, ROUNDEST = 0.06, 0.9
@@ -40,8 +36,7 @@ NARROWEST = 24
 
 def has_a_rim(name: str) -> bool:
     """Whether a thing of that name ends above in a level circle."""
-    words = words_of(name)
-    return bool(words) and (is_vessel(name, "") or words[-1] in FLAT_TOPPED)
+    return is_open(name) or is_disc(name)
 
 
 def rim_of(mask: BoolArray) -> Disc | None:
@@ -67,12 +62,6 @@ def rim_of(mask: BoolArray) -> Disc | None:
         return None
     sigma = math.hypot(SURE, math.degrees(1 / half))
     return Disc(y0 + float(row), max(flatness, 0.0), sigma, either=True)
-
-
-def stands_on_a_disc(name: str) -> bool:
-    """Whether a thing of that name has straight sides down to a level circle."""
-    words = words_of(name)
-    return bool(words) and words[-1] in FLAT_TOPPED
 
 
 def base_of(mask: BoolArray) -> Disc | None:

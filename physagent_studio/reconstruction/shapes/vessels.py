@@ -6,8 +6,8 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
+from physagent_studio.knowledge import Usual, has_lid, is_open, words_of
 from physagent_studio.program.scene.state import Box, Cylinder, Frustum, Revolved, Shape
-from physagent_studio.reconstruction.grounding.usual import Usual, words_of
 from physagent_studio.reconstruction.shapes.forms import Form
 from physagent_studio.reconstruction.shapes.meshes import mesh_of
 
@@ -16,16 +16,6 @@ WALL, THINNEST = 0.06, 0.0015
 
 CAN_BE_HOLLOW = ("box", "cylinder", "frustum", "revolved")
 """Kinds of forms that walls can be given."""
-_OPEN = (
-    "bowl basket bucket pail cup mug teacup glass tumbler goblet beaker tub basin sink bathtub",
-    "wastebasket hamper pan saucepan trough flowerpot tray planter",
-)
-"""Vessels that have no lid."""
-_LIDDED = (
-    "box crate bin can trashcan dustbin barrel drum jar tin pot kettle chest carton drawer cooler",
-    "suitcase vase jug pitcher package cart wagon trolley container vessel keg",
-)
-"""Vessels that may be open: they are where something goes into them."""
 _BLOWS = "bump|crash|run|slam|knock|smash|bang|plough|plow|ram|hit|drive|collide"
 _INTO = re.compile(
     r"\b(?P<verb>\w+)?\s*\b(?:into|inside|in)\s+"
@@ -35,16 +25,7 @@ _INTO = re.compile(
 
 def is_vessel(name: str, prompt: str) -> bool:
     """Whether a thing of that name is open at the top, as the sentence uses it."""
-    words = words_of(name)
-    if not words:
-        return False
-    return _is_one_of(words[-1], _OPEN) or (
-        _is_one_of(words[-1], _LIDDED) and _gone_into(words[-1], prompt)
-    )
-
-
-def _is_one_of(word: str, lines: tuple[str, ...]) -> bool:
-    return any(word in line.split() for line in lines)
+    return is_open(name) or (has_lid(name) and _gone_into(words_of(name)[-1], prompt))
 
 
 def _gone_into(noun: str, prompt: str) -> bool:

@@ -9,10 +9,10 @@ from types import MappingProxyType
 
 import numpy as np
 
+from physagent_studio.knowledge import support_kind
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Ramp, SceneState
 from physagent_studio.reconstruction.camera.scale import FLOOR
-from physagent_studio.reconstruction.grounding.usual import support_kind
 from physagent_studio.reconstruction.photo.regions import BoolArray, border_share, iou
 from physagent_studio.reconstruction.shapes.meshes import support_mesh
 from physagent_studio.reconstruction.shapes.silhouettes import silhouette

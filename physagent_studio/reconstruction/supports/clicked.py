@@ -11,18 +11,18 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.knowledge import (
+    RISER,
+    Usual,
+    support_height,
+    support_kind,
+)
 from physagent_studio.program.base import Pixel
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Ramp, SceneState, Slab, Support, Wall
 from physagent_studio.reconstruction.camera.estimate import usual_focal
 from physagent_studio.reconstruction.camera.rays import on_plane, on_upright_through
 from physagent_studio.reconstruction.camera.scale import FLOOR, Heights, Measured
-from physagent_studio.reconstruction.grounding.usual import (
-    RISER,
-    Usual,
-    support_height,
-    support_kind,
-)
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.supports.ramps import Profile
 

@@ -16,22 +16,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from physagent_studio.knowledge import (
+    is_stairs,
+    is_step,
+)
+from physagent_studio.language.hints import told_steps
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Ramp, SceneState
 from physagent_studio.reconstruction.camera.rays import on_plane
-from physagent_studio.reconstruction.grounding.usual import (
-    is_stairs,
-    support_kind,
-    told_steps,
-    words_of,
-)
 from physagent_studio.reconstruction.photo.regions import BoolArray, border_share
 from physagent_studio.reconstruction.supports.block import BOX, BOX_FACES, Block, FloatArray, placed
 from physagent_studio.reconstruction.supports.block_fit import EDGES, Fit
 from physagent_studio.records.case import Image
 
-STEPS = frozenset(["step", "stair", "tread"])
-"""Words for one of several steps that belong together."""
 GUESSES = (3, 4, 5, 2)
 """Numbers of steps that are tried where nobody has told it."""
 MOST = 12
@@ -124,8 +121,7 @@ def single_steps(state: SceneState, offers: Mapping[str, Sequence[BoolArray]]) -
         if item.shape is None
         and not item.grounding.marks
         and offers.get(item.name)
-        and support_kind(item.name) == "slab"
-        and set(words_of(item.name)) & STEPS
+        and is_step(item.name)
     ]
     if not 2 <= len(names) <= MOST:
         return []

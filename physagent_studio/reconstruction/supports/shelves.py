@@ -7,14 +7,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from physagent_studio.knowledge import Usual, is_board
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneState
 from physagent_studio.reconstruction.camera.scale import FLOOR
-from physagent_studio.reconstruction.grounding.usual import Usual, words_of
 from physagent_studio.reconstruction.supports.stances import Stance
 
-BOARDS = frozenset(["shelf", "tier", "rack"])
-"""Words for one of several boards that belong together."""
 NEAR = 0.35
 """How far a foot may be seen from the board it stands on, as a share of the way to the next one."""
 LEAST = 0.02
@@ -29,8 +27,8 @@ def boards_of(state: SceneState, rows: int) -> dict[str, tuple[float, float]]:
     found: dict[str, tuple[float, float]] = {}
     for item in state.supports:
         inside = [(c.x, c.y) for c in item.grounding.points if c.label]
-        is_board = item.shape is None and bool(set(words_of(item.name)) & BOARDS)
-        if is_board and inside and not item.grounding.marks:
+        is_open = item.shape is None and not item.grounding.marks
+        if is_open and inside and is_board(item.name):
             x, y = np.median(inside, axis=0)
             found[item.name] = (float(x), float(y))
     found = dict(sorted(found.items(), key=lambda pair: -pair[1][1]))

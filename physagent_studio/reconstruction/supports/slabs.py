@@ -17,9 +17,6 @@ from physagent_studio.reconstruction.photo.regions import BoolArray, grow
 
 FloatArray = NDArray[np.float64]
 
-SOLID = frozenset({"box", "crate", "block", "step", "stair", "pedestal", "podium", "platform"})
-"""Supports that reach down to the floor as one body."""
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Edges:

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.knowledge import support_kind
 from physagent_studio.program.base import Pixel
 from physagent_studio.program.scene.state import Mark, Support
-from physagent_studio.reconstruction.grounding.usual import support_kind
 from physagent_studio.reconstruction.photo.line_segments import Segments
 
 FloatArray = NDArray[np.float64]

@@ -6,11 +6,12 @@ import math
 
 import numpy as np
 
+from physagent_studio.knowledge import RISER, is_stairs
+from physagent_studio.language.hints import told_steps
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.stairs import Tread, treads_of
 from physagent_studio.program.scene.state import Ramp, SceneObject, Support
 from physagent_studio.reconstruction.camera.rays import CLEARANCE, on_plane
-from physagent_studio.reconstruction.grounding.usual import RISER, is_stairs, told_steps
 from physagent_studio.reconstruction.shapes.primitives import Base
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
 from physagent_studio.reconstruction.supports.stances import Stance

@@ -10,14 +10,13 @@ from itertools import pairwise
 import cv2
 import numpy as np
 
+from physagent_studio.knowledge import is_disc, words_of
 from physagent_studio.reconstruction.camera.estimate import Disc
-from physagent_studio.reconstruction.grounding.usual import words_of
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 from physagent_studio.reconstruction.shapes.rims import (
     base_of,
     has_a_rim,
     rim_of,
-    stands_on_a_disc,
     top_of,
 )
 
@@ -90,7 +89,7 @@ def read(masks: Mapping[str, BoolArray], prompt: str) -> dict[str, Stance]:
 def _discs(name: str, mask: BoolArray) -> tuple[Disc | None, Disc | None]:
     """The level circles that end a thing above and below, where name and outline show them."""
     rim = rim_of(mask) if has_a_rim(name) else None
-    if not stands_on_a_disc(name):
+    if not is_disc(name):
         return rim, None
     return rim or top_of(mask), base_of(mask)
 

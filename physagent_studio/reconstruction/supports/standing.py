@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from physagent_studio.knowledge import Usual, support_kind
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneObject, SceneState
 from physagent_studio.reconstruction.camera.rays import depth_of, on_plane
 from physagent_studio.reconstruction.camera.scale import FLOOR
-from physagent_studio.reconstruction.grounding.usual import Usual, support_kind
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow
 from physagent_studio.reconstruction.supports.ramps import Profile
 from physagent_studio.reconstruction.supports.stances import Stance

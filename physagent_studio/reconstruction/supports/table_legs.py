@@ -9,13 +9,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.knowledge import is_solid, support_kind
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneState
 from physagent_studio.reconstruction.camera.rays import on_plane, on_upright_through
-from physagent_studio.reconstruction.grounding.usual import support_kind, words_of
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
-from physagent_studio.reconstruction.supports.slabs import SOLID
 
 FloatArray = NDArray[np.float64]
 BOARD = 1.1
@@ -48,7 +47,7 @@ def rises_by_legs(
     """
     found: dict[str, float] = {}
     for support in state.supports:
-        solid = set(words_of(support.name)) & SOLID
+        solid = is_solid(support.name)
         if support.shape is not None or support_kind(support.name) != "slab" or solid:
             continue
         shares = [

@@ -8,26 +8,16 @@ from itertools import combinations
 
 import numpy as np
 
+from physagent_studio.knowledge import colour_bounds, word_lists, words_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Landmark, Support
 from physagent_studio.reconstruction.camera.rays import on_plane, on_upright_through
-from physagent_studio.reconstruction.grounding.usual import words_of
-from physagent_studio.reconstruction.photo.colours import WORDS, pixels_like
+from physagent_studio.reconstruction.photo.colours import pixels_like
 from physagent_studio.reconstruction.photo.ellipses import Ellipse
 from physagent_studio.reconstruction.survey.frames import Frame
 from physagent_studio.reconstruction.survey.painted_lines import Stripe
 
 Pixels = tuple[tuple[float, float], ...]
-OPENINGS = frozenset(
-    ["goal", "gate", "hoop", "door", "doorway", "net", "opening", "frame", "window"]
-)
-TARGETS = frozenset(
-    ["target", "circle", "house", "ring", "bullseye", "rings", "centre", "center", "disc"]
-)
-
-
-LINES = frozenset(["line", "stripe", "finish", "start", "lane", "track", "strip", "marking"])
-LANES = frozenset(["lane", "track", "strip", "corridor"])
 FAINT, RIVAL = 0.12, 0.6
 """Strength of a painted line below which it is none; share of it from which another rivals it."""
 BELOW = 0.03
@@ -80,8 +70,8 @@ def _proposed(
 
     height: of the level plane that it is on, m.
     """
-    words = set(words_of(landmark.name))
-    frame = shown.frame if words & OPENINGS else None
+    named = set(words_of(landmark.name))
+    frame = shown.frame if named & word_lists().seen["frame"] else None
     update: dict[str, object] = {}
     if frame is not None and landmark.kind == "opening":
         update = {"pixels": frame.corners, "points": _opening(np.array(frame.corners), camera)}
@@ -91,7 +81,7 @@ def _proposed(
         if np.isfinite(places).all():
             points = _triples(places if landmark.kind != "point" else places.mean(0)[None])
             update = {"pixels": feet, "points": points}
-    elif words & TARGETS and shown.circles:
+    elif named & word_lists().seen["circle"] and shown.circles:
         update = _circle(landmark, camera, shown.circles[0])
     elif _names_line(landmark):
         places = _on_ground(landmark, camera, shown.lines, height)
@@ -117,9 +107,9 @@ def _on_ground(
     landmark: Landmark, camera: Camera, lines: Sequence[Stripe], height: float
 ) -> list[Pixels]:
     """Pixels of a line, or of the corners of a lane, that rival one another; the best first."""
-    words = words_of(landmark.name)
+    named = words_of(landmark.name)
     least = camera.horizon + BELOW * camera.size[1]
-    word = next((word for word in words if word in WORDS), None)
+    word = next((word for word in named if word in colour_bounds()), None)
     free = [
         stripe
         for stripe in lines
@@ -129,7 +119,8 @@ def _on_ground(
         and (word is None or _is_called(stripe, word))
     ]
     graded: list[tuple[float, Pixels]] = [(stripe.strength, stripe.ends) for stripe in free]
-    if landmark.kind == "area" or (landmark.kind != "point" and set(words) & LANES):
+    is_lane = bool(set(named) & word_lists().seen["lane"])
+    if landmark.kind == "area" or (landmark.kind != "point" and is_lane):
         graded = _lanes(free, camera, height)
         if landmark.kind == "line":
             graded = [(grade, _midline(corners)) for grade, corners in graded]
@@ -144,7 +135,7 @@ def _is_called(stripe: Stripe, word: str) -> bool:
 
 
 def _names_line(landmark: Landmark) -> bool:
-    return bool(LINES & set(words_of(landmark.name)))
+    return bool(word_lists().seen["line"] & set(words_of(landmark.name)))
 
 
 def _mean(pixels: Pixels) -> tuple[float, float]:

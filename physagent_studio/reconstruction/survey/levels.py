@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from physagent_studio.knowledge import Usual, support_height, support_kind
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneState
 from physagent_studio.reconstruction.camera.rays import depth_of, on_plane
 from physagent_studio.reconstruction.camera.scale import FLOOR, Heights, Measured, solve
-from physagent_studio.reconstruction.grounding.usual import Usual, support_height, support_kind
 from physagent_studio.reconstruction.supports import clicked as clicked_supports
 from physagent_studio.reconstruction.supports.block import Block
 from physagent_studio.reconstruction.supports.ramps import Profile

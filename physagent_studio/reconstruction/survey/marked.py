@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.errors import InputError
+from physagent_studio.knowledge import support_kind
 from physagent_studio.program.scene.state import Grounding, SceneState
-from physagent_studio.reconstruction.grounding.usual import support_kind
 from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter, Segmenter, apart
 from physagent_studio.reconstruction.masks.stacks import alone
 from physagent_studio.reconstruction.masks.strokes import corrected

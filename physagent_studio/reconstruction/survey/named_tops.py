@@ -8,19 +8,18 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.knowledge import (
+    is_rails,
+    is_solid,
+    support_height,
+    support_kind,
+)
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneState, Support
 from physagent_studio.reconstruction.camera.rays import metres_per_pixel, on_plane
 from physagent_studio.reconstruction.camera.scale import FLOOR
-from physagent_studio.reconstruction.grounding.usual import (
-    is_rails,
-    support_height,
-    support_kind,
-    words_of,
-)
 from physagent_studio.reconstruction.photo.line_segments import Segments, with_hues
 from physagent_studio.reconstruction.photo.regions import iou
-from physagent_studio.reconstruction.supports.slabs import SOLID
 from physagent_studio.reconstruction.supports.stances import Stance
 from physagent_studio.reconstruction.supports.tabletops import Top, top_around
 from physagent_studio.reconstruction.survey.sighting import Look, unit_camera
@@ -90,7 +89,7 @@ def _clicked(state: SceneState, look: Look) -> list[Support]:
         for item in state.supports
         if item.shape is None
         and support_kind(item.name) == "slab"
-        and not set(words_of(item.name)) & SOLID
+        and not is_solid(item.name)
         and not is_rails(item.name)
         and not item.grounding.marks
         and sum(click.label for click in item.grounding.points) < CORNERS

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
+from physagent_studio.knowledge import Usual, is_splayed, support_kind, word_lists, words_of
 from physagent_studio.program.base import Source
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneState
@@ -16,7 +17,6 @@ from physagent_studio.reconstruction.camera import estimate as camera_cues
 from physagent_studio.reconstruction.camera import right_angles
 from physagent_studio.reconstruction.camera.roll import Levelled, roll_of
 from physagent_studio.reconstruction.camera.scale import FLOOR
-from physagent_studio.reconstruction.grounding.usual import Usual, support_kind, words_of
 from physagent_studio.reconstruction.photo.ellipses import level_circles
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray
@@ -24,15 +24,12 @@ from physagent_studio.reconstruction.supports import clicked as clicked_supports
 from physagent_studio.reconstruction.supports.ramps import Profile, find_profile
 from physagent_studio.reconstruction.supports.stances import Stance
 from physagent_studio.reconstruction.survey.frames import find_frame
-from physagent_studio.reconstruction.survey.landmarks import LINES, OPENINGS, TARGETS, Shown
+from physagent_studio.reconstruction.survey.landmarks import Shown
 from physagent_studio.reconstruction.survey.painted_lines import painted_lines
 from physagent_studio.records.case import Case, Image
 
-GOAL, GOAL_HEIGHT, GOAL_SPREAD = "goal", 2.3, 0.15
+GOAL_HEIGHT, GOAL_SPREAD = 2.3, 0.15
 """Goals are 2.44 m high, smaller ones 2 m."""
-
-SPLAYED = frozenset(["stool", "chair", "stand", "tripod", "trestle", "easel"])
-"""Supports whose legs are not upright."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -118,7 +115,7 @@ class Sighting:
             out.append(camera_cues.Standing(row, stance.extent, size.metres, size.spread, plane))
         marks = {word for mark in state.landmarks for word in words_of(mark.name)}
         frame = self.shown.frame
-        if frame is not None and GOAL in marks:
+        if frame is not None and marks & word_lists().seen["goal"]:
             out.append(
                 camera_cues.Standing(frame.foot, frame.height, GOAL_HEIGHT, GOAL_SPREAD, FLOOR)
             )
@@ -132,7 +129,7 @@ class Sighting:
             regular = not loose and _is_upright(self.usual[name])
             (upright if regular else others).append(self.look.masks[name])
         for support in state.supports:
-            if self._is_ramp(state, support.name) or set(words_of(support.name)) & SPLAYED:
+            if self._is_ramp(state, support.name) or is_splayed(support.name):
                 others += self.look.offers.get(support.name, ())
             elif support.name in self.look.regions:
                 upright.append(self.look.regions[support.name])
@@ -213,9 +210,9 @@ def profiles_of(state: SceneState, found: Segments, size: tuple[int, int]) -> di
 
 def shown_in(image: Image, state: SceneState, prompt: str, covered: BoolArray) -> Shown:
     """Frames and circles, looked for where the sentence or an open landmark names one."""
-    words = set(words_of(prompt)) | {w for mark in state.landmarks for w in words_of(mark.name)}
-    frame = find_frame(image, covered) if words & OPENINGS else None
-    circles = tuple(level_circles(image, covered)) if words & TARGETS else ()
+    said = set(words_of(prompt)) | {w for mark in state.landmarks for w in words_of(mark.name)}
+    frame = find_frame(image, covered) if said & word_lists().seen["frame"] else None
+    circles = tuple(level_circles(image, covered)) if said & word_lists().seen["circle"] else ()
     opened = {w for mark in state.landmarks if not mark.points for w in words_of(mark.name)}
-    lines = tuple(painted_lines(image, covered)) if opened & LINES else ()
+    lines = tuple(painted_lines(image, covered)) if opened & word_lists().seen["line"] else ()
     return Shown(frame, circles, lines)

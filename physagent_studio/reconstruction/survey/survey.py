@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
+from physagent_studio.knowledge import Usual, support_kind, usual_size
+from physagent_studio.language.hints import called
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Scale, SceneState, Support
 from physagent_studio.reconstruction.camera.estimate import Horizon
 from physagent_studio.reconstruction.camera.scale import Heights, is_stated
 from physagent_studio.reconstruction.grounding.toys import as_toys
-from physagent_studio.reconstruction.grounding.usual import Usual, support_kind, usual_size
 from physagent_studio.reconstruction.shapes.vessels import is_vessel
 from physagent_studio.reconstruction.supports.block import Block
 from physagent_studio.reconstruction.supports.blocks import blocks_of, on_blocks
@@ -190,7 +191,7 @@ def _without(state: SceneState, names: frozenset[str]) -> SceneState:
 
 def _usual(name: str, prompt: str, given: Scale) -> Usual:
     """What is usual for an object, or the size that was stated for it."""
-    usual = usual_size(name, prompt)
+    usual = usual_size(called(name, prompt))
     if given.reference == name and given.metres is not None and is_stated(given):
         return replace(usual, metres=given.metres, spread=0.01, known=True)
     return usual

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.knowledge import support_kind
 from physagent_studio.program.scene.state import SceneObject, Support
-from physagent_studio.reconstruction.grounding.usual import support_kind
 from physagent_studio.rendering.backdrop import PALETTE
 from physagent_studio.studio.first_scene import marked
 from physagent_studio.studio.guesses import Spot, stale_spots, without_stale

@@ -6,13 +6,13 @@ import cv2
 import numpy as np
 import pytest
 
+from physagent_studio.knowledge import usual_size
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Box, Cylinder, Sphere
 from physagent_studio.reconstruction import mesh_of
 from physagent_studio.reconstruction.camera import estimate as cues
 from physagent_studio.reconstruction.camera.rays import on_plane
 from physagent_studio.reconstruction.camera.right_angles import edges_by_thing
-from physagent_studio.reconstruction.grounding.usual import usual_size
 from physagent_studio.reconstruction.photo.line_segments import segments
 from physagent_studio.reconstruction.shapes.creases import Creases
 from physagent_studio.reconstruction.shapes.forms import forms

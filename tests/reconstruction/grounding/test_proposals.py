@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from physagent_studio.benchmark.reconstruction.synthetic import scene
+from physagent_studio.language.sought import sought_by, things_in
 from physagent_studio.reconstruction.grounding.proposals import propose
-from physagent_studio.reconstruction.grounding.sought import sought_by, things_in
 from physagent_studio.reconstruction.photo.colours import said_of
 
 NOUNS = {"sphere": "ball", "box": "block", "cylinder": "can", "ellipsoid": "stone"}

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
+from physagent_studio.knowledge import usual_size
 from physagent_studio.reconstruction.grounding.toys import TOY, as_toys
-from physagent_studio.reconstruction.grounding.usual import usual_size
 
 
 def sizes(extents: dict[str, float]) -> dict[str, float]:
-    usual = {name: usual_size(name, "") for name in extents}
+    usual = {name: usual_size(name) for name in extents}
     return {name: found.metres for name, found in as_toys(usual, extents).items()}
 
 
@@ -27,8 +27,8 @@ def test_what_stands_beside_it_tells(extents: dict[str, float], toy: bool) -> No
     found = sizes(extents)
     assert (found[name] == TOY) == toy
     if not toy:
-        assert found[name] == usual_size(name, "").metres
+        assert found[name] == usual_size(name).metres
 
 
 def test_alone_it_is_what_its_name_says() -> None:
-    assert sizes({"car": 100.0})["car"] == usual_size("car", "").metres
+    assert sizes({"car": 100.0})["car"] == usual_size("car").metres

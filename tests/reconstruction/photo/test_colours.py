@@ -6,9 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
+from physagent_studio.knowledge import colour_bounds, colours
 from physagent_studio.reconstruction.photo.colours import (
-    COLOURS,
-    WORDS,
     colour_of,
     likeness,
     pixels_like,
@@ -25,7 +24,7 @@ PAINTS = {
 
 
 def test_every_word_has_a_paint() -> None:
-    assert set(PAINTS) == set(WORDS)
+    assert set(PAINTS) == set(colour_bounds())
 
 
 @pytest.mark.parametrize("word", PAINTS)
@@ -67,7 +66,7 @@ def test_the_largest_free_patch_comes_first() -> None:
 
 def test_every_colour_word_is_called_by_its_own_kind() -> None:
     """A patch in the middle of what a word stands for may be called by the kind it counts as."""
-    for word, colour in COLOURS.items():
+    for word, colour in colours().items():
         if not colour.kind:
             continue
         hue = colour.hue[0] if colour.hue else 0.0

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from physagent_studio.benchmark.physics.scenes import ground, program, thing
+from physagent_studio.knowledge import is_rails, support_kind
 from physagent_studio.program.actions import SetVelocity
 from physagent_studio.program.scene.boards import rails_of
 from physagent_studio.program.scene.state import Slab, Sphere
-from physagent_studio.reconstruction.grounding.usual import is_rails, support_kind
 from physagent_studio.reconstruction.placement.rails import standing
 from physagent_studio.reconstruction.shapes.meshes import mesh_of, support_mesh, volume_and_centre
 from physagent_studio.simulation import simulate

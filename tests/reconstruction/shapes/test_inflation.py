@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 import trimesh
 
+from physagent_studio.knowledge import usual_size
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Inflated
 from physagent_studio.reconstruction.camera.rays import on_plane
-from physagent_studio.reconstruction.grounding.usual import usual_size
 from physagent_studio.reconstruction.shapes.footing import stands
 from physagent_studio.reconstruction.shapes.forms import forms
 from physagent_studio.reconstruction.shapes.inflation import (

@@ -6,11 +6,11 @@ import cv2
 import numpy as np
 import pytest
 
+from physagent_studio.knowledge import UNKNOWN, usual_size
 from physagent_studio.program.rotations import about_axis, about_up, matrix_of, multiply
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Capsule, Cylinder
 from physagent_studio.reconstruction.camera.rays import on_plane
-from physagent_studio.reconstruction.grounding.usual import UNKNOWN, usual_size
 from physagent_studio.reconstruction.photo.regions import bounds
 from physagent_studio.reconstruction.shapes.forms import forms
 from physagent_studio.reconstruction.shapes.inflation import inflated_mesh

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from physagent_studio.knowledge import Usual
 from physagent_studio.program.rotations import about_up, matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import (
@@ -19,7 +20,6 @@ from physagent_studio.program.scene.state import (
     Wall,
 )
 from physagent_studio.reconstruction.camera.scale import FLOOR, Heights, Measured, Scale
-from physagent_studio.reconstruction.grounding.usual import Usual
 from physagent_studio.reconstruction.supports import clicked
 
 CAMERA = Camera.from_horizon((832, 480), 90.0, 1.4, source="given", confirmed=True)

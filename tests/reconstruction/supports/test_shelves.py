@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from physagent_studio.knowledge import Usual
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Click, Grounding, SceneState, Support
-from physagent_studio.reconstruction.grounding.usual import Usual
 from physagent_studio.reconstruction.supports.shelves import boards_of, on_boards, shelf_rises
 from physagent_studio.reconstruction.supports.stances import Stance
 

@@ -9,6 +9,7 @@ import pytest
 
 from physagent_studio.benchmark.physics.scenes import ground, program, thing
 from physagent_studio.benchmark.reconstruction.bench import TrueMasks
+from physagent_studio.knowledge import is_stairs, support_kind
 from physagent_studio.program.actions import SetVelocity
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.shapes import depth_inside, gap, place_object, place_support
@@ -26,7 +27,6 @@ from physagent_studio.program.scene.state import (
     Support,
 )
 from physagent_studio.reconstruction import photo_hash, reconstruct
-from physagent_studio.reconstruction.grounding.usual import is_stairs, support_kind
 from physagent_studio.reconstruction.shapes.meshes import mesh_of, support_mesh, volume_and_centre
 from physagent_studio.reconstruction.shapes.silhouettes import silhouette
 from physagent_studio.reconstruction.supports.block import BOX, BOX_FACES, placed

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+from physagent_studio.knowledge import is_container
 from physagent_studio.language import EventFrame, Place, Reading
-from physagent_studio.language.reference.containers import is_container
 from physagent_studio.language.tokens.vocabulary import words_of
 
 ACTIVE = words_of(

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 
-from physagent_studio.agent.rules.scene.materials import is_flag, is_loose, is_sheet
 from physagent_studio.agent.rules.scene.measures import WAYS, Layout
 from physagent_studio.agent.rules.scene.mechanics import G
+from physagent_studio.knowledge import grows, is_flag, is_loose, is_sheet
 from physagent_studio.language import EventFrame, Reading
 from physagent_studio.program.scene.bodies import Body, Breakable, Cloth, Granular, Soft
 from physagent_studio.program.scene.plants import plant_body
-from physagent_studio.reconstruction.grounding.usual import grows
 
 GRAINS = 120
 """Enough to be seen to flow, few enough that a search can run them many times."""

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from physagent_studio.agent.rules.scene.materials import density_of, is_sheet
 from physagent_studio.agent.rules.scene.measures import Layout
+from physagent_studio.knowledge import density_of, is_sheet, usual_size
 from physagent_studio.program.scene.state import (
     Inflated,
     Landmark,
@@ -17,7 +17,6 @@ from physagent_studio.program.scene.state import (
     Slab,
     Support,
 )
-from physagent_studio.reconstruction.grounding.usual import usual_size
 
 
 def with_room(state: SceneState) -> SceneState:

@@ -8,17 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from physagent_studio.knowledge import is_surface, support_kind
 from physagent_studio.language import Inventory, Reading, inventory, read
 from physagent_studio.language.tokens.tokens import singular
-from physagent_studio.language.tokens.vocabulary import GROUND_WORDS, words_of
 from physagent_studio.program.scene.state import Grounding
 from physagent_studio.records import Case
 
-SURFACES = words_of(
-    "table tabletop desk counter countertop bench worktop workbench sideboard nightstand shelf "
-    "ledge windowsill platform stage pedestal podium board tray plank mat"
-)
-"""Words for what is level and ends somewhere."""
 _STAYING = frozenset(("bounce", "rise", "jump"))
 """What goes up from a surface and may come down on it."""
 
@@ -33,7 +28,7 @@ def surface_left(case: Case) -> str | None:
     given = [*(name for name, _ in case.objects), *(support.name for support in case.supports)]
     taken = {singular(word) for name in given for word in name.lower().replace("-", "_").split("_")}
     for word in _words(case.prompt):
-        if word in SURFACES and word not in taken:
+        if is_surface(word) and word not in taken:
             stock = inventory(case.objects, [(word, Grounding())], [m.name for m in case.landmarks])
             if _is_left(word, read(case.prompt, stock), stock):
                 return word
@@ -47,7 +42,7 @@ def _words(prompt: str) -> Iterable[str]:
 
 
 def _is_ground(name: str) -> bool:
-    return singular(name.lower().split("_")[-1]) in GROUND_WORDS
+    return support_kind(name) == "floor"
 
 
 def _is_left(name: str, reading: Reading, stock: Inventory) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from physagent_studio.agent.rules.scene.measures import Layout
+from physagent_studio.knowledge import is_step
 from physagent_studio.program.scene.state import Slab
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -13,7 +14,7 @@ UP = np.array([0.0, 0.0, 1.0])
 def steps_below(layout: Layout, name: str) -> tuple[str, ...]:
     """Steps below the one that a thing stands on, each beside the one above, from high to low."""
     slabs = [s.name for s in layout.state.supports if isinstance(s.shape, Slab)]
-    steps = [one for one in slabs if _is_step(one)]
+    steps = [one for one in slabs if is_step(one)]
     here, found = layout.carrier(name), list[str]()
     if here not in steps:
         return ()
@@ -37,7 +38,3 @@ def _top(layout: Layout, slab: str) -> float:
 def _is_next(layout: Layout, lower: str, upper: str) -> bool:
     rise = _top(layout, upper) - _top(layout, lower)
     return rise > 0.005 and layout.gap(lower, upper) < max(0.02, 0.3 * rise)
-
-
-def _is_step(name: str) -> bool:
-    return any(word.rstrip("s") in ("step", "stair") for word in name.lower().split("_"))

@@ -70,23 +70,23 @@ def _wheels(
 ) -> tuple[Wheels | None, tuple[str, ...]]:
     """The wheels of one thing, None where it has or uses none, and what is assumed of it."""
     kind = kind_of(item.name)
-    if kind is None or not kind.wheels or (task is not None and leaves_its_axis(task)):
+    if kind is None or kind.wheels is None or (task is not None and leaves_its_axis(task)):
         return None, ()
     way, bound = (None, False) if task is None else _way(task)
     axis, shown = _axis(item, layout)
     axis, shown = (axis, shown) if seen is None else (seen, True)
-    if kind.heading == "short_axis":
+    if kind.wheels == "short_axis":
         axis = np.array([-axis[1], axis[0], 0.0])
     # What goes up or down a slope on wheels lies along it.
     on_slope = way is not None and layout.downhill(item.name) is not None
-    keeps = shown and not on_slope and kind.heading != "none"
+    keeps = shown and not on_slope and kind.wheels != "any_way"
     goes = axis if way is None else _facing(axis, way, keeps, bound)
     backwards = task is not None and task.backwards
     front = -goes if backwards else goes
     heading = round(math.degrees(math.atan2(front[1], front[0])), 1) % 360
     rolling = None if task is None else rolling_for(task) or _rolling_to_stop(task)
     wheels = Wheels(heading=heading, rolling=USUAL if rolling is None else rolling)
-    if kind.heading == "none":
+    if kind.wheels == "any_way":
         return wheels.model_copy(update={"known": True, "grip": CASTERS}), ()
     why = _reason(way is not None, backwards, shown)
     text = f"which way {item.name} faces is not seen in the picture; taken to face {_said(front)}"

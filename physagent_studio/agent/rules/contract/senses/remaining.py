@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from physagent_studio.agent.rules.contract.specs import Context
-from physagent_studio.language.reference.containers import is_container as is_container
+from physagent_studio.knowledge import is_container as is_container
 from physagent_studio.language.tokens.vocabulary import words_of
 
 _GOING_ON = words_of(

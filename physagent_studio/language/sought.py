@@ -6,13 +6,17 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from physagent_studio.reconstruction.grounding.usual import (
+from physagent_studio.knowledge import (
+    colours,
     is_listed,
+    is_surface,
     support_kind,
     usual_size,
+    word_lists,
     words_of,
 )
-from physagent_studio.reconstruction.photo.colours import COLOURS
+from physagent_studio.language.tokens import vocabulary as v
+from physagent_studio.language.tokens.tokens import verb_base
 
 SIDES = {
     "left": "left", "leftmost": "left", "right": "right", "rightmost": "right",
@@ -26,12 +30,7 @@ LARGE = frozenset(
 )  # fmt: skip
 SMALL = frozenset({"small", "little", "tiny", "short", "smaller", "smallest", "tiniest", "mini"})
 COUNTS = {"two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "both": 2}
-TEXTURES = frozenset(
-    {"wooden", "metal", "plastic", "rubber", "glass", "toy", "round", "square", "shiny", "old",
-     "stone", "paper", "cardboard", "foam", "heavy", "light", "empty", "full", "open"}
-)  # fmt: skip
-ALSO_THINGS = frozenset({"orange", "lime", "stone", "toy", "glass"})
-"""Words that describe a thing, or are one."""
+TEXTURES = v.MATERIAL_WORDS | word_lists().meant.keys() | v.PLAIN_ADJECTIVES
 _DETERMINERS = frozenset({"the", "a", "an", "another", "this", "that", "one", *COUNTS})
 _NO_THINGS = frozenset(
     {"of", "and", "or", "to", "along", "side", "end", "edge", "half", "part", "way", "direction",
@@ -59,13 +58,13 @@ class Sought:
 def sought_by(name: str, prompt: str = "") -> Sought:
     """What a name asks for: `small_red_ball`, `left_pin_2`."""
     words = [word for word in re.split(r"[^a-z]+", name.lower()) if word]
-    plain = [w for w in words if w not in SIDES and w not in COLOURS and w not in LARGE | SMALL]
+    plain = [w for w in words if w not in SIDES and w not in colours() and w not in LARGE | SMALL]
     head = plain[-1] if plain else (words[-1] if words else name)
     return Sought(
         name=name,
         head=head,
         # An orange is a thing; an orange ball is a colour.
-        colours=tuple(w for w in words if w in COLOURS and w != head),
+        colours=tuple(w for w in words if w in colours() and w != head),
         side=next((SIDES[w] for w in words if w in SIDES), ""),
         size=bool(LARGE & set(words)) - bool(SMALL & set(words)),
         on=_base(head, prompt),
@@ -98,7 +97,7 @@ def things_in(prompt: str) -> tuple[Sought, ...]:
         at = after
         head = phrase[-1]
         bare = len(phrase) == 1 and head in heads
-        if support_kind("_".join(phrase)) in ("floor", "ramp", "wall") or _carries(phrase) or bare:
+        if _carries(phrase) or bare:
             continue
         heads.add(head)
         stem = "_".join(phrase)
@@ -109,9 +108,10 @@ def things_in(prompt: str) -> tuple[Sought, ...]:
 
 
 def _carries(phrase: Sequence[str]) -> bool:
-    """Whether the phrase names furniture to stand on rather than a thing that is moved."""
-    tables = {"table", "desk", "shelf", "counter", "tabletop", "ground", "floor", "edge", "line"}
-    return phrase[-1] in tables
+    """Whether the phrase names a place or furniture to stand on rather than a thing that moves."""
+    name = "_".join(phrase)
+    place = phrase[-1] in v.PARTS or v.LANDMARKS.get(phrase[-1]) == "line"
+    return place or is_surface(name) or support_kind(name) != "slab"
 
 
 def _phrase(tokens: Sequence[str], at: int) -> tuple[tuple[str, ...], int, int]:
@@ -128,11 +128,11 @@ def _phrase(tokens: Sequence[str], at: int) -> tuple[tuple[str, ...], int, int]:
     if not determined and not adjectives:
         return (), 0, at
     noun = _noun(tokens, at)
-    if not noun and at + 1 < len(tokens) and tokens[at].isalpha():
+    if not noun and at + 1 < len(tokens) and tokens[at].isalpha() and not _acts(tokens[at + 1]):
         # A word that is not known describes a noun after it, or is a noun of its own.
         noun = _noun(tokens, at + 1)
         at += bool(noun)
-    seen = any(word in COLOURS or word in TEXTURES for word in adjectives)
+    seen = any(word in colours() or word in TEXTURES for word in adjectives)
     if not noun and (seen or start == 0) and at < len(tokens) and tokens[at] not in _NO_THINGS:
         noun = (tokens[at],)
     if not noun or not noun[0].isalpha():
@@ -143,16 +143,17 @@ def _phrase(tokens: Sequence[str], at: int) -> tuple[tuple[str, ...], int, int]:
 def _describes(tokens: Sequence[str], at: int) -> bool:
     """Whether a word describes the noun after it; an orange that is followed by none is a noun."""
     word = tokens[at]
-    known = word in COLOURS or word in SIDES or word in LARGE | SMALL | TEXTURES
+    known = word in colours() or word in SIDES or word in LARGE | SMALL | TEXTURES
     if not known:
         return False
     next_word = tokens[at + 1]
-    more = next_word in COLOURS or next_word in SIDES or next_word in LARGE | SMALL | TEXTURES
-    return (
-        more
-        or bool(_noun(tokens, at + 1))
-        or word not in ("orange", "lime", "stone", "toy", "glass")
-    )
+    more = next_word in colours() or next_word in SIDES or next_word in LARGE | SMALL | TEXTURES
+    return more or bool(_noun(tokens, at + 1)) or word not in word_lists().also_things
+
+
+def _acts(word: str) -> bool:
+    """Whether a word may be the verb of what stands before it: "the gizmo rolls"."""
+    return verb_base(word) is not None
 
 
 def _noun(tokens: Sequence[str], at: int) -> tuple[str, ...]:

@@ -267,7 +267,13 @@ def _bodies(sight: _Sight, placed: Placed, assets: Mapping[str, Mesh]) -> dict[s
     """The bodies with their stems and handles, and those that a person has set down beside them."""
     camera = sight.read.camera
     meshes = {
-        item.name: with_parts(camera, sight.masks[item.name], item, placed.meshes[item.name])
+        item.name: with_parts(
+            camera,
+            sight.masks[item.name],
+            item,
+            placed.meshes[item.name],
+            sight.read.usual[item.name],
+        )
         for item in placed.objects
         if item.name in placed.meshes
     }

@@ -107,13 +107,15 @@ class Inflated(Frozen):
     """The object's mask inflated along camera rays; `thickness` scales depth to width.
 
     `size` is the bounding box (x, y, z) of the result in the body frame, metres. `flat`: the thing
-    lies, so that its outline is that of the level plane rather than of an upright one.
+    lies, so that its outline is that of the level plane rather than of an upright one. `straight`:
+    front and back are flat, and its sides run straight from one to the other, with a rounded rim.
     """
 
     kind: Literal["inflated"] = "inflated"
     size: Size
     thickness: Annotated[float, Field(gt=0, le=5)] = 1.0
     flat: bool = False
+    straight: bool = False
 
 
 class Meshed(Frozen):

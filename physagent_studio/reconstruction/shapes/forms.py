@@ -42,6 +42,9 @@ FloatArray = NDArray[np.float64]
 PRIMITIVES = ("sphere", "ellipsoid", "cylinder", "frustum", "capsule", "box", "bowl")
 REVOLVED_COST = 0.04
 INFLATED_COST = 0.07
+STRAIGHT_FROM = 0.6
+"""A thing whose usual depth is more of that of the round body over its mask has straight sides:
+what is much flatter (a coat, a scooter) has none that are seen."""
 THIN_FROM, THICK_FROM = 12.0, 30.0
 """Least angle, degrees, at which one looks down on what is taken to lie, be it thin or thick."""
 FLAT_FROM = 0.94
@@ -207,8 +210,10 @@ def _inflated_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) ->
     The foot that is seen is the near rim; the middle plane lies half a depth behind it.
     """
     x0, y0, x1, y1 = bounds(mask)
-    depth = usual.depth * (x1 - x0) if usual.depth else natural_depth(mask)
-    extent = upright_extent(mask, camera, depth)
+    natural = natural_depth(mask)
+    depth = usual.depth * (x1 - x0) if usual.depth else natural
+    straight = usual.depth is not None and depth > STRAIGHT_FROM * natural
+    extent = upright_extent(mask, camera, depth, straight)
     share = extent[1] / max(extent[0], 1e-9)
     along = base.hold < 1 and not base.free_z
     pixel = metres_per_pixel(camera, (base.x, base.y, base.z))
@@ -217,10 +222,10 @@ def _inflated_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) ->
     y = base.y + (0.5 * (1 - base.hold) * min(share, 1.0) * width if along else 0.0)
     x = float(on_upright(camera, [((x0 + x1) / 2, y1)], y)[0, 0])
     foot = base.z
-    shape = Inflated(size=(width, share * width, height))
+    shape = Inflated(size=(width, share * width, height), straight=straight)
     mesh, place = inflated_mesh(mask, camera, shape), (x, y, foot)
     for _ in range(4):
-        shape = Inflated(size=(width, max(share * width, 1e-4), height))
+        shape = Inflated(size=(width, max(share * width, 1e-4), height), straight=straight)
         mesh = inflated_mesh(mask, camera, shape)
         place = _centred(mesh, (x, y), foot)
         seen = camera.project(mesh.vertices + np.array(place))[0]

@@ -1,8 +1,8 @@
 """A solid from a silhouette: the outline as the picture shows it, a plausible depth behind it.
 
 The mask is laid on an upright plane that faces the camera and given a thickness there. Round
-things swell like a membrane under pressure; things whose usual depth is larger than that (a
-car, a house) get flat sides with a bevelled rim. What stands was cut level where it touches the
+things swell like a membrane under pressure; things whose usual depth is known (a car, a house) or
+larger than that get flat sides with a rounded rim. What stands was cut level where it touches the
 ground, for a thing that is seen to stand has a base to stand on.
 """
 
@@ -20,7 +20,7 @@ from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 from physagent_studio.reconstruction.shapes.footing import across_the_feet, levelled
 from physagent_studio.reconstruction.shapes.legs import split_legs
 from physagent_studio.reconstruction.shapes.meshes import volume_and_centre
-from physagent_studio.reconstruction.shapes.sheets import ROUND, Sheet, closed, sheet_of, thickness
+from physagent_studio.reconstruction.shapes.sheets import Sheet, closed, sheet_of, thickness
 from physagent_studio.records.scene import Mesh
 
 FloatArray = NDArray[np.float64]
@@ -40,7 +40,8 @@ def inflated_mesh(mask: BoolArray, camera: Camera, shape: Inflated) -> Mesh:
     away the object is, so that moving the object does not change its body.
     """
     lay, part = (_level, 2) if shape.flat else (_upright, 1)
-    vertices, faces = lay(mask, camera, shape.size[part] / max(shape.size[0], 1e-9))
+    share = shape.size[part] / max(shape.size[0], 1e-9)
+    vertices, faces = lay(mask, camera, share, shape.straight)
     low, high = vertices.min(0), vertices.max(0)
     scale = np.array(shape.size) / np.maximum(high - low, 1e-12)
     vertices = levelled((vertices - (low + high) / 2) * scale, faces.astype(np.int32))
@@ -65,24 +66,27 @@ def sheet_on_plane(
     return closed(np.vstack([flat - push, flat + push]), sheet, sheet.swell)
 
 
-def upright_extent(mask: BoolArray, camera: Camera, depth: float) -> tuple[float, float, float]:
+def upright_extent(
+    mask: BoolArray, camera: Camera, depth: float, straight: bool = False
+) -> tuple[float, float, float]:
     """Extent (x, y, z) of a body over a mask one unit away, world axes.
 
-    depth: its thickness through the upright plane on which the mask is laid, pixels.
+    depth: its thickness through the upright plane on which the mask is laid, pixels. straight: see
+    `Inflated`.
     """
-    low, high = _box(*_laid(mask, camera), depth / 2)
+    low, high = _box(*_laid(mask, camera, straight), depth / 2)
     x, y, z = (float(value) for value in high - low)
     return x, y, z
 
 
 def _upright(
-    mask: BoolArray, camera: Camera, depth_share: float
+    mask: BoolArray, camera: Camera, depth_share: float, straight: bool
 ) -> tuple[FloatArray, NDArray[np.int64]]:
     """World vertices around a plane one unit away, and faces.
 
     depth_share: extent of the result along y as a share of that along x.
     """
-    flat, ahead, sheet = _laid(mask, camera)
+    flat, ahead, sheet = _laid(mask, camera, straight)
     x0, y0, x1, y1 = bounds(mask)
     least, most = 0.0, 6.0 * max(x1 - x0, y1 - y0)
     for _ in range(30):
@@ -93,7 +97,7 @@ def _upright(
             least = half
         else:
             most = half
-    if most > ROUND * float(sheet.swell.max(initial=1e-9)):
+    if sheet.straight_at(most):
         body, legs = split_legs(mask)
         if legs:
             return _on_legs(body, legs, _plane(mask, camera), most)
@@ -103,13 +107,13 @@ def _upright(
 
 
 def _level(
-    mask: BoolArray, camera: Camera, depth_share: float
+    mask: BoolArray, camera: Camera, depth_share: float, straight: bool
 ) -> tuple[FloatArray, NDArray[np.int64]]:
     """World vertices around a level plane one unit below the camera, and faces.
 
     depth_share: extent of the result along z as a share of that along x.
     """
-    sheet = sheet_of(mask)
+    sheet = sheet_of(mask, straight)
     flat = on_plane(camera, sheet.pixels, camera.position[2] - 1.0)
     pixel = depth_of(camera, flat.mean(axis=0)) / camera.focal
     half = depth_share * float(np.ptp(flat[:, 0])) / 2 / pixel
@@ -122,7 +126,7 @@ def _on_legs(
     body: BoolArray, legs: list[BoolArray], plane: _Plane, half: float
 ) -> tuple[FloatArray, NDArray[np.int64]]:
     """A flat body 2 · half pixels deep on posts, of each leg one at the front, one at the back."""
-    parts = [plane.standing(body, half, 0.0)]
+    parts = [plane.standing(body, half, 0.0, straight=True)]
     for leg in legs:
         x0, _, x1, _ = bounds(leg)
         own = min(0.5 * (x1 - x0), POST * half)
@@ -146,22 +150,22 @@ class _Plane:
         return on_upright_through(self.camera, sheet.pixels, self.centre, self.ahead)
 
     def standing(
-        self, mask: BoolArray, half: float, shift: float
+        self, mask: BoolArray, half: float, shift: float, straight: bool = False
     ) -> tuple[FloatArray, NDArray[np.int64]]:
         """The body over a mask, 2 · half pixels deep, its middle `shift` pixels behind."""
-        sheet = sheet_of(mask)
+        sheet = sheet_of(mask, straight)
         thick = thickness(sheet, half)
         pixel = self.ahead / self.camera.focal
         flat, push = self.laid(sheet) + shift * pixel, thick[:, None] * pixel
         return closed(np.vstack([flat - push, flat + push]), sheet, thick)
 
 
-def _laid(mask: BoolArray, camera: Camera) -> tuple[FloatArray, FloatArray, Sheet]:
+def _laid(mask: BoolArray, camera: Camera, straight: bool) -> tuple[FloatArray, FloatArray, Sheet]:
     """The silhouette on an upright plane: places (V, 3) m, the level unit vector through the
 
     plane scaled to a pixel (1 / focal, for the plane is one unit away), and the sheet.
     """
-    sheet, plane = sheet_of(mask), _plane(mask, camera)
+    sheet, plane = sheet_of(mask, straight), _plane(mask, camera)
     return plane.laid(sheet), plane.ahead / camera.focal, sheet
 
 

@@ -27,6 +27,7 @@ class Sheet:
     """The silhouette as a flat grid: pixel places (V, 2), faces (F, 3), rim flags (V,),
 
     swell (V,) half thickness of a round body and inset (V,) distance to the outline, pixels.
+    straight: the body over it is not round.
     """
 
     pixels: FloatArray
@@ -34,13 +35,17 @@ class Sheet:
     rim: BoolArray
     swell: FloatArray
     inset: FloatArray
+    straight: bool = False
+
+    def straight_at(self, half: float) -> bool:
+        """Whether a body that is 2 · half pixels deep has flat sides."""
+        return self.straight or half > ROUND * float(self.swell.max(initial=1e-9))
 
 
 def thickness(sheet: Sheet, half: float) -> FloatArray:
     """Half thickness (V,) of a body that is 2 · half pixels deep: round, or flat with a bevel."""
-    most = float(sheet.swell.max(initial=1e-9))
-    if half <= ROUND * most:
-        return sheet.swell * (half / most)
+    if not sheet.straight_at(half):
+        return sheet.swell * (half / float(sheet.swell.max(initial=1e-9)))
     bevel = 0.25 * float(np.median(sheet.inset[~sheet.rim])) + 1.0
     return half * (0.8 + 0.2 * np.sqrt(1 - (1 - np.clip(sheet.inset / bevel, 0, 1)) ** 2))
 
@@ -75,8 +80,8 @@ def _border(faces: NDArray[np.int64]) -> NDArray[np.int64]:
     return edges[~np.isin(forward, backward)]
 
 
-def sheet_of(mask: BoolArray) -> Sheet:
-    """The grid over a mask (H, W), fine enough for its thin parts."""
+def sheet_of(mask: BoolArray, straight: bool = False) -> Sheet:
+    """The grid over a mask (H, W), fine enough for its thin parts; `straight`: see `Sheet`."""
     x0, y0, x1, y1 = bounds(mask)
     pad = 8
     window = np.pad(mask[y0:y1, x0:x1], pad).astype(np.uint8)
@@ -102,7 +107,7 @@ def sheet_of(mask: BoolArray) -> Sheet:
     inside = field > 0
     if not inside.any() and mask.any():
         # A sliver between two points of the grid is taken as wide as the grid sees things.
-        return sheet_of(grow(mask, 1))
+        return sheet_of(grow(mask, 1), straight)
     ring = cv2.dilate(inside.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool) & ~inside
     slope_x = cv2.Sobel(field, cv2.CV_32F, 1, 0, ksize=3)
     slope_y = cv2.Sobel(field, cv2.CV_32F, 0, 1, ksize=3)
@@ -125,7 +130,8 @@ def sheet_of(mask: BoolArray) -> Sheet:
     core = np.append(inside[used], False)
     faces = faces[(faces >= 0).all(1) & core[faces].any(1)]
     pixels = np.stack([px[used] - pad + x0, py[used] - pad + y0], 1)
-    return Sheet(pixels, faces, ring[used], swell[used], np.maximum(field[used], 0))
+    inset = np.maximum(field[used], 0)
+    return Sheet(pixels, faces, ring[used], swell[used], inset, straight)
 
 
 def _foot(inside: BoolArray) -> BoolArray:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneObject
+from physagent_studio.reconstruction.grounding.usual import Usual
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 from physagent_studio.reconstruction.shapes.inflation import sheet_on_plane
 from physagent_studio.reconstruction.shapes.silhouettes import in_world, silhouette
@@ -32,9 +33,16 @@ _PRIMITIVES = frozenset(
 )
 
 
-def with_parts(camera: Camera, mask: BoolArray, item: SceneObject, mesh: Mesh) -> Mesh:
-    """The mesh (body frame) joined with the parts that the mask (H, W) shows beside it."""
-    if item.shape is None or item.shape.kind not in _PRIMITIVES or not mask.any():
+def with_parts(
+    camera: Camera, mask: BoolArray, item: SceneObject, mesh: Mesh, usual: Usual
+) -> Mesh:
+    """The mesh (body frame) joined with the parts that the mask (H, W) shows beside it.
+
+    usual: what its name says. What is known to have one form alone, a ball or a block, has no
+    parts: what sticks out there is something else than the thing.
+    """
+    kind = item.shape.kind if item.shape is not None else None
+    if kind not in _PRIMITIVES or usual.shapes == (kind,) or not mask.any():
         return mesh
     body = silhouette(camera, in_world(item, mesh), mesh.faces)
     blobs = _blobs(mask, body)

@@ -12,6 +12,7 @@ from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow, shrink
+from physagent_studio.reconstruction.texture.block_sides import opposite_sides
 from physagent_studio.reconstruction.texture.hidden_sides import covered_painted
 from physagent_studio.reconstruction.texture.lighting import unlit
 from physagent_studio.reconstruction.texture.revolved import turned_sides
@@ -24,7 +25,7 @@ RING = 0.05
 """Width of the outline's outer ring, as a share of the outline's smaller extent."""
 THIN_RING = 0.012
 """The same where what is shown is seen well."""
-_SEEN, _MIRRORED, _LED = 0, 1, 2
+_SEEN, _MIRRORED, _LED, _COPIED = 0, 1, 2, 3
 
 
 def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, mesh: Mesh) -> Mesh:
@@ -59,12 +60,17 @@ def _painted(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, m
     led = turned_sides(camera, item, mesh.vertices, mesh.faces)
     if led is not None:
         kinds[led[0]] = _LED
+    copied = opposite_sides(camera, item, mesh)
+    if copied is not None:
+        kinds[copied[0]] = _COPIED
     vertices, faces, source, kind = _split(mesh, kinds)
     place, turn = np.asarray(item.position), matrix_of(item.rotation).T
     world = vertices @ turn + place
     shown = np.where((kind == _MIRRORED)[:, None], _mirrored(camera, world, place), world)
     if led is not None:
         shown = np.where((kind == _LED)[:, None], led[1][source] @ turn + place, shown)
+    if copied is not None:
+        shown = np.where((kind == _COPIED)[:, None], copied[1][source] @ turn + place, shown)
     uv = camera.project(shown)[0]
     for which, ring in ((_MIRRORED, RING), (_LED, THIN_RING)):
         uv[kind == which] = _folded(uv[kind == which], mask, ring)

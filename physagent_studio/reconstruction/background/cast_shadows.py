@@ -196,7 +196,9 @@ def _shade(place: _Place, tones: Tones, times: float) -> BoolArray:
     x0, y0, x1, y1 = bounds(own)
     side = max(x1 - x0, y1 - y0)
     theirs = near & (tones.which >= 0)
-    deep = tones.darker > times * np.maximum(DARKER, GRAINS[0] * tones.uneven)
+    # No tile is darker than the dark ones of a pattern, but in shade.
+    pattern = np.minimum(GRAINS[0] * tones.uneven, tones.darkest + DARKER)
+    deep = tones.darker > times * np.maximum(DARKER, pattern)
     deep |= tones.glow > times * GLOW[0]
     # Pixels along an edge are of both its colours, and like neither in shade: thin lines are none.
     wide = ((theirs & deep) | place.inside).astype(np.uint8)

@@ -27,6 +27,8 @@ SHINE = 14.0
 """How far light from the thing may colour ground that is not dark, in a*, b*."""
 GRAIN = 3.0
 """How often the usual stray of the ground's own colour is taken off what may be the thing's."""
+DARKEST = 95.0
+"""Percentile of the darkness of ground that stands for its pattern: little of it is in shade."""
 AROUND = 4.0
 """Standard deviation, in pixels, of what ground is around a place."""
 ALIGNED = 0.8
@@ -38,21 +40,26 @@ class Tones:
     """The ground without the thing's shade, at every pixel by the colour that it is nearest to.
 
     which: (H, W) that colour's number, -1 where the ground has none like it. darker: (H, W) how
-    much darker than lit ground, L*. uneven: (H, W) how uneven lit ground is itself, L*.
-    glow: (H, W) how much of the thing's own colour lies on it, in a*, b*.
+    much darker than lit ground, L*. uneven: (H, W) how uneven lit ground is itself, L*. darkest:
+    (H, W) how dark what is painted or laid on it gets, L*.
+    glow: (H, W) how much of the thing's own colour lies on it, in a*, b*. lit: (H, W, 3) that
+    colour as lit ground has it there, L*a*b*.
     """
 
     which: NDArray[np.int64]
     darker: FloatImage
     uneven: FloatImage
+    darkest: FloatImage
     glow: FloatImage
+    lit: FloatImage
 
     @classmethod
     def of(cls, lab: FloatImage, ground: BoolArray, own: BoolArray) -> Self:
         """Read off the pixels `ground` (H, W) of a picture in L*a*b*; own: (H, W) the thing."""
         least = np.full(ground.shape, np.inf, np.float32)
         which = np.full(ground.shape, -1)
-        darker, uneven, glow = (np.zeros(ground.shape, np.float32) for _ in range(3))
+        darker, uneven, darkest, glow = (np.zeros(ground.shape, np.float32) for _ in range(4))
+        unshaded = lab
         coarse = _patterned(lab[..., 0], ground)
         for number, part in enumerate(_parts(lab, ground)):
             lit, spread = _lit(lab, part)
@@ -81,9 +88,12 @@ class Tones:
             least = np.where(better, cost, least)
             which = np.where(better, number, which)
             darker = np.where(better, dark, darker)
+            unshaded = np.where(better[..., None], lit, unshaded)
             uneven = np.where(better, np.float32(spread), uneven)
+            deep = np.float32(np.percentile(dark[part], DARKEST))
+            darkest = np.where(better, deep, darkest)
             glow = np.where(better, np.where(aligned, np.maximum(toward, 0), 0), glow)
-        return cls(which, darker, uneven, glow)
+        return cls(which, darker, uneven, darkest, glow, unshaded)
 
 
 def _patterned(light: FloatImage, ground: BoolArray) -> float:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Support
 from physagent_studio.reconstruction.background.cast_shadows import shaded
+from physagent_studio.reconstruction.background.faint_traces import without_traces
 from physagent_studio.reconstruction.background.floor_reflections import mirrored
 from physagent_studio.reconstruction.background.islands import islands
 from physagent_studio.reconstruction.background.leftovers import leftovers
@@ -80,7 +81,9 @@ def background(
     rounds: list[RoundMark] = []
     if camera is not None and not hole.all():
         rounds = round_marks(photo, hole_of(masks, hole.shape), to_level(camera))
-    return fill(photo, hole, lines, camera, found, rounds)
+    plate = fill(photo, hole, lines, camera, found, rounds)
+    loose = [mask for mask in masks if not any(mask is other for other in rooted)]
+    return plate if faces is None else without_traces(plate, loose, faces)
 
 
 def taken_out(

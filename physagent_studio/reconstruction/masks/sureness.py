@@ -15,8 +15,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.knowledge.things import usual_size
 from physagent_studio.program.scene.state import Grounding
-from physagent_studio.reconstruction.grounding.usual import usual_size
 from physagent_studio.reconstruction.masks.draft_score import outline_contrast
 from physagent_studio.reconstruction.masks.ranking import fills
 from physagent_studio.reconstruction.masks.task import view_of

@@ -10,10 +10,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.knowledge.things import Usual
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneObject
-from physagent_studio.reconstruction.grounding.usual import Usual
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 from physagent_studio.reconstruction.shapes.inflation import sheet_on_plane
 from physagent_studio.reconstruction.shapes.silhouettes import in_world, silhouette

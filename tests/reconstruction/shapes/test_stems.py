@@ -3,10 +3,10 @@
 import cv2
 import numpy as np
 
+from physagent_studio.knowledge.things import usual_size
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneObject, Sphere
 from physagent_studio.reconstruction import mesh_of
-from physagent_studio.reconstruction.grounding.usual import usual_size
 from physagent_studio.reconstruction.photo.regions import iou
 from physagent_studio.reconstruction.shapes.silhouettes import in_world, silhouette
 from physagent_studio.reconstruction.shapes.stems import with_parts

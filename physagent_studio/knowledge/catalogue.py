@@ -148,7 +148,7 @@ class Words(_Row):
     times: dict[str, Positive]
     actors: frozenset[str]
     places: dict[Literal["opening", "line", "point", "area"], tuple[str, ...]]
-    seen: dict[str, frozenset[str]]
+    seen: dict[Literal["frame", "measured_frame", "circle", "line", "band"], frozenset[str]]
     of: frozenset[str]
     stacked: frozenset[str]
     grouped: frozenset[str]

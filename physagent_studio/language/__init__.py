@@ -1,8 +1,20 @@
 """Reads English event prompts."""
 
 from physagent_studio.language.frames import EventFrame, Place, ReadClause, Reading
+from physagent_studio.language.hints import SceneHints, hints, seen_by
 from physagent_studio.language.reader import read
 from physagent_studio.language.reference.names import inventory
 from physagent_studio.language.reference.stock import Inventory
 
-__all__ = ["EventFrame", "Inventory", "Place", "ReadClause", "Reading", "inventory", "read"]
+__all__ = [
+    "EventFrame",
+    "Inventory",
+    "Place",
+    "ReadClause",
+    "Reading",
+    "SceneHints",
+    "hints",
+    "inventory",
+    "read",
+    "seen_by",
+]

@@ -1,10 +1,72 @@
-"""What a sentence says of a picture: of each thing in it, and what else is to be seen there."""
+"""What a sentence says of a picture: of each thing in it, and of what else is to be seen there."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
 
-from physagent_studio.knowledge import kind_of, kinds_in, words_of
+from physagent_studio.knowledge import (
+    Usual,
+    has_lid,
+    is_open,
+    kind_of,
+    kinds_in,
+    usual_size,
+    word_lists,
+    words_of,
+)
+
+_ALOFT = re.compile(
+    r"\b(hang\w*|hung|hover\w*|float\w*|suspend\w*|dangl\w*|levitat\w*"
+    r"|mid-?air|in the air|airborne)\b"
+)
+_LEANING = re.compile(r"\b(lean(?:s|ing|t|ed)?|propped|tilted|aslant|askew)\b")
+BEFORE, BEHIND = 60, 40
+"""Letters before and behind words of posture among which the name of their owner stands."""
+_BLOWS = "bump|crash|run|slam|knock|smash|bang|plough|plow|ram|hit|drive|collide"
+_INTO = re.compile(
+    r"\b(?P<verb>\w+)?\s*\b(?:into|inside|in)\s+"
+    r"(?:the\s+|an?\s+|its\s+|this\s+)?(?P<what>(?:\w+\s+){0,3}\w+)"
+)
+_NUMBERS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
+
+
+@dataclass(frozen=True, slots=True)
+class SceneHints:
+    """What reconstruction may know of the sentence.
+
+    aloft, leaning: names that hang or float, or lean. hollow: names of open vessels, as the
+    sentence uses them. steps: of a flight of stairs, where told. seen: what is to be looked for,
+    as in `seen_by`. names: each name with its noun in full, as in `called`.
+    """
+
+    aloft: frozenset[str] = frozenset()
+    leaning: frozenset[str] = frozenset()
+    hollow: frozenset[str] = frozenset()
+    steps: int | None = None
+    seen: frozenset[str] = frozenset()
+    names: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+
+    def usual(self, name: str) -> Usual:
+        """What is usual for a thing of that name in this sentence."""
+        return usual_size(self.names.get(name, name))
+
+
+def hints(prompt: str, objects: Collection[str], supports: Collection[str] = ()) -> SceneHints:
+    """What a prompt says of a picture in which things and supports of those names are."""
+    names = (*objects, *supports)
+    hollow = frozenset(name for name in names if _is_vessel(name, prompt))
+    things = (*objects, *(name for name in supports if name in hollow))
+    return SceneHints(
+        aloft=frozenset(name for name in things if _is_said(_ALOFT, name, things, prompt)),
+        leaning=frozenset(name for name in things if _is_said(_LEANING, name, things, prompt)),
+        hollow=hollow,
+        steps=told_steps(prompt),
+        seen=seen_by(prompt),
+        names=MappingProxyType({name: called(name, prompt) for name in names}),
+    )
 
 
 def called(name: str, prompt: str) -> str:
@@ -25,9 +87,6 @@ def called(name: str, prompt: str) -> str:
     return name
 
 
-_NUMBERS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
-
-
 def told_steps(text: str) -> int | None:
     """How many steps words tell: "three_steps", "a flight of four stairs"; None for none."""
     found = re.search(
@@ -35,3 +94,46 @@ def told_steps(text: str) -> int | None:
         text.lower().replace("_", " "),
     )
     return _NUMBERS.index(found.group(1)) + 2 if found else None
+
+
+def seen_by(text: str) -> frozenset[str]:
+    """What a picture shows by itself of the places that words name: keys of `seen`."""
+    said = set(words_of(text))
+    return frozenset(what for what, called_so in word_lists().seen.items() if said & called_so)
+
+
+def _is_said(how: re.Pattern[str], name: str, names: Collection[str], prompt: str) -> bool:
+    """Whether words of the sentence are said of an object: its name is the nearest to them."""
+    noun = (words_of(name) or ("",))[-1]
+    if len(names) == 1 and how.search(prompt.lower()):
+        # There is nothing else in the picture that the words could mean.
+        return True
+    others = {(words_of(other) or ("",))[-1] for other in names if other != name} - {noun}
+    for sentence in re.split(r"[.;]", prompt.lower()):
+        for hit in how.finditer(sentence):
+            around = sentence[max(0, hit.start() - BEFORE) : hit.end() + BEHIND]
+            owners = [word for word in (noun, *sorted(others)) if word and word in around]
+            if owners:
+                where = hit.start() - max(0, hit.start() - BEFORE)
+                owner = min(owners, key=lambda word: abs(around.find(word) - where))
+                if owner == noun:
+                    return True
+    return False
+
+
+def _is_vessel(name: str, prompt: str) -> bool:
+    """Whether a thing of that name is open at the top, as the sentence uses it."""
+    return is_open(name) or (has_lid(name) and _gone_into(words_of(name)[-1], prompt))
+
+
+def _gone_into(noun: str, prompt: str) -> bool:
+    """Whether the sentence has something go into a thing: not hit it."""
+    for found in _INTO.finditer(prompt.lower()):
+        verb = found.group("verb") or ""
+        if re.match(rf"(?:{_BLOWS})", verb):
+            continue
+        # "Into the pyramid of cans" is into the pyramid.
+        what = re.split(r"\b(?:of|with|and|on|near|behind)\b", found.group("what"))[0]
+        if noun in words_of(what.strip().replace(" ", "_")):
+            return True
+    return False

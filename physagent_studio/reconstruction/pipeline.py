@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.errors import Cancelled
+from physagent_studio.language import hints
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import (
     Landmark,
@@ -207,22 +208,23 @@ def _seen(
     candidates = candidates_of(
         case, state, previous, segmenter, lambda: run.at("masks", 0.44), run.cancelled
     )
-    hollow = basins.basin_names(state, case.prompt)
+    told = hints(case.prompt, [i.name for i in state.objects], [s.name for s in state.supports])
+    hollow = basins.basin_names(state, told)
     things = (*state.objects, *(item for item in state.supports if item.name in hollow))
     groundings = [(item.name, item.grounding) for item in things]
     chosen = choose(candidates, groundings, image.shape[:2], image)
-    chosen = sound_masks(chosen, state.objects, case.prompt)
+    chosen = sound_masks(chosen, state.objects, told)
     masks = {name: mask for name, mask in chosen.items() if name not in hollow}
     regions = regions_of(state, image, candidates, masks)
     run.at("camera", 0.45)
     found = segments(image)
-    stances = layout.read(chosen, case.prompt)
+    stances = layout.read(chosen, told)
     covered = np.any(list(masks.values()), axis=0) if masks else np.zeros(image.shape[:2], bool)
     offers = {
         item.name: [offer.mask for offer in candidates.get(item.name, ())]
         for item in state.supports
     }
-    look = Look(image, stances, chosen, regions, found, covered, offers)
+    look = Look(image, stances, chosen, regions, found, covered, offers, told=told)
     look, tops = with_tops(case, state, look)
     read = survey(case, state, look, hollow)
     pools = {name: mask for name, mask in chosen.items() if name in hollow}

@@ -8,7 +8,7 @@ import pytest
 
 from physagent_studio.benchmark.reconstruction.synthetic import scene
 from physagent_studio.knowledge import support_kind, usual_size
-from physagent_studio.language.hints import called
+from physagent_studio.language.hints import called, hints
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Landmark, Ramp, Scale
 from physagent_studio.reconstruction.camera import estimate as cues
@@ -20,7 +20,7 @@ from physagent_studio.reconstruction.supports.ramps import (
     place_ramp,
     three_click_ramp,
 )
-from physagent_studio.reconstruction.supports.stances import is_aloft, read
+from physagent_studio.reconstruction.supports.stances import read
 from physagent_studio.reconstruction.survey.frames import find_frame
 from physagent_studio.reconstruction.survey.landmarks import Shown, resolve
 
@@ -60,8 +60,7 @@ def test_kinds_of_supports(name, kind):
 def test_words_that_lift_belong_to_the_nearest_noun():
     names = {"pumpkin": 0, "wooden_stool": 0}
     words = "A huge pumpkin hangs directly above a small wooden stool."
-    assert is_aloft("pumpkin", names, words)
-    assert not is_aloft("wooden_stool", names, words)
+    assert hints(words, names).aloft == {"pumpkin"}
 
 
 def test_stacks_are_read_from_masks():
@@ -69,7 +68,7 @@ def test_stacks_are_read_from_masks():
     masks["top"][40:80, 60:120] = True
     masks["low"][80:130, 50:130] = True
     masks["far"][60:90, 150:190] = True
-    stances = read(masks, "")
+    stances = read(masks)
     assert stances["top"].on == "low"
     assert stances["low"].on is None
     assert stances["far"].on is None
@@ -81,7 +80,7 @@ def test_what_is_behind_something_does_not_stand_on_it():
     masks["behind"][20:100, 60:120] = True
     masks["front"][40:140, 70:130] = True
     masks["behind"] &= ~masks["front"]
-    assert read(masks, "")["behind"].on is None
+    assert read(masks)["behind"].on is None
 
 
 def _camera(pitch: float, height: float = 1.0, focal: float = 579.0) -> Camera:

@@ -12,8 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.knowledge import usual_size
-from physagent_studio.language.hints import called
+from physagent_studio.language import SceneHints
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray
 
@@ -31,14 +30,13 @@ MUCH = 0.2
 
 
 def sound_masks(
-    masks: Mapping[str, BoolArray], objects: Sequence[SceneObject], prompt: str
+    masks: Mapping[str, BoolArray], objects: Sequence[SceneObject], told: SceneHints
 ) -> dict[str, BoolArray]:
     """The masks, those of balls without the shade at their feet where nobody has drawn them."""
     balls = {
         item.name
         for item in objects
-        if usual_size(called(item.name, prompt)).shapes[:1] == ("sphere",)
-        and not item.grounding.strokes
+        if told.usual(item.name).shapes[:1] == ("sphere",) and not item.grounding.strokes
     }
     return {name: without_spill(mask) if name in balls else mask for name, mask in masks.items()}
 

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from physagent_studio.language import SceneHints
 from physagent_studio.program.rotations import about_up
 from physagent_studio.program.scene.boards import is_hollow
 from physagent_studio.program.scene.state import (
@@ -29,7 +30,6 @@ from physagent_studio.reconstruction.shapes.meshes import mesh_of
 from physagent_studio.reconstruction.shapes.vessels import (
     hollow_first,
     hollow_kinds,
-    is_vessel,
     opened,
 )
 from physagent_studio.reconstruction.supports.stances import Stance
@@ -37,7 +37,7 @@ from physagent_studio.reconstruction.survey.survey import Survey
 from physagent_studio.records.scene import Mesh
 
 
-def basin_names(state: SceneState, prompt: str) -> frozenset[str]:
+def basin_names(state: SceneState, told: SceneHints) -> frozenset[str]:
     """Supports that are open vessels, as the sentence uses them, and whose shape is open or such.
 
     Only those that were clicked: nothing else says where they are.
@@ -46,7 +46,7 @@ def basin_names(state: SceneState, prompt: str) -> frozenset[str]:
         item.name
         for item in state.supports
         if isinstance(item.shape, Vessel)
-        or (item.shape is None and item.grounding.points and is_vessel(item.name, prompt))
+        or (item.shape is None and item.grounding.points and item.name in told.hollow)
     )
 
 

@@ -1,12 +1,11 @@
-"""Open vessels: what things fall into is hollow, by its name or because the sentence needs it."""
+"""Open vessels: forms with walls and a bottom for what things fall into."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 
-from physagent_studio.knowledge import Usual, has_lid, is_open, words_of
+from physagent_studio.knowledge import Usual
 from physagent_studio.program.scene.state import Box, Cylinder, Frustum, Revolved, Shape
 from physagent_studio.reconstruction.shapes.forms import Form
 from physagent_studio.reconstruction.shapes.meshes import mesh_of
@@ -16,29 +15,6 @@ WALL, THINNEST = 0.06, 0.0015
 
 CAN_BE_HOLLOW = ("box", "cylinder", "frustum", "revolved")
 """Kinds of forms that walls can be given."""
-_BLOWS = "bump|crash|run|slam|knock|smash|bang|plough|plow|ram|hit|drive|collide"
-_INTO = re.compile(
-    r"\b(?P<verb>\w+)?\s*\b(?:into|inside|in)\s+"
-    r"(?:the\s+|an?\s+|its\s+|this\s+)?(?P<what>(?:\w+\s+){0,3}\w+)"
-)
-
-
-def is_vessel(name: str, prompt: str) -> bool:
-    """Whether a thing of that name is open at the top, as the sentence uses it."""
-    return is_open(name) or (has_lid(name) and _gone_into(words_of(name)[-1], prompt))
-
-
-def _gone_into(noun: str, prompt: str) -> bool:
-    """Whether the sentence has something go into a thing: not hit it."""
-    for found in _INTO.finditer(prompt.lower()):
-        verb = found.group("verb") or ""
-        if re.match(rf"(?:{_BLOWS})", verb):
-            continue
-        # "Into the pyramid of cans" is into the pyramid.
-        what = re.split(r"\b(?:of|with|and|on|near|behind)\b", found.group("what"))[0]
-        if noun in words_of(what.strip().replace(" ", "_")):
-            return True
-    return False
 
 
 def hollow_kinds(usual: Usual) -> Usual:

@@ -83,12 +83,13 @@ def flights_of(
     camera: Camera,
     offers: Mapping[str, Sequence[BoolArray]],
     covered: BoolArray,
-    prompt: str,
+    told: int | None,
 ) -> tuple[dict[str, Block], dict[str, Flight]]:
     """Single steps as blocks by name, and the flights of supports that are stairs as a whole.
 
     camera: any height; only directions count. offers: masks (H, W) of each support, the likeliest
-    first. covered: pixels of objects. The number of steps of stairs is told, or the likeliest.
+    first. covered: pixels of objects. told: how many steps stairs have,
+    where the sentence says it and their own name does not; else the likeliest.
     """
     unit = camera.model_copy(update={"position": (0.0, 0.0, 1.0)})
     names = single_steps(state, offers)
@@ -102,8 +103,8 @@ def flights_of(
     for item in state.supports:
         marked = item.grounding.marks or sum(c.label for c in item.grounding.points) == 3
         if item.shape is None and is_stairs(item.name) and not marked and offers.get(item.name):
-            told = told_steps(item.name) or told_steps(prompt)
-            counts = (told,) if told is not None else GUESSES
+            steps = told_steps(item.name) or told
+            counts = (steps,) if steps is not None else GUESSES
             flight = flight_of(unit, image, offers[item.name][:1], covered, counts)
             if flight is not None:
                 whole[item.name] = flight

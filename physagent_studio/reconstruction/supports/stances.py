@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -11,6 +10,7 @@ import cv2
 import numpy as np
 
 from physagent_studio.knowledge import is_disc, words_of
+from physagent_studio.language import SceneHints
 from physagent_studio.reconstruction.camera.estimate import Disc
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 from physagent_studio.reconstruction.shapes.rims import (
@@ -20,16 +20,11 @@ from physagent_studio.reconstruction.shapes.rims import (
     top_of,
 )
 
-_ALOFT = re.compile(
-    r"\b(hang\w*|hung|hover\w*|float\w*|suspend\w*|dangl\w*|levitat\w*"
-    r"|mid-?air|in the air|airborne)\b"
-)
-_LEANING = re.compile(r"\b(lean(?:s|ing|t|ed)?|propped|tilted|aslant|askew)\b")
-
 _ORDER = {"top": 0, "upper": 0, "topmost": 0, "uppermost": 0, "first": 1, "second": 2, "third": 3}
 _ORDER |= {"middle": 10, "centre": 10, "center": 10, "fourth": 4, "fifth": 5, "sixth": 6}
 _ORDER |= {"lower": 20, "bottom": 21, "lowest": 21, "bottommost": 21}
 """Words that say where in a stack a thing is, from above."""
+TOLD_NOTHING = SceneHints()
 FOOT, NOTCHED = 0.2, 0.9
 """Share of a thing's height that is its foot; how much of it lies within another's outline."""
 
@@ -70,7 +65,7 @@ class Stance:
         return max(self.width, self.height)
 
 
-def read(masks: Mapping[str, BoolArray], prompt: str) -> dict[str, Stance]:
+def read(masks: Mapping[str, BoolArray], told: SceneHints = TOLD_NOTHING) -> dict[str, Stance]:
     """The stance of every object whose mask is not empty."""
     found: dict[str, Stance] = {}
     for name, mask in masks.items():
@@ -81,7 +76,7 @@ def read(masks: Mapping[str, BoolArray], prompt: str) -> dict[str, Stance]:
         on = _directly_below(name, mask, masks)
         over = None if on else _across_gap(name, box, masks)
         rim, disc = _discs(name, mask)
-        aloft, leans = (_is_said(how, name, masks, prompt) for how in (_ALOFT, _LEANING))
+        aloft, leans = name in told.aloft, name in told.leaning
         found[name] = Stance(name, box, foot, on, over, aloft, leans, rim, disc)
     return {**found, **_named_stacks(found)}
 
@@ -209,27 +204,3 @@ def _across_gap(
             if nearest is None or gap < nearest[0]:
                 nearest = (gap, other)
     return nearest[1] if nearest else None
-
-
-def is_aloft(name: str, names: Mapping[str, object], prompt: str) -> bool:
-    """Whether the sentence says, near the object's own name, that it hangs or floats."""
-    return _is_said(_ALOFT, name, names, prompt)
-
-
-def _is_said(how: re.Pattern[str], name: str, names: Mapping[str, object], prompt: str) -> bool:
-    """Whether words of the sentence are said of an object: its name is the nearest to them."""
-    noun = (words_of(name) or ("",))[-1]
-    if len(names) == 1 and how.search(prompt.lower()):
-        # There is nothing else in the picture that the words could mean.
-        return True
-    others = {(words_of(other) or ("",))[-1] for other in names if other != name} - {noun}
-    for sentence in re.split(r"[.;]", prompt.lower()):
-        for hit in how.finditer(sentence):
-            around = sentence[max(0, hit.start() - 60) : hit.end() + 40]
-            owners = [word for word in (noun, *others) if word and word in around]
-            if owners:
-                where = hit.start() - max(0, hit.start() - 60)
-                owner = min(owners, key=lambda word: abs(around.find(word) - where))
-                if owner == noun:
-                    return True
-    return False

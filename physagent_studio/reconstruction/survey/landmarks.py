@@ -8,7 +8,8 @@ from itertools import combinations
 
 import numpy as np
 
-from physagent_studio.knowledge import colour_bounds, word_lists, words_of
+from physagent_studio.knowledge import colour_bounds, words_of
+from physagent_studio.language import seen_by
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Landmark, Support
 from physagent_studio.reconstruction.camera.rays import on_plane, on_upright_through
@@ -70,8 +71,8 @@ def _proposed(
 
     height: of the level plane that it is on, m.
     """
-    named = set(words_of(landmark.name))
-    frame = shown.frame if named & word_lists().seen["frame"] else None
+    named = seen_by(landmark.name)
+    frame = shown.frame if "frame" in named else None
     update: dict[str, object] = {}
     if frame is not None and landmark.kind == "opening":
         update = {"pixels": frame.corners, "points": _opening(np.array(frame.corners), camera)}
@@ -81,7 +82,7 @@ def _proposed(
         if np.isfinite(places).all():
             points = _triples(places if landmark.kind != "point" else places.mean(0)[None])
             update = {"pixels": feet, "points": points}
-    elif named & word_lists().seen["circle"] and shown.circles:
+    elif "circle" in named and shown.circles:
         update = _circle(landmark, camera, shown.circles[0])
     elif _names_line(landmark):
         places = _on_ground(landmark, camera, shown.lines, height)
@@ -119,7 +120,7 @@ def _on_ground(
         and (word is None or _is_called(stripe, word))
     ]
     graded: list[tuple[float, Pixels]] = [(stripe.strength, stripe.ends) for stripe in free]
-    is_lane = bool(set(named) & word_lists().seen["lane"])
+    is_lane = "band" in seen_by(landmark.name)
     if landmark.kind == "area" or (landmark.kind != "point" and is_lane):
         graded = _lanes(free, camera, height)
         if landmark.kind == "line":
@@ -135,7 +136,7 @@ def _is_called(stripe: Stripe, word: str) -> bool:
 
 
 def _names_line(landmark: Landmark) -> bool:
-    return bool(word_lists().seen["line"] & set(words_of(landmark.name)))
+    return "line" in seen_by(landmark.name)
 
 
 def _mean(pixels: Pixels) -> tuple[float, float]:

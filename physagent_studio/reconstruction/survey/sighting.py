@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from physagent_studio.knowledge import Usual, is_splayed, support_kind, word_lists, words_of
+from physagent_studio.knowledge import Usual, is_splayed, support_kind
+from physagent_studio.language import SceneHints, seen_by
 from physagent_studio.program.base import Source
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneState
@@ -22,7 +23,7 @@ from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.supports import clicked as clicked_supports
 from physagent_studio.reconstruction.supports.ramps import Profile, find_profile
-from physagent_studio.reconstruction.supports.stances import Stance
+from physagent_studio.reconstruction.supports.stances import TOLD_NOTHING, Stance
 from physagent_studio.reconstruction.survey.frames import find_frame
 from physagent_studio.reconstruction.survey.landmarks import Shown
 from physagent_studio.reconstruction.survey.painted_lines import painted_lines
@@ -39,7 +40,7 @@ class Look:
     stances: of every object and every support that is an open vessel. masks: (H, W), of both.
     regions: masks of the supports that were clicked. found: straight edges. covered: (H, W)
     pixels of all objects. offers: all masks of each clicked support, the likeliest first. tops:
-    level tops as their edges bound them.
+    level tops as their edges bound them. told: what the sentence says of all this.
     """
 
     image: Image
@@ -50,6 +51,7 @@ class Look:
     covered: BoolArray
     offers: Mapping[str, Sequence[BoolArray]]
     tops: Mapping[str, BoolArray] = field(default_factory=dict)
+    told: SceneHints = TOLD_NOTHING
 
     @property
     def size(self) -> tuple[int, int]:
@@ -113,9 +115,9 @@ class Sighting:
             plane = FLOOR if ramp else self.root[name]
             size = self.usual[name]
             out.append(camera_cues.Standing(row, stance.extent, size.metres, size.spread, plane))
-        marks = {word for mark in state.landmarks for word in words_of(mark.name)}
+        marks = seen_by(" ".join(mark.name for mark in state.landmarks))
         frame = self.shown.frame
-        if frame is not None and marks & word_lists().seen["goal"]:
+        if frame is not None and "measured_frame" in marks:
             out.append(
                 camera_cues.Standing(frame.foot, frame.height, GOAL_HEIGHT, GOAL_SPREAD, FLOOR)
             )
@@ -208,11 +210,12 @@ def profiles_of(state: SceneState, found: Segments, size: tuple[int, int]) -> di
     return out
 
 
-def shown_in(image: Image, state: SceneState, prompt: str, covered: BoolArray) -> Shown:
+def shown_in(look: Look, state: SceneState) -> Shown:
     """Frames and circles, looked for where the sentence or an open landmark names one."""
-    said = set(words_of(prompt)) | {w for mark in state.landmarks for w in words_of(mark.name)}
-    frame = find_frame(image, covered) if said & word_lists().seen["frame"] else None
-    circles = tuple(level_circles(image, covered)) if said & word_lists().seen["circle"] else ()
-    opened = {w for mark in state.landmarks if not mark.points for w in words_of(mark.name)}
-    lines = tuple(painted_lines(image, covered)) if opened & word_lists().seen["line"] else ()
+    marks = [(mark, seen_by(mark.name)) for mark in state.landmarks]
+    asked = look.told.seen.union(*(seen for _, seen in marks))
+    frame = find_frame(look.image, look.covered) if "frame" in asked else None
+    circles = tuple(level_circles(look.image, look.covered)) if "circle" in asked else ()
+    lined = any("line" in seen for mark, seen in marks if not mark.points)
+    lines = tuple(painted_lines(look.image, look.covered)) if lined else ()
     return Shown(frame, circles, lines)

@@ -9,14 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from physagent_studio.knowledge import Usual, support_kind, usual_size
-from physagent_studio.language.hints import called
+from physagent_studio.knowledge import Usual, support_kind
+from physagent_studio.language import SceneHints
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Scale, SceneState, Support
 from physagent_studio.reconstruction.camera.estimate import Horizon
 from physagent_studio.reconstruction.camera.scale import Heights, is_stated
 from physagent_studio.reconstruction.grounding.toys import as_toys
-from physagent_studio.reconstruction.shapes.vessels import is_vessel
 from physagent_studio.reconstruction.supports.block import Block
 from physagent_studio.reconstruction.supports.blocks import blocks_of, on_blocks
 from physagent_studio.reconstruction.supports.flights import Flight, flights_of
@@ -100,20 +99,20 @@ def survey(
         estimate=estimate,
         blocks=seen.blocks,
         flights=seen.flights,
-        vessels=frozenset(n for n in look.stances if is_vessel(n, case.prompt)) - basins,
+        vessels=look.told.hollow.intersection(look.stances) - basins,
         basins=basins,
     )
 
 
 def first_sight(case: Case, state: SceneState, look: Look) -> Sighting:
     """What stands on what by the masks alone, sizes, outlines of ramps, painted marks."""
-    usual = {name: _usual(name, case.prompt, state.scale) for name in look.stances}
+    usual = {name: _usual(name, look.told, state.scale) for name in look.stances}
     usual = as_toys(usual, {name: stance.extent for name, stance in look.stances.items()})
     profiles = profiles_of(state, look.found, look.size)
     on = standing_on(state, look.stances, look.regions, profiles)
     on = on_boards(boards_of(state, look.size[1]), state, look.stances, on)
     groundless = before_no_ground(look.image, look.stances, look.covered)
-    shown = shown_in(look.image, state, case.prompt, look.covered)
+    shown = shown_in(look, state)
     return Sighting(look, on, _roots(on), usual, profiles, shown, groundless)
 
 
@@ -135,7 +134,7 @@ class _Upon:
 def _upon(case: Case, state: SceneState, look: Look, unit: Camera, first: Sighting) -> _Upon:
     """What stands on boxes, wedges and stairs that are seen whole, and what is in the air."""
     stances = look.stances
-    steps, flights = flights_of(look.image, state, unit, look.offers, look.covered, case.prompt)
+    steps, flights = flights_of(look.image, state, unit, look.offers, look.covered, look.told.steps)
     boards = boards_of(state, look.size[1])
     loose = _without(state, frozenset((*steps, *flights, *boards)))
     standing = {
@@ -189,9 +188,9 @@ def _without(state: SceneState, names: frozenset[str]) -> SceneState:
     return state.model_copy(update={"supports": kept})
 
 
-def _usual(name: str, prompt: str, given: Scale) -> Usual:
+def _usual(name: str, told: SceneHints, given: Scale) -> Usual:
     """What is usual for an object, or the size that was stated for it."""
-    usual = usual_size(called(name, prompt))
+    usual = told.usual(name)
     if given.reference == name and given.metres is not None and is_stated(given):
         return replace(usual, metres=given.metres, spread=0.01, known=True)
     return usual

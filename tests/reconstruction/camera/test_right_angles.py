@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from physagent_studio.knowledge import usual_size
+from physagent_studio.language import hints
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Box, Cylinder, Sphere
 from physagent_studio.reconstruction import mesh_of
@@ -130,7 +131,9 @@ def test_what_is_said_to_lean_is_not_upright():
     masks = {name: np.zeros((100, 200), bool) for name in ("wooden_plank", "red_ball")}
     masks["wooden_plank"][10:80, 30:60] = True
     masks["red_ball"][60:80, 120:140] = True
-    stances = read(masks, "The red ball rolls into the plank leaning against the wall.")
+    stances = read(
+        masks, hints("The red ball rolls into the plank leaning against the wall.", list(masks))
+    )
     assert stances["wooden_plank"].leans
     assert not stances["red_ball"].leans
 

@@ -95,7 +95,7 @@ def test_names_say_the_order_of_a_stack_that_the_picture_shows():
         second_book=(28, 34, 20, 50),
         third_book=(36, 62, 15, 85),
     )
-    on = {name: stance.on for name, stance in read(masks, "").items()}
+    on = {name: stance.on for name, stance in read(masks).items()}
     assert on == {
         "top_book": "second_book",
         "second_book": "third_book",
@@ -106,7 +106,7 @@ def test_names_say_the_order_of_a_stack_that_the_picture_shows():
 
 def test_things_side_by_side_are_no_stack_whatever_they_are_called():
     masks = _bands(top_book=(10, 30, 0, 40), bottom_book=(20, 40, 50, 100))
-    assert {stance.on for stance in read(masks, "").values()} == {None}
+    assert {stance.on for stance in read(masks).values()} == {None}
 
 
 def test_like_things_get_the_form_that_suits_them_all():
@@ -160,10 +160,10 @@ def test_what_stands_on_a_plate_is_told_from_what_is_behind_it():
     y, x = np.indices((200, 300))
     orange = np.hypot(x - 150, y - 90) < 25
     plate = (((x - 140) / 90) ** 2 + ((y - 105) / 40) ** 2 < 1) & ~orange
-    found = read({"orange": orange, "plate": plate}, "")
+    found = read({"orange": orange, "plate": plate})
     assert found["orange"].on == "plate"
     assert found["plate"].on is None
     box = (abs(x - 150) < 60) & (abs(y - 140) < 45)
     behind = (abs(x - 150) < 25) & (y > 20) & (y < 130) & ~box
-    found = read({"bottle": behind & (y < 96), "box": box}, "")
+    found = read({"bottle": behind & (y < 96), "box": box})
     assert found["box"].on is None

@@ -19,7 +19,7 @@ def _scene(wall, floor, stripe=None):
     }
     image[masks["upper"] | masks["lower"]] = (200, 40, 40)
     covered = masks["upper"] | masks["lower"]
-    return np.clip(image, 0, 255).astype(np.uint8), read(masks, ""), covered
+    return np.clip(image, 0, 255).astype(np.uint8), read(masks), covered
 
 
 def test_a_wall_behind_it_says_that_it_is_in_the_air():

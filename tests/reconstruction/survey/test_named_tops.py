@@ -72,7 +72,7 @@ def _pixels(places) -> np.ndarray:
 @pytest.mark.parametrize("corners", [FULL, CORNER])
 def test_the_edges_that_end_a_top_are_told_from_joints_between_its_boards(corners):
     picture, table, box = _drawn(corners)
-    stance = layout.read({"box": box}, "")["box"]
+    stance = layout.read({"box": box})["box"]
     base = CAMERA.project(np.array([(0.0, 0.54, TOP)]))[0]
     top = top_around(picture, segments(picture), [stance], base, box)
     assert top is not None
@@ -81,7 +81,7 @@ def test_the_edges_that_end_a_top_are_told_from_joints_between_its_boards(corner
 
 def test_without_ground_around_its_feet_nothing_is_said():
     picture, _, box = _drawn(FULL)
-    stance = layout.read({"box": box}, "")["box"]
+    stance = layout.read({"box": box})["box"]
     everything = np.ones_like(box)
     assert top_around(picture, segments(picture), [stance], np.zeros((1, 2)), everything) is None
 
@@ -90,7 +90,7 @@ def test_without_ground_around_its_feet_nothing_is_said():
 def test_a_click_gets_the_whole_top_where_its_mask_is_most_of_it(share: float, taken: bool):
     picture, table, box = _drawn(CORNER)
     part = table & (np.arange(SIZE[0]) > SIZE[0] * (1 - share))
-    stance = layout.read({"box": box}, "")["box"]
+    stance = layout.read({"box": box})["box"]
     mark = Grounding(points=(Click(x=450, y=280),))
     state = SceneState(
         camera=CAMERA,

@@ -213,7 +213,7 @@ def _seen(
     things = (*state.objects, *(item for item in state.supports if item.name in hollow))
     groundings = [(item.name, item.grounding) for item in things]
     chosen = choose(candidates, groundings, image.shape[:2], image)
-    chosen = sound_masks(chosen, state.objects, told)
+    chosen = sound_masks(image, chosen, state.objects, told)
     masks = {name: mask for name, mask in chosen.items() if name not in hollow}
     regions = regions_of(state, image, candidates, masks)
     run.at("camera", 0.45)

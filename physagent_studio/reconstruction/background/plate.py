@@ -96,13 +96,16 @@ def taken_out(
 
     faces: (H, W) as `surfaces` gives them. rooted: see `background`.
     """
-    hole = hole_of(masks, photo.shape[:2])
-    if not hole.any() or hole.all():
-        return hole
     loose = [mask for mask in masks if not any(mask is other for other in rooted)]
+    hole = hole_of(loose, photo.shape[:2])
     feet = _feet(rooted, hole.shape)
     for mask in rooted:
-        hole |= grow(mask, SPRAY * _rim(hole.shape)) & ~feet
+        beside = grow(mask, _rim(hole.shape)) | (grow(mask, SPRAY * _rim(hole.shape)) & ~feet)
+        # Right below, the foot goes on into the ground, and stays there.
+        beside[bounds(mask)[3] if mask.any() else 0 :] = False
+        hole |= beside
+    if not hole.any() or hole.all():
+        return hole
     for missed in (leftovers, islands):
         beside = missed(photo, loose, hole) | (missed(photo, rooted, hole) & ~feet)
         hole |= grow(beside, _rim(hole.shape))

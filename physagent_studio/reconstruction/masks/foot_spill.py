@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 from physagent_studio.language import SceneHints
 from physagent_studio.program.scene.state import SceneObject
+from physagent_studio.reconstruction.masks.ground_spill import without_ground
 from physagent_studio.reconstruction.photo.regions import BoolArray
+from physagent_studio.records.case import Image
 
 FloatArray = NDArray[np.float64]
 NEAR = 0.03
@@ -30,15 +32,21 @@ MUCH = 0.2
 
 
 def sound_masks(
-    masks: Mapping[str, BoolArray], objects: Sequence[SceneObject], told: SceneHints
+    photo: Image, masks: Mapping[str, BoolArray], objects: Sequence[SceneObject], told: SceneHints
 ) -> dict[str, BoolArray]:
-    """The masks, those of balls without the shade at their feet where nobody has drawn them."""
-    balls = {
-        item.name
-        for item in objects
-        if told.usual(item.name).shapes[:1] == ("sphere",) and not item.grounding.strokes
-    }
-    return {name: without_spill(mask) if name in balls else mask for name, mask in masks.items()}
+    """The masks without the ground and shade at their feet where nobody has drawn them."""
+    out = dict(masks)
+    for item in objects:
+        mask = masks.get(item.name)
+        if mask is None or item.grounding.strokes:
+            continue
+        if told.usual(item.name).shapes[:1] == ("sphere",):
+            out[item.name] = without_spill(mask)
+            continue
+        others = [other for name, other in masks.items() if name != item.name]
+        beside = np.any(others, axis=0) if others else np.zeros_like(mask)
+        out[item.name] = without_ground(photo, mask, beside)
+    return out
 
 
 def without_spill(mask: BoolArray) -> BoolArray:

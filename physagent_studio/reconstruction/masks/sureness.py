@@ -45,8 +45,38 @@ FAINT_STEP = 10.0
 
 Features = dict[str, float]
 
-CLICK_WEIGHTS: Mapping[str, float] = {"constant": 3.0}
-BOX_WEIGHTS: Mapping[str, float] = {"constant": 3.0}
+CLICK_WEIGHTS: Mapping[str, float] = {
+    "constant": -1.69,
+    "score": 1.37,
+    "agreement": 0.93,
+    "rival": -1.23,
+    "larger": -0.35,
+    "smaller": -0.13,
+    "colours go on": -1.37,
+    "mixed": 0.20,
+    "solidity": 0.21,
+    "size": 1.51,
+    "size squared": 0.25,
+    "odd proportions": -0.77,
+    "off centre": -1.19,
+}
+BOX_WEIGHTS: Mapping[str, float] = {
+    "constant": 0.15,
+    "score": 1.79,
+    "agreement": -0.17,
+    "rival": -0.65,
+    "larger": 0.66,
+    "smaller": -1.56,
+    "colours go on": -2.90,
+    "mixed": -0.55,
+    "solidity": 0.88,
+    "scattered": -0.39,
+    "size": -0.60,
+    "size squared": -0.37,
+    "odd proportions": -1.34,
+    "fills box": 0.47,
+    "share of box": 0.11,
+}
 
 
 def sureness(

@@ -66,6 +66,12 @@ def sheet_on_plane(
     return closed(np.vstack([flat - push, flat + push]), sheet, sheet.swell)
 
 
+def standing_plane(mask: BoolArray, camera: Camera) -> tuple[FloatArray, FloatArray]:
+    """Level unit vectors across the front of what stands over a mask, and along its sides, back."""
+    plane = _plane(mask, camera)
+    return plane.ahead, plane.behind
+
+
 def upright_extent(
     mask: BoolArray, camera: Camera, depth: float, straight: bool = False
 ) -> tuple[float, float, float]:
@@ -139,11 +145,16 @@ def _on_legs(
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Plane:
-    """The upright plane on which a silhouette is laid, one unit away: a point and its normal."""
+    """The upright plane on which a silhouette is laid, one unit away: a point and its normal.
+
+    behind: level unit vector along which the body reaches back, midway between that normal and the
+    view: the photo hardly shows its sides then, and they are nearly at right angles to its front.
+    """
 
     camera: Camera
     centre: FloatArray
     ahead: FloatArray
+    behind: FloatArray
 
     def laid(self, sheet: Sheet) -> FloatArray:
         """Places (V, 3) of a sheet, m."""
@@ -155,7 +166,7 @@ class _Plane:
         """The body over a mask, 2 · half pixels deep, its middle `shift` pixels behind."""
         sheet = sheet_of(mask, straight)
         thick = thickness(sheet, half)
-        pixel = self.ahead / self.camera.focal
+        pixel = self.behind / self.camera.focal
         flat, push = self.laid(sheet) + shift * pixel, thick[:, None] * pixel
         return closed(np.vstack([flat - push, flat + push]), sheet, thick)
 
@@ -166,7 +177,7 @@ def _laid(mask: BoolArray, camera: Camera, straight: bool) -> tuple[FloatArray, 
     plane scaled to a pixel (1 / focal, for the plane is one unit away), and the sheet.
     """
     sheet, plane = sheet_of(mask, straight), _plane(mask, camera)
-    return plane.laid(sheet), plane.ahead / camera.focal, sheet
+    return plane.laid(sheet), plane.behind / camera.focal, sheet
 
 
 def _plane(mask: BoolArray, camera: Camera) -> _Plane:
@@ -174,10 +185,11 @@ def _plane(mask: BoolArray, camera: Camera) -> _Plane:
     x0, y0, x1, y1 = bounds(mask)
     middle = np.array([(x0 + x1) / 2, (y0 + y1) / 2])
     ray = camera.rays(middle[None])[0]
-    ahead = np.array([ray[0], ray[1], 0.0])
-    ahead /= max(float(np.hypot(*ahead[:2])), 1e-9)
-    ahead = across_the_feet(mask, camera, ahead)
-    return _Plane(camera, np.asarray(camera.position) + ray, ahead)
+    view = np.array([ray[0], ray[1], 0.0])
+    view /= max(float(np.hypot(*view[:2])), 1e-9)
+    ahead = across_the_feet(mask, camera, view)
+    behind = (ahead + view) / float(np.linalg.norm(ahead + view))
+    return _Plane(camera, np.asarray(camera.position) + ray, ahead, behind)
 
 
 def _box(

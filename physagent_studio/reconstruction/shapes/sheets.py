@@ -17,6 +17,9 @@ FOOT = 0.04
 """Lowest share of a silhouette's height that may touch the ground."""
 ROUND = 1.15
 """A body deeper than this times the round one over its silhouette has flat sides."""
+BEVEL, CHAMFER = (1.0, 0.5), (0.25, 0.2)
+"""Width of a rounded rim, in the usual distance to the outline, and its share of the depth: of what
+is cut straight through, and of what is deeper than round."""
 CELLS = 60
 FINEST = 110
 """Cells of the grid along the longer side of the silhouette: usual, and at most."""
@@ -46,8 +49,10 @@ def thickness(sheet: Sheet, half: float) -> FloatArray:
     """Half thickness (V,) of a body that is 2 · half pixels deep: round, or flat with a bevel."""
     if not sheet.straight_at(half):
         return sheet.swell * (half / float(sheet.swell.max(initial=1e-9)))
-    bevel = 0.25 * float(np.median(sheet.inset[~sheet.rim])) + 1.0
-    return half * (0.8 + 0.2 * np.sqrt(1 - (1 - np.clip(sheet.inset / bevel, 0, 1)) ** 2))
+    wide, deep = BEVEL if sheet.straight else CHAMFER
+    bevel = wide * float(np.median(sheet.inset[~sheet.rim])) + 1.0
+    rise = np.sqrt(1 - (1 - np.clip(sheet.inset / bevel, 0, 1)) ** 2)
+    return half * (1 - deep * (1 - rise))
 
 
 def closed(

@@ -15,8 +15,9 @@ from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, gro
 from physagent_studio.reconstruction.texture.block_sides import opposite_sides
 from physagent_studio.reconstruction.texture.hidden_sides import covered_painted
 from physagent_studio.reconstruction.texture.lighting import unlit
-from physagent_studio.reconstruction.texture.revolved import turned_sides
+from physagent_studio.reconstruction.texture.revolved import hidden_caps, turned_sides
 from physagent_studio.reconstruction.texture.round_bodies import round_textured
+from physagent_studio.reconstruction.texture.straight_sides import carried_back
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Mesh
 
@@ -25,7 +26,11 @@ RING = 0.05
 """Width of the outline's outer ring, as a share of the outline's smaller extent."""
 THIN_RING = 0.012
 """The same where what is shown is seen well."""
-_SEEN, _MIRRORED, _LED, _COPIED = 0, 1, 2, 3
+_SEEN, _MIRRORED, _LED, _COPIED, _CARRIED = 0, 1, 2, 3, 4
+RINGS = {_MIRRORED: RING, _LED: THIN_RING, _CARRIED: THIN_RING}
+"""The rings that give way to what lies inside of them."""
+CALM = 0.01
+"""Blur of what is carried back along straight sides, in the longer side of the picture's part."""
 
 
 def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, mesh: Mesh) -> Mesh:
@@ -57,26 +62,42 @@ def _painted(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, m
     if whole is not None:
         return whole
     kinds = np.where(_unseen(camera, item, mesh), _MIRRORED, _SEEN)
-    led = turned_sides(camera, item, mesh.vertices, mesh.faces)
-    if led is not None:
-        kinds[led[0]] = _LED
-    copied = opposite_sides(camera, item, mesh)
-    if copied is not None:
-        kinds[copied[0]] = _COPIED
+    elsewhere = _elsewhere(camera, item, mask, mesh)
+    for which, (chosen, _) in elsewhere.items():
+        kinds[chosen] = which
     vertices, faces, source, kind = _split(mesh, kinds)
     place, turn = np.asarray(item.position), matrix_of(item.rotation).T
     world = vertices @ turn + place
     shown = np.where((kind == _MIRRORED)[:, None], _mirrored(camera, world, place), world)
-    if led is not None:
-        shown = np.where((kind == _LED)[:, None], led[1][source] @ turn + place, shown)
-    if copied is not None:
-        shown = np.where((kind == _COPIED)[:, None], copied[1][source] @ turn + place, shown)
+    for which, (_, places) in elsewhere.items():
+        shown = np.where((kind == which)[:, None], places[source] @ turn + place, shown)
     uv = camera.project(shown)[0]
-    for which, ring in ((_MIRRORED, RING), (_LED, THIN_RING)):
+    for which, ring in RINGS.items():
         uv[kind == which] = _folded(uv[kind == which], mask, ring)
-    uv = uv - origin
     edge = np.array([texture.shape[1], texture.shape[0]])
-    return Mesh(vertices, faces, np.clip(uv, 0.5, edge - 0.5), texture)
+    uv = np.clip(uv - origin, 0.5, edge - 0.5)
+    if (kind == _CARRIED).any():
+        # Single pixels would be drawn out to stripes, or stand for a whole end.
+        calm = cv2.GaussianBlur(texture, (0, 0), CALM * float(edge.max()))
+        texture = np.hstack([texture, np.asarray(calm, np.uint8)])
+        uv[kind == _CARRIED, 0] += edge[0]
+    return Mesh(vertices, faces, uv, texture)
+
+
+def _elsewhere(
+    camera: Camera, item: SceneObject, mask: BoolArray, mesh: Mesh
+) -> dict[int, tuple[BoolArray, FloatArray]]:
+    """By kind the faces (F,) that show what is elsewhere on the body, and where (V, 3) that is."""
+    found = {
+        _LED: turned_sides(camera, item, mesh.vertices, mesh.faces),
+        _COPIED: opposite_sides(camera, item, mesh),
+        _CARRIED: hidden_caps(camera, item, mesh.vertices, mesh.faces),
+    }
+    straight = carried_back(camera, item, mask, mesh)
+    if straight is not None:
+        sides, back, places = straight
+        found |= {_CARRIED: (sides, places), _COPIED: (back, places)}
+    return {kind: own for kind, own in found.items() if own is not None}
 
 
 def padded_crop(photo: Image, mask: BoolArray) -> tuple[Image, tuple[int, int]]:

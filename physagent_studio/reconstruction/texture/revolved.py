@@ -29,6 +29,9 @@ BODY = 1.08
 """How far from the axis the body itself reaches at most, in its radii; beyond that are parts."""
 DEEP = 0.6
 """How deep for its width what has no form of its own is, at least, to be taken for round."""
+EVEN, BESIDE = 0.95, 0.06
+"""Cosine between a flat end and the axis, at least, and how far beside the end its colour is looked
+for, in the body's height."""
 STEEP = math.sin(math.radians(20.0))
 """Sine of the angle between axis and view below which the view is along it."""
 
@@ -61,6 +64,33 @@ def turned_sides(
     )
     chosen = body & (outward > SIDE) & beyond & (facing < WELL)
     return chosen, _led_around(vertices, front)
+
+
+def hidden_caps(
+    camera: Camera, item: SceneObject, vertices: FloatArray, faces: NDArray[np.int32]
+) -> tuple[BoolArray, FloatArray] | None:
+    """Which faces (F,) are flat ends that are not seen, and the place (V, 3) on the side beside
+    them whose colour they have all over (body). None for bodies without an axis."""
+    profile = _profile(item, vertices)
+    if profile is None or isinstance(item.shape, Inflated):
+        return None
+    eye = (np.asarray(camera.position) - np.asarray(item.position)) @ matrix_of(item.rotation)
+    corners = vertices[faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    away = ((corners.mean(1) - eye) * normal).sum(1) > 0
+    heights, radii = profile
+    low, high = float(heights[0]), float(heights[-1])
+    side = np.sign(eye[2] - (low + high) / 2)
+    # The end that the camera does not look upon.
+    end = low if side > 0 else high
+    level = end + side * BESIDE * (high - low)
+    flat = (normal[:, 2] * -side > EVEN) & (
+        np.abs(corners[..., 2] - end).max(1) < BESIDE * (high - low)
+    )
+    front = eye[:2] / max(float(np.hypot(*eye[:2])), 1e-9) * np.interp(level, heights, radii)
+    shown = np.tile(np.array([*front, level]), (len(vertices), 1))
+    return away & flat, shown
 
 
 def _azimuth(points: FloatArray, front: float) -> FloatArray:

@@ -107,7 +107,8 @@ class Settled:
         """(K,) the weights, those of neighbours running into one another."""
         whole = np.append(weights, 0)[self.near].astype(np.float32)
         shape = (self.lens.height, self.lens.width)
-        return np.asarray(cv2.GaussianBlur(whole.reshape(shape), (0, 0), _SOFT)).ravel()[self.pixel]
+        soft = cv2.GaussianBlur(whole.reshape(shape), (0, 0), _SOFT)
+        return np.asarray(soft, np.float32).ravel()[self.pixel]
 
     def shares(
         self, pixel: NDArray[np.int64], owner: NDArray[np.int32], weights: FloatArray

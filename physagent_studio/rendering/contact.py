@@ -22,7 +22,7 @@ from physagent_studio.rendering.sun import CONTACT, Shading, Sun
 _NEAR = 0.2
 """Share of the sky from which ground counts as close to a foot."""
 _LEAST_CELLS = 12
-_STRENGTH = (0.2, 0.5)
+_STRENGTH = (0.2, 0.8)
 """Weakest and strongest that it is drawn."""
 _DEEPEST = 2.2
 """Most that the log of a shadow is multiplied for the colour of the ground."""

@@ -14,23 +14,15 @@ from physagent_studio.records.scene import Scene
 from physagent_studio.rendering.batch import Batch
 from physagent_studio.rendering.contact import contact_light, deepening, tinted
 from physagent_studio.rendering.frame import Picture
-from physagent_studio.rendering.grid import reduced
-from physagent_studio.rendering.lift import lifted
+from physagent_studio.rendering.grid import enlarged
 from physagent_studio.rendering.raster import FloatArray, Lens
 from physagent_studio.rendering.settled import Settled
 from physagent_studio.rendering.shadow import Ground, Shadows
-from physagent_studio.rendering.sun import (
-    CONTACT,
-    DEFAULT,
-    OVERHEAD,
-    Shading,
-    Sun,
-    estimate_sun,
-    shades_its_foot,
-    shading_around,
-)
+from physagent_studio.rendering.sun import CONTACT, DEFAULT, Sun, estimate_sun, shading_around
 
 _VISIBLE = 1 / 300
+_SHADED = 0.3
+"""Share of the sun that an object keeps from ground which counts as its shadow."""
 _RIM = 0.006
 """Width of an object's soft rim, as a share of the picture's longer side."""
 
@@ -69,9 +61,8 @@ class Scenery:
             seen = shading_around(photo, free, batch, world, ground)
             sun = estimate_sun(seen, batch, world, ground)
             sky = contact_light(seen, sun, batch, world, ground)
-            if seen is not None:
-                plate = _without_shade(photo, plate, sun, seen, batch, world, ground)
-            settled = Settled.of(photo, plate, masks, batch, points, lens)
+            cast = _cast(sun, batch, world, ground, plate.shape)
+            settled = Settled.of(photo, plate, masks, cast, batch, points, lens)
         lights = tuple((one, Shadows.of(batch, ground, one.lamp)) for one in (sun, sky))
         deep = deepening(plate, ground.step, ground.shape)
         return cls(plate, settled, sun, lights, deep)
@@ -119,30 +110,16 @@ class Scenery:
         return lit(picture, tinted(passing, self.deep) * seen, step)
 
 
-def _without_shade(
-    photo: Picture,
-    plate: Picture,
-    sun: Sun,
-    seen: Shading,
-    batch: Batch,
-    world: FloatArray,
-    ground: Ground,
-) -> Picture:
-    """The plate without the objects' shadows, or without the shade at their feet if no sun is seen.
-
-    seen: the photo's shading.
-    """
-    if not sun.seen and not shades_its_foot(seen, batch, world, ground):
-        return plate
-    known = (photo == plate).all(-1)
-    shading = shading_around(plate, known, batch, world, ground)
-    if shading is None:
-        return plate
-    lamp = sun.lamp if sun.seen else OVERHEAD
-    blocked = Shadows.of(batch, ground, lamp).blocked(world, np.ones(len(batch.first) - 1))
-    # What is filled in has no shade any more.
-    blocked = blocked * reduced(known.astype(np.float32), ground.step, ground.shape)
-    return lifted(plate, shading, blocked, ground.step)
+def _cast(
+    sun: Sun, batch: Batch, world: FloatArray, ground: Ground, shape: tuple[int, ...]
+) -> list[NDArray[np.bool_]]:
+    """(H, W) per object where its shadow falls; nowhere if the photo shows no sun."""
+    count = len(batch.first) - 1
+    if not sun.seen:
+        return [np.zeros(shape[:2], bool)] * count
+    shadows = Shadows.of(batch, ground, sun.lamp)
+    each = [shadows.blocked(world, np.eye(count)[index]) for index in range(count)]
+    return [np.asarray(enlarged(one, ground.step, shape) > _SHADED) for one in each]
 
 
 def _free(masks: Sequence[NDArray[np.bool_] | None], shape: tuple[int, ...]) -> NDArray[np.bool_]:

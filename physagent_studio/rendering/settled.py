@@ -24,19 +24,27 @@ _GONE = 0.02
 """Share of its own size on the picture after which an object has left its place."""
 _PIXELS = (2.0, 6.0)
 """The same in pixels, at least and at most."""
+_RIM = 6.0
+"""Pixels around an object's mask that are its own, whatever falls there."""
+_DIMMER = 0.5
+"""By how much farther a mirror image counts with each pixel below its object: it gets fainter."""
+_SOFT = 5.0
+"""Standard deviation of the blur, pixels, over which one object's shadow gives way to another's."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Settled:
     """Pixels in which photo and plate differ, each with the object that is the reason.
 
-    pixel: (K,) flat, where photo and plate differ. near: (H·W,) the object whose mask is
-    nearest, −1 without masks. photo: (H·W, 3). rows: (K,) vertices that tell motion; owner:
+    pixel: (K,) flat, where photo and plate differ. apart: (K,) 0 … 1 how far that is from all
+    masks. near: (H·W,) the object that is the reason,
+    −1 without masks. photo: (H·W, 3). rows: (K,) vertices that tell motion; owner:
     (K,) their object; outline: (K, 2) their pixels at the initial pose. size: (N,) pixels
     across each object.
     """
 
     pixel: NDArray[np.int64]
+    apart: NDArray[np.float32]
     near: NDArray[np.int32]
     photo: Picture
     rows: IntArray
@@ -51,18 +59,23 @@ class Settled:
         photo: Picture,
         plate: Picture,
         masks: list[NDArray[np.bool_] | None],
+        shadows: list[NDArray[np.bool_]],
         batch: Batch,
         points: FloatArray,
         lens: Lens,
     ) -> Self:
-        """Prepare; points: (V, 3) camera frame, initial pose. masks: (H, W) per object."""
-        near = _nearest_mask(masks, photo.shape[:2]).ravel()
+        """Prepare; points: (V, 3) camera frame, initial pose.
+
+        masks: (H, W) per object. shadows: (H, W) where each casts one that the photo shows.
+        """
+        near = _reasons(masks, shadows, photo.shape[:2]).ravel()
         pixel = np.flatnonzero((photo != plate).any(-1).ravel() & (near >= 0))
+        apart = _apart(masks, photo.shape[:2]).ravel()[pixel]
         flat = np.ascontiguousarray(photo).reshape(-1, 3)
         rows = np.concatenate([caster.rows for caster in batch.casters] or [[]]).astype(np.int32)
         outline, owner = _projected(points[rows], lens), batch.owner[rows]
         size = _sizes(outline, owner, len(batch.casters))
-        return cls(pixel, near, flat, rows, owner, outline, size, lens)
+        return cls(pixel, apart, near, flat, rows, owner, outline, size, lens)
 
     def weights(self, points: FloatArray) -> FloatArray:
         """(N,) how much each object is still where the photo shows it: 1 exactly, 0 not at all.
@@ -78,6 +91,8 @@ class Settled:
     def restore(self, plate: Picture, weights: FloatArray) -> Picture:
         """The plate with the photo where its objects still stand."""
         share = weights[self.near[self.pixel]]
+        if len(share) and share.min() < share.max():
+            share = share + (self._soft(weights) - share) * self.apart
         mine = np.flatnonzero(share > 0)
         if not len(mine):
             return plate
@@ -87,6 +102,13 @@ class Settled:
         mixed = flat[pixel] * (1 - part) + self.photo[pixel] * part
         flat[pixel] = (mixed + 0.5).astype(np.uint8)
         return result
+
+    def _soft(self, weights: FloatArray) -> NDArray[np.float32]:
+        """(K,) the weights, those of neighbours running into one another."""
+        whole = np.append(weights, 0)[self.near].astype(np.float32)
+        shape = (self.lens.height, self.lens.width)
+        soft = cv2.GaussianBlur(whole.reshape(shape), (0, 0), _SOFT)
+        return np.asarray(soft, np.float32).ravel()[self.pixel]
 
     def shares(
         self, pixel: NDArray[np.int64], owner: NDArray[np.int32], weights: FloatArray
@@ -120,17 +142,37 @@ def _sizes(outline: FloatArray, owner: IntArray, count: int) -> FloatArray:
     return sizes
 
 
-def _nearest_mask(
-    masks: list[NDArray[np.bool_] | None], shape: tuple[int, ...]
+def _apart(masks: list[NDArray[np.bool_] | None], shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """(H, W) 0 within the rims of the masks, 1 far from all of them."""
+    things = [mask for mask in masks if mask is not None and mask.shape == shape]
+    free = ~np.any([np.zeros(shape, bool), *things], axis=0)
+    away = cv2.distanceTransform(free.astype(np.uint8), cv2.DIST_L2, 5)
+    return np.asarray(np.clip(away / _RIM - 1, 0, 1), np.float32)
+
+
+def _reasons(
+    masks: list[NDArray[np.bool_] | None], shadows: list[NDArray[np.bool_]], shape: tuple[int, ...]
 ) -> NDArray[np.int32]:
-    """(H, W) index of the object whose mask is nearest; −1 where there are no masks."""
+    """(H, W) index of the object to which a place belongs; −1 where there are no masks.
+
+    That is the one whose mask, then shadow, then mirror image is there, or nearest.
+    """
     nearest = np.full(shape, -1, np.int32)
     least = np.full(shape, np.inf, np.float32)
-    for index, mask in enumerate(masks):
+    for index, (mask, shadow) in enumerate(zip(masks, shadows, strict=True)):
         if mask is None or mask.shape != shape or not mask.any():
             continue
-        away = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5)
-        closer = away < least
-        nearest[closer] = index
-        least = np.minimum(least, away)
+        below = np.maximum(np.arange(shape[0])[:, None] - np.flatnonzero(mask.any(1))[-1], 0)
+        for part, later in ((mask, 0.0), (shadow, _RIM), (_mirrored(mask), _RIM + _DIMMER * below)):
+            away = cv2.distanceTransform((~part).astype(np.uint8), cv2.DIST_L2, 5) + later
+            closer = away < least
+            nearest[closer] = index
+            least = np.minimum(least, away)
     return nearest
+
+
+def _mirrored(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The mask (H, W) upside down below its lowest row, as polished ground shows its object."""
+    rows = 2 * int(np.flatnonzero(mask.any(1))[-1]) + 1 - np.arange(len(mask))
+    inside = (rows >= 0) & (rows < len(mask))
+    return np.asarray(mask[rows.clip(0, len(mask) - 1)] & inside[:, None])

@@ -2,8 +2,7 @@
 
 The ground around the objects is compared with a smooth surface fitted to it: what is darker may
 be shadow. Lamps all around the sky are tried; the one whose computed shadow agrees best with
-what is dark is taken, if it agrees well enough. Its shadow is then lifted from the plate, so
-that it does not stay behind when its object leaves, and new shadows fall the same way.
+what is dark is taken, if it agrees well enough, and new shadows fall the same way.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.rendering.batch import Batch
 from physagent_studio.rendering.frame import Picture
-from physagent_studio.rendering.grid import enlarged, reduced
+from physagent_studio.rendering.grid import reduced
 from physagent_studio.rendering.light import LIGHT
 from physagent_studio.rendering.raster import FloatArray
 from physagent_studio.rendering.shadow import Ground, Lamp, Shadows
@@ -27,8 +26,6 @@ _PENUMBRA = 0.12
 _REACH = 6.0
 _AGREES = 0.6
 """Least correlation between the darkness found and the shadow computed."""
-_AT_THE_FOOT = 0.25
-"""The same between darkness and what is close around the objects, where no sun is seen."""
 _AROUND = 3.2
 """How far around an object the ground is looked at, in heights of its top over that ground."""
 _DARKEST = 0.85
@@ -48,9 +45,6 @@ class Sun:
 DEFAULT = Sun(Lamp(LIGHT, 0.35, 2.5), np.full(3, 0.34), False)
 """A large soft light from above, where the photo does not tell."""
 
-OVERHEAD = Lamp(np.array([0.0, 0.0, 1.0]), 0.5, 1.0)
-"""Where shade around a foot is looked for if no sun is seen."""
-
 CONTACT = Sun(Lamp(np.array([0.0, 0.0, 1.0]), 0.5, 0.35), np.full(3, 0.42), False)
 """The sky that an object keeps from the ground it touches."""
 
@@ -59,16 +53,12 @@ CONTACT = Sun(Lamp(np.array([0.0, 0.0, 1.0]), 0.5, 0.35), np.full(3, 0.42), Fals
 class Shading:
     """The ground around the objects as the photo shades it.
 
-    darkness: (h, w, 3) log of the picture over `lit`, ≤ 0 in shadow, 0 elsewhere. lit: (h, w, 3)
-    smooth surface fitted to the ground, 0 … 255. around: (h, w) where both mean something.
-    usable: (h, w) where the photo itself was looked at. grain: how far texture strays, log.
+    darkness: (h, w, 3) log of the picture over a smooth surface fitted to the ground, ≤ 0 in
+    shadow, 0 elsewhere. usable: (h, w) where it means something.
     """
 
     darkness: NDArray[np.float32]
-    lit: NDArray[np.float32]
-    around: NDArray[np.bool_]
     usable: NDArray[np.bool_]
-    grain: float
 
 
 def shading_around(
@@ -106,14 +96,6 @@ def estimate_sun(shading: Shading | None, batch: Batch, world: FloatArray, groun
     if strength.max() < _FAINTEST:
         return DEFAULT
     return Sun(lamp, strength, True)
-
-
-def shades_its_foot(shading: Shading, batch: Batch, world: FloatArray, ground: Ground) -> bool:
-    """Whether the ground is dark where objects keep light from above away; see `estimate_sun`."""
-    everyone = np.ones(len(batch.first) - 1)
-    blocked = Shadows.of(batch, ground, OVERHEAD).blocked(world, everyone)[shading.usable]
-    places = _around(batch, world, ground)[:, shading.usable]
-    return _agreement(blocked, -shading.darkness.mean(-1)[shading.usable], places) > _AT_THE_FOOT
 
 
 def _checkered(shape: tuple[int, int]) -> NDArray[np.bool_]:
@@ -165,19 +147,7 @@ def _shading(
         smooth[..., channel] = terms @ _fitted(terms[usable], tone[usable][:, channel], weight)
     smooth = np.clip(smooth, 0, np.log(255))
     darkness = np.where(around[..., None], tone - smooth, 0).astype(np.float32)
-    lit = np.exp(smooth).astype(np.float32)
-    grain = _grain(plate, lit, usable & (darkness.mean(-1) > -0.2), ground.step)
-    return Shading(darkness, lit, around, usable, grain)
-
-
-def _grain(plate: Picture, lit: NDArray, clear: NDArray[np.bool_], step: int) -> float:
-    """Log contrast of the texture on lit ground: twice this holds nineteen pixels of twenty."""
-    if not clear.any():
-        return 0.1
-    tone = plate.astype(np.float32).mean(-1) / enlarged(lit.mean(-1), step, plate.shape)
-    chosen = enlarged(clear.astype(np.float32), step, plate.shape) > 0.99
-    strays = np.abs(np.log(np.maximum(tone[chosen], 0.02)))
-    return float(np.clip(np.percentile(strays, 95) / 2, 0.01, 0.4)) if len(strays) else 0.1
+    return Shading(darkness, usable)
 
 
 def _fitted(terms: FloatArray, values: FloatArray, weight: FloatArray) -> FloatArray:

@@ -37,7 +37,9 @@ Agent = Annotated[
 Objects = Annotated[
     list[str] | None,
     typer.Option(
-        "--object", help='Where a thing is in the photo: "name@x,y"; "name" alone is looked for.'
+        "--object",
+        help='Where a thing is in the photo: "name@x,y" or, as two corners of a box,'
+        ' "name@x0,y0,x1,y1"; "name" alone is looked for.',
     ),
 ]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import load_case
-from physagent_studio.program import Click
+from physagent_studio.program import Click, Grounding
 from physagent_studio.records import Case
 from physagent_studio.session import Store
 from physagent_studio.workbench.engine import AgentName
@@ -57,28 +57,48 @@ def case_of(
     return case_in_words(path, prompt, parse_objects(objects), ask=ask)
 
 
-def parse_objects(words: tuple[str, ...]) -> dict[str, tuple[Click, ...]]:
-    """`name@x,y` (inside) and `name@x,y,0` (outside) to clicks per name; `name` alone has none."""
-    clicks: dict[str, tuple[Click, ...]] = {}
+def parse_objects(words: tuple[str, ...]) -> dict[str, Grounding]:
+    """What each name is tied to: `name@x,y` a click inside the thing, `name@x,y,0` one outside,
+    `name@x0,y0,x1,y1` a box around it, and `name` alone nothing."""
+    marks: dict[str, Grounding] = {}
     for word in words:
-        if "@" not in word and word.strip():
-            clicks.setdefault("_".join(word.split()), ())
-            continue
-        name, _, place = word.rpartition("@")
-        numbers = place.split(",")
-        try:
-            x, y = float(numbers[0]), float(numbers[1])
-            label = int(numbers[2]) if len(numbers) > 2 else 1
-        except (ValueError, IndexError):
-            raise _bad_object(word) from None
-        if not name.strip() or label not in (0, 1) or not math.isfinite(x + y):
-            raise _bad_object(word)
+        name, at, place = word.rpartition("@") if "@" in word else (word, "", "")
         key = "_".join(name.split())
-        clicks[key] = (*clicks.get(key, ()), Click(x=x, y=y, label=1 if label else 0))
-    return clicks
+        if not key:
+            raise _bad_object(word)
+        said = marks.get(key, Grounding())
+        marks[key] = _with_mark(said, word, place) if at else said
+    return marks
+
+
+def _with_mark(said: Grounding, word: str, place: str) -> Grounding:
+    """The grounding with a word's two to four numbers added. Raises InputError for any others."""
+    try:
+        numbers = [float(one) for one in place.split(",")]
+        if len(numbers) == 4:
+            if said.box is not None:
+                raise InputError(f'--object "{word}" is a second box for one thing; it takes one')
+            return Grounding(points=said.points, box=_corners(numbers))
+        x, y, label = numbers if len(numbers) == 3 else (*numbers, 1.0)
+        click = Click.model_validate({"x": x, "y": y, "label": int(label)})
+        if label != click.label:
+            raise ValueError(label)
+    except (ValueError, OverflowError):
+        raise _bad_object(word) from None
+    return Grounding(points=(*said.points, click), box=said.box)
+
+
+def _corners(numbers: list[float]) -> tuple[float, float, float, float]:
+    """A box from any two opposite corners: left, top, right, bottom, pixels."""
+    left, right = sorted(numbers[::2])
+    top, bottom = sorted(numbers[1::2])
+    if not all(math.isfinite(one) for one in numbers) or left == right or top == bottom:
+        raise ValueError(numbers)
+    return left, top, right, bottom
 
 
 def _bad_object(word: str) -> InputError:
     return InputError(
-        f'--object "{word}" is not of the form "name@x,y" with x and y in pixels, or a name alone'
+        f'--object "{word}" is not of the form "name@x,y" (a click) or "name@x0,y0,x1,y1" (two'
+        " corners of a box) in pixels, or a name alone"
     )

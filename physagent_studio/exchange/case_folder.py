@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 from physagent_studio.errors import InputError
@@ -11,11 +11,12 @@ from physagent_studio.exchange.case_reader import (
     MAX_PROMPT,
     RESERVED,
     CaseReader,
+    box_fault,
     check_inside,
     same_spot,
     slug,
 )
-from physagent_studio.program.scene.state import Click, Grounding
+from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction import read_photo, read_scaled, stated_focal
 from physagent_studio.records.case import Case
 
@@ -61,11 +62,11 @@ def load_case(folder: Path | str, event: str | None = None) -> Case:
     )
 
 
-def case_from_image(path: Path | str, prompt: str, objects: Mapping[str, Sequence[Click]]) -> Case:
-    """A case from a photo, a sentence and clicks per object name.
+def case_from_image(path: Path | str, prompt: str, objects: Mapping[str, Grounding]) -> Case:
+    """A case from a photo, a sentence, and clicks or a box per object name, pixels of the file.
 
     Raises:
-        InputError: no readable picture, no object, a click outside the picture, an empty prompt.
+        InputError: no readable picture, no object, a mark outside the picture, an empty prompt.
     """
     path = Path(path)
     pixels, image_hash, factor = read_scaled(path)
@@ -77,22 +78,23 @@ def case_from_image(path: Path | str, prompt: str, objects: Mapping[str, Sequenc
     if not objects:
         raise InputError("no object was named; give at least one as name@x,y")
     grounded: dict[str, Grounding] = {}
-    for given, clicks in objects.items():
+    for given, said in objects.items():
         name = slug(given)
         if not name or name in RESERVED:
             raise InputError(f"'{given}' cannot name an object (letters, digits, _ and -)")
         if name in grounded:
             raise InputError(f"object '{name}' is given twice")
-        for click in clicks:
-            check_inside(click.x, click.y, (size[0] * factor, size[1] * factor), f"object '{name}'")
-        said = [(slug(one), objects[one]) for one in list(objects)[: len(grounded)]]
-        if twice := same_spot(said, clicks):
+        whole = (size[0] * factor, size[1] * factor)
+        for click in said.points:
+            check_inside(click.x, click.y, whole, f"object '{name}'")
+        if said.box is not None and (fault := box_fault(said.box, whole)):
+            raise InputError(f"object '{name}': {fault}")
+        before = [(slug(one), objects[one].points) for one in list(objects)[: len(grounded)]]
+        if twice := same_spot(before, said.points):
             raise InputError(f"object '{name}': {twice}")
-        if not any(click.label for click in clicks):
-            raise InputError(f"object '{name}' has no click inside it (label 1)")
-        # Clicks are pixels of the file, which may have been read smaller.
-        scaled = (c.model_copy(update={"x": c.x / factor, "y": c.y / factor}) for c in clicks)
-        grounded[name] = Grounding(points=tuple(scaled))
+        if not said.shows_something:
+            raise InputError(f"object '{name}' has neither a click inside it (label 1) nor a box")
+        grounded[name] = _scaled(said, factor)
     return Case(
         name=slug(path.stem) or "image",
         image=pixels,
@@ -103,6 +105,15 @@ def case_from_image(path: Path | str, prompt: str, objects: Mapping[str, Sequenc
         prompt=prompt.strip(),
         focal=stated_focal(path, size),
     )
+
+
+def _scaled(said: Grounding, factor: int) -> Grounding:
+    """Clicks and box in pixels of the picture as read, which may be smaller than its file."""
+    points = (c.model_copy(update={"x": c.x / factor, "y": c.y / factor}) for c in said.points)
+    if said.box is None:
+        return Grounding(points=tuple(points))
+    left, top, right, bottom = (value / factor for value in said.box)
+    return Grounding(points=tuple(points), box=(left, top, right, bottom))
 
 
 def pick_event(

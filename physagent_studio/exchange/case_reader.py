@@ -68,6 +68,17 @@ def check_inside(x: float, y: float, size: tuple[int, int], what: str, where: st
         )
 
 
+def box_fault(box: tuple[float, float, float, float], size: tuple[int, int]) -> str:
+    """What is wrong with a box in the picture of `size` (width, height); "" for nothing."""
+    left, top, right, bottom = box
+    if 0 <= left < right <= size[0] and 0 <= top < bottom <= size[1]:
+        return ""
+    return (
+        "the box must lie in the picture, left before right, top above bottom "
+        f"(x 0 … {size[0]}, y 0 … {size[1]})"
+    )
+
+
 def same_spot(found: Sequence[tuple[str, Sequence[Click]]], clicks: Sequence[Click]) -> str:
     """What is wrong with clicks inside a thing that are those of another one; "" for nothing."""
     taken = {(one.x, one.y): name for name, own in found for one in own if one.label}
@@ -306,12 +317,8 @@ class CaseReader:
         if not isinstance(box, list) or len(box) != 4:
             raise self.fail(where, "a box must be [left, top, right, bottom]")
         left, top, right, bottom = (self.number(where, value) for value in box)
-        if not (0 <= left < right <= size[0] and 0 <= top < bottom <= size[1]):
-            raise self.fail(
-                where,
-                f"the box must lie in the picture, left before right, top above bottom "
-                f"(x 0 … {size[0]}, y 0 … {size[1]})",
-            )
+        if fault := box_fault((left, top, right, bottom), size):
+            raise self.fail(where, fault)
         return left, top, right, bottom
 
     def _shape(self, place: Place, data: Any) -> Any:

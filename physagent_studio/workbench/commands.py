@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from physagent_studio.program import Click, Edit, PhysicalProgram
+from physagent_studio.program import Edit, Grounding, PhysicalProgram
 from physagent_studio.records import Mesh
 from physagent_studio.records.judgement import DecisionKind
 from physagent_studio.records.loop_state import PolicyName, RoleName
@@ -29,11 +29,11 @@ class OpenCase:
 
 @dataclass(frozen=True, slots=True)
 class OpenImage:
-    """A new session from a photo, a sentence and clicks per object name."""
+    """A new session from a photo, a sentence, and clicks or a box per object name."""
 
     path: Path
     prompt: str
-    objects: tuple[tuple[str, tuple[Click, ...]], ...]
+    objects: tuple[tuple[str, Grounding], ...]
     title: str | None = None
 
 

@@ -16,28 +16,29 @@ from physagent_studio.records import Case
 
 
 def case_in_words(
-    path: Path, prompt: str, clicks: Mapping[str, Sequence[Click]], *, ask: bool = True
+    path: Path, prompt: str, marks: Mapping[str, Grounding], *, ask: bool = True
 ) -> Case:
-    """A case from a photo and a sentence; names without clicks are looked for in the photo.
+    """A case from a photo and a sentence; names without a mark are looked for in the photo.
 
     Without any name, the things that the sentence speaks of are looked for. Raises Unclear with
     the places that come into question (unless `ask` is False), InputError where the sentence
     names nothing.
     """
-    names = list(clicks) or [item.name for item in things_in(prompt)]
+    names = list(marks) or [item.name for item in things_in(prompt)]
     if not names:
         raise InputError(
             "the sentence names nothing that could be found in the photo (it is read as English);"
             " click a thing in it and name it, or say where it is with --object name@x,y"
         )
-    if all(clicks.get(name) for name in names):
-        return case_from_image(path, prompt, clicks)
+    marked = {name: said for name, said in marks.items() if said.points or said.box is not None}
+    if all(name in marked for name in names):
+        return case_from_image(path, prompt, marked)
     # Any click of its own does until the real one is known; the photo is read and checked by then.
-    said = {name: clicks.get(name) or (Click(x=0.001 * (at + 0.5), y=0),)
+    said = {name: marked.get(name) or Grounding(points=(Click(x=0.001 * (at + 0.5), y=0),))
             for at, name in enumerate(names)}  # fmt: skip
     case = case_from_image(path, prompt, said)
     open_ones = tuple(
-        (name, grounding if clicks.get(given) else Grounding())
+        (name, grounding if given in marked else Grounding())
         for given, (name, grounding) in zip(names, case.objects, strict=True)
     )
     return with_proposals(replace(case, objects=open_ones), ask=ask, per=reduction_of(path))

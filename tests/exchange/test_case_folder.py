@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import cv2
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import case_from_image, load_case
-from physagent_studio.program.scene.state import Click, Slab
+from physagent_studio.program.scene.state import Click, Grounding, Slab
 
 GOOD = """\
 image: input.png
@@ -152,23 +153,25 @@ def test_symbolic_link_out_of_the_folder(folder: Path, tmp_path_factory: pytest.
         load_case(folder)
 
 
+def _clicked(x: float, y: float, label: Literal[0, 1] = 1) -> Grounding:
+    return Grounding(points=(Click(x=x, y=y, label=label),))
+
+
 def test_image_with_clicks(folder: Path):
-    clicks = {"my ball": (Click(x=20, y=20),)}
+    clicks = {"my ball": _clicked(20, 20)}
     case = case_from_image(folder / "input.png", " It rolls. ", clicks)
     assert (case.name, case.prompt) == ("input", "It rolls.")
     assert case.objects[0][0] == "my_ball"
     with pytest.raises(InputError, match="outside the picture"):
-        case_from_image(folder / "input.png", "p", {"a": (Click(x=99, y=1),)})
+        case_from_image(folder / "input.png", "p", {"a": _clicked(99, 1)})
     with pytest.raises(InputError, match="prompt is empty"):
         case_from_image(folder / "input.png", " ", clicks)
     with pytest.raises(InputError, match="no object"):
         case_from_image(folder / "input.png", "p", {})
-    with pytest.raises(InputError, match="no click inside"):
-        case_from_image(folder / "input.png", "p", {"a": (Click(x=9, y=1, label=0),)})
+    with pytest.raises(InputError, match="neither a click inside"):
+        case_from_image(folder / "input.png", "p", {"a": _clicked(9, 1, 0)})
     with pytest.raises(InputError, match=r"'b': \(9, 1\) is clicked for 'a' too"):
-        case_from_image(
-            folder / "input.png", "p", {"a": (Click(x=9, y=1),), "b": (Click(x=9, y=1),)}
-        )
+        case_from_image(folder / "input.png", "p", {"a": _clicked(9, 1), "b": _clicked(9, 1)})
 
 
 def test_real_cases(cases_dir: Path):
@@ -180,3 +183,11 @@ def test_real_cases(cases_dir: Path):
         assert case.prompt
         for name, prompt in case.events:
             assert load_case(folder, name).prompt == prompt
+
+
+def test_image_with_a_box(folder: Path):
+    boxed = Grounding(box=(4, 3, 30, 28))
+    case = case_from_image(folder / "input.png", "It rolls.", {"ball": boxed})
+    assert case.objects == (("ball", boxed),)
+    with pytest.raises(InputError, match=r"object 'ball': the box must lie in the picture"):
+        case_from_image(folder / "input.png", "p", {"ball": Grounding(box=(4, 3, 3000, 28))})

@@ -10,7 +10,7 @@ import pytest
 
 from physagent_studio.errors import InputError, Unclear
 from physagent_studio.exchange import load_case
-from physagent_studio.program import Click
+from physagent_studio.program import Click, Grounding
 from physagent_studio.session import Store
 from physagent_studio.workbench import Workbench, commands
 from physagent_studio.workbench.naming import case_in_words, with_proposals
@@ -46,7 +46,9 @@ def test_names_of_the_sentence_are_found(photo: Path) -> None:
 
 def test_clicks_are_kept(photo: Path) -> None:
     mine = Click(x=95, y=165)
-    case = case_in_words(photo, PROMPT, {"red_ball": (mine,), "blue_block": ()})
+    case = case_in_words(
+        photo, PROMPT, {"red_ball": Grounding(points=(mine,)), "blue_block": Grounding()}
+    )
     found = dict(case.objects)
     assert found["red_ball"].points == (mine,)
     assert not found["red_ball"].proposed
@@ -55,7 +57,7 @@ def test_clicks_are_kept(photo: Path) -> None:
 
 def test_what_is_not_clear_is_asked_with_places(photo: Path) -> None:
     with pytest.raises(Unclear, match=r"not clear from words alone: thing \(.*@\d+,\d+"):
-        case_in_words(photo, "The thing falls.", {"thing": ()})
+        case_in_words(photo, "The thing falls.", {"thing": Grounding()})
     with pytest.raises(InputError, match="names nothing"):
         case_in_words(photo, "It falls.", {})
 

@@ -9,7 +9,7 @@ import pytest
 
 from physagent_studio.benchmark.reconstruction.synthetic import scene
 from physagent_studio.exchange import case_from_image
-from physagent_studio.program.scene.state import Click, SceneObject, SceneState
+from physagent_studio.program.scene.state import Click, Grounding, SceneObject, SceneState
 from physagent_studio.reconstruction import reconstruct, stated_focal
 
 SIZE = (320, 200)
@@ -89,7 +89,7 @@ def test_png_states_it_too_and_other_files_state_nothing(tmp_path):
 def test_the_scene_has_the_camera_that_the_file_states(tmp_path):
     drawn = scene(2)
     path = _jpeg(tmp_path / "e.jpg", _tiff([(0xA405, 3, 50)]), drawn.image)
-    case = case_from_image(path, "It moves.", {"ball": [Click(x=320, y=200)]})
+    case = case_from_image(path, "It moves.", {"ball": Grounding(points=(Click(x=320, y=200),))})
     assert case.focal == pytest.approx(50 / 43.267 * np.hypot(640, 400), rel=1e-3)
     objects = tuple(SceneObject(name=n, grounding=g) for n, g in case.objects)
     found = reconstruct(case, SceneState(objects=objects))

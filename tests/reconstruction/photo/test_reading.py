@@ -10,7 +10,7 @@ import pytest
 
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import case_from_image
-from physagent_studio.program.scene.state import Click
+from physagent_studio.program.scene.state import Click, Grounding
 from physagent_studio.reconstruction.photo.reading import (
     MAX_PIXELS,
     photo_hash,
@@ -150,7 +150,9 @@ def test_a_jpeg_that_is_too_large_is_read_at_half_its_size(tmp_path):
     assert digest == photo_hash(found)
     with pytest.raises(InputError, match="at most 24 million"):
         read_photo(tmp_path / "a.jpg")
-    case = case_from_image(tmp_path / "a.jpg", "It moves.", {"bar": [Click(x=4000, y=800)]})
+    case = case_from_image(
+        tmp_path / "a.jpg", "It moves.", {"bar": Grounding(points=(Click(x=4000, y=800),))}
+    )
     (click,) = case.objects[0][1].points
     assert (click.x, click.y) == (2000, 400)
 

@@ -75,6 +75,18 @@ class ShapeOffer:
 
 
 @dataclass(frozen=True, slots=True)
+class LearnedUse:
+    """What a learned model did for a scene. made: the things whose masks are its, or `background`.
+
+    failed: why the embedded way did all of its work, "" where it did not fail.
+    """
+
+    model: str
+    made: tuple[str, ...] = ()
+    failed: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Finding:
     """One check of stage 1: what was measured in the reconstruction and whether that is fine."""
 
@@ -97,6 +109,7 @@ class Scene:
     in; None without a photo. support_meshes: for display, world frame.
     findings: the checks that stage 1 judges. hash: of everything that went in.
     shapes: the kinds of shape that each object's mask may be, best first.
+    learned: the learned models that were there for it; without any the embedded way made it all.
     """
 
     state: SceneState
@@ -111,3 +124,4 @@ class Scene:
     shapes: MappingProxyType[str, tuple[ShapeOffer, ...]] = field(
         default_factory=lambda: MappingProxyType({})
     )
+    learned: tuple[LearnedUse, ...] = ()

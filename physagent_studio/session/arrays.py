@@ -19,6 +19,7 @@ from physagent_studio.records import (
     Case,
     Finding,
     Image,
+    LearnedUse,
     Mesh,
     Scene,
     Shading,
@@ -107,6 +108,8 @@ def pack_scene(scene: Scene) -> bytes:
         },
         "findings": [dataclasses.asdict(item) for item in scene.findings],
     }
+    if scene.learned:
+        meta["learned"] = [dataclasses.asdict(item) for item in scene.learned]
     return pack(arrays, meta)
 
 
@@ -140,6 +143,10 @@ def unpack_scene(data: bytes, photo: Image | None) -> Scene:
                 name: tuple(ShapeOffer(**one) for one in offers)
                 for name, offers in meta.get("shapes", {}).items()
             }
+        ),
+        learned=tuple(
+            LearnedUse(item["model"], tuple(item["made"]), item["failed"])
+            for item in meta.get("learned", ())
         ),
     )
 

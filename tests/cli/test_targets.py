@@ -24,10 +24,10 @@ def test_a_box_and_a_click_of_one_thing() -> None:
 
 @pytest.mark.parametrize(
     "word",
-    (
+    [
         *("@1,2", " ", "mug@", "mug@1", "mug@1,2,3,4,5", "mug@1,2,2", "mug@1,2,0.5", "mug@a,b"),
         *("mug@1,2,1,9", "mug@1,2,nan,9", "mug@inf,2", "mug@1,2,inf", "mug@1,,2"),
-    ),
+    ],
 )
 def test_anything_else_says_what_is_allowed(word: str) -> None:
     with pytest.raises(InputError, match=r"name@x,y.*name@x0,y0,x1,y1"):

@@ -1,9 +1,18 @@
-"""Where the files that ship with the package lie."""
+"""Where the files that ship with the package lie, and where a person's own are kept."""
 
+import os
 from importlib.resources import files
 from pathlib import Path
 
+import platformdirs
+
 from physagent_studio.errors import StudioError
+
+
+def data_folder() -> Path:
+    """`$PHYSAGENT_HOME`, else the user's data folder."""
+    home = os.environ.get("PHYSAGENT_HOME")
+    return Path(home) if home else Path(platformdirs.user_data_dir("physagent", appauthor=False))
 
 
 def assets_dir() -> Path:

@@ -15,6 +15,7 @@ from typer.main import get_command
 
 from physagent_studio.cli import output
 from physagent_studio.cli.guard import BAD_INPUT, guarded, our_fault
+from physagent_studio.cli.models import models
 from physagent_studio.errors import ProgramError
 
 app = typer.Typer(
@@ -25,6 +26,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+
+app.add_typer(models)
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON value for machines.")]
 Workspace = Annotated[

@@ -29,9 +29,11 @@ def _sight(state: SceneState) -> dict[str, object]:
     return data
 
 
-def scene_hash(case: Case, state: SceneState) -> str:
-    """SHA-256 of everything that a reconstruction depends on."""
+def scene_hash(case: Case, state: SceneState, models: str = "") -> str:
+    """SHA-256 of everything that a reconstruction depends on. models: `Learned.key`."""
     parts = [VERSION, case.image_hash, case.prompt, state.model_dump_json(exclude=state.without)]
     if case.focal is not None:
         parts.append(f"{case.focal:.3f}")
+    if models:
+        parts.append(models)
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()

@@ -27,9 +27,10 @@ from physagent_studio.program.scene.state import (
 from physagent_studio.reconstruction import checks as findings
 from physagent_studio.reconstruction.background.scene_plate import scene_plate
 from physagent_studio.reconstruction.cache import same_sight, scene_hash
+from physagent_studio.reconstruction.learned.at_hand import NOTHING, Inpainting, Learned, uses_of
 from physagent_studio.reconstruction.masks import click_checks as grounds
 from physagent_studio.reconstruction.masks.foot_spill import sound_masks
-from physagent_studio.reconstruction.masks.segmenter import Segmenter, choose
+from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter, Segmenter, choose
 from physagent_studio.reconstruction.masks.sureness import sureness
 from physagent_studio.reconstruction.photo.line_segments import Segments, segments
 from physagent_studio.reconstruction.placement import basins, supports
@@ -61,15 +62,17 @@ UNASKED = "by its words, nobody clicked it"
 
 
 class _Run:
-    """Progress and cancellation of one reconstruction."""
+    """Progress, cancellation and learned models of one reconstruction."""
 
     def __init__(
         self,
         cancelled: Callable[[], bool] | None,
         progress: Callable[[str, float], None] | None,
+        learned: Learned,
     ) -> None:
         self.cancelled = cancelled
         self.progress = progress
+        self.learned = learned
 
     def at(self, what: str, share: float) -> None:
         if self.cancelled is not None and self.cancelled():
@@ -88,30 +91,33 @@ def reconstruct(
     segmenter: Segmenter | None = None,
     bodies: Mapping[str, Mesh] | None = None,
     assets: Mapping[str, Mesh] | None = None,
+    learned: Learned = NOTHING,
 ) -> Scene:
     """The scene that a picture shows, every open field of `state` filled.
 
     previous: an earlier scene of the same picture; what did not change is taken from it.
     bodies: meshes of objects of kind `mesh` that came from elsewhere; they are set down on what
     they stand on. assets: stored meshes by what `Meshed.asset` names, for objects that a person
-    has set down beside what the photo shows. cancelled: asked between steps. progress: called with
-    the step's name and 0 … 1.
+    has set down beside what the photo shows. learned: models whose masks join the embedded ones,
+    and that fill the background where no plane is known. cancelled: asked between steps.
+    progress: called with the step's name and 0 … 1.
     Without a photo nothing may be open, and the scene is drawn from its shapes.
     Raises InputError where an object was neither clicked nor boxed,
     Cancelled when `cancelled` says so.
     """
-    key = scene_hash(case, state)
+    key = scene_hash(case, state, learned.key)
     if previous is not None and previous.hash == key:
         return previous
     if previous is not None and same_sight(previous.state, state):
         return replace(previous, state=state, hash=key)
     if case.image is None:
         return scene_without_photo(state, key, assets or {})
-    run = _Run(cancelled, progress)
-    state = _turned(state)
+    run = _Run(cancelled, progress, learned)
+    asked, state = state, _turned(state)
     scene = _look(case, case.image, state, previous, segmenter, bodies, assets or {}, run)
     run.at("done", 1.0)
-    return replace(scene, hash=key)
+    # What a model that failed was to do was done without it, and is known by that.
+    return replace(scene, hash=scene_hash(case, asked, learned.key))
 
 
 def _roll_of(state: SceneState, camera: Camera) -> float:
@@ -173,7 +179,8 @@ def _look(
     bodies = _bodies(sight, placed, assets)
     meshes = bodies | skinned(image, masks, done, bodies)
     run.at("background", 0.82)
-    plate = scene_plate(image, masks, sight.found, camera, done.supports, previous)
+    inpaint = Inpainting(run.learned, run.cancelled)
+    plate = scene_plate(image, masks, sight.found, camera, done.supports, previous, inpaint)
     run.at("checks", 0.97)
     fixed = _support_meshes(done)
     # Checked is what collides: what is drawn lies in its mask whatever the body is.
@@ -192,6 +199,7 @@ def _look(
         hash="",
         shapes=MappingProxyType(ranking(state, masks, placed.offers, previous)),
         sureness=MappingProxyType(sureness(image, masks, sight.candidates, groundings)),
+        learned=uses_of(inpaint, state.objects, sight.candidates, plate, previous),
     )
 
 
@@ -206,7 +214,12 @@ def _seen(
     """Masks, what stands on what, camera and metres."""
     run.at("masks", 0.0)
     candidates = candidates_of(
-        case, state, previous, segmenter, lambda: run.at("masks", 0.44), run.cancelled
+        case,
+        state,
+        previous,
+        segmenter or EmbeddedSegmenter(learned=run.learned),
+        lambda: run.at("masks", 0.44),
+        run.cancelled,
     )
     told = hints(case.prompt, [i.name for i in state.objects], [s.name for s in state.supports])
     hollow = basins.basin_names(state, told)

@@ -21,7 +21,15 @@ from physagent_studio.records.judgement import (
 )
 from physagent_studio.records.loop_state import LoopState
 from physagent_studio.records.rollout import CONTACT_DTYPE, ActionSpan, Alarm, Release, Rollout
-from physagent_studio.records.scene import Candidate, Finding, Mesh, Scene, Shading, ShapeOffer
+from physagent_studio.records.scene import (
+    Candidate,
+    Finding,
+    LearnedUse,
+    Mesh,
+    Scene,
+    Shading,
+    ShapeOffer,
+)
 
 __all__ = [
     "CONTACT_DTYPE",
@@ -36,6 +44,7 @@ __all__ = [
     "Doubt",
     "Evidence",
     "Finding",
+    "LearnedUse",
     "Hunk",
     "Image",
     "Lesson",

@@ -75,6 +75,18 @@ class ShapeOffer:
 
 
 @dataclass(frozen=True, slots=True)
+class LearnedUse:
+    """What a learned model did for a scene. made: the things whose masks are its, or `background`.
+
+    failed: why the embedded way did all of its work, "" where it did not fail.
+    """
+
+    model: str
+    made: tuple[str, ...] = ()
+    failed: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Finding:
     """One check of stage 1: what was measured in the reconstruction and whether that is fine."""
 
@@ -99,6 +111,7 @@ class Scene:
     shapes: the kinds of shape that each object's mask may be, best first.
     sureness: per object whose mask nobody chose, the probability (0 … 1) that its IoU with the
     thing is above .8.
+    learned: the learned models that were there for it; without any the embedded way made it all.
     """
 
     state: SceneState
@@ -114,3 +127,4 @@ class Scene:
         default_factory=lambda: MappingProxyType({})
     )
     sureness: MappingProxyType[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    learned: tuple[LearnedUse, ...] = ()

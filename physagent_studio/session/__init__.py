@@ -2,6 +2,6 @@
 
 from physagent_studio.session.files import FileStore
 from physagent_studio.session.session import Session
-from physagent_studio.session.store import SessionInfo, Store, default_workspace
+from physagent_studio.session.store import SessionInfo, Store
 
-__all__ = ["FileStore", "Session", "SessionInfo", "Store", "default_workspace"]
+__all__ = ["FileStore", "Session", "SessionInfo", "Store"]

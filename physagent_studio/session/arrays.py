@@ -19,6 +19,7 @@ from physagent_studio.records import (
     Case,
     Finding,
     Image,
+    LearnedUse,
     Mesh,
     Scene,
     Shading,
@@ -108,6 +109,8 @@ def pack_scene(scene: Scene) -> bytes:
         "sureness": dict(scene.sureness),
         "findings": [dataclasses.asdict(item) for item in scene.findings],
     }
+    if scene.learned:
+        meta["learned"] = [dataclasses.asdict(item) for item in scene.learned]
     return pack(arrays, meta)
 
 
@@ -143,6 +146,10 @@ def unpack_scene(data: bytes, photo: Image | None) -> Scene:
             }
         ),
         sureness=MappingProxyType(meta.get("sureness", {})),
+        learned=tuple(
+            LearnedUse(item["model"], tuple(item["made"]), item["failed"])
+            for item in meta.get("learned", ())
+        ),
     )
 
 

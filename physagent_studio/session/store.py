@@ -12,20 +12,13 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-import platformdirs
-
+from physagent_studio.assets import data_folder
 from physagent_studio.errors import InputError
 from physagent_studio.records import Case, LoopState
 from physagent_studio.session.session import Session
 
 KEPT_IN_TRASH = 7 * 86_400.0
 """Seconds for which a discarded session can be brought back."""
-
-
-def default_workspace() -> Path:
-    """`$PHYSAGENT_HOME`, else the user's data folder."""
-    home = os.environ.get("PHYSAGENT_HOME")
-    return Path(home) if home else Path(platformdirs.user_data_dir("physagent", appauthor=False))
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +38,7 @@ class Store:
     """All sessions below one folder."""
 
     def __init__(self, root: Path | None = None) -> None:
-        self.root = (root or default_workspace()).expanduser()
+        self.root = (root or data_folder()).expanduser()
         self._known: dict[Path, tuple[tuple[int, ...], SessionInfo]] = {}
 
     def create(self, case: Case, state: LoopState, *, title: str | None = None) -> Session:

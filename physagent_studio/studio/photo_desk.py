@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from physagent_studio.program import Grounding
+from physagent_studio.reconstruction.learned.at_hand import learned_here
 from physagent_studio.reconstruction.masks.intelligent_scissors import LiveEdge
 from physagent_studio.reconstruction.masks.segmenter import (
     EmbeddedSegmenter,
@@ -104,7 +105,8 @@ class PhotoDesk:
         for key, (grounding, found) in self._offers.items():
             if own.get(key) == grounding:
                 known[key] = found
-        offers = EmbeddedSegmenter().completed(image, wanted, known, stop, said, meanwhile)
+        segmenter = EmbeddedSegmenter(learned=learned_here())
+        offers = segmenter.completed(image, wanted, known, stop, said, meanwhile)
         if stop is not None and stop():
             return offers[name]
         for key, grounding in own.items():

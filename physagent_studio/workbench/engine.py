@@ -27,6 +27,7 @@ from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.program.scene.state import Meshed
 from physagent_studio.reconstruction import reconstruct
+from physagent_studio.reconstruction.learned.at_hand import Learned, learned_here
 from physagent_studio.records import Case, Check, Image, Mesh, Rollout, Scene
 from physagent_studio.records.loop_state import RoleName
 from physagent_studio.rendering import Compositor, frame_of
@@ -78,6 +79,7 @@ class Engine:
     evidence: bool = True
     agent: AgentName = "rules"
     simulations: int = 0
+    learned: Learned = field(default_factory=learned_here)
     members: Crew | None = None
     _scenes: dict[str, Scene] = field(default_factory=dict)
     _drawn: dict[str, dict[str, Drawn]] = field(default_factory=dict)
@@ -153,6 +155,7 @@ class Engine:
             # Masks and plate of any earlier scene of the picture serve as long as they fit.
             previous=previous or next(reversed(self._scenes.values()), None),
             assets=self._assets(state),
+            learned=self.learned,
             cancelled=self.control.cancelled,
             progress=progress,
         )

@@ -37,6 +37,9 @@ def report_of(state: LoopState, session: Session, seconds: float) -> dict[str, A
         "doubts": [asdict(one) | {"text": one.text} for one in _doubts(best, session)],
         "untested": [item.text for item in best.program.contract.untested] if best else [],
         "not_understood": list(best.program.contract.not_understood) if best else [],
+        "learned": [asdict(use) for use in session.scene(best.scene).learned]
+        if best and best.scene
+        else [],
         "program": best.program.hash if best else None,
     }
 

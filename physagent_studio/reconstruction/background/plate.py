@@ -7,7 +7,7 @@ that run behind the objects go on because what they are made of is copied along 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import cv2
 import numpy as np
@@ -31,7 +31,7 @@ from physagent_studio.reconstruction.background.mosaic import mosaic
 from physagent_studio.reconstruction.background.round_marks import RoundMark, round_marks
 from physagent_studio.reconstruction.background.shift_map import shift, to_level
 from physagent_studio.reconstruction.background.structure import Structure
-from physagent_studio.reconstruction.background.surfaces import surfaces
+from physagent_studio.reconstruction.background.surfaces import BEYOND, surfaces
 from physagent_studio.reconstruction.photo.line_segments import Segments, with_hues
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
 from physagent_studio.records.case import Image
@@ -47,6 +47,8 @@ SPRAY = 4
 SLIT = 5
 """Widest slit between a thing and its shade, pixels."""
 NO_LINES: FloatArray = np.zeros((0, 2, 2))
+Inpaint = Callable[[Image, BoolArray], Image]
+"""Fills a hole (H, W) of a picture (H, W, 3) from what is around it."""
 
 
 def background(
@@ -57,13 +59,15 @@ def background(
     found: Segments | None = None,
     solid: Sequence[Support] = (),
     rooted: Sequence[BoolArray] = (),
+    inpaint: Inpaint | None = None,
 ) -> Image:
     """The photo (H, W, 3) without the masked things and the shade close around their feet.
 
     lines: (N, 2, 2) pixels, edges that go on behind them beside those that are seen to. camera:
     with it, what lies on the floor or a table is filled in as seen from above. found: the photo's
     edges, to continue them. solid: supports whose edges go on, with a camera. rooted: those of the
-    masks whose things stay where they are, with their shade and what is at their foot.
+    masks whose things stay where they are, with their shade and what is at their foot. inpaint:
+    fills what lies on no known plane; without a camera none is known.
     """
     faces = None
     if camera is not None:
@@ -82,8 +86,15 @@ def background(
     if camera is not None and not hole.all():
         rounds = round_marks(photo, hole_of(masks, hole.shape), to_level(camera))
     plate = fill(photo, hole, lines, camera, found, rounds)
+    if inpaint is not None:
+        plate = inpaint(plate, _beyond(hole, faces))
     loose = [mask for mask in masks if not any(mask is other for other in rooted)]
     return plate if faces is None else without_traces(plate, loose, faces)
+
+
+def _beyond(hole: BoolArray, faces: NDArray[np.int64] | None) -> BoolArray:
+    """(H, W) the hole where no known plane is behind it."""
+    return hole if faces is None else hole & (faces == BEYOND)
 
 
 def taken_out(

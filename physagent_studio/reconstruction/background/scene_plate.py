@@ -10,7 +10,7 @@ from physagent_studio.knowledge import grows
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Support
 from physagent_studio.reconstruction.background.lines_behind import edges_of
-from physagent_studio.reconstruction.background.plate import background, hole_of
+from physagent_studio.reconstruction.background.plate import Inpaint, background, hole_of
 from physagent_studio.reconstruction.background.shift_map import to_level
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray
@@ -25,10 +25,12 @@ def scene_plate(
     camera: Camera,
     solid: Sequence[Support],
     previous: Scene | None = None,
+    inpaint: Inpaint | None = None,
 ) -> Image:
     """The photo (H, W, 3) without the masked things; that of an earlier scene if it is the same.
 
     found: the photo's edges. camera, solid: what the scene's ground and supports were found to be.
+    inpaint: see `background`.
     """
     if (
         previous is not None
@@ -39,7 +41,9 @@ def scene_plate(
         return previous.plate
     rooted = [mask for name, mask in masks.items() if grows(name)]
     things = list(masks.values())
-    return background(image, things, camera=camera, found=found, solid=solid, rooted=rooted)
+    return background(
+        image, things, camera=camera, found=found, solid=solid, rooted=rooted, inpaint=inpaint
+    )
 
 
 def _same_masks(previous: Scene, image: Image, masks: Mapping[str, BoolArray]) -> bool:

@@ -16,6 +16,7 @@ import numpy as np
 
 from physagent_studio.knowledge import usual_size
 from physagent_studio.program.scene.state import Click, Grounding, Stroke
+from physagent_studio.reconstruction.learned.at_hand import NOTHING, Learned
 from physagent_studio.reconstruction.masks.closeup import (
     EARLY,
     is_doubtful,
@@ -23,6 +24,7 @@ from physagent_studio.reconstruction.masks.closeup import (
     piece_around,
 )
 from physagent_studio.reconstruction.masks.draft_score import Draft
+from physagent_studio.reconstruction.masks.learned_offers import ranked_together
 from physagent_studio.reconstruction.masks.parts.attached import (
     has_thin_parts,
     led_by,
@@ -72,10 +74,12 @@ class Segmenter(Protocol):
 class EmbeddedSegmenter:
     """GrabCut at several scales, the contour of greatest contrast, and their agreement.
 
-    Each thing is segmented by itself, from what `apart` says of it.
+    Each thing is segmented by itself, from what `apart` says of it. learned: models whose masks
+    are ranked among these.
     """
 
     side: int = SIDE
+    learned: Learned = NOTHING
 
     def segment(
         self,
@@ -106,7 +110,10 @@ class EmbeddedSegmenter:
         wanted = {name for name, _ in groundings}
 
         def found(name: str, own: Grounding) -> Offers:
-            return () if stopped() else self.candidates(image, name, own, meanwhile)
+            offers = () if stopped() else self.candidates(image, name, own, meanwhile)
+            if meanwhile is not None and offers and self.learned.there:
+                meanwhile(name, lambda: offers)
+            return offers if stopped() else ranked_together(offers, self.learned.masks(image, own))
 
         def whole(stack: Grounding) -> BoolArray | None:
             return None if stopped() else self._whole(image, stack)

@@ -24,7 +24,7 @@ def candidates_of(
     case: Case,
     state: SceneState,
     previous: Scene | None,
-    segmenter: Segmenter | None,
+    segmenter: Segmenter,
     tick: Callable[[], None],
     cancelled: Callable[[], bool] | None,
 ) -> dict[str, tuple[Candidate, ...]]:
@@ -44,11 +44,11 @@ def candidates_of(
         if wanted and not item.grounding.shows_something:
             raise InputError(f"'{item.name}' is not marked in the photo: click it, or draw a box")
     known = known_candidates(previous, tasks)
-    if len(known) < len(tasks) and segmenter is not None:
+    if len(known) < len(tasks) and isinstance(segmenter, EmbeddedSegmenter):
+        known = segmenter.completed(case.image, tasks, known, cancelled)
+    elif len(known) < len(tasks):
         fresh = segmenter.segment(case.image, tasks, cancelled)
         known = {name: fresh.get(name, known.get(name, ())) for name, _ in tasks}
-    elif len(known) < len(tasks):
-        known = EmbeddedSegmenter().completed(case.image, tasks, known, cancelled)
     tick()
     return known
 

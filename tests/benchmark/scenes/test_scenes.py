@@ -1,0 +1,30 @@
+import numpy as np
+import pytest
+
+from physagent_studio.benchmark.scenes import scene
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_a_seed_gives_the_same_bits_twice(seed: int) -> None:
+    one, other = scene(seed), scene(seed)
+    np.testing.assert_array_equal(one.image, other.image)
+    assert [s.name for s in one.subjects] == [s.name for s in other.subjects]
+    for mine, theirs in zip(one.subjects, other.subjects, strict=True):
+        np.testing.assert_array_equal(mine.mask, theirs.mask)
+        assert (mine.click, mine.box) == (theirs.click, theirs.box)
+
+
+@pytest.mark.parametrize("seed", [1, 4])
+def test_every_thing_is_clicked_on_and_boxed(seed: int) -> None:
+    drawn = scene(seed)
+    assert drawn.subjects
+    for subject in drawn.subjects:
+        (click,) = subject.click.points
+        assert subject.mask[int(click.y), int(click.x)]
+        box = subject.box.box
+        assert box is not None
+        rows, columns = subject.mask.nonzero()
+        assert box[0] < columns.min() and columns.max() < box[2]
+        assert box[1] < rows.min() and rows.max() < box[3]
+    owners = sum(subject.mask.astype(int) for subject in drawn.subjects)
+    assert np.max(owners) == 1

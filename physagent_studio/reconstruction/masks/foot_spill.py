@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.grounding.usual import usual_size
+from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.photo.regions import BoolArray
 
 FloatArray = NDArray[np.float64]
@@ -38,7 +39,9 @@ def sound_masks(
         for item in objects
         if usual_size(item.name, prompt).shapes[:1] == ("sphere",) and not item.grounding.strokes
     }
-    return {name: without_spill(mask) if name in balls else mask for name, mask in masks.items()}
+    out = {name: without_spill(mask) if name in balls else mask for name, mask in masks.items()}
+    spilt = any(out[name] is not mask for name, mask in masks.items())
+    return out if spilt and at_work("foot spill") else dict(masks)
 
 
 def without_spill(mask: BoolArray) -> BoolArray:

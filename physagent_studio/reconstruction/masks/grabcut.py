@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
+from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.photo.regions import BoolArray, Pixel
 
 Item = TypeVar("Item")
@@ -129,7 +130,8 @@ def at_scales(
     low, high = spots.min(0), spots.max(0)
     guesses = [(share, SQUARE) for share in np.geomspace(0.07, 0.95, scales)]
     guesses = guesses if filling else guesses[:-1]
-    guesses += [(share, window) for share in (0.18, 0.36) for window in OBLONG]
+    if at_work("oblong windows"):
+        guesses += [(share, window) for share in (0.18, 0.36) for window in OBLONG]
 
     def guess(one: tuple[float, tuple[float, float, float]]) -> Window | None:
         share, (reach_x, up, down) = one

@@ -31,6 +31,7 @@ from physagent_studio.reconstruction.masks.parts.attached import (
 )
 from physagent_studio.reconstruction.masks.stacks import stacked, stacks_of
 from physagent_studio.reconstruction.masks.strokes import corrected, covered, drawn, seeds_of
+from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.masks.task import (
     View,
     full_size,
@@ -184,7 +185,7 @@ class EmbeddedSegmenter:
             sight = Sight.of(image, name, grounding, ((0, 0, width, height), self.side), pool)
             # Cuts of a closer look run while the contours of the first one are still sought.
             look = sight.look(lambda score: closely() if score < EARLY else None)
-            if piece is None or not is_doubtful(look):
+            if piece is None or not is_doubtful(look) or not at_work("closer look"):
                 return [(item, look.view) for item in look.found]
             closely()
             rough = partial(full_size, image, view=look.view, settled=False)
@@ -206,7 +207,7 @@ def apart(groundings: Sequence[tuple[str, Grounding]]) -> list[tuple[str, Ground
         points = list(own.points)
         if own.box is None and not any(click.label for click in points):
             points += [Click(x=x, y=y, label=1 if i else 0) for x, y, i in seeds_of(own.strokes)]
-        if not own.settled:
+        if not own.settled and at_work("clicks of others"):
             points += [
                 Click(x=click.x, y=click.y, label=0)
                 for other, grounding in groundings

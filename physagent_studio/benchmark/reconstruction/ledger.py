@@ -1,8 +1,8 @@
 """`physagent bench ledger`: what each heuristic of the segmenter is worth on pictures it never saw.
 
 Every heuristic is left out by itself; over the things whose result that changes it has to raise the
-mean IoU by `WORTH`, or to help `MORE` things more than it hurts. Those that do neither are deleted,
-so that what was measured of them stays in the report as it is, below the heading `DELETED`.
+mean IoU by `WORTH` and to help `MORE` things more than it hurts. Those that do not are deleted, so
+that what was measured of them stays in the report as it is, below the heading `DELETED`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from physagent_studio.records.case import Image
 SEEDS = range(1000, 1060)
 """Pictures of the ledger."""
 WORTH, MORE = 0.01, 5
-"""Mean gain in IoU, and things helped more than hurt, of which one keeps a heuristic."""
+"""Mean gain in IoU, and things helped more than hurt, which a heuristic has to show."""
 CHANGED = 0.001
 """Difference in IoU from which a result is another one."""
 ROUNDS = 4
@@ -53,7 +53,7 @@ class Entry:
     @property
     def stays(self) -> bool:
         """Whether it earns its place."""
-        return self.gain >= WORTH or self.helped - self.hurt >= MORE
+        return self.gain >= WORTH and self.helped - self.hurt >= MORE
 
     @property
     def line(self) -> str:
@@ -139,7 +139,7 @@ def _write(out: Path, rows: Sequence[Row], entries: Sequence[Entry]) -> None:
         f"Made by `physagent bench ledger --out docs/ledger.md` on pictures {SEEDS[0]} to",
         f"{SEEDS[-1]} of `benchmark/scenes`. Changed, helped, hurt: things whose mask is another",
         "with the heuristic than without, by click and by box. A heuristic stays that raises the",
-        f"mean IoU of the things it changes by {WORTH}, or helps {MORE} more than it hurts.",
+        f"mean IoU of the things it changes by {WORTH} and helps {MORE} more than it hurts.",
         "",
         "| figure | value |",
         "|---|---|",

@@ -50,17 +50,6 @@ def cut(image: NDArray[np.uint8], trimap: NDArray[np.uint8], rounds: int = 3) ->
     return _inside(labels)
 
 
-def part_of(
-    image: NDArray[np.uint8], mask: BoolArray, core: BoolArray, likely: BoolArray
-) -> BoolArray:
-    """(H, W) a thin part beside a mask: its core, and what of its likely extent is like these."""
-    trimap = np.full(mask.shape, cv2.GC_BGD, np.uint8)
-    trimap[likely] = cv2.GC_PR_FGD
-    trimap[mask | core] = cv2.GC_FGD
-    found = cut(image, trimap)
-    return (core if found is None else found | core) & ~mask
-
-
 def _inside(labels: NDArray[np.uint8]) -> BoolArray:
     return (labels == cv2.GC_FGD) | (labels == cv2.GC_PR_FGD)
 

@@ -24,10 +24,8 @@ from physagent_studio.reconstruction.masks.closeup import (
 )
 from physagent_studio.reconstruction.masks.draft_score import Draft
 from physagent_studio.reconstruction.masks.parts.attached import (
-    has_thin_parts,
     led_by,
     with_attached,
-    with_thin_parts,
 )
 from physagent_studio.reconstruction.masks.stacks import stacked, stacks_of
 from physagent_studio.reconstruction.masks.strokes import corrected, covered, drawn, seeds_of
@@ -127,7 +125,7 @@ class EmbeddedSegmenter:
         """Candidates (H, W) of one thing whose grounding says all; its name helps to rank them.
 
         meanwhile: told what the first look shows before a closer one, all that has no parts yet
-        before these are sought, and all without its thin parts before those are.
+        before these are sought.
         """
 
         def tell(offers: Callable[[], Offers]) -> None:
@@ -145,12 +143,7 @@ class EmbeddedSegmenter:
             found = with_attached(image, first, grounding, name)
             alike = [one.result() for one in sized]
         usual = usual_size(name).aspect
-        offers = led_by(found, alike, usual)
-        if not has_thin_parts(name):
-            return offers
-        tell(lambda: offers)
-        thin = with_thin_parts(image, offers[0].mask, grounding, name)
-        return offers if thin is None else led_by(thin, alike, usual)
+        return led_by(found, alike, usual)
 
     def _whole(self, image: Image, grounding: Grounding) -> BoolArray | None:
         """(H, W) what most looks like all that was clicked; None where nothing does."""

@@ -12,8 +12,6 @@ from contextlib import contextmanager
 from physagent_studio.errors import InputError
 
 HEURISTICS = {
-    "crossbars": "bars across the free ends of poles, of things whose name has poles",
-    "handles": "thin arches on things whose name has handles",
     "poles": "long shafts count as parts of things whose name has poles",
     "shafts": "parts between two straight edges",
     "focus": "parts in focus join, parts out of focus do not",

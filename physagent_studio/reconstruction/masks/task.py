@@ -41,15 +41,6 @@ STEMMED = frozenset(
      "paddle", "shovel", "axe"}
 )  # fmt: skip
 """Things of which the most part is a body, and the rest a stem, a pole or a handle."""
-HANDLED = frozenset(
-    {"bin", "can", "trashcan", "dustbin", "bucket", "pail", "basket", "hamper", "kettle", "teapot",
-     "pot", "saucepan", "casserole", "cauldron", "kettlebell", "cup", "mug", "teacup", "tankard",
-     "jug", "pitcher", "ewer", "urn", "suitcase", "briefcase", "bag", "handbag", "purse",
-     "backpack", "toolbox", "lantern", "trunk", "chest", "crate", "drawer", "padlock", "bell",
-     "bauble", "ornament", "stroller", "wheelbarrow", "cart", "trolley", "cooler",
-     "canister", "jerrycan"}
-)  # fmt: skip
-"""Things that often have a thin handle or a ring to hang them by."""
 FOLLOWED = 3
 """How often a stem is followed farther."""
 LARGEST = 384
@@ -146,11 +137,6 @@ def looks_for_poles(name: str) -> int:
     What is mostly poles is as wide as they are long; a stem may lead far away from a body.
     """
     return FOLLOWED if STEMMED & set(words_of(name)) else int(is_slender(name))
-
-
-def looks_for_handles(name: str) -> bool:
-    """Whether thin handles of a thing of that name are looked for."""
-    return bool(HANDLED & set(words_of(name)))
 
 
 def full_size(

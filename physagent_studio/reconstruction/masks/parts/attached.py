@@ -19,8 +19,6 @@ from numpy.typing import NDArray
 from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.masks.choice import CANDIDATES
 from physagent_studio.reconstruction.masks.parts.focus import Focus
-from physagent_studio.reconstruction.masks.parts.joined_crossbars import with_crossbars
-from physagent_studio.reconstruction.masks.parts.joined_handles import with_handles
 from physagent_studio.reconstruction.masks.parts.joining import LEAST, Around, Grown, joining
 from physagent_studio.reconstruction.masks.parts.patches import (
     joined,
@@ -32,7 +30,6 @@ from physagent_studio.reconstruction.masks.parts.patches_beside import Parted
 from physagent_studio.reconstruction.masks.parts.shafts import WIDE, edges_of, strips_of
 from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.masks.task import (
-    looks_for_handles,
     looks_for_poles,
     snapped,
 )
@@ -126,28 +123,6 @@ def with_attached(
             break
         mask = mask | _placed(found, prepared[0], mask.shape)
     return None if mask is first else _settled(image, mask)
-
-
-def has_thin_parts(name: str) -> bool:
-    """Whether things of that name often have bars across poles, or handles."""
-    return looks_for_poles(name) > 0 or looks_for_handles(name)
-
-
-def with_thin_parts(
-    image: Image, mask: BoolArray, grounding: Grounding, name: str
-) -> BoolArray | None:
-    """The mask (H, W) with bars across its poles and with thin handles; None without any.
-
-    What holds a click outside, or lies outside of a box, is none.
-    """
-    first = mask
-    bars = looks_for_poles(name) > 0 and at_work("crossbars")
-    arches = looks_for_handles(name) and at_work("handles")
-    looks = [with_crossbars] * bars + [with_handles] * arches
-    for look in looks:
-        found = look(image, mask, grounding)
-        mask = mask if found is None else found
-    return None if mask is first else mask
 
 
 def _settled(image: Image, mask: BoolArray) -> BoolArray:

@@ -140,7 +140,7 @@ class EmbeddedSegmenter:
             sized = [pool.submit(full_size, image, *one) for one in best]
             # Parts of the first are sought while the others are still being brought to size.
             first = sized[0].result().mask
-            found = with_attached(image, first, grounding)
+            found = with_attached(image, first, grounding, name)
             alike = [one.result() for one in sized]
         usual = usual_size(name).aspect
         return led_by(found, alike, usual)

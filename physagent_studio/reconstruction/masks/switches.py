@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from physagent_studio.errors import InputError
 
 HEURISTICS = {
+    "poles": "long shafts count as parts of things whose name has poles",
     "shafts": "parts between two straight edges",
     "focus": "parts in focus join, parts out of focus do not",
     "islands": "patches that stand out from the ground together are one part",

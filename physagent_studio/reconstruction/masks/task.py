@@ -35,6 +35,14 @@ SLENDER = frozenset(
      "scaffold", "hanger", "giraffe", "skeleton", "pinwheel"}
 )  # fmt: skip
 """Things that fill little of their own hull."""
+STEMMED = frozenset(
+    {"lamp", "lantern", "sign", "signpost", "lollipop", "umbrella", "parasol", "flag", "goblet",
+     "wineglass", "trophy", "candlestick", "mushroom", "broom", "mop", "hammer", "racket",
+     "paddle", "shovel", "axe"}
+)  # fmt: skip
+"""Things of which the most part is a body, and the rest a stem, a pole or a handle."""
+FOLLOWED = 3
+"""How often a stem is followed farther."""
 LARGEST = 384
 """Longest side in pixels of a piece of picture on which an outline is settled."""
 
@@ -121,6 +129,14 @@ def task_of(name: str, grounding: Grounding, view: View) -> Task:
 def is_slender(name: str) -> bool:
     """Whether things of that name are poles and frames, open between."""
     return bool(SLENDER & set(words_of(name)))
+
+
+def looks_for_poles(name: str) -> int:
+    """How often poles of a thing of that name are looked for around its mask; 0 where it has none.
+
+    What is mostly poles is as wide as they are long; a stem may lead far away from a body.
+    """
+    return FOLLOWED if STEMMED & set(words_of(name)) else int(is_slender(name))
 
 
 def full_size(

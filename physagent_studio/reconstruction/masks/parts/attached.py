@@ -30,6 +30,7 @@ from physagent_studio.reconstruction.masks.parts.patches_beside import Parted
 from physagent_studio.reconstruction.masks.parts.shafts import WIDE, edges_of, strips_of
 from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.masks.task import (
+    looks_for_poles,
     snapped,
 )
 from physagent_studio.reconstruction.photo.regions import (
@@ -102,18 +103,26 @@ def _odder(before: BoolArray, after: BoolArray, usual: Usual) -> bool:
     return off[1] > off[0] + ODD and off[1] > 1.0 and at_work("unusual parts")
 
 
-def with_attached(image: Image, mask: BoolArray, grounding: Grounding) -> BoolArray | None:
+def with_attached(
+    image: Image, mask: BoolArray, grounding: Grounding, name: str = ""
+) -> BoolArray | None:
     """The mask (H, W) with the parts attached to the thing; None where there is none to be seen.
 
-    What holds a click outside, or lies outside of a box, is no part of it.
+    What holds a click outside, or lies outside of a box, is no part of it. name: of the thing;
+    poles are looked for where things of it have some.
     """
     if not at_work("attached parts"):
         return None
-    prepared = _around(image, mask, grounding)
-    found = None if prepared is None else _grown(*prepared)
-    if prepared is None or found is None:
-        return None
-    return _settled(image, mask | _placed(found, prepared[0], mask.shape))
+    for_poles = looks_for_poles(name)
+    for_poles = for_poles if for_poles and at_work("poles") else 0
+    first = mask
+    for _ in range(max(1, for_poles)):
+        prepared = _around(image, mask, grounding, for_poles > 0)
+        found = None if prepared is None else _grown(*prepared)
+        if prepared is None or found is None:
+            break
+        mask = mask | _placed(found, prepared[0], mask.shape)
+    return None if mask is first else _settled(image, mask)
 
 
 def _settled(image: Image, mask: BoolArray) -> BoolArray:
@@ -141,7 +150,9 @@ def _placed(found: BoolArray, around: Around, shape: tuple[int, ...]) -> BoolArr
     return out
 
 
-def _around(image: Image, mask: BoolArray, grounding: Grounding) -> tuple[Around, IntArray] | None:
+def _around(
+    image: Image, mask: BoolArray, grounding: Grounding, has_poles: bool = False
+) -> tuple[Around, IntArray] | None:
     """What lies around a mask, and the fine patches (h, w) of it; None for too small a mask."""
     x0, y0, x1, y1 = bounds(mask)
     side = max(x1 - x0, y1 - y0)
@@ -168,9 +179,10 @@ def _around(image: Image, mask: BoolArray, grounding: Grounding) -> tuple[Around
         steps = steps_of(colours)
         fine = joined(patches_of(colours, steps), colours, steps, [FINE])[0]
         strips = strips_of(edges.result(), WIDE * float(np.sqrt(np.count_nonzero(own))))
+    within = (left > 0, top > 0, right < mask.shape[1], low < mask.shape[0])
     own = np.asarray(own)
     focus = Focus(image[crop], own)
-    around = Around(part, colours, steps, own, barred, strips, focus)
+    around = Around(part, colours, steps, own, barred, strips, focus, has_poles, within)
     return around, fine
 
 

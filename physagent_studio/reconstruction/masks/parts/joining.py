@@ -44,10 +44,10 @@ SLENDER = 0.3
 """Width of a slender part over the side of a square of the mask's area."""
 PROLONGING, LEAVING = -0.5, 0.35
 """Score from which a patch joins that prolongs the thing, and its outline at the mask at most."""
-STRAIGHT = 0.3
-"""Score from which a shaft joins, which prolongs a thing."""
-END = 0.55
-"""Share of a shaft's outline at the mask at most."""
+STRAIGHT, OF_POLES = 0.3, -1.5
+"""Score from which a shaft joins that prolongs a thing, and one on a thing made of poles."""
+POLE, END = 2.5, 0.55
+"""Length over width of a pole at least, and share of a shaft's outline at the mask at most."""
 CRUDER = 1.0
 """How much clearer a shaft is than a patch that it takes the place of, whose outline is finer."""
 NEARLY, MUCH = 0.5, 3.0
@@ -74,8 +74,8 @@ elsewhere from which it does not, how far down the top goes, and share of the pa
 the mask at least: a pale lid before a pale street."""
 SHADE = 0.25
 """Shade (see `shade_of`) from which a patch may be a shadow."""
-BLURRED = 2.4
-"""Sharpness (log, as `Outline.sharp`) below which a patch has no outline."""
+BLURRED, SOFT = 2.4, 1.9
+"""Sharpness (log, as `Outline.sharp`) below which a patch, and one between two edges, has none."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -83,7 +83,8 @@ class Around:
     """A mask and its surroundings at the size where parts are sought.
 
     part: (x0, y0, x1, y1) of the picture. lab (h, w, 3), steps, mask, barred (h, w), strips, focus:
-    of that part.
+    of that part. has_poles: whether things of its name do. within: whether
+    the picture goes on to the left, above, to the right and below.
     """
 
     part: tuple[int, int, int, int]
@@ -93,6 +94,8 @@ class Around:
     barred: BoolArray
     strips: Strips
     focus: Focus
+    has_poles: bool
+    within: tuple[bool, bool, bool, bool]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -147,7 +150,9 @@ def _beside(
     sizes = (least, LONGEST * here.area)
     for patch in patches_beside(around.barred, here, levels, sizes, about):
         yield patch, False
-    for shaft in shafts_beside(around.strips, here.mask, around.barred, about):
+    # A pole may leave what is looked at, if not the picture.
+    open_ = around.within if around.has_poles else (False, False, False, False)
+    for shaft in shafts_beside(around.strips, here.mask, around.barred, open_, about):
         if len(shaft.rows) >= least:
             yield shaft, True
 
@@ -160,7 +165,7 @@ def _weighed(
     Whether the outline runs on is looked at last, and only where it decides.
     """
     outline = outline_of(patch, here)
-    if _no_form(outline):
+    if _no_form(outline, SOFT if is_shaft and around.has_poles else BLURRED):
         return None
     leaves = outline.touching < LEAVING and lowness(patch, here) < HIGH
     share = len(patch.rows) / here.area
@@ -168,7 +173,8 @@ def _weighed(
     if share > LONGEST or (large and not leaves):
         return None
     colours = colours_of(patch, here)
-    ruled_out = _ruled_out(patch, here, outline, colours)
+    pole = is_shaft and around.has_poles and _is_pole(patch, outline)
+    ruled_out = not pole and _ruled_out(patch, here, outline, colours)
     if ruled_out and not (outline.touching > ALONG and _is_on_top(patch, here, colours)):
         return None
     found = features_of(patch, here, outline, colours)
@@ -178,8 +184,7 @@ def _weighed(
     if large and not runs_on(patch, here.mask):
         return None
     if is_shaft:
-        is_end = found["low"] >= 0 and outline.touching < END
-        joins = is_end and value > STRAIGHT and runs_on(patch, so_far.mask)
+        joins = _shaft_joins(value, patch, outline, found["low"], around.has_poles, so_far)
         value -= CRUDER
     else:
         unseen = colours.others < UNSEEN and share > UNSEEN_LEAST
@@ -205,6 +210,29 @@ def _of_patch(patch: Patch, outline: Outline, here: Surroundings, so_far: Grown)
     return CLEAR + CLEARER * so_far.turn
 
 
+def _shaft_joins(
+    value: float, patch: Patch, outline: Outline, low: float, has_poles: bool, so_far: Grown
+) -> bool:
+    """Whether a shaft of that score is a part.
+
+    low: 0, or less for what lies low. has_poles: whether things of that name do.
+    """
+    if low < 0:
+        return False
+    if not has_poles:
+        return outline.touching < END and value > STRAIGHT and runs_on(patch, so_far.mask)
+    if value > CLEAR + CLEARER * so_far.turn:
+        return True
+    # Once some have joined, what is behind comes close to them: others go on from these.
+    pole = value > OF_POLES and _is_pole(patch, outline)
+    return pole and (not so_far.parts.any() or runs_on(patch, so_far.mask))
+
+
+def _is_pole(patch: Patch, outline: Outline) -> bool:
+    """Whether a shaft is long and touches the mask with its end."""
+    return outline.touching < END and len(patch.rows) > POLE * outline.width**2
+
+
 def _for_larger(regions: Sequence[BoolArray], values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Values (N,) by which a patch comes before small ones inside of it that are hardly clearer."""
     area = [int(np.count_nonzero(region)) for region in regions]
@@ -224,11 +252,11 @@ def _hangs_on(region: BoolArray, so_far: Grown) -> bool:
     return shared > 0.8 * max(int(np.count_nonzero(contact)), 1)
 
 
-def _no_form(outline: Outline) -> bool:
+def _no_form(outline: Outline, blurred: float) -> bool:
     """Whether a patch is a seam, hardly touches or has no outline."""
     if outline.touching > SEAM or outline.neck < NECK or outline.width < NARROW:
         return True
-    return outline.sharp < BLURRED
+    return outline.sharp < blurred
 
 
 def _is_on_top(patch: Patch, here: Surroundings, colours: Colours) -> bool:

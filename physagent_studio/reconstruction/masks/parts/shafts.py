@@ -120,16 +120,18 @@ def shafts_beside(
     strips: Strips,
     mask: BoolArray,
     barred: BoolArray,
+    open_: tuple[bool, bool, bool, bool] = (False, False, False, False),
     about: BoolArray | None = None,
 ) -> Iterator[Patch]:
     """The strips that start at the mask (H, W).
 
-    None that passes behind the mask, holds what is barred (H, W) or reaches a rim. about: (H, W)
-    where those are that are wanted; None for everywhere.
+    None that passes behind the mask, holds what is barred (H, W) or reaches a rim, left, top, right
+    or low, that is not `open_`. about: (H, W) where those are that are wanted; None for everywhere.
     """
     size = np.array(mask.shape[::-1])
     for quad in _at_mask(strips, mask):
-        if (quad.min(0) < 1).any() or (quad.max(0) > size - 2).any():
+        at_rim = (*(quad.min(0) < 1), *(quad.max(0) > size - 2))
+        if any(rim and not free for rim, free in zip(at_rim, open_, strict=True)):
             continue
         region = np.zeros(mask.shape, np.uint8)
         cv2.fillPoly(region, [np.rint(quad * 16).astype(np.int32)], 1, shift=4)

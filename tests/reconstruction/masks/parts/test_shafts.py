@@ -2,6 +2,7 @@
 
 import cv2
 import numpy as np
+import pytest
 
 from physagent_studio.reconstruction.masks.parts.attached import with_attached
 from physagent_studio.reconstruction.masks.parts.evidence import Patch
@@ -41,9 +42,9 @@ def _strips(image: np.ndarray) -> Strips:
     return strips_of(edges_of(_lab(image)), 30.0)
 
 
-def _found(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
+def _found(image: np.ndarray, mask: np.ndarray, name: str = "") -> np.ndarray:
     picture = np.clip(image, 0, 255).astype(np.uint8)
-    found = with_attached(picture, mask, NOTHING)
+    found = with_attached(picture, mask, NOTHING, name)
     return mask if found is None else found
 
 
@@ -68,7 +69,18 @@ def test_a_pole_of_tint_alone_is_one_shaft() -> None:
     assert max(iou(shaft.region, POLE & ~DECK) for shaft in shafts) > 0.7
 
 
-def test_what_passes_behind_does_not_join() -> None:
+def test_a_thing_made_of_poles_takes_the_pole_and_not_the_kerb_behind_it() -> None:
+    image = _scene()
+    image[150:170] = (176, 172, 166)
+    _tube(image)
+    _painted(image, DECK, (214, 60, 50))
+    found = _found(image, DECK, name="scooter")
+    assert found[POLE].mean() > 0.8
+    assert (found & ~(DECK | POLE)).sum() < 0.3 * POLE.sum()
+
+
+@pytest.mark.parametrize("name", ["", "scooter"])
+def test_what_passes_behind_does_not_join(name: str) -> None:
     body = _polygon((190, 70), (212, 70), (212, 262), (190, 262))
     image = _scene()
     for x, shade in ((0, 0.9), (110, 1.0), (240, 1.1)):
@@ -76,7 +88,7 @@ def test_what_passes_behind_does_not_join() -> None:
         piece[:, :x] = piece[:, x + 125 :] = False
         _painted(image, piece, (int(150 * shade), int(116 * shade), int(80 * shade)))
     _painted(image, body, (190, 40, 48))
-    found = _found(image, body)
+    found = _found(image, body, name)
     assert iou(found, body) > 0.95
 
 
@@ -113,3 +125,17 @@ def test_what_reaches_the_rim_or_is_barred_is_no_shaft() -> None:
     barred[150:160, 255:270] = True
     shafts = shafts_beside(_strips(image), DECK, barred)
     assert not any((shaft.region & barred).any() for shaft in shafts)
+
+
+@pytest.mark.parametrize(("name", "least", "most"), [("", 0.0, 0.1), ("lamp", 0.85, 1.0)])
+def test_a_stem_is_followed_beyond_what_is_around_the_body(
+    name: str, least: float, most: float
+) -> None:
+    """Grey as the floor it leads to; that things of the name have a stem makes it one."""
+    body = _polygon((180, 40), (220, 40), (220, 80), (180, 80))
+    stem = _polygon((196, 81), (204, 81), (204, 230), (196, 230))
+    image = _scene(grain=2.0)
+    _painted(image, stem, (126, 118, 112))
+    _painted(image, body, (206, 44, 40))
+    found = _found(image, body, name)
+    assert least <= found[stem & ~body].mean() <= most

@@ -9,10 +9,12 @@ from typing import Any
 
 from physagent_studio.benchmark.rows import Row
 from physagent_studio.errors import InputError
+from physagent_studio.reconstruction.masks.switches import without
 
 BENCHES = {
     "physics": "physagent_studio.benchmark.physics.bench",
     "reconstruction": "physagent_studio.benchmark.reconstruction.bench",
+    "ledger": "physagent_studio.benchmark.reconstruction.ledger",
     "events": "physagent_studio.benchmark.events.bench",
     "ablation": "physagent_studio.benchmark.events.ablation",
     "view": "physagent_studio.benchmark.events.view",
@@ -31,12 +33,14 @@ def run_bench(
     only: Sequence[str] = (),
     full: bool = False,
     sheets: Path | None = None,
+    left_out: Sequence[str] = (),
 ) -> list[Row]:
     """Runs a bench by name.
 
     cases: folder of case folders. out: a Markdown file to write. annotations, references:
     folders of clicks and of contracts per case. only: `case` or `case/event`. full: every
     sample of the bench of physics, not a dose. sheets: folder for the contact sheets of `view`.
+    left_out: heuristics that the bench of reconstruction does without.
     """
     if name not in BENCHES:
         raise InputError(f"there is no bench '{name}'; benches: {', '.join(BENCHES)}")
@@ -54,5 +58,8 @@ def run_bench(
         raise InputError("--full is for the bench physics")
     if full:
         options["full"] = True
+    if left_out and name != "reconstruction":
+        raise InputError("--without is for the bench reconstruction")
     module = importlib.import_module(BENCHES[name])
-    return module.bench(cases=cases, out=out, **options)
+    with without(left_out):
+        return module.bench(cases=cases, out=out, **options)

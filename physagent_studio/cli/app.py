@@ -255,6 +255,10 @@ def bench(
     sheets: Annotated[
         Path | None, typer.Option(help="view: folder for a contact sheet of every event.")
     ] = None,
+    without: Annotated[
+        list[str] | None,
+        typer.Option(help="reconstruction: a heuristic of masks to leave out; again for more."),
+    ] = None,
     full: Annotated[
         bool, typer.Option("--full", help="physics: all 100,000 malformed programs, not a dose.")
     ] = False,
@@ -272,6 +276,7 @@ def bench(
         only=tuple(only or ()),
         full=full,
         sheets=sheets,
+        left_out=tuple(without or ()),
     )
     output.print_rows(name, rows, as_json)
     if not all(row.ok for row in rows):

@@ -19,6 +19,7 @@ def measured(
     only: tuple[str, ...],
     full: bool = False,
     sheets: Path | None = None,
+    left_out: tuple[str, ...] = (),
 ) -> list[Row]:
     """The rows of the bench of that name."""
     if name == "list":
@@ -36,6 +37,7 @@ def measured(
         only=only,
         full=full,
         sheets=sheets,
+        left_out=left_out,
     )
 
 

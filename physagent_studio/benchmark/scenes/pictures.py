@@ -273,7 +273,9 @@ def _subjects(
         if rng.random() < 0.25:
             clicked = mask & (seen.part == seen.part[int(spot.y), int(spot.x)])
             name = f"{said_of(image, clicked)} {name}"
-        out.append(Subject(name.strip(), mask, Grounding(points=(spot,)), _box(mask)))
+        out.append(
+            Subject(name.strip().replace(" ", "_"), mask, Grounding(points=(spot,)), _box(mask))
+        )
     return tuple(out)
 
 

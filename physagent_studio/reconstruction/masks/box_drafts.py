@@ -13,6 +13,7 @@ from physagent_studio.reconstruction.masks.box_reach import reaching
 from physagent_studio.reconstruction.masks.click_drafts import clean
 from physagent_studio.reconstruction.masks.draft_score import Draft, Scorer
 from physagent_studio.reconstruction.masks.ranking import distinct, ranked
+from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.masks.task import Task, snapped
 from physagent_studio.reconstruction.photo import closed_contours as contour
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow, without_pinholes
@@ -36,7 +37,7 @@ def box_drafts(
     around = grow(within, max(4, int(0.15 * max(x1 - x0, y1 - y0)))) & ~within
     ratio = grabcut.likelihood_ratio(lab, within, around) if around.any() else None
     cores: dict[str, BoolArray | None] = {"box": None}
-    if ratio is not None:
+    if ratio is not None and at_work("box colours"):
         cores |= {"box-colour": ratio > 0, "box-sure": ratio > 1.0}
     drafts: list[Draft] = []
     masks = grabcut.side_by_side(
@@ -49,14 +50,9 @@ def box_drafts(
             drafts.append(Draft(_tidy(mask) & within, method, "colour"))
             if task.inside:
                 drafts.append(Draft(clean(mask, task) & within, f"{method}-part", "colour"))
-    contours = [
-        Draft(mask & within, "box-contour", "contour")
-        for mask in contour.again(lab, within, task.outside)
-    ]
-    best = [d for d, _ in distinct(ranked(scorer, _solid([*drafts, *contours]), task), 3, 0.9)]
-    for draft in best:
-        for mask in contour.again(lab, draft.mask, task.outside):
-            contours.append(Draft(mask & within, "box-contour-again", "contour"))
+    contours = []
+    if at_work("box contours"):
+        contours = _contours(lab, task, within, drafts, scorer)
     drafts += contours
 
     def settled(draft: Draft) -> Draft:
@@ -72,11 +68,33 @@ def box_drafts(
             else Draft(_tidy(mask) & within, f"{draft.method}-led", draft.family)
         )
 
-    best = [d for d, _ in distinct(ranked(scorer, _solid(drafts), task), 3, 0.9)]
-    drafts += grabcut.side_by_side(settled, best)
+    if at_work("settled boxes"):
+        best = [d for d, _ in distinct(ranked(scorer, _solid(drafts), task), 3, 0.9)]
+        drafts += grabcut.side_by_side(settled, best)
+    if not at_work("box reach"):
+        return _solid(drafts)
     best = [d for d, _ in distinct(ranked(scorer, _solid(drafts), task), LED, 0.8)]
     drafts += [made for made in grabcut.side_by_side(led, best) if made is not None]
     return _solid(drafts)
+
+
+def _contours(
+    lab: NDArray[np.float32],
+    task: Task,
+    within: BoolArray,
+    drafts: Sequence[Draft],
+    scorer: Scorer,
+) -> list[Draft]:
+    """Contours around what is within the box, then again around the best drafts."""
+    out = [
+        Draft(mask & within, "box-contour", "contour")
+        for mask in contour.again(lab, within, task.outside)
+    ]
+    best = distinct(ranked(scorer, _solid([*drafts, *out]), task), 3, 0.9)
+    for draft, _ in best:
+        for mask in contour.again(lab, draft.mask, task.outside):
+            out.append(Draft(mask & within, "box-contour-again", "contour"))
+    return out
 
 
 def _solid(drafts: Sequence[Draft]) -> list[Draft]:

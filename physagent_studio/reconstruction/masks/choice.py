@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.masks.draft_score import Draft, likeness
+from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.masks.variants import shadowed, variants
 from physagent_studio.reconstruction.photo.regions import iou
 
@@ -60,6 +61,8 @@ def _hopeful(like: NDArray[np.float64], scores: NDArray[np.float64]) -> list[int
     like: (N, N) IoU of any two. Each draft is taken to be the thing with a chance that its score
     says; what is expected of some is the mean IoU of the best of them with it. Greedily chosen.
     """
+    if not at_work("expected gain"):
+        return [int(k) for k in np.argsort(-scores, kind="stable")[:CANDIDATES]]
     chance = np.exp((scores - scores.max()) / DOUBT)
     chance /= chance.sum()
     chosen = [int(scores.argmax())]
@@ -80,7 +83,7 @@ def _vote(ranked: Sequence[Scored], like: NDArray[np.float64], k: int) -> Scored
     leader, value = ranked[k]
     voters = [ranked[int(other)] for other in np.flatnonzero(like > ALIKE)]
     weight = sum(v for _, v in voters)
-    if len(voters) < 3 or weight <= 0:
+    if len(voters) < 3 or weight <= 0 or not at_work("votes"):
         return leader, value
     share = sum(v * d.mask.astype(np.float32) for d, v in voters) / weight
     return Draft(np.asarray(share > 0.5), leader.method, leader.family), value
@@ -88,6 +91,8 @@ def _vote(ranked: Sequence[Scored], like: NDArray[np.float64], k: int) -> Scored
 
 def _filled_up(chosen: list[Scored], lab: NDArray[np.float32]) -> list[Scored]:
     """Where few drafts are worth a place, variants of the first."""
+    if not at_work("variants"):
+        return chosen
     first, value = chosen[0]
     for draft in variants(lab, first) if len(chosen) < CANDIDATES else ():
         if len(chosen) == CANDIDATES:

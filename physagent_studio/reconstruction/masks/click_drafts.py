@@ -12,6 +12,7 @@ from physagent_studio.reconstruction.masks import grabcut
 from physagent_studio.reconstruction.masks.draft_score import REGION, Draft, Scorer, window_share
 from physagent_studio.reconstruction.masks.ranking import distinct, ranked
 from physagent_studio.reconstruction.masks.region_growing import LARGEST, regions
+from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.masks.task import Task, snapped
 from physagent_studio.reconstruction.photo import closed_contours as contour
 from physagent_studio.reconstruction.photo.regions import (
@@ -50,7 +51,7 @@ def click_drafts(
     # The first outlines are sought while the cuts run.
     middle = np.array(task.inside).mean(0)
     around = contour.around(lab, (float(middle[0]), float(middle[1])), task.outside)
-    grown = regions(lab, task.inside)
+    grown = regions(lab, task.inside) if at_work("region growing") else []
     windows = cutting.result()
     drafts: list[Draft] = []
     cleaned = [clean(window.mask, task) for window in windows]
@@ -67,7 +68,11 @@ def click_drafts(
         if 12 < np.count_nonzero(part) < LARGEST * mask.size:
             drafts.append(Draft(part, method, family))
     whole = [draft for draft in drafts if draft.family != REGION]
+    if not at_work("closed contours"):
+        return drafts
     contours = _contours(lab, task, whole, around, scorer, glimpsed)
+    if not at_work("recoloured contours"):
+        return drafts + contours
     return drafts + contours + _recoloured(small, task, contours, scorer)
 
 
@@ -90,7 +95,7 @@ def _contours(
         again, beyond = contour.near(lab, masks, task.outside, grown=2)
         for found in again:
             out += _as_drafts(found, f"contour-again-{turn}", task)
-        for found in beyond:
+        for found in beyond if at_work("wider contours") else ():
             out += _as_drafts(found, f"contour-beyond-{turn}", task)
     return out
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from physagent_studio.language import SceneHints
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.masks.ground_spill import without_ground
+from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.records.case import Image
 
@@ -41,7 +42,8 @@ def sound_masks(
         if mask is None or item.grounding.strokes:
             continue
         if told.usual(item.name).shapes[:1] == ("sphere",):
-            out[item.name] = without_spill(mask)
+            spilt = without_spill(mask)
+            out[item.name] = spilt if spilt is mask or at_work("foot spill") else mask
             continue
         others = [other for name, other in masks.items() if name != item.name]
         beside = np.any(others, axis=0) if others else np.zeros_like(mask)

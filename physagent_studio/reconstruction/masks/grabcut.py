@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
+from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.photo.regions import BoolArray, Pixel
 
 Item = TypeVar("Item")
@@ -47,17 +48,6 @@ def cut(image: NDArray[np.uint8], trimap: NDArray[np.uint8], rounds: int = 3) ->
     background, foreground = np.zeros((1, 65)), np.zeros((1, 65))
     cv2.grabCut(image, labels, (0, 0, 0, 0), background, foreground, rounds, cv2.GC_INIT_WITH_MASK)
     return _inside(labels)
-
-
-def part_of(
-    image: NDArray[np.uint8], mask: BoolArray, core: BoolArray, likely: BoolArray
-) -> BoolArray:
-    """(H, W) a thin part beside a mask: its core, and what of its likely extent is like these."""
-    trimap = np.full(mask.shape, cv2.GC_BGD, np.uint8)
-    trimap[likely] = cv2.GC_PR_FGD
-    trimap[mask | core] = cv2.GC_FGD
-    found = cut(image, trimap)
-    return (core if found is None else found | core) & ~mask
 
 
 def _inside(labels: NDArray[np.uint8]) -> BoolArray:
@@ -129,7 +119,8 @@ def at_scales(
     low, high = spots.min(0), spots.max(0)
     guesses = [(share, SQUARE) for share in np.geomspace(0.07, 0.95, scales)]
     guesses = guesses if filling else guesses[:-1]
-    guesses += [(share, window) for share in (0.18, 0.36) for window in OBLONG]
+    if at_work("oblong windows"):
+        guesses += [(share, window) for share in (0.18, 0.36) for window in OBLONG]
 
     def guess(one: tuple[float, tuple[float, float, float]]) -> Window | None:
         share, (reach_x, up, down) = one

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.masks.draft_score import Draft, Scorer
+from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.masks.task import Task
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, iou, solidity
 
@@ -25,11 +26,11 @@ def ranked(scorer: Scorer, drafts: Sequence[Draft], task: Task) -> list[tuple[Dr
         graded = _in_box(scorer, drafts, task, task.box)
     else:
         graded = scorer.scores(drafts)
-        if task.aspect is not None:
+        if task.aspect is not None and at_work("usual proportions"):
             graded = graded - _odd_proportions(drafts, task.aspect)
         if task.named is not None:
             graded = graded - _odd_colours(drafts, task.named)
-    if task.slender:
+    if task.slender and at_work("slender names"):
         graded = graded - _too_full(drafts)
     order = np.argsort(-graded, kind="stable")
     return [(drafts[int(k)], max(float(graded[k]), 0.0)) for k in order]

@@ -26,13 +26,12 @@ from physagent_studio.reconstruction.masks.closeup import (
 from physagent_studio.reconstruction.masks.draft_score import Draft
 from physagent_studio.reconstruction.masks.learned_offers import ranked_together
 from physagent_studio.reconstruction.masks.parts.attached import (
-    has_thin_parts,
     led_by,
     with_attached,
-    with_thin_parts,
 )
 from physagent_studio.reconstruction.masks.stacks import stacked, stacks_of
 from physagent_studio.reconstruction.masks.strokes import corrected, covered, drawn, seeds_of
+from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.masks.task import (
     View,
     full_size,
@@ -133,7 +132,7 @@ class EmbeddedSegmenter:
         """Candidates (H, W) of one thing whose grounding says all; its name helps to rank them.
 
         meanwhile: told what the first look shows before a closer one, all that has no parts yet
-        before these are sought, and all without its thin parts before those are.
+        before these are sought.
         """
 
         def tell(offers: Callable[[], Offers]) -> None:
@@ -151,12 +150,7 @@ class EmbeddedSegmenter:
             found = with_attached(image, first, grounding, name)
             alike = [one.result() for one in sized]
         usual = usual_size(name).aspect
-        offers = led_by(found, alike, usual)
-        if not has_thin_parts(name):
-            return offers
-        tell(lambda: offers)
-        thin = with_thin_parts(image, offers[0].mask, grounding, name)
-        return offers if thin is None else led_by(thin, alike, usual)
+        return led_by(found, alike, usual)
 
     def _whole(self, image: Image, grounding: Grounding) -> BoolArray | None:
         """(H, W) what most looks like all that was clicked; None where nothing does."""
@@ -191,7 +185,7 @@ class EmbeddedSegmenter:
             sight = Sight.of(image, name, grounding, ((0, 0, width, height), self.side), pool)
             # Cuts of a closer look run while the contours of the first one are still sought.
             look = sight.look(lambda score: closely() if score < EARLY else None)
-            if piece is None or not is_doubtful(look):
+            if piece is None or not is_doubtful(look) or not at_work("closer look"):
                 return [(item, look.view) for item in look.found]
             closely()
             rough = partial(full_size, image, view=look.view, settled=False)
@@ -213,7 +207,7 @@ def apart(groundings: Sequence[tuple[str, Grounding]]) -> list[tuple[str, Ground
         points = list(own.points)
         if own.box is None and not any(click.label for click in points):
             points += [Click(x=x, y=y, label=1 if i else 0) for x, y, i in seeds_of(own.strokes)]
-        if not own.settled:
+        if not own.settled and at_work("clicks of others"):
             points += [
                 Click(x=click.x, y=click.y, label=0)
                 for other, grounding in groundings

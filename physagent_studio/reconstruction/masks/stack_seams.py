@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, shrink
 
 FloatArray = NDArray[np.float64]
@@ -154,6 +155,8 @@ def _edges(lab: NDArray[np.float32], slope: float) -> NDArray[np.float32]:
 
 def settled(seam: Seam, lab: NDArray[np.float32], stack: BoolArray) -> Seam:
     """The seam moved by a few pixels to where it is seen best, column by column."""
+    if not at_work("settled seams"):
+        return seam
     x0, y0, x1, y1 = bounds(stack)
     reach = max(2, round(0.4 * APART * (y1 - y0)))
     offsets = np.arange(-reach, reach + 1)

@@ -23,6 +23,7 @@ from scipy.optimize import linear_sum_assignment
 from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.grounding.same_kind import kind_name
 from physagent_studio.reconstruction.masks.stack_seams import Seam, seams_of, settled
+from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.masks.task import View, part_around, view_of
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, iou, shrink
 from physagent_studio.records.case import Image
@@ -111,9 +112,9 @@ def _groups(groundings: Sequence[tuple[str, Grounding]]) -> list[dict[str, Mark]
         if mark is not None and not (said.strokes or said.settled or said.proposed):
             kind = kind_name(name).split()[-1]
             kinds.setdefault((kind, said.box is not None), {})[name] = mark
-    return [
-        spots for spots in kinds.values() if len(spots) >= FEWEST and _upright(list(spots.values()))
-    ]
+    found = [spots for spots in kinds.values() if len(spots) >= FEWEST]
+    found = [spots for spots in found if _upright(list(spots.values()))]
+    return found if found and at_work("stacks") else []
 
 
 def _in_boxes(

@@ -12,6 +12,7 @@ from physagent_studio.knowledge import has_part, usual_size
 from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.masks import grabcut
 from physagent_studio.reconstruction.masks.draft_score import Draft
+from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.masks.variants import VARIANT
 from physagent_studio.reconstruction.photo.colours import colour_of, pixels_like
 from physagent_studio.reconstruction.photo.regions import (
@@ -106,6 +107,7 @@ def task_of(name: str, grounding: Grounding, view: View) -> Task:
         (x0, y0), (x1, y1) = (view.inward(*grounding.box[k : k + 2]) for k in (0, 2))
         box = (min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1))
     word = colour_of(name)
+    word = word if word is not None and at_work("colour words") else None
     named = None if word is None else pixels_like(view.small, word)
     return Task(
         tuple(inside), tuple(outside), box, usual_size(name).aspect, named, is_slender(name)
@@ -125,11 +127,6 @@ def looks_for_poles(name: str) -> int:
     return FOLLOWED if has_part(name, "stem") else int(is_slender(name))
 
 
-def looks_for_handles(name: str) -> bool:
-    """Whether thin handles of a thing of that name are looked for."""
-    return has_part(name, "handle")
-
-
 def full_size(
     image: Image, item: tuple[Draft, float], view: View, *, settled: bool = True
 ) -> Candidate:
@@ -138,7 +135,7 @@ def full_size(
     x0, y0, x1, y1 = view.part
     rough = np.zeros(image.shape[:2], bool)
     _enlarge(draft.mask, rough[y0:y1, x0:x1])
-    if draft.family == VARIANT or not settled:
+    if draft.family == VARIANT or not settled or not at_work("settled outline"):
         return Candidate(rough, value, draft.method)
     # Half a pixel on both sides is much of what is few pixels wide.
     least = min(max(1 - 2.4 / _width(draft.mask), 0.55), 0.85)

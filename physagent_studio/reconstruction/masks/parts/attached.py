@@ -19,8 +19,6 @@ from numpy.typing import NDArray
 from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.masks.choice import CANDIDATES
 from physagent_studio.reconstruction.masks.parts.focus import Focus
-from physagent_studio.reconstruction.masks.parts.joined_crossbars import with_crossbars
-from physagent_studio.reconstruction.masks.parts.joined_handles import with_handles
 from physagent_studio.reconstruction.masks.parts.joining import LEAST, Around, Grown, joining
 from physagent_studio.reconstruction.masks.parts.patches import (
     joined,
@@ -30,8 +28,8 @@ from physagent_studio.reconstruction.masks.parts.patches import (
 )
 from physagent_studio.reconstruction.masks.parts.patches_beside import Parted
 from physagent_studio.reconstruction.masks.parts.shafts import WIDE, edges_of, strips_of
+from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.masks.task import (
-    looks_for_handles,
     looks_for_poles,
     snapped,
 )
@@ -102,7 +100,7 @@ def _odder(before: BoolArray, after: BoolArray, usual: Usual) -> bool:
         x0, y0, x1, y1 = bounds(_coarse(mask))
         ratio = np.log(max(y1 - y0, 1) / max(x1 - x0, 1) / usual[0])
         off.append(abs(float(ratio)) / (usual[1] + 0.1))
-    return off[1] > off[0] + ODD and off[1] > 1.0
+    return off[1] > off[0] + ODD and off[1] > 1.0 and at_work("unusual parts")
 
 
 def with_attached(
@@ -113,7 +111,10 @@ def with_attached(
     What holds a click outside, or lies outside of a box, is no part of it. name: of the thing;
     poles are looked for where things of it have some.
     """
+    if not at_work("attached parts"):
+        return None
     for_poles = looks_for_poles(name)
+    for_poles = for_poles if for_poles and at_work("poles") else 0
     first = mask
     for _ in range(max(1, for_poles)):
         prepared = _around(image, mask, grounding, for_poles > 0)
@@ -124,30 +125,10 @@ def with_attached(
     return None if mask is first else _settled(image, mask)
 
 
-def has_thin_parts(name: str) -> bool:
-    """Whether things of that name often have bars across poles, or handles."""
-    return looks_for_poles(name) > 0 or looks_for_handles(name)
-
-
-def with_thin_parts(
-    image: Image, mask: BoolArray, grounding: Grounding, name: str
-) -> BoolArray | None:
-    """The mask (H, W) with bars across its poles and with thin handles; None without any.
-
-    What holds a click outside, or lies outside of a box, is none.
-    """
-    first = mask
-    looks = [with_crossbars] * (looks_for_poles(name) > 0) + [with_handles] * looks_for_handles(
-        name
-    )
-    for look in looks:
-        found = look(image, mask, grounding)
-        mask = mask if found is None else found
-    return None if mask is first else mask
-
-
 def _settled(image: Image, mask: BoolArray) -> BoolArray:
     """The mask (H, W) with its outline, found on a small picture, moved to where colours part."""
+    if not at_work("settled parts"):
+        return mask
     x0, y0, x1, y1 = bounds(mask)
     band = max(BAND[0], round(BAND[1] * max(x1 - x0, y1 - y0)))
     return snapped(image, mask, band, UNFRAYED)

@@ -33,6 +33,7 @@ from physagent_studio.reconstruction.masks.parts.patches_beside import (
     patches_beside,
 )
 from physagent_studio.reconstruction.masks.parts.shafts import Strips, runs_on, shafts_beside
+from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
 
 CLEAR, CLEARER = 0.85, 0.25
@@ -125,7 +126,7 @@ def joining(
     fresh = None if so_far.last is None else grow(so_far.last, FRESH)
     for patch, is_shaft in _beside(around, here, levels, least, fresh):
         value = _weighed(patch, is_shaft, around, here, so_far)
-        if value is not None:
+        if value is not None and (not is_shaft or at_work("shafts")):
             kept.append(patch.region)
             values.append(value)
     out = np.zeros_like(mask)
@@ -187,15 +188,19 @@ def _weighed(
         value -= CRUDER
     else:
         unseen = colours.others < UNSEEN and share > UNSEEN_LEAST
+        unseen = unseen and at_work("rare colours")
         asked = STRAIGHT if unseen else _of_patch(patch, outline, here, so_far)
         joins = value > asked or (
-            leaves and value > PROLONGING and (large or runs_on(patch, here.mask))
+            leaves
+            and value > PROLONGING
+            and (large or runs_on(patch, here.mask))
+            and at_work("prolonging parts")
         )
         if not joins and share > UNSEEN_LEAST and value > asked - FOCUSED:
-            joins = around.focus.stands_out(patch)
+            joins = around.focus.stands_out(patch) and at_work("focus")
     # Where a thing stands on the ground, its shadow softens every edge.
     lost = joins and lowness(patch, here) < LOW and around.focus.is_lost(patch)
-    return value if joins and not lost else None
+    return value if joins and not (lost and at_work("focus")) else None
 
 
 def _of_patch(patch: Patch, outline: Outline, here: Surroundings, so_far: Grown) -> float:
@@ -259,7 +264,8 @@ def _is_on_top(patch: Patch, here: Surroundings, colours: Colours) -> bool:
     left, top, right, low = bounds(here.mask)
     within = patch.columns.min() >= left - 2 and patch.columns.max() < right + 2
     on_top = within and patch.rows.max() < top + CAP * (low - top)
-    return bool(on_top) and colours.others < SEEN_AROUND and shade_of(colours) <= SHADE
+    seen = colours.others < SEEN_AROUND and shade_of(colours) <= SHADE
+    return bool(on_top) and seen and at_work("caps")
 
 
 def _ruled_out(patch: Patch, here: Surroundings, outline: Outline, colours: Colours) -> bool:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 
 from physagent_studio.reconstruction.masks.parts.evidence import Patch, Surroundings
+from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.photo.regions import BoolArray
 
 IntArray = NDArray[np.int64]
@@ -60,7 +61,8 @@ def patches_beside(
     free = ~here.mask
     spots, close = np.flatnonzero(free), np.flatnonzero(here.near & free)
     known: set[tuple[int, int, int]] = set()
-    for parted in chain(levels, _islands(here, levels)):
+    together = _islands(here, levels) if at_work("islands") else ()
+    for parted in chain(levels, together):
         labels, count = parted.labels, len(parted.places)
         flat = labels.ravel()
         area = np.bincount(flat[spots], minlength=count)

@@ -1,0 +1,73 @@
+"""Which heuristics of the segmenter are at work: all, but for those that a bench leaves out.
+
+Things are sought on threads of their own, which know no context variables: what is left out is left
+out for the whole process, and only benches and tests do so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+
+from physagent_studio.errors import InputError
+
+HEURISTICS = {
+    "poles": "long shafts count as parts of things whose name has poles",
+    "shafts": "parts between two straight edges",
+    "focus": "parts in focus join, parts out of focus do not",
+    "islands": "patches that stand out from the ground together are one part",
+    "caps": "what lies on the top joins though its colours are seen around",
+    "prolonging parts": "of what prolongs the outline less is asked",
+    "rare colours": "of what has colours seen nowhere else less is asked",
+    "unusual parts": "no parts that make the proportions unusual for the name",
+    "settled parts": "the outline settled anew once parts have joined",
+    "attached parts": "parts of other colours at all",
+    "closer look": "small doubtful things once more, from close by",
+    "region growing": "drafts that grow from the click",
+    "colour words": "drafts of the colour in the name",
+    "closed contours": "drafts from contours around the click",
+    "wider contours": "contours beyond those that were found",
+    "recoloured contours": "the best contours settled by colour",
+    "oblong windows": "windows of GrabCut that are wide or tall",
+    "usual proportions": "proportions that the name makes likely",
+    "slender names": "open drafts for names of poles and frames",
+    "votes": "the first draft as the drafts that are like it see it",
+    "expected gain": "other candidates by what they are expected to add",
+    "variants": "other candidates with shadow or reflection, wider or tighter",
+    "settled outline": "the outline settled at the size of the picture",
+    "stacks": "things of one kind above one another cut apart along seams",
+    "settled seams": "seams moved to where they are seen best",
+    "foot spill": "no shade at the foot of balls",
+    "clicks of others": "clicks on other things lie outside",
+    "box colours": "drafts from the colours inside and around a box",
+    "box contours": "drafts from contours inside a box",
+    "settled boxes": "the best drafts in a box settled by colour",
+    "box reach": "drafts led to the sides of their box",
+}
+"""What can be left out, by name, and what it does."""
+_left_out: frozenset[str] = frozenset()
+_asked: set[str] = set()
+
+
+def at_work(name: str) -> bool:
+    """Whether a heuristic is to be used."""
+    _asked.add(name)
+    return name not in _left_out
+
+
+@contextmanager
+def without(names: Iterable[str]) -> Iterator[set[str]]:
+    """Leaves heuristics out for a while. Gives the names that are asked for meanwhile."""
+    global _left_out, _asked
+    before = _left_out, _asked
+    chosen = frozenset(names)
+    unknown = sorted(chosen - HEURISTICS.keys())
+    if unknown:
+        raise InputError(
+            f"there is no heuristic '{unknown[0]}'; there are: {', '.join(HEURISTICS)}"
+        )
+    _left_out, _asked = _left_out | chosen, set()
+    try:
+        yield _asked
+    finally:
+        _left_out, _asked = before

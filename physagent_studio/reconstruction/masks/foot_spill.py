@@ -24,6 +24,9 @@ NEAR = 0.03
 """How far from the circle an outline may run, in radii, and still be that of the thing."""
 ROUND = 0.6
 """Share of the outline that does so, at least."""
+PLAINLY_ROUND, MISSED = 0.9, (0.05, 0.15)
+"""The same for what is filled up to its circle, and the share of the mask that is missing then, at
+least and at most: less is the unevenness of an outline, more is hidden by something."""
 LOW = 0.25
 """Lowest share of the mask, whose outline is not asked what circle it is."""
 FOOT = 0.6
@@ -41,36 +44,61 @@ def sound_masks(
         mask = masks.get(item.name)
         if mask is None or item.grounding.strokes:
             continue
-        if told.usual(item.name).shapes[:1] == ("sphere",):
-            spilt = without_spill(mask)
-            out[item.name] = spilt if spilt is mask or at_work("foot spill") else mask
-            continue
         others = [other for name, other in masks.items() if name != item.name]
         beside = np.any(others, axis=0) if others else np.zeros_like(mask)
-        out[item.name] = without_ground(photo, mask, beside)
+        shapes = told.usual(item.name).shapes
+        if shapes[:1] != ("sphere",):
+            out[item.name] = without_ground(photo, mask, beside)
+            continue
+        spilt = without_spill(mask)
+        out[item.name] = spilt if spilt is mask or at_work("foot spill") else mask
+        if shapes == ("sphere",):
+            out[item.name] = with_missed_panels(out[item.name], beside)
     return out
 
 
 def without_spill(mask: BoolArray) -> BoolArray:
     """The mask (H, W) of a ball without what sticks out of its circle at its foot."""
-    found, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    if not found:
+    found = _fitted(mask)
+    if found is None or found[1] < ROUND:
         return mask
-    outline = np.vstack([part[:, 0] for part in found]).astype(float)
-    top, bottom = outline[:, 1].min(), outline[:, 1].max()
-    outline = outline[outline[:, 1] < bottom - LOW * (bottom - top)]
-    circle = _circle(outline)
-    if circle is None:
-        return mask
-    x, y, radius = circle
-    off = np.hypot(outline[:, 0] - x, outline[:, 1] - y) - radius
-    if np.mean(np.abs(off) < NEAR * radius + 0.7) < ROUND:
-        return mask
+    (x, y, radius), _ = found
     rows, columns = np.indices(mask.shape)
     beyond = np.hypot(columns - x, rows - y) > (1 + NEAR / 2) * radius + 0.7
     spill = mask & beyond & (rows > y + FOOT * radius)
     share = np.count_nonzero(spill) / np.count_nonzero(mask)
     return mask & ~spill if 0 < share < MUCH else mask
+
+
+def with_missed_panels(mask: BoolArray, others: BoolArray) -> BoolArray:
+    """The mask (H, W) of a ball filled up to its circle where a good part of that is missing.
+
+    others: (H, W) what hides it. Dark panels at the rim are easily taken for the ground.
+    """
+    found = _fitted(mask)
+    if found is None or found[1] < PLAINLY_ROUND:
+        return mask
+    (x, y, radius), _ = found
+    rows, columns = np.indices(mask.shape)
+    missed = (np.hypot(columns - x, rows - y) <= radius + 0.5) & ~mask & ~others
+    share = np.count_nonzero(missed) / np.count_nonzero(mask)
+    return mask | missed if MISSED[0] < share < MISSED[1] else mask
+
+
+def _fitted(mask: BoolArray) -> tuple[tuple[float, float, float], float] | None:
+    """Circle (x, y, radius) of a mask's outline but for its foot, and the share that is on it."""
+    found, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    if not found:
+        return None
+    outline = np.vstack([part[:, 0] for part in found]).astype(float)
+    top, bottom = outline[:, 1].min(), outline[:, 1].max()
+    outline = outline[outline[:, 1] < bottom - LOW * (bottom - top)]
+    circle = _circle(outline)
+    if circle is None:
+        return None
+    x, y, radius = circle
+    off = np.hypot(outline[:, 0] - x, outline[:, 1] - y) - radius
+    return circle, float(np.mean(np.abs(off) < NEAR * radius + 0.7))
 
 
 def _circle(points: FloatArray) -> tuple[float, float, float] | None:

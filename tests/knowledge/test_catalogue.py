@@ -5,7 +5,19 @@ from collections import Counter
 import pytest
 
 from physagent_studio.agent.rules.contract.intents import ACTIVE
-from physagent_studio.knowledge import kind_of, kinds, pace_of, paces
+from physagent_studio.errors import InputError
+from physagent_studio.knowledge import (
+    catalogue,
+    colour_bounds,
+    colours,
+    kind_of,
+    kinds,
+    materials,
+    pace_of,
+    paces,
+    usual_size,
+    word_lists,
+)
 from physagent_studio.language.tokens import vocabulary as v
 
 STATES = {"withdrawn", "end", "wind"}
@@ -17,6 +29,199 @@ def test_no_word_stands_for_two_kinds():
     assert [word for word, count in words.items() if count > 1] == []
     assert len(kinds()) >= 60
     assert len({pace.sense for pace in paces()}) == len(paces())
+
+
+def _listed(text: str) -> list[str]:
+    """The words of a list."""
+    return text.split()
+
+
+COCO = [
+    "person",
+    "bicycle",
+    "car",
+    "motorcycle",
+    "airplane",
+    "bus",
+    "train",
+    "truck",
+    "boat",
+    "traffic_light",
+    "fire_hydrant",
+    "stop_sign",
+    "parking_meter",
+    "bench",
+    "bird",
+    "cat",
+    "dog",
+    "horse",
+    "sheep",
+    "cow",
+    "elephant",
+    "bear",
+    "zebra",
+    "giraffe",
+    "backpack",
+    "umbrella",
+    "handbag",
+    "tie",
+    "suitcase",
+    "frisbee",
+    "skis",
+    "snowboard",
+    "sports_ball",
+    "kite",
+    "baseball_bat",
+    "baseball_glove",
+    "skateboard",
+    "surfboard",
+    "tennis_racket",
+    "bottle",
+    "wine_glass",
+    "cup",
+    "fork",
+    "knife",
+    "spoon",
+    "bowl",
+    "banana",
+    "apple",
+    "sandwich",
+    "orange",
+    "broccoli",
+    "carrot",
+    "hot_dog",
+    "pizza",
+    "donut",
+    "cake",
+    "chair",
+    "couch",
+    "potted_plant",
+    "bed",
+    "dining_table",
+    "toilet",
+    "tv",
+    "laptop",
+    "mouse",
+    "remote",
+    "keyboard",
+    "cell_phone",
+    "microwave",
+    "oven",
+    "toaster",
+    "sink",
+    "refrigerator",
+    "book",
+    "clock",
+    "vase",
+    "scissors",
+    "teddy_bear",
+    "hair_drier",
+    "toothbrush",
+]
+"""The classes of the COCO data set."""
+YCB = [
+    "master_chef_can",
+    "cracker_box",
+    "sugar_box",
+    "tomato_soup_can",
+    "mustard_bottle",
+    "tuna_fish_can",
+    "pudding_box",
+    "gelatin_box",
+    "potted_meat_can",
+    "banana",
+    "strawberry",
+    "apple",
+    "lemon",
+    "peach",
+    "pear",
+    "orange",
+    "plum",
+    "pitcher_base",
+    "bleach_cleanser",
+    "windex_bottle",
+    "wine_glass",
+    "bowl",
+    "mug",
+    "sponge",
+    "skillet",
+    "lid",
+    "plate",
+    "fork",
+    "spoon",
+    "knife",
+    "spatula",
+    "power_drill",
+    "wood_block",
+    "scissors",
+    "padlock",
+    "key",
+    "large_marker",
+    "small_marker",
+    "adjustable_wrench",
+    "phillips_screwdriver",
+    "flat_screwdriver",
+    "hammer",
+    "medium_clamp",
+    "large_clamp",
+    "extra_large_clamp",
+    "mini_soccer_ball",
+    "softball",
+    "baseball",
+    "tennis_ball",
+    "racquetball",
+    "golf_ball",
+    "chain",
+    "foam_brick",
+    "dice",
+    "marbles",
+    "cups",
+    "toy_airplane",
+    "lego_duplo",
+    "rubiks_cube",
+    "nine_hole_peg_test",
+    "t_shirt",
+    "magazine",
+    "timer",
+]
+"""The objects of the YCB set, but for those of one kind that are only numbered."""
+
+
+def test_all_coco_classes_and_ycb_objects_have_a_size():
+    assert len(COCO) == 80
+    unknown = [name for name in (*COCO, *YCB) if not usual_size(name).known]
+    assert unknown == []
+
+
+def test_every_row_is_complete():
+    for kind in kinds():
+        assert kind.material in materials(), kind.name
+        assert kind.ground is None or kind.ground in materials(), kind.name
+        assert set(kind.colours) <= colours().keys(), kind.name
+        place = kind.support or kind.surface or kind.name in PLACES
+        assert kind.size is not None or place, f"{kind.name} has no size"
+        # What is hollow or a frame weighs less than what it is made of.
+        if kind.density is not None:
+            assert kind.density <= 1.05 * max(materials()[kind.material].density, 2500), kind.name
+
+
+PLACES = ("water", "rail", "belt", "bridge", "goal", "gate", "hole", "target")
+"""What has no size of its own: a picture shows a part of it."""
+
+
+def test_the_tables_speak_of_each_other():
+    for name, row in materials().items():
+        assert set(row.colours) <= colours().keys(), name
+    assert {word.kind for word in colours().values()} - {""} <= colour_bounds().keys()
+    assert set(word_lists().meant.values()) <= materials().keys()
+
+
+def test_an_error_says_row_and_field(tmp_path, monkeypatch):
+    text = "- {name: ball, material: rubber}\n- {name: box, material: wood, colour: [red]}\n"
+    (tmp_path / "objects.yaml").write_text(text, encoding="utf-8")
+    monkeypatch.setattr(catalogue, "__file__", str(tmp_path / "catalogue.py"))
+    with pytest.raises(InputError, match=r"objects.yaml, row 2 (.|\n)*colour"):
+        catalogue.kinds.__wrapped__()
 
 
 def test_what_runs_on_wheels_faces_along_an_axis_or_says_that_it_does_not():

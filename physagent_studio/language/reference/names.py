@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
-from physagent_studio.knowledge import word_lists
+from physagent_studio.knowledge import kind_of, word_lists
 from physagent_studio.language.reference.selecting import filtered
 from physagent_studio.language.reference.stock import Discourse, Inventory, Thing, thing
 from physagent_studio.language.syntax.phrases import NounPhrase
@@ -214,9 +214,10 @@ def _candidates(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> tuple[
         if found:
             if test is _same_name:
                 found = _called_so(phrase, stock) or found
-            if "cue" in phrase.nouns:
-                # The cue ball is the white one.
-                found = tuple(t for t in found if "white" in t.words) or found
+            # The cue ball is the white one.
+            kind = kind_of("_".join(phrase.nouns))
+            usual = set(() if kind is None else kind.colours)
+            found = tuple(t for t in found if usual & set(t.words)) or found
             exact = tuple(t for t in found if {singular(n) for n in phrase.nouns} <= set(t.words))
             return exact or found
     return ()

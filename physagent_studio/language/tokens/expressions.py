@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 
+from physagent_studio.knowledge import word_lists
 from physagent_studio.language.tokens.tokens import (
     Token,
     singular,
@@ -250,8 +251,7 @@ FIXED: tuple[tuple[tuple[str, ...], str], ...] = tuple(
         ("at once", "immediately"),
         ("a little", "slightly"),
         ("a bit", "slightly"),
-        ("table top", "tabletop"),
-        ("trash can", "trash_can"),
+        *word_lists().joined.items(),
         ("right before", "closely before"),
         ("just before", "closely before"),
         ("shortly before", "closely before"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+from physagent_studio.knowledge import word_lists
 from physagent_studio.language.tokens import vocabulary as v
 
 _WORD = re.compile(
@@ -80,10 +81,10 @@ def _stems(word: str) -> list[str]:
 
 def singular(word: str) -> str:
     """The singular of a regular noun; a word that is no plural comes back unchanged."""
-    if word in ("grass", "glass", "dress", "across", "mass", "chess", "clothes", "us", "cross"):
+    if word in word_lists().singulars:
         return word
-    if word in _PLURALS:
-        return _PLURALS[word]
+    if word in word_lists().plurals:
+        return word_lists().plurals[word]
     if word.endswith("ies") and len(word) > 4:
         return word[:-3] + "y"
     if word.endswith(("ches", "shes", "sses", "xes")):
@@ -91,9 +92,6 @@ def singular(word: str) -> str:
     if word.endswith("s") and not word.endswith(("ss", "us", "is")) and len(word) > 3:
         return word[:-1]
     return word
-
-
-_PLURALS = {"shelves": "shelf", "knives": "knife", "men": "man", "dice": "die", "mice": "mouse"}
 
 
 def is_plural(word: str) -> bool:

@@ -105,6 +105,9 @@ def _print(report: dict[str, Any], state: LoopState, as_json: bool) -> None:
     ):
         for text in report[key]:
             typer.echo(f"{title}: {text}")
+    for use in report["learned"]:
+        if use["failed"]:
+            typer.echo(f"{use['model']} is not used: {use['failed']}")
     if waiting := waits_for(state):
         typer.echo(f"waiting for {waiting}: physagent studio {report['session']}")
     word = "realised" if report["realised"] else f"not realised ({report['outcome']})"

@@ -1,10 +1,11 @@
-"""Fetching files from a server on loopback: whole, resumed, slow, broken, wrong; never from afar."""
+"""Fetching files from a server on loopback: whole, resumed, slow, broken, wrong."""
 
 import hashlib
 import http.server
 import json
 import threading
 from dataclasses import replace
+from typing import ClassVar
 
 import pytest
 from typer.testing import CliRunner
@@ -22,8 +23,8 @@ DATA = bytes(range(256)) * 3000
 class Server(http.server.BaseHTTPRequestHandler):
     """Gives DATA; `manners` say how badly."""
 
-    manners = {}
-    asked = []
+    manners: ClassVar[dict] = {}
+    asked: ClassVar[list] = []
 
     def do_GET(self):
         manners, ranged = self.manners, self.headers.get("Range")
@@ -103,12 +104,8 @@ def test_a_server_that_cannot_go_on_begins_anew(server, manners):
     part.write_bytes(DATA[:1000])
     assert condition(zoo.ZOO["lama"]) == "partial"
     server.manners.update(manners)
-    if "shift" in manners:
-        with pytest.raises(InputError, match="SHA-256"):
-            fetch(zoo.ZOO["lama"])
-        return
     assert fetch(zoo.ZOO["lama"]).read_bytes() == DATA
-    assert server.asked == ["bytes=1000-"]
+    assert server.asked == ["bytes=1000-", *([None] if "shift" in manners else [])]
 
 
 def test_a_silent_server_is_given_up_and_what_came_is_kept(server, monkeypatch):

@@ -29,6 +29,7 @@ ROOT = Path(__file__).resolve().parent
 VENV = ROOT / ".venv"
 STAMP = VENV / "launch-stamp.txt"
 LOG = VENV / "install.log"
+OFFERED = VENV / "models-offered"
 
 OLDEST = (3, 11)
 # The order of preference: the newest Python often waits months for its wheels.
@@ -303,6 +304,25 @@ def physagent_words(words: Sequence[str], browser: bool) -> list[str]:
     return full
 
 
+def offer_models() -> None:
+    """Names the learned models once; asks only where somebody can answer."""
+    try:
+        OFFERED.touch(exist_ok=False)
+    except OSError:
+        return  # it was offered, or it could not be remembered that it was
+    offer = "Learned models make better masks and backgrounds (141 MB, once)"
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        say(f"{offer}: python3 launch.py models fetch")
+        return
+    try:
+        wanted = input(f"{offer}: fetch them now? [y/N] ").strip().lower() in ("y", "yes")
+    except EOFError:
+        wanted = False
+    if wanted:
+        # Without them everything runs as well, so that a failure here stops nothing.
+        subprocess.call([str(venv_program("physagent")), "models", "fetch"])
+
+
 def hand_over(command: list[str]) -> None:
     """Become another program, so that signals and the exit code are its own."""
     sys.stdout.flush()
@@ -330,6 +350,8 @@ def main(arguments: list[str]) -> int:
         words = physagent_words(arguments, browser_wanted(os.environ, sys.platform))
         if words[0] == "studio" and over_ssh(os.environ):
             say(ssh_line(os.environ, words))
+        if words[0] == "studio" and "--help" not in words:
+            offer_models()
         # Through the interpreter: the first line of a script cannot hold every path.
         interpreter = [] if os.name == "nt" else [str(venv_program("python"))]
         hand_over([*interpreter, str(venv_program("physagent")), *words])

@@ -112,6 +112,9 @@ def _print(report: dict[str, Any], state: LoopState, as_json: bool, *, asked: bo
     ):
         for text in report[key]:
             typer.echo(f"{title}: {text}")
+    for use in report["learned"]:
+        if use["failed"]:
+            typer.echo(f"{use['model']} is not used: {use['failed']}")
     for doubt in report["doubts"]:
         if doubt["kind"] != "word":
             typer.echo(f"doubt: {doubt['text']}")

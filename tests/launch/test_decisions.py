@@ -225,3 +225,32 @@ def test_the_way_in_over_ssh() -> None:
 )
 def test_words_go_to_the_command_line(words: list[str], browser: bool, full: list[str]) -> None:
     assert launch.physagent_words(words, browser) == full
+
+
+@pytest.mark.parametrize(
+    ("terminal", "answer", "calls"), [(True, "y", 1), (True, "", 0), (False, "y", 0)]
+)
+def test_models_are_offered_once(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    terminal: bool,
+    answer: str,
+    calls: int,
+) -> None:
+    asked: list[object] = []
+    monkeypatch.setattr(launch, "OFFERED", tmp_path / "offered")
+    monkeypatch.setattr(launch.subprocess, "call", asked.append)
+    monkeypatch.setattr("sys.stdin.isatty", lambda: terminal, raising=False)
+    monkeypatch.setattr("sys.stdout.isatty", lambda: terminal, raising=False)
+
+    def told(question: str) -> str:
+        assert terminal  # nobody is asked where nobody can answer
+        print(question)
+        return answer
+
+    monkeypatch.setattr("builtins.input", told)
+    for _ in range(2):
+        launch.offer_models()
+    assert len(asked) == calls
+    assert capsys.readouterr().out.count("141 MB") == 1

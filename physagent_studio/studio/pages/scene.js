@@ -57,6 +57,7 @@ export function startScene(host, bar, banner, meshFile, inspect) {
       data.readOnly ? null : [h("div", { class: "head" }, "Add"), h("div", { class: "row wrap", style: "gap:4px" }, NEW.map(([text, list, item]) => h("button", { class: "b small", type: "button", onclick: () => add(list, text, item) }, text)), h("button", { class: "b small", type: "button", title: "An object from a GLB, OBJ, PLY or STL file", onclick: meshFile.open }, "Mesh file…"))],
       data.camera ? [h("div", { class: "head" }, "Camera"), h("button", { class: "link", type: "button", onclick: () => { send({ do: "select", kind: "camera" }); inspect(); } }, data.camera.text)] : null,
       data.findings.length ? matches() : null,
+      data.learned.length ? [h("div", { class: "head" }, "Learned models"), data.learned.map((one) => h("p", { class: "muted" }, one))] : null,
       data.flags.length ? [h("div", { class: "head" }, "Assumed"), data.flags.map((one) => h("p", { class: "muted" }, one))] : null);
     draw(bar,
       h("div", { class: "pill" }, VIEWS.map(([view, text]) => h("button", { type: "button", title: `${text} view`, onclick: () => send({ do: "look", view }) }, text)), h("button", { type: "button", title: "Frame the selection (F)", onclick: () => send({ do: "look", view: "selection" }) }, "Selection")),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from physagent_studio.records import LearnedUse
 from physagent_studio.studio.panels.spots import Spot, ground_spot, spot_of
 from physagent_studio.studio.panels.words import number, speaker
 from physagent_studio.studio.view import View
@@ -29,6 +30,13 @@ SWITCHES = (
 def _written(spot: Spot) -> dict[str, Any]:
     x, y, ground = spot.foot
     return {"x": x, "y": y, "ground": ground, "on": spot.on, "size": spot.size}
+
+
+def _use(one: LearnedUse) -> str:
+    """What a learned model did, in a sentence."""
+    if one.failed:
+        return f"{one.model} is not used: {one.failed}"
+    return f"{one.model} made: {', '.join(one.made) or 'nothing that is shown'}"
 
 
 def state_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
@@ -67,5 +75,6 @@ def state_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
         "spot": _written(spot_of(snapshot.program, view.selection)),
         "groundSpot": _written(ground_spot(snapshot.program)),
         "readOnly": snapshot.read_only or snapshot.session_id is None,
+        "learned": [] if scene is None else [_use(one) for one in scene.learned],
         "flags": [speak(one) for one in snapshot.program.scene.flags],
     }

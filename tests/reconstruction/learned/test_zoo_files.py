@@ -104,12 +104,8 @@ def test_a_server_that_cannot_go_on_begins_anew(server, manners):
     part.write_bytes(DATA[:1000])
     assert condition(zoo.ZOO["lama"]) == "partial"
     server.manners.update(manners)
-    if "shift" in manners:
-        with pytest.raises(InputError, match="SHA-256"):
-            fetch(zoo.ZOO["lama"])
-        return
     assert fetch(zoo.ZOO["lama"]).read_bytes() == DATA
-    assert server.asked == ["bytes=1000-"]
+    assert server.asked == ["bytes=1000-", *([None] if "shift" in manners else [])]
 
 
 def test_a_silent_server_is_given_up_and_what_came_is_kept(server, monkeypatch):

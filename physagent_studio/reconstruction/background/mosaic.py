@@ -38,7 +38,7 @@ MOST = 40
 """Copies that are weighed against one another."""
 FINDING = 220
 """Longer side of the picture in which candidates are looked for."""
-BLAND = 110.0
+BLAND = 75.0
 """The most that the smooth fill costs."""
 SHARES = (0.3, 0.6, 1.05)
 """Shifts along lines, as shares of the hole's extent."""

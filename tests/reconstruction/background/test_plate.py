@@ -10,6 +10,7 @@ from physagent_studio.benchmark.reconstruction.plates import plate_of, scores, v
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Floor, Grounding, Mark, Ramp, Slab, Support
 from physagent_studio.reconstruction.background.cast_shadows import shaded
+from physagent_studio.reconstruction.background.faint_traces import without_traces
 from physagent_studio.reconstruction.background.floor_reflections import mirrored
 from physagent_studio.reconstruction.background.harmonic_fill import from_steps
 from physagent_studio.reconstruction.background.islands import islands
@@ -351,3 +352,17 @@ def test_a_cuff_that_is_missed_goes_with_its_thing_though_white_is_usual_farther
     photo[(y > 94) & (y < 104) & ~suit & ~other] = 232
     both = leftovers(_rgb(photo + _noise(1.5)), [suit, other], hole_of([suit, other], SHAPE))
     assert not both[92:106].any()
+
+
+def test_faint_shade_is_evened_out_and_clear_paint_stays():
+    y, x = np.indices(SHAPE)
+    truth = _lit_wall() + _noise(1.5)
+    faint = 12 * np.exp(-(((x - 215) / 24) ** 2) - ((y - 142) / 9) ** 2)[..., None]
+    paint = (np.hypot((x - 110) / 12, (y - 165) / 8) < 1)[..., None]
+    plate = _rgb(np.where(paint, truth - 90, truth - faint))
+    made = without_traces(plate, [_ball()], np.zeros(SHAPE, np.int64)).astype(float)
+    shade = faint[..., 0] > 6
+    left = (truth - made)[shade].mean()
+    assert left < 0.4 * (truth - plate)[shade].mean()
+    assert (made - plate)[paint[..., 0]].mean() < 12
+    assert np.abs(made - plate)[:90].max() == 0

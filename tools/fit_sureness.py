@@ -13,32 +13,68 @@ from pathlib import Path
 
 import numpy as np
 
+from physagent_studio.benchmark.reconstruction import lookalikes, synthetic
 from physagent_studio.benchmark.scenes import scene
+from physagent_studio.program.scene.state import Click, Grounding
 from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter, choose
 from physagent_studio.reconstruction.masks.sureness import features
-from physagent_studio.reconstruction.photo.regions import iou
+from physagent_studio.reconstruction.photo.regions import BoolArray, iou
+from physagent_studio.records.case import Image
 from physagent_studio.records.doubts import SURE_FROM
 
 HELD_OUT = 500
 """Seed from which scenes are kept for the calibration."""
-RIDGE = 1.0
+RIDGE = 0.2
 """Penalty on squared weights, in units of one mask's log-likelihood."""
 
 
-def rows_of(seed: int) -> list[dict[str, object]]:
+KINDS = ("parts", "plain", "stack")
+"""Pictures of many-part things, of things of one colour, and of stacks."""
+
+
+def pictured(
+    kind: str, seed: int
+) -> tuple[Image, list[tuple[str, BoolArray, Grounding, Grounding]]]:
+    """A picture, and each thing in it with its mask (H, W), a click and a box on it."""
+    if kind == "parts":
+        found = scene(seed)
+        return found.image, [(one.name, one.mask, one.click, one.box) for one in found.subjects]
+    drawn = synthetic.scene(seed) if kind == "plain" else lookalikes.stack(seed)
+    rng = np.random.default_rng(seed)
+    things = [(name, mask) for name, mask in drawn.masks.items() if mask.sum() > 60]
+    return drawn.image, [(name, mask, *_marked(rng, mask)) for name, mask in things]
+
+
+def _marked(rng: np.random.Generator, mask: BoolArray) -> tuple[Grounding, Grounding]:
+    """A click near the middle of a mask, and a box a little wider than it."""
+    rows, columns = mask.nonzero()
+    middle = np.array([columns.mean(), rows.mean()]) + rng.normal(0, 0.08, 2) * np.ptp(columns)
+    at = int(np.hypot(columns - middle[0], rows - middle[1]).argmin())
+    wider = 0.04 * max(np.ptp(columns), np.ptp(rows)) * rng.random(4)
+    height, width = mask.shape
+    box = (
+        float(max(columns.min() - wider[0], 0)),
+        float(max(rows.min() - wider[1], 0)),
+        float(min(columns.max() + 1 + wider[2], width)),
+        float(min(rows.max() + 1 + wider[3], height)),
+    )
+    click = Click(x=float(columns[at]), y=float(rows[at]))
+    return Grounding(points=(click,)), Grounding(box=box)
+
+
+def rows_of(kind: str, seed: int) -> list[dict[str, object]]:
     """One row for each thing and way of marking it: its features and its IoU."""
-    pictured = scene(seed)
+    image, things = pictured(kind, seed)
     out: list[dict[str, object]] = []
-    for way in ("click", "box"):
-        said = [(one.name, getattr(one, way)) for one in pictured.subjects]
-        offers = EmbeddedSegmenter().segment(pictured.image, said)
-        masks = choose(offers, said, pictured.image.shape[:2], pictured.image)
-        for one, (name, grounding) in zip(pictured.subjects, said, strict=True):
-            if not masks[name].any():
-                continue
-            found = features(pictured.image, masks[name], offers[name], grounding, name)
-            overlap = iou(masks[name], one.mask)
-            out.append({"seed": seed, "name": name, "way": way, "iou": overlap, "of": found})
+    for way, which in (("click", 2), ("box", 3)):
+        said = [(one[0], one[which]) for one in things]
+        offers = EmbeddedSegmenter().segment(image, said)
+        masks = choose(offers, said, image.shape[:2], image)
+        for (name, mask, *_), (_, grounding) in zip(things, said, strict=True):
+            if masks[name].any():
+                found = features(image, masks[name], offers[name], grounding, name)
+                row = {"kind": kind, "seed": seed, "name": name, "way": way, "of": found}
+                out.append(row | {"iou": iou(masks[name], mask)})
     return out
 
 
@@ -90,13 +126,14 @@ def main() -> None:
     """Collects rows, or fits what was collected."""
     words = argparse.ArgumentParser(description=__doc__)
     words.add_argument("rows", type=Path)
+    words.add_argument("--kind", choices=KINDS, default="parts")
     words.add_argument("--collect", help="seeds, FIRST:LAST (exclusive)")
     asked = words.parse_args()
     if asked.collect:
         first, last = (int(part) for part in asked.collect.split(":"))
         with asked.rows.open("a") as file:
             for seed in range(first, last):
-                for row in rows_of(seed):
+                for row in rows_of(asked.kind, seed):
                     file.write(json.dumps(row) + "\n")
                 file.flush()
         return

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.benchmark.rows import Row, shown
 from physagent_studio.benchmark.scenes import Pictured, scene
+from physagent_studio.language import hints
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.masks.foot_spill import sound_masks
 from physagent_studio.reconstruction.masks.grabcut import SEED
@@ -96,7 +97,7 @@ def results(
         offers = EmbeddedSegmenter().segment(drawn.image, said)
         masks = choose(offers, said, drawn.image.shape[:2], drawn.image)
         things = [SceneObject(name=name, grounding=own) for name, own in said]
-        masks = sound_masks(masks, things, "")
+        masks = sound_masks(drawn.image, masks, things, hints("", [name for name, _ in said], []))
     return {(seed, way, s.name): iou(masks[s.name], s.mask) for s in drawn.subjects}, set(asked)
 
 

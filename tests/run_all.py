@@ -1,7 +1,8 @@
 """Every check of this project, in order: `python3 launch.py test`, and nothing else, calls this.
 
-It runs on the interpreter of .venv. Words after `test` go to pytest. A failing step does not stop
-the others; the exit code is 0 only when all of them passed.
+It runs on the interpreter of .venv. Words after `test` go to pytest; `--quick` runs the linters and
+the tests of rooms that are quick to test, without a browser. A failing step does not stop the
+others; the exit code is 0 only when all of them passed.
 """
 
 import os
@@ -25,8 +26,21 @@ class Step(NamedTuple):
 
 QUICK = ["-m", "not slow"]
 """What pytest runs where nothing else is asked for."""
+QUICK_ROOMS = ("knowledge", "program", "contract", "records", "session", "rendering", "simulation")
+"""Rooms whose tests need neither a browser nor a reconstruction, for `--quick`."""
 # Tests of one file share what is dear to make, so a file stays with one process.
 SHARED = ["-n", str(min(os.cpu_count() or 1, 4)), "--dist", "loadfile"]
+
+
+def quick_steps() -> list[Step]:
+    """The checks of `--quick`: a couple of minutes."""
+    python = [sys.executable, "-m"]
+    rooms = [f"tests/{room}" for room in QUICK_ROOMS]
+    return [
+        Step("ruff check", [*python, "ruff", "check", "."]),
+        Step("ruff format", [*python, "ruff", "format", "--check", "."]),
+        Step("pytest", [*python, "pytest", "-q", *rooms, *SHARED, *QUICK]),
+    ]
 
 
 def steps(pytest_words: list[str]) -> list[Step]:
@@ -109,11 +123,13 @@ def headline(text: str) -> None:
 def main(pytest_words: list[str]) -> int:
     """Run all steps, print a summary, return the exit code."""
     results: list[tuple[str, bool, float]] = []
-    headline("Chromium")
-    started = time.monotonic()
-    results.append(("Chromium", ensure_browser(), time.monotonic() - started))
-    print(find_browser() or "Chromium could not be installed.", flush=True)
-    for step in steps(pytest_words):
+    quick = pytest_words == ["--quick"]
+    if not quick:
+        headline("Chromium")
+        started = time.monotonic()
+        results.append(("Chromium", ensure_browser(), time.monotonic() - started))
+        print(find_browser() or "Chromium could not be installed.", flush=True)
+    for step in quick_steps() if quick else steps(pytest_words):
         headline(step.name)
         started = time.monotonic()
         passed = subprocess.call(step.command, cwd=ROOT) == 0

@@ -49,3 +49,13 @@ def test_every_tool_takes_its_turn_and_pytest_the_extra_words() -> None:
         "pytest",
     ]
     assert steps[-1].command[-2:] == ["-k", "one"]
+
+
+def test_quick_checks_need_no_browser(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(run_all, "find_browser", lambda: None)
+    monkeypatch.setattr(run_all, "quick_steps", lambda: [step("only", "pass")])
+    assert run_all.main(["--quick"]) == 0
+
+
+def test_the_rooms_of_the_quick_checks_are_there() -> None:
+    assert all((run_all.ROOT / "tests" / room).is_dir() for room in run_all.QUICK_ROOMS)

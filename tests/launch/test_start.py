@@ -48,6 +48,9 @@ def test_cold_warm_changed_and_broken(checkout: Path) -> None:
     assert cold.output.index("Installed.") > cold.output.index("Successfully installed")
     assert (cold.code, cold.last) == (7, f"{cold.pid} run a case"), "same process, same exit code"
 
+    offered = Started(checkout, "--no-browser")
+    assert offered.output.count("models fetch") == 1, "the learned models are named, once"
+
     warm = Started(checkout, "--no-browser")
     assert warm.output == f"{warm.pid} studio --no-browser\n", "nothing but the program's own words"
 

@@ -1,4 +1,9 @@
-"""The frozen values that cross rooms."""
+"""The frozen values that cross rooms.
+
+`judgement` has what a round is and holds (checks, assessments, proposals, decisions),
+`loop_state` the rounds of a session, `scene` and `rollout` what is reconstructed and simulated,
+`doubts` what is left open; `session.session` writes them to disk.
+"""
 
 from physagent_studio.records.case import Case, Image
 from physagent_studio.records.doubts import Doubt, doubts_of

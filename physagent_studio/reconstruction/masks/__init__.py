@@ -2,6 +2,7 @@
 
 In: the image and the marks of each thing. Out: per thing the ranked candidate masks, of which the
 first is used until a person chooses. `segmenter` is the door; drafts come from `click_drafts`,
-`box_drafts`, `region_growing`; `ranking` and `choice` decide their order; `parts` adds what is
-attached to a thing in another colour.
+`box_drafts`, `region_growing`; `ranking` scores them and `choice` decides their order, to which
+`learned_offers` adds what a fetched network found; `sureness` says how likely the first is right;
+`parts` adds what is attached to a thing in another colour.
 """

@@ -122,15 +122,16 @@ def _print(report: dict[str, Any], state: LoopState, as_json: bool, *, asked: bo
         typer.echo(f"its candidates: {picture}")
     if asked:
         typer.echo(
-            f"waiting for your word: physagent studio {report['session']}, or run again with a box,"
-            ' --object "name@x0,y0,x1,y1", or with --yes to go on as it is'
+            f"waiting for your word: physagent studio {report['session']}; or run again with a box"
+            ' around it (--object "name@x0,y0,x1,y1", in a case.yaml `box: [x0, y0, x1, y1]`), or'
+            " with --yes to go on as it is"
         )
         return
     if waiting := waits_for(state):
         typer.echo(f"waiting for {waiting}: physagent studio {report['session']}")
     word = "realised" if report["realised"] else f"not realised ({report['outcome']})"
     if report["realised"] and not is_plain(report):
-        word += ", as far as it is tested and nothing doubted is wrong,"
+        word += ", as far as it is tested and what is doubted is right,"
     typer.echo(
         f"{word} after {output.count(report['rounds'], 'round')}, "
         f"{output.count(report['simulations'], 'simulation')}, "

@@ -3,8 +3,8 @@
 A logistic function of what can be measured without knowing the thing: whether the candidates agree,
 whether the outline runs along edges, whether the same colours go on beyond it, whether what it
 encloses hangs together and has a usual shape. Weights for masks from clicks and for masks from a
-box were fitted by `tools/fit_sureness.py` on rendered scenes of their own seeds;
-`physagent bench reconstruction` measures the calibration on others.
+box were fitted by `tools/fit_sureness.py`, which also says how well they are calibrated on scenes
+that it keeps out of the fit.
 """
 
 from __future__ import annotations
@@ -45,6 +45,8 @@ FAINT_STEP = 10.0
 
 Features = dict[str, float]
 
+# What is left out weighs less than .1. Fitted on 278 masks each: 138 of things of many parts, 100 of
+# things of one colour, 40 of stacks.
 CLICK_WEIGHTS: Mapping[str, float] = {
     "constant": -1.32,
     "score": 3.43,

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from physagent_studio.errors import InputError
+from physagent_studio.program.scene.bodies import Granular
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.records.scene import Mesh, Scene
 from physagent_studio.rendering.backdrop import PALETTE, draw_backdrop
 from physagent_studio.rendering.batch import Batch
 from physagent_studio.rendering.blend import blend_hidden, blend_outlines
 from physagent_studio.rendering.coverage import partial_pixels
+from physagent_studio.rendering.crumbs import Crumbs
 from physagent_studio.rendering.frame import Frame, Picture, Surface
 from physagent_studio.rendering.raster import FloatArray, Hits, Lens, rasterise
 from physagent_studio.rendering.scenery import Scenery
@@ -47,7 +50,14 @@ class Compositor:
         self._matrix = camera.matrix
         self._photographed = scene.plate is not None
         meshes = _meshes(scene, self._photographed)
-        self._batch = Batch.of(meshes)
+        self._crumbs = {
+            index: Crumbs.of(meshes[index])
+            for index, item in enumerate(scene.state.objects)
+            if isinstance(item.body, Granular)
+        }
+        for index, crumbs in self._crumbs.items():
+            meshes[index] = crumbs.split(meshes[index])
+        self._batch = _opened(Batch.of(meshes), list(self._crumbs))
         self._stage = Stage.of(scene.state, scene.support_meshes, camera, self.lens)
         self._positions, self._rotations = initial_poses(scene)
         world = self._batch.placed(self._positions, self._rotations)
@@ -132,13 +142,15 @@ class Compositor:
             if name not in self.names:
                 raise InputError(f"there is no object '{name}' (known: {', '.join(self.names)})")
             index, places = self.names.index(name), np.asarray(given, float)
+            crumbs = self._crumbs.get(index)
             count = int(self._batch.first[index + 1] - self._batch.first[index])
+            count = count if crumbs is None else crumbs.count
             if places.shape != (count, 3) or not np.isfinite(places).all():
                 raise InputError(
                     f"object '{name}' has {count} vertices, so ({count}, 3) finite places are "
                     f"needed, not {places.shape}"
                 )
-            deformed[index] = places
+            deformed[index] = places if crumbs is None else crumbs.placed(places)
         return deformed
 
     def _to_camera(self, world: FloatArray) -> FloatArray:
@@ -219,6 +231,11 @@ def _meshes(scene: Scene, photographed: bool) -> list[Mesh]:
             mesh = Mesh(mesh.vertices, mesh.faces, None, None, color)
         found.append(mesh)
     return found
+
+
+def _opened(batch: Batch, indices: list[int]) -> Batch:
+    """A batch in which the faces of these objects are seen from both sides."""
+    return replace(batch, one_sided=batch.one_sided & ~np.isin(batch.face_owner, indices))
 
 
 def _radii(batch: Batch) -> FloatArray:

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from physagent_studio.benchmark.reconstruction import lookalikes, synthetic
+from physagent_studio.benchmark.reconstruction.many_parts import calibration_error
 from physagent_studio.benchmark.scenes import scene
 from physagent_studio.program.scene.state import Click, Grounding
 from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter, choose
@@ -90,12 +91,6 @@ def fitted(table: np.ndarray, good: np.ndarray) -> np.ndarray:
     return weights
 
 
-def calibration(chance: np.ndarray, good: np.ndarray, bins: int = 5) -> float:
-    """Expected calibration error over bins of equal numbers of masks."""
-    order = np.array_split(np.argsort(chance), bins)
-    return float(sum(abs(chance[k].mean() - good[k].mean()) * len(k) for k in order) / len(chance))
-
-
 def report(way: str, rows: list[dict]) -> None:
     """Prints the weights for one way of marking things, and what they are worth."""
     keys = list(rows[0]["of"])
@@ -115,7 +110,8 @@ def report(way: str, rows: list[dict]) -> None:
             print(
                 f"# {title}: {part.sum()} masks, median IoU {np.median(values):.3f}, "
                 f"p25 {np.quantile(values, 0.25):.3f}, good {well.mean():.2f}, "
-                f"ECE {calibration(chance, well):.3f}, sure that are good {well[sure].mean():.2f}, "
+                f"ECE {calibration_error(chance, well):.3f}, "
+                f"sure that are good {well[sure].mean():.2f}, "
                 f"poor that are doubted {doubted[poor].mean():.2f}, "
                 f"good that are doubted {doubted[well].mean():.2f}, "
                 f"good that are sure {sure[well].mean():.2f}"

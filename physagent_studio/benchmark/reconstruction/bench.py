@@ -19,6 +19,7 @@ from physagent_studio.benchmark.reconstruction.at_rest import movers, standing
 from physagent_studio.benchmark.reconstruction.bad_pictures import cost_of, make_all
 from physagent_studio.benchmark.reconstruction.cover import Cover, cover_rows, covers_of
 from physagent_studio.benchmark.reconstruction.lookalikes import scooter, stack
+from physagent_studio.benchmark.reconstruction.many_parts import many_part_rows
 from physagent_studio.benchmark.reconstruction.plates import plate_rows
 from physagent_studio.benchmark.reconstruction.ranker import Thing, ranking_rows, things_of
 from physagent_studio.benchmark.reconstruction.synthetic import Drawn, scene
@@ -60,6 +61,7 @@ class TrueMasks:
 def bench(cases: Path | None = None, out: Path | None = None) -> list[Row]:
     """All rows; the photographs are left out where `cases` or the reference outlines are absent."""
     rows = [*_synthetic(), *_lookalikes(), *_ramps(), *plate_rows(), *_bad_pictures()]
+    rows += many_part_rows()
     if cases is not None and POLYGONS.is_file():
         rows += _photographs(cases)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
 from physagent_studio.reconstruction.photo.regions import iou
+from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Scene
 from physagent_studio.rendering import Compositor
 
@@ -21,26 +22,30 @@ WELL = 0.93
 
 @dataclass(frozen=True, slots=True)
 class Cover:
-    """One thing as drawn against its mask: IoU, and how far their middles are apart, pixels."""
+    """One thing as drawn against the photo: IoU with its mask, how far their middles are apart,
+    pixels, and how alike its pixels are where both show it, dB (peak signal to noise).
+    """
 
     name: str
     iou: float
     jump: float
+    psnr: float
 
 
 def covers_of(scene: Scene) -> list[Cover]:
     """Of each thing that the photo shows, drawn as it was built among the others."""
-    seen = Compositor(scene).frame(as_built=True).ids
+    frame = Compositor(scene).frame(as_built=True)
     out = []
     for index, item in enumerate(scene.state.objects):
         mask = scene.masks.get(item.name)
         if mask is None or np.count_nonzero(mask) < LEAST:
             continue
-        drawn = seen == index
+        drawn = frame.ids == index
         away = np.inf
         if drawn.any():
             away = float(np.linalg.norm(_middle(drawn) - _middle(mask)))
-        out.append(Cover(item.name, iou(drawn, mask), away))
+        likeness = _psnr(frame.rgb, scene.photo, drawn & mask)
+        out.append(Cover(item.name, iou(drawn, mask), away, likeness))
     return out
 
 
@@ -48,14 +53,25 @@ def cover_rows(where: str, covers: Sequence[Cover]) -> list[Row]:
     """The figures of many things. where: what pictures they are of."""
     values = np.array([one.iou for one in covers])
     jumps = np.array([one.jump for one in covers])
+    likeness = np.array([one.psnr for one in covers])
     covered = f"{where}: drawn solids cover their masks"
     return [
-        at_least(f"{covered}, median", float(np.median(values)), 0.95),
+        at_least(f"{covered}, median", float(np.median(values)), 0.97),
         shown(f"{covered}, lowest", float(values.min())),
         at_least(f"{where}: share that covers {WELL} of it", float((values >= WELL).mean()), 0.9),
         at_most(f"{where}: jump as it sets off, median", float(np.median(jumps)), 1.0, "px"),
         shown(f"{where}: jump as it sets off, worst", float(jumps.max()), "px"),
+        at_least(f"{where}: pixels of drawn solids, median", float(np.median(likeness)), 28, "dB"),
+        shown(f"{where}: pixels of drawn solids, lowest", float(likeness.min()), "dB"),
     ]
+
+
+def _psnr(drawn: Image, photo: Image | None, where: NDArray[np.bool_]) -> float:
+    """How alike two pictures (H, W, 3) are in an area (H, W), dB; 0 where there is no such area."""
+    if photo is None or not where.any():
+        return 0.0
+    error = np.square(drawn[where].astype(float) - photo[where].astype(float)).mean()
+    return float(10 * np.log10(255**2 / max(error, 0.1)))
 
 
 def _middle(area: NDArray[np.bool_]) -> NDArray[np.float64]:

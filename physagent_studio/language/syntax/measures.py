@@ -32,11 +32,6 @@ def amount_of(phrase: NounPhrase) -> float | None:
     return 1.0 if phrase.determiner in ("a", "an", "one") else None
 
 
-def is_quantity(phrase: NounPhrase, units: dict[str, float]) -> bool:
-    """Whether the phrase is a number of one of these units."""
-    return phrase.head in units and amount_of(phrase) is not None
-
-
 def in_units(phrase: NounPhrase, units: dict[str, float]) -> float | None:
     """The quantity in SI units or degrees; None where the phrase is none."""
     amount = amount_of(phrase)

@@ -94,11 +94,6 @@ def singular(word: str) -> str:
     return word
 
 
-def is_plural(word: str) -> bool:
-    """Whether a noun is in its plural form."""
-    return singular(word) != word
-
-
 def is_number(word: str) -> bool:
     """Whether the word is a number in figures or letters."""
     return word.replace(".", "", 1).isdecimal() or word in v.NUMBERS

@@ -63,13 +63,6 @@ def friction_between(first: SceneObject | Support, second: SceneObject | Support
     return math.sqrt(one * two)
 
 
-def rolling_between(first: SceneObject | Support, second: SceneObject | Support) -> float:
-    """Coefficient of rolling resistance of a pair: what both lose."""
-    one = row_of(first).rolling if first.rolling is None else first.rolling
-    two = row_of(second).rolling if second.rolling is None else second.rolling
-    return one + two
-
-
 def gravity_of(scene: SceneState) -> float:
     """Strength of gravity, m/s²."""
     return float(np.linalg.norm(scene.gravity))

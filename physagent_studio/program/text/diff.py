@@ -1,4 +1,4 @@
-"""What differs between two programs: hunks that can be taken one by one, and readable text."""
+"""What differs between two programs, in hunks that can be taken one by one."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import Any
 
 from physagent_studio.program.edits import AddItem, Edit, Hunk, MoveItem, RemoveItem, SetField
 from physagent_studio.program.program import PhysicalProgram
-from physagent_studio.program.text.document import dump_flow
 
 _LISTS = (
     "scene.objects",
@@ -151,65 +150,3 @@ def _field(path: str, edit: Edit) -> str:
     if isinstance(edit, RemoveItem | AddItem):
         return "kind"
     return edit.path.removeprefix(path).lstrip(".")
-
-
-# --- text --------------------------------------------------------------------------------------
-
-
-def diff_text(before: PhysicalProgram, after: PhysicalProgram) -> str:
-    """The difference for people, a paragraph per hunk; "no change" where there is none."""
-    hunks = diff(before, after)
-    if not hunks:
-        return "no change\n"
-    old = before.model_dump(mode="json")
-    return "\n".join(hunk_text(hunk, old) for hunk in hunks)
-
-
-def hunk_text(hunk: Hunk, before: Any) -> str:
-    """One hunk: its summary, then "field: old → new" or the item that comes or goes.
-
-    before: the plain data (`model_dump(mode="json")`) of the program that it applies to.
-    """
-    lines = [hunk.summary]
-    for edit in hunk.edits:
-        lines.append(f"  {edit_text_line(edit, before, hunk.id)}")
-    return "\n".join(lines) + "\n"
-
-
-def edit_text_line(edit: Edit, before: Any, within: str = "") -> str:
-    """One edit in a line: "velocity: [4, 0, 0] → [5, 0, 0]"."""
-    match edit:
-        case SetField():
-            name = edit.path.removeprefix(within).lstrip(".") or edit.path.rpartition(".")[2]
-            return f"{name}: {_shown(_found(before, edit.path))} → {_shown(edit.value)}"
-        case AddItem():
-            return f"+ {_shown(edit.item)}"
-        case RemoveItem():
-            return f"- {_shown(_found(before, edit.path))}"
-        case MoveItem():
-            return f"{edit.path.rpartition('.')[2]} to position {edit.index}"
-
-
-def _shown(value: Any) -> str:
-    if isinstance(value, dict):
-        value = {key: part for key, part in value.items() if part is not None}
-    text = dump_flow(value)
-    return text if len(text) <= 200 else text[:199] + "…"
-
-
-def _found(data: Any, path: str) -> Any:
-    """The plain value at a path, None where there is none."""
-    for part in path.split("."):
-        if isinstance(data, list):
-            labels = [_label(item) if isinstance(item, dict) else "" for item in data]
-            if part in labels:
-                data = data[labels.index(part)]
-            elif part.isdecimal() and int(part) < len(data):
-                data = data[int(part)]
-            else:
-                return None
-        elif isinstance(data, dict):
-            data = data.get(part)
-        else:
-            return None
-    return data

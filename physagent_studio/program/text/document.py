@@ -43,8 +43,7 @@ def program_of(root: Node) -> PhysicalProgram:
     if not isinstance(data, dict):
         message = "a program is a mapping with scene, event, clip and contract"
         raise ProgramError((Problem("", message, "", root.line + 1),))
-    lines = {location: line + 1 for location, _, line in root.walk()}
-    return validate_data(data, lines)
+    return validate_data(data, root.lines())
 
 
 def validate_data(data: Any, lines: Mapping[Location, int] | None = None) -> PhysicalProgram:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 from physagent_studio.errors import ProgramError
@@ -134,11 +133,6 @@ def mutated(seed: int) -> str:
     for _ in range(dice.randint(1, 6)):
         text = dice.choice(_MUTATIONS)(text, dice)
     return text[:300_000]
-
-
-def mutations(seed: int, count: int) -> Iterator[str]:
-    """The texts that `fuzz_programs` reads."""
-    return (mutated(number) for number in range(seed, seed + count))
 
 
 def _span(text: str, dice: random.Random) -> tuple[int, int]:

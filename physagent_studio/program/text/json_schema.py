@@ -6,8 +6,7 @@ import functools
 from typing import Any
 
 from physagent_studio.program.program import PhysicalProgram
-
-Location = tuple[str | int, ...]
+from physagent_studio.program.text.yaml_nodes import Location
 
 
 @functools.cache

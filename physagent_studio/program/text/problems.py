@@ -10,8 +10,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from physagent_studio.errors import Problem
+from physagent_studio.program.text.yaml_nodes import Location
 
-Location = tuple[str | int, ...]
 Fields = Callable[[Location], tuple[str, ...]]
 MOST = 50
 """So many problems are told; a text with more has one cause."""

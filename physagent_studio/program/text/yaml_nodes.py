@@ -9,7 +9,6 @@ documents, `.inf` and `.nan`, numbers with a leading zero, depth above 24, and t
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -35,45 +34,33 @@ _LEADING_ZERO = re.compile(r"[-+]?0[0-9]")
 
 @dataclass(eq=False, slots=True)
 class Node:
-    """A value with its place: characters [start, end) of the text, 0-based `line` and `column`.
+    """A value and the 0-based line on which it begins.
 
     keys: of a mapping, in order, each a scalar node. children: values of a mapping or items of a
-    sequence. flow: written as {…} or […]. value: of a scalar.
+    sequence. value: of a scalar.
     """
 
     kind: Literal["scalar", "mapping", "sequence"]
-    start: int
-    end: int
     line: int
-    column: int
-    flow: bool = False
     value: Scalar = None
-    style: str | None = None
     keys: list[Node] = field(default_factory=list)
     children: list[Node] = field(default_factory=list)
 
-    def get(self, key: str) -> Node | None:
-        """The value of a mapping's key, or None."""
-        for one, child in zip(self.keys, self.children, strict=True):
-            if one.value == key:
-                return child
-        return None
-
-    def walk(self, location: Location = ()) -> Iterator[tuple[Location, Node, int]]:
-        """Every node below and including this one: its location, itself, and its 0-based line.
+    def lines(self) -> dict[Location, int]:
+        """The 1-based line of every node from this one down, by its location.
 
         The line of a mapping's value is that of its key.
         """
-        yield location, self, self.line
-        stack: list[tuple[Location, Node]] = [(location, self)]
+        found: dict[Location, int] = {(): self.line + 1}
+        stack: list[tuple[Location, Node]] = [((), self)]
         while stack:
             here, node = stack.pop()
             for index, child in enumerate(node.children):
                 name = str(node.keys[index].value) if node.kind == "mapping" else index
                 line = node.keys[index].line if node.kind == "mapping" else child.line
-                yield (*here, name), child, line
-                if child.kind != "scalar":
-                    stack.append(((*here, name), child))
+                found[*here, name] = line + 1
+                stack.append(((*here, name), child))
+        return found
 
     def plain(self) -> Plain:
         """The value as plain data."""
@@ -142,11 +129,12 @@ def _label(node: Node) -> str | None:
     return label if isinstance(label, str) else None
 
 
-def parse(text: str) -> Node:
-    """The tree of a YAML text, or a `ProgramError` with path and line."""
-    if len(text) > MAX_CHARACTERS:
+def parse(text: str, limit: int = MAX_CHARACTERS) -> Node:
+    """The tree of a YAML text of at most `limit` characters, or a `ProgramError` with path and
+    line."""
+    if len(text) > limit:
         message = f"the text has {len(text)} characters"
-        raise ProgramError((Problem("", message, f"at most {MAX_CHARACTERS}", 1),))
+        raise ProgramError((Problem("", message, f"at most {limit}", 1),))
     builder = _Builder()
     try:
         for event in yaml.parse(text, Loader=yaml.SafeLoader):
@@ -181,36 +169,23 @@ def _take(builder: _Builder, event: yaml.Event) -> None:
             if len(builder.stack) >= MAX_DEPTH:
                 raise builder.problem("is nested too deeply", f"{MAX_DEPTH} levels", line)
             kind = "mapping" if isinstance(event, yaml.MappingStartEvent) else "sequence"
-            node = _node(event, kind, flow=bool(event.flow_style))
+            node = Node(kind, line)
             builder.place(node)
             builder.stack.append(node)
         case yaml.MappingEndEvent() | yaml.SequenceEndEvent():
-            node = builder.stack.pop()
-            node.end = event.end_mark.index if node.flow else _end_of_last(node)
+            builder.stack.pop()
         case _:
             pass
 
 
-def _end_of_last(node: Node) -> int:
-    """Where a block collection ends: with its last value, not with the comments after it."""
-    return node.children[-1].end if node.children else node.start
-
-
-def _node(event: yaml.Event, kind: Literal["scalar", "mapping", "sequence"], flow: bool) -> Node:
-    start, end = event.start_mark, event.end_mark
-    return Node(kind, start.index, end.index, start.line, start.column, flow)
-
-
 def _scalar(builder: _Builder, event: yaml.ScalarEvent) -> Node:
-    node = _node(event, "scalar", flow=True)
-    node.style = event.style
-    node.value = event.value
-    if event.style is None:
-        try:
-            node.value = resolve(event.value)
-        except ValueError as error:
-            raise builder.problem(str(error), "", node.line) from error
-    return node
+    line = event.start_mark.line
+    if event.style is not None:
+        return Node("scalar", line, event.value)
+    try:
+        return Node("scalar", line, resolve(event.value))
+    except ValueError as error:
+        raise builder.problem(str(error), "", line) from error
 
 
 def resolve(text: str) -> Scalar:

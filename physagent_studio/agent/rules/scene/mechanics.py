@@ -7,12 +7,6 @@ import math
 G = 9.81
 
 
-def stopping_distance(speed: float, friction: float, slope: float = 0.0) -> float:
-    """Way in which a sliding body stops: v² / 2a, a = g (μ cos s − sin s); inf if never."""
-    slowing = G * (friction * math.cos(slope) - math.sin(slope))
-    return speed * speed / (2 * slowing) if slowing > 1e-9 else math.inf
-
-
 def speed_to_stop(distance: float, friction: float, slope: float = 0.0) -> float:
     """Speed with which a sliding body stops after `distance`; 0 where nothing slows it."""
     slowing = G * (friction * math.cos(slope) - math.sin(slope))
@@ -70,11 +64,6 @@ def speed_to_knock(
     needed = speed_to_topple(height, half_width) / max(height, 1e-6)
     gained = (1 + restitution) * striker * seen / (striker + seen) * at / max(inertia, 1e-12)
     return needed / max(gained, 1e-9)
-
-
-def speed_after_hit(speed: float, mass: float, other: float, restitution: float) -> float:
-    """Speed of a body of that mass after it has centrally hit another one at rest."""
-    return speed * (mass - restitution * other) / (mass + other)
 
 
 def speed_before_hit(after: float, mass: float, other: float, restitution: float) -> float:

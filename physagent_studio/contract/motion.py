@@ -16,7 +16,7 @@ from physagent_studio.contract.outcome import (
 )
 from physagent_studio.contract.places import Place, distance_to, place_of
 from physagent_studio.contract.track import Track, Window
-from physagent_studio.program.actions import Direction
+from physagent_studio.program.base import DIRECTIONS
 from physagent_studio.program.contract import (
     Airborne,
     DescendsSlowly,
@@ -34,14 +34,6 @@ from physagent_studio.program.contract import (
 
 FloatArray = NDArray[np.float64]
 
-DIRECTIONS: dict[Direction, tuple[float, float, float]] = {
-    "left": (-1.0, 0.0, 0.0),
-    "right": (1.0, 0.0, 0.0),
-    "up": (0.0, 0.0, 1.0),
-    "down": (0.0, 0.0, -1.0),
-    "away": (0.0, 1.0, 0.0),
-    "toward_camera": (0.0, -1.0, 0.0),
-}
 KICK = 15.0
 """A turn of more than this many degrees within one step is an impact and not a bend."""
 

@@ -49,8 +49,7 @@ class EventFrame:
     … to. timing: whether several do it in turn or together. distance, speed, angle, delay: how
     far, how fast, how many degrees, how many seconds after the beginning; gap: how far off a place
     it ends. sequel: the prompt says that it comes after the frame before. rest: it is about the
-    others of those that the frame before picks from. first, last: of the patients, the ones that
-    it happens to before, or after, the others.
+    others of those that the frame before picks from.
     """
 
     sense: str
@@ -78,8 +77,6 @@ class EventFrame:
     link: str = "then"
     sequel: bool = False
     rest: bool = False
-    first: tuple[str, ...] = ()
-    last: tuple[str, ...] = ()
     leads: bool = False
     begins: tuple[tuple[Relation, Place], ...] = ()
     share: tuple[float, float] | None = None

@@ -14,8 +14,8 @@ from physagent_studio.language.semantics.modifiers import Details, details_of
 from physagent_studio.language.semantics.places import extent_of
 from physagent_studio.language.syntax.chunker import Chunker
 from physagent_studio.language.syntax.clauses import RawClause, split
-from physagent_studio.language.syntax.phrases import Chunk, NounPhrase
-from physagent_studio.language.syntax.rewriting import rewritten
+from physagent_studio.language.syntax.phrases import NounPhrase
+from physagent_studio.language.syntax.rewriting import UNREAD, rewritten
 from physagent_studio.language.tokens import vocabulary as v
 from physagent_studio.language.tokens.expressions import join_fixed
 from physagent_studio.language.tokens.spelling import corrected
@@ -30,10 +30,13 @@ def read(prompt: str, stock: Inventory) -> Reading:
     corrected_ones = corrected(tokenise(prompt), stock.nouns)
     things = (*stock.objects, *stock.supports, *stock.landmarks)
     nouns = {word for thing in things for word in thing.words}
-    tokens = join_fixed(rewritten(corrected_ones, stock.nouns), stock.phrases(), nouns)
+    plain = rewritten(corrected_ones, stock.nouns)
+    tokens = join_fixed(plain, stock.phrases(), nouns)
     cut, tokens = tokens[MAX_WORDS:], tokens[:MAX_WORDS]
     chunks = Chunker(tokens, stock.nouns).chunks()
     reader = _Reader(chunks, stock, prompt=prompt, tokens=tokens)
+    said = " ".join(token.text for token in plain)
+    reader.unknown |= {found.group(): None for found in UNREAD.finditer(said)}
     clauses = split(chunks)
     for clause, following in zip_longest(clauses, clauses[1:]):
         if following is not None:
@@ -60,11 +63,8 @@ class _Reader(Meanings):
         start = clause.start if self.pending_text is None else self.pending_text
         text = self._text(start, clause.end)
         if clause.verb is None:
-            if self._ranked(clause, text):
-                return
-            clause_id = self._add_clause(text)
-            if not self._named_force(clause, clause_id):
-                self._report_words(clause)
+            self._add_clause(text)
+            self._report_words(clause)
             return
         if self._is_prelude(clause):
             self.pending_text = start
@@ -88,49 +88,6 @@ class _Reader(Meanings):
                 self.frames.append(replace(other, any_one=False, least=0, most=None))
         self.pending_cause, self.pending_manner, self.left_so = "", frozenset(), False
         self.pending_way, self.pending_rest, self.pending_denial = None, False, False
-
-    def _named_force(self, clause: RawClause, clause_id: str) -> bool:
-        """ "A gentle nudge to the top book": a push without a verb."""
-        chunks = self.chunks[clause.start : clause.end]
-        force = next((c.np for c in chunks if c.np and c.np.head in v.FORCE_NOUNS), None)
-        about = [c.np for c in chunks if c.np is not None and c.np is not force]
-        who = next((r for np in about if (r := resolve_objects(np, self.stock, self.talk))), None)
-        if force is None or who is None:
-            return False
-        said = {v.MANNERS[a] for a in force.adjectives if a in v.MANNERS}
-        ways = [v.DIRECTIONS[a] for a in force.adjectives if a in v.DIRECTIONS]
-        self.talk.mention(who.names)
-        self.last = who
-        self.frames.append(
-            EventFrame(
-                v.FORCE_SENSE.get(force.head, "push"), clause_id, patient=who.names,
-                direction=ways[0] if ways else None,  # type: ignore[arg-type]
-                manner=frozenset(said), **who.counts,
-            )
-        )  # fmt: skip
-        return True
-
-    def _ranked(self, clause: RawClause, text: str) -> bool:
-        """ "…, the tall one first and the short one last": the order of what was told."""
-        before = self.frames[-1] if self.frames else None
-        if before is None or len(before.patient) < 2 or not self.clauses:
-            return False
-        chunks = self.chunks[clause.start : clause.end]
-        ranks: dict[str, tuple[str, ...]] = {}
-        for chunk, following in zip_longest(chunks, chunks[1:]):
-            if chunk.np is None:
-                continue
-            phrase, rank = _rank_of(chunk.np, following)
-            found = resolve_objects(phrase, self.stock, self.talk)
-            if not rank or found is None or not set(found.names) < set(before.patient):
-                return False
-            ranks[rank] = found.names
-        if not ranks:
-            return False
-        self.frames[-1] = replace(before, first=ranks.get("first", ()), last=ranks.get("last", ()))
-        told = self.clauses[-1]
-        self.clauses[-1] = ReadClause(told.id, f"{told.text}, {text}")
-        return True
 
     def anticipate(self, clause: RawClause, following: RawClause) -> None:
         """ "Rolling forward, the ball …": the subject is only named in the next clause."""
@@ -241,12 +198,7 @@ class _Reader(Meanings):
         )
         if details.count is not None and sense not in COUNTABLE:
             self.unknown[_COUNTED.get(details.count, f"{details.count} times")] = None
-        if frame.link == "until" and sense == "be" and frame.place("in", "on", "at", "near"):
-            # "Until it is in the goal": until it gets there.
-            frame = replace(frame, sense="enter" if frame.place("in") else "reach")
         frame = self.completed(frame, clause, kind, subject, objects, details)
-        if frame is not None and frame.any_one and "not_both" in clause.adverbs:
-            frame = replace(frame, any_one=False, least=1, most=1)
         goes_on = subject is not None and subject is self.relative and not clause.subjects
         self.relative = self.relative if goes_on else subject if clause.relative else None
         if clause.relative or goes_on:
@@ -314,16 +266,6 @@ def _of_the_rest(clause: RawClause) -> bool:
     """ "… the other stays": about what was left over."""
     said = [a for p in clause.subjects for a in (p.head, p.determiner, *p.adjectives)]
     return any(word in v.OTHERS or word == "another" for word in said)
-
-
-def _rank_of(phrase: NounPhrase, following: Chunk | None) -> tuple[NounPhrase, str]:
-    """ "The tall one first", "the cup last": the thing, and its place in a row, or ""."""
-    tail = phrase.adjectives[-1] if phrase.adjectives and not phrase.nouns else ""
-    if tail in ("first", "last") and len(phrase.adjectives) > 1:
-        kept = phrase.adjectives[:-1]
-        return replace(phrase, adjectives=kept, head=kept[-1]), tail
-    after = following.word if following is not None and following.kind == "adv" else ""
-    return phrase, after if after in ("first", "last") else ""
 
 
 _COUNTED = {2: "twice", 3: "thrice"}

@@ -35,6 +35,11 @@ Pixels = Annotated[float, Field(ge=-1e5, le=1e5)]
 
 Step = Annotated[int, Field(ge=0, le=100_000)]
 Direction = Literal["left", "right", "up", "down", "away", "toward_camera"]
+DIRECTIONS: dict[Direction, tuple[float, float, float]] = {
+    "left": (-1.0, 0.0, 0.0), "right": (1.0, 0.0, 0.0), "up": (0.0, 0.0, 1.0),
+    "down": (0.0, 0.0, -1.0), "away": (0.0, 1.0, 0.0), "toward_camera": (0.0, -1.0, 0.0),
+}  # fmt: skip
+"""What the words mean in the world."""
 
 Position = tuple[Metres, Metres, Metres]
 Velocity = tuple[Speed, Speed, Speed]

@@ -17,11 +17,11 @@ from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.actions import FixObject
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.bodies import Rigid
+from physagent_studio.program.scene.materials import density_of, touch_of
 from physagent_studio.program.scene.state import MeshedSupport, Shape, Vessel
 from physagent_studio.records import Alarm, Mesh, Rollout
 from physagent_studio.simulation.actions.world import World
 from physagent_studio.simulation.bodies.clouds import Cloud
-from physagent_studio.simulation.bodies.contact_law import density_of, touch_of
 from physagent_studio.simulation.bodies.convex_parts import split
 from physagent_studio.simulation.bodies.solids import Solid, solid_of
 from physagent_studio.simulation.contacts.wheels import wheels_of

@@ -36,6 +36,7 @@ from physagent_studio.program.text.yaml_nodes import MAX_CHARACTERS, parse
 def test_what_a_plain_word_means(text, value):
     found = parse(f"a: {text}\n").plain()
     assert found == {"a": value}
+    assert isinstance(found, dict)
     assert type(found["a"]) is type(value)
 
 

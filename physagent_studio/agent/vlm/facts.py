@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from physagent_studio.program import PhysicalProgram, SceneState
-from physagent_studio.program.preflight.mechanics import row_of
+from physagent_studio.program.scene.materials import density_of, touch_of
 from physagent_studio.program.scene.shapes import outline_of
 from physagent_studio.records import Check, Finding, Rollout
 
@@ -31,7 +31,6 @@ def scene_lines(scene: SceneState) -> str:
     """Objects, supports and landmarks with their sizes and places."""
     lines = []
     for item in scene.objects:
-        row = row_of(item)
         parts = [f"object {item.name}"]
         if item.shape is not None:
             parts.append(f"{item.shape.kind}, extent {vector(outline_of(item.shape).size)} m")
@@ -39,8 +38,8 @@ def scene_lines(scene: SceneState) -> str:
             parts.append(f"at {vector(item.position)}")
         parts += [
             f"on {item.support or 'unknown'}",
-            f"{item.material}, {figure(item.density or row.density)} kg/m³",
-            f"friction {figure(row.friction if item.friction is None else item.friction)}",
+            f"{item.material}, {figure(density_of(item))} kg/m³",
+            f"friction {figure(touch_of(item).friction)}",
             item.body.kind,
         ]
         lines.append("; ".join(parts))

@@ -97,11 +97,8 @@ def resolve_objects(
         rest = tuple(n for n in everything if subject_of_clause or n not in talk.subject)
         return Resolved(rest) if len(rest) > 1 else None
     if phrase.of is not None and phrase.head in v.SIDES:
-        # "The back of the plate" is the plate, "the front of the two cans" one of them.
-        if not phrase.of.plural:
-            return resolve_objects(phrase.of, stock, talk)
-        inner = _candidates(phrase.of, stock, talk)
-        return _choose(phrase, inner, stock, talk, phrase.of) if inner else None
+        # "The back of the plate" is the plate.
+        return resolve_objects(phrase.of, stock, talk)
     if phrase.head in v.OTHERS or (not phrase.nouns and phrase.adjectives):
         return _choose(phrase, _class_of_last(stock, talk), stock, talk, phrase)
     found = _besides(talk.acting, _candidates(phrase, stock, talk))
@@ -156,8 +153,6 @@ def of_pronoun(word: str, stock: Inventory, talk: Discourse, subject: bool) -> R
     if word in ("they", "them", "both", "these", "those", "each"):
         group = next((m for m in reversed(talk.mentions) if len(m) > 1), ())
         pair = _last_two(talk) if word == "both" or not group else ()
-        if word == "both" and not pair and not subject:
-            pair = _pair_of_kind(stock, talk)
         return Resolved(pair or group) if pair or group else None
     if word not in ("it", "one", "that", "this", "he", "she", "him"):
         return None
@@ -185,13 +180,6 @@ def _last_two(talk: Discourse) -> tuple[str, ...]:
     for names in reversed(talk.mentions):
         seen += [name for name in names if name not in seen]
     return tuple(reversed(seen[:2])) if len(seen) >= 2 else ()
-
-
-def _pair_of_kind(stock: Inventory, talk: Discourse) -> tuple[str, ...]:
-    """ "The white ball misses both": the two others of its kind."""
-    heads = {t.head for t in stock.objects if t.name in talk.subject}
-    alike = [t.name for t in stock.objects if t.head in heads and t.name not in talk.subject]
-    return tuple(alike) if len(alike) == 2 else ()
 
 
 def _class_of_last(stock: Inventory, talk: Discourse) -> tuple[Thing, ...]:

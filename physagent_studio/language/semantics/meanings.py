@@ -111,7 +111,7 @@ class Meanings(Roles):
         verb = clause.verb
         assert verb is not None
         said = {self.tokens[i].text for i in range(verb.start, verb.end)}
-        return clause.joint == "before" and not verb.negated and bool(said & set(_ABLE))
+        return clause.joint == "before" and not verb.negated and bool(said & {"can", "could"})
 
     def _negated(self, clause: RawClause) -> bool:
         assert clause.verb is not None
@@ -127,7 +127,6 @@ class Meanings(Roles):
         )
 
 
-_ABLE = ("can", "could")
 _OWN = ("fall", "rise", "descend", "topple", "leave", "move")
 """Senses of what something does by itself, whatever the verb without its particle."""
 _INTO = ("into", "against", "toward", "towards", "off", "onto")

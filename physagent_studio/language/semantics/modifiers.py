@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 
 from physagent_studio.knowledge import is_container
 from physagent_studio.language.frames import Place, Relation, Way
-from physagent_studio.language.reference.names import resolve_objects
 from physagent_studio.language.reference.stock import Discourse, Inventory
 from physagent_studio.language.semantics.details import Details, is_path, take_force, take_measure
 from physagent_studio.language.semantics.prepositions import SIDED, take_preposition
@@ -15,8 +14,6 @@ from physagent_studio.language.syntax.phrases import NounPhrase
 from physagent_studio.language.tokens import vocabulary as v
 
 FIXED_WAYS: dict[str, Way] = {
-    "toward_camera": "toward_camera",
-    "from_camera": "away",
     "from_left": "right",
     "from_right": "left",
     "from_front": "away",
@@ -39,10 +36,6 @@ def details_of(
     sense: of its verb; what is on a shelf and falls, falls from there.
     """
     details = Details(unknown=unknown)
-    for phrase in objects if any(np.head in v.OTHERS for _, np in clause.places) else ():
-        # "Pulls the red one from under the others".
-        if (direct := resolve_objects(phrase, stock, talk)) is not None:
-            talk.mention(direct.names)
     inside = _opening(clause, sense, stock, talk)
     for word in clause.adverbs:
         if word in ("in", "inside") and inside is not None:
@@ -52,6 +45,12 @@ def details_of(
             details.unknown[word] = None
         else:
             _adverb(word, details, talk)
+    ways = {v.DIRECTIONS.get(word) for word in clause.adverbs}
+    ways |= {preposition for preposition, _ in clause.places}
+    for one, other in (("left", "right"), ("up", "down")):
+        if {one, other} <= ways and ("back" not in clause.adverbs or one == "up"):
+            # "The cup slides to the left and the box to the right".
+            details.unknown[f"{one} … {other}"] = None
     for phrase in (*objects, *clause.subjects):
         _adjectives(phrase, details)
     for preposition, phrase in clause.lead:
@@ -115,10 +114,7 @@ def _adverb(word: str, details: Details, talk: Discourse) -> None:
     if word == "from_behind":
         return
     if word in FIXED_WAYS:
-        if word.startswith("from_") and word != "from_camera":
-            details.origin = FIXED_WAYS[word]
-        else:
-            details.direction = FIXED_WAYS[word]
+        details.origin = FIXED_WAYS[word]
     elif word in ("inside", "in", "there") and talk.landmark is not None:
         details.places = (*details.places, ("in", talk.landmark))
     elif word in v.MANNERS:
@@ -141,19 +137,14 @@ def _adverb(word: str, details: Details, talk: Discourse) -> None:
         details.count = v.COUNTS[word]
     elif word in v.POSTURES:
         details.posture = v.POSTURES[word]
-    elif word in _WRITTEN:
-        details.unknown[_WRITTEN[word]] = None
+    elif word == "where_it_started":
+        details.unknown["where it started"] = None
     elif word in _ENDS:
         details.posture = _ENDS[word]
     elif word == "outside" or not _is_known(word):
         details.unknown[word] = None
 
 
-_WRITTEN = {
-    "where_it_started": "where it started", "stepwise": "step by step",
-    "first_of_all": "the first to", "last_of_all": "the last to",
-}  # fmt: skip
-"""How words that were joined, and that nothing tests, were written."""
 _ENDS = {"motionless": "still", "sidelong": "side", "inverted": "inverted", "airborne": "airborne"}
 
 
@@ -163,7 +154,7 @@ def _is_known(word: str) -> bool:
         v.NEGATIONS, v.DETERMINERS, v.AUXILIARIES, v.SUBORDINATORS, v.RELATIVES, v.CONJUNCTIONS,
         v.MATERIAL_WORDS,
     )  # fmt: skip
-    return any(word in table for table in tables) or word in ("times", "horizontally", "not_both")
+    return any(word in table for table in tables) or word in ("times", "horizontally")
 
 
 def _adjectives(phrase: NounPhrase, details: Details) -> None:

@@ -71,14 +71,13 @@ def take_preposition(
     if _by_or_way(preposition, phrase, details):
         return
     if resolved is not None:
-        if preposition == "by" and _goes_by(clause):
-            _place("past", phrase, details, stock, talk)
-            return
-        if preposition == "by" and len(clause.objects) == 0:
+        if preposition == "by" and not clause.objects and not _goes_by(clause):
             details.by = resolved.names
             talk.mention(resolved.names)
             return
-        if preposition in STRIKING and not is_group(phrase, stock):
+        entry = v.VERBS.get(clause.verb.verb) if clause.verb is not None else None
+        beside = preposition == "with" and entry is not None and entry.kind == "move"
+        if preposition in STRIKING and not beside and not is_group(phrase, stock):
             details.struck = resolved.names
     if preposition == "by" and _goes_by(clause):
         preposition = "past"
@@ -100,14 +99,6 @@ def _only_said(
     if preposition in OUT and phrase.head in v.VIEW_WORDS and not _is_there(phrase, stock):
         details.unknown[f"{OUT[preposition]} the {phrase.head}"] = None
         details.direction = details.direction or _side_said(phrase)
-    elif preposition == "as_much_as":
-        whose = resolve_objects(phrase, stock, talk)
-        details.unknown["as … as " + " ".join(whose.names if whose else phrase.nouns)] = None
-    elif preposition == "starting_with":
-        details.unknown["starting with"] = None
-    elif preposition == "nearest_to":
-        if any(np is phrase for _, np in clause.places) or not clause.subjects:
-            details.unknown["nearest to " + " ".join(phrase.nouns or (phrase.head,))] = None
     else:
         # A comparison tells nothing; who is spared is read with the subject.
         return preposition in ("like", "except")
@@ -157,20 +148,12 @@ def _by_or_way(preposition: str, phrase: NounPhrase, details: Details) -> bool:
     """Directions said with a preposition: "to the left", "toward the camera"."""
     word = phrase.head
     way = v.DIRECTIONS.get(word) if not phrase.nouns else None
-    side = word == "side" and next((a for a in phrase.adjectives if a in ("left", "right")), None)
     if preposition in TO and word in v.CAMERA_WORDS:
         details.direction = "toward_camera"
     elif preposition == "away_from" and word in v.CAMERA_WORDS:
         details.direction = "away"
-    elif preposition in (*TO, "on") and (way or side):
-        details.direction = side or way  # type: ignore[assignment]
-    elif word in ("side", "sides") and preposition in ("to", "from", "on", "onto"):
-        if preposition in ("on", "onto"):
-            details.posture = "side"
-        elif preposition == "from":
-            details.origin = "sideways"
-        else:
-            details.direction = "sideways"
+    elif preposition in (*TO, "on") and way:
+        details.direction = way  # type: ignore[assignment]
     else:
         return False
     return True

@@ -164,8 +164,6 @@ class Subjects:
     def _standing_there(self, found: Resolved, clause: RawClause) -> Resolved:
         """ "The oranges on the belt": of several, those that are on it in the picture."""
         for preposition, place in clause.lead:
-            if preposition == "nearest_to" and len(found.names) > 1:
-                return self._nearest(found, place)
             if preposition not in ("on", "in", "upon") or len(found.names) < 2:
                 continue
             alike = tuple(t for t in self.stock.supports if place.head in t.words)
@@ -185,17 +183,6 @@ class Subjects:
                 least = found.least if found.most == found.least == 1 else least
                 return replace(found, names=kept, least=least, most=most) if kept else found
         return found
-
-    def _nearest(self, found: Resolved, place: NounPhrase) -> Resolved:
-        """ "The cup nearest to the ball": by their clicks in the picture."""
-        about = resolve_objects(place, self.stock, self.talk)
-        things = (*self.stock.objects, *self.stock.supports)
-        there = [t for t in things if about is not None and t.name in about.names]
-        if not there or not there[0].spots:
-            self.unknown["nearest to " + " ".join(place.nouns or (place.head,))] = None
-            return found
-        others = tuple(name for name in found.names if name != there[0].name)
-        return Resolved(nearest_to(others, there[0], self.stock)[:1])
 
     def _count_by_place(self, found: Resolved, phrase: NounPhrase, clause: RawClause) -> Resolved:
         """ "Two oranges slide off the belt": of three, the two that are nearest to the belt."""

@@ -55,16 +55,12 @@ def split(chunks: Sequence[Chunk]) -> tuple[RawClause, ...]:
         cut = next((i for i in range(verb + 1, end) if chunks[i].kind == "sub"), end)
         cut = _apposition(chunks, verb, cut)
         spared = _spared(chunks, verb, cut)
-        gap = _gapped(chunks, start, verb, spared)
-        then = _then(chunks, verb, gap)
+        then = _then(chunks, verb, spared)
         found.append(_clause(chunks, start, verb, then))
-        main = found[-1]
-        while then < gap:
-            onward = _next_then(chunks, then + 1, gap)
+        while then < spared:
+            onward = _then(chunks, then - 1, spared)
             found.append(_again(found[-1], chunks[then:onward], then, onward))
             then = onward
-        if gap < spared:
-            found.append(_likewise(main, chunks[gap + 1 : spared], gap, spared))
         if spared < cut:
             found.append(_without(found[-1], chunks[spared:cut], spared, cut))
         if cut < end:
@@ -128,8 +124,6 @@ def _boundary(chunks: Sequence[Chunk], before: int, verb: int) -> int:
             return _run_start(chunks, about - 1, before)
         return _run_start(chunks, hard[-1], before)
     last = joiners[-1]
-    if any(chunk.kind == "np" for chunk in chunks[last + 1 : verb]):
-        last = _coordinated_subject(chunks, joiners, before)
     return _run_start(chunks, last, before)
 
 
@@ -183,19 +177,6 @@ def _taken_up(found: Sequence[RawClause], chunks: Sequence[Chunk]) -> list[RawCl
                       chunks[i].kind in ("and", "sub")), "")  # fmt: skip
         out[index + 1] = replace(after, subjects=(phrase,), complement=False, joint=joint)
     return out
-
-
-def _coordinated_subject(chunks: Sequence[Chunk], joiners: Sequence[int], before: int) -> int:
-    """ "…, the cube and the pin fall": the joiner with which the whole subject begins."""
-    last = joiners[-1]
-    for joiner in reversed(joiners[:-1]):
-        between = [chunk.kind for chunk in chunks[joiner + 1 : last]]
-        if between and set(between) <= {"np"} and chunks[last].kind == "and":
-            return joiner
-        if between:
-            break
-        last = joiner
-    return last
 
 
 def _run_start(chunks: Sequence[Chunk], index: int, before: int) -> int:
@@ -267,78 +248,12 @@ def _then(chunks: Sequence[Chunk], verb: int, end: int) -> int:
             continue
         if chunks[index + 1].kind == "np" and all(c.kind != "gap" for c in chunks[index:end]):
             return index
-    return _other_way(chunks, verb, end)
-
-
-_TURNING = v.DIRECTIONS.keys() - {"apart", "away", "off", "together"}
-
-
-def _other_way(chunks: Sequence[Chunk], verb: int, end: int) -> int:
-    """ "Slides left, then right": where the verb goes on in another direction; else the end."""
-    told = False
-    for index in range(verb + 1, end - 1):
-        if told and (chunks[index].kind, chunks[index].word) == ("and", "then"):
-            return index if _way_at(chunks, index + 1, end) else end
-        told |= chunks[index].word in _TURNING
-        told |= chunks[index].kind == "pp"
     return end
-
-
-def _next_then(chunks: Sequence[Chunk], start: int, end: int) -> int:
-    """Where the verb goes on once more behind `start`; else the end."""
-    for index in range(start, end - 1):
-        if (chunks[index].kind, chunks[index].word) == ("and", "then"):
-            more = chunks[index + 1].kind == "np" or _way_at(chunks, index + 1, end)
-            return index if more else end
-    return end
-
-
-def _way_at(chunks: Sequence[Chunk], index: int, end: int) -> bool:
-    said = [chunk.word for chunk in chunks[index:end] if chunk.kind == "adv"]
-    turns = any(word in _TURNING for word in said) and "back" not in said
-    return turns and chunks[index].kind == "adv"
-
-
-def _gapped(chunks: Sequence[Chunk], start: int, verb: int, end: int) -> int:
-    """ "The cup slides to the left and the box to the right": where the verb is left out; else the
-    end."""
-    entry, whole = v.VERBS.get(chunks[verb].verb or ""), end
-    if entry is None or entry.kind != "move" or not any(c.np for c in chunks[start:verb]):
-        return end
-    while end > verb and chunks[end - 1].kind == "stop":
-        end -= 1
-    for index in range(verb + 2, end - 2):
-        before, after = chunks[verb + 1 : index], chunks[index + 2 : end]
-        if chunks[index].kind not in ("and", "stop") or chunks[index + 1].kind != "np":
-            continue
-        ways = (
-            any(c.word in _TURNING for c in part if c.kind == "adv") for part in (before, after)
-        )
-        plain = {c.kind for c in (*before, *after)} <= {"adv", "pp"}
-        if all(ways) and plain and chunks[index].word in ("and", ",", "but"):
-            return index
-    return whole
-
-
-def _likewise(told: RawClause, tail: Sequence[Chunk], start: int, end: int) -> RawClause:
-    """The same verb of another thing, with its own places."""
-    things, places = _after_verb(tail)
-    ways = tuple(chunk.word for chunk in tail if chunk.kind == "adv")
-    return replace(
-        told, subjects=things, objects=(), places=places, lead=(), adverbs=ways, joint="and",
-        relative=False, complement=False, sequel=False, start=start, end=end,
-    )  # fmt: skip
 
 
 def _again(told: RawClause, tail: Sequence[Chunk], start: int, end: int) -> RawClause:
     """The same verb of the next thing, afterwards."""
     things, places = _after_verb(tail)
-    if not things:
-        ways = tuple(chunk.word for chunk in tail if chunk.kind == "adv")
-        return replace(
-            told, places=places, lead=(), adverbs=ways, joint="then", sequel=True, subjects=(),
-            start=start, end=end,
-        )  # fmt: skip
     passive = told.verb is not None and (told.verb.passive or not told.objects)
     about = {"subjects": things} if passive else {"objects": things}
     fresh = replace(told, places=places or told.places, lead=(), joint="then", sequel=True, **about)  # type: ignore[arg-type]

@@ -90,31 +90,15 @@ class NounPhrases:
         if (self.word(j), self.word(j + 1)) == ("on", "top") and (nouns or words == ["one"]):
             # "The one on top".
             return ["top", *words], j + 2
-        level = _LEVELS.get(self.word(j), "")
-        counted = not nouns and all(w in v.NUMBERS or w in ("one", "ones") for w in words)
-        after_it = self.word(j + 1)
-        closes = not after_it or after_it in ".,;:!?" or after_it in v.AUXILIARIES
-        if level and counted and (closes or verb_base(after_it) is not None):
-            # "The two below".
-            return [level, *words], j + 1
         named = bool(nouns) or words in (["one"], ["ones"])
         if not named or self.word(j) not in ("in", "on", "at") or self.word(j + 1) != "the":
             return words, j
-        going_by = self.word(i - 1) in ("past", "beyond", "by", "around")
-        if going_by and self.word(j + 2) in ("left", "right"):
+        if self.word(j + 2) in ("left", "right") and self.word(i - 1) in _GOING_BY:
             # "Past the pins on the right": where it passes them, and not which of them.
             return words, j
         where, after = self.word(j + 2), j + 3
         closed = v.CAUSES.keys() | v.FORCE_NOUNS | v.PARTS.keys() | self.nouns
         told = self.word(after) in closed or self._reaches_noun(after)
-        pair = {where, self.word(after + 1)} == {"left", "right"}
-        if (
-            pair
-            and self.word(after) == "and"
-            and singular(nouns[-1] if nouns else "") in self.nouns
-        ):
-            # "The cups on the left and right".
-            return ["outer", *words], after + 2
         if where not in v.POSITIONS or told or self.word(after) == "of":
             return words, j
         return [where, *words], after
@@ -191,9 +175,6 @@ class NounPhrases:
 
     def _adjective_role(self, j: int, word: str, started: bool, has_noun: bool) -> str:
         if not has_noun:
-            if word.endswith("ing") and self.word(j - 1) in ("one", "ones"):
-                # "Leaving the middle one standing".
-                return "end"
             if word in v.FORCE_NOUNS or (word in v.PARTS and not self._qualifies(j + 1)):
                 return "noun" if started else "end"
             bare = started or self._qualifies(j + 1) or word in v.NUMBERS or word in v.OTHERS
@@ -225,10 +206,7 @@ class NounPhrases:
         return word.isalpha() and not other and verb_base(word) is None
 
 
-_LEVELS = {
-    "below": "bottom", "underneath": "bottom", "beneath": "bottom", "above": "top",
-}  # fmt: skip
-"""Where things are that are only counted: "the two below"."""
+_GOING_BY = ("past", "beyond", "by", "around")
 
 
 def is_adjective(word: str) -> bool:

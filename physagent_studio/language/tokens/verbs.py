@@ -196,6 +196,6 @@ WITH_OBJECT: dict[tuple[str, str], str] = {
     ("follow", "curve"): "curve", ("follow", "path"): "move", ("form", "arc"): "curve",
     ("form", "curve"): "curve", ("form", "c"): "curve", ("form", "circle"): "circle",
     ("make", "circle"): "circle", ("hold", "position"): "stay", ("keep", "position"): "stay",
-    ("keep", "place"): "stay",
+    ("keep", "place"): "stay", ("give", "way"): "collapse",
 }  # fmt: skip
 """A verb with the head of its object (or of its "to …"), where that makes another sense."""

@@ -148,7 +148,6 @@ BOUNDS = words_of("atleast atmost exactly morethan fewerthan")
 """What stands before a number that is a limit: "at least two of the pins"."""
 SHARES: dict[str, tuple[float, float]] = {
     "halfway": (0.35, 0.65), "midway": (0.35, 0.65), "alltheway": (0.9, 10.0),
-    "partway": (0.1, 0.9), "mostway": (0.6, 1.0), "thirdway": (0.22, 0.45),
 }  # fmt: skip
 """How much of a way is gone."""
 PRONOUNS = words_of(
@@ -164,8 +163,7 @@ PREPOSITIONS = words_of(
     "on onto upon in into inside within to toward towards from off of over under underneath "
     "beneath below above across along through past against with without by at near beside "
     "behind before after around between among beyond down up outside until via for alongside "
-    "about throughout during like starting_with nearest_to except infront leftof rightof atop "
-    "as_much_as"
+    "about throughout during like except infront leftof rightof atop"
 )
 CONJUNCTIONS = words_of("and or but then nor")
 SUBORDINATORS = words_of(

@@ -17,33 +17,20 @@ from physagent_studio.program.actions import (
     SetVelocity,
     duration_of,
 )
+from physagent_studio.program.base import DIRECTIONS
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.scene.bodies import Cloth, Rope
-from physagent_studio.program.scene.materials import MATERIALS, Material
+from physagent_studio.program.scene.materials import combine, density_of, touch_of
 from physagent_studio.program.scene.shapes import Placed, outline_of, place_object, place_support
 from physagent_studio.program.scene.state import SceneObject, SceneState, Support
 from physagent_studio.program.scene.volumes import volume_of
-
-DIRECTIONS: dict[str, tuple[float, float, float]] = {
-    "left": (-1.0, 0.0, 0.0),
-    "right": (1.0, 0.0, 0.0),
-    "up": (0.0, 0.0, 1.0),
-    "down": (0.0, 0.0, -1.0),
-    "away": (0.0, 1.0, 0.0),
-    "toward_camera": (0.0, -1.0, 0.0),
-}
-
-
-def row_of(item: SceneObject | Support) -> Material:
-    """The material's row of the table."""
-    return MATERIALS[item.material]
 
 
 def mass_of(item: SceneObject) -> float | None:
     """Mass in kg, or None while the shape is open. Sheets and ropes weigh what they are thick."""
     if item.shape is None:
         return None
-    density = row_of(item).density if item.density is None else item.density
+    density = density_of(item)
     if not isinstance(item.body, Cloth | Rope):
         return density * volume_of(item.shape)
     long, wide, _ = sorted((float(side) for side in outline_of(item.shape).size), reverse=True)
@@ -58,9 +45,7 @@ def _rod(length: float, thickness: float) -> float:
 
 def friction_between(first: SceneObject | Support, second: SceneObject | Support) -> float:
     """Coulomb coefficient of a pair: the geometric mean of both."""
-    one = row_of(first).friction if first.friction is None else first.friction
-    two = row_of(second).friction if second.friction is None else second.friction
-    return math.sqrt(one * two)
+    return combine(touch_of(first), touch_of(second)).friction
 
 
 def gravity_of(scene: SceneState) -> float:
@@ -117,9 +102,12 @@ def speed_gain(action: Action, mass: float, step_seconds: float) -> float:
     return 0.0
 
 
-def expected_speed(program: PhysicalProgram, item: SceneObject) -> float:
-    """A bound of the object's speed in m/s: what it can fall plus what the actions give it."""
-    mass, gravity = mass_of(item), gravity_of(program.scene)
+def expected_speed(program: PhysicalProgram, item: SceneObject, mass: float | None = None) -> float:
+    """A bound of the object's speed in m/s: what it can fall plus what the actions give it.
+
+    mass: kg, where it is known better than from the outline.
+    """
+    mass, gravity = mass or mass_of(item), gravity_of(program.scene)
     if mass is None or item.position is None:
         return 0.0
     floors = [s.shape.height for s in program.scene.supports if s.shape and s.shape.kind == "floor"]

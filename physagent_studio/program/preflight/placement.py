@@ -15,12 +15,12 @@ from physagent_studio.program.preflight.findings import PreflightFinding
 from physagent_studio.program.preflight.mechanics import (
     expected_speed,
     gravity_of,
-    row_of,
     standing,
 )
 from physagent_studio.program.preflight.scaling import scaled, shape_scaled, shape_thickened
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.scene.boards import is_hollow
+from physagent_studio.program.scene.materials import MATERIALS
 from physagent_studio.program.scene.overlaps import overlap, way_out
 from physagent_studio.program.scene.shapes import Placed, gap, lowest, outline_of, place_object
 from physagent_studio.program.scene.state import SceneObject, Slab
@@ -53,7 +53,7 @@ def _density(item: SceneObject) -> Iterator[PreflightFinding]:
     path = f"scene.objects.{item.name}"
     if item.density is None:
         return
-    usual = row_of(item).density
+    usual = MATERIALS[item.material].density
     if not usual / 15 <= item.density <= usual * 15 or item.density > 23_000:
         message = f"{item.density:g} kg/m³ is far from the {usual:g} kg/m³ of {item.material}"
         edits = (SetField(path=f"{path}.density", value=usual),)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from physagent_studio.program.actions import ApplyDisturbance
-from physagent_studio.simulation.actions.vectors import DIRECTIONS
+from physagent_studio.program.base import DIRECTIONS
 from physagent_studio.simulation.surfaces import FloatArray
 
 AIR_DENSITY = 1.204

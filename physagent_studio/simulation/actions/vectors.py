@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from physagent_studio.program import Directed
-from physagent_studio.program.actions import Direction
+from physagent_studio.program.base import DIRECTIONS
 from physagent_studio.program.scene.state import (
     Floor,
     MeshedSupport,
@@ -18,15 +18,6 @@ from physagent_studio.program.scene.state import (
     Wall,
 )
 from physagent_studio.simulation.surfaces import FloatArray
-
-DIRECTIONS: dict[Direction, tuple[float, float, float]] = {
-    "left": (-1, 0, 0),
-    "right": (1, 0, 0),
-    "up": (0, 0, 1),
-    "down": (0, 0, -1),
-    "away": (0, 1, 0),
-    "toward_camera": (0, -1, 0),
-}
 
 
 def unit_of(

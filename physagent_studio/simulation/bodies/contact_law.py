@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-
-from physagent_studio.program import MATERIALS, SceneObject, Support
-
 IMPEDANCE = (0.99, 0.99, 0.001, 0.5, 2.0)
 """Nearly hard contact (`solimp`): 99 % of the demanded deceleration at any depth."""
 
@@ -18,43 +13,6 @@ EXCESS = 0.021
 
 LIVELIEST = 0.97
 """Restitution above this could gain energy by the spring's scatter."""
-
-
-@dataclass(frozen=True, slots=True)
-class Touch:
-    """What a surface brings to a contact: Coulomb friction, restitution, rolling resistance."""
-
-    friction: float
-    restitution: float
-    rolling: float = 0.0
-
-
-def touch_of(item: SceneObject | Support) -> Touch:
-    """The surface of an object or support: its own numbers, else its material's."""
-    row = MATERIALS.get(item.material, MATERIALS["plastic"])
-    friction = row.friction if item.friction is None else item.friction
-    restitution = row.restitution if item.restitution is None else item.restitution
-    rolling = row.rolling if item.rolling is None else item.rolling
-    return Touch(friction, restitution, rolling)
-
-
-def density_of(item: SceneObject) -> float:
-    """kg/m³: its own number, else its material's."""
-    if item.density is not None:
-        return item.density
-    return MATERIALS.get(item.material, MATERIALS["plastic"]).density
-
-
-def combine(first: Touch, second: Touch) -> Touch:
-    """Geometric means: a slippery or a dead surface governs, equal ones keep their value.
-
-    What rolling costs either of them adds up.
-    """
-    return Touch(
-        math.sqrt(first.friction * second.friction),
-        math.sqrt(first.restitution * second.restitution),
-        first.rolling + second.rolling,
-    )
 
 
 def reference(restitution: float, dt: float, slow_depth: float = 0.0) -> tuple[float, float]:

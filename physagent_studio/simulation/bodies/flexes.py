@@ -17,9 +17,9 @@ import numpy as np
 from physagent_studio.program import SceneObject
 from physagent_studio.program.rotations import matrix_of, quaternion_of
 from physagent_studio.program.scene.bodies import Cloth, Plastic, Rope, Soft
+from physagent_studio.program.scene.materials import touch_of
 from physagent_studio.records import Mesh
 from physagent_studio.simulation.bodies.clouds import Cloud
-from physagent_studio.simulation.bodies.contact_law import touch_of
 from physagent_studio.simulation.bodies.filling import refined, skin_points
 from physagent_studio.simulation.bodies.solids import Solid
 from physagent_studio.simulation.mj import Model, mj

@@ -10,9 +10,9 @@ import numpy as np
 from physagent_studio.program import SceneObject
 from physagent_studio.program.rotations import matrix_of, multiply
 from physagent_studio.program.scene.bodies import Breakable, Granular, Liquid, Piece
+from physagent_studio.program.scene.materials import touch_of
 from physagent_studio.records import Mesh
 from physagent_studio.simulation.bodies.clouds import Cloud
-from physagent_studio.simulation.bodies.contact_law import touch_of
 from physagent_studio.simulation.bodies.filling import packed, skin_points
 from physagent_studio.simulation.bodies.solids import Solid
 from physagent_studio.simulation.mj import Model, Spec, SpecGeom, mj

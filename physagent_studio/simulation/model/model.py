@@ -12,13 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from physagent_studio.program import PhysicalProgram, SceneState
+from physagent_studio.program.scene.materials import combine, density_of, touch_of
 from physagent_studio.simulation.bodies.clouds import Cloud
 from physagent_studio.simulation.bodies.contact_law import (
     IMPEDANCE,
-    combine,
-    density_of,
     reference,
-    touch_of,
 )
 from physagent_studio.simulation.bodies.solids import Solid
 from physagent_studio.simulation.mj import Data, Model, mj

@@ -14,9 +14,10 @@ import numpy as np
 
 from physagent_studio.program import SceneObject, SceneState
 from physagent_studio.program.scene.bodies import Plastic, Soft
+from physagent_studio.program.scene.materials import combine, touch_of
 from physagent_studio.records import Alarm
 from physagent_studio.simulation.bodies.clouds import Cloud
-from physagent_studio.simulation.bodies.contact_law import combine, reference, touch_of
+from physagent_studio.simulation.bodies.contact_law import reference
 from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.model.model import Compiled
 

@@ -12,7 +12,6 @@ from pydantic import BaseModel
 
 from physagent_studio.contract import describe
 from physagent_studio.program import MATERIALS, PhysicalProgram
-from physagent_studio.program.scene.materials import material
 from physagent_studio.program.timing import PACE
 from physagent_studio.studio.panels.forms import Form
 from physagent_studio.studio.panels.pacing import choice_of
@@ -120,7 +119,7 @@ def _add_help(fields: list[dict[str, Any]], item: BaseModel, snapshot: Snapshot)
     for field in fields:
         key = field["path"].rpartition(".")[2]
         if row in MATERIALS and key in ("density", "friction", "restitution", "rolling"):
-            field["empty"] = f"{number(getattr(material(row), key))} (from {row})"
+            field["empty"] = f"{number(getattr(MATERIALS[row], key))} (from {row})"
         field["pinned"] = field["path"] in snapshot.state.pinned
 
 

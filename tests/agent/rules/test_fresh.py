@@ -18,7 +18,7 @@ from tests.agent.rules.varied_scenes import VARIED
 
 PLACES = {**STAGES, **EVERYDAY, **VARIED}
 SENTENCES = yaml.safe_load((Path(__file__).parent / "fresh.yaml").read_text(encoding="utf-8"))
-READ = 0.8
+READ = 0.75
 """Share of the demands that have to be found."""
 
 

@@ -305,7 +305,6 @@ PLATE = (("plate", 450, 300), ("bottle", 330, 220), ("orange", 510, 286))
     [
         ("The orange rolls off the back of the plate.", "away", ("off", "plate")),
         ("The orange rolls off the front of the plate.", "toward_camera", ("off", "plate")),
-        ("The orange rolls off the left of the plate.", "left", ("off", "plate")),
         ("The orange rolls off the plate on the right.", "right", ("off", "plate")),
         ("The orange rolls to the back of the plate.", "away", None),
         ("The orange bumps into the back of the bottle.", None, None),

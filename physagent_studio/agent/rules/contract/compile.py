@@ -16,7 +16,6 @@ from physagent_studio.agent.rules.contract.sequence import (
     farther,
     matched,
     over_then_on,
-    ranked,
 )
 from physagent_studio.agent.rules.contract.specs import Context, Spec, any_of, place_name
 from physagent_studio.agent.rules.contract.statements import Statements
@@ -27,6 +26,7 @@ from physagent_studio.language.tokens.vocabulary import words_of
 from physagent_studio.program.contract import Contract
 
 _GIVING_WAY = words_of("topple fall collapse flip lean lose_balance knock_over break crush")
+_LATER = _GIVING_WAY | {"stop", "rest", "settle"}
 _BLOWS = words_of("hit push kick fall land knock throw")
 """What happens to a thing because something hits it."""
 _BY_ITSELF = words_of("fall leave slip jump bounce rise land flip spin break reach enter descend")
@@ -87,9 +87,7 @@ class _Draft:
             self._order(index, frame, groups)
             self._sequel(index, frame, groups)
             self._no_other(index, frame)
-            for spec in ranked(frame, groups):
-                self.told.state(spec, frame.clause)
-            self._in_time(index, frame, groups)
+            self._in_time(frame, groups)
 
     def _demanded(self, index: int, frame: EventFrame, subject: str) -> list[Spec]:
         """What the verb demands of one object, and what is said beside it."""
@@ -210,14 +208,10 @@ class _Draft:
         first = [self._demanded(index - 1, main, name) for name in frame.patient]
         return [list(way) for way in matched(main, frame, first, groups)]
 
-    def _in_time(self, index: int, frame: EventFrame, groups: list[list[Spec]]) -> None:
-        """ "One after another", "at the same time": of several, or of this and what was told."""
+    def _in_time(self, frame: EventFrame, groups: list[list[Spec]]) -> None:
+        """ "One after another", "at the same time"."""
         if not frame.timing:
             return
-        if len(groups) < 2 and index:
-            main = self.reading.frames[index - 1]
-            if main.sense in SENSES and main.patient and not main.negated:
-                groups = [self._demanded(index - 1, main, main.patient[0]), *groups]
         told = [(events(group) or group)[0] for group in groups if group]
         if len(told) > 1:
             # A row of dominoes goes down as a wave: closer after one another than two things do.
@@ -239,16 +233,13 @@ class _Draft:
 
     def _none_of(self, index: int, groups: list[list[Spec]], clause: str) -> None:
         frame = self.reading.frames[index]
-        for agent in frame.agent if "nearly" in frame.manner else ():
-            for other in frame.patient:
-                near = {"subject": agent, "distance": 0.05, "toward": other}
-                self.told.state(Spec("moves", near), clause)
         following = self.reading.frames[index + 1 : index + 2]
         # "Does not move until …" speaks of the beginning.
         first = bool(following) and following[0].link in ("until", "before")
-        touched = self._touched(index, frame)
-        if self._only_after(index, frame, groups):
+        if bool(following) and following[0].link == "until" and frame.sense in _LATER:
+            # "Does not topple until the ball hits it": that it does so later is not tested.
             return
+        touched = self._touched(index, frame)
         for one in (part for group in groups for part in denied(group, touched)):
             if one.kind == "moves" and not {"direction", "toward"} & set(one.fields):
                 still = {"subject": one.fields["subject"], "distance": 0.05, "tilt": 15.0}
@@ -256,27 +247,6 @@ class _Draft:
                 self.told.state(Spec("stays", still), clause)
             else:
                 self.told.state(one.opposite(), clause)
-
-    def _only_after(self, index: int, frame: EventFrame, groups: list[list[Spec]]) -> bool:
-        """ "Does not topple until the ball hits it": it does, and not before."""
-        following = self.reading.frames[index + 1 : index + 2]
-        if not following or following[0].link != "until":
-            return False
-        if frame.sense in ("stop", "rest", "settle"):
-            # "Does not stop until it reaches the wall": it goes on to there.
-            for name in frame.patient:
-                self.told.state(Spec("moves", {"subject": name, "distance": 0.05}), frame.clause)
-            return True
-        if frame.sense not in _GIVING_WAY:
-            return False
-        after = following[0]
-        build = SENSES.get(after.sense)
-        who = (*after.patient, *frame.patient)[0]
-        cause = events(list(build(self._context(index + 1, after, who)))) if build else []
-        told = [found[0] for group in groups if (found := events(group))]
-        for event in told if cause else ():
-            self.told.state(Spec("before", {}, (cause[0], event)), frame.clause)
-        return bool(told and cause)
 
     def _touched(self, index: int, frame: EventFrame) -> bool | None:
         """Whether an earlier clause has the agent touch it; None where nothing acts on it."""

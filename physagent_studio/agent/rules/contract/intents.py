@@ -96,12 +96,6 @@ def intents_of(reading: Reading) -> dict[str, Intent]:
                 rows = tuple(("before", place) for relation, place in frame.places)
                 intent(name).frames.append(replace(frame, sense="stop", places=rows))
             continue
-        if frame.negated and "nearly" in frame.manner:
-            for name in frame.agent:
-                # What nearly hits it goes there and stops.
-                rows = tuple(("before", Place(other, "object")) for other in frame.patient[:1])
-                own = replace(frame, sense="stop", patient=(name,), agent=(), places=rows)
-                intent(name).frames.append(own)
         if frame.negated:
             continue
         if frame.agent:

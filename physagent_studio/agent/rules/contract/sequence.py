@@ -1,4 +1,4 @@
-"""What comes first ("then", "finally", "the tall one first"), and which of two is the other."""
+"""What comes first ("then", "finally"), and which of two is the other."""
 
 from __future__ import annotations
 
@@ -56,25 +56,6 @@ def afterwards(
 
 def _moves(spec: Spec) -> bool:
     return spec.kind == "moves" and not spec.fields.get("negated")
-
-
-def ranked(frame: EventFrame, groups: Sequence[Sequence[Spec]]) -> list[Spec]:
-    """ "…, the tall one first and the short one last"."""
-    told = {name: _event(group) for name, group in zip(frame.patient, groups, strict=False)}
-    found: list[Spec] = []
-    for name, event in told.items():
-        for other, its in told.items():
-            if other == name or event is None or its is None:
-                continue
-            leads = name in frame.first and other not in frame.first
-            closes = other in frame.last and name not in (*frame.last, *frame.first)
-            if leads or closes:
-                found.append(before(event, its))
-    return found
-
-
-def _event(group: Sequence[Spec]) -> Spec | None:
-    return next(iter(moments_of(group)), next((s for s in group if _moves(s)), None))
 
 
 def matched(

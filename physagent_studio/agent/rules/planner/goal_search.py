@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import JsonValue
+from scipy.optimize import minimize
 
 from physagent_studio.agent.rules.planner.wording import summary_of
 from physagent_studio.errors import Cancelled, StudioError
@@ -39,10 +40,10 @@ NEAR, SHARE = 0.005, 0.02
 """A wish is met within so many m, or within this share of the way asked for."""
 STRENGTH, TURN, RAISE = 0.25, math.radians(6), math.radians(5)
 """What one stride is: a ratio of strength (logarithm), a turn about +z, and one upwards."""
-PROBES = ((1.0, 0.0), (-1.0, 0.0), (3.0, 0.0), (-3.0, 0.0), (0, 1.0), (0, -1.0), (0, 3.0), (0, -3))
-DAMPING = 1e-6
-LARGEST = 12.0
-"""Strides that an action may be changed by."""
+PROBES = (
+    (0, 0, 0), *((way, 0, 0) for way in (1, -1, 3, -3)), *((0, way, 0) for way in (1, -1, 3, -3)),
+)  # fmt: skip
+"""Strides of strength, turn and raise that are looked at first."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -116,13 +117,13 @@ def proposal_for(
     search = _Search(program, wish, run, best=start)
     causes = causes_of(program, rollout, wish, pinned)
     for action in causes[:3]:
-        _turned(search, _knobs(action), start)
+        _close_in(search, _knobs(action), PROBES)
         if search.best <= _near(program, wish):
             break
         if search.best < 0.7 * start:
             break
     if not causes or search.best > 0.9 * start:
-        _pushed(search, start)
+        _pushed(search)
     return _told(search, start)
 
 
@@ -163,7 +164,7 @@ def _knobs(action: Action) -> Knobs:
 
 
 def _directed(path: str, value: Directed, x: FloatArray) -> tuple[Edit, ...]:
-    azimuth = _wrapped(value.azimuth + math.degrees(TURN) * x[1])
+    azimuth = (value.azimuth + math.degrees(TURN) * x[1] + 180.0) % 360.0 - 180.0
     elevation = min(max(value.elevation + math.degrees(RAISE) * x[2], -85.0), 85.0)
     edits = [SetField(path=f"{path}.magnitude", value=_neat(value.magnitude * _ratio(x[0])))]
     if x[1] != 0:
@@ -192,82 +193,28 @@ def _neat(value: float) -> float:
     return float(f"{float(value):.4g}")
 
 
-def _wrapped(angle: float) -> float:
-    return (angle + 180.0) % 360.0 - 180.0
+def _close_in(search: _Search, knobs: Knobs, probes: Sequence[Sequence[float]]) -> None:
+    """Looks around coarsely, then closes in on the wish from the best place (Nelder and Mead).
 
+    The height is searched only where the wish asks for it: what rolls does not leave the ground
+    for being aimed a little higher.
+    """
 
-def _turned(search: _Search, knobs: Knobs, start: float) -> None:
-    """Looks around coarsely, then closes in on the wish from the best place."""
-    at, size = np.zeros(3), start
-    for strong, aside in PROBES:
-        there = np.array([strong, aside, 0.0])
-        found = search.miss(knobs(there))
-        if found is not None and float(np.linalg.norm(found)) < size:
-            at, size = there, float(np.linalg.norm(found))
-    _close_in(search, knobs, at)
+    def size(x: FloatArray) -> float:
+        found = search.miss(knobs(np.append(x, np.zeros(3 - len(x)))))
+        return math.inf if found is None else float(np.linalg.norm(found))
 
-
-def _close_in(search: _Search, knobs: Knobs, at: FloatArray) -> None:
-    """Damped Gauss-Newton steps; the height is searched only where the wish asks for it."""
-    here = search.miss(knobs(at)) if at.any() else search.miss(())
+    best = min((np.array(probe, float) for probe in probes), key=size)
+    if (here := search.miss(knobs(best))) is None:
+        return
+    free = 3 if abs(float(here[2])) > max(0.02, 0.3 * float(np.linalg.norm(here))) else 2
+    corners = best[:free] + np.vstack([np.zeros(free), np.eye(free)])
     near = _near(search.program, search.wish)
-    for _ in range(6):
-        if here is None or float(np.linalg.norm(here)) <= near:
-            return None
-        # What rolls does not leave the ground for being aimed a little higher.
-        free = 3 if abs(float(here[2])) > max(0.02, 0.3 * float(np.linalg.norm(here))) else 2
-        slopes = np.zeros((3, free))
-        for column in range(free):
-            shifted = at.copy()
-            shifted[column] += 0.5
-            there = search.miss(knobs(shifted))
-            slopes[:, column] = 0.0 if there is None else (there - here) / 0.5
-        found = _stepped(search, knobs, at, here, slopes)
-        if found is None:
-            return _feel(search, knobs, at, near)
-        at, here = found
-    return None
+    options = {"initial_simplex": corners, "maxfev": LIMIT, "xatol": 0.1, "fatol": near}
+    minimize(size, best[:free], method="Nelder-Mead", options=options)
 
 
-def _feel(search: _Search, knobs: Knobs, at: FloatArray, near: float) -> None:
-    """Steps along each number, ever smaller: bounces make slopes that lead nowhere."""
-    size, width = search.best, 1.0
-    while size > near and width > 0.06 and search.runs < LIMIT:
-        for column, sign in ((0, 1), (0, -1), (1, 1), (1, -1)):
-            shifted = at.copy()
-            shifted[column] += sign * width
-            there = search.miss(knobs(shifted))
-            if there is not None and float(np.linalg.norm(there)) < size:
-                at, size = shifted, float(np.linalg.norm(there))
-                break
-        else:
-            width /= 2
-
-
-def _stepped(
-    search: _Search,
-    knobs: Knobs,
-    at: FloatArray,
-    here: FloatArray,
-    slopes: FloatArray,
-) -> tuple[FloatArray, FloatArray] | None:
-    """The step that brings it nearer, halved until it does; None where none does."""
-    square = slopes.T @ slopes + DAMPING * np.eye(slopes.shape[1])
-    step = np.zeros(3)
-    step[: slopes.shape[1]] = -np.linalg.solve(square, slopes.T @ here)
-    length = float(np.linalg.norm(step))
-    if length < 1e-3:
-        return None
-    step *= min(1.0, 4.0 / length)
-    for share in (1.0, 0.5, 0.2):
-        next_at = np.clip(at + share * step, -LARGEST, LARGEST)
-        there = search.miss(knobs(next_at))
-        if there is not None and np.linalg.norm(there) < 0.98 * np.linalg.norm(here):
-            return next_at, there
-    return None
-
-
-def _pushed(search: _Search, start: float) -> None:
+def _pushed(search: _Search) -> None:
     """A new start speed for the thing itself, where nothing that is there moves it so."""
     wish, program = search.wish, search.program
     item = program.scene.object(wish.name)
@@ -293,10 +240,7 @@ def _pushed(search: _Search, start: float) -> None:
         return (AddItem(path="event.actions", item=item),)
 
     # Friction takes some of it, so a faster start is tried as well.
-    tries = [(n, search.miss(knobs(np.array([n, 0.0, 0.0])))) for n in (0.0, 2.0, 4.0)]
-    held = [(float(np.linalg.norm(miss)), strides) for strides, miss in tries if miss is not None]
-    if held:
-        _close_in(search, knobs, np.array([min(held)[1] or 1e-9, 0.0, 0.0]))
+    _close_in(search, knobs, [(strides, 0, 0) for strides in (0, 2, 4)])
 
 
 def _near(program: PhysicalProgram, wish: Wish) -> float:

@@ -24,7 +24,7 @@ from physagent_studio.program.actions import (
 from physagent_studio.program.edits import Edit, SetField
 from physagent_studio.program.preflight.mechanics import friction_between
 from physagent_studio.program.program import PhysicalProgram
-from physagent_studio.program.scene.materials import MATERIALS
+from physagent_studio.program.scene.materials import MATERIALS, density_of, touch_of
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.program.timing import SLOWEST, retimed
 
@@ -245,10 +245,8 @@ def material_knobs(program: PhysicalProgram) -> list[Knob]:
     found: list[Knob] = []
     for item in program.scene.objects:
         base = f"scene.objects.{item.name}"
-        row = MATERIALS[item.material]
-        friction = item.friction if item.friction is not None else row.friction
-        density = item.density if item.density is not None else row.density
-        bounce = item.restitution if item.restitution is not None else row.restitution
+        row, touch, density = MATERIALS[item.material], touch_of(item), density_of(item)
+        friction = touch.friction
         found += [
             Knob(f"{base}.friction", "friction", item.name, max(friction, 0.005),
                  min(_least_friction(program, item, row.friction), max(friction, 0.005)),
@@ -257,8 +255,8 @@ def material_knobs(program: PhysicalProgram) -> list[Knob]:
             Knob(f"{base}.density", "density", item.name, density,
                  min(row.density / LIKELY, density), max(row.density * LIKELY, density), 0.4, True,
                  _field(f"{base}.density")),
-            Knob(f"{base}.restitution", "restitution", item.name, bounce, 0.0, 0.95, 0.15, False,
-                 _field(f"{base}.restitution")),
+            Knob(f"{base}.restitution", "restitution", item.name, touch.restitution, 0.0, 0.95,
+                 0.15, False, _field(f"{base}.restitution")),
         ]  # fmt: skip
         found += _rolling_knobs(item)
         for field, low, high in _BODY_FIELDS:
@@ -276,7 +274,7 @@ def _rolling_knobs(item: SceneObject) -> Iterable[Knob]:
     far as that may be wrong."""
     base = f"scene.objects.{item.name}"
     if item.wheels is None:
-        own = item.rolling if item.rolling is not None else MATERIALS[item.material].rolling
+        own = touch_of(item).rolling
         low, high, path = max(0.1 * own, 0.0005), max(10 * own, ROUGHEST), f"{base}.rolling"
     else:
         own, path = item.wheels.rolling, f"{base}.wheels.rolling"

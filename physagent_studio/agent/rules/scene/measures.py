@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.program.actions import Direction
+from physagent_studio.program.base import DIRECTIONS, Direction
 from physagent_studio.program.preflight.mechanics import mass_of
 from physagent_studio.program.rotations import matrix_of
-from physagent_studio.program.scene.materials import MATERIALS
+from physagent_studio.program.scene.materials import Touch, combine, touch_of
 from physagent_studio.program.scene.shapes import (
     Placed,
     gap,
@@ -23,7 +23,6 @@ from physagent_studio.program.scene.shapes import (
 from physagent_studio.program.scene.state import (
     Floor,
     Ramp,
-    SceneObject,
     SceneState,
     Slab,
     Support,
@@ -33,15 +32,7 @@ from physagent_studio.program.scene.state import (
 
 FloatArray = NDArray[np.float64]
 
-GRAVITY = 9.81
-WAYS: dict[Direction, FloatArray] = {
-    "left": np.array([-1.0, 0, 0]),
-    "right": np.array([1.0, 0, 0]),
-    "up": np.array([0, 0, 1.0]),
-    "down": np.array([0, 0, -1.0]),
-    "away": np.array([0, 1.0, 0]),
-    "toward_camera": np.array([0, -1.0, 0]),
-}
+WAYS: dict[Direction, FloatArray] = {way: np.array(v) for way, v in DIRECTIONS.items()}
 LEVEL = math.sin(math.radians(5))
 """Greatest upward part of an axis that counts as level."""
 LONG = 0.7
@@ -190,31 +181,13 @@ class Layout:
         item = self.state.object(name)
         if item is not None and item.wheels is not None:
             return item.wheels.rolling
-        return math.sqrt(self._own_friction(name) * self._own_friction(other))
+        return self.touch(name, other).friction
 
-    def _own_friction(self, name: str) -> float:
-        item = self.state.object(name) or self.state.support(name)
-        if item is None:
-            return 0.4
-        return item.friction if item.friction is not None else MATERIALS[item.material].friction
-
-    def rolling(self, name: str, other: str) -> float:
-        """Coefficient of rolling resistance between two bodies: what both lose."""
-        total = 0.0
-        for one in (name, other):
-            item = self.state.object(one) or self.state.support(one)
-            own = None if item is None else item.rolling
-            total += own if own is not None else MATERIALS[_material(item)].rolling
-        return total
-
-    def restitution(self, name: str, other: str) -> float:
-        """Restitution between two bodies."""
-        values = []
-        for one in (name, other):
-            item = self.state.object(one) or self.state.support(one)
-            own = None if item is None else item.restitution
-            values.append(own if own is not None else MATERIALS[_material(item)].restitution)
-        return math.sqrt(values[0] * values[1])
+    def touch(self, name: str, other: str) -> Touch:
+        """How two bodies meet; what the scene does not have is of wood."""
+        things = [self.state.object(one) or self.state.support(one) for one in (name, other)]
+        first, second = (touch_of(thing or Support(name="none")) for thing in things)
+        return combine(first, second)
 
     # --- what stands on what -----------------------------------------------------------------
 
@@ -325,10 +298,6 @@ class Layout:
             return support
         ramps = [s for s in self.state.supports if isinstance(s.shape, Ramp)]
         return next((r for r in ramps if self.gap(name, r.name) < self.size(name)), None)
-
-
-def _material(item: SceneObject | Support | None) -> str:
-    return item.material if item is not None else "wood"
 
 
 def _ramp_middle(shape: Ramp) -> FloatArray:

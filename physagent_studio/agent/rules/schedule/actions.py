@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from physagent_studio.agent.rules.scene.measures import GRAVITY, FloatArray, Layout
+from physagent_studio.agent.rules.scene import mechanics as mech
+from physagent_studio.agent.rules.scene.measures import FloatArray, Layout
 from physagent_studio.program.actions import (
     Action,
     After,
@@ -17,7 +18,6 @@ from physagent_studio.program.actions import (
     FixObject,
     OnContact,
     SetAngularVelocity,
-    SetVelocity,
 )
 from physagent_studio.program.base import Position
 from physagent_studio.program.rotations import matrix_of
@@ -80,13 +80,6 @@ def push(
         point=point,
         duration=duration,
     )
-
-
-def set_velocity(
-    name: str, velocity: Directed, *, start: int = FIRST_STEP, label: str = "go"
-) -> SetVelocity:
-    """A speed from one step to the next."""
-    return SetVelocity(id=f"{label}_{name}"[:64], name=name, start_step=start, velocity=velocity)
 
 
 def spin(
@@ -161,7 +154,7 @@ def raised(name: str, height: float) -> list[Action]:
     return [
         push(
             name,
-            toward_or_along(GRAVITY + share, way="up", quantity="acceleration"),
+            toward_or_along(mech.G + share, way="up", quantity="acceleration"),
             start=FIRST_STEP + late,
             duration=half,
             label=label,

@@ -124,9 +124,7 @@ def _rank(intent: Intent, driven: list[Intent], layout: Layout) -> tuple[int, in
     """Place among the objects that share a frame with it, from top to bottom."""
     row = {n for f in intent.frames for n in (f.agent or f.patient)}
     alike = [i.name for i in driven if i.name in row]
-    first = {n for f in intent.frames for n in f.first}
-    last = {n for f in intent.frames for n in f.last}
-    ordered = sorted(alike, key=lambda n: (2 * (n in last) - (n in first), -layout.position(n)[2]))
+    ordered = sorted(alike, key=lambda n: -layout.position(n)[2])
     return ordered.index(intent.name), len(ordered)
 
 

@@ -13,7 +13,7 @@ from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.program.actions import Action, Direction
 from physagent_studio.program.scene.bodies import FLUTTER, Cloth
-from physagent_studio.program.scene.materials import MATERIALS
+from physagent_studio.program.scene.materials import density_of
 from physagent_studio.program.scene.plants import FOLIAGE, sway_frequency
 from physagent_studio.program.scene.state import SceneObject, Slab
 
@@ -57,7 +57,7 @@ def leap(task: Task) -> list[Action]:
     speed = math.sqrt(2 * mech.G * max(task.layout.size(task.name), 0.1))
     if (hops := _hops(task)) > 1:
         # What is left after each rebound has still to be seen after the last.
-        kept = max(task.layout.restitution(task.name, task.layout.ground()), 0.2)
+        kept = max(task.layout.touch(task.name, task.layout.ground()).restitution, 0.2)
         speed = min(max(speed, 0.7 / kept**hops), 7.0)
     way = task.way()
     elevation = 65.0 if way not in (None, "up") else 0.0
@@ -161,8 +161,7 @@ def _lifting_wind(item: SceneObject, body: Cloth, angle: float) -> float:
 
     It meets the broad side of what hangs from above, and blows along what is held at a side.
     """
-    density = item.density if item.density is not None else MATERIALS[item.material].density
-    weight = density * body.thickness * mech.G
+    weight = density_of(item) * body.thickness * mech.G
     share = FLUTTER if body.pinned in ("left", "right") else 1.0
     drag = weight * math.tan(math.radians(angle))
     return min(max(math.sqrt(2 * drag / (1.2 * share)), 0.5), 20.0)

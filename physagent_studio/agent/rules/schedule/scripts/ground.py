@@ -281,7 +281,7 @@ def _knocking_speed(task: Task, other: str, slowing: float, distance: float) -> 
     width = layout.extent(other, unit(level(layout.position(other) - layout.position(task.name))))
     knock = mech.speed_to_knock(
         layout.mass(other), layout.height(other), width, layout.mass(task.name),
-        layout.restitution(task.name, other), max(at, 0.2 * layout.height(other)),
+        layout.touch(task.name, other).restitution, max(at, 0.2 * layout.height(other)),
     )  # fmt: skip
     return min(math.sqrt((1.3 * knock) ** 2 + 2 * slowing * distance), FASTEST)
 
@@ -294,7 +294,7 @@ def _shoving_speed(task: Task, other: str, slowing: float, distance: float) -> f
     friction = layout.friction(other, layout.carrier(other) or layout.ground())
     after = math.sqrt(2 * mech.G * friction * 0.6 * layout.size(other))
     own, mass = layout.mass(task.name), layout.mass(other)
-    blow = after * (own + mass) / ((1 + layout.restitution(task.name, other)) * own)
+    blow = after * (own + mass) / ((1 + layout.touch(task.name, other).restitution) * own)
     return min(math.sqrt(blow**2 + 2 * slowing * distance), FASTEST)
 
 
@@ -309,7 +309,7 @@ def _stopping_speed(task: Task, distance: float, friction: float) -> float:
     after = math.sqrt(slowing * max(abs(rest), 0.05))
     before = mech.speed_before_hit(
         after, task.layout.mass(task.name), task.layout.mass(other),
-        task.layout.restitution(task.name, other),
+        task.layout.touch(task.name, other).restitution,
     )  # fmt: skip
     return min(math.sqrt(min(before, 8.0) ** 2 + slowing * distance), 10.0)
 

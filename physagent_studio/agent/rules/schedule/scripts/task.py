@@ -228,7 +228,7 @@ class Task:
     def ground_rolling(self) -> float:
         """Coefficient of rolling resistance on what carries it."""
         carrier = self.layout.carrier(self.name) or self.layout.ground()
-        return self.layout.rolling(self.name, carrier)
+        return self.layout.touch(self.name, carrier).rolling
 
 
 ENDING = ("stop", "settle", "end", "rest")

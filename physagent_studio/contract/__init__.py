@@ -3,5 +3,3 @@
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.measure import MEASURES, measure, met
 from physagent_studio.contract.words import claim, describe
-
-__all__ = ["MEASURES", "Facts", "claim", "describe", "measure", "met"]

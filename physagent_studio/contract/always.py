@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.contract.causes import caused, energy, physics_check
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.words import number
@@ -15,9 +15,6 @@ from physagent_studio.program.scene.shapes import Placed, depth_inside, lowest, 
 from physagent_studio.program.scene.stairs import treads_of
 from physagent_studio.program.scene.state import Floor, MeshedSupport, Ramp, Slab, SupportShape
 from physagent_studio.records.judgement import Check
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 SUSTAINED, SUSTAINED_SECONDS = 0.05, 0.03
 """Overlap that lasts may be this part of the smaller body's smallest extent."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.outcome import bounded
 from physagent_studio.contract.track import Window
@@ -14,9 +14,6 @@ from physagent_studio.program.scene.bodies import DEFORMABLE
 from physagent_studio.program.scene.shapes import depth_inside, place_support
 from physagent_studio.program.scene.state import Floor, Slab
 from physagent_studio.records.judgement import Check
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 ELASTIC_SECONDS = 0.06
 """Longest time for which a contact may store energy that the books do not show."""

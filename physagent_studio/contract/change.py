@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.outcome import Outcome, bounded, excess
 from physagent_studio.contract.track import Track, Window
 from physagent_studio.contract.words import number
-from physagent_studio.program.contract import Breaks, Deforms, Spreads, Sways
-
-FloatArray = NDArray[np.float64]
+from physagent_studio.program.statements import Breaks, Deforms, Spreads, Sways
 
 RIGID = "nothing deformable was simulated"
 SAMPLES = 400

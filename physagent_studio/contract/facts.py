@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.contract.track import Track, Window
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.scene.shapes import (
@@ -21,9 +22,6 @@ from physagent_studio.program.scene.shapes import (
 )
 from physagent_studio.records.rollout import Rollout
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 T = TypeVar("T")
 
 

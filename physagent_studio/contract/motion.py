@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.outcome import (
     Outcome,
@@ -17,7 +18,7 @@ from physagent_studio.contract.outcome import (
 from physagent_studio.contract.places import Place, distance_to, place_of
 from physagent_studio.contract.track import Track, Window
 from physagent_studio.program.base import DIRECTIONS
-from physagent_studio.program.contract import (
+from physagent_studio.program.statements import (
     Airborne,
     DescendsSlowly,
     Falls,
@@ -31,8 +32,6 @@ from physagent_studio.program.contract import (
     Topples,
     Upright,
 )
-
-FloatArray = NDArray[np.float64]
 
 KICK = 15.0
 """A turn of more than this many degrees within one step is an impact and not a bend."""

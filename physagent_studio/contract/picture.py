@@ -5,15 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.contract.facts import Facts
 from physagent_studio.program.rotations import matrices_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.shapes import Outline, Placed
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 NEAR = 0.01
 """What is nearer to the camera than this, m, along its axis, is not in the picture."""

@@ -6,19 +6,17 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.outcome import Outcome, bounded, unmeasurable, worst
 from physagent_studio.contract.outlines import in_order, inside_depth
 from physagent_studio.contract.track import Track, Window
 from physagent_studio.contract.words import number
-from physagent_studio.program.contract import LandsIn, PassesOver
 from physagent_studio.program.scene.boards import is_hollow
 from physagent_studio.program.scene.shapes import Outline, Placed, gap
 from physagent_studio.program.scene.state import Landmark
-
-FloatArray = NDArray[np.float64]
+from physagent_studio.program.statements import LandsIn, PassesOver
 
 
 @dataclass(frozen=True, eq=False, slots=True)

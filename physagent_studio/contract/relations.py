@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.outcome import Outcome, bounded, unmeasurable
 from physagent_studio.contract.outlines import inside_depth
@@ -19,10 +19,7 @@ from physagent_studio.contract.places import (
 )
 from physagent_studio.contract.track import Track, Window
 from physagent_studio.contract.words import number
-from physagent_studio.program.contract import Bounces, Covers, SideOf
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
+from physagent_studio.program.statements import Bounces, Covers, SideOf
 
 THROWN_BACK = 0.5
 """Seconds within which what bounces is free again; what stays longer has come to lie."""

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.outcome import Outcome, bounded, slowness, unmeasurable, worst
 from physagent_studio.contract.outlines import inside_depth
@@ -19,7 +20,7 @@ from physagent_studio.contract.places import (
 )
 from physagent_studio.contract.track import Track, Window
 from physagent_studio.contract.words import number
-from physagent_studio.program.contract import (
+from physagent_studio.program.statements import (
     Contacts,
     Leaves,
     ReachesOn,
@@ -27,8 +28,6 @@ from physagent_studio.program.contract import (
     Stops,
     StopsBefore,
 )
-
-FloatArray = NDArray[np.float64]
 
 
 def contacts(statement: Contacts, facts: Facts, window: Window) -> Outcome:

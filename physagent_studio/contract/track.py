@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.program.rotations import matrices_of
 from physagent_studio.program.scene.shapes import Outline, Placed
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 CLEAR, CLEAR_SHARE = 1e-3, 0.02
 """What is free of another body is this far from it, m, or this part of its own smallest extent.

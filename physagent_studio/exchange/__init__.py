@@ -7,18 +7,3 @@ from physagent_studio.exchange.lessons import read_lessons, write_lessons
 from physagent_studio.exchange.motion_prior import export_motion_prior
 from physagent_studio.exchange.replay import Replay, ReplayCheck, ReplayRound, replay_html
 from physagent_studio.exchange.video import write_video
-
-__all__ = [
-    "Replay",
-    "ReplayCheck",
-    "ReplayRound",
-    "annotated",
-    "case_from_image",
-    "export_motion_prior",
-    "load_case",
-    "read_lessons",
-    "replay_html",
-    "write_glb",
-    "write_lessons",
-    "write_video",
-]

@@ -5,16 +5,3 @@ from physagent_studio.language.hints import SceneHints, hints, seen_by
 from physagent_studio.language.reader import read
 from physagent_studio.language.reference.names import inventory
 from physagent_studio.language.reference.stock import Inventory
-
-__all__ = [
-    "EventFrame",
-    "Inventory",
-    "Place",
-    "ReadClause",
-    "Reading",
-    "SceneHints",
-    "hints",
-    "inventory",
-    "read",
-    "seen_by",
-]

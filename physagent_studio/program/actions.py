@@ -26,7 +26,7 @@ from physagent_studio.program.base import (
     Velocity,
     by_form,
 )
-from physagent_studio.program.contract import Leaf
+from physagent_studio.program.statements import Leaf
 
 Duration = Annotated[int, Field(ge=1, le=100_000)]
 Magnitude = Annotated[float, Field(ge=-1e7, le=1e7)]

@@ -11,37 +11,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from physagent_studio.program.base import Frozen, Name, Text
-from physagent_studio.program.statements import Airborne as Airborne
-from physagent_studio.program.statements import Bounces as Bounces
-from physagent_studio.program.statements import Breaks as Breaks
-from physagent_studio.program.statements import Contacts as Contacts
-from physagent_studio.program.statements import Covers as Covers
-from physagent_studio.program.statements import Deforms as Deforms
-from physagent_studio.program.statements import DescendsSlowly as DescendsSlowly
-from physagent_studio.program.statements import Distance as Distance
-from physagent_studio.program.statements import Falls as Falls
-from physagent_studio.program.statements import Flips as Flips
-from physagent_studio.program.statements import LandsIn as LandsIn
-from physagent_studio.program.statements import Leaf as Leaf
-from physagent_studio.program.statements import Leaves as Leaves
-from physagent_studio.program.statements import Moves as Moves
-from physagent_studio.program.statements import PassesOver as PassesOver
-from physagent_studio.program.statements import PathBends as PathBends
-from physagent_studio.program.statements import ReachesOn as ReachesOn
-from physagent_studio.program.statements import RestsOn as RestsOn
-from physagent_studio.program.statements import Reverses as Reverses
-from physagent_studio.program.statements import Rotates as Rotates
-from physagent_studio.program.statements import Side as Side
-from physagent_studio.program.statements import SideOf as SideOf
-from physagent_studio.program.statements import SpeedBetween as SpeedBetween
-from physagent_studio.program.statements import Spreads as Spreads
-from physagent_studio.program.statements import Stated as Stated
-from physagent_studio.program.statements import Stays as Stays
-from physagent_studio.program.statements import Stops as Stops
-from physagent_studio.program.statements import StopsBefore as StopsBefore
-from physagent_studio.program.statements import Sways as Sways
-from physagent_studio.program.statements import Topples as Topples
-from physagent_studio.program.statements import Upright as Upright
+from physagent_studio.program.statements import Distance, Leaf, Stated
 
 
 class Clause(Frozen):

@@ -27,231 +27,211 @@ class Stated(Frozen):
     to_step: Step | None = None
 
 
-class Moves(Stated):
+class Told(Stated):
+    """A statement about the object `subject`."""
+
+    subject: Name
+
+
+class Moves(Told):
     """Moves at least `distance` m, along `direction` or closer to `toward` if one is given."""
 
     kind: Literal["moves"] = "moves"
-    subject: Name
     distance: Distance = 0.05
     direction: Direction | None = None
     toward: Name | None = None
 
 
-class Falls(Stated):
+class Falls(Told):
     """Its centre of mass comes down by at least `drop` m from its highest point so far."""
 
     kind: Literal["falls"] = "falls"
-    subject: Name
     drop: Distance = 0.02
 
 
-class Contacts(Stated):
+class Contacts(Told):
     """Touches `other` (object or support) at least once."""
 
     kind: Literal["contacts"] = "contacts"
-    subject: Name
     other: Name
 
 
-class Topples(Stated):
+class Topples(Told):
     """Its up axis tilts by at least `tilt` degrees and is so at the end."""
 
     kind: Literal["topples"] = "topples"
-    subject: Name
     tilt: Angle = 45.0
 
 
-class Stays(Stated):
+class Stays(Told):
     """Never moves further than `distance` m nor tilts more than `tilt` degrees."""
 
     kind: Literal["stays"] = "stays"
-    subject: Name
     distance: Distance = 0.03
     tilt: Angle = 15.0
 
 
-class RestsOn(Stated):
+class RestsOn(Told):
     """At the end it is at rest and carried by `other`."""
 
     kind: Literal["rests_on"] = "rests_on"
-    subject: Name
     other: Name
     speed: Distance = 0.05
 
 
-class ReachesOn(Stated):
+class ReachesOn(Told):
     """Touches `other` from above for good: carried by it at the end, moving or not."""
 
     kind: Literal["reaches"] = "reaches"
-    subject: Name
     other: Name
 
 
-class Leaves(Stated):
+class Leaves(Told):
     """Loses contact with `other` for good."""
 
     kind: Literal["leaves"] = "leaves"
-    subject: Name
     other: Name
 
 
-class LandsIn(Stated):
+class LandsIn(Told):
     """Ends inside the area or behind the opening `landmark`."""
 
     kind: Literal["lands_in"] = "lands_in"
-    subject: Name
     landmark: Name
 
 
-class PassesOver(Stated):
+class PassesOver(Told):
     """Its centre crosses the line, area edge or opening `landmark`, or goes by it.
 
     `by`: it only has to get farther along than the place, beside it or over it.
     """
 
     kind: Literal["passes_over"] = "passes_over"
-    subject: Name
     landmark: Name
     by: bool = False
 
 
-class Stops(Stated):
+class Stops(Told):
     """Has moved and is slower than `speed` at the end, within `distance` m of `near` if given."""
 
     kind: Literal["stops"] = "stops"
-    subject: Name
     speed: Distance = 0.05
     near: Name | None = None
     distance: Distance = 0.3
 
 
-class StopsBefore(Stated):
+class StopsBefore(Told):
     """Has moved, is at rest at the end and has not reached `before` (body or landmark)."""
 
     kind: Literal["stops_before"] = "stops_before"
-    subject: Name
     before: Name
     speed: Distance = 0.05
 
 
-class Airborne(Stated):
+class Airborne(Told):
     """Is without any contact for at least `seconds` in one stretch, and not held by an action."""
 
     kind: Literal["airborne"] = "airborne"
-    subject: Name
     seconds: Distance = 0.08
 
 
-class Rotates(Stated):
+class Rotates(Told):
     """Turns by at least `angle` degrees in total; net about `axis`, either way, if given."""
 
     kind: Literal["rotates"] = "rotates"
-    subject: Name
     angle: Angle = 45.0
     axis: Position | None = None
 
 
-class Flips(Stated):
+class Flips(Told):
     """Turns over: its up axis sweeps at least `angle` degrees about a horizontal axis."""
 
     kind: Literal["flips"] = "flips"
-    subject: Name
     angle: Angle = 80.0
     direction: Direction | None = None
 
 
-class Upright(Stated):
+class Upright(Told):
     """At the end tilted by at most `tilt` degrees from its first pose."""
 
     kind: Literal["upright"] = "upright"
-    subject: Name
     tilt: Angle = 20.0
 
 
-class SpeedBetween(Stated):
+class SpeedBetween(Told):
     """Its greatest speed lies between `low` and `high` m/s; `level`: the level part of it."""
 
     kind: Literal["speed_between"] = "speed_between"
-    subject: Name
     low: Distance = 0.0
     high: Distance = 1e4
     level: bool = False
 
 
-class PathBends(Stated):
+class PathBends(Told):
     """Its horizontal path turns by at least `angle` degrees in all, to the given side."""
 
     kind: Literal["path_bends"] = "path_bends"
-    subject: Name
     side: Literal["left", "right", "either"] = "either"
     angle: Angle = 15.0
 
 
-class Reverses(Stated):
+class Reverses(Told):
     """Its horizontal direction of motion turns by more than `angle` degrees, `times` times."""
 
     kind: Literal["reverses"] = "reverses"
-    subject: Name
     angle: Angle = 90.0
     times: Annotated[int, Field(ge=1, le=50)] = 1
 
 
-class DescendsSlowly(Stated):
+class DescendsSlowly(Told):
     """Comes down by at least `drop` m and never faster than `speed` m/s."""
 
     kind: Literal["descends_slowly"] = "descends_slowly"
-    subject: Name
     drop: Distance = 0.02
     speed: Distance = 0.5
 
 
-class Deforms(Stated):
+class Deforms(Told):
     """Its shape changes by at least `strain` of its size."""
 
     kind: Literal["deforms"] = "deforms"
-    subject: Name
     strain: Distance = 0.05
 
 
-class Spreads(Stated):
+class Spreads(Told):
     """Its footprint grows by at least the factor `factor`."""
 
     kind: Literal["spreads"] = "spreads"
-    subject: Name
     factor: Distance = 1.3
 
 
-class Breaks(Stated):
+class Breaks(Told):
     """At least one of its joints releases."""
 
     kind: Literal["breaks"] = "breaks"
-    subject: Name
 
 
-class Sways(Stated):
+class Sways(Told):
     """Moves to and fro at least `cycles` times with at least `amplitude` degrees."""
 
     kind: Literal["sways"] = "sways"
-    subject: Name
     amplitude: Angle = 3.0
     cycles: Distance = 1.0
 
 
-class Bounces(Stated):
+class Bounces(Told):
     """Touches `other` and is thrown back at least `times` times, each time by `height` m."""
 
     kind: Literal["bounces"] = "bounces"
-    subject: Name
     other: Name
     times: Annotated[int, Field(ge=1, le=50)] = 1
     height: Distance = 0.01
 
 
-class Covers(Stated):
+class Covers(Told):
     """At its farthest it has covered a share between `low` and `high` of the way to `other`."""
 
     kind: Literal["covers"] = "covers"
-    subject: Name
     other: Name
     low: Annotated[float, Field(ge=0, le=10)] = 0.35
     high: Annotated[float, Field(ge=0, le=10)] = 0.65
@@ -260,44 +240,20 @@ class Covers(Stated):
 Side = Literal["behind", "in_front", "left", "right", "above", "under", "beside"]
 
 
-class SideOf(Stated):
+class SideOf(Told):
     """Gets to that side of `other`, as the camera sees it; is there at the end with `at_end`."""
 
     kind: Literal["side_of"] = "side_of"
-    subject: Name
     other: Name
     side: Side
     at_end: bool = False
 
 
 Leaf = Annotated[
-    Moves
-    | Falls
-    | Contacts
-    | Topples
-    | Stays
-    | RestsOn
-    | ReachesOn
-    | Leaves
-    | LandsIn
-    | PassesOver
-    | Stops
-    | StopsBefore
-    | Airborne
-    | Rotates
-    | Flips
-    | Upright
-    | SpeedBetween
-    | PathBends
-    | Reverses
-    | DescendsSlowly
-    | Deforms
-    | Spreads
-    | Breaks
-    | Sways
-    | Bounces
-    | Covers
-    | SideOf,
+    Moves | Falls | Contacts | Topples | Stays | RestsOn | ReachesOn | Leaves | LandsIn
+    | PassesOver | Stops | StopsBefore | Airborne | Rotates | Flips | Upright | SpeedBetween
+    | PathBends | Reverses | DescendsSlowly | Deforms | Spreads | Breaks | Sways | Bounces
+    | Covers | SideOf,
     Field(discriminator="kind"),
-]
+]  # fmt: skip
 """A statement about one object; composites refer to others instead."""

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from physagent_studio.arrays import FloatArray
 
 CONTACT_DTYPE = np.dtype(
     [

@@ -4,13 +4,3 @@ from physagent_studio.rendering.clip import frame_of, render_clip, render_frame
 from physagent_studio.rendering.compositor import Compositor
 from physagent_studio.rendering.flow import flow_between
 from physagent_studio.rendering.frame import Flow, Frame
-
-__all__ = [
-    "Compositor",
-    "Flow",
-    "Frame",
-    "flow_between",
-    "frame_of",
-    "render_clip",
-    "render_frame",
-]

@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from physagent_studio.arrays import FloatArray
+
 IntArray = NDArray[np.int32]
 
 NEAR = 1e-4

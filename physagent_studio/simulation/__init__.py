@@ -1,5 +1,3 @@
 """Program → MuJoCo model → rollout."""
 
 from physagent_studio.simulation.simulator import Simulator, resimulate, simulate
-
-__all__ = ["Simulator", "resimulate", "simulate"]

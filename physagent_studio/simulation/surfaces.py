@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.errors import SimulationError
 
-FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 Surface = tuple[FloatArray, IntArray]
 

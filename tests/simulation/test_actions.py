@@ -19,9 +19,9 @@ from physagent_studio.program.actions import (
     SetVelocity,
     When,
 )
-from physagent_studio.program.contract import Moves
 from physagent_studio.program.rotations import about_axis, angle_between, matrices_of, matrix_of
 from physagent_studio.program.scene.state import Box, Landmark
+from physagent_studio.program.statements import Moves
 from physagent_studio.simulation import simulate
 from tests.simulation.free_ball import MASS, RADIUS, ball, free, span
 

@@ -14,9 +14,9 @@ from physagent_studio.benchmark.physics.scenes import STILL, ground, program, th
 from physagent_studio.errors import Cancelled, InputError, SimulationError
 from physagent_studio.program import After, Clip, Directed, OnContact, SetField, apply
 from physagent_studio.program.actions import ApplyForce, FixObject, SetVelocity, When
-from physagent_studio.program.contract import Falls
 from physagent_studio.program.rotations import about_axis
 from physagent_studio.program.scene.state import Box, Cylinder, Floor, Ramp, Slab, Sphere, Wall
+from physagent_studio.program.statements import Falls
 from physagent_studio.records.rollout import Rollout
 from physagent_studio.records.rollout_io import (
     load_rollout,

@@ -19,8 +19,8 @@ from physagent_studio.program.actions import (
     SetVelocity,
     When,
 )
-from physagent_studio.program.contract import Moves
 from physagent_studio.program.rotations import about_axis
+from physagent_studio.program.statements import Moves
 from physagent_studio.simulation import simulate
 from physagent_studio.simulation.actions.disturbance import DEFAULT_FREQUENCY
 from tests.simulation.free_ball import MASS, RADIUS, ball, free, span

@@ -10,8 +10,9 @@ import pytest
 
 from physagent_studio.assets import assets_dir
 from physagent_studio.program import Clause, PhysicalProgram, SceneObject, SceneState, SetField
-from physagent_studio.program.contract import Contacts, Contract
+from physagent_studio.program.contract import Contract
 from physagent_studio.program.scene.state import Sphere
+from physagent_studio.program.statements import Contacts
 from physagent_studio.program.text.document import load_program
 from physagent_studio.records import Assessment, Check, Decision, Proposal, Round
 from physagent_studio.session import Store

@@ -4,5 +4,3 @@ from physagent_studio.agent.rules.generator import RuleGenerator
 from physagent_studio.agent.rules.planner.easing import Easing
 from physagent_studio.agent.rules.planner.planner import RulePlanner
 from physagent_studio.agent.rules.verifier.verifier import RuleVerifier
-
-__all__ = ["Easing", "RuleGenerator", "RulePlanner", "RuleVerifier"]

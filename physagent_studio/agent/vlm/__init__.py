@@ -7,19 +7,3 @@ from physagent_studio.agent.vlm.generator import VlmGenerator
 from physagent_studio.agent.vlm.planner import VlmPlanner
 from physagent_studio.agent.vlm.spending import CallLog, CallRecord, Ledger
 from physagent_studio.agent.vlm.verifier import VlmVerifier
-
-__all__ = [
-    "CallLog",
-    "CallRecord",
-    "Endpoint",
-    "Ledger",
-    "Limits",
-    "Settings",
-    "VlmError",
-    "VlmGenerator",
-    "VlmPlanner",
-    "VlmVerifier",
-    "crew_from_environment",
-    "crew_of",
-    "load_settings",
-]

@@ -44,24 +44,6 @@ from physagent_studio.contract.view.staging import (
 )
 from physagent_studio.records.judgement import Check
 
-__all__ = [
-    "COVERS",
-    "FALLING_STEP",
-    "FALL_FILLS",
-    "FILLS",
-    "INSIDE",
-    "STEP",
-    "Drawn",
-    "Pacing",
-    "acting_objects",
-    "moving_frames",
-    "nothing_happens",
-    "pacing_of",
-    "subject_of",
-    "view_checks",
-    "view_code",
-]
-
 
 def view_checks(
     facts: Facts, checks: tuple[Check, ...], drawn: Mapping[str, Drawn] | None = None

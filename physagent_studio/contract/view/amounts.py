@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.view.basics import (
@@ -12,9 +11,6 @@ from physagent_studio.contract.view.basics import (
 )
 from physagent_studio.contract.words import number
 from physagent_studio.records.judgement import Check
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 OFF_AXIS, TIPPED = 20.0, 45.0
 """Degrees that what rolls on wheels may go off its axis, and tilt (a ramp tilts it as well)."""

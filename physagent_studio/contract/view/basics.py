@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-import numpy as np
-from numpy.typing import NDArray
-
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.outcome import bounded
 from physagent_studio.contract.picture import Sight, sight_of
@@ -15,9 +12,6 @@ from physagent_studio.program.contract import Statement
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.records.judgement import Check
 from physagent_studio.records.rollout import Rollout
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 INSIDE = 0.5
 """Least part of a subject's outline that is in the frame."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.picture import Sight
 from physagent_studio.contract.track import Window
@@ -16,12 +16,9 @@ from physagent_studio.contract.view.basics import (
     view_check,
 )
 from physagent_studio.contract.words import number
-from physagent_studio.program.contract import Contacts
 from physagent_studio.program.scene.state import Floor
+from physagent_studio.program.statements import Contacts
 from physagent_studio.records.judgement import Check
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 LEAVES = 0.4
 """Part of the clip for which what leaves the picture is at least seen in it."""

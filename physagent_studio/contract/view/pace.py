@@ -6,8 +6,8 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import BoolArray
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.view.basics import (
     DROPPING,
@@ -22,9 +22,6 @@ from physagent_studio.contract.view.basics import (
 )
 from physagent_studio.program.timing import SLOWEST
 from physagent_studio.records.judgement import Check
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 STEP, FALLING_STEP = 0.04, 0.08
 """Farthest step from frame to frame, parts of the width; in the frames of a blow or a fall."""

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.track import Window
@@ -21,9 +20,6 @@ from physagent_studio.contract.view.basics import (
 )
 from physagent_studio.contract.words import number
 from physagent_studio.records.judgement import Check
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 COVERS, JUMP = 0.93, 1.0
 """Least overlap of the drawn solid with its mask, and farthest jump as it takes over, pixels."""

@@ -17,7 +17,7 @@ from physagent_studio.program.actions import (
     duration_of,
 )
 from physagent_studio.program.edits import Edit, RemoveItem, SetField
-from physagent_studio.program.preflight.findings import PreflightFinding
+from physagent_studio.program.preflight.findings import PreflightFinding, finding
 from physagent_studio.program.preflight.mechanics import vector_of
 
 
@@ -45,21 +45,15 @@ def clashes(first: Action, second: Action) -> Iterator[PreflightFinding]:
     if isinstance(first, FixObject):
         message = f"it overlaps {first.id}, which fixes the same object"
         edits = _as_one(first, second, (one[0], two[0]), (one[1], two[1]))
-        yield PreflightFinding(
-            code="overlapping", path=path_of_action(second), message=message, edits=edits
-        )
+        yield finding("overlapping", path_of_action(second), message, edits)
     elif _same_quantity(first, second):
         message = f"{first.id} and {second.id} set the same quantity on step {max(one[0], two[0])}"
         edits = (RemoveItem(path=path_of_action(first)),)
-        yield PreflightFinding(
-            code="contradiction", path=path_of_action(second), message=message, edits=edits
-        )
+        yield finding("contradiction", path_of_action(second), message, edits)
     elif _cancel(first, second):
         message = f"{first.id} and {second.id} push against each other and cancel out"
         edits = (RemoveItem(path=path_of_action(second)),)
-        yield PreflightFinding(
-            code="contradiction", path=path_of_action(second), message=message, edits=edits
-        )
+        yield finding("contradiction", path_of_action(second), message, edits)
 
 
 def _as_one(
@@ -76,9 +70,7 @@ def _fixed(fixed: FixObject, other: Action, span: tuple[int, int]) -> PreflightF
     end = span[1] + 1
     message = f"{other.name} is held by {fixed.id} until step {end}, so this has no effect then"
     edits = (SetField(path=f"{path_of_action(other)}.start_step", value=end),)
-    return PreflightFinding(
-        code="fixed_target", path=path_of_action(other), message=message, edits=edits
-    )
+    return finding("fixed_target", path_of_action(other), message, edits)
 
 
 _SETTERS = (

@@ -8,24 +8,11 @@ from physagent_studio.program.base import Frozen
 from physagent_studio.program.edits import Edit
 
 Code = Literal[
-    "fixed_target",
-    "past_end",
-    "below_friction",
-    "contradiction",
-    "overlapping",
-    "collision",
-    "in_the_air",
-    "not_on_support",
-    "tunnelling",
-    "cannot_act",
-    "never_starts",
-    "implausible_density",
-    "implausible_size",
-    "implausible_speed",
-    "no_effect",
-    "untestable",
+    "fixed_target", "past_end", "below_friction", "contradiction", "overlapping", "collision",
+    "in_the_air", "not_on_support", "tunnelling", "cannot_act", "never_starts",
+    "implausible_density", "implausible_size", "implausible_speed", "no_effect", "untestable",
     "unplaced",
-]
+]  # fmt: skip
 
 
 class PreflightFinding(Frozen):
@@ -39,3 +26,8 @@ class PreflightFinding(Frozen):
     path: str
     message: str
     edits: tuple[Edit, ...] = ()
+
+
+def finding(code: Code, path: str, message: str, edits: tuple[Edit, ...]) -> PreflightFinding:
+    """The finding with its parts in order."""
+    return PreflightFinding(code=code, path=path, message=message, edits=edits)

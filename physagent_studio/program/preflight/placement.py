@@ -11,7 +11,7 @@ from pydantic import JsonValue
 from physagent_studio.errors import ProgramError
 from physagent_studio.program.actions import FixObject
 from physagent_studio.program.edits import Edit, RemoveItem, SetField, apply
-from physagent_studio.program.preflight.findings import PreflightFinding
+from physagent_studio.program.preflight.findings import PreflightFinding, finding
 from physagent_studio.program.preflight.mechanics import (
     expected_speed,
     gravity_of,
@@ -57,9 +57,7 @@ def _density(item: SceneObject) -> Iterator[PreflightFinding]:
     if not usual / 15 <= item.density <= usual * 15 or item.density > 23_000:
         message = f"{item.density:g} kg/m³ is far from the {usual:g} kg/m³ of {item.material}"
         edits = (SetField(path=f"{path}.density", value=usual),)
-        yield PreflightFinding(
-            code="implausible_density", path=f"{path}.density", message=message, edits=edits
-        )
+        yield finding("implausible_density", f"{path}.density", message, edits)
 
 
 def _size(item: SceneObject) -> Iterator[PreflightFinding]:
@@ -69,14 +67,12 @@ def _size(item: SceneObject) -> Iterator[PreflightFinding]:
     path = f"scene.objects.{item.name}.shape"
     if high > LARGEST or high < SMALLEST:
         message = f"it is {high:.3g} m large, which no event in a picture is likely to have"
-        yield PreflightFinding(
-            code="implausible_size", path=path, message=message, edits=_other_unit(item, high)
-        )
+        yield finding("implausible_size", path, message, _other_unit(item, high))
     elif low < THINNEST and item.body.kind == "rigid":
         message = f"it is {low * 1000:.2g} mm thin; contacts may let it through"
         thicker = shape_thickened(item.shape, low, THINNEST).model_dump(mode="json")
         edits = (SetField(path=path, value=thicker),)
-        yield PreflightFinding(code="implausible_size", path=path, message=message, edits=edits)
+        yield finding("implausible_size", path, message, edits)
 
 
 def _other_unit(item: SceneObject, size: float) -> tuple[SetField, ...]:
@@ -129,7 +125,7 @@ def _collision(
         shift = way_out(placed[first], placed[second], upward=True) * 1.001
         free: list[JsonValue] = [round(float(part), 5) for part in np.add(item.position, shift)]
         edits = (SetField(path=path, value=free),)
-    return PreflightFinding(code="collision", path=path, message=message, edits=edits)
+    return finding("collision", path, message, edits)
 
 
 def _floating(program: PhysicalProgram, placed: dict[str, Placed]) -> Iterator[PreflightFinding]:
@@ -163,9 +159,7 @@ def _loose(
             distance = gaps[item.support]
             message = f"it stands on {item.support} but starts {distance:.2f} m from it"
             edits = (SetField(path=f"{path}.support", value="air"),)
-            yield PreflightFinding(
-                code="not_on_support", path=f"{path}.position", message=message, edits=edits
-            )
+            yield finding("not_on_support", f"{path}.position", message, edits)
     elif item.support is None and min(gaps.values(), default=math.inf) > slack:
         yield _in_the_air(program, body, item)
 
@@ -176,12 +170,12 @@ def _in_the_air(program: PhysicalProgram, body: Placed, item: SceneObject) -> Pr
     if not floors or item.position is None:
         message = "it starts in the air and nothing is below it"
         meant = (SetField(path=f"scene.objects.{item.name}.support", value="air"),)
-        return PreflightFinding(code="in_the_air", path=path, message=message, edits=meant)
+        return finding("in_the_air", path, message, meant)
     drop = float(lowest(body)[0]) - max(floors)
     message = f"it starts in the air, {drop:.2f} m above the floor, and will fall"
     x, y, z = item.position
     edits = (SetField(path=path, value=[x, y, round(z - drop, 4)]),) if drop > 0 else ()
-    return PreflightFinding(code="in_the_air", path=path, message=message, edits=edits)
+    return finding("in_the_air", path, message, edits)
 
 
 def _tunnelling(program: PhysicalProgram) -> Iterator[PreflightFinding]:
@@ -201,9 +195,7 @@ def _tunnelling(program: PhysicalProgram) -> Iterator[PreflightFinding]:
         path = f"scene.objects.{item.name}"
         if speed > FASTEST:
             message = f"the actions may drive it to {speed:.0f} m/s"
-            yield PreflightFinding(
-                code="implausible_speed", path=path, message=message, edits=_slower(program, item)
-            )
+            yield finding("implausible_speed", path, message, _slower(program, item))
         finest = (sizes[item.name] + min(others)) / (SAFETY * max(speed, 1e-9))
         needed = math.ceil(clip.step_seconds / finest - 1e-9)
         if needed > clip.substeps:
@@ -212,7 +204,7 @@ def _tunnelling(program: PhysicalProgram) -> Iterator[PreflightFinding]:
                 f"thin; the engine needs {needed} substeps, not {clip.substeps}"
             )
             edits = (SetField(path="clip.substeps", value=min(needed, 1000)),)
-            yield PreflightFinding(code="tunnelling", path=path, message=message, edits=edits)
+            yield finding("tunnelling", path, message, edits)
 
 
 def _slower(program: PhysicalProgram, item: SceneObject) -> tuple[Edit, ...]:
@@ -245,6 +237,6 @@ def _landmarks(program: PhysicalProgram) -> Iterator[PreflightFinding]:
             except ProgramError:
                 # Something speaks of it: only a person can say where it is.
                 edits = ()
-            yield PreflightFinding(code="unplaced", path=path, message=message, edits=edits)
+            yield finding("unplaced", path, message, edits)
         elif landmark.points and not np.isfinite(np.array(landmark.points)).all():
             continue

@@ -23,7 +23,7 @@ from physagent_studio.program.actions import (
 )
 from physagent_studio.program.edits import RemoveItem, SetField
 from physagent_studio.program.preflight.clashes import clashes, path_of_action
-from physagent_studio.program.preflight.findings import PreflightFinding
+from physagent_studio.program.preflight.findings import PreflightFinding, finding
 from physagent_studio.program.preflight.mechanics import (
     friction_between,
     gravity_of,
@@ -37,8 +37,6 @@ from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.scene.bodies import is_loose
 from physagent_studio.program.scene.shapes import gap, outline_of
 from physagent_studio.program.scene.state import SceneObject
-
-__all__ = ["PreflightFinding", "preflight"]
 
 
 def preflight(program: PhysicalProgram) -> tuple[PreflightFinding, ...]:
@@ -81,9 +79,7 @@ def _condition(program: PhysicalProgram, action: Action) -> Iterator[PreflightFi
     if reason:
         edits = (SetField(path=f"{path_of_action(action)}.when", value=None),)
         message = f"it never starts: {reason}"
-        yield PreflightFinding(
-            code="never_starts", path=f"{path_of_action(action)}.when", message=message, edits=edits
-        )
+        yield finding("never_starts", f"{path_of_action(action)}.when", message, edits)
 
 
 def _touch_at_start(program: PhysicalProgram, when: OnContact) -> bool:
@@ -134,15 +130,11 @@ def _late(program: PhysicalProgram, action: Action) -> Iterator[PreflightFinding
     if start >= steps:
         message = f"it cannot start before step {start}, but the clip ends at step {steps - 1}"
         edits = (SetField(path=f"{path_of_action(action)}.when.delay", value=0),)
-        yield PreflightFinding(
-            code="past_end", path=f"{path_of_action(action)}.when", message=message, edits=edits
-        )
+        yield finding("past_end", f"{path_of_action(action)}.when", message, edits)
     elif start + length > steps:
         message = f"{length} steps from step {start} at the earliest run past the end of the clip"
         edits = (SetField(path=f"{path_of_action(action)}.duration", value=steps - start),)
-        yield PreflightFinding(
-            code="past_end", path=f"{path_of_action(action)}.duration", message=message, edits=edits
-        )
+        yield finding("past_end", f"{path_of_action(action)}.duration", message, edits)
 
 
 # --- one action -------------------------------------------------------------------------------
@@ -162,9 +154,7 @@ def _material(program: PhysicalProgram, action: Action) -> Iterator[PreflightFin
         reason = f"{item.name} is {kind}: a single point of it cannot be held or pushed"
     if reason:
         edits = (RemoveItem(path=path_of_action(action)),)
-        yield PreflightFinding(
-            code="cannot_act", path=path_of_action(action), message=reason, edits=edits
-        )
+        yield finding("cannot_act", path_of_action(action), reason, edits)
 
 
 def _idle(action: Action) -> Iterator[PreflightFinding]:
@@ -175,11 +165,11 @@ def _idle(action: Action) -> Iterator[PreflightFinding]:
             value = value.magnitude
         if value is not None and not np.any(np.asarray(value, float)):
             message = f"its {field} is zero, so it does nothing"
-            yield PreflightFinding(
-                code="no_effect",
-                path=f"{path_of_action(action)}.{field}",
-                message=message,
-                edits=(RemoveItem(path=path_of_action(action)),),
+            yield finding(
+                "no_effect",
+                f"{path_of_action(action)}.{field}",
+                message,
+                (RemoveItem(path=path_of_action(action)),),
             )
 
 
@@ -198,11 +188,8 @@ def _friction(program: PhysicalProgram, action: Action) -> Iterator[PreflightFin
         return
     needed = held[0] - held[1] * push[1]
     message = f"a push of {push[0]:.3g} N stays below the static friction of {needed:.3g} N"
-    yield PreflightFinding(
-        code="below_friction",
-        path=path_of_action(action),
-        message=message,
-        edits=scaled(action, 1.5 * needed / push[0]),
+    yield finding(
+        "below_friction", path_of_action(action), message, scaled(action, 1.5 * needed / push[0])
     )
 
 
@@ -255,6 +242,4 @@ def _contract_findings(program: PhysicalProgram) -> Iterator[PreflightFinding]:
         if statement.from_step is not None and statement.from_step >= steps:
             message = f"it looks from step {statement.from_step} on; the clip ends at {steps}"
             edits = (SetField(path=f"{path}.from_step", value=None),)
-            yield PreflightFinding(
-                code="untestable", path=f"{path}.from_step", message=message, edits=edits
-            )
+            yield finding("untestable", f"{path}.from_step", message, edits)

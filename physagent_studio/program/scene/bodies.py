@@ -128,20 +128,3 @@ FLUTTER = 0.12
 def is_loose(body: Body) -> bool:
     """Whether it is many bodies and not one, so that forces on a point have no meaning."""
     return body.kind in ("granular", "liquid")
-
-
-__all__ = [
-    "DEFORMABLE",
-    "FLUTTER",
-    "Body",
-    "Breakable",
-    "Cloth",
-    "Granular",
-    "Liquid",
-    "Piece",
-    "Plastic",
-    "Rigid",
-    "Rope",
-    "Soft",
-    "is_loose",
-]

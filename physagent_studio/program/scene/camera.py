@@ -6,13 +6,11 @@ import math
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.base import Frozen, Length, Pixel, Position, Quaternion, Source
 from physagent_studio.program.rotations import matrix_of, quaternion_of
-
-FloatArray = NDArray[np.float64]
 
 
 class Camera(Frozen):

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.shapes import Placed, gap, stretched
 
-FloatArray = NDArray[np.float64]
 _TINY = 1e-12
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.rotations import about_up, matrices_of, matrix_of
 from physagent_studio.program.scene.boards import is_hollow
 from physagent_studio.program.scene.stairs import profile_of
@@ -37,7 +38,6 @@ from physagent_studio.program.scene.state import (
     Wall,
 )
 
-FloatArray = NDArray[np.float64]
 _TINY = 1e-12
 
 

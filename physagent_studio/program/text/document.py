@@ -16,17 +16,6 @@ from physagent_studio.program.text.json_schema import Location, fields_at, json_
 from physagent_studio.program.text.problems import problems_of
 from physagent_studio.program.text.yaml_nodes import Node, parse
 
-__all__ = [
-    "dump_entry",
-    "dump_flow",
-    "dump_program",
-    "dump_value",
-    "json_schema",
-    "load_program",
-    "program_of",
-    "validate_data",
-]
-
 
 def load_program(text: str) -> PhysicalProgram:
     """The program that a YAML text describes.

@@ -13,11 +13,11 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from trimesh.remesh import subdivide_to_size
 
+from physagent_studio.arrays import BoolArray
 from physagent_studio.simulation.surfaces import FloatArray, Surface, hull
 
 CELLS = 96
@@ -34,8 +34,6 @@ OF_WHOLE = 0.3
 """A part of a body is cut as finely as if it were this share of the body's silhouette."""
 SMALL = 0.002
 """Parts of a smaller share of the area are left out."""
-
-BoolArray = NDArray[np.bool_]
 
 
 def carved(surface: Surface) -> tuple[Surface, ...]:

@@ -270,6 +270,3 @@ def _meshed(
 
 def _replace_mass(solid: Solid, mass: MassProperties) -> Solid:
     return Solid(solid.pieces, mass, solid.extent, solid.shadows, note=solid.note)
-
-
-__all__ = ["Hull", "Piece", "Primitive", "Solid", "solid_of"]

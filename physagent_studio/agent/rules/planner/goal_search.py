@@ -14,11 +14,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import JsonValue
 from scipy.optimize import minimize
 
 from physagent_studio.agent.rules.planner.wording import summary_of
+from physagent_studio.arrays import FloatArray
 from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.program import (
     Action,
@@ -32,7 +32,6 @@ from physagent_studio.program import (
 from physagent_studio.program.actions import ApplyAngledForce, ApplyForce, SetVelocity
 from physagent_studio.records import Hunk, Proposal, Rollout
 
-FloatArray = NDArray[np.float64]
 Run = Callable[[PhysicalProgram], Rollout]
 LIMIT = 48
 """Most candidate runs of one wish."""

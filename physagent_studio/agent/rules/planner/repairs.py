@@ -12,8 +12,8 @@ from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.paths import TURNS, arc_length
 from physagent_studio.program.actions import Action, ApplyAngledForce, ApplyForce, Directed
-from physagent_studio.program.contract import Contacts
 from physagent_studio.program.edits import AddItem, Edit, RemoveItem, SetField
+from physagent_studio.program.statements import Contacts
 from physagent_studio.records import Mismatch, Rollout
 
 

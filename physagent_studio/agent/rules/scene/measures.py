@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.base import DIRECTIONS, Direction
 from physagent_studio.program.preflight.mechanics import mass_of
 from physagent_studio.program.rotations import matrix_of
@@ -29,8 +29,6 @@ from physagent_studio.program.scene.state import (
     Vessel,
     Wall,
 )
-
-FloatArray = NDArray[np.float64]
 
 WAYS: dict[Direction, FloatArray] = {way: np.array(v) for way, v in DIRECTIONS.items()}
 LEVEL = math.sin(math.radians(5))

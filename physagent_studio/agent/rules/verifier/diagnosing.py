@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from physagent_studio.agent.rules.scene.measures import Layout, level, unit
 from physagent_studio.contract import Facts
@@ -16,15 +15,13 @@ from physagent_studio.program.contract import (
     AnyOf,
     Before,
     CountOf,
-    Covers,
     InTurn,
     Statement,
     Together,
 )
 from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.program.statements import Covers
 from physagent_studio.records import Check, Finding, Mismatch, Rollout
-
-FloatArray = NDArray[np.float64]
 
 CODES: dict[str, tuple[str, str]] = {
     "moves": ("falls_short", "moved"),

@@ -13,8 +13,9 @@ from physagent_studio.contract import measure
 from physagent_studio.contract.words import number
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.actions import FixObject, SetVelocity
-from physagent_studio.program.contract import Contacts, Contract
+from physagent_studio.program.contract import Contract
 from physagent_studio.program.scene.state import Box, Sphere
+from physagent_studio.program.statements import Contacts
 from physagent_studio.records import (
     CRITERIA,
     Assessment,

@@ -24,26 +24,3 @@ from physagent_studio.agent.rules.schedule.scripts.landing import (
 )
 from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.agent.rules.schedule.scripts.turns import spin_about, tip, turn_back
-
-__all__ = [
-    "Task",
-    "along_ground",
-    "float_down",
-    "in_wind",
-    "landed_on",
-    "leap",
-    "let_go",
-    "lift",
-    "off_edge",
-    "off_what_it_fell_on",
-    "past_what_is_below",
-    "rock",
-    "spin_about",
-    "through_air",
-    "tip",
-    "turn_back",
-    "up_ramp",
-    "way_ahead",
-    "way_off",
-    "way_to_go",
-]

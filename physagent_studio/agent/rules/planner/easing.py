@@ -5,8 +5,6 @@ What things do and how far they go stays as it was; only how hard they are drive
 
 from __future__ import annotations
 
-import hashlib
-
 import numpy as np
 
 from physagent_studio.agent.roles import Situation
@@ -14,9 +12,10 @@ from physagent_studio.agent.rules.planner.costs import cost_of
 from physagent_studio.agent.rules.planner.directing import replanned
 from physagent_studio.agent.rules.planner.factors import may_change
 from physagent_studio.agent.rules.planner.trials import STURDY, Candidate, Search
-from physagent_studio.agent.rules.planner.wording import summary_of
+from physagent_studio.agent.rules.planner.wording import proposal
 from physagent_studio.contract.view import acting_objects
-from physagent_studio.records import Check, Hunk, Proposal, Rollout
+from physagent_studio.program.edits import Edit
+from physagent_studio.records import Check, Proposal, Rollout
 
 RUNS = 10
 """Most candidate runs of one easing, where a run costs one unit (`costs`)."""
@@ -47,8 +46,11 @@ class Easing:
             else:
                 low = ratio
         if best is None:
-            return _nothing(situation, search)
-        return _proposal(situation, best, high, search)
+            why = f"nothing gentler holds everything ({search.runs} tried)"
+            return _told(situation, why, search, confidence=1.0)
+        why = f"It happens as well with {100 * high:.0f} % of the speeds: the gentlest of "
+        why += f"{search.runs} tried that holds everything."
+        return _told(situation, why, search, best.edits, confidence=0.9)
 
 
 def _is_as_good(situation: Situation, found: Candidate) -> bool:
@@ -80,26 +82,10 @@ def _way(rollout: Rollout, name: str) -> float:
     return float(np.linalg.norm(path - path[0], axis=1).max())
 
 
-def _proposal(situation: Situation, best: Candidate, ratio: float, search: Search) -> Proposal:
-    summary = summary_of(situation.program, best.edits)
-    hunk = Hunk(id="h1", summary=summary, edits=best.edits)
-    return Proposal(
-        id=f"p{hashlib.sha256(best.program.hash.encode()).hexdigest()[:12]}",
-        hunks=(hunk,),
-        rationale=f"It happens as well with {100 * ratio:.0f} % of the speeds: the gentlest of "
-        f"{search.runs} tried that holds everything.",
-        factor="easing",
-        confidence=0.9,
+def _told(
+    situation: Situation, why: str, search: Search, *edits: tuple[Edit, ...], confidence: float
+) -> Proposal:
+    return proposal(
+        situation.program, why, *edits, factor="easing", confidence=confidence,
         simulations=search.runs,
-    )
-
-
-def _nothing(situation: Situation, search: Search) -> Proposal:
-    return Proposal(
-        id=f"p{hashlib.sha256(('eased' + situation.program.hash).encode()).hexdigest()[:12]}",
-        hunks=(),
-        rationale=f"nothing gentler holds everything ({search.runs} tried)",
-        factor="easing",
-        confidence=1.0,
-        simulations=search.runs,
-    )
+    )  # fmt: skip

@@ -8,7 +8,6 @@ on like any other proposal.
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -17,7 +16,7 @@ import numpy as np
 from pydantic import JsonValue
 from scipy.optimize import minimize
 
-from physagent_studio.agent.rules.planner.wording import summary_of
+from physagent_studio.agent.rules.planner.wording import proposal
 from physagent_studio.arrays import FloatArray
 from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.program import (
@@ -30,7 +29,7 @@ from physagent_studio.program import (
     apply,
 )
 from physagent_studio.program.actions import ApplyAngledForce, ApplyForce, SetVelocity
-from physagent_studio.records import Hunk, Proposal, Rollout
+from physagent_studio.records import Proposal, Rollout
 
 Run = Callable[[PhysicalProgram], Rollout]
 LIMIT = 48
@@ -253,28 +252,25 @@ def _near(program: PhysicalProgram, wish: Wish) -> float:
 def _told(search: _Search, start: float) -> Proposal:
     wish, program = search.wish, search.program
     frame = wish.step // program.clip.steps_per_frame
-    mark = f"{program.hash}{wish.name}{wish.position}{wish.step}"
-    name = f"w{hashlib.sha256(mark.encode()).hexdigest()[:12]}"
     thing = wish.name.replace("_", " ")
     if not search.best_edits or search.best > 0.9 * start:
-        return Proposal(
-            id=name, hunks=(), rationale=f"No change of what acts on {thing} before frame {frame} "
-            f"brings it to where you put it ({search.runs} runs).",
-            factor="none", confidence=0.0, simulations=search.runs,
+        why = f"No change of what acts on {thing} before frame {frame} "
+        return proposal(
+            program, f"{why}brings it to where you put it ({search.runs} runs).",
+            simulations=search.runs,
             question=f"What should make {thing} get there: another push, or another path?",
         )  # fmt: skip
-    hunks = tuple(
-        Hunk(id=f"h{number}", summary=summary_of(program, (edit,)), edits=(edit,))
-        for number, edit in enumerate(search.best_edits, 1)
-    )
     was = f"instead of {_length(start)}" if math.isfinite(start) else "where the run ended before"
-    return Proposal(
-        id=name, hunks=hunks, factor="wish", simulations=search.runs,
-        rationale=f"You put {thing} elsewhere at frame {frame}. With this it is then "
+    gained = round(min(max(1 - search.best / max(start, 1e-9), 0.1), 0.9), 2)
+    return proposal(
+        program,
+        f"You put {thing} elsewhere at frame {frame}. With this it is then "
         f"{_length(search.best)} from there, {was}.",
-        confidence=round(min(max(1 - search.best / max(start, 1e-9), 0.1), 0.9), 2)
-        if math.isfinite(start) else 0.5,
-    )  # fmt: skip
+        *((edit,) for edit in search.best_edits),
+        factor="wish",
+        confidence=gained if math.isfinite(start) else 0.5,
+        simulations=search.runs,
+    )
 
 
 def _length(metres: float) -> str:

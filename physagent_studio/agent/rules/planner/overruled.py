@@ -7,7 +7,6 @@ words of degree ("faster", "more to the left") turn the number that they speak o
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Sequence
 
 from physagent_studio.agent.roles import Situation
@@ -16,13 +15,13 @@ from physagent_studio.agent.rules.generator import stock_in
 from physagent_studio.agent.rules.planner.factors import bias_of, may_change
 from physagent_studio.agent.rules.planner.parameters import action_knobs, material_knobs
 from physagent_studio.agent.rules.planner.trials import Candidate, Search
-from physagent_studio.agent.rules.planner.wording import summary_of
+from physagent_studio.agent.rules.planner.wording import proposal, summary_of
 from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.errors import StudioError
 from physagent_studio.language import read
 from physagent_studio.program.contract import Contract, Statement
 from physagent_studio.program.edits import AddItem, Edit, apply
-from physagent_studio.records import Hunk, Proposal
+from physagent_studio.records import Proposal
 
 REACHES = (1.0, 2.0, 3.0)
 """How far a wished-for number is turned, in strides of its knob; the least that changes it."""
@@ -31,23 +30,24 @@ REACHES = (1.0, 2.0, 3.0)
 def as_the_person_says(situation: Situation, search: Search) -> Proposal:
     """A proposal from a person's newest words, or a question that asks for some."""
     words = situation.memory.hints[-1] if situation.memory.hints else ""
-    demanded = _demands(situation, words)
-    if demanded:
-        hunk = Hunk(id="h1", summary=f"demand as well: {words}", edits=demanded)
+    program, runs = situation.program, search.runs
+    if demanded := _demands(situation, words):
         said = f"You said “{words}”. It becomes part of what the event demands."
-        return _proposal(situation, (hunk,), said, "contract", 0.8, search.runs)
-    wished = _wished(situation, search)
-    if wished is not None:
-        summary = summary_of(situation.program, wished.edits)
-        hunk = Hunk(id="h1", summary=summary, edits=wished.edits)
+        summary = f"demand as well: {words}"
+        return proposal(
+            program, said, demanded, summary=summary, factor="contract", confidence=0.8,
+            simulations=runs,
+        )  # fmt: skip
+    if (wished := _wished(situation, search)) is not None:
         held = "what is demanded still holds" if wished.score.holds else "it costs some demands"
-        said = f"You said “{words}”: {summary}; {held}."
-        factor = wished.turned[0][0].factor
-        sure = 0.7 if wished.score.holds else 0.4
-        return _proposal(situation, (hunk,), said, factor, sure, search.runs)
+        said = f"You said “{words}”: {summary_of(program, wished.edits)}; {held}."
+        sure, factor = 0.7 if wished.score.holds else 0.4, wished.turned[0][0].factor
+        return proposal(
+            program, said, wished.edits, factor=factor, confidence=sure, simulations=search.runs
+        )
     asked = "What should be different? For example: faster, later, or “the block stays upright”."
-    return _proposal(
-        situation, (), "everything that is demanded holds", "none", 0.0, search.runs, asked
+    return proposal(
+        program, "everything that is demanded holds", simulations=search.runs, question=asked
     )
 
 
@@ -126,24 +126,3 @@ def _wished(situation: Situation, search: Search) -> Candidate | None:
                 return found
             fallback = fallback or found
     return fallback
-
-
-def _proposal(
-    situation: Situation,
-    hunks: tuple[Hunk, ...],
-    rationale: str,
-    factor: str,
-    confidence: float,
-    runs: int,
-    question: str = "",
-) -> Proposal:
-    text = situation.program.hash + repr(hunks) + rationale
-    return Proposal(
-        id=f"p{hashlib.sha256(text.encode()).hexdigest()[:12]}",
-        hunks=hunks,
-        rationale=rationale,
-        factor=factor,
-        confidence=confidence,
-        simulations=runs,
-        question=question,
-    )

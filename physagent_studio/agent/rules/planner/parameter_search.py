@@ -170,7 +170,6 @@ def cross_entropy(
     knobs: Sequence[Knob],
     seed: int,
     *,
-    first: tuple[Edit, ...] = (),
     bias: Callable[[Knob], Sequence[float]] = lambda knob: (1.0, -1.0),
     population: int = 12,
     rounds: int = 5,
@@ -190,7 +189,7 @@ def cross_entropy(
             steps = mean + spread * rng.standard_normal(len(knobs))
             steps = np.array([_allowed(s, bias(k)) for s, k in zip(steps, knobs, strict=True)])
             values = tuple((k, k.shifted(float(s))) for k, s in zip(knobs, steps, strict=True))
-            found = search.turn(values, first)
+            found = search.turn(values)
             if found is None:
                 continue
             samples.append((found.score, steps))

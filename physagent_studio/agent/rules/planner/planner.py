@@ -16,9 +16,9 @@ from physagent_studio.agent.rules.planner.parameters import Knob
 from physagent_studio.agent.rules.planner.repairs import structural
 from physagent_studio.agent.rules.planner.stage_one import repair_scene
 from physagent_studio.agent.rules.planner.trials import Candidate, Score, Search
-from physagent_studio.agent.rules.planner.wording import question_for, rationale_of, summary_of
+from physagent_studio.agent.rules.planner.wording import proposal, question_for, rationale_of
 from physagent_studio.program.edits import Edit
-from physagent_studio.records import Hunk, Proposal
+from physagent_studio.records import Proposal
 
 BETTER = 0.02
 """Least improvement of the margins, relative, that is worth a proposal."""
@@ -169,17 +169,14 @@ def _proposal(situation: Situation, start: Candidate, best: Candidate, search: S
     touches = any(path == v or path.startswith(f"{v}.") for path in paths for v in verified)
     gained = start.score.failing - best.score.failing
     factor = best.turned[0][0].factor if best.turned else "action"
-    hunks = tuple(
-        Hunk(id=f"h{number}", summary=summary_of(situation.program, edits), edits=edits)
-        for number, edits in enumerate(_grouped(best), 1)
-    )
     confidence = (
         0.9 if best.score.holds else 0.4 + 0.4 * max(gained, 0) / max(start.score.failing, 1)
     )
-    return Proposal(
-        id=f"p{hashlib.sha256(best.program.hash.encode()).hexdigest()[:12]}",
-        hunks=hunks,
-        rationale=rationale_of(situation, start, best),
+    return proposal(
+        situation.program,
+        rationale_of(situation, start, best),
+        # One hunk per edit, so that each can be accepted by itself.
+        *((edit,) for edit in best.edits),
         factor=factor,
         confidence=round(confidence, 2),
         simulations=search.runs,
@@ -187,18 +184,7 @@ def _proposal(situation: Situation, start: Candidate, best: Candidate, search: S
     )
 
 
-def _grouped(best: Candidate):  # noqa: ANN202 - tuples of edits
-    """One hunk per edit, so that each can be accepted by itself; a new action is one hunk."""
-    return [(edit,) for edit in best.edits]
-
-
 def _stuck(situation: Situation, search: Search) -> Proposal:
-    return Proposal(
-        id=f"p{hashlib.sha256(('stuck' + situation.program.hash).encode()).hexdigest()[:12]}",
-        hunks=(),
-        rationale=f"no change of one to three factors made it better ({search.runs} tried)",
-        factor="none",
-        confidence=0.0,
-        simulations=search.runs,
-        question=question_for(situation),
-    )
+    rationale = f"no change of one to three factors made it better ({search.runs} tried)"
+    asked = question_for(situation)
+    return proposal(situation.program, rationale, simulations=search.runs, question=asked)

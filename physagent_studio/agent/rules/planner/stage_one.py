@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator
 
 import numpy as np
 
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.planner.factors import may_change
+from physagent_studio.agent.rules.planner.wording import proposal
 from physagent_studio.agent.rules.verifier.verifier import shortfall
 from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.program.edits import Edit, SetField, apply
 from physagent_studio.reconstruction.photo.colours import colour_of, places_of
-from physagent_studio.records import Finding, Hunk, Proposal
+from physagent_studio.records import Finding, Proposal
 
 Repair = tuple[str, str, tuple[Edit, ...]]
 LOOKS = 6
@@ -28,18 +28,15 @@ def repair_scene(situation: Situation) -> Proposal:
         chosen = _best(situation, fresh[:LOOKS])
         if chosen is not None:
             factor, words, edits = chosen
-            return _proposal(situation, finding, factor, words, edits)
+            why = f"Because {finding.text}: {words}."
+            return proposal(
+                situation.program, why, edits, summary=words, factor=factor, confidence=0.5
+            )
     worst = failing[0] if failing else None
     about = worst.subject if worst is not None else "the picture"
     text = worst.text if worst is not None else _unmeasured(situation)
-    return Proposal(
-        id=_id(situation, "stuck"),
-        hunks=(),
-        rationale=f"nothing is left to try: {text}",
-        factor="none",
-        confidence=0.0,
-        question=f"{text[0].upper()}{text[1:]}. Can you click inside {about}, or draw a box?",
-    )
+    asked = f"{text[0].upper()}{text[1:]}. Can you click inside {about}, or draw a box?"
+    return proposal(situation.program, f"nothing is left to try: {text}", question=asked)
 
 
 def _unmeasured(situation: Situation) -> str:
@@ -93,22 +90,6 @@ def _is_fresh(situation: Situation, edits: tuple[Edit, ...]) -> bool:
     except StudioError:
         return False
     return changed.hash not in (situation.program.hash, *situation.memory.tried)
-
-
-def _proposal(
-    situation: Situation, finding: Finding, factor: str, words: str, edits: tuple[Edit, ...]
-) -> Proposal:
-    return Proposal(
-        id=_id(situation, repr(edits)),
-        hunks=(Hunk(id="h1", summary=words, edits=edits),),
-        rationale=f"Because {finding.text}: {words}.",
-        factor=factor,
-        confidence=0.5,
-    )
-
-
-def _id(situation: Situation, text: str) -> str:
-    return f"p{hashlib.sha256((situation.program.hash + text).encode()).hexdigest()[:12]}"
 
 
 def _repairs(finding: Finding, situation: Situation) -> Iterator[tuple[str, str, tuple[Edit, ...]]]:

@@ -2,11 +2,43 @@
 
 from __future__ import annotations
 
+import hashlib
+from typing import Any
+
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.planner.trials import Candidate
 from physagent_studio.errors import StudioError
 from physagent_studio.program.edits import AddItem, Edit, RemoveItem, SetField, value_at
 from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.records import Hunk, Proposal
+
+
+def proposal(
+    program: PhysicalProgram,
+    rationale: str,
+    *edits: tuple[Edit, ...],
+    summary: str = "",
+    factor: str = "none",
+    confidence: float = 0.0,
+    **more: Any,
+) -> Proposal:
+    """A proposal over a program with a hunk for each tuple of edits; the same has the same id.
+
+    summary: of its hunks, where their edits do not say it. more: further fields.
+    """
+    hunks = tuple(
+        Hunk(id=f"h{number}", summary=summary or summary_of(program, own), edits=own)
+        for number, own in enumerate(edits, 1)
+    )
+    name = hashlib.sha256(f"{program.hash}{hunks!r}{rationale}".encode()).hexdigest()[:12]
+    return Proposal(
+        id=f"p{name}",
+        hunks=hunks,
+        rationale=rationale,
+        factor=factor,
+        confidence=confidence,
+        **more,
+    )  # fmt: skip
 
 
 def summary_of(program: PhysicalProgram, edits: tuple[Edit, ...]) -> str:

@@ -7,10 +7,9 @@ import math
 G = 9.81
 
 
-def speed_to_stop(distance: float, friction: float, slope: float = 0.0) -> float:
+def speed_to_stop(distance: float, friction: float) -> float:
     """Speed with which a sliding body stops after `distance`; 0 where nothing slows it."""
-    slowing = G * (friction * math.cos(slope) - math.sin(slope))
-    return math.sqrt(2 * max(slowing, 0.0) * max(distance, 0.0))
+    return math.sqrt(2 * G * friction * max(distance, 0.0))
 
 
 def rolling_slowing(resistance: float) -> float:

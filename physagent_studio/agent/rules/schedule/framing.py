@@ -22,12 +22,9 @@ LENGTHS = 8.0
 SAMPLES = 160
 
 
-def free_way(layout: Layout, name: str, way: FloatArray, *, off_edges: bool = False) -> float:
+def free_way(layout: Layout, name: str, way: FloatArray) -> float:
     """How far a thing can go along a level unit direction (3,) and still be seen whole, on what
-    carries it and before it meets another thing, m; infinite where there is no camera.
-
-    off_edges: whether it may go over the edge of what carries it.
-    """
+    carries it and before it meets another thing, m; infinite where there is no camera."""
     camera, body = layout.state.camera, layout.placed(name)
     if camera is None or body is None or body.outline is None:
         return math.inf
@@ -41,8 +38,7 @@ def free_way(layout: Layout, name: str, way: FloatArray, *, off_edges: bool = Fa
     least = min(WHOLE, 0.95 * float(shares[0]))
     out = np.flatnonzero(shares < least)
     free = float(ahead[max(int(out[0]) - 1, 0)]) if len(out) else FARTHEST
-    if not off_edges:
-        free = min(free, _before_edge(layout, name, way))
+    free = min(free, _before_edge(layout, name, way))
     return min(free, *(_before(layout, name, item.name, way) for item in layout.state.objects))
 
 

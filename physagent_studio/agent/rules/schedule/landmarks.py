@@ -130,7 +130,7 @@ def _point(vector: FloatArray) -> tuple[float, float, float]:
 
 
 def assume_open(layout: Layout, reading: Reading) -> tuple[tuple[Landmark, ...], tuple[str, ...]]:
-    """All landmarks, open ones put where the prompt makes them likely, and what was assumed.
+    """All landmarks, open goals put where the prompt makes them likely, and what was assumed.
 
     Nobody has clicked them and the picture did not show them: the event can still be tried,
     and a person sees what was taken for granted.
@@ -151,34 +151,15 @@ def _likely(
 ) -> tuple[tuple[float, float, float], ...] | None:
     about = [f for f in reading.frames if any(p.name == landmark.name for _, p in f.places)]
     movers = [n for f in about for n in (*f.agent, *f.patient) if layout.has(n)]
-    if not movers:
+    if not movers or landmark.kind != "opening":
         return None
-    beside = [
-        p.name for f in about for _, p in f.places if p.kind == "object" and layout.has(p.name)
-    ]
-    at = next((n for n in beside if n not in movers), None)
-    mover, height = movers[0], layout.ground_height()
-    if landmark.kind in ("point", "area") and at is not None:
-        # "toward a yellow stone at the target".
-        x, y, _ = layout.position(at)
-        return _around(np.array([x, y, height]), landmark.kind, 2 * layout.size(at))
+    mover = movers[0]
     ways = [w for f in reading.frames if mover in (*f.patient, *f.agent) for w in (f.direction,)]
     way = WAYS[next((w for w in ways if w in ("left", "right", "toward_camera")), "away")]  # type: ignore[index]
     distance = max(10 * layout.size(mover), 1.0)
     middle = layout.position(mover) + way * distance
-    middle[2] = height
-    if landmark.kind in ("point", "area"):
-        return _around(middle, landmark.kind, 2 * layout.size(mover))
+    middle[2] = layout.ground_height()
     across = np.array([-way[1], way[0], 0.0]) * distance * 0.6
     feet = (_point(middle - across), _point(middle + across))
-    if landmark.kind == "line":
-        return feet
     up = WAYS["up"] * max(0.6 * distance, 4 * layout.size(mover))
     return (*feet, _point(middle + across + up), _point(middle - across + up))
-
-
-def _around(middle: FloatArray, kind: str, reach: float) -> tuple[tuple[float, float, float], ...]:
-    if kind == "point":
-        return (_point(middle),)
-    corners = ((-1, -1), (1, -1), (1, 1), (-1, 1))
-    return tuple(_point(middle + np.array([x, y, 0.0]) * reach) for x, y in corners)

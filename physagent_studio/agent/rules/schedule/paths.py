@@ -57,8 +57,9 @@ def _reach(layout: Layout, name: str) -> float:
     return max(layout.extent(name, way) for way in ways)
 
 
-def _arc(start: FloatArray, goal: FloatArray, turn: float, count: int = 40) -> FloatArray:
-    """(count, 3) points of the arc; a positive turn bends to the left."""
+def _arc(start: FloatArray, goal: FloatArray, turn: float) -> FloatArray:
+    """(40, 3) points of the arc; a positive turn bends to the left."""
+    count = 40
     chord = level(goal - start)
     length, ahead = float(np.linalg.norm(chord)), unit(chord)
     left = np.array([-ahead[1], ahead[0], 0.0])

@@ -17,7 +17,6 @@ from physagent_studio.agent.rules.contract.specs import (
     Spec,
     any_of,
     before,
-    place_name,
     spec,
 )
 
@@ -26,13 +25,7 @@ def hit(c: Context) -> list[Spec]:
     """Two objects touch."""
     if c.frame.negated and not c.frame.agent:
         return _touched_by_anything(c)
-    stacked = any(c.layout.carrier(name) in c.frame.patient for name in c.frame.patient)
-    if c.frame.agent and stacked and not c.frame.negated:
-        # "Hits the tower": one of what it is made of.
-        return [*touch_one(c), *siblings(c), *_driven_to(c)]
-    found = [*touch(c), *siblings(c), *_driven_to(c)]
-    if c.frame.agent and ("hard" in c.frame.manner or "fast" in c.frame.manner):
-        found.append(spec("speed_between", c.frame.agent[0], low=0.7))
+    found = [*touch(c), *siblings(c)]
     if c.frame.agent and c.frame.manner & {"gentle", "slow"}:
         found.append(spec("speed_between", c.frame.agent[0], low=0.01, high=1.5))
     return found or move(c)
@@ -44,26 +37,6 @@ def _touched_by_anything(c: Context) -> list[Spec]:
     others = [item.name for item in c.layout.state.objects if item.name not in near]
     found = [spec("contacts", c.subject, other=name) for name in others]
     return found or [spec("moves", c.subject, distance=0.05)]
-
-
-def _driven_to(c: Context) -> list[Spec]:
-    """ "Hits the black ball into the pocket": where what is hit gets to."""
-    found: list[Spec] = []
-    for relation, place in c.frame.places if c.frame.agent else ():
-        if relation not in ("in", "into", "toward", "over", "past") or place.kind != "landmark":
-            continue
-        mark = c.layout.state.landmark(place_name(place))
-        if mark is not None and mark.kind == "point" and relation in ("in", "into"):
-            # Nothing can be inside a point: that stays untested, and is shown so.
-            continue
-        if relation in ("in", "into"):
-            found.append(spec("lands_in", c.subject, landmark=place.name))
-        elif relation == "toward":
-            far = c.length(0.5, 0.02, 0.2)
-            found.append(spec("moves", c.subject, distance=far, toward=place.name))
-        else:
-            found.append(spec("passes_over", c.subject, landmark=place.name))
-    return found
 
 
 def push(c: Context) -> list[Spec]:
@@ -82,8 +55,6 @@ def _pushed_away(c: Context) -> list[Spec]:
     ways = c.ways()
     softly = bool(c.frame.manner & {"gentle", "slight"})
     distance = c.length(0.1, 0.01, 0.05) if softly else c.length(0.7, 0.05, 0.15)
-    if c.frame.distance is not None:
-        distance = round(0.8 * c.frame.distance, 4)
     if ways:
         return [any_of(*(spec("moves", c.subject, distance=distance, direction=w) for w in ways))]
     return [spec("moves", c.subject, distance=distance)]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from physagent_studio.agent.rules.contract.senses.common import arrival, posture
 from physagent_studio.agent.rules.contract.senses.remaining import is_container, is_last
 from physagent_studio.agent.rules.contract.senses.whereabouts import is_ground, off
@@ -15,7 +13,7 @@ from physagent_studio.agent.rules.contract.specs import (
     place_name,
     spec,
 )
-from physagent_studio.language import EventFrame, Place
+from physagent_studio.language import Place
 
 
 def reach(c: Context) -> list[Spec]:
@@ -34,7 +32,7 @@ def reach(c: Context) -> list[Spec]:
                 *(spec("stops_before", c.subject, before=one) for one in several),
                 *([spec("stops", c.subject, near=name, distance=near)] if close else []),
             ]
-        return _ordered(c, main)
+        return []
     got = arrival(c, c.frame)
     if place.kind == "support" and not place.part and c.frame.link != "after":
         found = [spec("reaches", c.subject, other=name)]
@@ -55,15 +53,6 @@ def strike(c: Context) -> list[Spec]:
     """Touches a support, or gets to a landmark."""
     got = arrival(c, c.frame)
     return [got] if got is not None else []
-
-
-def _ordered(c: Context, main: EventFrame) -> list[Spec]:
-    """The event before comes first."""
-    got = arrival(c, c.frame)
-    build = c.senses.get(main.sense)
-    index = c.reading.frames.index(main)
-    earlier = build(replace(c, frame=main, index=index)) if build else ()
-    return [before(earlier[0], got)] if earlier and got is not None else []
 
 
 def cross(c: Context) -> list[Spec]:
@@ -100,13 +89,7 @@ def land(c: Context) -> list[Spec]:
     """Comes down onto or into something, in a posture where one is said."""
     place = c.frame.place("on", "in", "into", "object", "toward", "at", "atop")
     found: list[Spec] = []
-    near = c.frame.place("near")
-    if place is None and near is not None and near.kind != "group":
-        below = c.layout.carrier(near.name) if near.kind == "object" else None
-        found.append(spec("contacts", c.subject, other=below or c.layout.ground()))
-        far = c.length(2.0, 0.1, 0.6)
-        found.append(spec("stops", c.subject, near=place_name(near), distance=far))
-    elif place is None or place.kind == "group":
+    if place is None or place.kind == "group":
         found.append(_on_something(c))
     elif place.kind == "landmark":
         found.append(spec("lands_in", c.subject, landmark=place_name(place)))

@@ -71,23 +71,14 @@ def _is_thing(c: Context, place: Place) -> bool:
 
 
 def _share(c: Context) -> list[Spec]:
-    """ "Halfway down the ramp": of the way that this or an earlier clause speaks of."""
+    """ "Halfway down the ramp": of the way that this clause speaks of."""
     if c.frame.share is None:
         return []
-    place = c.frame.extent or _told_before(c)
+    place = c.frame.extent
     if place is None or place.name == c.subject:
         return []
     low, high = c.frame.share
     return [spec("covers", c.subject, other=place_name(place), low=low, high=high)]
-
-
-def _told_before(c: Context) -> Place | None:
-    """ "Slides towards the cup and stops halfway"."""
-    for frame in reversed(c.earlier):
-        place = frame.place("toward", "at", "object", "against")
-        if place is not None and place.kind != "group" and not is_ground(c, place):
-            return place
-    return None
 
 
 def _alone(c: Context) -> list[Spec]:
@@ -125,18 +116,6 @@ def _around(c: Context) -> list[Spec]:
 
 
 def _through(c: Context) -> list[Spec]:
-    """Through an opening or over an area; through several things: past them all."""
-    found: list[Spec] = []
-    things: list[str] = []
-    for relation, place in c.frame.places:
-        if relation != "through":
-            continue
-        if place.kind == "landmark":
-            found.append(spec("passes_over", c.subject, landmark=place_name(place)))
-        elif place.kind == "object" and place.name != c.subject:
-            things.append(place.name)
-        elif place.kind == "support" and c.layout.carrier(c.subject) != place.name:
-            found.append(spec("contacts", c.subject, other=place.name))
-    if len(things) > 1:
-        found += [spec("passes_over", c.subject, landmark=n, by=True) for n in things]
-    return found
+    """Through an opening or over an area."""
+    marks = [p for r, p in c.frame.places if r == "through" and p.kind == "landmark"]
+    return [spec("passes_over", c.subject, landmark=place_name(mark)) for mark in marks]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from physagent_studio.agent.rules.contract.senses.common import posture, quality, rolls, still
-from physagent_studio.agent.rules.contract.senses.whereabouts import landed_on
 from physagent_studio.agent.rules.contract.specs import START, Context, Spec, place_name, spec
 from physagent_studio.language import EventFrame
 from physagent_studio.language.tokens.vocabulary import words_of
@@ -98,11 +97,6 @@ def stay(c: Context) -> list[Spec]:
     """Does not move; "standing" alone only means that it does not fall over."""
     if c.frame.posture == "upright" and c.frame.place("in", "on") is None:
         return [spec("upright", c.subject, tilt=20.0)] if not rolls(c) else still(c)
-    if _came_there(c):
-        # "Drops onto the box and stays there".
-        below = landed_on(c)
-        carried = [spec("rests_on", c.subject, other=below)] if below is not None else []
-        return [spec("stops", c.subject), *carried]
     on = c.frame.place("on", "atop")
     if on is not None and _is_moved(c, on.name):
         # "The plate slides while the orange stays on it": with it.
@@ -113,12 +107,6 @@ def stay(c: Context) -> list[Spec]:
         if carried in (None, on.name):
             found.append(spec("rests_on", c.subject, other=on.name))
     return found
-
-
-def _came_there(c: Context) -> bool:
-    """Whether what stays has moved before, as it is told."""
-    moved = [f for f in c.earlier if f.sense in _GOING_ON and not f.negated and not f.any_one]
-    return c.frame.link == "then" and any(c.subject in f.patient for f in moved)
 
 
 def _is_moved(c: Context, name: str) -> bool:
@@ -156,8 +144,6 @@ def _ends(c: Context) -> list[Spec]:
     found = posture(c)
     if place is not None and place.kind in ("support", "object"):
         found.append(spec("rests_on", c.subject, other=place.name))
-    elif place is not None and place.kind == "landmark":
-        found.append(spec("lands_in", c.subject, landmark=place_name(place)))
     elif c.frame.sense in ("rest", "end") and not found:
         found.append(spec("stops", c.subject))
     return [*found, *quality(c)]

@@ -220,11 +220,5 @@ def _begins_near(c: Context, place: Place) -> bool:
 
 def _in_stack(c: Context) -> list[Spec]:
     """ "In a stack": it stands on the next lower one of the objects, else on its support."""
-    layout = c.layout
-    below = layout.carrier(c.subject)
-    if below is None and layout.has(c.subject):
-        height = layout.position(c.subject)[2]
-        others = [o.name for o in layout.state.objects if layout.has(o.name)]
-        lower = [n for n in others if layout.position(n)[2] < height]
-        below = max(lower, key=lambda n: layout.position(n)[2], default=None)
+    below = c.layout.carrier(c.subject)
     return [spec("contacts", c.subject, other=below, to_step=START)] if below else []

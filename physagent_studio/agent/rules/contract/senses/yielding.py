@@ -57,10 +57,7 @@ def _stands(c: Context) -> list[Spec]:
 
 
 def lean(c: Context) -> list[Spec]:
-    """Tilts without falling over; what is soft bends."""
-    item = c.layout.state.object(c.subject)
-    if item is not None and item.body.kind == "soft":
-        return bend(c)
+    """Tilts without falling over."""
     ways = [w for w in (over_way(c.frame, c.subject), *c.ways()) if w not in (None, "up", "down")]
     if ways and not c.layout.rolls(c.subject):
         return [spec("flips", c.subject, angle=10.0, direction=ways[0])]

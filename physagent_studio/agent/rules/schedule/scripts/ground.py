@@ -44,8 +44,6 @@ def along_ground(task: Task) -> list[Action]:
     force = _aimed(task, target, speed)
     duration = _push_steps(task, target, speed)
     start: list[Action] = [act.push(task.name, force, start=task.delay, duration=duration)]
-    if task.intent.manner("rhythmic"):
-        return [*start, *_returning(task, speed)]
     return [*start, *_brake(task, target, speed, duration)]
 
 
@@ -161,7 +159,7 @@ def _on_wheels(task: Task, axis: FloatArray, target: Place | None, speed: float)
     return act.toward_or_along(speed, vector=axis)
 
 
-def _aimed(task: Task, target: Place | None, speed: float, azimuth: float = 0.0) -> Directed:
+def _aimed(task: Task, target: Place | None, speed: float) -> Directed:
     if (axis := task.axis_way()) is not None:
         return _on_wheels(task, axis, target, speed)
     way = task.way()
@@ -172,21 +170,10 @@ def _aimed(task: Task, target: Place | None, speed: float, azimuth: float = 0.0)
         return act.toward_or_along(speed, toward=other, azimuth=_beside(task, other))
     down = task.down_the_steps()
     if down is not None and way in (None, "down") and not task.intent.hits:
-        return act.toward_or_along(speed, vector=down, azimuth=azimuth)
+        return act.toward_or_along(speed, vector=down)
     if target is not None and (way is None or task.intent.hits or target.kind == "landmark"):
-        return act.toward_or_along(speed, toward=place_name(target), azimuth=azimuth)
-    return act.toward_or_along(speed, way=way or _open_way(task), azimuth=azimuth)
-
-
-def _returning(task: Task, speed: float) -> list[Action]:
-    """Pushed back and forth again, each time the way against which it came."""
-    steps = task.clip.steps // 4
-    back = act.toward_or_along(2 * speed, vector=-_heading(task))
-    forth = act.toward_or_along(2 * speed, vector=_heading(task))
-    return [
-        act.push(task.name, way, start=steps * number, label=label)
-        for number, (way, label) in enumerate(((back, "back"), (forth, "forth")), 1)
-    ]
+        return act.toward_or_along(speed, toward=place_name(target))
+    return act.toward_or_along(speed, way=way or _open_way(task))
 
 
 def _heading(task: Task) -> FloatArray:

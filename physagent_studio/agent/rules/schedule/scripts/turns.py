@@ -91,7 +91,7 @@ def there_and_back(task: Task) -> list[Action]:
     return [there, act.push(task.name, back, start=max(turn, 20), duration=15, label="back")]
 
 
-def turn_back(task: Task, trigger: Action | None = None) -> list[Action]:
+def turn_back(task: Task) -> list[Action]:
     """Turns half round, then goes back or another way; after it reached the ground, if it fell."""
     layout = task.layout
     ramp = layout.ramp_below(task.name)

@@ -17,27 +17,14 @@ from physagent_studio.contract.outcome import (
 )
 from physagent_studio.contract.places import Place, distance_to, place_of
 from physagent_studio.contract.track import Track, Window
+from physagent_studio.program import statements
 from physagent_studio.program.base import DIRECTIONS
-from physagent_studio.program.statements import (
-    Airborne,
-    DescendsSlowly,
-    Falls,
-    Flips,
-    Moves,
-    PathBends,
-    Reverses,
-    Rotates,
-    SpeedBetween,
-    Stays,
-    Topples,
-    Upright,
-)
 
 KICK = 15.0
 """A turn of more than this many degrees within one step is an impact and not a bend."""
 
 
-def moves(statement: Moves, facts: Facts, window: Window) -> Outcome:
+def moves(statement: statements.Moves, facts: Facts, window: Window) -> Outcome:
     """Greatest displacement since the window began, along the direction if one is given."""
     track = facts.track(statement.subject, window)
     travel = track.positions - track.positions[0]
@@ -54,7 +41,7 @@ def moves(statement: Moves, facts: Facts, window: Window) -> Outcome:
     return _peak(track, progress, statement.distance, "m")
 
 
-def falls(statement: Falls, facts: Facts, window: Window) -> Outcome:
+def falls(statement: statements.Falls, facts: Facts, window: Window) -> Outcome:
     """Deepest drop of the centre of mass below its highest point so far."""
     track = facts.track(statement.subject, window)
     height = track.positions[:, 2]
@@ -70,7 +57,7 @@ def _peak(track: Track, values: FloatArray, threshold: float, unit: str) -> Outc
     return Outcome(excess(best, threshold), best, threshold, unit, "≥", step)
 
 
-def stays(statement: Stays, facts: Facts, window: Window) -> Outcome:
+def stays(statement: statements.Stays, facts: Facts, window: Window) -> Outcome:
     """Greatest displacement and, but for a ball, greatest tilt, both since the window began."""
     track = facts.track(statement.subject, window)
     away = np.linalg.norm(track.positions - track.positions[0], axis=-1)
@@ -90,7 +77,7 @@ def _ceiling(track: Track, values: FloatArray, threshold: float, unit: str, clai
     return Outcome(margin, most, threshold, unit, "≤", step, claim=claim, lasting=True)
 
 
-def topples(statement: Topples, facts: Facts, window: Window) -> Outcome:
+def topples(statement: statements.Topples, facts: Facts, window: Window) -> Outcome:
     """Tilt at the end; while it has never been enough, the greatest tilt tells how near it was."""
     track = facts.track(statement.subject, window)
     if track.outline.is_ball:
@@ -108,7 +95,7 @@ def topples(statement: Topples, facts: Facts, window: Window) -> Outcome:
     return Outcome(min(margin, -1e-6), final, need, "°", "≥", step, note, lasting=True)
 
 
-def upright(statement: Upright, facts: Facts, window: Window) -> Outcome:
+def upright(statement: statements.Upright, facts: Facts, window: Window) -> Outcome:
     """Tilt at the end of the window."""
     track = facts.track(statement.subject, window)
     final = float(track.tilt()[-1])
@@ -117,7 +104,7 @@ def upright(statement: Upright, facts: Facts, window: Window) -> Outcome:
     return Outcome(margin, final, statement.tilt, "°", "≤", window.last, note, lasting=True)
 
 
-def airborne(statement: Airborne, facts: Facts, window: Window) -> Outcome:
+def airborne(statement: statements.Airborne, facts: Facts, window: Window) -> Outcome:
     """Longest stretch visibly clear of everything; being held in the air is not flying."""
     free = ~facts.touching_anything(statement.subject, window)
     free &= ~facts.acted_on(statement.subject, ("FixObject",))[window.rows]
@@ -138,7 +125,7 @@ def airborne(statement: Airborne, facts: Facts, window: Window) -> Outcome:
     return Outcome(margin, seconds, statement.seconds, "s", "≥", step)
 
 
-def rotates(statement: Rotates, facts: Facts, window: Window) -> Outcome:
+def rotates(statement: statements.Rotates, facts: Facts, window: Window) -> Outcome:
     """Turning in total; about an axis, in either sense, the net turn."""
     track = facts.track(statement.subject, window)
     turned = np.degrees(_cumulative(track.angular, track.dt))
@@ -162,7 +149,7 @@ def _cumulative(rates: FloatArray, dt: float) -> FloatArray:
     return np.concatenate([np.zeros((1, rates.shape[1])), np.cumsum(steps, axis=0)])
 
 
-def flips(statement: Flips, facts: Facts, window: Window) -> Outcome:
+def flips(statement: statements.Flips, facts: Facts, window: Window) -> Outcome:
     """How far its up axis sweeps about a horizontal axis; rolling about its own axis is none.
 
     The sweep is the net turn about horizontal axes from any moment to any later one, so to and
@@ -185,7 +172,7 @@ def flips(statement: Flips, facts: Facts, window: Window) -> Outcome:
     return _peak(track, np.tril(gaps).max(axis=1), statement.angle, "°")
 
 
-def speed_between(statement: SpeedBetween, facts: Facts, window: Window) -> Outcome:
+def speed_between(statement: statements.SpeedBetween, facts: Facts, window: Window) -> Outcome:
     """Greatest speed of the centre of mass."""
     track = facts.track(statement.subject, window)
     parts = track.velocities[:, :2] if statement.level else track.velocities
@@ -201,7 +188,7 @@ def speed_between(statement: SpeedBetween, facts: Facts, window: Window) -> Outc
     return Outcome(slow, best, statement.high, "m/s", "≤", step, claim=claim, lasting=True)
 
 
-def descends_slowly(statement: DescendsSlowly, facts: Facts, window: Window) -> Outcome:
+def descends_slowly(statement: statements.DescendsSlowly, facts: Facts, window: Window) -> Outcome:
     """Drop of the centre since its highest point, and greatest speed downwards."""
     track = facts.track(statement.subject, window)
     height = track.positions[:, 2]
@@ -220,7 +207,7 @@ def descends_slowly(statement: DescendsSlowly, facts: Facts, window: Window) -> 
     return worst([drop, slow])
 
 
-def path_bends(statement: PathBends, facts: Facts, window: Window) -> Outcome:
+def path_bends(statement: statements.PathBends, facts: Facts, window: Window) -> Outcome:
     """How far the horizontal path turns to one side, knocks left out.
 
     Left and right are the mover's own, which is also how it looks in the picture, except for
@@ -256,7 +243,7 @@ def _smoothed(values: FloatArray, reach: int) -> FloatArray:
     return (sums[width:] - sums[:-width]) / width
 
 
-def reverses(statement: Reverses, facts: Facts, window: Window) -> Outcome:
+def reverses(statement: statements.Reverses, facts: Facts, window: Window) -> Outcome:
     """Greatest angle between an earlier and a later horizontal heading, both really travelled.
 
     With `times` more than one: how often it so turns against the heading it had taken since.
@@ -280,7 +267,7 @@ def reverses(statement: Reverses, facts: Facts, window: Window) -> Outcome:
 
 
 def _returns(
-    headings: FloatArray, rows: NDArray[np.intp], statement: Reverses, window: Window
+    headings: FloatArray, rows: NDArray[np.intp], statement: statements.Reverses, window: Window
 ) -> Outcome:
     """How often the heading (K, 2) turns by more than the angle since it last did."""
     found: list[int] = []

@@ -20,17 +20,10 @@ from physagent_studio.contract.places import (
 )
 from physagent_studio.contract.track import Track, Window
 from physagent_studio.contract.words import number
-from physagent_studio.program.statements import (
-    Contacts,
-    Leaves,
-    ReachesOn,
-    RestsOn,
-    Stops,
-    StopsBefore,
-)
+from physagent_studio.program import statements
 
 
-def contacts(statement: Contacts, facts: Facts, window: Window) -> Outcome:
+def contacts(statement: statements.Contacts, facts: Facts, window: Window) -> Outcome:
     """Touching at any step; while it fails, minus the smallest gap of the surfaces."""
     if statement.other not in facts.rollout.bodies:
         return _reaches_place(statement.subject, statement.other, facts, window)
@@ -79,7 +72,7 @@ def _firmness(subject: str, other: str, facts: Facts, window: Window) -> float:
     return 0.02 + 0.98 * push / (push + mass) if push > 0 and mass > 0 else 0.02
 
 
-def leaves(statement: Leaves, facts: Facts, window: Window) -> Outcome:
+def leaves(statement: statements.Leaves, facts: Facts, window: Window) -> Outcome:
     """Has touched, and at the end does so no more; while it fails, how far it has shifted."""
     touching = facts.touching(statement.subject, statement.other, window)
     track = facts.track(statement.subject, window)
@@ -154,14 +147,14 @@ def _last_onset(carried: NDArray[np.bool_], dt: float) -> int:
     return int(rows[breaks[-1] + 1]) if len(breaks) else int(rows[0])
 
 
-def reaches(statement: ReachesOn, facts: Facts, window: Window) -> Outcome:
+def reaches(statement: statements.ReachesOn, facts: Facts, window: Window) -> Outcome:
     """Carried by `other` at the end, moving or not."""
     if statement.other not in facts.rollout.bodies:
         return _reaches_place(statement.subject, statement.other, facts, window)
     return _carrying(facts.track(statement.subject, window), statement.other, facts)
 
 
-def rests_on(statement: RestsOn, facts: Facts, window: Window) -> Outcome:
+def rests_on(statement: statements.RestsOn, facts: Facts, window: Window) -> Outcome:
     """Carried by `other` and at rest, both at the end."""
     track = facts.track(statement.subject, window)
     if statement.other not in facts.rollout.bodies:
@@ -212,7 +205,7 @@ def _moved(track: Track) -> Outcome:
     return Outcome(margin, most, need, "m", "≥", step, claim=claim, lasting=True)
 
 
-def stops(statement: Stops, facts: Facts, window: Window) -> Outcome:
+def stops(statement: statements.Stops, facts: Facts, window: Window) -> Outcome:
     """Has moved, is at rest at the end, and is near the named place."""
     track = facts.track(statement.subject, window)
     parts = [_stillness(track, statement.speed), _moved(track)]
@@ -249,7 +242,7 @@ def _from_middle(place: Place, points: FloatArray) -> FloatArray:
     return distance_to(place, points)
 
 
-def stops_before(statement: StopsBefore, facts: Facts, window: Window) -> Outcome:
+def stops_before(statement: statements.StopsBefore, facts: Facts, window: Window) -> Outcome:
     """Has moved, is at rest at the end, and has not reached the place named."""
     track = facts.track(statement.subject, window)
     short = _not_reached(track, statement.before, facts)

@@ -6,43 +6,34 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from physagent_studio.program.actions import (
-    Action,
-    ApplyForce,
-    FixObject,
-    SetAngularVelocity,
-    SetOrientation,
-    SetPosition,
-    SetVelocity,
-    duration_of,
-)
+from physagent_studio.program import actions
 from physagent_studio.program.edits import Edit, RemoveItem, SetField
 from physagent_studio.program.preflight.findings import PreflightFinding, finding
 from physagent_studio.program.preflight.mechanics import vector_of
 
 
-def path_of_action(action: Action) -> str:
+def path_of_action(action: actions.Action) -> str:
     """The dotted path of an action."""
     return f"event.actions.{action.id}"
 
 
-def _span(action: Action) -> tuple[int, int] | None:
+def _span(action: actions.Action) -> tuple[int, int] | None:
     """First and last step of an action that starts at a step; None for a condition."""
     if action.when is not None:
         return None
-    return action.start_step, action.start_step + duration_of(action) - 1
+    return action.start_step, action.start_step + actions.duration_of(action) - 1
 
 
-def clashes(first: Action, second: Action) -> Iterator[PreflightFinding]:
+def clashes(first: actions.Action, second: actions.Action) -> Iterator[PreflightFinding]:
     """What two actions on the same object do to each other where their windows overlap."""
     one, two = _span(first), _span(second)
     if one is None or two is None or max(one[0], two[0]) > min(one[1], two[1]):
         return
     for fixed, other, span in ((first, second, one), (second, first, two)):
-        if isinstance(fixed, FixObject) and not isinstance(other, FixObject):
+        if isinstance(fixed, actions.FixObject) and not isinstance(other, actions.FixObject):
             yield _fixed(fixed, other, span)
             return
-    if isinstance(first, FixObject):
+    if isinstance(first, actions.FixObject):
         message = f"it overlaps {first.id}, which fixes the same object"
         edits = _as_one(first, second, (one[0], two[0]), (one[1], two[1]))
         yield finding("overlapping", path_of_action(second), message, edits)
@@ -57,7 +48,7 @@ def clashes(first: Action, second: Action) -> Iterator[PreflightFinding]:
 
 
 def _as_one(
-    first: Action, second: Action, starts: tuple[int, int], ends: tuple[int, int]
+    first: actions.Action, second: actions.Action, starts: tuple[int, int], ends: tuple[int, int]
 ) -> tuple[Edit, ...]:
     """One hold over both windows: the earlier one, made as long as it takes."""
     kept, dropped = (first, second) if starts[0] <= starts[1] else (second, first)
@@ -66,7 +57,9 @@ def _as_one(
     return (longer, RemoveItem(path=path_of_action(dropped)))
 
 
-def _fixed(fixed: FixObject, other: Action, span: tuple[int, int]) -> PreflightFinding:
+def _fixed(
+    fixed: actions.FixObject, other: actions.Action, span: tuple[int, int]
+) -> PreflightFinding:
     end = span[1] + 1
     message = f"{other.name} is held by {fixed.id} until step {end}, so this has no effect then"
     edits = (SetField(path=f"{path_of_action(other)}.start_step", value=end),)
@@ -74,24 +67,24 @@ def _fixed(fixed: FixObject, other: Action, span: tuple[int, int]) -> PreflightF
 
 
 _SETTERS = (
-    (SetVelocity, SetPosition, SetOrientation),
-    (SetAngularVelocity,),
-    (SetPosition,),
-    (SetOrientation,),
+    (actions.SetVelocity, actions.SetPosition, actions.SetOrientation),
+    (actions.SetAngularVelocity,),
+    (actions.SetPosition,),
+    (actions.SetOrientation,),
 )
 
 
-def _same_quantity(first: Action, second: Action) -> bool:
+def _same_quantity(first: actions.Action, second: actions.Action) -> bool:
     """Whether both assign what only one can; placing or turning also stops the object."""
     return (
         any(isinstance(first, group) and isinstance(second, group) for group in _SETTERS[1:])
-        or (isinstance(first, SetVelocity) and isinstance(second, _SETTERS[0]))
-        or (isinstance(second, SetVelocity) and isinstance(first, _SETTERS[0]))
+        or (isinstance(first, actions.SetVelocity) and isinstance(second, _SETTERS[0]))
+        or (isinstance(second, actions.SetVelocity) and isinstance(first, _SETTERS[0]))
     )
 
 
-def _cancel(first: Action, second: Action) -> bool:
-    if not isinstance(first, ApplyForce) or not isinstance(second, ApplyForce):
+def _cancel(first: actions.Action, second: actions.Action) -> bool:
+    if not isinstance(first, actions.ApplyForce) or not isinstance(second, actions.ApplyForce):
         return False
     one, two = vector_of(first.force), vector_of(second.force)
     if one is None or two is None or first.point != second.point:

@@ -8,15 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from physagent_studio.program.actions import (
-    Action,
-    ApplyAngledForce,
-    ApplyDisturbance,
-    ApplyForce,
-    Directed,
-    SetVelocity,
-    duration_of,
-)
+from physagent_studio.program import actions
 from physagent_studio.program.base import DIRECTIONS
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.scene.bodies import Cloth, Rope
@@ -65,9 +57,9 @@ def standing(scene: SceneState) -> dict[str, Placed]:
     return placed
 
 
-def vector_of(vector: Sequence[float] | Directed) -> tuple[float, float, float] | None:
+def vector_of(vector: Sequence[float] | actions.Directed) -> tuple[float, float, float] | None:
     """A plain vector, or a named direction's; None where only the run can tell."""
-    if not isinstance(vector, Directed):
+    if not isinstance(vector, actions.Directed):
         x, y, z = vector
         return (float(x), float(y), float(z))
     if vector.direction is None or vector.elevation or vector.azimuth:
@@ -78,26 +70,26 @@ def vector_of(vector: Sequence[float] | Directed) -> tuple[float, float, float] 
 
 def size_of(vector: Any) -> float:
     """Length of a plain or directed vector."""
-    return abs(vector.magnitude) if isinstance(vector, Directed) else math.hypot(*vector)
+    return abs(vector.magnitude) if isinstance(vector, actions.Directed) else math.hypot(*vector)
 
 
-def speed_gain(action: Action, mass: float, step_seconds: float) -> float:
+def speed_gain(action: actions.Action, mass: float, step_seconds: float) -> float:
     """Greatest speed in m/s that an action can give by itself."""
-    seconds = duration_of(action) * step_seconds
+    seconds = actions.duration_of(action) * step_seconds
     match action:
-        case SetVelocity(velocity=vector):
+        case actions.SetVelocity(velocity=vector):
             return size_of(vector)
-        case ApplyForce(force=vector):
-            if isinstance(vector, Directed) and vector.quantity == "target_speed":
+        case actions.ApplyForce(force=vector):
+            if isinstance(vector, actions.Directed) and vector.quantity == "target_speed":
                 return abs(vector.magnitude)
-            if isinstance(vector, Directed) and vector.quantity == "acceleration":
+            if isinstance(vector, actions.Directed) and vector.quantity == "acceleration":
                 return abs(vector.magnitude) * seconds
             return size_of(vector) / mass * seconds
-        case ApplyAngledForce(magnitude=magnitude):
+        case actions.ApplyAngledForce(magnitude=magnitude):
             return abs(magnitude) / mass * seconds
-        case ApplyDisturbance(model="wind", amplitude=amplitude):
+        case actions.ApplyDisturbance(model="wind", amplitude=amplitude):
             return amplitude
-        case ApplyDisturbance(amplitude=amplitude):
+        case actions.ApplyDisturbance(amplitude=amplitude):
             return amplitude / mass * seconds
     return 0.0
 

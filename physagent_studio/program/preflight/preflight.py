@@ -7,20 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
-from physagent_studio.program.actions import (
-    Action,
-    After,
-    ApplyAngledForce,
-    ApplyForce,
-    Directed,
-    FixObject,
-    OnContact,
-    SetAngularVelocity,
-    SetOrientation,
-    SetVelocity,
-    When,
-    duration_of,
-)
+from physagent_studio.program import actions
 from physagent_studio.program.edits import RemoveItem, SetField
 from physagent_studio.program.preflight.clashes import clashes, path_of_action
 from physagent_studio.program.preflight.findings import PreflightFinding, finding
@@ -48,14 +35,14 @@ def preflight(program: PhysicalProgram) -> tuple[PreflightFinding, ...]:
 
 
 def _event_findings(program: PhysicalProgram) -> Iterator[PreflightFinding]:
-    actions = [action for action in program.event.actions if not action.muted]
-    for action in actions:
+    live = [action for action in program.event.actions if not action.muted]
+    for action in live:
         yield from _condition(program, action)
         yield from _late(program, action)
         yield from _material(program, action)
         yield from _idle(action)
         yield from _friction(program, action)
-    for first, second in combinations(actions, 2):
+    for first, second in combinations(live, 2):
         if first.name == second.name:
             yield from clashes(first, second)
 
@@ -63,18 +50,18 @@ def _event_findings(program: PhysicalProgram) -> Iterator[PreflightFinding]:
 # --- conditions and times ---------------------------------------------------------------------
 
 
-def _condition(program: PhysicalProgram, action: Action) -> Iterator[PreflightFinding]:
+def _condition(program: PhysicalProgram, action: actions.Action) -> Iterator[PreflightFinding]:
     reason = ""
     match action.when:
-        case OnContact(a=a, b=b) if a == b:
+        case actions.OnContact(a=a, b=b) if a == b:
             reason = f"{a} cannot touch itself"
-        case OnContact(a=a, b=b) if not {a, b} & {o.name for o in program.scene.objects}:
+        case actions.OnContact(a=a, b=b) if not {a, b} & {o.name for o in program.scene.objects}:
             reason = f"{a} and {b} are supports and never move"
-        case OnContact(timeout=0) if not _touch_at_start(program, action.when):
+        case actions.OnContact(timeout=0) if not _touch_at_start(program, action.when):
             reason = "its time-out is step 0 and they do not touch at the start"
-        case After():
+        case actions.After():
             reason = _never_after(program, action)
-        case When(statement=statement) if (statement.from_step or 0) >= program.clip.steps:
+        case actions.When(statement=statement) if (statement.from_step or 0) >= program.clip.steps:
             reason = "its statement looks only at steps past the end of the clip"
     if reason:
         edits = (SetField(path=f"{path_of_action(action)}.when", value=None),)
@@ -82,18 +69,18 @@ def _condition(program: PhysicalProgram, action: Action) -> Iterator[PreflightFi
         yield finding("never_starts", f"{path_of_action(action)}.when", message, edits)
 
 
-def _touch_at_start(program: PhysicalProgram, when: OnContact) -> bool:
+def _touch_at_start(program: PhysicalProgram, when: actions.OnContact) -> bool:
     placed = standing(program.scene)
     if when.a not in placed or when.b not in placed:
         return True
     return float(gap(placed[when.a], placed[when.b])[0]) < 5e-3
 
 
-def _never_after(program: PhysicalProgram, action: Action) -> str:
+def _never_after(program: PhysicalProgram, action: actions.Action) -> str:
     """Why the chain of actions that this one waits for never ends, or ""."""
     seen = {action.id}
-    current: Action | None = action
-    while current is not None and isinstance(current.when, After):
+    current: actions.Action | None = action
+    while current is not None and isinstance(current.when, actions.After):
         current = program.action(current.when.action)
         if current is None:
             return ""
@@ -105,28 +92,28 @@ def _never_after(program: PhysicalProgram, action: Action) -> str:
     return ""
 
 
-def _earliest(program: PhysicalProgram, action: Action) -> int:
+def _earliest(program: PhysicalProgram, action: actions.Action) -> int:
     """The first step at which an action can start, chains of `after` followed."""
     total, current, seen = 0, action, {action.id}
-    while isinstance(current.when, After):
+    while isinstance(current.when, actions.After):
         ahead = program.action(current.when.action)
         total += current.when.delay
         if ahead is None or ahead.id in seen:
             return total
         seen.add(ahead.id)
-        total += duration_of(ahead)
+        total += actions.duration_of(ahead)
         current = ahead
     if current.when is None:
         return total + current.start_step
     return total + current.when.delay
 
 
-def _late(program: PhysicalProgram, action: Action) -> Iterator[PreflightFinding]:
+def _late(program: PhysicalProgram, action: actions.Action) -> Iterator[PreflightFinding]:
     """A conditional action whose window cannot lie inside the clip."""
     if action.when is None or _never_after(program, action):
         return
     start, steps = _earliest(program, action), program.clip.steps
-    length = duration_of(action)
+    length = actions.duration_of(action)
     if start >= steps:
         message = f"it cannot start before step {start}, but the clip ends at step {steps - 1}"
         edits = (SetField(path=f"{path_of_action(action)}.when.delay", value=0),)
@@ -140,28 +127,30 @@ def _late(program: PhysicalProgram, action: Action) -> Iterator[PreflightFinding
 # --- one action -------------------------------------------------------------------------------
 
 
-def _material(program: PhysicalProgram, action: Action) -> Iterator[PreflightFinding]:
+def _material(program: PhysicalProgram, action: actions.Action) -> Iterator[PreflightFinding]:
     """What a body of this kind cannot take."""
     item = program.scene.object(action.name)
     if item is None or item.body.kind == "rigid":
         return
     kind, reason = item.body.kind, ""
-    if isinstance(action, SetOrientation | SetAngularVelocity) and is_loose(item.body):
+    if isinstance(action, actions.SetOrientation | actions.SetAngularVelocity) and is_loose(
+        item.body
+    ):
         reason = f"{item.name} is {kind}: many grains that have no common orientation"
-    elif kind in ("cloth", "rope") and isinstance(action, SetAngularVelocity):
+    elif kind in ("cloth", "rope") and isinstance(action, actions.SetAngularVelocity):
         reason = f"{item.name} is a {kind} and does not turn as one body"
-    elif isinstance(action, ApplyForce | FixObject) and action.point is not None:
+    elif isinstance(action, actions.ApplyForce | actions.FixObject) and action.point is not None:
         reason = f"{item.name} is {kind}: a single point of it cannot be held or pushed"
     if reason:
         edits = (RemoveItem(path=path_of_action(action)),)
         yield finding("cannot_act", path_of_action(action), reason, edits)
 
 
-def _idle(action: Action) -> Iterator[PreflightFinding]:
+def _idle(action: actions.Action) -> Iterator[PreflightFinding]:
     """An action that adds nothing."""
     for field in ("force", "torque", "magnitude", "amplitude"):
         value = getattr(action, field, None)
-        if isinstance(value, Directed):
+        if isinstance(value, actions.Directed):
             value = value.magnitude
         if value is not None and not np.any(np.asarray(value, float)):
             message = f"its {field} is zero, so it does nothing"
@@ -173,10 +162,10 @@ def _idle(action: Action) -> Iterator[PreflightFinding]:
             )
 
 
-def _friction(program: PhysicalProgram, action: Action) -> Iterator[PreflightFinding]:
+def _friction(program: PhysicalProgram, action: actions.Action) -> Iterator[PreflightFinding]:
     """A push that is smaller than the friction it has to overcome, on what stands still."""
     item = program.scene.object(action.name)
-    if not isinstance(action, ApplyForce | ApplyAngledForce) or item is None:
+    if not isinstance(action, actions.ApplyForce | actions.ApplyAngledForce) or item is None:
         return
     if _set_in_motion(program, action) or item.shape is None or item.support in (None, "air"):
         return
@@ -193,9 +182,9 @@ def _friction(program: PhysicalProgram, action: Action) -> Iterator[PreflightFin
     )
 
 
-def _set_in_motion(program: PhysicalProgram, action: Action) -> bool:
+def _set_in_motion(program: PhysicalProgram, action: actions.Action) -> bool:
     return any(
-        isinstance(other, SetVelocity | SetAngularVelocity)
+        isinstance(other, actions.SetVelocity | actions.SetAngularVelocity)
         for other in program.event.actions
         if other.name == action.name and other.id != action.id and not other.muted
     )
@@ -215,16 +204,18 @@ def _static_friction(program: PhysicalProgram, item: SceneObject) -> tuple[float
     return coefficient * mass * gravity_of(scene), coefficient
 
 
-def _push(action: ApplyForce | ApplyAngledForce, item: SceneObject) -> tuple[float, float] | None:
+def _push(
+    action: actions.ApplyForce | actions.ApplyAngledForce, item: SceneObject
+) -> tuple[float, float] | None:
     """Horizontal and upward part of a push, N; None where only the run can tell."""
-    if isinstance(action, ApplyAngledForce):
+    if isinstance(action, actions.ApplyAngledForce):
         return abs(action.magnitude), 0.0
     vector = vector_of(action.force)
     mass = mass_of(item)
     if vector is None or mass is None:
         return None
     factor = 1.0
-    if isinstance(action.force, Directed):
+    if isinstance(action.force, actions.Directed):
         if action.force.quantity == "target_speed":
             return None
         factor = mass if action.force.quantity == "acceleration" else 1.0

@@ -12,16 +12,7 @@ from physagent_studio.program.actions import (
     SetVelocity,
 )
 from physagent_studio.program.edits import SetField
-from physagent_studio.program.scene.forms import (
-    Box,
-    Cylinder,
-    Ellipsoid,
-    Frustum,
-    Inflated,
-    Meshed,
-    Shape,
-    Torus,
-)
+from physagent_studio.program.scene import forms
 
 
 def scaled(action: Action, factor: float) -> tuple[SetField, ...]:
@@ -47,7 +38,7 @@ def _vector(
     return (SetField(path=path, value=value),)
 
 
-def shape_scaled(shape: Shape, factor: float) -> Shape:
+def shape_scaled(shape: forms.Shape, factor: float) -> forms.Shape:
     """The shape with all its lengths multiplied."""
     kept = {"kind", "asset", "thickness"}
     lengths = shape.model_dump(mode="json", exclude=kept, exclude_none=True)
@@ -55,24 +46,24 @@ def shape_scaled(shape: Shape, factor: float) -> Shape:
     return type(shape).model_validate({**shape.model_dump(mode="json"), **larger})
 
 
-def shape_thickened(shape: Shape, thinnest: float, least: float) -> Shape:
+def shape_thickened(shape: forms.Shape, thinnest: float, least: float) -> forms.Shape:
     """The shape with its thinnest extent at `least` and not at `thinnest`, m.
 
     What has no field of its own for that becomes larger as a whole.
     """
     match shape:
-        case Box(wall=None) | Inflated() | Meshed():
+        case forms.Box(wall=None) | forms.Inflated() | forms.Meshed():
             x, y, z = (max(edge, least) for edge in shape.size)
             return shape.model_copy(update={"size": (x, y, z)})
-        case Ellipsoid():
+        case forms.Ellipsoid():
             x, y, z = (max(radius, least / 2) for radius in shape.radii)
             return shape.model_copy(update={"radii": (x, y, z)})
-        case Cylinder():
+        case forms.Cylinder():
             radius, height = max(shape.radius, least / 2), max(shape.height, least)
             return shape.model_copy(update={"radius": radius, "height": height})
-        case Torus():
+        case forms.Torus():
             return shape.model_copy(update={"tube": max(shape.tube, least / 2)})
-        case Frustum() if shape.height < least:
+        case forms.Frustum() if shape.height < least:
             return shape.model_copy(update={"height": least})
         case _:
             return shape_scaled(shape, 1.001 * least / thinnest)

@@ -2,29 +2,22 @@
 
 from __future__ import annotations
 
-from physagent_studio.program.scene.forms import (
-    Box,
-    Frustum,
-    Revolved,
-    Shape,
-    Slab,
-    SupportShape,
-    Torus,
-    Vessel,
-)
+from physagent_studio.program.scene import forms
 
 Size3 = tuple[float, float, float]
 
 
-def is_hollow(shape: Shape | SupportShape | None) -> bool:
+def is_hollow(shape: forms.Shape | forms.SupportShape | None) -> bool:
     """Whether other things can be in it: an open vessel, a ring."""
-    if isinstance(shape, Vessel):
+    if isinstance(shape, forms.Vessel):
         return True
-    walled = isinstance(shape, Box | Frustum | Revolved) and shape.wall is not None
-    return walled or isinstance(shape, Torus)
+    walled = (
+        isinstance(shape, forms.Box | forms.Frustum | forms.Revolved) and shape.wall is not None
+    )
+    return walled or isinstance(shape, forms.Torus)
 
 
-def rails_of(slab: Slab) -> tuple[tuple[Size3, Size3], ...]:
+def rails_of(slab: forms.Slab) -> tuple[tuple[Size3, Size3], ...]:
     """The bars (centre, edge lengths) of a slab in its own frame: two rails, or the whole box."""
     x, y, z = slab.size
     if slab.rail is None:

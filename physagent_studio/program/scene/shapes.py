@@ -15,28 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from physagent_studio.arrays import FloatArray
 from physagent_studio.program.rotations import about_up, matrices_of, matrix_of
+from physagent_studio.program.scene import forms
 from physagent_studio.program.scene.boards import is_hollow
 from physagent_studio.program.scene.stairs import profile_of
-from physagent_studio.program.scene.state import (
-    Box,
-    Capsule,
-    Cylinder,
-    Ellipsoid,
-    Floor,
-    Frustum,
-    Inflated,
-    Meshed,
-    MeshedSupport,
-    Ramp,
-    Revolved,
-    Shape,
-    Slab,
-    Sphere,
-    SupportShape,
-    Torus,
-    Vessel,
-    Wall,
-)
 
 _TINY = 1e-12
 
@@ -135,7 +116,7 @@ class Placed:
         return Placed(self.outline, self.half_space, self.positions[rows], self.matrices[rows])
 
 
-def outline_of(shape: Shape) -> Outline:
+def outline_of(shape: forms.Shape) -> Outline:
     """The convex outline of an object's shape, centred as the shape is.
 
     Of hollow ones it is no measure of what is inside them.
@@ -144,35 +125,35 @@ def outline_of(shape: Shape) -> Outline:
     return replace(outline, exact=False) if is_hollow(shape) else outline
 
 
-def _outline_of(shape: Shape) -> Outline:
+def _outline_of(shape: forms.Shape) -> Outline:
     match shape:
-        case Sphere():
+        case forms.Sphere():
             return Outline(rounding=shape.radius, is_ball=True)
-        case Ellipsoid():
+        case forms.Ellipsoid():
             return _ellipsoid(np.array(shape.radii))
-        case Box():
+        case forms.Box():
             return Outline(half=np.array(shape.size) / 2)
-        case Cylinder():
+        case forms.Cylinder():
             h, r = shape.height / 2, shape.radius
             return Outline(rings=np.array([[-h, r], [h, r]]), axis=(0.0, 0.0, 1.0))
-        case Capsule():
+        case forms.Capsule():
             h = max(shape.height / 2 - shape.radius, 0.0)
             core = np.array([[-h, 0.0], [h, 0.0]])
             return Outline(rings=core, rounding=shape.radius, axis=(0.0, 0.0, 1.0))
-        case Torus():
+        case forms.Torus():
             # Exact against planes; its hole is no part of a convex outline.
             rim = np.array([[0.0, shape.radius]])
             axis = (0.0, 0.0, 1.0)
             return Outline(rings=rim, rounding=shape.tube, axis=axis)
-        case Frustum():
+        case forms.Frustum():
             low = -frustum_centre(shape)
             ends = [[low, shape.bottom_radius], [low + shape.height, shape.top_radius]]
             return Outline(rings=np.array(ends), axis=(0.0, 0.0, 1.0))
-        case Revolved():
+        case forms.Revolved():
             return Outline(rings=np.array(shape.profile), axis=(0.0, 0.0, 1.0))
-        case Inflated():
+        case forms.Inflated():
             return Outline(radii=np.array(shape.size) / 2, exact=False)
-        case Meshed():
+        case forms.Meshed():
             return Outline(half=np.array(shape.size) / 2, exact=False)
 
 
@@ -187,7 +168,7 @@ def _ellipsoid(radii: FloatArray) -> Outline:
     return Outline(radii=radii, is_ball=ball, axis=axis)  # type: ignore[arg-type]
 
 
-def frustum_centre(shape: Frustum) -> float:
+def frustum_centre(shape: forms.Frustum) -> float:
     """Height of the centre of mass of a solid frustum above its base, m."""
     a, b = shape.bottom_radius, shape.top_radius
     area = a * a + a * b + b * b
@@ -196,7 +177,7 @@ def frustum_centre(shape: Frustum) -> float:
     return shape.height / 4 * (a * a + 2 * a * b + 3 * b * b) / area
 
 
-def place_object(shape: Shape, positions: ArrayLike, rotations: ArrayLike) -> Placed:
+def place_object(shape: forms.Shape, positions: ArrayLike, rotations: ArrayLike) -> Placed:
     """An object over poses (T, 3) and (T, 4) wxyz."""
     return Placed(
         outline_of(shape),
@@ -205,23 +186,23 @@ def place_object(shape: Shape, positions: ArrayLike, rotations: ArrayLike) -> Pl
     )
 
 
-def place_support(shape: SupportShape) -> Placed:
+def place_support(shape: forms.SupportShape) -> Placed:
     """A support where it stands."""
     match shape:
-        case Floor():
+        case forms.Floor():
             return Placed(half_space=HalfSpace(np.array([0.0, 0.0, 1.0]), shape.height))
-        case Wall():
+        case forms.Wall():
             normal = np.array([math.cos(shape.yaw), math.sin(shape.yaw), 0.0])
             return Placed(half_space=HalfSpace(normal, float(normal @ shape.point)))
-        case Slab():
+        case forms.Slab():
             outline = Outline(half=np.array(shape.size) / 2, exact=shape.rail is None)
             return _static(outline, np.array(shape.position), shape.yaw)
-        case Ramp():
+        case forms.Ramp():
             outline = Outline(points=_wedge(shape), exact=shape.steps < 2)
             return _static(outline, np.array(shape.toe), shape.yaw)
-        case Vessel():
+        case forms.Vessel():
             return _static(outline_of(shape.body), np.array(shape.position), shape.yaw)
-        case MeshedSupport():
+        case forms.MeshedSupport():
             outline = Outline(half=np.array(shape.size) / 2, exact=False)
             return Placed(
                 outline,
@@ -234,7 +215,7 @@ def _static(outline: Outline, position: FloatArray, yaw: float) -> Placed:
     return Placed(outline, positions=position[None], matrices=matrix_of(about_up(yaw))[None])
 
 
-def _wedge(ramp: Ramp) -> FloatArray:
+def _wedge(ramp: forms.Ramp) -> FloatArray:
     """Corners of a ramp, its toe at the origin and uphill along +x."""
     side = ramp.width / 2
     return np.array([(x, y, z) for x, z in profile_of(ramp) for y in (-side, side)])

@@ -6,50 +6,38 @@ import math
 
 import numpy as np
 
+from physagent_studio.program.scene import forms
 from physagent_studio.program.scene.boards import open_box
-from physagent_studio.program.scene.state import (
-    Box,
-    Capsule,
-    Cylinder,
-    Ellipsoid,
-    Frustum,
-    Inflated,
-    Meshed,
-    Revolved,
-    Shape,
-    Sphere,
-    Torus,
-)
 
 Profile = tuple[tuple[float, float], ...]
 
 
-def volume_of(shape: Shape) -> float:
+def volume_of(shape: forms.Shape) -> float:
     """Volume in m³; of an inflated mask or a mesh the estimate that its size allows."""
     match shape:
-        case Sphere():
+        case forms.Sphere():
             return 4 / 3 * math.pi * shape.radius**3
-        case Ellipsoid():
+        case forms.Ellipsoid():
             return 4 / 3 * math.pi * math.prod(shape.radii)
-        case Box():
+        case forms.Box():
             if shape.wall is None:
                 return math.prod(shape.size)
             return sum(math.prod(edges) for _, edges in open_box(shape.size, shape.wall))
-        case Cylinder():
+        case forms.Cylinder():
             return math.pi * shape.radius**2 * shape.height
-        case Capsule():
+        case forms.Capsule():
             straight = max(shape.height - 2 * shape.radius, 0.0)
             return math.pi * shape.radius**2 * (straight + 4 / 3 * shape.radius)
-        case Torus():
+        case forms.Torus():
             return 2 * math.pi**2 * shape.radius * shape.tube**2
-        case Frustum():
+        case forms.Frustum():
             ends = ((0.0, shape.bottom_radius), (shape.height, shape.top_radius))
             return _turned(ends, shape.wall)
-        case Revolved():
+        case forms.Revolved():
             return _turned(shape.profile, shape.wall)
-        case Inflated():
+        case forms.Inflated():
             return math.pi / 6 * math.prod(shape.size)
-        case Meshed():
+        case forms.Meshed():
             return 0.5 * math.prod(shape.size)
 
 

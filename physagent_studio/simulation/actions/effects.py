@@ -4,18 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from physagent_studio.program import Action
-from physagent_studio.program.actions import (
-    ApplyAngledForce,
-    ApplyDisturbance,
-    ApplyForce,
-    ApplyTorque,
-    FixObject,
-    SetAngularVelocity,
-    SetOrientation,
-    SetPosition,
-    SetVelocity,
-)
+from physagent_studio.program import Action, actions
 from physagent_studio.simulation.actions.effect import Effect, plain_vector
 from physagent_studio.simulation.actions.pushes import (
     ApplyAngledForceEffect,
@@ -40,7 +29,7 @@ class _AtOnce(Effect):
 
 
 class _SetVelocity(_AtOnce):
-    action: SetVelocity
+    action: actions.SetVelocity
 
     def begin(self, world: World) -> None:
         before = world.part(self.name).kinetic()
@@ -54,9 +43,9 @@ class _SetAngularVelocity(Effect):
         return True
 
     kept = ("work", "_angular")
-    action: SetAngularVelocity
+    action: actions.SetAngularVelocity
 
-    def __init__(self, action: SetAngularVelocity) -> None:
+    def __init__(self, action: actions.SetAngularVelocity) -> None:
         super().__init__(action)
         self._angular = ZERO
 
@@ -70,7 +59,7 @@ class _SetAngularVelocity(Effect):
 
 
 class _SetPosition(_AtOnce):
-    action: SetPosition
+    action: actions.SetPosition
 
     def begin(self, world: World) -> None:
         before = world.energy(self.name)
@@ -79,7 +68,7 @@ class _SetPosition(_AtOnce):
 
 
 class _SetOrientation(_AtOnce):
-    action: SetOrientation
+    action: actions.SetOrientation
 
     def begin(self, world: World) -> None:
         before = world.energy(self.name)
@@ -89,9 +78,9 @@ class _SetOrientation(_AtOnce):
 
 class _FixObject(Effect):
     kept = ("work", "_point", "_places")
-    action: FixObject
+    action: actions.FixObject
 
-    def __init__(self, action: FixObject) -> None:
+    def __init__(self, action: actions.FixObject) -> None:
         super().__init__(action)
         self._point: FloatArray | None = None
         self._places: FloatArray | None = None
@@ -134,15 +123,15 @@ class _FixObject(Effect):
 
 
 _EFFECTS: dict[type, type[Effect]] = {
-    SetVelocity: _SetVelocity,
-    SetAngularVelocity: _SetAngularVelocity,
-    ApplyForce: ApplyForceEffect,
-    ApplyTorque: ApplyTorqueEffect,
-    ApplyAngledForce: ApplyAngledForceEffect,
-    ApplyDisturbance: ApplyDisturbanceEffect,
-    SetPosition: _SetPosition,
-    SetOrientation: _SetOrientation,
-    FixObject: _FixObject,
+    actions.SetVelocity: _SetVelocity,
+    actions.SetAngularVelocity: _SetAngularVelocity,
+    actions.ApplyForce: ApplyForceEffect,
+    actions.ApplyTorque: ApplyTorqueEffect,
+    actions.ApplyAngledForce: ApplyAngledForceEffect,
+    actions.ApplyDisturbance: ApplyDisturbanceEffect,
+    actions.SetPosition: _SetPosition,
+    actions.SetOrientation: _SetOrientation,
+    actions.FixObject: _FixObject,
 }
 
 

@@ -8,15 +8,7 @@ import numpy as np
 
 from physagent_studio.program import Directed
 from physagent_studio.program.base import DIRECTIONS
-from physagent_studio.program.scene.state import (
-    Floor,
-    MeshedSupport,
-    Ramp,
-    Slab,
-    SupportShape,
-    Vessel,
-    Wall,
-)
+from physagent_studio.program.scene import forms
 from physagent_studio.simulation.surfaces import FloatArray
 
 
@@ -60,20 +52,24 @@ def _raised(unit: FloatArray, degrees: float) -> FloatArray:
     return np.array([*(heading * math.cos(angle)), math.sin(angle)])
 
 
-def support_centre(shape: SupportShape, near: FloatArray | None = None) -> FloatArray:
+def support_centre(shape: forms.SupportShape, near: FloatArray | None = None) -> FloatArray:
     """A point (3,) of a support that `toward` aims at: its middle, or nearest to `near`.
 
     Half-spaces have no middle: the foot of the perpendicular from `near` stands for it.
     """
     origin = np.zeros(3) if near is None else near
     match shape:
-        case Floor(height=height):
+        case forms.Floor(height=height):
             return np.array([origin[0], origin[1], height])
-        case Wall(point=point, yaw=yaw):
+        case forms.Wall(point=point, yaw=yaw):
             normal = np.array([math.cos(yaw), math.sin(yaw), 0.0])
             return origin - normal * float(normal @ (origin - np.array(point)))
-        case Slab(position=position) | Vessel(position=position) | MeshedSupport(position=position):
+        case (
+            forms.Slab(position=position)
+            | forms.Vessel(position=position)
+            | forms.MeshedSupport(position=position)
+        ):
             return np.array(position, float)
-        case Ramp(toe=toe, yaw=yaw, run=run, rise=rise):
+        case forms.Ramp(toe=toe, yaw=yaw, run=run, rise=rise):
             ahead = np.array([math.cos(yaw), math.sin(yaw), 0.0]) * run / 2
             return np.array(toe, float) + ahead + [0, 0, rise / 2]

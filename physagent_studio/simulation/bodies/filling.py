@@ -8,17 +8,7 @@ import numpy as np
 from scipy.spatial import KDTree
 from trimesh.remesh import subdivide_to_size
 
-from physagent_studio.program.scene.state import (
-    Box,
-    Capsule,
-    Cylinder,
-    Ellipsoid,
-    Frustum,
-    Revolved,
-    Shape,
-    Sphere,
-    Torus,
-)
+from physagent_studio.program.scene import forms
 from physagent_studio.records import Mesh
 from physagent_studio.simulation.bodies.vessel import rising
 from physagent_studio.simulation.surfaces import FloatArray, Surface, hull, revolve
@@ -27,29 +17,29 @@ CORNERS = 140
 """Points at most on the skin of a soft body."""
 
 
-def skin_points(shape: Shape, mesh: Mesh | None, extent: FloatArray) -> FloatArray:
+def skin_points(shape: forms.Shape, mesh: Mesh | None, extent: FloatArray) -> FloatArray:
     """Points (N, 3), body frame, m, whose convex hull is the shape's, evenly spread."""
     match shape:
-        case Sphere(radius=r):
+        case forms.Sphere(radius=r):
             return _ball(CORNERS) * r
-        case Ellipsoid(radii=radii):
+        case forms.Ellipsoid(radii=radii):
             return _ball(CORNERS) * np.asarray(radii)
-        case Box(size=size):
+        case forms.Box(size=size):
             return _box(np.asarray(size), 5)
-        case Cylinder(radius=r, height=h):
+        case forms.Cylinder(radius=r, height=h):
             return revolve(np.array([[z, r] for z in np.linspace(-h / 2, h / 2, 5)]), 20)[0]
-        case Capsule(radius=r, height=h):
+        case forms.Capsule(radius=r, height=h):
             return _capsule(r, h)
-        case Frustum(bottom_radius=low, top_radius=high, height=h):
+        case forms.Frustum(bottom_radius=low, top_radius=high, height=h):
             total = low * low + low * high + high * high
             centre = h / 4 * (low * low + 2 * low * high + 3 * high * high) / max(total, 1e-12)
             share = np.linspace(0, 1, 5)
             return revolve(np.column_stack([share * h - centre, low + share * (high - low)]), 20)[0]
-        case Torus(radius=r, tube=tube):
+        case forms.Torus(radius=r, tube=tube):
             turns = np.linspace(-math.pi / 2, math.pi / 2, 7)
             rim = np.column_stack([tube * np.sin(turns), r + tube * np.cos(turns)])
             return _thinned(revolve(rim, 20)[0])
-        case Revolved(profile=profile):
+        case forms.Revolved(profile=profile):
             return _thinned(revolve(rising(np.array(profile, float)), 20)[0])
         case _ if mesh is not None:
             return _thinned(hull(np.asarray(mesh.vertices, float), "mesh")[0])

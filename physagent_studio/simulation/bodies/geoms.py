@@ -8,17 +8,9 @@ from typing import Any
 import numpy as np
 
 from physagent_studio.program.rotations import about_up, multiply
+from physagent_studio.program.scene import forms
 from physagent_studio.program.scene.boards import rails_of
 from physagent_studio.program.scene.stairs import treads_of
-from physagent_studio.program.scene.state import (
-    Floor,
-    MeshedSupport,
-    Ramp,
-    Slab,
-    SupportShape,
-    Vessel,
-    Wall,
-)
 from physagent_studio.simulation.bodies.solids import Hull, Piece, Solid
 from physagent_studio.simulation.mj import Spec, SpecBody, mj
 from physagent_studio.simulation.surfaces import FloatArray, hull, prism
@@ -41,11 +33,13 @@ TOUCH: dict[str, Any] = {
 them by themselves, and bring the friction, since MuJoCo takes the larger one there."""
 
 
-def is_flat(shape: SupportShape | None, width: float) -> bool:
+def is_flat(shape: forms.SupportShape | None, width: float) -> bool:
     """Whether a thing of that width (m) meets a support as it would meet a half-space."""
-    if isinstance(shape, Slab):
+    if isinstance(shape, forms.Slab):
         return shape.rail is None and min(shape.size[:2]) >= width
-    return isinstance(shape, Floor | Wall) or (isinstance(shape, Ramp) and not shape.steps)
+    return isinstance(shape, forms.Floor | forms.Wall) or (
+        isinstance(shape, forms.Ramp) and not shape.steps
+    )
 
 
 def add_piece(spec: Spec, body: SpecBody, name: str, piece: Piece) -> None:
@@ -59,32 +53,34 @@ def add_piece(spec: Spec, body: SpecBody, name: str, piece: Piece) -> None:
     body.add_geom(name=name, type=kind, size=piece.size, pos=piece.place, quat=piece.turn, **TOUCH)
 
 
-def add_support(spec: Spec, name: str, shape: Floor | Wall | Slab | Ramp) -> list[str]:
+def add_support(
+    spec: Spec, name: str, shape: forms.Floor | forms.Wall | forms.Slab | forms.Ramp
+) -> list[str]:
     """A support that does not move; returns the names of its geoms."""
     label = f"support/{name}"
     body = spec.worldbody.add_body(name=label)
     plane = {"type": mj.mjtGeom.mjGEOM_PLANE, "size": [0, 0, 1]}
     match shape:
-        case Floor(height=height):
+        case forms.Floor(height=height):
             body.pos = [0, 0, height]
             body.add_geom(name=label, **TOUCH, **plane)
-        case Wall(point=point, yaw=yaw):
+        case forms.Wall(point=point, yaw=yaw):
             body.pos = point
             # Turns the plane's normal from +z to the horizontal direction `yaw`.
             half = math.sqrt(0.5)
             tilt = (half, 0.0, half, 0.0)
             body.quat = multiply(about_up(yaw), tilt)
             body.add_geom(name=label, **TOUCH, **plane)
-        case Slab(rail=rail) if rail is not None:
+        case forms.Slab(rail=rail) if rail is not None:
             return _add_rails(body, label, shape)
-        case Slab(position=position, size=size, yaw=yaw):
+        case forms.Slab(position=position, size=size, yaw=yaw):
             body.pos, body.quat = position, about_up(yaw)
             half_size = [edge / 2 for edge in size]
             kind = mj.mjtGeom.mjGEOM_BOX
             body.add_geom(name=label, type=kind, size=half_size, **TOUCH)
-        case Ramp(steps=steps) if steps > 0:
+        case forms.Ramp(steps=steps) if steps > 0:
             return _add_stairs(body, label, shape)
-        case Ramp(toe=toe, yaw=yaw):
+        case forms.Ramp(toe=toe, yaw=yaw):
             body.pos, body.quat = toe, about_up(yaw)
             vertices, faces = hull(ramp_corners(shape), name)
             spec.add_mesh(name=label, uservert=vertices.ravel(), userface=faces.ravel())
@@ -93,7 +89,7 @@ def add_support(spec: Spec, name: str, shape: Floor | Wall | Slab | Ramp) -> lis
     return [label]
 
 
-def _add_rails(body: SpecBody, label: str, slab: Slab) -> list[str]:
+def _add_rails(body: SpecBody, label: str, slab: forms.Slab) -> list[str]:
     body.pos, body.quat = slab.position, about_up(slab.yaw)
     names = []
     for number, (place, size) in enumerate(rails_of(slab)):
@@ -103,7 +99,7 @@ def _add_rails(body: SpecBody, label: str, slab: Slab) -> list[str]:
     return names
 
 
-def _add_stairs(body: SpecBody, label: str, stairs: Ramp) -> list[str]:
+def _add_stairs(body: SpecBody, label: str, stairs: forms.Ramp) -> list[str]:
     """A box for each step, from its edge to the back of them all."""
     body.pos, body.quat = stairs.toe, about_up(stairs.yaw)
     treads, names = treads_of(stairs), []
@@ -119,11 +115,11 @@ def _add_stairs(body: SpecBody, label: str, stairs: Ramp) -> list[str]:
 
 
 def add_solid_support(
-    spec: Spec, name: str, shape: MeshedSupport | Vessel, solid: Solid
+    spec: Spec, name: str, shape: forms.MeshedSupport | forms.Vessel, solid: Solid
 ) -> list[str]:
     """A support that collides in pieces: a mesh, a vessel; returns the names of its geoms."""
     body = spec.worldbody.add_body(name=f"support/{name}")
-    turn = about_up(shape.yaw) if isinstance(shape, Vessel) else shape.rotation
+    turn = about_up(shape.yaw) if isinstance(shape, forms.Vessel) else shape.rotation
     body.pos, body.quat = shape.position, turn
     names = [f"support/{name}/{number}" for number in range(len(solid.pieces))]
     for label, piece in zip(names, solid.pieces, strict=True):
@@ -131,7 +127,7 @@ def add_solid_support(
     return names
 
 
-def ramp_corners(ramp: Ramp) -> FloatArray:
+def ramp_corners(ramp: forms.Ramp) -> FloatArray:
     """Corners (N, 3) of the solid under a ramp and its plateau, in the frame of its toe.
 
     It reaches below the toe, so that nothing meets a feather edge from inside.

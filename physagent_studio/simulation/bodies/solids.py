@@ -8,21 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from physagent_studio.program.scene import forms
 from physagent_studio.program.scene.boards import Size3, open_box
-from physagent_studio.program.scene.state import (
-    Box,
-    Capsule,
-    Cylinder,
-    Ellipsoid,
-    Frustum,
-    Inflated,
-    Meshed,
-    MeshedSupport,
-    Revolved,
-    Shape,
-    Sphere,
-    Torus,
-)
 from physagent_studio.records import Mesh
 from physagent_studio.simulation.bodies.carving import carved
 from physagent_studio.simulation.bodies.primitives import Primitive
@@ -92,7 +79,7 @@ Decompose = Callable[[Surface], tuple[Surface, ...] | None]
 
 
 def solid_of(
-    name: str, shape: Shape | MeshedSupport, mesh: Mesh | None, decompose: Decompose
+    name: str, shape: forms.Shape | forms.MeshedSupport, mesh: Mesh | None, decompose: Decompose
 ) -> Solid:
     """The solid of an object, or of a support that is a mesh; `name` is for error texts.
 
@@ -101,15 +88,15 @@ def solid_of(
     primitive = _primitive(shape)
     if primitive is not None:
         return primitive
-    if isinstance(shape, Revolved):
+    if isinstance(shape, forms.Revolved):
         return _round(rising(np.array(shape.profile, float)), shape.wall)
-    if isinstance(shape, Frustum):
+    if isinstance(shape, forms.Frustum):
         return _frustum(shape)
-    if isinstance(shape, Torus):
+    if isinstance(shape, forms.Torus):
         return _torus(shape)
-    if isinstance(shape, Box):
+    if isinstance(shape, forms.Box):
         return _open_box(shape)
-    assert isinstance(shape, Inflated | Meshed | MeshedSupport)
+    assert isinstance(shape, forms.Inflated | forms.Meshed | forms.MeshedSupport)
     return _meshed(name, shape, mesh, decompose)
 
 
@@ -121,27 +108,27 @@ def _solid(pieces: tuple[Piece, ...], surface: Surface, note: str = "") -> Solid
     return Solid(pieces, mass_properties(surface), np.ptp(vertices, axis=0), shadows, note=note)
 
 
-def _primitive(shape: Shape | MeshedSupport) -> Solid | None:
+def _primitive(shape: forms.Shape | forms.MeshedSupport) -> Solid | None:
     """Primitives with their closed-form volume and inertia."""
     match shape:
-        case Sphere(radius=r):
+        case forms.Sphere(radius=r):
             return _ellipsoid("sphere", r, r, r)
-        case Ellipsoid(radii=(a, b, c)):
+        case forms.Ellipsoid(radii=(a, b, c)):
             return _ellipsoid("ellipsoid", a, b, c)
-        case Box(wall=wall) if wall is not None:
+        case forms.Box(wall=wall) if wall is not None:
             return None
-        case Box(size=(x, y, z)):
+        case forms.Box(size=(x, y, z)):
             moments = [(y * y + z * z) / 12, (x * x + z * z) / 12, (x * x + y * y) / 12]
             half = (x / 2, y / 2, z / 2)
             return _exact("box", half, x * y * z, moments, [x, y, z], [y * z, x * z, x * y])
-        case Cylinder(radius=r, height=h):
+        case forms.Cylinder(radius=r, height=h):
             side = (3 * r * r + h * h) / 12
             shadows = [2 * r * h, 2 * r * h, math.pi * r * r]
             moments, extent = [side, side, r * r / 2], [2 * r, 2 * r, h]
             volume = math.pi * r * r * h
             exact = _exact("cylinder", (r, h / 2, 0), volume, moments, extent, shadows)
             return replace(exact, barrel=_barrel(r, h / 2))
-        case Capsule(radius=r, height=h):
+        case forms.Capsule(radius=r, height=h):
             return _capsule(r, max(h - 2 * r, 1e-6))
         case _:
             return None
@@ -191,7 +178,7 @@ def _barrel(radius: float, half: float) -> Primitive:
     return Primitive("ellipsoid", (radius, radius, half))
 
 
-def _frustum(shape: Frustum) -> Solid:
+def _frustum(shape: forms.Frustum) -> Solid:
     low, high = shape.bottom_radius, shape.top_radius
     total = low * low + low * high + high * high
     centre = shape.height / 4 * (low * low + 2 * low * high + 3 * high * high) / max(total, 1e-12)
@@ -199,7 +186,7 @@ def _frustum(shape: Frustum) -> Solid:
     return _round(profile, shape.wall)
 
 
-def _open_box(shape: Box) -> Solid:
+def _open_box(shape: forms.Box) -> Solid:
     boards = open_box(shape.size, shape.wall or 0.0)
     pieces = tuple(Primitive("box", half(size), place) for place, size in boards)
     mass = together([_box_mass(size, place) for place, size in boards])
@@ -219,7 +206,7 @@ def _box_mass(size: Size3, place: Size3) -> MassProperties:
     return MassProperties(volume, np.array(place), moments * volume)
 
 
-def _torus(shape: Torus) -> Solid:
+def _torus(shape: forms.Torus) -> Solid:
     made = ring(shape.radius, shape.tube)
     mass = MassProperties(made.volume, np.zeros(3), np.diag(made.moments) * made.volume)
     extent, shadows = np.array(made.extent), np.array(made.shadows)
@@ -236,12 +223,15 @@ def _round(outline: FloatArray, wall: float | None) -> Solid:
 
 
 def _meshed(
-    name: str, shape: Inflated | Meshed | MeshedSupport, mesh: Mesh | None, decompose: Decompose
+    name: str,
+    shape: forms.Inflated | forms.Meshed | forms.MeshedSupport,
+    mesh: Mesh | None,
+    decompose: Decompose,
 ) -> Solid:
     note = ""
     if mesh is not None:
         surface = welded((np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int32)))
-    elif isinstance(shape, Inflated):
+    elif isinstance(shape, forms.Inflated):
         x, y, z = shape.size
         surface = ellipsoid_surface((x / 2, y / 2, z / 2))
     else:
@@ -256,10 +246,10 @@ def _meshed(
     if own.volume >= CONVEX_ENOUGH * outer_mass.volume:
         return _solid((Hull(*outer),), surface, note)
     # What was inflated has no hollows that its silhouette does not show.
-    parts = None if isinstance(shape, Inflated) else decompose(surface)
+    parts = None if isinstance(shape, forms.Inflated) else decompose(surface)
     if parts is None:
         parts = carved(surface)
-        if not isinstance(shape, Inflated):
+        if not isinstance(shape, forms.Inflated):
             note = (
                 f"{name} is hollow or concave and collides in pieces cut along its silhouettes: "
                 "install the extra 'convex' (pip install 'physagent-studio[convex]') to follow "

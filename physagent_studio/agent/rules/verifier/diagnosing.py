@@ -138,65 +138,39 @@ def _mismatch(
     negated = bool(statement is not None and statement.negated)
     code = CODES.get(kind, ("fails", "fails"))[negated]
     if check.kind == "view":
-        return _unseen(check, rollout)
+        return _told(check, view_code(check), check.text, subject_of(check, rollout))
+    subject, other = str(getattr(statement, "subject", "") or ""), _other(statement)
     if kind == "contacts" and (getattr(statement, "to_step", None) or 1000) <= BEGINNING:
         # How things stood in the photo: no force can put that right.
-        return Mismatch(
-            code="wrong_start",
-            text=check.text,
-            subject=str(getattr(statement, "subject", "")),
-            other=_other(statement),
-            check=check.id,
-            figures={"margin": round(check.margin, 4)},
-            step=check.step,
-        )
+        return _told(check, "wrong_start", check.text, subject, other)
     if isinstance(statement, Covers) and not negated and (check.measured or 0.0) > statement.high:
         code = "overshoots"
-    subject = str(getattr(statement, "subject", "") or "")
-    other = _other(statement)
-    figures = {"margin": round(check.margin, 4)}
-    if check.measured is not None:
-        figures["measured"] = round(check.measured, 4)
-    text = check.text
+    text, figures = check.text, dict[str, float]()
     if kind == "contacts" and negated and check.step is not None:
         text = f"{subject} touches {other} at frame {rollout.frame_of(check.step)}"
     leaves_it = subject and Layout(program.scene).carrier(subject) == other
     if subject in rollout.objects and other and not negated and not leaves_it:
         span = (getattr(statement, "from_step", None), getattr(statement, "to_step", None))
         pass_by = passing(program, rollout, subject, other, span)
-        if pass_by is not None and kind in (
-            "contacts",
-            "reaches",
-            "lands_in",
-            "passes_over",
-            "moves",
-        ):
+        if pass_by is not None and kind in _ARRIVING:
             code, text = pass_by.code, pass_by.text(subject, other, rollout)
-            figures |= {"left": round(pass_by.left, 4), "ahead": round(pass_by.ahead, 4)}
-    return Mismatch(
-        code=code,
-        text=text,
-        subject=subject,
-        other=other,
-        check=check.id,
-        figures=figures,
-        step=check.step,
-    )
+            figures = {"left": round(pass_by.left, 4), "ahead": round(pass_by.ahead, 4)}
+    return _told(check, code, text, subject, other, **figures)
 
 
-def _unseen(check: Check, rollout: Rollout) -> Mismatch:
-    """What a viewer does not see, or not well."""
-    figures = {"margin": round(check.margin, 4)}
-    if check.measured is not None:
-        figures["measured"] = round(check.measured, 4)
+_ARRIVING = ("contacts", "reaches", "lands_in", "passes_over", "moves")
+"""Kinds that fail by how something came by a place."""
+
+
+def _told(
+    check: Check, code: str, text: str, subject: str, other: str = "", **figures: float
+) -> Mismatch:
+    known = {"margin": check.margin, "measured": check.measured}
+    own = {name: round(value, 4) for name, value in known.items() if value is not None}
     return Mismatch(
-        code=view_code(check),
-        text=check.text,
-        subject=subject_of(check, rollout),
-        check=check.id,
-        figures=figures,
-        step=check.step,
-    )
+        code=code, text=text, subject=subject, other=other, check=check.id,
+        figures=own | figures, step=check.step,
+    )  # fmt: skip
 
 
 def _other(statement: Statement | None) -> str:

@@ -66,10 +66,9 @@ def test_what_the_rim_cuts_off_already_may_stay_so() -> None:
     assert free_way(layout, "ball", LEFT) > 1.0
 
 
-def test_an_edge_ends_the_way_unless_it_may_go_over_it() -> None:
+def test_an_edge_ends_the_way() -> None:
     layout = layout_of(ball("ball", 0.1, 4.0, 0.7, on="table"))
     assert free_way(layout, "ball", RIGHT) == pytest.approx(0.3, abs=0.02)
-    assert free_way(layout, "ball", RIGHT, off_edges=True) > 0.5
 
 
 @pytest.mark.parametrize("distance", [0.5, 0.9])

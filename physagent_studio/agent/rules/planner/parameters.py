@@ -15,9 +15,7 @@ from physagent_studio.program.actions import (
     ApplyAngledForce,
     ApplyDisturbance,
     ApplyForce,
-    ApplyTorque,
     Directed,
-    SetAngularVelocity,
     SetVelocity,
     duration_of,
 )
@@ -29,11 +27,9 @@ from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.program.timing import SLOWEST, retimed
 
 VECTORS = {
-    "SetVelocity": "velocity",
-    "SetAngularVelocity": "angular_velocity",
-    "ApplyForce": "force",
-}
-VECTORS |= {"ApplyTorque": "torque"}
+    "SetVelocity": "velocity", "SetAngularVelocity": "angular_velocity", "ApplyForce": "force",
+    "ApplyTorque": "torque",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -41,6 +37,7 @@ class Knob:
     """path: the field. target: the object it is about. by_ratio: whether it is scaled.
 
     low, high: bounds of the value. stride: first change tried (a ratio − 1, or a difference).
+    write: the edits that set it, where its field does not hold the value as it is.
     """
 
     path: str
@@ -50,8 +47,8 @@ class Knob:
     low: float
     high: float
     stride: float
-    by_ratio: bool
-    write: Callable[[float], tuple[Edit, ...]]
+    by_ratio: bool = True
+    write: Callable[[float], tuple[Edit, ...]] | None = None
     whole: bool = False
 
     def shifted(self, steps: float) -> float:
@@ -71,17 +68,14 @@ class Knob:
 
     def edits(self, value: float) -> tuple[Edit, ...]:
         """The edits that set the value, rounded so that it can be read."""
-        return self.write(_readable(value, self.whole))
+        value = _readable(value, self.whole)
+        return self.write(value) if self.write else (SetField(path=self.path, value=value),)
 
 
 def _readable(value: float, whole: bool) -> float:
     if whole:
         return round(value)
     return float(f"{value:.5g}")
-
-
-def _field(path: str) -> Callable[[float], tuple[Edit, ...]]:
-    return lambda value: (SetField(path=path, value=value),)
 
 
 def action_knobs(program: PhysicalProgram) -> list[Knob]:
@@ -101,8 +95,8 @@ def time_knobs(program: PhysicalProgram) -> list[Knob]:
     now = program.clip.time_factor
     return [
         Knob(
-            "clip.step_seconds", "pace", "", now, SLOWEST, max(now, 1.0), 0.4, True,
-            lambda value: retimed(program, value),
+            "clip.step_seconds", "pace", "", now, SLOWEST, max(now, 1.0), 0.4,
+            write=lambda value: retimed(program, value),
         )
     ]  # fmt: skip
 
@@ -124,16 +118,7 @@ def _strength(action: Action) -> Iterable[Knob]:
 
 
 def _vector(action: Action) -> Directed | tuple[float, float, float] | None:
-    match action:
-        case SetVelocity():
-            return action.velocity
-        case SetAngularVelocity():
-            return action.angular_velocity
-        case ApplyForce():
-            return action.force
-        case ApplyTorque():
-            return action.torque
-    return None
+    return getattr(action, VECTORS.get(action.operator, ""), None)
 
 
 def _aim(action: Action) -> Iterable[Knob]:
@@ -154,22 +139,15 @@ def _timing(action: Action, program: PhysicalProgram) -> Iterable[Knob]:
     base, steps = f"event.actions.{action.id}", program.clip.steps
     length = duration_of(action)
     if hasattr(action, "duration"):
-        room = steps - action.start_step if action.when is None else steps
-        yield Knob(
-            f"{base}.duration", "duration", action.name, length, 1, max(room, 1), 0.4, True,
-            _field(f"{base}.duration"), whole=True,
-        )  # fmt: skip
+        room = max(steps - action.start_step if action.when is None else steps, 1)
+        path = f"{base}.duration"
+        yield Knob(path, "duration", action.name, length, 1, room, 0.4, whole=True)
     if action.when is None:
-        latest = max(steps - length, 0)
-        yield Knob(
-            f"{base}.start_step", "timing", action.name, action.start_step, 0, latest, 12.0, False,
-            _field(f"{base}.start_step"), whole=True,
-        )  # fmt: skip
+        path, at, stride, latest = "start_step", action.start_step, 12.0, max(steps - length, 0)
     else:
-        yield Knob(
-            f"{base}.when.delay", "timing", action.name, action.when.delay, 0, steps, 8.0, False,
-            _field(f"{base}.when.delay"), whole=True,
-        )  # fmt: skip
+        path, at, stride, latest = "when.delay", action.when.delay, 8.0, steps
+    path = f"{base}.{path}"
+    yield Knob(path, "timing", action.name, at, 0, latest, stride, by_ratio=False, whole=True)
 
 
 BELIEVABLE = 12.0
@@ -180,14 +158,14 @@ def _ratio(path: str, factor: str, target: str, value: float, most: float = math
     size = abs(value) or 0.1
     sign = -1.0 if value < 0 else 1.0
     return Knob(
-        path, factor, target, size, size * 0.02, min(size * 40, 9e6, max(most, size)), 0.25, True,
-        lambda v: (SetField(path=path, value=sign * v),),
+        path, factor, target, size, size * 0.02, min(size * 40, 9e6, max(most, size)), 0.25,
+        write=lambda v: (SetField(path=path, value=sign * v),),
     )  # fmt: skip
 
 
 def _angle(path: str, factor: str, target: str, value: float, limit: float = 360.0) -> Knob:
     low, high = max(value - 180.0, -limit), min(value + 180.0, limit)
-    return Knob(path, factor, target, value, low, high, 4.0, False, _field(path))
+    return Knob(path, factor, target, value, low, high, 4.0, by_ratio=False)
 
 
 ASIDE = 35.0
@@ -197,7 +175,7 @@ ASIDE = 35.0
 def _turned(path: str, target: str, value: float) -> Knob:
     """A turn away from a named way or an aim, as far as nobody would call it another way."""
     low, high = min(value, 0.0) - ASIDE, max(value, 0.0) + ASIDE
-    return Knob(path, "direction", target, value, low, high, 4.0, False, _field(path))
+    return Knob(path, "direction", target, value, low, high, 4.0, by_ratio=False)
 
 
 def _scaled_vector(path: str, target: str, vector: tuple[float, float, float]) -> Knob:
@@ -205,8 +183,8 @@ def _scaled_vector(path: str, target: str, vector: tuple[float, float, float]) -
     unit = [part / length for part in vector] if length > 1e-9 else [0.0, 0.0, 1.0]
     size = length or 0.1
     return Knob(
-        path, "magnitude", target, size, size * 0.02, size * 40, 0.25, True,
-        lambda v: (SetField(path=path, value=[_readable(u * v, False) for u in unit]),),
+        path, "magnitude", target, size, size * 0.02, size * 40, 0.25,
+        write=lambda v: (SetField(path=path, value=[_readable(u * v, False) for u in unit]),),
     )  # fmt: skip
 
 
@@ -250,22 +228,18 @@ def material_knobs(program: PhysicalProgram) -> list[Knob]:
         found += [
             Knob(f"{base}.friction", "friction", item.name, max(friction, 0.005),
                  min(_least_friction(program, item, row.friction), max(friction, 0.005)),
-                 min(max(row.friction * SLIPPERY, friction), 5.0), 0.3, True,
-                 _field(f"{base}.friction")),
+                 min(max(row.friction * SLIPPERY, friction), 5.0), 0.3),
             Knob(f"{base}.density", "density", item.name, density,
-                 min(row.density / LIKELY, density), max(row.density * LIKELY, density), 0.4, True,
-                 _field(f"{base}.density")),
+                 min(row.density / LIKELY, density), max(row.density * LIKELY, density), 0.4),
             Knob(f"{base}.restitution", "restitution", item.name, touch.restitution, 0.0, 0.95,
-                 0.15, False, _field(f"{base}.restitution")),
+                 0.15, by_ratio=False),
         ]  # fmt: skip
         found += _rolling_knobs(item)
         for field, low, high in _BODY_FIELDS:
             value = getattr(item.body, field, None)
             if isinstance(value, float) and value > 0:
                 path = f"{base}.body.{field}"
-                found.append(
-                    Knob(path, "material", item.name, value, low, high, 1.0, True, _field(path))
-                )
+                found.append(Knob(path, "material", item.name, value, low, high, 1.0))
     return found
 
 
@@ -281,11 +255,11 @@ def _rolling_knobs(item: SceneObject) -> Iterable[Knob]:
         low, high = min(FREEST, max(own, 0.001)), max(4 * own, BRAKED)
     if item.wheels is not None or is_round(item):
         own = max(own, 0.001)
-        yield Knob(path, "rolling", item.name, own, low, high, 0.6, True, _field(path))
+        yield Knob(path, "rolling", item.name, own, low, high, 0.6)
     if item.wheels is not None and not item.wheels.known:
         at, path = item.wheels.heading, f"{base}.wheels.heading"
-        write = _field(path)
-        yield Knob(path, "direction", item.name, at, at - ASKEW, at + ASKEW, 4.0, False, write)
+        low, high = at - ASKEW, at + ASKEW
+        yield Knob(path, "direction", item.name, at, low, high, 4.0, by_ratio=False)
 
 
 ASKEW = 12.0

@@ -9,7 +9,7 @@ from typing import Any
 
 from physagent_studio.benchmark.rows import Row
 from physagent_studio.errors import InputError
-from physagent_studio.reconstruction.masks.switches import without
+from physagent_studio.reconstruction.switches import without
 
 BENCHES = {
     "physics": "physagent_studio.benchmark.physics.bench",

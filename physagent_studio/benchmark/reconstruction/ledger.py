@@ -22,8 +22,8 @@ from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.masks.foot_spill import sound_masks
 from physagent_studio.reconstruction.masks.grabcut import SEED
 from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter, choose
-from physagent_studio.reconstruction.masks.switches import HEURISTICS, without
 from physagent_studio.reconstruction.photo.regions import iou
+from physagent_studio.reconstruction.switches import HEURISTICS, without
 from physagent_studio.records.case import Image
 
 SEEDS = range(1000, 1060)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import cv2
 import numpy as np
@@ -35,20 +36,52 @@ WIDER = 0.04
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Subject:
-    """One thing of a picture: its name, what is visible of it (H, W), a click and a box on it."""
+    """One thing of a picture: its name, what is visible of it (H, W), a click and a box on it.
+
+    thing: what it is, in its place, metres.
+    """
 
     name: str
     mask: BoolArray
     click: Grounding
     box: Grounding
+    thing: Thing
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Stage:
+    """What a picture is taken of. asked: the things in place; others: those nobody asks for.
+
+    chance: the state of the generator before the picture is taken.
+    """
+
+    camera: Camera
+    asked: tuple[Thing, ...]
+    others: tuple[Thing, ...]
+    around: Room
+    lights: tuple[Lamp, ...]
+    chance: Mapping[str, Any]
+
+    def taken_of(self, things: Sequence[Thing]) -> tuple[Image, NDArray[np.int64]]:
+        """The picture of these things in this room and light, and whose each pixel is, or −1."""
+        rng = np.random.default_rng()
+        rng.bit_generator.state = self.chance
+        seen = _looked_at(self.camera, things)
+        light = _drawn(self.camera, things, seen, self.around, self.lights)
+        return _photographed(rng, light, seen, self.around), seen.thing
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Pictured:
-    """A picture with the things in it that are asked for."""
+    """A picture with the things in it that are asked for, and what it was taken of."""
 
     image: Image
     subjects: tuple[Subject, ...]
+    stage: Stage
+
+    def emptied(self) -> Image:
+        """The same picture without the things that are asked for, and without their shadows."""
+        return self.stage.taken_of(self.stage.others)[0]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -81,8 +114,12 @@ def scene(seed: int) -> Pictured:
     seen = _looked_at(camera, things)
     colours = [part.paint.colour for thing in asked for part in thing.parts]
     around = room(rng, camera, group, colours)
-    image = _photographed(rng, _drawn(camera, things, seen, around, lamps(rng)), seen, around)
-    return Pictured(image, _subjects(rng, image, asked, seen))
+    lights = lamps(rng)
+    chance = rng.bit_generator.state
+    image = _photographed(rng, _drawn(camera, things, seen, around, lights), seen, around)
+    others = tuple(things[len(asked) :])
+    stage = Stage(camera, tuple(asked), others, around, tuple(lights), chance)
+    return Pictured(image, _subjects(rng, image, asked, seen), stage)
 
 
 # --- who stands where --------------------------------------------------------------------------
@@ -274,7 +311,9 @@ def _subjects(
             clicked = mask & (seen.part == seen.part[int(spot.y), int(spot.x)])
             name = f"{said_of(image, clicked)} {name}"
         out.append(
-            Subject(name.strip().replace(" ", "_"), mask, Grounding(points=(spot,)), _box(mask))
+            Subject(
+                name.strip().replace(" ", "_"), mask, Grounding(points=(spot,)), _box(mask), thing
+            )
         )
     return tuple(out)
 

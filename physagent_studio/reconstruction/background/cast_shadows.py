@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from physagent_studio.reconstruction.background.ground_tones import Tones
 from physagent_studio.reconstruction.background.surfaces import BEYOND, under
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow, without_pinholes
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
 FloatImage = NDArray[np.float32]
@@ -90,6 +91,8 @@ def tops_of(masks: Sequence[BoolArray]) -> list[int]:
     A thing stands on another where it touches it from above, over most of the narrower one's width.
     """
     tops = [bounds(mask)[1] if mask.any() else 0 for mask in masks]
+    if not at_work("shade of stacks"):
+        return tops
     order = sorted((k for k in range(len(masks)) if masks[k].any()), key=tops.__getitem__)
     for k in order:
         for other in order:
@@ -123,7 +126,7 @@ def _below(found: BoolArray, sky: BoolArray, lab: FloatImage, inside: BoolArray)
     columns, lines = wall.sum(0), wall.sum(1)
     goes_on = lines[rows[0]] > ENDLESS * lines.max()
     goes_on |= max(columns[0], columns[-1]) > ENDLESS * columns.max()
-    if not goes_on:
+    if not goes_on or not at_work("shade of walls"):
         return found
     rest = found & ~sky & ~grow(_leading_down(wall, found, lab), FOOT)
     rest = cv2.morphologyEx(rest.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
@@ -171,6 +174,8 @@ def _around(
     tones = Tones.of(lab, far | (near & low), own)
     place = _Place(own, inside, near, ground & ~inside, low, reach)
     for times, bare in zip(DEEPER, BARE, strict=True):
+        if times > 1 and not at_work("deeper shade"):
+            break
         found = _shade(place, tones, times)
         if not found.any() or _ends_lit(found, tones, place.ground, bare):
             return found if times == 1 or not found.any() else _faded(found, place, tones)
@@ -255,6 +260,8 @@ def _fading(dark: BoolArray, tones: Tones, own: BoolArray, outer: BoolArray) -> 
     Light has a side, and shade is darkest at its thing. outer: (H, W) the end of what is looked at.
     """
     x0, _, x1, _ = bounds(own)
+    if not at_work("belts"):
+        return dark
     middle = (x0 + x1) // 2
     columns = np.arange(own.shape[1])[None] * np.ones((own.shape[0], 1))
     out = dark.copy()

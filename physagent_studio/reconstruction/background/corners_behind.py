@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
 FloatArray = NDArray[np.float64]
@@ -87,7 +88,7 @@ def corners(
     bent = {k: _turn_before(ends[k], ways[k], found, longer) for k in free}
     straight = {k for k in free if _of(ends[k], found, found.bend) < CURVED}
     sharp = [k for k in free if k in broad and k in straight and bent[k] == 0]
-    met = _meetings(ends, ways, sharp, hole, surfaces)
+    met = _meetings(ends, ways, sharp, hole, surfaces) if at_work("surfaces of corners") else []
     used = {k for i, j, _ in met for k in (i, j)}
     clear = np.abs(colours[:, 0] - colours[:, 1]).mean(-1)
     if len(free) <= MOST:
@@ -97,7 +98,7 @@ def corners(
     for i, j, spot in met:
         turn = _turn(ways[i], -ways[j])
         bow = bent[i] * turn > 0 and bent[j] * -turn > 0
-        if bow:
+        if bow and at_work("bows"):
             out += _bow(ends[i], spot, ends[j])
         elif {i, j} <= straight:
             out += [(ends[i], spot), (spot, ends[j])]

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow, shrink
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
 FloatImage = NDArray[np.float32]
@@ -64,6 +65,8 @@ def _of_one(lab: Image, mask: BoolArray, hole: BoolArray, reach: int) -> BoolArr
     found = _small(
         (own[bins] > MORE * other[bins] + own.max() * RARE) & free, mask, hole, near, gap
     )
+    if not at_work("lonely leftovers"):
+        return found & ~hole
     alike = (own[bins] > own.max() * COMMON) & free
     rest = _small(alike, mask, hole, near, gap) & ~grow(found, 2)
     return (found | _alone(rest, lab, mask, hole, alike, gap)) & ~hole

@@ -16,6 +16,7 @@ from physagent_studio.reconstruction.background.edges_onward import onward
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow
 from physagent_studio.reconstruction.shapes.meshes import ramp_corners
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
 FloatArray = NDArray[np.float64]
@@ -62,7 +63,7 @@ def lines_through(
                 continue
             # Facing one another, the left of one is the right of the other.
             apart = np.abs(colours[i] - colours[j, ::-1]).mean(-1).max()
-            if apart < ALIKE:
+            if apart < ALIKE and at_work("straight lines"):
                 pairs.append((missed + apart / 8, i, j))
     taken: set[int] = set()
     out = []
@@ -72,7 +73,9 @@ def lines_through(
             out.append((ends[i], ends[j]))
     lengths = _lengths(ends, found)
     rest = np.array([k for k in range(len(ends)) if k not in taken], int)
-    straight = onward(photo, ends[rest], ways[rest], lengths[rest], hole)
+    straight = np.zeros((0, 2, 2))
+    if at_work("edges onward"):
+        straight = onward(photo, ends[rest], ways[rest], lengths[rest], hole)
     goes_on = (ends[:, None] == straight[None, :, 0]).all(-1).any(1)
     long = (lengths > LONG * max(hole.shape)) & ~goes_on
     free = [
@@ -80,9 +83,15 @@ def lines_through(
         for k in np.flatnonzero(long).tolist()
         if k not in taken and (known is None or not _on_one(known, ends[k], ways[k]))
     ]
-    bent = corners(photo, ends, ways, colours, free, hole, found)
+    bent = np.zeros((0, 2, 2))
+    if at_work("corners behind"):
+        bent = corners(photo, ends, ways, colours, free, hole, found)
     lines = np.concatenate([np.array(out).reshape(-1, 2, 2), straight, bent])
-    return lines if whole is None else _from_beside(lines, whole, ends, ways, lengths)
+    return (
+        lines
+        if whole is None or not at_work("lines from beside")
+        else _from_beside(lines, whole, ends, ways, lengths)
+    )
 
 
 def _from_beside(

@@ -29,6 +29,7 @@ from physagent_studio.reconstruction.background.shift_map import (
 from physagent_studio.reconstruction.background.smooth_fill import smooth_fill
 from physagent_studio.reconstruction.background.structure import Structure
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
+from physagent_studio.reconstruction.switches import at_work
 
 FloatImage = NDArray[np.float32]
 FloatArray = NDArray[np.float64]
@@ -143,10 +144,12 @@ def _candidates(
     for way in (*ways, np.array([1.0, 0.0])):
         reach = min((x1 - x0) / max(abs(way[0]), 1e-6), (y1 - y0) / max(abs(way[1]), 1e-6))
         out += [shift(*(sign * share * reach * way)) for sign in (1, -1) for share in SHARES]
-    spans = np.array([_hidden(line, missing) for line in structure.lines]).reshape(-1, 2)
+    lines = structure.lines if at_work("shifts along lines") else structure.lines[:0]
+    spans = np.array([_hidden(line, missing) for line in lines]).reshape(-1, 2)
     for span in spans[np.argsort(-np.linalg.norm(spans, axis=1), kind="stable")]:
         out += [shift(*(sign * share * span)) for sign in (1, -1) for share in SHARES]
-    out += [np.array([[-1.0, 0, 2 * x], [0, 1, 0], [0, 0, 1]]) for x in (x0, x1)]
+    if at_work("mirrored copies"):
+        out += [np.array([[-1.0, 0, 2 * x], [0, 1, 0], [0, 0, 1]]) for x in (x0, x1)]
     out = [turned for mark in structure.rounds for turned in mark.turns()] + out
     return _distinct(out, missing)
 
@@ -202,18 +205,23 @@ def _laid(
         shown, price = _shown(feature, view.barred, own, places)
         off = np.abs(shown - feature[places]).sum(-1) * STRICT
         x, y, _ = sources(own, columns, rows)
-        price += expected.price(taken(np.asarray(soft, np.float32), x, y), places, view.missing)
-        price += expected.strange(taken(fine, x, y), places, view.missing & ~lined)
+        if at_work("expected colours"):
+            price += expected.price(taken(np.asarray(soft, np.float32), x, y), places, view.missing)
+        if at_work("strange detail"):
+            price += expected.strange(taken(fine, x, y), places, view.missing & ~lined)
         price += np.where(rim[places], np.minimum(off, WRONG), 0)
         row = np.clip(np.round(y).astype(int), 0, side.shape[0] - 1)
         column = np.clip(np.round(x).astype(int), 0, side.shape[1] - 1)
-        price += BEYOND * (side[row, column] != side[places])
+        if at_work("sides of lines"):
+            price += BEYOND * (side[row, column] != side[places])
         looks.append(shown)
         prices.append(price)
     asked = np.array(prices, np.float32)
     fitting = _fitting(asked[:, rim[places]])
     looks = [*(looks[k] for k in fitting), _features(smooth)[places]]
     bare = np.where(view.missing[places], np.minimum(BARE * expected.rough[places], BLAND), 0)
+    if not at_work("smooth fill"):
+        bare = bare + np.float32(500.0)
     asked = np.concatenate([asked[fitting], bare[None]]).astype(np.float32)
     fitting = np.append(fitting, len(copies))
     chosen = fitting[choose(Grid.of(places), np.array(looks, np.float32), asked)]
@@ -354,6 +362,7 @@ def _shown(
         away += MIRRORED
     coarse = np.log2(1 / np.maximum(finer, 1e-3)) / 2
     price = away + COARSER * np.maximum(coarse - 0.3, 0)
-    price += bent_price(bent(copy, columns, rows, x, y))
+    if at_work("bent copies"):
+        price += bent_price(bent(copy, columns, rows, x, y))
     price = np.where(blocked(barred, x, y), NEVER, price)
     return np.column_stack([shown, last]).astype(np.float32), price

@@ -34,6 +34,7 @@ from physagent_studio.reconstruction.background.structure import Structure
 from physagent_studio.reconstruction.background.surfaces import BEYOND, surfaces
 from physagent_studio.reconstruction.photo.line_segments import Segments, with_hues
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
 FloatArray = NDArray[np.float64]
@@ -70,26 +71,32 @@ def background(
     fills what lies on no known plane; without a camera none is known.
     """
     faces = None
-    if camera is not None:
+    if camera is not None and at_work("faces"):
         faces = surfaces(photo, hole_of(masks, photo.shape[:2]), camera, solid)
     hole = taken_out(photo, masks, faces, rooted)
-    if camera is not None:
+    if camera is not None and at_work("edges of supports"):
         lines = np.concatenate([lines, edges_of(photo, hole, camera, solid)])
     if found is not None and not hole.all():
         found = with_hues(photo, found)
         # In shade edges are still seen, so that what runs behind the things themselves ends there.
         things = hole_of(masks, hole.shape)
-        for part in (hole, things):
+        for part in (hole, things) if at_work("lines of masks") else (hole,):
             lines = np.concatenate([lines, lines_through(photo, part, found, hole, lines)])
-        lines = without_hidden(photo, things, each_once(lines))
+        lines = each_once(lines)
+        if at_work("hidden lines"):
+            lines = without_hidden(photo, things, lines)
     rounds: list[RoundMark] = []
-    if camera is not None and not hole.all():
+    if camera is not None and not hole.all() and at_work("round marks"):
         rounds = round_marks(photo, hole_of(masks, hole.shape), to_level(camera))
     plate = fill(photo, hole, lines, camera, found, rounds)
     if inpaint is not None:
         plate = inpaint(plate, _beyond(hole, faces))
     loose = [mask for mask in masks if not any(mask is other for other in rooted)]
-    return plate if faces is None else without_traces(plate, loose, faces)
+    return (
+        plate
+        if faces is None or not at_work("faint traces")
+        else without_traces(plate, loose, faces)
+    )
 
 
 def _beyond(hole: BoolArray, faces: NDArray[np.int64] | None) -> BoolArray:
@@ -107,6 +114,8 @@ def taken_out(
 
     faces: (H, W) as `surfaces` gives them. rooted: see `background`.
     """
+    if not at_work("rooted"):
+        rooted = ()
     loose = [mask for mask in masks if not any(mask is other for other in rooted)]
     hole = hole_of(loose, photo.shape[:2])
     feet = _feet(rooted, hole.shape)
@@ -118,12 +127,18 @@ def taken_out(
     if not hole.any() or hole.all():
         return hole
     for missed in (leftovers, islands):
+        if not at_work(missed.__name__):
+            continue
         beside = missed(photo, loose, hole) | (missed(photo, rooted, hole) & ~feet)
         hole |= grow(beside, _rim(hole.shape))
-    hole |= mirrored(photo, loose)
+    if at_work("floor reflections"):
+        hole |= mirrored(photo, loose)
+    if not at_work("cast shadows"):
+        return hole
     shade = shaded(photo, loose, hole, faces)
     # The darkest shade is a line right at the foot: none of it shall be left between the two.
-    shade |= grow(shade, SLIT) & grow(hole, SLIT)
+    if at_work("slits"):
+        shade |= grow(shade, SLIT) & grow(hole, SLIT)
     return hole | shade
 
 
@@ -159,9 +174,17 @@ def fill(
     for missing, root in zip(pieces, roots, strict=True):
         crop = _surroundings(missing)
         own = lines[_touching(missing, lines)] if len(lines) else lines
-        ways = ways_into(missing, found) if found is not None else np.zeros((0, 2))
+        ways = (
+            ways_into(missing, found)
+            if found is not None and at_work("shifts along ways")
+            else np.zeros((0, 2))
+        )
         origin = np.array([crop[1].start, crop[0].start])
-        level = to_level(camera) @ shift(*origin) if camera is not None else None
+        level = (
+            to_level(camera) @ shift(*origin)
+            if camera is not None and at_work("level shifts")
+            else None
+        )
         part = photo[crop].astype(np.float32)
         full = mosaic(
             part,
@@ -210,7 +233,7 @@ def hole_of(masks: Sequence[BoolArray], shape: tuple[int, int]) -> BoolArray:
     for mask in masks:
         union |= mask
         if mask.any():
-            union |= _contact(mask)
+            union |= _contact(mask) if at_work("contact shade") else False
     return grow(union, _rim(shape))
 
 

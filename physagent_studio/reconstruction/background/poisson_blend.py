@@ -14,6 +14,7 @@ from physagent_studio.reconstruction.background.harmonic_fill import from_steps,
 from physagent_studio.reconstruction.background.shift_map import rescaled
 from physagent_studio.reconstruction.background.structure import Structure
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
+from physagent_studio.reconstruction.switches import at_work
 
 FloatImage = NDArray[np.float32]
 FloatArray = NDArray[np.float64]
@@ -240,5 +241,6 @@ def _levelled(
         weight = np.where(hole & (even != np.roll(even, -1, axis)), 1.0, weight)
         # Within one piece a line is the piece's own; between two it is where they part.
         parting = grow(edge, BESIDE) & (laid != np.roll(laid, -1, axis))
+        parting &= at_work("parting at lines")
         weights.append(np.where(parting, 1e-3, weight).astype(np.float32))
     return from_steps(rough, hole, (steps[0], steps[1]), (weights[0], weights[1]), ANCHOR)

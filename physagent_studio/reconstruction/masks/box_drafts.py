@@ -13,10 +13,10 @@ from physagent_studio.reconstruction.masks.box_reach import reaching
 from physagent_studio.reconstruction.masks.click_drafts import clean
 from physagent_studio.reconstruction.masks.draft_score import Draft, Scorer
 from physagent_studio.reconstruction.masks.ranking import distinct, ranked
-from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.masks.task import Task, snapped
 from physagent_studio.reconstruction.photo import closed_contours as contour
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow, without_pinholes
+from physagent_studio.reconstruction.switches import at_work
 
 LED = 4
 """How many of the best drafts are led to the sides of the box that they miss."""

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.masks.draft_score import Draft, likeness
-from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.masks.variants import shadowed, variants
 from physagent_studio.reconstruction.photo.regions import iou
+from physagent_studio.reconstruction.switches import at_work
 
 Scored = tuple[Draft, float]
 CANDIDATES = 4

@@ -12,7 +12,6 @@ from physagent_studio.reconstruction.masks import grabcut
 from physagent_studio.reconstruction.masks.draft_score import REGION, Draft, Scorer, window_share
 from physagent_studio.reconstruction.masks.ranking import distinct, ranked
 from physagent_studio.reconstruction.masks.region_growing import LARGEST, regions
-from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.masks.task import Task, snapped
 from physagent_studio.reconstruction.photo import closed_contours as contour
 from physagent_studio.reconstruction.photo.regions import (
@@ -22,6 +21,7 @@ from physagent_studio.reconstruction.photo.regions import (
     smooth,
     without_pinholes,
 )
+from physagent_studio.reconstruction.switches import at_work
 
 Cutting = Future[list[grabcut.Window]]
 

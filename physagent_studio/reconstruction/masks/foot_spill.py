@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from physagent_studio.language import SceneHints
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.masks.ground_spill import without_ground
-from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.photo.regions import BoolArray
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
 FloatArray = NDArray[np.float64]

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.photo.regions import BoolArray, Pixel
+from physagent_studio.reconstruction.switches import at_work
 
 Item = TypeVar("Item")
 Made = TypeVar("Made")

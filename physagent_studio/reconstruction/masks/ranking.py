@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.masks.draft_score import Draft, Scorer
-from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.masks.task import Task
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, iou, solidity
+from physagent_studio.reconstruction.switches import at_work
 
 DENIED = 0.5
 """What a draft loses that covers all clicks outside."""

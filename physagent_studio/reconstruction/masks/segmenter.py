@@ -31,7 +31,6 @@ from physagent_studio.reconstruction.masks.parts.attached import (
 )
 from physagent_studio.reconstruction.masks.stacks import stacked, stacks_of
 from physagent_studio.reconstruction.masks.strokes import corrected, covered, drawn, seeds_of
-from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.masks.task import (
     View,
     full_size,
@@ -41,6 +40,7 @@ from physagent_studio.reconstruction.masks.task import (
 )
 from physagent_studio.reconstruction.masks.working_picture import Sight, boxed
 from physagent_studio.reconstruction.photo.regions import BoolArray
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 

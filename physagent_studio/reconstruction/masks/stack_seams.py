@@ -13,8 +13,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, shrink
+from physagent_studio.reconstruction.switches import at_work
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -23,9 +23,9 @@ from scipy.optimize import linear_sum_assignment
 from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.grounding.same_kind import kind_name
 from physagent_studio.reconstruction.masks.stack_seams import Seam, seams_of, settled
-from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.masks.task import View, part_around, view_of
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, iou, shrink
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 

@@ -12,7 +12,6 @@ from physagent_studio.knowledge import has_part, usual_size
 from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.masks import grabcut
 from physagent_studio.reconstruction.masks.draft_score import Draft
-from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.masks.variants import VARIANT
 from physagent_studio.reconstruction.photo.colours import colour_of, pixels_like
 from physagent_studio.reconstruction.photo.regions import (
@@ -24,6 +23,7 @@ from physagent_studio.reconstruction.photo.regions import (
     resized,
     shrink,
 )
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 

@@ -3,7 +3,7 @@ import pytest
 from physagent_studio.benchmark.reconstruction.ledger import entry_of, plain_cut, results
 from physagent_studio.benchmark.scenes import scene
 from physagent_studio.errors import InputError
-from physagent_studio.reconstruction.masks.switches import at_work, without
+from physagent_studio.reconstruction.switches import at_work, without
 
 
 def test_what_is_left_out_is_not_at_work_for_as_long_as_that() -> None:

@@ -28,7 +28,6 @@ from physagent_studio.reconstruction.masks.parts.patches import (
 )
 from physagent_studio.reconstruction.masks.parts.patches_beside import Parted
 from physagent_studio.reconstruction.masks.parts.shafts import WIDE, edges_of, strips_of
-from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.masks.task import (
     looks_for_poles,
     snapped,
@@ -41,6 +40,7 @@ from physagent_studio.reconstruction.photo.regions import (
     iou,
     resized,
 )
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 

@@ -33,8 +33,8 @@ from physagent_studio.reconstruction.masks.parts.patches_beside import (
     patches_beside,
 )
 from physagent_studio.reconstruction.masks.parts.shafts import Strips, runs_on, shafts_beside
-from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
+from physagent_studio.reconstruction.switches import at_work
 
 CLEAR, CLEARER = 0.85, 0.25
 """Score from which a part joins, and how much more is asked of those that touch it only then."""

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 
 from physagent_studio.reconstruction.masks.parts.evidence import Patch, Surroundings
-from physagent_studio.reconstruction.masks.switches import at_work
 from physagent_studio.reconstruction.photo.regions import BoolArray
+from physagent_studio.reconstruction.switches import at_work
 
 IntArray = NDArray[np.int64]
 LARGE = 0.6

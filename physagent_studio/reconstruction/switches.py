@@ -1,4 +1,4 @@
-"""Which heuristics of the segmenter are at work: all, but for those that a bench leaves out.
+"""Which heuristics are at work: all, but for those that a bench leaves out.
 
 Things are sought on threads of their own, which know no context variables: what is left out is left
 out for the whole process, and only benches and tests do so.
@@ -11,7 +11,7 @@ from contextlib import contextmanager
 
 from physagent_studio.errors import InputError
 
-HEURISTICS = {
+MASKS = {
     "poles": "long shafts count as parts of things whose name has poles",
     "shafts": "parts between two straight edges",
     "focus": "parts in focus join, parts out of focus do not",
@@ -44,6 +44,45 @@ HEURISTICS = {
     "settled boxes": "the best drafts in a box settled by colour",
     "box reach": "drafts led to the sides of their box",
 }
+"""What the segmenter can leave out, by name, and what it does."""
+PLATES = {
+    "faint traces": "ground around where things stood evened out",
+    "islands": "small things that stick out of masks leave with them",
+    "leftovers": "what masks have missed, by its colour, leaves too",
+    "lonely leftovers": "also where its colour is usual farther off",
+    "floor reflections": "mirror images on polished ground leave",
+    "cast shadows": "shade at the feet leaves",
+    "shade of stacks": "what stands on a thing makes its shade longer",
+    "shade of walls": "dark walls without an end are no shade",
+    "deeper shade": "darker and darker shade is tried where it ends at paint",
+    "belts": "what is dark on both sides and goes on is no shade",
+    "slits": "no slit between a thing and its shade",
+    "contact shade": "the dark line below a thing leaves with it",
+    "straight lines": "edges seen on both sides of a hole are joined",
+    "edges onward": "edges are looked for where they come out of a hole",
+    "corners behind": "edges meet in a corner or a bow behind a hole",
+    "surfaces of corners": "edges that part surfaces meet before stripes do",
+    "bows": "round outlines go on as bows",
+    "hidden lines": "lines behind what others bound are cut",
+    "lines of masks": "lines through the masks are sought besides those of the hole",
+    "lines from beside": "lines begin where they are seen beside the hole",
+    "round marks": "circles on the ground go on",
+    "edges of supports": "edges of tops and ramps go on",
+    "faces": "shade and traces end at the face on which a thing stands",
+    "level shifts": "copies along the level plane",
+    "shifts along ways": "copies along edges that run into the hole",
+    "shifts along lines": "copies along lines that go on behind the hole",
+    "mirrored copies": "copies mirrored at the sides of the hole",
+    "expected colours": "copies have to show the colours that are around",
+    "strange detail": "copies with detail that is clearer than the ground's cost",
+    "sides of lines": "copies over a line that goes on cost",
+    "bent copies": "copies that are sheared or stretched cost",
+    "smooth fill": "bare ground is filled smoothly",
+    "parting at lines": "pieces may part at lines",
+    "rooted": "what grows keeps what is at its foot",
+}
+"""The same of the background's plate."""
+HEURISTICS = MASKS | PLATES
 """What can be left out, by name, and what it does."""
 _left_out: frozenset[str] = frozenset()
 _asked: set[str] = set()

@@ -95,6 +95,8 @@ class Proposal(Frozen):
 
     contradiction: of the assessment that it answers, for whoever decides.
     touches_pinned: paths that a person has pinned and that it would change all the same.
+    understood: what a person's newest words were taken to ask for. meant: what they could ask for
+    where that is open: what stands on a button, and the words that it says.
     """
 
     id: str
@@ -108,6 +110,8 @@ class Proposal(Frozen):
     author: str = "rules"
     contradiction: str = ""
     touches_pinned: tuple[str, ...] = ()
+    understood: str = ""
+    meant: tuple[tuple[str, str], ...] = ()
 
     @property
     def edits(self) -> tuple[Edit, ...]:

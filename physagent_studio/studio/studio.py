@@ -211,7 +211,7 @@ class Studio:
 
     def _listen(self, item: _Heard, later: list[_Heard]) -> None:
         # A burst of scrubs, or of what is tried, comes down to the last one.
-        for word in ('"do":"scrub"', '"do":"try"'):
+        for word in ('"do":"scrub"', '"do":"try"', '"keep":false'):
             if word in item.text and any(word in one.text for one in later):
                 return
         intent = intents.read_intent(item.text)

@@ -22,12 +22,16 @@ class Selection:
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """step: control step on view. loop_start, loop_end: frames. compare: another round's id."""
+    """step: control step on view. once: this playback ends at the end.
+
+    loop_start, loop_end: frames. compare: another round's id.
+    """
 
     step: int = 0
     playing: bool = False
     speed: float = 1.0
     loop: bool = True
+    once: bool = False
     loop_start: int | None = None
     loop_end: int | None = None
     selection: Selection = Selection()
@@ -69,6 +73,6 @@ def advance(view: View, clip: Clip, seconds: float) -> View:
     step = view.step + round(seconds * view.speed * clip.time_factor / clip.step_seconds)
     if step < last:
         return replace(view, step=max(step, first))
-    if view.loop:
+    if view.loop and not view.once:
         return replace(view, step=first + (step - last) % max(last - first, 1))
-    return replace(view, step=last, playing=False)
+    return replace(view, step=last, playing=False, once=False)

@@ -14,10 +14,10 @@ from typing import Any, Protocol
 from physagent_studio.errors import InputError
 from physagent_studio.program import PhysicalProgram, Support, apply
 from physagent_studio.program.scene import state as shapes
+from physagent_studio.studio.commands import directing, shelf
 from physagent_studio.studio.commands import mesh as mesh_actions
 from physagent_studio.studio.commands import photo as photo_actions
 from physagent_studio.studio.commands import program as program_actions
-from physagent_studio.studio.commands import shelf
 from physagent_studio.studio.commands.mesh import MeshDesk
 from physagent_studio.studio.finder import Finder
 from physagent_studio.studio.intents import every as intents
@@ -75,7 +75,8 @@ def carry_out(intent: Any, studio: Studio, browser: int) -> None:
 def _(intent: intents.Play, studio: Studio, browser: int) -> None:
     view, clip = studio.view, studio.snapshot.program.clip
     on = not view.playing if intent.on is None else intent.on
-    if on and view.step >= view.range(clip)[1]:
+    view = replace(view, once=intent.once)
+    if on and (intent.once or view.step >= view.range(clip)[1]):
         view = replace(view, step=view.range(clip)[0])
     studio.set_view(replace(view, playing=on and studio.snapshot.rollout is not None))
 
@@ -294,5 +295,6 @@ carry_out.register(intents_shelf.RestoreSession, shelf.restore)
 carry_out.register(intents_shelf.ListSessions, shelf.relist)
 
 OTHERS = photo_actions.ACTIONS | mesh_actions.ACTIONS | program_actions.ACTIONS
+OTHERS |= directing.ACTIONS
 for asked, act in OTHERS.items():
     carry_out.register(asked, act)

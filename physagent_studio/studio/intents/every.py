@@ -18,6 +18,7 @@ from physagent_studio.program.scene.state import Grounding
 from physagent_studio.program.timing import FASTEST, SLOWEST
 from physagent_studio.records.judgement import DecisionKind
 from physagent_studio.records.loop_state import PolicyName, RoleName
+from physagent_studio.studio.intents.directing import DirectingIntent
 from physagent_studio.studio.intents.mesh import MeshIntent
 from physagent_studio.studio.intents.photo import PhotoIntent, Ticket
 from physagent_studio.studio.intents.shelf import ListSessions, Present, ShelfIntent
@@ -39,10 +40,11 @@ ViewOption = Literal[
 
 
 class Play(Frozen):
-    """Plays, or pauses."""
+    """Plays, or pauses; `once` plays from the start to the end and stops there."""
 
     do: Literal["play"] = "play"
     on: bool | None = None
+    once: bool = False
 
 
 class Scrub(Frozen):
@@ -318,7 +320,7 @@ Intent = Annotated[
     | StepOn | Cancel | DecideOn | Overrule | Policy | Role | Budget | PinFact | ShowRound | Fork
     | Change | Remove | Try | Wish | Retime | WriteText | DropDraft | Undo
     | OpenKnown | OpenBare | NamesIn | NewCase | RenameTo | Dismiss | Video | ShelfIntent
-    | PhotoIntent | MeshIntent,
+    | PhotoIntent | MeshIntent | DirectingIntent,
     Field(discriminator="do"),
 ]  # fmt: skip
 

@@ -2,12 +2,15 @@
 // measured for it, and a new demand by hand.
 
 import { button, h, say } from "./dom.js";
+import { moment } from "./time.js";
 import { edit, scrub, send } from "./wire.js";
 
 const STATEMENTS = [
   ["moves", "moves", { distance: 0.1 }], ["touches", "contacts", { other: 1 }], ["falls over", "topples", {}], ["stays", "stays", {}], ["falls", "falls", {}],
   ["ends on", "rests_on", { other: 1 }], ["stops", "stops", {}], ["leaves", "leaves", { other: 1 }], ["turns", "rotates", {}],
 ];
+// What a viewer must see is no statement of its own: it is said of the contract as a whole.
+const SEEN = [["stays in the picture", "in"], ["leaves the picture", "out"], ["is never faster than 1 m/s", "slow"]];
 
 export function makeChecklist(show, focus) {
   let data = null;
@@ -18,6 +21,19 @@ export function makeChecklist(show, focus) {
 
   const toggle = () => { adding = !adding; show(); focus(); };
 
+  const told = (text) => dispatchEvent(new CustomEvent("told", { detail: text }));
+  const set = (path, next) => edit([{ op: "set", path: `contract.${path}`, value: next }], "demanded by hand");
+
+  // A demand on what a viewer sees; whether it was one.
+  function seen(subject, kind) {
+    const name = subject.replaceAll("_", " "), { leaving, paces } = data.names;
+    if (kind === "slow") set("paces", [...paces.filter((one) => one.subject !== subject), { subject, verb: "goes", low: 0, high: 1 }]);
+    else if (kind === "out") set("leaving", [...new Set([...leaving, subject])]);
+    else if (kind === "in" && leaving.includes(subject)) set("leaving", leaving.filter((one) => one !== subject));
+    else if (kind === "in") told(`It is looked after already that ${name} stays in the picture, as soon as it moves.`);
+    return SEEN.some((one) => one[1] === kind);
+  }
+
   // A new line of the checklist: who does what.
   function demand() {
     const names = data.names;
@@ -26,13 +42,16 @@ export function makeChecklist(show, focus) {
     const pick = (list, label) => h("select", { "aria-label": label, class: "pick" }, list.map((one) => h("option", { value: Array.isArray(one) ? one[1] : one }, Array.isArray(one) ? one[0] : one.replaceAll("_", " "))));
     const add = (event) => {
       const [subject, kind, other] = [...event.target.closest(".card").querySelectorAll(".pick")].map((one) => one.value);
+      if (seen(subject, kind)) return toggle();
+      if (kind === "topples" && names.round.includes(subject)) return told(`A round thing cannot fall over; demand that ${subject.replaceAll("_", " ")} moves, stops or falls.`);
+      if (other === subject && STATEMENTS.find((one) => one[1] === kind)[2].other) return told("A thing cannot do that with itself; choose another one.");
       const wanted = STATEMENTS.find((one) => one[1] === kind)[2];
       const item = { id: `${subject}_${kind}_${names.statements.length + 1}`, kind, subject, ...wanted };
       if (wanted.other) item.other = other;
       edit([{ op: "add", path: "contract.statements", item }], "demanded by hand");
       toggle();
     };
-    return h("div", { class: "card stack", style: "margin-top:6px" }, h("div", { class: "row wrap" }, pick(names.objects, "Who"), pick(STATEMENTS, "Does what"), pick(names.places, "With what")), button("Add to the checklist", add, { class: "b wide" }));
+    return h("div", { class: "card stack", style: "margin-top:6px", key: "demand" }, h("div", { class: "row wrap" }, pick(names.objects, "Who"), pick([...STATEMENTS, ...SEEN], "Does what"), pick(names.places, "With what")), button("Add to the checklist", add, { class: "b wide" }));
   }
 
   function checklist() {
@@ -70,7 +89,7 @@ export function makeChecklist(show, focus) {
   }
 
   function check(c, at, all) {
-    const jump = c.frame === null ? null : h("button", { class: "link num", type: "button", title: "Show this moment", onclick: () => scrub(c.frame) }, `frame ${c.frame}`);
+    const jump = !c.frame ? null : h("button", { class: "link num", type: "button", title: "Show this moment", onclick: () => scrub(c.frame) }, moment(c.frame));
     const first = c.clause && (!at || all[at - 1].clause !== c.clause);
     return [first ? h("div", { class: "clause", key: `clause-${c.id}` }, `“${c.clause}”`) : null,
       h("div", { class: c.part ? "check part" : "check", role: "listitem", key: c.id, title: !c.part ? "" : c.seen ? "Measured, but it decides nothing by itself" : "Serves another demand and is not counted by itself" },
@@ -82,8 +101,6 @@ export function makeChecklist(show, focus) {
           c.predicted && c.predicted.ok !== c.ok ? h("span", { class: c.predicted.ok ? "chip ok" : "chip bad", title: c.predicted.measured }, `${data.proposal?.gentler ? "more gently" : "with the repair"}: ${c.predicted.ok ? "holds" : "fails"}`) : null))];
   }
 
-  return (next) => {
-    data = next;
-    return checklist();
-  };
+  const close = () => { if (!adding) return false; adding = false; if (data) show(); return true; };
+  return { draw: (next) => { data = next; return checklist(); }, close };
 }

@@ -1,13 +1,12 @@
 // Dialogs: open a case or a session, and a new session from a photo.
 
-import { button, draw, dropping, h, keepInside, say } from "./dom.js";
+import { button, COLORS, draw, dropping, h, keepInside, say } from "./dom.js";
 import { makeShelf } from "./shelf.js";
 import { on, send, value } from "./wire.js";
 
 const MAX_PHOTO = 16 * 2 ** 20, LONGEST = 4000;
-const COLORS = ["#2f6fed", "#d9482b", "#17885a", "#a15cd6", "#d97706", "#0e9384", "#c0398c", "#667085"];
 
-const unmarked = (name) => ({ name, clicks: [], box: null, typed: false });
+const unmarked = (name) => ({ name: name.replaceAll("_", " "), clicks: [], box: null, typed: false });
 const isMarked = (one) => one.box !== null || one.clicks.length > 0;
 
 export function startDialogs(host) {
@@ -106,7 +105,7 @@ export function startDialogs(host) {
     const own = things.filter((one) => isMarked(one) || (one.typed && one.name.trim()));
     const blank = own.find((one) => isAuto(one.name) && isMarked(one));
     const fresh = answer.names.filter((name) => !own.some((one) => tidy(one.name) === name));
-    if (blank && fresh.length) blank.name = fresh.shift();
+    if (blank && fresh.length) blank.name = fresh.shift().replaceAll("_", " ");
     const current = things[at];
     things = [...own, ...fresh.map((name) => unmarked(name))];
     if (!things.length) things = [unmarked("object")];
@@ -154,8 +153,8 @@ export function startDialogs(host) {
         h("span", { class: "muted" }, h("b", {}, "Choose a photo"), " or drop one here · PNG, JPEG or WebP"), h("input", { type: "file", accept: "image/png,image/jpeg,image/webp", "aria-label": "Photo", onchange: (e) => take(e.target.files[0]) })) : [
         h("div", { class: "head" }, "What shall happen?"),
         h("textarea", { rows: 2, "aria-label": "Sentence", placeholder: "For example: the ball rolls to the right and hits the box", value: prompt, oninput: (e) => { prompt = e.target.value; askSoon(); show(); } }),
-        h("p", { class: "muted", style: "margin:8px 0" }, isMarked(things[at]) ? "All are marked; another drag moves the box of " : "Drag a box around ", h("b", {}, things[at].name.replaceAll("_", " ")), isMarked(things[at]) ? ". A click" : " in the photo. A click marks a point of it instead; a right click or Shift+click, what does not belong to it. What you leave out is looked for by its name."),
-        h("div", { class: "photo", style: `cursor:crosshair;touch-action:none;margin-inline:auto;width:min(100%, ${(36 * photo.width / photo.height).toFixed(2)}vh)`, "data-photo": true, onpointerdown: press, onpointermove: pull, onpointerup: release, onpointercancel: () => { drag = null; show(); }, oncontextmenu: (e) => e.preventDefault() },
+        h("p", { class: "muted", style: "margin:8px 0" }, isMarked(things[at]) ? "A new drag replaces the box of " : "Drag a box around ", h("b", {}, things[at].name), isMarked(things[at]) ? "." : " in the photo.", " A click adds a point of it instead, a right click or Shift+click what does not belong to it.", isMarked(things[at]) ? "" : " What you leave out is looked for by its name."),
+        h("div", { class: "photo", style: `cursor:crosshair;touch-action:none;margin-inline:auto;width:min(100%, ${(40 * photo.width / photo.height).toFixed(2)}vh)`, "data-photo": true, onpointerdown: press, onpointermove: pull, onpointerup: release, onpointercancel: () => { drag = null; show(); }, oncontextmenu: (e) => e.preventDefault() },
           h("img", { src: photo.url, alt: "Your photo", draggable: "false" }),
           h("svg", { viewBox: `0 0 ${photo.width} ${photo.height}`, preserveAspectRatio: "none", "pointer-events": "none" }, things.flatMap(marks), drag && isBox(drag) ? frame(sides(drag), COLORS[at % 8], "drag") : null)),
         h("div", { class: "head" }, "Things"),
@@ -166,7 +165,7 @@ export function startDialogs(host) {
           h("span", { class: "muted num", style: "white-space:nowrap" }, one.box ? "a box" + (one.clicks.length ? `, ${say(one.clicks.length, "click")}` : "") : one.clicks.length ? say(one.clicks.length, "click") : "not marked"),
           button("Clear", () => { one.clicks = []; one.box = null; show(); }, { class: "b quiet small" }),
           things.length > 1 ? button("Remove", () => { things.splice(i, 1); at = Math.min(at > i ? at - 1 : at, things.length - 1); show(); }, { class: "b quiet small" }) : null)),
-        h("div", {}, button("Another thing", () => { things.push({ ...unmarked(`object_${things.length + 1}`), typed: true }); at = things.length - 1; show(); }, { class: "b small" }))),
+        h("div", {}, button("Another thing", () => { things.push({ ...unmarked(`object ${things.length + 1}`), typed: true }); at = things.length - 1; show(); }, { class: "b small" }))),
       ],
     ], photo ? [h("span", { class: "muted grow", "aria-live": "polite" }, lacks()), button("Another photo", () => { photo = null; show(); }), button("Start", begin, { class: "b main", disabled: !ready() })] : null);
   }

@@ -103,6 +103,10 @@ export function keepInside(event) {
 }
 
 export const button = (text, onclick, props) => h("button", { class: "b", type: "button", ...props, onclick }, text);
+// One colour for each thing, in its order: in the photo, the plots and the lanes alike.
+export const COLORS = ["#e26248", "#4287c6", "#f0b23e", "#5ea86c", "#9e6cba", "#48b0b4", "#d678a0", "#8c7660"];
+export const colorOf = (at) => COLORS[at % COLORS.length];
+export const spoken = (name) => name.replaceAll("_", " ");
 export const say = (count, one, many) => `${count} ${count === 1 ? one : many || one + "s"}`;
 
 const PATHS = {

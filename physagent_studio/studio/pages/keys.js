@@ -7,14 +7,14 @@ import { on, presenting, scrub, scrubBy, send, value } from "./wire.js";
 const LOOKS = new Set(["Space", "ArrowLeft", "ArrowRight", "Shift+ArrowLeft", "Shift+ArrowRight", "Home", "End", "[", "]", "L", "N", "P", "PageDown", "PageUp", "G", "C", "V", "F", "Shift+F", "0", "T", "D", "Shift+P", "Ctrl+K", "?"]);
 const looks = (key) => LOOKS.has(key) || /^(Shift\+)?[1-9]$/.test(key);
 
-export function startKeys({ left, right, dialogs, meshFile, scene, theme, presenter, tour }) {
+export function startKeys({ left, right, dialogs, meshFile, scene, theme, presenter, tour, save }) {
   const overlay = h("div", {});
   document.body.append(overlay);
   let sheet = "";
 
   const head = () => value("playhead") || { frame: 0, frames: 1 };
   const press = (name) => {
-    left.show("rounds");
+    if (name !== "accept") left.show("rounds");
     setTimeout(() => document.querySelector(`[data-act="${name}"]:not(:disabled)`)?.click(), 0);
   };
   const toggle = (what) => {
@@ -75,9 +75,9 @@ export function startKeys({ left, right, dialogs, meshFile, scene, theme, presen
     ["Show the program", "", () => right.show("program")],
     ["Show the photo", "", () => right.show("photo")],
     ["Mark the photo without a mouse", "K", () => { right.show("photo"); const photo = document.querySelector(".photo-stage"); photo.blur(); photo.focus(); }],
-    ["Save the clip as a video", "", () => send({ do: "video" })],
-    ["Save the session as a replay (one HTML file)", "", () => send({ do: "export", kind: "html" })],
-    ["Save the scene as a recording (.viser)", "", () => send({ do: "export", kind: "viser" })],
+    ["Save the clip as a video", "", () => save("video", { do: "video" })],
+    ["Save the session as a replay (one HTML file)", "", () => save("replay", { do: "export", kind: "html" })],
+    ["Save the scene as a recording (.viser)", "", () => save("recording", { do: "export", kind: "viser" })],
     ["Take the tour", "", tour.start],
     ...Array.from({ length: 9 }, (_, i) => [`View ${i + 1}`, String(i + 1), () => send({ do: "bookmark", slot: i + 1 })]),
     ...Array.from({ length: 9 }, (_, i) => [`Keep as view ${i + 1}`, `Shift+${i + 1}`, () => send({ do: "bookmark", slot: i + 1, keep: true })]),
@@ -161,7 +161,7 @@ export function startKeys({ left, right, dialogs, meshFile, scene, theme, presen
     overlay.querySelector("button").focus();
   }
   addEventListener("keydown", (event) => { if (event.key === "Escape" && sheet) { event.stopPropagation(); close(); } }, true);
-  on("line", () => {});
+  return { open };
 }
 
 const pretty = (key) => key.replace("ArrowLeft", "←").replace("ArrowRight", "→");

@@ -16,7 +16,9 @@ import { startRun } from "./run.js";
 import { startScene } from "./scene.js";
 import { startTimeline } from "./timeline.js";
 import { startTour } from "./tour.js";
-import { connect, viewerToken } from "./wire.js";
+import { copyLink, startAutoplay, startLinks } from "./moments.js";
+import { openPicture } from "./picture.js";
+import { connect, on, viewerToken } from "./wire.js";
 
 const keep = (name, data) => localStorage.setItem(`studio.${name}`, JSON.stringify(data));
 const kept = (name, otherwise) => {
@@ -26,6 +28,8 @@ const kept = (name, otherwise) => {
     return otherwise;
   }
 };
+
+const autoplay = () => kept("autoplay", true);
 
 function tabs(host, name, pages) {
   const bar = h("div", { class: "tabs", role: "tablist" });
@@ -115,8 +119,19 @@ function start() {
   ]);
   startNotices(document.getElementById("notices"));
   const dialogs = startDialogs(document.getElementById("overlay"));
-  startRun(document.getElementById("run"), dialogs);
-  startRounds(left.bodies.rounds, () => left.show("plots"), () => right.show("photo"));
+  const more = () => [
+    [theme.get() === "dark" ? "Light" : "Dark", "D", () => theme.set(theme.get() === "dark" ? "light" : "dark")],
+    ["Present", "Shift+P", () => presenter.toggle(), "Large type and nothing to edit, for showing it to others"],
+    [autoplay() ? "Do not play new rounds" : "Play each new round once", "", () => keep("autoplay", !autoplay())],
+    ["Copy a link to this moment", "", () => copyLink(), "It opens this session at this round and frame"],
+    ["Picture of the scene…", "", () => openPicture(), "A PNG at the size that you choose"],
+    ["Tour", "", () => tour.start()],
+    ["All commands", "Ctrl+K", () => keys.open("palette")],
+    ["Keys", "?", () => keys.open("help")],
+  ];
+  const run = startRun(document.getElementById("run"), dialogs, more);
+  const dock = document.getElementById("left").appendChild(h("div", { id: "decision", hidden: true }));
+  startRounds(left.bodies.rounds, dock, { showRounds: () => left.show("rounds"), showPlots: () => left.show("plots"), showPhoto: () => right.show("photo") });
   startPlots(left.bodies.plots);
   startInspector(right.bodies.inspector);
   startProgram(right.bodies.program);
@@ -126,7 +141,11 @@ function start() {
   startTimeline(document.getElementById("timeline"), () => right.show("inspector"));
   const presenter = startPresenter(left);
   const tour = startTour(() => !document.querySelector(".shade"));
-  startKeys({ left, right, dialogs, meshFile, scene, theme, presenter, tour });
+  const keys = startKeys({ left, right, dialogs, meshFile, scene, theme, presenter, tour, save: run.save });
+  // What is selected shows its numbers, whichever tab is open; in the photo a thing is worked on.
+  on("selection", ({ kind }) => { if (["action", "statement", "clip"].includes(kind)) right.show("inspector"); });
+  startAutoplay(autoplay);
+  startLinks();
   connect();
 }
 

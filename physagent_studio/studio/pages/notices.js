@@ -34,14 +34,16 @@ export function startNotices(host) {
     passing = passing.filter((one) => one.key !== key);
     show();
   };
-  on("say", (one) => {
+  addEventListener("told", (event) => say({ level: "info", text: event.detail }));
+  on("say", say);
+  function say(one) {
     count += 1;
     const key = `p${count}`;
     if (passing.some((other) => other.text === one.text)) return;
     passing = [...passing.slice(-3), { ...one, key, close: () => drop(key) }];
     setTimeout(() => drop(key), one.offer ? OFFERED : STAY[one.level] || 5000);
     show();
-  });
+  }
   const timed = new Set();
   on("notices", (all) => {
     lasting = all;

@@ -74,7 +74,24 @@ export function live(data, state, unit) {
     out.push(ramp.map(([x, y]) => h("circle", { class: "ph-dot in", cx: x, cy: y, r: 4.5 * unit })));
   }
   if (state.tool === "horizon") out.push(horizon(data, state, unit));
+  if (state.tool === "way") out.push(data.objects.map((one) => ways(one, drag, unit)));
   return out;
+}
+
+// Where a thing goes, and, dashed, where its own front points.
+function ways(one, drag, unit) {
+  if (!one.ways) return null;
+  const { at, goes, front } = one.ways;
+  const mine = drag?.kind === "way" && drag.name === one.name;
+  return [front && !mine ? arrow(at, front, "ph-way front", unit) : null, mine ? arrow(drag.from, drag.to, "ph-way", unit) : goes ? arrow(at, goes, "ph-way", unit) : null];
+}
+
+function arrow([x0, y0], [x1, y1], kind, unit) {
+  const far = Math.hypot(x1 - x0, y1 - y0);
+  if (far < 2 * unit) return null;
+  const [ux, uy] = [(x1 - x0) / far, (y1 - y0) / far], size = 10 * unit;
+  const head = [[x1, y1], [x1 - ux * size - uy * size * 0.55, y1 - uy * size + ux * size * 0.55], [x1 - ux * size + uy * size * 0.55, y1 - uy * size - ux * size * 0.55]];
+  return h("g", { class: kind }, h("line", { class: "under", x1: x0, y1: y0, x2: x1, y2: y1 }), h("line", { x1: x0, y1: y0, x2: x1, y2: y1 }), h("polygon", { points: list(head) }));
 }
 
 const GRIP = 7; // pixels of the screen that a grip keeps from the photo's edge

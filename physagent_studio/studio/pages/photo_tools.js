@@ -2,7 +2,7 @@
 
 import { rise, within } from "./photo_draw.js";
 import { makeScissors } from "./photo_scissors.js";
-import { selected, send } from "./wire.js";
+import { attempt, dropAttempt, endAttempt, selected, send } from "./wire.js";
 
 export const TOOLS = [
   ["look", "Look", "Click an outline to select; drag to move, wheel to zoom."],
@@ -10,6 +10,7 @@ export const TOOLS = [
   ["brush", "Brush", "Paint what belongs to it; right button or Alt erases."],
   ["scissors", "Scissors", "Click along the edge; double-click or Enter closes. Shift: straight."],
   ["horizon", "Horizon", "Drag the line to where level ground would end; drag an end to tilt it."],
+  ["way", "This way", "Drag from a thing to where it should go; a dashed arrow is where its front points."],
   ["ramp", "Ramp", "Click the ramp's toe, then the ground below its upper end, then that end."],
 ];
 const EMPTY = { points: [], box: null, candidate: 0, marks: [], strokes: [], settled: false };
@@ -87,6 +88,13 @@ export function makeTools({ stage, data, changed }) {
     [one.problem, one.more, one.early, one.wanted, one.lost, one.looking, one.soon] = ["", false, false, -1, 0, true, false];
     one.waiting = send({ do: "masks", name: one.name, grounding: one.grounding, ticket: one.ticket });
     changed();
+  }
+
+  // The masks of what is marked already, to choose another one from.
+  function look() {
+    const known = named(target())?.grounding;
+    if (!known || !(known.points?.length || known.box || known.strokes?.length)) return;
+    ask(pending());
   }
 
   function found(answer) {
@@ -257,10 +265,32 @@ export function makeTools({ stage, data, changed }) {
     }
   }
 
+  // An arrow from a thing to where it should go: tried under the pointer, kept where it is let go.
+  function heads(phase, point, event) {
+    if (phase === "down") {
+      const name = event.target.closest?.("[data-kind=object]")?.dataset.name || target();
+      if (!name) return;
+      send({ do: "select", kind: "object", name });
+      state.drag = { kind: "way", name, from: centre(name) || point, to: point, moved: false };
+    } else if (phase === "move" && state.drag) {
+      state.drag.to = point;
+      state.drag.moved ||= Math.hypot(point[0] - state.drag.from[0], point[1] - state.drag.from[1]) > 8 * stage.unit();
+      if (state.drag.moved) attempt({ do: "aim", name: state.drag.name, end: point.map(round), keep: false });
+    } else if (phase === "up" && state.drag) {
+      const { name, moved } = state.drag;
+      state.drag = null;
+      dropAttempt();
+      if (moved) send({ do: "aim", name, end: point.map(round), keep: true });
+      else endAttempt();
+    }
+  }
+
+  const centre = (name) => named(name)?.ways?.at;
+
   function on(phase, raw, event) {
     const point = stage.inside(raw);
     state.pointer = phase === "leave" ? null : point;
-    if (phase === "cancel") state.drag = null;
+    if (phase === "cancel") [state.drag] = [null, endAttempt()];
     else if (phase === "pick" || data()?.readOnly) {
       const under = document.elementFromPoint(event.clientX, event.clientY)?.closest?.("[data-name]");
       if (phase === "pick") send(under ? { do: "select", kind: under.dataset.kind, name: under.dataset.name } : { do: "select", kind: "none" });
@@ -268,6 +298,7 @@ export function makeTools({ stage, data, changed }) {
     else if (state.tool === "brush") brush(phase, point, event);
     else if (state.tool === "horizon") horizon(phase, raw);
     else if (state.tool === "ramp") ramp(phase, point);
+    else if (state.tool === "way") heads(phase, point, event);
     else if (state.tool === "scissors") {
       if (phase === "up" && event.button === 0 && event.detail < 2) anchor(point, event.shiftKey);
       else if (phase === "double") close(event.shiftKey);
@@ -289,7 +320,7 @@ export function makeTools({ stage, data, changed }) {
     return false;
   }
 
-  return { state, pick, target, take, drop, back, busy, found, edge, settle, refused, resume, on, key, turned, begin };
+  return { state, pick, target, take, drop, back, busy, found, edge, settle, refused, resume, on, key, turned, begin, look };
 }
 
 const LEVEL = 0.4; // degrees within which a line is level

@@ -1,9 +1,7 @@
 // Plots: height, speed and energy over the clip; click or drag to move the playhead.
 
-import { draw, h } from "./dom.js";
+import { COLORS, draw, h } from "./dom.js";
 import { on, send } from "./wire.js";
-
-const COLORS = ["#2f6fed", "#d9482b", "#17885a", "#a15cd6", "#d97706", "#0e9384", "#c0398c", "#667085"];
 
 export function startPlots(host) {
   let data = null, head = null;

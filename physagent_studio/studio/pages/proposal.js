@@ -11,6 +11,7 @@ export function makeProposal(show, focus, mark) {
   let mode = ""; // "", edit, override, reject, hint
   let text = "";
   let answer = ""; // to the planner's question
+  let mine = []; // numbers of one's own, in place of the proposal's
 
   // From the click until the work that it asked for has begun and ended, there is nothing to decide.
   let sent = "";
@@ -52,34 +53,64 @@ export function makeProposal(show, focus, mark) {
     else send({ ...decision, kind: "accept_hunks", hunks: taken(p).map((one) => one.id) });
   }
 
-  function card(p, pins, draft) {
+  function reset(id) { proposal = id; off = new Set(); values = new Map(); mode = ""; text = ""; answer = ""; mine = []; }
+
+  function card(p, pins) {
     pinned = pins;
-    if (p.id !== proposal) { proposal = p.id; off = new Set(); values = new Map(); mode = ""; text = ""; answer = ""; }
-    const label = edited() ? "Accept edited" : off.size ? "Accept selected" : "Accept";
+    if (p.id !== proposal) reset(p.id);
     return h("div", { class: "card accent stack", key: `proposal-${p.id}`, style: "margin-top:16px", "aria-label": "Proposal", role: "group" },
-      h("div", { class: "row wrap", style: "gap:4px 8px" }, h("span", { class: "title", style: "white-space:nowrap;flex:1 0 auto" }, p.gentler ? "A gentler way" : p.hunks.length ? "Proposed repair" : "No repair found"), p.hunks.length && !p.gentler ? h("span", { class: "chip accent clip", title: p.factor }, p.factor) : null),
+      h("div", { class: "row wrap", style: "gap:4px 8px" }, h("span", { class: "title", style: "white-space:nowrap;flex:1 0 auto" }, p.gentler ? "A gentler way" : p.hunks.length ? "Proposed repair" : "The planner is stuck"), p.hunks.length && !p.gentler ? h("span", { class: "chip accent clip", title: p.factor }, p.factor) : null),
       p.gentler ? h("p", { class: "muted" }, "The event happens as it is. This would make it happen more gently.") : null,
       h("p", {}, p.rationale),
+      p.understood ? h("div", { class: "strip", role: "status" }, h("b", {}, "Understood: "), p.understood) : null,
+      p.meant.length ? meant(p) : null,
       p.question ? asked(p) : null,
+      p.hunks.length ? null : ways(p),
       p.verified ? h("div", { class: "strip warn" }, "This changes something that was already verified.") : null,
       p.preview && p.hunks.length ? outcome(p.preview) : null,
       p.hunks.map((one) => hunk(p, one)),
-      !p.hunks.length ? null : h("div", { class: "row muted", style: "font-size:12px" }, h("span", {}, `Confidence ${p.confidence} %`), h("span", { class: "grow bar" }, h("i", { style: `width:${p.confidence}%` })), p.simulations ? h("span", { class: "num" }, say(p.simulations, "trial")) : null),
-      h("div", { class: sent ? "decide off" : "decide", "aria-disabled": sent ? "true" : null },
+      !p.hunks.length ? null : h("div", { class: "row muted", style: "font-size:12px" }, h("span", {}, `Confidence ${p.confidence} %`), h("span", { class: "grow bar" }, h("i", { style: `width:${p.confidence}%` })), p.simulations ? h("span", { class: "num" }, say(p.simulations, "trial")) : null));
+  }
+
+  // The bar that decides, which is in sight whatever else is read.
+  function bar(p, draft, lead) {
+    if (p.id !== proposal) reset(p.id);
+    const label = edited() ? "Accept edited" : off.size ? "Accept selected" : "Accept";
+    return h("div", { class: sent ? "decide off" : "decide", role: "group", "aria-label": "Decision", "aria-disabled": sent ? "true" : null },
+      h("button", { class: "plain row", type: "button", title: "Show all of it", onclick: lead }, h("span", { class: "title" }, p.gentler ? "A gentler way" : p.hunks.length ? "Proposed repair" : "The planner is stuck"), h("span", { class: "muted clip grow" }, brief(p))),
       draft ? h("div", { class: "strip warn" }, "You have edits of your own. Deciding here leaves them behind; undo brings them back.") : null,
       sent ? h("div", { class: "strip", role: "status" }, `${p.gentler && sent === "skip" ? "Kept as it is" : DONE[sent]}; what follows is worked out…`) : null,
       h("div", { class: "row" },
-        button(label, () => accept(p), { class: "b main wide", disabled: taken(p).length === 0, title: "Accept (A)", "data-act": "accept" }),
-        button("Edit", () => set("edit"), { "aria-pressed": String(mode === "edit"), title: "Change the numbers, then accept (E)", "data-act": "edit" }),
+        !p.hunks.length ? null : button(label, () => accept(p), { class: "b main wide", disabled: taken(p).length === 0, title: "Accept (A)", "data-act": "accept" }),
+        !p.hunks.length ? null : button("Edit", () => set("edit"), { "aria-pressed": String(mode === "edit"), title: "Change the numbers, then accept (E)", "data-act": "edit" }),
         p.gentler ? button("Keep as it is", () => send({ do: "decide", kind: "skip", proposal: p.id }), { title: "Nothing is changed (X)", "data-act": "reject" })
+          : !p.hunks.length ? [button("Give a hint", () => set("hint"), { class: "b main wide", "aria-pressed": String(mode === "hint"), title: "Say in your words what should change" }), button("Choose a change", () => set("override"), { "aria-pressed": String(mode === "override"), title: "An action, one of its numbers, and its new value" })]
           : button("Reject", () => set("reject"), { class: "b bad", "aria-pressed": String(mode === "reject"), title: "The planner tries again, knowing why (X)", "data-act": "reject" })),
       p.gentler ? null : h("div", { class: "row wrap", style: "gap:2px" },
-        button("Override", () => { set("override"); }, { class: "b quiet", "aria-pressed": String(mode === "override"), title: "Your own edits in its place" }),
-        button("Hint", () => set("hint"), { class: "b quiet", "aria-pressed": String(mode === "hint"), title: "Tell the planner something" }),
+        !p.hunks.length ? null : button("Override", () => { set("override"); }, { class: "b quiet", "aria-pressed": String(mode === "override"), title: "Your own edits in its place" }),
+        !p.hunks.length ? null : button("Hint", () => set("hint"), { class: "b quiet", "aria-pressed": String(mode === "hint"), title: "Tell the planner something" }),
         button("Skip", () => send({ do: "decide", kind: "skip", proposal: p.id }), { class: "b quiet", title: "Go on without this repair" }),
-        button("Stop", () => send({ do: "decide", kind: "stop", proposal: p.id }), { class: "b quiet", title: "End here, keep the best round" }))),
+        button("Stop", () => send({ do: "decide", kind: "stop", proposal: p.id }), { class: "b quiet", title: "End here, keep the best round" })),
       form(p));
   }
+
+  function brief(p) {
+    if (p.preview?.problem) return p.preview.problem;
+    if (!p.hunks.length) return "it needs a word from you";
+    if (!p.preview) return "not tried out";
+    return p.preview.passed ? "tried out: the event happens" : `tried out: ${p.preview.ok} of ${p.preview.of} hold`;
+  }
+
+  // What a person can do where the planner cannot go on.
+  const ways = (p) => h("div", { class: "row wrap", style: "gap:4px", role: "group", "aria-label": "What you can do" },
+    button("Draw a mask anew", () => mark(p.about || { kind: "object", name: value("photo")?.objects?.[0]?.name || "" }), { class: "b small", title: "Where a thing is cut out wrong, nothing that follows fits" }),
+    button("Demand less", () => document.querySelector(".check .plain")?.click(), { class: "b small", title: "Open what is demanded and change or delete it" }),
+    button("Write another sentence", () => dispatchEvent(new CustomEvent("new-sentence")), { class: "b small", title: "The same photo in a new session" }));
+
+  // Fields that words could have meant: a click chooses one of them.
+  const meant = (p) => h("div", { class: "strip warn stack", role: "group", "aria-label": "What could be meant" },
+    h("div", {}, h("b", {}, "Which did you mean? "), "Your words could speak of:"),
+    h("div", { class: "row wrap", style: "gap:4px" }, p.meant.map((one) => button(one.text, () => send({ do: "decide", kind: "hint", proposal: p.id, reason: one.say }), { class: "b small" }))));
 
   // What the planner wants to know; the answer goes to it as a hint.
   function asked(p) {
@@ -144,28 +175,42 @@ export function makeProposal(show, focus, mark) {
         h("textarea", { rows: 2, "data-focus": true, "aria-label": reject ? "Reason" : "Hint", placeholder: reject ? "Why not? The planner will know." : "What should the planner know? For example: it should arrive later", oninput: (e) => (text = e.target.value), onkeydown: (e) => { if (e.key === "Enter" && (e.ctrlKey || e.metaKey)) go(); } }),
         button(reject ? "Reject and try again" : "Give the hint", go, { class: "b wide" }));
     }
-    if (mode === "override") {
-      if (!text) text = p.hunks.flatMap((one) => one.edits).filter((one) => one.op === "set").map((one) => `${one.path}: ${JSON.stringify(one.value)}`).join("\n");
-      return h("div", { class: "stack" },
-        h("p", { class: "muted" }, "Your own changes, one on each line: the field, a colon, the value."),
-        h("textarea", { class: "mono", rows: 4, "data-focus": true, "aria-label": "Your own changes", value: text, oninput: (e) => (text = e.target.value) }),
-        button("Use mine instead", () => override(p), { class: "b wide" }));
-    }
+    if (mode === "override") return chooser(p);
     return null;
   }
 
-  function override(p) {
-    const edits = [];
-    for (const line of text.split("\n").map((one) => one.trim()).filter(Boolean)) {
-      const at = line.indexOf(":");
-      let value = line.slice(at + 1).trim();
-      try { value = JSON.parse(value); } catch { /* a word stands for itself */ }
-      edits.push({ op: "set", path: line.slice(0, at).trim(), value });
-    }
-    send({ do: "decide", kind: "override", proposal: p.id, edits });
+  // An override by clicks: whose number, which number, and what it should be.
+  function chooser(p) {
+    if (!mine.length) mine = p.hunks.flatMap((one) => one.rows).filter((row) => row.op === "set" && typeof row.value === "number").map((row) => ({ path: row.path, value: row.value }));
+    const fields = value("rounds")?.fields || [], groups = [...new Set(fields.map((one) => one.of))];
+    const field = (path) => fields.find((one) => one.path === path);
+    if (!fields.length) return h("p", { class: "muted" }, "There is no number to change yet: add an action on the timeline.");
+    if (!mine.length) mine = [{ path: fields[0].path, value: fields[0].value }];
+    const pick = (one, path) => { one.path = path; one.value = field(path).value; show(); };
+    return h("div", { class: "stack", role: "group", "aria-label": "Your own change" },
+      mine.map((one, at) => {
+        const now = field(one.path) || { of: "", what: one.path, value: one.value, unit: "", scale: 1, path: one.path };
+        return h("div", { class: "stack", key: `mine${at}`, style: "gap:4px" },
+          h("div", { class: "row", style: "gap:4px" },
+            h("select", { "aria-label": "Of what", value: now.of, "data-focus": at === 0, onchange: (e) => pick(one, fields.find((each) => each.of === e.target.value).path) }, groups.map((of) => h("option", { value: of }, of))),
+            h("select", { "aria-label": "Which number", value: one.path, onchange: (e) => pick(one, e.target.value) }, fields.filter((each) => each.of === now.of).map((each) => h("option", { value: each.path }, each.what)))),
+          h("div", { class: "row", style: "gap:6px" },
+            h("input", { type: "text", inputmode: "decimal", "aria-label": "New value", value: String(Number((one.value * now.scale).toPrecision(5))), oninput: (e) => {
+              const number = Number(e.target.value.replace("−", "-").replace(",", "."));
+              const good = e.target.value.trim() !== "" && Number.isFinite(number);
+              e.target.classList.toggle("wrong", !good);
+              if (good) one.value = now.whole ? Math.round(number / now.scale) : number / now.scale;
+            } }),
+            h("span", { class: "unit faint", style: "white-space:nowrap" }, `${now.unit}, now ${Number((now.value * now.scale).toPrecision(4))}`),
+            mine.length > 1 ? button("Remove", () => { mine.splice(at, 1); show(); }, { class: "b quiet small" }) : null));
+      }),
+      h("div", { class: "row" },
+        button("Another number", () => { mine.push({ path: fields[0].path, value: fields[0].value }); show(); }, { class: "b small" }),
+        button("Use mine instead", () => send({ do: "decide", kind: "override", proposal: p.id, edits: mine.map((one) => ({ op: "set", path: one.path, value: one.value })) }), { class: "b main wide" })));
   }
 
-  return card;
+  const close = () => { if (!mode) return false; mode = ""; text = ""; show(); return true; };
+  return { bar, card, close, forget: () => reset(null) };
 }
 
 const compact = (value) => (typeof value === "number" ? String(Number(value.toPrecision(4))) : Array.isArray(value) ? `(${value.map(compact).join(", ")})` : value && typeof value === "object" ? Object.entries(value).filter(([, part]) => part !== null).map(([name, part]) => `${name} ${compact(part)}`).join(", ") : String(value));

@@ -3,6 +3,8 @@
 import { makeChecklist } from "./checklist.js";
 import { makeByHand } from "./by_hand.js";
 import { button, draw, h, icon, say } from "./dom.js";
+import { cameras, makeSliders } from "./result.js";
+import { moment } from "./time.js";
 import { makeProposal } from "./proposal.js";
 import { makeStrip } from "./strip.js";
 import { on, scrub, send } from "./wire.js";
@@ -10,15 +12,25 @@ import { on, scrub, send } from "./wire.js";
 const SAYS = { reconstruction: ["it does not match", "it matches"], simulation: ["it does not happen", "it happens"] };
 const MARK = { ok: "✓", failed: "✕", open: "…" };
 
-export function startRounds(host, showPlots, showPhoto) {
+export function startRounds(host, dock, { showRounds, showPlots, showPhoto }) {
   let data = null;
   let overruling = ""; // the round whose verdict is being overruled
   let words = "";
   const settled = new Set(); // what was found by words and is right
 
-  const show = () => data && draw(host, page());
-  const focus = () => setTimeout(() => host.querySelector("[data-focus]")?.focus(), 0);
+  const show = () => {
+    if (!data) return;
+    draw(host, page());
+    const p = open();
+    draw(dock, p ? proposal.bar(p, data.draft, lead) : null);
+    dock.hidden = !p;
+  };
+  // Edits of one's own are the answer to a question that came without a repair.
+  const open = () => (data.proposal && (data.proposal.hunks.length || !data.draft) ? data.proposal : null);
+  const lead = () => { showRounds(); host.querySelector("[aria-label=Proposal]")?.scrollIntoView({ block: "start" }); };
+  const focus = () => setTimeout(() => (dock.querySelector("[data-focus]") || host.querySelector("[data-focus]"))?.focus(), 0);
   const toggle = () => { overruling = overruling === data.shown.id ? "" : data.shown.id; words = ""; show(); focus(); };
+  const sliders = makeSliders(() => show());
   const byHand = makeByHand();
   const checklist = makeChecklist(show, focus);
   const mark = (one) => { send({ do: "select", ...one }); showPhoto(); dispatchEvent(new CustomEvent("photo-tool", { detail: "mask" })); };
@@ -27,25 +39,25 @@ export function startRounds(host, showPlots, showPhoto) {
 
   function page() {
     const shown = data.shown;
-    if (!data.rounds.length) return [h("p", { class: "muted" }, "Rounds appear here: each is one try at making the sentence happen, with what was measured and what to change next."), checklist(data)];
+    if (!data.rounds.length) return [h("p", { class: "muted" }, "Rounds appear here: each is one try at making the sentence happen, with what was measured and what to change next."), checklist.draw(data)];
     return [
       h("div", { class: "rounds", role: "list", "aria-label": "History" }, data.rounds.map(row)),
       data.readOnly ? h("div", { class: "strip warn stack", style: "margin-top:8px" },
         h("div", {}, `Round ${shown.number} is open read-only.`),
         h("div", { class: "row" }, button("Go on from here", () => send({ do: "fork", id: shown.id }), { class: "b small" }),
           button("Back to the current round", () => send({ do: "round", id: null }), { class: "b small" }))) : null,
+      data.compare ? comparison(data.compare) : null,
       shown && data.turn && !data.draft ? byHand(data) : null,
       shown ? verdict(shown) : null,
-      shown && !data.draft ? strip.show(shown) : null,
       guessed(),
       doubted(),
-      checklist(data),
+      shown && (data.draft || shown.stage === "simulation") ? sliders(data.readOnly) : null,
+      shown && !data.draft ? strip.show(shown) : null,
+      checklist.draw(data),
       data.notUnderstood.length ? h("div", { class: "strip warn", style: "margin-top:8px" }, "Not understood: ", data.notUnderstood.join("; ")) : null,
       data.untested.length ? h("div", { class: "strip warn", style: "margin-top:8px" }, "Nothing tests: ", data.untested.join("; ")) : null,
       shown ? why(shown) : null,
-      // Edits of one's own are the answer to a question that came without a repair.
-      data.proposal && (data.proposal.hunks.length || !data.draft) ? proposal(data.proposal, data.pinned, data.draft) : null,
-      data.compare ? comparison(data.compare) : null,
+      open() ? proposal.card(data.proposal, data.pinned) : null,
       data.pinned.length || data.hints.length ? memory() : null,
     ];
   }
@@ -63,20 +75,33 @@ export function startRounds(host, showPlots, showPhoto) {
         button("No, let me click", () => mark({ kind: "object", name: data.guessed[0] }), { class: "b small", title: "Select a thing below the photo, then click on the right place" })));
   }
 
+  const doubtful = () => data.doubts.length + data.loose.length > 0;
+
+  // A shape that covers too little of what was cut out.
+  function loose() {
+    return data.loose.filter((one) => !data.doubts.some((other) => other.name === one.name)).map((one) => {
+      const name = one.name.replaceAll("_", " ");
+      return h("div", { class: "strip warn stack", style: "margin-top:8px", role: "group", "aria-label": `Loose fit of ${name}` },
+        h("div", {}, "The shape of ", h("b", {}, name), ` covers ${one.percent} % of what was cut out.`),
+        h("div", { class: "row" }, button("Try its next shape", () => { send({ do: "select", kind: "object", name: one.name }); send({ do: "form", name: one.name, kind: null }); }, { class: "b small", title: "Another kind of shape (S)" }), button("Look at its masks", () => mark({ kind: "object", name: one.name }), { class: "b small" })));
+    });
+  }
+
   // A mask that is more likely wrong than right makes everything after it doubtful.
   function doubted() {
     if (data.readOnly || data.guessed.length) return null;
-    return data.doubts.map((one) => {
+    return [...loose(), ...data.doubts.map((one) => {
       const name = one.name.replaceAll("_", " ");
       const camera = one.kind === "camera";
       const fix = camera
-        ? [button("Draw the horizon", () => { showPhoto(); dispatchEvent(new CustomEvent("photo-tool", { detail: "horizon" })); }, { class: "b small" })]
+        ? [button("Draw the horizon instead", () => { showPhoto(); dispatchEvent(new CustomEvent("photo-tool", { detail: "horizon" })); }, { class: "b small" })]
         : [button("Look at its masks", () => mark({ kind: "object", name: one.name }), { class: "b small", title: "Choose one of the masks with the keys 1 to 4, or draw a box" }),
           button("It is right", () => send({ do: "mask", name: one.name, grounding: { ...one.grounding, settled: true } }), { class: "b small" })];
       return h("div", { class: "strip warn stack", style: "margin-top:8px", role: "group", "aria-label": camera ? "Doubtful camera" : `Doubtful mask of ${name}` },
-        h("div", {}, camera ? h("b", {}, "How the camera was held is doubtful") : ["Is the whole of ", h("b", {}, name), " cut out, and nothing else?"], ` (${one.percent} % sure)${camera ? ": click the ends of the horizon, or of any level line far away." : ""}`),
+        h("div", {}, camera ? h("b", {}, "How was the camera held?") : ["Is the whole of ", h("b", {}, name), " cut out, and nothing else?"], ` (${one.percent} % sure)${camera ? ": choose what is most like it." : ""}`),
+        camera && data.photo ? cameras(data.photo, (row) => send({ do: "horizon", row, roll: 0 })) : null,
         h("div", { class: "row" }, fix));
-    });
+    })];
   }
 
   function row(r) {
@@ -94,7 +119,7 @@ export function startRounds(host, showPlots, showPhoto) {
   function verdict(shown) {
     if (data.draft) return h("div", { class: "head" }, "Your edits, measured");
     if (data.turn === "verifier") return h("div", { class: "head" }, `Measured: ${SAYS[shown.stage][Number(shown.machine)]}`);
-    if (shown.verdict === "open") return shown.stage ? h("div", { style: "margin-top:14px" }, h("p", { class: "title" }, data.doubts.length ? "The scene matches what was cut out" : "The scene matches the photo"), h("p", { class: "muted" }, "Next the event is run in it and measured.")) : null;
+    if (shown.verdict === "open") return shown.stage ? h("div", { style: "margin-top:14px" }, h("p", { class: "title row" }, doubtful() ? h("span", { class: "dot warn" }, "!") : null, doubtful() ? "The scene may not match the photo" : "The scene matches the photo"), h("p", { class: "muted" }, doubtful() ? "Look at what is doubted below; then Start." : "Next the event is run in it and measured.")) : null;
     const good = shown.verdict === "ok";
     const stage = shown.stage === "reconstruction";
     const unseen = !stage && !shown.override && data.checks.every((c) => c.ok || c.part || c.group === "view");
@@ -104,7 +129,7 @@ export function startRounds(host, showPlots, showPhoto) {
       h("div", { class: "row" },
         h("span", { class: "title grow" }, said),
         data.readOnly ? null : h("button", { class: "link", type: "button", "aria-expanded": String(overruling === shown.id), onclick: toggle }, "Overrule")),
-      data.proposal ? h("button", { class: "link", type: "button", onclick: () => host.querySelector("[aria-label=Proposal]")?.scrollIntoView({ block: "start" }) }, data.proposal.gentler ? "See a gentler way ↓" : data.proposal.hunks.length ? "See the proposed repair ↓" : "See the planner's answer ↓") : null,
+      changes(shown),
       shown.override ? h("p", { class: "muted" }, `Your verdict: ${SAYS[shown.stage][Number(shown.override.passed)]}${shown.override.words ? ` (“${shown.override.words}”)` : ""}. The checks said: ${SAYS[shown.stage][Number(shown.machine)]}.`) : null,
       shown.contradiction ? h("div", { class: "strip warn", style: "margin-top:6px" }, h("b", {}, "Verdict and measurement disagree. "), shown.contradiction) : null,
       overruling === shown.id && !data.readOnly ? h("div", { class: "stack card", style: "margin-top:8px" },
@@ -113,6 +138,12 @@ export function startRounds(host, showPlots, showPhoto) {
         h("div", { class: "row" },
           button("It happens", () => { send({ do: "overrule", passed: true, words }); toggle(); }, { class: "b wide" }),
           button("It does not", () => { send({ do: "overrule", passed: false, words }); toggle(); }, { class: "b wide" }))) : null);
+  }
+
+  // What this round has other than the one before it.
+  function changes(shown) {
+    if (!shown.changes.length) return null;
+    return h("p", { class: "muted changes", key: `changes-${shown.id}` }, h("b", {}, "Changed: "), shown.changes.slice(0, 3).map((one, at) => [at ? "; " : "", one.what, one.before ? [" ", h("span", { class: "was num" }, one.before), " → "] : " ", h("span", { class: "now num" }, `${one.after || ""} ${one.unit || ""}`.trim())]), shown.changes.length > 3 ? `; and ${say(shown.changes.length - 3, "more", "more")}` : "");
   }
 
   function why(shown) {
@@ -127,7 +158,7 @@ export function startRounds(host, showPlots, showPhoto) {
     return h("div", { class: "section" },
       notes.length || findings.length ? h("div", { class: "head" }, shown.verdict === "failed" ? "What went wrong" : "Good to know") : null,
       h("ul", { class: "stack" },
-        notes.map((one) => h("li", {}, one.text.replace(` at frame ${one.frame}`, " at"), " ", one.frame === null ? null : h("button", { class: "link num", type: "button", onclick: () => scrub(one.frame) }, `frame ${one.frame}`))),
+        notes.map((one) => h("li", {}, one.text.replace(` at frame ${one.frame}`, ""), " ", one.frame === null ? null : h("button", { class: "link num", type: "button", onclick: () => scrub(one.frame) }, moment(one.frame)))),
         findings.map((one) => h("li", {}, one.text))),
       clauses.length ? [h("div", { class: "head" }, shown.judge ? `What ${shown.judge} saw` : "Clause by clause"), h("ul", { class: "stack", "aria-label": "Clause by clause" }, clauses.map((one) => h("li", { class: "row top" }, h("span", { class: `dot ${one.ok ? "ok" : "bad"}` }, one.ok ? "✓" : "✕"), h("span", {}, h("b", {}, one.name), one.reason ? h("span", { class: "muted" }, `: ${one.reason}`) : null))))] : null,
       criteria.length ? h("div", { class: "row wrap", style: "margin-top:8px;gap:4px" }, criteria.map((one) => h("span", { class: `chip ${one.ok ? "ok" : "bad"}`, title: one.reason }, `${one.ok ? "✓" : "✕"} ${one.name}`))) : null);
@@ -135,7 +166,7 @@ export function startRounds(host, showPlots, showPhoto) {
 
   function comparison(c) {
     const side = (one) => h("span", { class: "num", style: one ? `color:var(--${one.ok ? "ok" : "bad"})` : "" }, one ? `${one.ok ? "✓" : "✕"} ${one.measured}` : "–");
-    return h("div", { class: "section" },
+    return h("div", { class: "section card", "data-compare": true },
       h("div", { class: "head" }, `Compared with round ${c.number}`, h("button", { class: "link push", type: "button", onclick: showPlots }, "Curves"), h("button", { class: "link", type: "button", onclick: () => send({ do: "compare", round: null }) }, "Close")),
       h("div", { class: "sides" },
         h("span", { class: "faint" }, `round ${c.number}`), h("span", { class: "faint" }, "on view"),
@@ -151,6 +182,33 @@ export function startRounds(host, showPlots, showPhoto) {
         data.pinned.map((path) => h("li", { class: "row" }, icon("pin"), h("span", { class: "grow clip mono", title: path }, path), button("Unpin", () => send({ do: "pin", path, on: false }), { class: "b quiet small" })))));
   }
 
-  on("rounds", (next) => { data = next; show(); });
+  // Escape closes whatever form is open; a form never goes along into another session.
+  addEventListener("keydown", (event) => {
+    if (event.key !== "Escape" || document.querySelector(".shade")) return;
+    const closed = proposal.close() || checklist.close() || (overruling && (toggle(), true));
+    if (!closed) return;
+    event.preventDefault();
+    event.stopPropagation();
+  }, true);
+  let session = null;
+  on("run", (run) => {
+    if (run.session === session) return;
+    session = run.session;
+    [overruling, words] = ["", ""];
+    settled.clear();
+    proposal.forget();
+    checklist.close();
+    show();
+  });
+  on("timeline", show); // its seconds are spoken of here
+  let compared = null;
+  on("rounds", (next) => {
+    data = next;
+    show();
+    // What is compared shows itself.
+    const now = next.compare?.id || null;
+    if (now && now !== compared) { showRounds(); host.querySelector("[data-compare]")?.scrollIntoView({ block: "nearest" }); }
+    compared = now;
+  });
 }
 

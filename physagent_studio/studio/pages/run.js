@@ -1,6 +1,7 @@
 // Run: which session, what is happening, what comes next.
 
 import { button, draw, h, iconButton, say } from "./dom.js";
+import { openPopup } from "./popup.js";
 import { on, send } from "./wire.js";
 
 const ROLES = [
@@ -10,8 +11,9 @@ const ROLES = [
 ];
 const POLICIES = [["ask", "I decide"], ["ask_when", "Ask me when unsure"], ["auto", "Decide by itself"]];
 
-export function startRun(host, dialogs) {
+export function startRun(host, dialogs, more) {
   let last = null;
+  let saving = null; // a file that was asked for: its kind, and what was there of it before
   let unfolded = false; // the roles
   let since = 0; // when the work that is going on began
   // The clock of what is going on; one text, so that nothing else is touched.
@@ -20,7 +22,22 @@ export function startRun(host, dialogs) {
     if (clock) clock.textContent = passed(since);
   }, 1000);
 
+  // What was asked for is brought as a download once it is made.
+  const save = (kind, intent) => {
+    const made = last.outputs.find((one) => one.kind === kind);
+    saving = { kind, session: last.session, seen: made?.made };
+    send(intent);
+  };
+  function arrive(run) {
+    if (!saving || run.busy) return;
+    const made = run.session === saving.session ? run.outputs.find((one) => one.kind === saving.kind && one.made !== saving.seen) : null;
+    if (run.session === saving.session && !made) return;
+    saving = null;
+    if (made) h("a", { href: made.url, download: made.url.split("/").pop() }).click();
+  }
+
   const show = (run) => {
+    arrive(run);
     if (run.busy && !(last && last.busy)) since = Date.now();
     // What lies below stays where it is while something runs: nobody clicks beside it.
     host.style.minHeight = !run.busy ? "" : host.style.minHeight || `${host.offsetHeight}px`;
@@ -33,7 +50,8 @@ export function startRun(host, dialogs) {
         h("div", { class: "title grow clip", title: run.title }, run.title || "PhysAgent Studio"),
         iconButton("undo", "Undo (Ctrl+Z)", () => send({ do: "undo" }), { disabled: !run.canUndo }),
         iconButton("redo", "Redo (Ctrl+Shift+Z)", () => send({ do: "undo", forward: true }), { disabled: !run.canRedo }),
-        h("button", { class: "b small", type: "button", onclick: dialogs.open }, "Open…")),
+        h("button", { class: "b small", type: "button", title: "Examples, your sessions, a new photo (O)", onclick: dialogs.open }, "Open…"),
+        iconButton("more", "More: look, presenting, tour, keys", (e) => openPopup(e.currentTarget, more(), "More"), { "aria-haspopup": "menu" })),
       run.prompt ? h("p", { class: "prompt" }, h("q", {}, run.prompt)) : h("p", { class: "prompt" }, run.session ? "No sentence yet." : "See a photo happen: open an example, bring a photo of your own, or build in an empty scene."),
       run.busy ? busy(run, since) : null,
       !run.busy && !run.session ? h("div", { class: "stack" },
@@ -41,9 +59,9 @@ export function startRun(host, dialogs) {
         h("div", { class: "row" }, button("New from a photo", dialogs.fresh, { class: "b wide" }), button("An empty scene", () => send({ do: "bare" }), { class: "b wide" }))) : null,
       run.busy || !run.session ? null : h("div", { class: "stack" },
         state(run),
-        over && run.realised ? taken(run) : h("div", { class: "row wrap" },
-          button(run.draft ? "Run my edits" : over ? "Go on" : run.started ? "Next step" : "Start", () => send({ do: "step" }),
-            { class: waiting || mine || over ? "b wide" : "b main wide", disabled: waiting || mine || run.readOnly, title: "Goes on until a decision is needed (R)" }),
+        over && run.realised ? taken(run, save) : h("div", { class: "row wrap" },
+          button(!run.started ? "Start" : run.draft ? "Run my edits" : over ? "Go on" : "Next step", () => send({ do: "step" }),
+            { class: waiting || mine || over ? "b wide" : "b main wide", disabled: waiting || mine || run.readOnly, title: waiting ? "First decide on the proposal, at the lower left" : mine ? "It is your turn" : run.readOnly ? "An earlier round is open; go back to the current one" : "Goes on until a decision is needed (R)" }),
           button("Run to the end", () => send({ do: "step", all: true }), { class: "b wide", disabled: mine || run.readOnly, title: "Decides by itself, round after round" }))),
       run.session ? h("div", { class: "row wrap", style: "margin-top:10px" },
         h("label", { class: "row", style: "flex:1 1 82px" },
@@ -58,6 +76,7 @@ export function startRun(host, dialogs) {
     document.title = run.title ? `${run.title} · PhysAgent Studio` : "PhysAgent Studio";
   };
   on("run", show);
+  return { save };
 }
 
 // Which roles the person plays; the agent plays the others.
@@ -65,7 +84,7 @@ function roles(run, unfolded, unfold) {
   const chosen = (role) => run.byHand.includes(role);
   const mine = ROLES.filter(([role]) => chosen(role)).map(([, text]) => text.toLowerCase());
   return h("div", { class: "roles" },
-    h("button", { class: "link", type: "button", "aria-expanded": String(unfolded), onclick: unfold, title: "Roles that you take over for good: the program waits for you there" }, `My part: ${["decisions", ...mine].join(", ")}`),
+    h("button", { class: "link", type: "button", "aria-expanded": String(unfolded), onclick: unfold, title: "Roles that you take over for good: the program waits for you there" }, `By hand: ${["decisions", ...mine].join(", ")}`),
     unfolded ? h("div", { class: "row wrap", role: "group", "aria-label": "What I do myself" },
       ROLES.map(([role, text, title]) => h("button", { class: "b small", key: role, type: "button", title: role === "generator" && run.started ? "The first program has run already" : title,
         disabled: role === "generator" && run.started && !chosen(role), "aria-pressed": String(chosen(role)), onclick: () => send({ do: "role", name: role, on: !chosen(role) }) }, text))) : null);
@@ -74,10 +93,10 @@ function roles(run, unfolded, unfold) {
 const passed = (since) => { const seconds = Math.floor((Date.now() - since) / 1000); return seconds < 2 ? "" : `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}`; };
 
 // What has been reached can be taken away.
-const taken = (run) => h("div", { class: "stack", style: "gap:4px" },
+const taken = (run, save) => h("div", { class: "stack", style: "gap:4px" },
   h("div", { class: "row" },
-    button("Save the video", () => send({ do: "video" }), { class: "b wide", title: `The clip as an MP4, over the photo: ${run.clip}` }),
-    button("Save a replay", () => send({ do: "export", kind: "html" }), { class: "b wide", title: "All rounds and the scene in one HTML file" })),
+    button("Save the video", () => save("video", { do: "video" }), { class: "b wide", title: `The clip as an MP4, over the photo: ${run.clip}` }),
+    button("Save a replay", () => save("replay", { do: "export", kind: "html" }), { class: "b wide", title: "All rounds and the scene in one HTML file" })),
   h("p", { class: "faint num hide-narrow", style: "font-size:12px" }, run.clip));
 
 // What it has cost so far, and what was made of the round on view.
@@ -107,6 +126,7 @@ const sentence = (text) => text.charAt(0).toUpperCase() + text.slice(1) + "…";
 
 function state(run) {
   if (run.readOnly) return h("div", { class: "strip warn" }, "An earlier round is open, read-only.");
+  if (run.draft && !run.started) return h("div", { class: "row strip" }, h("span", { class: "grow" }, "What you corrected is in. Start runs the event with it."), h("button", { class: "link", type: "button", onclick: () => send({ do: "discard" }) }, "Discard"));
   if (run.draft) return h("div", { class: "row strip warn" }, h("span", { class: "grow" }, "You have edits that no round has run yet."), h("button", { class: "link", type: "button", onclick: () => send({ do: "discard" }) }, "Discard"));
   if (run.phase === "done") return h("div", { class: run.realised ? "strip ok" : "strip warn" }, run.outcome);
   return h("div", { class: "muted" }, sentence(run.doing).replace("…", "."));

@@ -67,6 +67,7 @@ export function startScene(host, bar, banner, meshFile, inspect) {
       })));
   });
   const additions = NEW.map(([text, list, item]) => [text, () => { if (data && !data.readOnly) add(list, text, item); }]);
-  on("run", (run) => draw(banner, run.busy ? h("div", { class: "pill" }, h("span", {}, `${run.busy.charAt(0).toUpperCase()}${run.busy.slice(1)}…`), h("button", { type: "button", onclick: () => send({ do: "cancel" }) }, "Cancel")) : null));
+  // While presenting the panel that says so is hidden.
+  on("run", (run) => draw(banner, run.busy ? h("div", { class: "pill" }, h("span", {}, `${run.busy.charAt(0).toUpperCase()}${run.busy.slice(1)}…`)) : null));
   return { additions };
 }

@@ -43,7 +43,7 @@ export function startTimeline(host, inspect) {
       iconButton("loop", "Repeat (L)", () => send({ do: "loop", on: !head.loop, start: head.loopStart, end: head.loopEnd }), { "aria-pressed": String(head.loop) }),
       h("select", { value: String(head.speed), "aria-label": "Speed", title: "Playback; 1× is as the clip is shown", style: "width:62px", onchange: (e) => send({ do: "speed", factor: Number(e.target.value) }) },
         SPEEDS.map((one) => h("option", { value: String(one) }, one < 1 ? `1/${1 / one}×` : `${one}×`))),
-      h("span", { class: "num clip", title: "Simulated time, and time in the video", "data-frame": head.frame }, `Frame ${head.frame} of ${head.frames - 1}`, h("span", { class: "muted" }, ` · ${head.seconds.toFixed(2)} s`, h("span", { class: "hide-narrow" }, ` · video ${head.video.toFixed(2)} s`))),
+      h("span", { class: "num clip", title: `Seconds of the event, and the frame that is on view; in the video this is at ${head.video.toFixed(2)} s`, "data-frame": head.frame }, `${head.seconds.toFixed(2)} s`, h("span", { class: "muted" }, ` · frame ${head.frame} of ${head.frames - 1}`)),
       h("span", { class: "grow" }),
       zoom > 1 ? button("1:1", () => zoomBy(1 / zoom), { class: "b small quiet", "aria-label": "Whole clip", title: "Show the whole clip (Ctrl and wheel, + and − zoom)" }) : null,
       button("+", () => zoomBy(1.5), { class: "b small quiet hide-medium", "aria-label": "Zoom in", style: "flex:none", title: "Zoom in (Ctrl and wheel, + and −)" }),
@@ -79,11 +79,13 @@ export function startTimeline(host, inspect) {
     const height = Math.max(tops[tops.length - 1], TOP + LANE) + 6;
     svg.setAttribute("height", height);
     svg.style.width = `${gutter() + width() + 18}px`;
-    const every = [1, 2, 5, 10, 20, 50, 100, 200].find((one) => (one * data.stepsPerFrame / data.steps) * width() >= 44) || 500;
+    // Ticks at round seconds of the event, far enough apart to be read.
+    const whole = data.steps * data.stepSeconds;
+    const every = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20].find((one) => (one / whole) * width() >= 44) || 60;
     const marks = [];
-    for (let frame = 0; frame < data.frames; frame += every) {
-      const at = x(frame * data.stepsPerFrame);
-      marks.push(h("line", { class: "grid", x1: at, x2: at, y1: TOP - 6, y2: height }), h("text", { x: at, y: 12, "text-anchor": "middle" }, frame));
+    for (let at = 0; at <= whole + 1e-9; at += every) {
+      const place = x(at / data.stepSeconds);
+      marks.push(h("line", { class: "grid", x1: place, x2: place, y1: TOP - 6, y2: height }), h("text", { x: place, y: 12, "text-anchor": "middle" }, `${Number(at.toFixed(2))}${at ? "" : " s"}`));
     }
     const selected = head ? head.selection : { kind: "none", name: "" };
     draw(svg,
@@ -152,7 +154,7 @@ export function startTimeline(host, inspect) {
   function laneOf(lane, at, selected) {
     const y = tops[at];
     return h("g", { "data-lane": lane.name, key: `lane ${lane.name}` },
-      h("g", { key: "contacts" }, lane.contacts.map((one) => h("circle", { class: "contact", cx: x(one.step), cy: y + tall(at) - 3, r: 2 }, h("title", {}, `Touches ${one.with.replaceAll("_", " ")} at frame ${frames(one.step)}`)))),
+      h("g", { key: "contacts" }, lane.contacts.map((one) => h("circle", { class: "contact", cx: x(one.step), cy: y + tall(at) - 3, r: 2 }, h("title", {}, `Touches ${one.with.replaceAll("_", " ")} at ${seconds(one.step)}`)))),
       lane.actions.map((one) => actionOf(one, y + rowOf(one.id), selected, lane)),
       lane.leaves ? leaving(lane.leaves, y) : null,
       h("rect", { x: box.scrollLeft, y, width: gutter() - 4, height: tall(at), fill: "var(--panel)" }),
@@ -172,7 +174,7 @@ export function startTimeline(host, inspect) {
     const mine = drag && drag.id === one.id ? drag : one;
     const left = x(mine.start), right = x(mine.start + mine.duration), color = COLORS[one.kind] || "#888";
     const on = selected.kind === "action" && selected.name === one.id;
-    const title = `${one.label} · ${one.when ? one.when.text : `from frame ${frames(one.start)}`}${one.instant ? "" : ` for ${seconds(one.duration)}`}${one.never ? " · never started" : ""}`;
+    const title = `${one.label} · ${one.when ? one.when.text : `from ${seconds(one.start)}`}${one.instant ? "" : ` for ${seconds(one.duration)}`}${one.never ? " · never started" : ""}`;
     const body = one.instant
       ? h("path", { class: "body", d: `M${left} ${y + 4}l8 8.500l-8 8.500l-8 -8.500z`, fill: color })
       : h("rect", { class: "body", x: left, y: y + 3, width: Math.max(7, right - left), height: LANE - 7, rx: 4, fill: color });
@@ -227,6 +229,7 @@ export function startTimeline(host, inspect) {
     event.stopPropagation();
     closeMenu();
     send({ do: "select", kind: "action", name: one.id });
+    inspect();
     event.currentTarget.closest(".act").focus({ preventScroll: true });
     if (data.readOnly || (one.when && (what === "start" || one.never))) return;
     svg.setPointerCapture(event.pointerId);
@@ -254,7 +257,7 @@ export function startTimeline(host, inspect) {
 
   // Where the bar is now, and what would come of dropping it here.
   function readout() {
-    const words = drag.what === "move" ? `frame ${frames(drag.start)} · ${seconds(drag.start)}` : `${seconds(drag.duration)} · ${drag.duration} steps`;
+    const words = drag.what === "move" ? `${seconds(drag.start)} · frame ${frames(drag.start)}` : `lasts ${seconds(drag.duration)}`;
     const tried = drag.moved ? value("attempt") : null;
     const outcome = tried && tried.problem ? " · not possible" : tried && tried.of ? ` · ${tried.holds} of ${tried.of} hold` : "";
     const text = words + outcome;

@@ -92,6 +92,7 @@ export const setField = (path, data, refused) => edit([{ op: "set", path, value:
 const PAUSE = 50;
 let newest, resting = 0, tried = "null";
 
+// What is tried may also be an intent that the server makes edits of.
 export function attempt(edits) {
   newest = edits;
   if (!resting) sendAttempt();
@@ -101,7 +102,7 @@ function sendAttempt() {
   const text = JSON.stringify(newest);
   if (text === tried) return;
   tried = text;
-  send({ do: "try", edits: newest });
+  send(newest?.do ? newest : { do: "try", edits: newest });
   resting = setTimeout(() => { resting = 0; sendAttempt(); }, PAUSE);
 }
 

@@ -14,6 +14,7 @@ from physagent_studio.program.scene.state import SceneObject, Support
 from physagent_studio.rendering.backdrop import PALETTE
 from physagent_studio.studio.first_scene import marked
 from physagent_studio.studio.guesses import Spot, stale_spots, without_stale
+from physagent_studio.studio.panels.goings import ways_of
 from physagent_studio.studio.panels.seen_edges import seen_edges
 from physagent_studio.workbench import Snapshot
 from physagent_studio.workbench.photo_edits import forms_of
@@ -55,6 +56,7 @@ def state_of(snapshot: Snapshot) -> dict[str, Any]:
                 "path": path_of(masks[item.name]) if item.name in masks else "",
                 "shape": item.form or (item.shape.kind if item.shape is not None else ""),
                 **_shapes(item.name, snapshot),
+                "ways": ways_of(item, snapshot),
             }
             for index, item in enumerate(state.objects)
         ],

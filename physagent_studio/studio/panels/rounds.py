@@ -7,15 +7,14 @@ from typing import Any
 
 from physagent_studio.agent.by_hand import turn_of
 from physagent_studio.agent.loop import EASING
-from physagent_studio.contract import describe
-from physagent_studio.program import PhysicalProgram
-from physagent_studio.program.text.diff import diff
-from physagent_studio.records import Assessment, Check, LoopState, Proposal, Round, doubts_of
-from physagent_studio.studio.panels.checklist import checklist_of, demands_of, merged, viewed
+from physagent_studio.program import AddItem, PhysicalProgram
+from physagent_studio.records import Assessment, LoopState, Proposal, Round, doubts_of
+from physagent_studio.studio.panels.checklist import checklist_of, demands_of
+from physagent_studio.studio.panels.compared import comparison_of
+from physagent_studio.studio.panels.fields import fields_of
 from physagent_studio.studio.panels.words import (
     all_spoken,
     edit_row,
-    figure,
     number,
     plain,
     speaker,
@@ -42,6 +41,10 @@ OUTCOMES = {
 }
 
 
+LOOSE_BELOW = 0.8
+"""Overlap (IoU) of a shape with its mask below which the fit is said to be doubtful."""
+
+
 def state_of(snapshot: Snapshot, compared: Round | None = None) -> dict[str, Any]:
     """All that the panel shows."""
     loop = snapshot.state
@@ -60,16 +63,24 @@ def state_of(snapshot: Snapshot, compared: Round | None = None) -> dict[str, Any
         "notUnderstood": list(snapshot.program.contract.not_understood),
         "untested": [clause.text for clause in snapshot.program.contract.untested],
         "proposal": _proposal(loop, snapshot),
+        "fields": fields_of(snapshot.program),
         "names": {
             "objects": [one.name for one in scene.objects],
             "places": [one.name for one in (*scene.objects, *scene.supports, *scene.landmarks)],
             "statements": [one.id for one in snapshot.program.contract.statements],
+            "round": [
+                one.name for one in scene.objects if one.shape and one.shape.kind == "sphere"
+            ],
+            "leaving": list(snapshot.program.contract.leaving),
+            "paces": [plain(one) for one in snapshot.program.contract.paces],
         },
         "guessed": [one.name for one in scene.objects if one.grounding.proposed],
         "doubts": _doubts(snapshot),
+        "loose": _loose(snapshot),
+        "photo": _photo(snapshot),
         "hints": list(loop.hints),
         "pinned": list(loop.pinned),
-        "compare": None if compared is None else _comparison(compared, snapshot),
+        "compare": None if compared is None else comparison_of(compared, snapshot),
     }
     return all_spoken(found, speaker(snapshot.program))
 
@@ -88,6 +99,26 @@ def _doubts(snapshot: Snapshot) -> list[dict[str, Any]]:
         for doubt in doubts_of(snapshot.scene)
         if doubt.kind != "mask" or doubt.name in groundings
     ]
+
+
+def _loose(snapshot: Snapshot) -> list[dict[str, Any]]:
+    """Things whose shape covers less of what was cut out than one should see."""
+    found = () if snapshot.scene is None else snapshot.scene.findings
+    return [
+        {"name": one.subject, "percent": round(100 * one.measured)}
+        for one in found
+        if one.name == "reprojection" and one.measured < LOOSE_BELOW
+    ]
+
+
+def _photo(snapshot: Snapshot) -> dict[str, Any] | None:
+    """The picture and where its horizon is taken to be, to choose another camera by."""
+    case, camera = snapshot.case, snapshot.program.scene.camera
+    if case is None or case.image is None or camera is None:
+        return None
+    height, width = case.image.shape[:2]
+    row = round(camera.horizon, 1)
+    return {"url": f"/photo/{case.image_hash}.jpg", "size": [width, height], "horizon": row}
 
 
 def _find(loop: LoopState, wanted: str | None) -> Round | None:
@@ -207,6 +238,7 @@ def _details(item: Round, snapshot: Snapshot) -> dict[str, Any]:
         "override": None if override is None else plain(override),
         "simulations": item.simulations,
         "author": item.author,
+        "changes": _changes(item, snapshot.state),
         "rejected": [
             {"rationale": proposal.rationale, "reason": decision.reason}
             for proposal, decision in item.rejected
@@ -219,6 +251,17 @@ def _details(item: Round, snapshot: Snapshot) -> dict[str, Any]:
             "reason": item.decision.reason,
         },
     }
+
+
+def _changes(item: Round, loop: LoopState) -> list[dict[str, Any]]:
+    """What the decision that made a round changed of the round before."""
+    before = _find(loop, item.parent)
+    if item.origin is None or before is None:
+        return []
+    rows = [edit_row(edit, before.program) for edit in item.origin.edits]
+    added = [edit.item for edit in item.origin.edits if isinstance(edit, AddItem)]
+    names = iter(str(one.get("id", "")) if isinstance(one, dict) else "" for one in added)
+    return [row | {"added": next(names) if row["op"] == "add" else ""} for row in rows]
 
 
 def _findings(item: Round, snapshot: Snapshot) -> list[dict[str, Any]]:
@@ -245,6 +288,8 @@ def _proposal(loop: LoopState, snapshot: Snapshot) -> dict[str, Any] | None:
         "confidence": round(proposal.confidence * 100),
         "verified": proposal.touches_verified,
         "question": proposal.question,
+        "understood": proposal.understood,
+        "meant": [{"text": text, "say": say} for text, say in proposal.meant],
         "about": asked_about(proposal, head),
         "author": proposal.author,
         "simulations": proposal.simulations,
@@ -287,59 +332,3 @@ def _hunks(proposal: Proposal, program: PhysicalProgram) -> list[dict[str, Any]]
         }
         for hunk in proposal.hunks
     ]
-
-
-def _comparison(other: Round, snapshot: Snapshot) -> dict[str, Any]:
-    theirs = _once(other.assessment.checks if other.assessment else ())
-    mine = _once(snapshot.checks)
-    stated = {
-        one.id: describe(one, program)
-        for program in (other.program, snapshot.program)
-        for one in program.contract.statements
-    }
-    rows = []
-    for key in dict.fromkeys((*mine, *theirs)):
-        a, b = mine.get(key), theirs.get(key)
-        one = a or b
-        assert one is not None
-        rows.append(
-            {
-                "text": viewed(one)[0]
-                if one.kind == "view"
-                else stated.get(key, one.text.partition(": ")[0]),
-                "here": None if a is None else {"ok": a.ok, "measured": _measured(a)},
-                "there": None if b is None else {"ok": b.ok, "measured": _measured(b)},
-            }
-        )
-    return {
-        "id": other.id,
-        "number": other.number,
-        "rows": rows,
-        "diff": _lines(other.program, snapshot.program)[:400],
-    }
-
-
-def _measured(check: Check) -> str:
-    return viewed(check)[1] if check.kind == "view" else figure(check)
-
-
-def _lines(before: PhysicalProgram, after: PhysicalProgram) -> list[dict[str, str]]:
-    """What leads from one program to the other, a heading for each thing and a line each way."""
-    found = []
-    for hunk in diff(before, after):
-        found.append({"kind": "at", "text": hunk.summary})
-        for edit in hunk.edits:
-            row = edit_row(edit, before)
-            if edit.op == "set":
-                ends = (("del", row["before"]), ("add", f"{row['after']} {row['unit']}".strip()))
-                found += [{"kind": kind, "text": f"{row['what']}: {text}"} for kind, text in ends]
-            elif edit.op == "add":
-                found.append({"kind": "add", "text": row["after"]})
-            elif edit.op == "remove":
-                found.append({"kind": "del", "text": row["what"]})
-    return found
-
-
-def _once(checks: tuple[Check, ...]) -> dict[str, Check]:
-    """By id: all demands, and of the checks on the physics those that are broken."""
-    return {one.id: one for one, _ in merged(checks) if not (one.always_on and one.ok)}

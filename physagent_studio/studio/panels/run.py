@@ -67,7 +67,12 @@ def state_of(snapshot: Snapshot, outputs: Sequence[Output] = ()) -> dict[str, An
         "readOnly": snapshot.read_only,
         "rounds": len(loop.rounds),
         "outputs": [
-            {"kind": one.kind, "url": f"/file/{one.path.name}", "save": one.save}
+            {
+                "kind": one.kind,
+                "url": f"/file/{one.path.name}",
+                "save": one.save,
+                "made": str(one.path.stat().st_mtime_ns),
+            }
             for one in outputs
             if one.round == snapshot.shown_round and not snapshot.has_draft
         ],

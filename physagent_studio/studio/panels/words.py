@@ -74,6 +74,7 @@ OPERATORS = {
 OF_MATERIAL = frozenset({"friction", "rolling", "restitution", "density"})
 """Fields that the material answers for where they are empty."""
 MASK = ".grounding.candidate"
+SETTLED = ".grounding.settled"
 OPENED = frozenset({"shape", "position", "support", "camera", "horizon", "form"})
 """Fields of the scene that are read off the photo again where they are emptied."""
 
@@ -231,6 +232,8 @@ def _in_words(path: str, value: Any) -> str:
         return f"number {value + 1}"
     if path.endswith(".grounding") and isinstance(value, dict):
         return _marked(value)
+    if path.endswith(SETTLED):
+        return "taken as right" if value else "open"
     return ""
 
 
@@ -252,7 +255,8 @@ def _count(number: int, what: str) -> str:
 
 def place(path: str) -> str:
     """`event.actions.kick.force.magnitude` → `kick · force · magnitude`."""
-    path = path.removesuffix(MASK) + ".mask" if path.endswith(MASK) else path
+    for end in (MASK, SETTLED):
+        path = path.removesuffix(end) + ".mask" if path.endswith(end) else path
     if path.endswith(".grounding"):
         path = path.removesuffix("grounding") + "marks in the photo"
     parts = path.split(".")

@@ -1,0 +1,130 @@
+"""How an event goes as a whole: gentler or harder, slower or faster, and a thing *this way*."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import JsonValue
+
+from physagent_studio.agent.rules.planner.parameters import action_knobs
+from physagent_studio.errors import InputError
+from physagent_studio.program import Action, AddItem, Directed, Edit, PhysicalProgram, SetField
+from physagent_studio.program.scene.state import SceneObject
+from physagent_studio.program.timing import retimed
+from physagent_studio.studio.intents import directing as asked
+from physagent_studio.workbench import commands
+
+if TYPE_CHECKING:
+    from physagent_studio.studio.commands.actions import Studio
+
+STRAIGHT_UP = 1e-3
+"""A line of sight, m, that goes less far along the ground points nowhere on it."""
+FIRST_PUSH = {"magnitude": 1.0, "quantity": "target_speed", "direction": "right"}
+"""What a thing is given that nothing pushes yet when it is told to go somewhere: m/s."""
+
+
+def scale(intent: asked.Scale, studio: Studio, browser: int) -> None:
+    """All efforts together, or the pace; under the pointer it is only tried."""
+    program = _open(studio)
+    if intent.keep and intent.pace is not None:
+        studio.workbench.post(commands.Retime(intent.pace))
+        return
+    edits = retimed(program, intent.pace) if intent.pace else scaled(program, intent.effort)
+    if not edits and intent.keep:
+        raise InputError("nothing pushes or moves a thing here, so there is no effort to change")
+    _carry(studio, edits, "gentler" if intent.effort < 1 else "harder", keep=intent.keep)
+
+
+def aim(intent: asked.AimAt, studio: Studio, browser: int) -> None:
+    """A thing goes where an arrow in the photo points."""
+    program = _open(studio)
+    edits = aimed(program, intent.name, intent.end)
+    _carry(studio, edits, f"{intent.name.replace('_', ' ')} goes this way", keep=intent.keep)
+
+
+def _open(studio: Studio) -> PhysicalProgram:
+    if studio.snapshot.read_only:
+        raise InputError("an earlier round is open read-only; go on from here to edit it")
+    return studio.snapshot.program
+
+
+def _carry(studio: Studio, edits: tuple[Edit, ...], reason: str, *, keep: bool) -> None:
+    if keep:
+        studio.workbench.post(commands.ApplyEdits(edits, reason))
+    else:
+        studio.workbench.try_out(edits)
+
+
+def scaled(program: PhysicalProgram, ratio: float) -> tuple[Edit, ...]:
+    """Edits that make every push, spin and wind of the event stronger by one ratio."""
+    knobs = (one for one in action_knobs(program) if one.factor == "magnitude")
+    return tuple(edit for one in knobs for edit in one.edits(one.value * ratio))
+
+
+def aimed(program: PhysicalProgram, name: str, end: tuple[float, float]) -> tuple[Edit, ...]:
+    """Edits that send a thing towards a pixel of the photo, along its level.
+
+    A thing on wheels is turned there with what drives it.
+    """
+    item = program.scene.object(name)
+    if item is None or item.position is None or program.scene.camera is None:
+        raise InputError(f"there is no '{name}' in a photo that could be sent anywhere")
+    degrees = round(heading_to(program, item, end), 1)
+    edits = [edit for action in program.event.actions if action.name == name
+             for edit in _turned(action, degrees)]  # fmt: skip
+    if not edits:
+        force: JsonValue = {**FIRST_PUSH, "azimuth": degrees}
+        push: JsonValue = {"id": _free(f"push_{name}", program), "name": name, "start_step": 4,
+                           "operator": "ApplyForce", "force": force, "duration": 12}  # fmt: skip
+        edits.append(AddItem(path="event.actions", item=push))
+    if item.wheels is not None:
+        edits.append(SetField(path=f"scene.objects.{name}.wheels.heading", value=degrees))
+    return tuple(edits)
+
+
+def heading_to(program: PhysicalProgram, item: SceneObject, end: tuple[float, float]) -> float:
+    """Degrees, seen from above, from a thing to what is seen at a pixel on its own level.
+
+    0 is right, 90 away from the camera. Above the horizon it is where that line of sight goes.
+    """
+    camera = program.scene.camera
+    assert camera is not None
+    assert item.position is not None
+    ray, eye = camera.rays(np.array([end], float))[0], np.array(camera.position)
+    place = np.array(item.position)
+    share = (place[2] - eye[2]) / ray[2] if abs(ray[2]) > STRAIGHT_UP else -1.0
+    way = eye + share * ray - place if share > 0 else ray
+    if math.hypot(way[0], way[1]) < STRAIGHT_UP:
+        raise InputError("drag the arrow away from the thing, to where it should go")
+    return math.degrees(math.atan2(way[1], way[0]))
+
+
+def _turned(action: Action, degrees: float) -> Iterator[Edit]:
+    for field in ("force", "velocity"):
+        value = getattr(action, field, None)
+        path = f"event.actions.{action.id}.{field}"
+        if isinstance(value, Directed):
+            told = {"toward": None, "along": None, "direction": "right", "azimuth": degrees}
+            yield SetField(path=path, value=value.model_dump(mode="json") | told)
+        elif value is not None:
+            yield SetField(path=path, value=_rotated(np.array(value, float), degrees))
+
+
+def _rotated(vector: NDArray[np.float64], degrees: float) -> list[JsonValue]:
+    flat, angle = math.hypot(vector[0], vector[1]), math.radians(degrees)
+    parts = (flat * math.cos(angle), flat * math.sin(angle), float(vector[2]))
+    return [float(f"{part:.5g}") for part in parts]
+
+
+def _free(name: str, program: PhysicalProgram) -> str:
+    taken = {one.id for one in program.event.actions}
+    names = (name[:60], *(f"{name[:57]}_{number}" for number in range(2, 400)))
+    return next(one for one in names if one not in taken)
+
+
+ACTIONS: dict[type, Callable[..., None]] = {asked.Scale: scale, asked.AimAt: aim}
+"""What each intent does."""

@@ -42,7 +42,17 @@ def memory_of(state: LoopState) -> Memory:
         hints=(*state.hints, *_overruling(path)),
         rejected=rejected,
         lessons=state.lessons,
+        said=_said(path[-1]) if path else "",
     )
+
+
+def _said(head: Round) -> str:
+    """What a person said last of a round: why a proposal was turned down, or a verdict."""
+    if head.rejected:
+        decision = head.rejected[-1][1]
+        return decision.reason if decision.author == "person" else ""
+    override = head.override
+    return override.words if override is not None and not override.passed else ""
 
 
 def lessons_of(state: LoopState) -> tuple[Lesson, ...]:

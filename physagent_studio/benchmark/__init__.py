@@ -18,6 +18,7 @@ BENCHES = {
     "events": "physagent_studio.benchmark.events.bench",
     "ablation": "physagent_studio.benchmark.events.ablation",
     "view": "physagent_studio.benchmark.events.view",
+    "words": "physagent_studio.benchmark.events.words",
 }
 _ON_EVENTS = ("events", "ablation", "view")
 """Benches that run events of cases and take annotations, references and a choice of them."""

@@ -3,6 +3,7 @@
 from physagent_studio.knowledge.catalogue import (
     Bounds,
     Colour,
+    Degrees,
     Heading,
     Kind,
     Material,
@@ -10,6 +11,7 @@ from physagent_studio.knowledge.catalogue import (
     Range,
     colour_bounds,
     colours,
+    degrees,
     kinds,
     materials,
     pace_of,

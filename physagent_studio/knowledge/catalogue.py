@@ -163,6 +163,41 @@ class Words(_Row):
     food: frozenset[str]
 
 
+class Quantity(_Row):
+    """Words for more and less of one quantity, its own nouns, and verbs that say the way too."""
+
+    more: frozenset[str] = frozenset()
+    less: frozenset[str] = frozenset()
+    of: frozenset[str] = frozenset()
+    up: frozenset[str] = frozenset()
+    down: frozenset[str] = frozenset()
+
+
+class Degrees(_Row):
+    """The lists of `degrees.yaml`."""
+
+    quantities: dict[str, Quantity]
+    deep: frozenset[str]
+    raising: frozenset[str]
+    lowering: frozenset[str]
+    hardly: frozenset[str]
+    whole: frozenset[str]
+    air: frozenset[str]
+    photo: frozenset[str]
+    sides: frozenset[str]
+    steering: frozenset[str]
+    beyond: frozenset[str]
+    touching: frozenset[str]
+    praise: frozenset[str]
+    must: frozenset[str]
+
+
+@cache
+def degrees() -> Degrees:
+    """What people say of more and less."""
+    return _rows("degrees.yaml", [_read("degrees.yaml")], Degrees)[0]
+
+
 @cache
 def kinds() -> tuple[Kind, ...]:
     """All rows of `objects.yaml`."""

@@ -96,7 +96,7 @@ class Proposal(Frozen):
     contradiction: of the assessment that it answers, for whoever decides.
     touches_pinned: paths that a person has pinned and that it would change all the same.
     understood: what a person's newest words were taken to ask for. meant: what they could ask for
-    where that is open: what stands on a button, and the words that it says.
+    where that is open: what stands on a button, and the words that it says; "" leads to the photo.
     """
 
     id: str
@@ -262,7 +262,8 @@ class Memory(Frozen):
 
     verified: paths that a passed stage vouches for; changed last, and only saying so.
     tried: hashes of programs that were already run. hints: a person's words, newest last.
-    lessons: of earlier sessions.
+    lessons: of earlier sessions. said: a person's words since the last proposal, with a rejection,
+    as a hint or with a verdict; "" where none were said.
     """
 
     entries: tuple[MemoryEntry, ...] = ()
@@ -272,3 +273,4 @@ class Memory(Frozen):
     hints: tuple[str, ...] = ()
     rejected: tuple[tuple[Proposal, str], ...] = ()
     lessons: tuple[Lesson, ...] = ()
+    said: str = ""

@@ -109,8 +109,8 @@ export function makeProposal(show, focus, mark) {
 
   // Fields that words could have meant: a click chooses one of them.
   const meant = (p) => h("div", { class: "strip warn stack", role: "group", "aria-label": "What could be meant" },
-    h("div", {}, h("b", {}, "Which did you mean? "), "Your words could speak of:"),
-    h("div", { class: "row wrap", style: "gap:4px" }, p.meant.map((one) => button(one.text, () => send({ do: "decide", kind: "hint", proposal: p.id, reason: one.say }), { class: "b small" }))));
+    h("div", {}, p.understood ? h("b", {}, "Or did you mean:") : [h("b", {}, "Not understood for certain. "), "Did you mean one of these? Nothing was done by itself."]),
+    h("div", { class: "row wrap", style: "gap:4px" }, p.meant.map((one) => button(one.text, () => (!one.say ? mark({ kind: "object", name: value("rounds")?.names?.objects?.[0] || "" }) : send({ do: "decide", kind: "hint", proposal: p.id, reason: one.say })), { class: "b small" }))));
 
   // What the planner wants to know; the answer goes to it as a hint.
   function asked(p) {

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import itertools
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from physagent_studio.agent.roles import Situation
+from physagent_studio.agent.rules.planner.asked import FACTORS
 from physagent_studio.agent.rules.planner.directing import is_sudden, pace_is_pinned
 from physagent_studio.agent.rules.planner.parameters import (
     Knob,
@@ -15,6 +14,7 @@ from physagent_studio.agent.rules.planner.parameters import (
     material_knobs,
     time_knobs,
 )
+from physagent_studio.language.wishes import wishes
 from physagent_studio.program.edits import AddItem, Edit
 from physagent_studio.records import Mismatch
 
@@ -61,29 +61,6 @@ ORDER: dict[str, tuple[str, ...]] = {
 """Factors by code of a mismatch, the most natural first."""
 EVERY = ("magnitude", "direction", "friction", "elevation", "duration", "timing", "density")
 
-UP_WORDS = {
-    "magnitude": "faster stronger harder quicker more force further farther longer",
-    "direction": "left leftward",
-    "elevation": "higher up upward",
-    "timing": "later delay wait",
-    "duration": "longer",
-    "density": "heavier",
-    "friction": "rougher stickier grip",
-    "restitution": "bouncier springier",
-    "rolling": "draggier deeper",
-}
-DOWN_WORDS = {
-    "magnitude": "slower weaker gentler softer less lighter nearer",
-    "direction": "right rightward",
-    "elevation": "lower flatter",
-    "timing": "earlier sooner",
-    "duration": "shorter",
-    "density": "lighter",
-    "friction": "smoother slipperier slippery",
-    "restitution": "deader",
-    "rolling": "freely",
-}
-
 
 @dataclass(frozen=True)
 class Bias:
@@ -109,33 +86,11 @@ def bias_of(situation: Situation) -> Bias:
     texts = [*(reason for _, reason in memory.rejected), *memory.hints]
     wanted: dict[str, float] = {}
     for text in reversed(texts):
-        words = re.findall(r"[a-z]+", text.lower())
-        for factor, sign in _asked(words):
-            wanted.setdefault(factor, sign)
+        for wish in wishes(text):
+            factor = FACTORS.get(wish.quantity, "direction" if wish.kind == "side" else "")
+            if factor and wish.sign:
+                wanted.setdefault(factor, float(wish.sign))
     return Bias(tuple(wanted.items()))
-
-
-def _asked(words: Sequence[str]) -> Iterable[tuple[str, float]]:
-    """(factor, sign) that a sentence asks for; "too fast" asks for the opposite."""
-    words = [w for before, w in zip(("", *words), words, strict=False) if before not in _NOT]
-    for table, sign in ((UP_WORDS, 1.0), (DOWN_WORDS, -1.0)):
-        for factor, row in table.items():
-            if any(word in row.split() for word in words):
-                yield factor, sign
-    pairs = itertools.pairwise(words)
-    for first, second in pairs:
-        if first == "too" and second in _TOO:
-            yield _TOO[second]
-
-
-_NOT = ("not", "never", "no", "without", "t")
-_TOO: dict[str, tuple[str, float]] = {
-    "fast": ("magnitude", -1.0), "strong": ("magnitude", -1.0), "hard": ("magnitude", -1.0),
-    "far": ("magnitude", -1.0), "slow": ("magnitude", 1.0), "weak": ("magnitude", 1.0),
-    "soft": ("magnitude", 1.0), "short": ("magnitude", 1.0), "high": ("elevation", -1.0),
-    "low": ("elevation", 1.0), "early": ("timing", 1.0), "late": ("timing", -1.0),
-    "heavy": ("density", -1.0), "light": ("density", 1.0),
-}  # fmt: skip
 
 
 def relevant_knobs(situation: Situation, verified: bool) -> list[Knob]:

@@ -1,19 +1,20 @@
-"""What a person says against a rollout that held: new demands, or a wish for more or less.
+"""What a person says to the planner: followed where it is certain, else put back as a question.
 
-Who overrules a pass knows something that the contract does not ask for. Words that can be
-read as an event become statements, so that from then on they are measured like the prompt's;
-words of degree ("faster", "more to the left") turn the number that they speak of.
+Words of degree ("later", "too fast") turn the number that they speak of; words that can be read
+as an event become statements, so that from then on they are measured like the prompt's. What was
+understood is said in a line, and what could be meant is offered.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.contract.compile import contract_of
 from physagent_studio.agent.rules.generator import stock_in
-from physagent_studio.agent.rules.planner.factors import bias_of, may_change
-from physagent_studio.agent.rules.planner.parameters import action_knobs, material_knobs
+from physagent_studio.agent.rules.planner.asked import Understood, everything_of
+from physagent_studio.agent.rules.planner.factors import may_change
 from physagent_studio.agent.rules.planner.trials import Candidate, Search
 from physagent_studio.agent.rules.planner.wording import proposal, summary_of
 from physagent_studio.agent.rules.scene.measures import Layout
@@ -21,55 +22,99 @@ from physagent_studio.errors import StudioError
 from physagent_studio.language import read
 from physagent_studio.program.contract import Contract, Statement
 from physagent_studio.program.edits import AddItem, Edit, apply
-from physagent_studio.records import Proposal
+from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.records import Case, Proposal
 
+OBLIGED = re.compile(r"\b(?:has|have|needs?|ought) to\b", re.IGNORECASE)
+"""Other ways to say "must"."""
 REACHES = (1.0, 2.0, 3.0)
 """How far a wished-for number is turned, in strides of its knob; the least that changes it."""
 
 
-def as_the_person_says(situation: Situation, search: Search) -> Proposal:
-    """A proposal from a person's newest words, or a question that asks for some."""
-    words = situation.memory.hints[-1] if situation.memory.hints else ""
+def heard(situation: Situation) -> str:
+    """The newest words of a person that no proposal has answered yet."""
+    memory = situation.memory
+    passed = situation.assessment.passed
+    return memory.said or (memory.hints[-1] if passed and memory.hints else "")
+
+
+def following(
+    situation: Situation, search: Search, told: Understood, words: str
+) -> Proposal | None:
+    """A proposal that does what a person said; None where that is not certain."""
+    found = _turned(situation, search, told)
     program, runs = situation.program, search.runs
-    if demanded := _demands(situation, words):
+    if found is not None:
+        said = f"You said “{words}”: {summary_of(program, found.edits)}; "
+        sure, factor = 0.7 if found.score.holds else 0.4, found.turned[0][0].factor
+        return proposal(
+            program, f"{said}{_so_far(situation, found)}.", found.edits, factor=factor,
+            confidence=sure, simulations=runs,
+        )  # fmt: skip
+    if told.heard:
+        return None
+    if demanded := demands(situation.case, program, words):
         said = f"You said “{words}”. It becomes part of what the event demands."
         summary = f"demand as well: {words}"
         return proposal(
             program, said, demanded, summary=summary, factor="contract", confidence=0.8,
             simulations=runs,
         )  # fmt: skip
-    if (wished := _wished(situation, search)) is not None:
-        held = "what is demanded still holds" if wished.score.holds else "it costs some demands"
-        said = f"You said “{words}”: {summary_of(program, wished.edits)}; {held}."
-        sure, factor = 0.7 if wished.score.holds else 0.4, wished.turned[0][0].factor
-        return proposal(
-            program, said, wished.edits, factor=factor, confidence=sure, simulations=search.runs
-        )
+    return None
+
+
+def _so_far(situation: Situation, found: Candidate) -> str:
+    if found.score.holds:
+        return "what is demanded still holds" if situation.assessment.passed else "all holds then"
+    if situation.assessment.passed:
+        return "it costs some demands"
+    failing = found.score.failing
+    return f"{failing} {'check' if failing == 1 else 'checks'} would still fail"
+
+
+def what_is_asked(situation: Situation, search: Search) -> Proposal:
+    """Where all holds and nobody said what else should be: a question."""
     asked = "What should be different? For example: faster, later, or “the block stays upright”."
     return proposal(
-        program, "everything that is demanded holds", simulations=search.runs, question=asked
-    )
+        situation.program, "everything that is demanded holds", simulations=search.runs,
+        question=asked,
+    )  # fmt: skip
 
 
-def _demands(situation: Situation, words: str) -> tuple[Edit, ...]:
+def with_words(situation: Situation, made: Proposal, told: Understood, words: str) -> Proposal:
+    """The proposal with what was understood of the words, or what they could mean."""
+    if not words:
+        return made
+    demand = made.factor == "contract"
+    line = told.line or (f"a new demand, “{words}”" if demand else "")
+    meant = () if line and not told.open else told.meant
+    if not line and not meant:
+        meant = Understood(open=everything_of(situation.program)).meant
+    if told.photo:
+        meant = (("Look at the photo", ""), *meant)
+    return made.model_copy(update={"understood": line, "meant": meant})
+
+
+def demands(case: Case, program: PhysicalProgram, words: str) -> tuple[Edit, ...]:
     """Edits that add what the words demand beyond the contract; none where they are no event.
 
     They are read after the prompt, so that "it" means what it would mean there.
     """
-    prompt = situation.program.event.prompt
-    stock = stock_in(situation.case, situation.program.scene)
-    layout = Layout(situation.program.scene)
+    prompt = program.event.prompt
+    stock = stock_in(case, program.scene)
+    layout = Layout(program.scene)
+    words = OBLIGED.sub("must", words)
     if not words or not read(words, stock).frames:
         return ()
     both = read(f"{prompt.rstrip(' .')}. {words}", stock)
     before, after = read(prompt, stock), contract_of(both, layout)
     if len(both.not_understood) > len(before.not_understood):
         return ()
-    known = _plain(situation.program.contract)
+    known = _plain(program.contract)
     fresh = [s for s in after.statements if _key(s.model_dump(mode="json")) not in known]
-    edits = tuple(_added(situation.program.contract, fresh, words))
+    edits = tuple(_added(program.contract, fresh, words))
     try:
-        apply(situation.program, edits)
+        apply(program, edits)
     except StudioError:
         return ()  # It speaks of a place that the scene does not have.
     return edits
@@ -110,19 +155,14 @@ def _free(name: str, taken: set[str]) -> str:
     return found
 
 
-def _wished(situation: Situation, search: Search) -> Candidate | None:
-    """The knob that the words name, turned their way: as little as what is demanded allows."""
-    bias = bias_of(situation)
-    program = situation.program
-    turnable = (*action_knobs(program), *material_knobs(program))
-    named = [k for k in turnable if bias.rank(k) == 0 and may_change(situation, k.edits(k.value))]
-    # What a person has set comes last; a pin is not even asked.
-    named.sort(key=lambda k: k.path in situation.memory.verified)
-    fallback: Candidate | None = None
-    for knob in named[:4]:
-        for reach in REACHES:
-            found = search.turn([(knob, knob.shifted(bias.signs(knob)[0] * reach))])
-            if found is not None and found.score.holds:
-                return found
-            fallback = fallback or found
-    return fallback
+def _turned(situation: Situation, search: Search, told: Understood) -> Candidate | None:
+    """All that is certain, turned its way: as little as what is demanded allows."""
+    free = [one for one in told.changes if may_change(situation, one.knob.edits(one.knob.value))]
+    best: Candidate | None = None
+    for reach in REACHES if free else ():
+        found = search.turn([(one.knob, one.knob.shifted(one.sign * reach)) for one in free])
+        if found is not None and found.score.holds:
+            return found
+        if found is not None and (best is None or found.score < best.score):
+            best = found
+    return best

@@ -7,10 +7,16 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from physagent_studio.agent.roles import Situation
+from physagent_studio.agent.rules.planner.asked import Understood, keeping, understood
 from physagent_studio.agent.rules.planner.costs import cost_of
 from physagent_studio.agent.rules.planner.directing import VIEW, direct
 from physagent_studio.agent.rules.planner.factors import Bias, bias_of, may_change, relevant_knobs
-from physagent_studio.agent.rules.planner.overruled import as_the_person_says
+from physagent_studio.agent.rules.planner.overruled import (
+    following,
+    heard,
+    what_is_asked,
+    with_words,
+)
 from physagent_studio.agent.rules.planner.parameter_search import along_one, cross_entropy
 from physagent_studio.agent.rules.planner.parameters import Knob
 from physagent_studio.agent.rules.planner.repairs import structural
@@ -41,11 +47,20 @@ class RulePlanner:
 
     def propose(self, situation: Situation) -> Proposal:
         """Edits of just the failed factor; without hunks and with a question where it is stuck."""
+        words = heard(situation)
+        told = understood(situation.program, words) if words else Understood()
+        proposal = self._proposed(keeping(situation, told.kept), told, words)
+        return with_words(situation, proposal, told, words)
+
+    def _proposed(self, situation: Situation, told: Understood, words: str) -> Proposal:
         if situation.assessment.stage == "reconstruction":
             return repair_scene(situation)
         search = self._search(situation)
+        followed = following(situation, search, told, words) if words else None
+        if followed is not None:
+            return followed
         if situation.assessment.passed:
-            return as_the_person_says(situation, search)
+            return what_is_asked(situation, search)
         if {m.code for m in situation.assessment.diagnosis} == {"unlike_the_photo"}:
             # No schedule mends how a thing is drawn: a person chooses another mask or shape.
             return _stuck(situation, search)

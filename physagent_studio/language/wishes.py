@@ -1,0 +1,313 @@
+"""What a person asks to be otherwise: more or less of a quantity, hands off, another photo.
+
+English says such things in few ways: a comparative ("later"), a complaint ("too late", "so late
+that"), a denied degree ("not so late", "not late enough"), a verb that is one ("wait", "weaken") or
+that turns a quantity ("reduce the force"), and a bare fact ("the floor is slippery"). These are
+read from the words of `knowledge/degrees.yaml`; whose quantity it is, is settled elsewhere.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Literal
+
+from physagent_studio.knowledge import degrees
+from physagent_studio.language.tokens.tokens import singular, tokenise, verb_base
+from physagent_studio.language.tokens.verbs import VERBS
+
+Kind = Literal["degree", "side", "keep", "photo", "pace"]
+
+CLAUSE = re.compile(r"[,.;!?]+|\bbut\b|\band\b|\bbecause\b|\bsince\b|\bso that\b", re.IGNORECASE)
+"""Where one thing that is said ends and another begins."""
+NEAR = 3
+"""How many words a denial, or a "too", may stand before what it speaks of."""
+DENIED = frozenset(["not", "never", "no", "without", "neither", "nor"])
+COMPARED = frozenset(["so", "as", "that", "too", "this"])
+"""Between a denial and a degree these make less of it: not so, not as, not that, not too."""
+OF_THE_WORLD = frozenset({"weight", "friction", "rolling", "bounciness"})
+"""Quantities that a plain sentence states as facts; of others it tells how the event went."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """One thing that is asked for.
+
+    quantity: a key of `degrees.yaml`, for kind "degree". sign: +1 more, −1 less, 0 not said; for a
+    side +1 left, −1 right. clause: the words around it, to find out whose it is. whole: said of
+    the event or its film as a whole. air: said of wind.
+    """
+
+    kind: Kind
+    quantity: str = ""
+    sign: int = 0
+    clause: tuple[str, ...] = ()
+    whole: bool = False
+    air: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class _Degree:
+    at: int
+    quantity: str
+    sign: int
+    form: Literal["plain", "compared", "verb", "noun"]
+
+
+def wishes(text: str) -> tuple[Wish, ...]:
+    """All that a text asks to be otherwise, in its order; empty where nothing is recognised."""
+    found = [wish for clause in _clauses(text) for wish in _of(clause)]
+    # What is said of the whole once is said of the whole.
+    of_all = {wish.quantity for wish in found if wish.whole}
+    return tuple(replace(one, whole=one.whole or one.quantity in of_all) for one in found)
+
+
+def _clauses(text: str) -> Iterator[tuple[str, ...]]:
+    for part in CLAUSE.split(text):
+        words = tuple(token.text for token in tokenise(part) if token.text[0].isalnum())
+        if words:
+            yield words
+
+
+def _of(words: Sequence[str]) -> list[Wish]:
+    known = degrees()
+    told = tuple(words)
+    if _is_kept(words):
+        return [Wish("keep", clause=told)]
+    if any(singular(word) in known.photo for word in words) or _is_cut_out(words):
+        return [Wish("photo", clause=told)]
+    side = _side(words)
+    if side is not None:
+        return [Wish("side", sign=side, clause=told)]
+    whole = any(word in known.whole for word in words)
+    if _phrase(words, "slow", "motion") or _phrase(words, "time", "lapse"):
+        return [Wish("pace", sign=-1 if "slow" in words else 1, clause=told)]
+    air = any(singular(word) in known.air for word in words)
+    found = _told_once(_degrees(words))
+    return [Wish("degree", d.quantity, _sign(words, d), told, whole, air) for d in found]
+
+
+def _phrase(words: Sequence[str], *phrase: str) -> bool:
+    return any(tuple(words[at : at + len(phrase)]) == phrase for at in range(len(words)))
+
+
+# --- hands off, the photo, sides ----------------------------------------------------------------
+
+
+def _is_kept(words: Sequence[str]) -> bool:
+    """ "leave it alone", "keep it as it is", "don't touch it", "it was fine"."""
+    known = degrees()
+    denied = [at for at, word in enumerate(words) if word in DENIED]
+    bases = [_base(word) for word in words]
+    # "must not touch it" is said of a thing in the event, "do not touch it" to whoever changes it.
+    told = [at for at in denied if at == 0 or words[at - 1] in ("do", "please")]
+    if any(b in known.touching for at in told for b in bases[at + 1 : at + 1 + NEAR]):
+        return True
+    if bases[0] == "leave" and {"alone", "as"} & set(words):
+        return True
+    if bases[0] == "keep" and {"as", "like", "unchanged", "this", "that"} & set(words):
+        return True
+    praised = any(word in known.praise for word in words[-1:])
+    return praised and not denied and any(word in ("is", "was", "were", "are") for word in words)
+
+
+def _is_cut_out(words: Sequence[str]) -> bool:
+    """ "the cut-out", and "that is not the pear": what was taken for a thing is another."""
+    if _phrase(words, "cut", "out"):
+        return True
+    return any(
+        words[at] in ("is", "are", "was", "that", "this", "it")
+        and tuple(words[at + 1 : at + 3]) in (("not", "the"), ("not", "a"))
+        for at in range(len(words) - 3)
+    )
+
+
+def _side(words: Sequence[str]) -> int | None:
+    """+1 left, −1 right, 0 some other way than now; None where no side is asked for."""
+    known, said = degrees(), {"left": 1, "right": -1, "leftward": 1, "rightward": -1}
+    sides = [said[word] for word in words if word in said]
+    steered = any(_base(word) in known.steering or word in known.steering for word in words)
+    driven = any(_sense_is_driving(word) for word in words)
+    driven = driven or any(_phrase(words, "to", "the", side) for side in ("left", "right"))
+    if sides and len(set(sides)) == 1 and (steered or driven) and not _is_place(words):
+        return sides[0]
+    if sides and steered:
+        return 0
+    wrong = {"wrong", "other", "another", "different", "opposite"} & set(words)
+    return 0 if wrong and any(word in known.sides for word in words) else None
+
+
+def _is_place(words: Sequence[str]) -> bool:
+    """ "on the right side", "to the left of": where something is, not where it should go."""
+    return any(
+        tuple(words[max(at - 2, 0) : at]) == ("on", "the") or "of" in words[at + 1 : at + 2]
+        for at, word in enumerate(words)
+        if word in ("left", "right")
+    )
+
+
+def _sense_is_driving(word: str) -> bool:
+    base = verb_base(word)
+    return base is not None and VERBS[base].kind in ("act", "move")
+
+
+# --- degrees ------------------------------------------------------------------------------------
+
+
+def _degrees(words: Sequence[str]) -> Iterator[_Degree]:
+    for at, word in enumerate(words):
+        if tuple(words[at : at + 2]) == ("short", "of"):
+            yield _Degree(at, "reach", 1, "compared")
+            continue
+        if _is_intensifier(words, at):
+            continue
+        for quantity, row in degrees().quantities.items():
+            base = _base(word)
+            if sign := (word in row.up or base in row.up) - (word in row.down or base in row.down):
+                yield _Degree(at, quantity, sign, "verb")
+            elif (form := _form(word, quantity)) is not None:
+                yield _Degree(at, quantity, form[0], "compared" if form[1] else "plain")
+            elif singular(word) in row.of or base in row.of:
+                yield _Degree(at, quantity, 1, "noun")
+        if word in degrees().deep:
+            yield _Degree(at, "rolling", 1, "plain")
+        if _base(word) == "weigh":
+            yield _Degree(at, "weight", 1, "noun")
+        if word in degrees().beyond and {"the", "a", "it"} & set(words[at + 1 : at + 2]):
+            yield _Degree(at, "reach", -1, "verb")
+
+
+def _is_intensifier(words: Sequence[str], at: int) -> bool:
+    """ "far too slow", "way faster", "light years": "far" says how much, not how far."""
+    follows = tuple(words[at + 1 : at + 2])
+    return words[at] in ("far", "way") and bool(follows) and (
+        follows[0] in ("too", "more", "less") or follows[0].endswith("er")
+    )  # fmt: skip
+
+
+def _form(word: str, quantity: str) -> tuple[int, bool] | None:
+    """(sign, whether it is a comparative) of an adjective or adverb of a quantity."""
+    row = degrees().quantities[quantity]
+    for base, compared in _plain_forms(word):
+        if base in row.more:
+            return 1, compared
+        if base in row.less:
+            return -1, compared
+    return None
+
+
+@cache
+def _plain_forms(word: str) -> tuple[tuple[str, bool], ...]:
+    """What a word may be a form of, and whether it compares: strongly, stronger, later."""
+    irregular = {"further": "far", "farther": "far"}
+    found = [(word, False), (irregular.get(word, word), word in irregular)]
+    if word.endswith("ily"):
+        found.append((word[:-3] + "y", False))
+    if word.endswith("ly"):
+        found += [(word[:-2], False), (word[:-2] + "le", False), (word[:-1] + "e", False)]
+    for ending in ("er", "est"):
+        if word.endswith(ending) and len(word) > len(ending) + 2:
+            stem = word[: -len(ending)]
+            bases = [stem, stem + "e"] + ([stem[:-1]] if stem[-1] == stem[-2] else [])
+            bases += [stem[:-1] + "y"] if stem.endswith("i") else []
+            found += [(base, True) for base in bases]
+    return tuple(found)
+
+
+def _told_once(found: Iterator[_Degree]) -> list[_Degree]:
+    """One degree of each quantity: a comparative or verb before a plain one, that before a noun."""
+    order = ("compared", "verb", "plain", "noun")
+    best: dict[str, _Degree] = {}
+    for one in found:
+        now = best.get(one.quantity)
+        if now is None or order.index(one.form) < order.index(now.form):
+            best[one.quantity] = one
+    # "Wait longer": how long one waits is when it begins.
+    timed = best.get("time")
+    if timed is not None and (timed.form == "verb" or "length" in best):
+        best.pop("length", None)
+    return sorted(best.values(), key=lambda one: one.at)
+
+
+def _sign(words: Sequence[str], one: _Degree) -> int:
+    """+1 more, −1 less, 0 where it is not said which is wanted."""
+    before = tuple(words[max(one.at - NEAR, 0) : one.at])
+    denied = any(word in DENIED for word in before)
+    if one.form == "noun":
+        return _turned(words, one)
+    if one.form == "verb":
+        hardly = _hardly(before)
+        stated = one.quantity in OF_THE_WORLD and not _is_wished(words)
+        return -one.sign if denied or hardly else 0 if stated else one.sign
+    enough = "enough" in words[one.at + 1 : one.at + 2]
+    if enough and one.quantity not in OF_THE_WORLD:
+        return one.sign if denied else 0
+    if denied:
+        # "not stronger" may ask for as much as now; "not so strong" asks for less.
+        return 0 if one.form == "compared" else -one.sign
+    if _hardly(before):
+        return -one.sign
+    if one.form == "compared":
+        return one.sign
+    if "too" in before or ("so" in before and "that" in words[one.at :]):
+        return -one.sign
+    if "so" in before or "that" in before[-1:]:
+        return -one.sign
+    if "more" in before or one.quantity in OF_THE_WORLD or _is_wished(words):
+        return one.sign
+    return 0
+
+
+def _hardly(before: Sequence[str]) -> bool:
+    """ "barely", "less", "little", but not "a little", which says how much."""
+    return any(
+        word in degrees().hardly and (word != "little" or "a" not in before) for word in before
+    )
+
+
+def _turned(words: Sequence[str], one: _Degree) -> int:
+    """Which way a quantity that is named is turned: "more force", "take some power out"."""
+    known = degrees()
+    around = [*words[: one.at], *words[one.at + 1 :]]
+    if any(word in known.hardly for word in around) or any(word in DENIED for word in around):
+        return -1
+    if any(_base(word) in known.lowering for word in around):
+        return -1
+    up = {"more", "extra", "additional", "much", "lot"} & set(around)
+    if up and "too" in around:
+        return -1
+    return 1 if up or any(_base(word) in known.raising for word in around) else 0
+
+
+def _is_wished(words: Sequence[str]) -> bool:
+    """Whether it is asked for: an imperative, "let", "make", "should", "must"."""
+    if any(word in degrees().must for word in words):
+        return True
+    return _base(words[0]) in ("let", "make", "have") or _sense_is_driving(words[0])
+
+
+@cache
+def _base(word: str) -> str:
+    """The plain form of a verb, also of one that the reader of events does not know."""
+    known = verb_base(word)
+    if known is not None:
+        return known
+    listed = _every_verb()
+    stems = [word]
+    for ending in ("ing", "ed", "es", "s"):
+        if word.endswith(ending) and len(word) > len(ending) + 1:
+            stem = word[: -len(ending)]
+            stems += [stem, stem + "e", stem[:-1] if stem[-1:] == stem[-2:-1] else stem]
+    return next((stem for stem in stems if stem in listed), word)
+
+
+@cache
+def _every_verb() -> frozenset[str]:
+    known = degrees()
+    rows = known.quantities.values()
+    told = (known.raising, known.lowering, known.touching, known.steering)
+    return frozenset().union(
+        {"leave", "keep", "weigh"}, *told, *(row.up | row.down for row in rows)
+    )

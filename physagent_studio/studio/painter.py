@@ -69,6 +69,8 @@ class Painter:
         self._hub.publish("scene", scene.state_of(snapshot, view))
         self._hub.publish("attempt", attempt_of(snapshot))
         with_photo = "photo" in view.shown
+        if self._changed("session", (snapshot.session_id,)):
+            self.cameras.reset()
         self.cameras.set_scene(snapshot.program, snapshot.scene, with_photo)
         self._facts_at = 0.0
         self.move(snapshot, view)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from physagent_studio.program import Clip
 
-SHOWN_AT_FIRST = frozenset({"photo", "supports", "trails", "ghosts", "labels", "gravity"})
+SHOWN_AT_FIRST = frozenset({"photo", "supports", "trails", "ghosts", "labels"})
 
 
 @dataclass(frozen=True, slots=True)

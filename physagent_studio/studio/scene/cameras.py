@@ -11,8 +11,11 @@ import viser
 from numpy.typing import NDArray
 
 from physagent_studio.program import Camera, PhysicalProgram
-from physagent_studio.records import Image, Scene
+from physagent_studio.program.scene.forms import Floor
+from physagent_studio.records import Image, Mesh, Scene
+from physagent_studio.studio.scene.glb import glb_of
 from physagent_studio.studio.scene.places import centre_and_size
+from physagent_studio.studio.scene.surround import surround_of
 
 FloatArray = NDArray[np.float64]
 ON_ITS_WAY = 10.0
@@ -43,7 +46,7 @@ class _Eye:
     size: tuple[int, int] = (0, 0)
     put_at: float = 0.0
     arrived: bool = False
-    backdrop: viser.ImageHandle | None = None
+    around: tuple[viser.SceneNodeHandle, ...] = ()
     marks: dict[int, Pose] = field(default_factory=dict)
 
 
@@ -54,7 +57,9 @@ class Cameras:
         self._eyes: dict[int, _Eye] = {}
         self._program = PhysicalProgram()
         self._image: Image | None = None
+        self._supports: tuple[Mesh, ...] = ()
         self._with_photo = True
+        self._made: tuple[tuple[object, ...], tuple[bytes, ...], tuple[bytes, ...]] | None = None
 
     def add(self, client: viser.ClientHandle) -> None:
         """A browser came; it opens in the photo's own camera."""
@@ -68,6 +73,7 @@ class Cameras:
     def set_scene(self, program: PhysicalProgram, scene: Scene | None, with_photo: bool) -> None:
         """Brings backdrops, and cameras that still look where they were put, up to date."""
         image = None if scene is None else (scene.plate if scene.plate is not None else scene.photo)
+        self._supports = () if scene is None else tuple(scene.support_meshes.values())
         old, self._program = self._program.scene.camera, program
         changed = image is not self._image or with_photo != self._with_photo
         self._image, self._with_photo = image, with_photo
@@ -76,6 +82,11 @@ class Cameras:
                 self.look(number, "photo")
             elif changed:
                 self._backdrop(number)
+
+    def reset(self) -> None:
+        """Another session: everybody begins in the photo's own view again."""
+        for number in tuple(self._eyes):
+            self.look(number, "photo")
 
     def look(self, number: int, view: str, target: FloatArray | None = None) -> None:
         """Moves one browser's camera to a view; `target` is what "selection" looks at."""
@@ -143,16 +154,33 @@ class Cameras:
         return True
 
     def _backdrop(self, number: int) -> None:
-        """The photo far behind everything, exactly where its camera saw it."""
+        """The photo: far behind everything in its own view, else on ground, supports and sky."""
         eye = self._eyes[number]
-        if eye.backdrop is not None:
-            eye.backdrop.remove()
-            self._eyes[number] = eye = replace(eye, backdrop=None)
-        camera = self._program.scene.camera
-        if self._image is None or camera is None or eye.view != "photo" or not self._with_photo:
-            return
-        handle = add_backdrop(eye.client.scene, self._program, camera, self._image)
-        self._eyes[number] = replace(eye, backdrop=handle)
+        for handle in eye.around:
+            handle.remove()
+        camera, scene = self._program.scene.camera, eye.client.scene
+        around: list[viser.SceneNodeHandle] = []
+        if self._image is not None and camera is not None and self._with_photo:
+            beyond, seen = self._surround(camera, self._image)
+            if eye.view == "photo":
+                around.append(add_backdrop(scene, self._program, camera, self._image))
+            for at, glb in enumerate(beyond if eye.view == "photo" else (*beyond, *seen)):
+                around.append(scene.add_glb(f"/around/{at}", glb, cast_shadow=False))
+        self._eyes[number] = replace(eye, around=tuple(around))
+
+    def _surround(self, camera: Camera, image: Image) -> tuple[tuple[bytes, ...], ...]:
+        """The picture around a scene as files for the browser, made once for all of them."""
+        key = (camera, image, self._supports, self._program.scene.supports)
+        if self._made is None or not all(a is b for a, b in zip(self._made[0], key, strict=True)):
+            floors = [one.shape for one in self._program.scene.supports]
+            level = next((one.height for one in floors if isinstance(one, Floor)), None)
+            _, size = centre_and_size(self._program)
+            far = 1.3 * far_of(self._program, camera)
+            made = surround_of(camera, image, level, self._supports, far, size)
+            parts = [tuple(glb_of(one, quality=85) for one in each) for each in
+                     (made.beyond, made.seen)]  # fmt: skip
+            self._made = (key, *parts)
+        return self._made[1:]
 
 
 def add_backdrop(

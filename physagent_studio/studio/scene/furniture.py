@@ -117,6 +117,6 @@ class Furniture:
         )  # fmt: skip
         label = self._server.scene.add_label(
             "/gravity/label", f"gravity {strength:.3g} m/s²", position=start,
-            font_screen_scale=0.6, anchor="bottom-center",
+            font_screen_scale=0.9, anchor="bottom-center",
         )  # fmt: skip
         return [arrow, label]

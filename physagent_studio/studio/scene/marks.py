@@ -77,7 +77,7 @@ class Marks:
             head_length=min(size * 0.06, max(length * 0.4, 1e-4)),
         )  # fmt: skip
         label = self._server.scene.add_label(
-            f"/marks/{one.key}/value", one.text, position=one.tip, font_screen_scale=0.65,
+            f"/marks/{one.key}/value", one.text, position=one.tip, font_screen_scale=0.9,
             # What is pushed moves that way: the two values stand above and below their tips.
             anchor="bottom-center" if one.kind == "action" else "top-center",
         )  # fmt: skip
@@ -156,7 +156,7 @@ class Marks:
         strongest = now[int(now["impulse"].argmax())]
         self._server.scene.add_label(
             "/marks/contacts/value", f"{float(strongest['impulse']):.3g} N·s",
-            position=strongest["point"], font_screen_scale=0.6, anchor="top-center",
+            position=strongest["point"], font_screen_scale=0.9, anchor="top-center",
         )  # fmt: skip
 
     def _set_centres(self, snapshot: Snapshot, view: View, size: float) -> None:

@@ -240,7 +240,7 @@ class Stage:
             self._labels[name] = self._server.scene.add_label(
                 f"/objects/label {name}",
                 _said(name),
-                font_screen_scale=0.75,
+                font_screen_scale=1.0,
                 anchor="bottom-center",
             )
 

@@ -248,6 +248,7 @@ class Studio:
             old.shown != view.shown
             or old.selection != view.selection
             or old.compare != view.compare
+            or old.hidden != view.hidden
         ):
             self.painter.paint(self.snapshot, view)
         else:
@@ -271,6 +272,10 @@ class Studio:
         if offer is not None:
             notice |= {"offer": offer[0], "do": offer[1]}
         self.hub.tell(browser, "say", notice)
+
+    def tell(self, browser: int, channel: str, value: JsonValue) -> None:
+        """Tells one page something that it asked for."""
+        self.hub.tell(browser, channel, value)
 
     def answer(self, browser: int, ticket: int | None, problem: str | None) -> None:
         """Tells a page what became of an edit that it has already drawn."""

@@ -24,7 +24,8 @@ class Selection:
 class View:
     """step: control step on view. once: this playback ends at the end.
 
-    loop_start, loop_end: frames. compare: another round's id.
+    loop_start, loop_end: frames. compare: another round's id. hidden: things
+    that are not drawn.
     """
 
     step: int = 0
@@ -38,6 +39,7 @@ class View:
     shown: frozenset[str] = SHOWN_AT_FIRST
     follow: bool = False
     compare: str | None = None
+    hidden: frozenset[str] = frozenset()
 
     def frame(self, clip: Clip) -> int:
         """The frame on view."""

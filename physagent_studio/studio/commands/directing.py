@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +16,7 @@ from physagent_studio.errors import InputError
 from physagent_studio.program import Action, AddItem, Directed, Edit, PhysicalProgram, SetField
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.program.timing import retimed
+from physagent_studio.studio.commands.measuring import measure
 from physagent_studio.studio.intents import directing as asked
 from physagent_studio.workbench import commands
 
@@ -126,5 +128,23 @@ def _free(name: str, program: PhysicalProgram) -> str:
     return next(one for one in names if one not in taken)
 
 
-ACTIONS: dict[type, Callable[..., None]] = {asked.Scale: scale, asked.AimAt: aim}
+def hide(intent: asked.Hide, studio: Studio, browser: int) -> None:
+    """Hides a thing, or all others; hidden again it comes back."""
+    hidden = studio.view.hidden
+    if intent.how == "none":
+        hidden = frozenset[str]()
+    elif intent.how == "only":
+        others = {item.name for item in studio.snapshot.program.scene.objects} - {intent.name}
+        hidden = frozenset() if hidden == others else frozenset(others)
+    else:
+        hidden = hidden ^ {intent.name}
+    studio.set_view(replace(studio.view, hidden=hidden))
+
+
+ACTIONS: dict[type, Callable[..., None]] = {
+    asked.Scale: scale,
+    asked.AimAt: aim,
+    asked.Measure: measure,
+    asked.Hide: hide,
+}
 """What each intent does."""

@@ -32,4 +32,20 @@ class AimAt(Frozen):
     keep: bool = False
 
 
-DirectingIntent = Scale | AimAt
+class Measure(Frozen):
+    """How far two pixels of the photo are apart in the scene; nothing is changed."""
+
+    do: Literal["measure"] = "measure"
+    a: tuple[Coordinate, Coordinate]
+    b: tuple[Coordinate, Coordinate]
+
+
+class Hide(Frozen):
+    """Hides a thing in the 3D view, or all others (`only`), or shows everything again (`none`)."""
+
+    do: Literal["hide"] = "hide"
+    name: Annotated[str, Field(max_length=200)] = ""
+    how: Literal["this", "only", "none"] = "this"
+
+
+DirectingIntent = Scale | AimAt | Measure | Hide

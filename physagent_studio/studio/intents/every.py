@@ -18,7 +18,7 @@ from physagent_studio.program.scene.state import Grounding
 from physagent_studio.program.timing import FASTEST, SLOWEST
 from physagent_studio.records.judgement import DecisionKind
 from physagent_studio.records.loop_state import PolicyName, RoleName
-from physagent_studio.studio.intents.directing import DirectingIntent
+from physagent_studio.studio.intents.directing import DirectingIntent, Hide, Measure
 from physagent_studio.studio.intents.mesh import MeshIntent
 from physagent_studio.studio.intents.photo import PhotoIntent, Ticket
 from physagent_studio.studio.intents.shelf import ListSessions, Present, ShelfIntent
@@ -326,7 +326,7 @@ Intent = Annotated[
 
 LOOKING = (
     Play, Scrub, Speed, Loop, Select, Show, Look, Bookmark, Viewer, Compare, ShowRound, Dismiss,
-    ListSessions, Present,
+    ListSessions, Present, Measure, Hide,
 )  # fmt: skip
 """What a page that presents may ask for: nothing of it changes a session."""
 

@@ -129,11 +129,12 @@ export function startInspector(host) {
     if (one.kind === "text" && one.names && data.names[one.names]) return select(one, one.names === "supports" ? [...data.names.supports, ...data.names.objects, "air"] : data.names[one.names], off);
     if (one.kind === "vector") return vector(one, off);
     if (one.kind === "number") {
-      const help = [one.min !== null && one.min !== undefined ? `from ${one.min}` : "", one.max !== null && one.max !== undefined ? `to ${one.max}` : ""].filter(Boolean).join(" ");
+      const scale = scaleOf(one), bound = (at) => Number((at * scale).toPrecision(4));
+      const help = [one.min !== null && one.min !== undefined ? `from ${bound(one.min)}` : "", one.max !== null && one.max !== undefined ? `to ${bound(one.max)}` : ""].filter(Boolean).join(" ");
       return h("div", { class: "num-with-unit" },
-        h("input", { type: "text", inputmode: "decimal", value: one.value === null || one.value === undefined ? "" : neat(one.value), placeholder: one.empty || (one.optional ? "not set" : ""), "aria-label": one.label, title: help, disabled: off,
+        h("input", { type: "text", inputmode: "decimal", value: one.value === null || one.value === undefined ? "" : neat(one.value * scaleOf(one)), placeholder: one.empty || (one.optional ? "not set" : ""), "aria-label": one.label, title: help, disabled: off,
           oninput: (e) => e.target.classList.remove("wrong"), onchange: (e) => number(one, e.target), onkeydown: nudge(one) }),
-        one.unit ? h("span", { class: "unit" }, one.unit) : null,
+        one.unit ? h("span", { class: "unit" }, one.unit === "steps" ? "s" : one.unit) : null,
         one.optional && one.value !== null && !off ? h("button", { class: "b quiet small", type: "button", title: "Back to the default", "aria-label": `Reset ${one.label}`, onclick: () => put(one, null) }, "↺") : null);
     }
     return h("input", { type: "text", value: one.value === null || one.value === undefined ? "" : String(one.value), "aria-label": one.label, disabled: off, onchange: (e) => put(one, e.target.value) });
@@ -154,10 +155,16 @@ export function startInspector(host) {
 
   function number(one, input) {
     if (input.value.trim() === "" && one.optional) return put(one, null);
-    const value = read(input, one.whole);
+    const scale = scaleOf(one), typed = read(input, one.whole && scale === 1);
+    const value = typed === null || scale === 1 ? typed : Math.round(typed / scale);
     if (value === null) return refuse(one, input.value);
-    if (value !== one.value) setField(one.path, value, () => { input.value = String(one.value); });
+    if (value !== one.value) setField(one.path, value, () => { input.value = neat(one.value * scale); });
+    else input.value = neat(one.value * scale);
   }
+
+  // Steps are the program's own; a person is shown seconds of the event.
+  const timeOf = () => value("timeline");
+  const scaleOf = (one) => (one.unit === "steps" ? timeOf()?.stepSeconds || 1 : 1);
 
   const neat = (value) => (typeof value === "number" ? String(Number(value.toPrecision(6))) : String(value));
 
@@ -168,7 +175,8 @@ export function startInspector(host) {
     const value = read(event.target, false);
     if (value === null) return;
     event.preventDefault();
-    const unit = (one.whole ? 1 : Math.max(0.001, 10 ** Math.floor(Math.log10(Math.abs(value) || 1)) / 10)) * (event.shiftKey ? 10 : 1);
+    const steps = value === null ? null : scaleOf(one);
+    const unit = (steps !== 1 ? steps * (timeOf()?.stepsPerFrame || 1) : one.whole ? 1 : Math.max(0.001, 10 ** Math.floor(Math.log10(Math.abs(value) || 1)) / 10)) * (event.shiftKey ? 10 : 1);
     event.target.value = String(Number((value + (event.key === "ArrowUp" ? unit : -unit)).toPrecision(8)));
     number(one, event.target);
   };

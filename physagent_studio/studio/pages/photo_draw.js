@@ -74,6 +74,7 @@ export function live(data, state, unit) {
     out.push(ramp.map(([x, y]) => h("circle", { class: "ph-dot in", cx: x, cy: y, r: 4.5 * unit })));
   }
   if (state.tool === "horizon") out.push(horizon(data, state, unit));
+  if (state.tool === "measure") out.push(ruler(state, pointer, unit));
   if (state.tool === "way") out.push(data.objects.map((one) => ways(one, drag, unit)));
   return out;
 }
@@ -92,6 +93,16 @@ function arrow([x0, y0], [x1, y1], kind, unit) {
   const [ux, uy] = [(x1 - x0) / far, (y1 - y0) / far], size = 10 * unit;
   const head = [[x1, y1], [x1 - ux * size - uy * size * 0.55, y1 - uy * size + ux * size * 0.55], [x1 - ux * size + uy * size * 0.55, y1 - uy * size - ux * size * 0.55]];
   return h("g", { class: kind }, h("line", { class: "under", x1: x0, y1: y0, x2: x1, y2: y1 }), h("line", { x1: x0, y1: y0, x2: x1, y2: y1 }), h("polygon", { points: list(head) }));
+}
+
+function ruler({ rule, measured }, pointer, unit) {
+  const points = rule.length === 1 && pointer ? [...rule, pointer] : rule;
+  if (!points.length) return null;
+  const far = (metres) => (metres < 1 ? `${(metres * 100).toFixed(1)} cm` : `${metres.toFixed(2)} m`);
+  const [x, y] = points.at(-1);
+  return h("g", { class: "ph-rule" }, points.length > 1 ? h("polyline", { points: list(points) }) : null,
+    points.map(([a, b]) => h("circle", { class: "ph-dot in", cx: a, cy: b, r: 4 * unit })),
+    rule.length === 2 && measured ? h("text", { class: "ph-name", x: x + 8 * unit, y: y - 8 * unit, style: `font-size:${13 * unit}px;stroke-width:${3 * unit}px` }, far(measured.metres), Math.abs(measured.up) > 0.005 ? ` (${far(Math.abs(measured.up))} ${measured.up > 0 ? "up" : "down"})` : "") : null);
 }
 
 const GRIP = 7; // pixels of the screen that a grip keeps from the photo's edge

@@ -11,6 +11,7 @@ export const TOOLS = [
   ["scissors", "Scissors", "Click along the edge; double-click or Enter closes. Shift: straight."],
   ["horizon", "Horizon", "Drag the line to where level ground would end; drag an end to tilt it."],
   ["way", "This way", "Drag from a thing to where it should go; a dashed arrow is where its front points."],
+  ["measure", "Measure", "Click two points: how far they are apart in the scene. Escape forgets them."],
   ["ramp", "Ramp", "Click the ramp's toe, then the ground below its upper end, then that end."],
 ];
 const EMPTY = { points: [], box: null, candidate: 0, marks: [], strokes: [], settled: false };
@@ -18,14 +19,14 @@ const EMPTY = { points: [], box: null, candidate: 0, marks: [], strokes: [], set
 let tickets = 0;
 
 export function makeTools({ stage, data, changed }) {
-  const state = { tool: "look", radius: 10, effect: "add", pending: null, cut: null, ramp: null, row: null, roll: null, pointer: null, drag: null };
+  const state = { tool: "look", radius: 10, effect: "add", pending: null, cut: null, ramp: null, rule: [], row: null, roll: null, pointer: null, drag: null };
 
   const named = (name) => data()?.objects.find((one) => one.name === name) || data()?.supports.find((one) => one.name === name);
   const target = () => (state.fresh ? state.fresh : ["object", "support"].includes(selected().kind) ? selected().name : data()?.objects.length === 1 ? data().objects[0].name : "");
 
   function pick(tool) {
     state.tool = tool;
-    [state.cut, state.ramp, state.drag, state.row, state.roll] = [null, tool === "ramp" ? [] : null, null, null, null];
+    [state.cut, state.ramp, state.drag, state.row, state.roll, state.rule] = [null, tool === "ramp" ? [] : null, null, null, null, []];
     stage.stage.dataset.tool = tool;
     changed();
   }
@@ -162,12 +163,12 @@ export function makeTools({ stage, data, changed }) {
   }
 
   function drop() {
-    [state.pending, state.cut, state.drag, state.fresh] = [null, null, null, ""];
+    [state.pending, state.cut, state.drag, state.fresh, state.rule] = [null, null, null, "", []];
     if (state.ramp) state.ramp = [];
     changed();
   }
 
-  const busy = () => Boolean(state.cut || state.ramp?.length || (state.pending && !state.pending.sent));
+  const busy = () => Boolean(state.cut || state.ramp?.length || state.rule.length || (state.pending && !state.pending.sent));
 
   // What has arrived from the server makes what was sent the truth.
   function settle() {
@@ -268,7 +269,7 @@ export function makeTools({ stage, data, changed }) {
   // An arrow from a thing to where it should go: tried under the pointer, kept where it is let go.
   function heads(phase, point, event) {
     if (phase === "down") {
-      const name = event.target.closest?.("[data-kind=object]")?.dataset.name || target();
+      const name = event.target.closest?.("[data-kind=object]")?.dataset.name || nearest(point) || target();
       if (!name) return;
       send({ do: "select", kind: "object", name });
       state.drag = { kind: "way", name, from: centre(name) || point, to: point, moved: false };
@@ -285,6 +286,21 @@ export function makeTools({ stage, data, changed }) {
     }
   }
 
+  // Two points, and how far apart they are; a third begins anew.
+  function rule(phase, point) {
+    if (phase !== "up") return;
+    state.rule = state.rule.length === 2 ? [point.map(round)] : [...state.rule, point.map(round)];
+    state.measured = null;
+    if (state.rule.length === 2) send({ do: "measure", a: state.rule[0], b: state.rule[1] });
+  }
+
+  // A thing with a thin outline is easily missed: the one that is near enough is meant.
+  function nearest([x, y]) {
+    const away = (one) => Math.hypot(one.ways.at[0] - x, one.ways.at[1] - y);
+    const found = (data()?.objects || []).filter((one) => one.ways).sort((a, b) => away(a) - away(b))[0];
+    return found && away(found) < 0.12 * data().size[0] ? found.name : "";
+  }
+
   const centre = (name) => named(name)?.ways?.at;
 
   function on(phase, raw, event) {
@@ -299,6 +315,7 @@ export function makeTools({ stage, data, changed }) {
     else if (state.tool === "horizon") horizon(phase, raw);
     else if (state.tool === "ramp") ramp(phase, point);
     else if (state.tool === "way") heads(phase, point, event);
+    else if (state.tool === "measure") rule(phase, point);
     else if (state.tool === "scissors") {
       if (phase === "up" && event.button === 0 && event.detail < 2) anchor(point, event.shiftKey);
       else if (phase === "double") close(event.shiftKey);

@@ -10,6 +10,7 @@ export function startPresenter(left) {
   document.getElementById("centre").append(host);
 
   function set(wanted) {
+    quiet(wanted);
     present(wanted);
     if (wanted) {
       document.documentElement.dataset.presenter = "on";
@@ -18,6 +19,14 @@ export function startPresenter(left) {
     document.activeElement?.blur?.();
     show();
     dispatchEvent(new Event("resize"));
+  }
+
+  // Shades of other rounds are off while presenting.
+  let hid = false;
+  function quiet(wanted) {
+    const on = (value("scene")?.switches || []).some((one) => one.what === "ghosts" && one.on);
+    if (wanted ? on : hid) send({ do: "show", what: "ghosts", on: !wanted });
+    hid = wanted && on;
   }
 
   function step(by) {

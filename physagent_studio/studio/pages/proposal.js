@@ -141,7 +141,7 @@ export function makeProposal(show, focus, mark) {
     return h("div", { class: "change", key },
       h("span", { class: "clip", title: change.path }, change.what),
       h("span", { class: "row", style: "gap:4px" },
-        change.op === "set" && (mode !== "edit" || change.fixed) ? [change.value === null && change.before.length > 20 ? null : [h("span", { class: "was num" }, change.before), "→"], h("span", { class: "now num" }, values.has(key) ? compact(now) : change.after), h("span", { class: "faint" }, change.unit)] : change.op === "set" ? h("span", { class: "faint num" }, `was ${change.before} ${change.unit}`) : h("span", { class: "now clip" }, change.after),
+        change.op === "set" && (mode !== "edit" || change.fixed) ? [change.value === null && change.before.length > 20 ? null : change.before ? [h("span", { class: "was num" }, change.before), "→"] : null, h("span", { class: "now num" }, values.has(key) ? compact(change.scale ? now * change.scale : now) : change.after), h("span", { class: "faint" }, change.unit)] : change.op === "set" ? h("span", { class: "faint num" }, `was ${change.before} ${change.unit}`) : h("span", { class: "now clip" }, change.after),
         change.op === "set" ? iconButton("pin", "Pin: never change this", () => send({ do: "pin", path: change.path, on: !pinned.includes(change.path) }), { "aria-pressed": String(pinned.includes(change.path)), style: "width:20px;height:20px" }) : null),
       mode === "edit" && change.op === "set" && !change.fixed ? h("div", { class: "nums" }, numbers(now, [], (next) => { values.set(key, next); show(); }, change)) : null);
   }
@@ -149,14 +149,14 @@ export function makeProposal(show, focus, mark) {
   // One field per number in a value, however deep it lies.
   function numbers(value, trail, changed, change) {
     const put = (raw) => {
-      const number = Number(raw);
+      const number = Number(raw.replace("−", "-").replace(",", "."));
       if (raw.trim() === "" || !Number.isFinite(number)) return false;
-      changed(number);
+      changed(change.scale ? Math.round(number / change.scale) : number);
       return true;
     };
     if (typeof value === "number") {
       const label = [change.what, ...trail].join(" ");
-      return h("input", { type: "text", inputmode: "decimal", "data-focus": true, value: String(value), "aria-label": label, title: label,
+      return h("input", { type: "text", inputmode: "decimal", "data-focus": true, value: String(change.scale ? Number((value * change.scale).toPrecision(4)) : value), "aria-label": label, title: label,
         oninput: (e) => e.target.classList.toggle("wrong", !put(e.target.value)) });
     }
     if (Array.isArray(value)) return value.map((part, at) => numbers(part, [...trail, "xyz"[at] || String(at)], (next) => changed(value.map((old, i) => (i === at ? next : old))), change));

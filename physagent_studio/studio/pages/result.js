@@ -18,9 +18,10 @@ export function makeSliders(show) {
     attempt({ do: "scale", effort: ratio(at), keep: false });
     show();
   }
-  function pushed() {
+  function pushed(event) {
     const kept = ratio(effort);
     effort = 0;
+    event.target.value = "0"; // what has the focus is not drawn over
     dropAttempt();
     if (Math.abs(kept - 1) > 0.01) send({ do: "scale", effort: Number(kept.toPrecision(3)), keep: true });
     else endAttempt();

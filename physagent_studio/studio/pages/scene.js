@@ -4,6 +4,11 @@ import { draw, h } from "./dom.js";
 import { drawingChoice } from "./drawing.js";
 import { edit, on, send } from "./wire.js";
 
+const TIPS = {
+  photo: "As the photo was taken (0)", front: "From the front", side: "From the right", top: "From above (T)",
+  ghosts: "Where things go in other rounds, as shades (G)", trails: "The ways that things take, as lines", forces: "What pushes, and how fast things go (V)",
+  contacts: "Where things touch, and how hard (C)", gizmo: "Handles to move, turn and scale what is selected (M)",
+};
 const VIEWS = [["photo", "Photo"], ["front", "Front"], ["side", "Side"], ["top", "Top"]];
 
 // Things to build with, of the size `m` of what is there already; [x, y, z] from the free spot on.
@@ -25,6 +30,9 @@ const NEW = [
 
 export function startScene(host, bar, banner, meshFile, inspect) {
   let data = null;
+  let glass = false;
+  const see = () => { document.getElementById("viewer").contentWindow?.studioGlass?.(glass); };
+  document.getElementById("viewer").addEventListener("load", see);
   // What was added and is not in the scene yet: quick clicks come before it.
   const given = new Set();
   const add = (list, text, make) => {
@@ -51,19 +59,21 @@ export function startScene(host, bar, banner, meshFile, inspect) {
     for (const one of data.things) given.delete(one.name);
     draw(host,
       h("div", { class: "head" }, "Show"),
-      h("div", { class: "stack", style: "gap:5px" }, data.switches.map((one) => h("label", { class: "row" }, h("input", { type: "checkbox", checked: one.on, onchange: () => send({ do: "show", what: one.what, on: !one.on }) }), one.text)), drawingChoice()),
+      h("div", { class: "stack", style: "gap:5px" }, data.switches.map((one) => h("label", { class: "row" }, h("input", { type: "checkbox", checked: one.on, onchange: () => send({ do: "show", what: one.what, on: !one.on }) }), one.text)),
+        h("label", { class: "row", title: "Things are drawn so that one sees through them, on this page alone" }, h("input", { type: "checkbox", checked: glass, onchange: (e) => { glass = e.target.checked; see(); } }), "See-through things"), drawingChoice()),
       h("div", { class: "head" }, "Things"),
-      h("div", { class: "stack", style: "gap:2px" }, data.things.map((one) => h("button", { class: "b quiet row", type: "button", style: "text-align:left;width:100%", title: "Show its numbers", onclick: () => { send({ do: "select", kind: one.kind, name: one.name }); inspect(); } }, h("span", { class: "grow" }, one.name.replaceAll("_", " ")), h("span", { class: "chip" }, one.material.replaceAll("_", " "))))),
+      h("div", { class: "stack", style: "gap:2px" }, data.things.map((one) => h("div", { class: "row", style: "gap:2px", key: `${one.kind} ${one.name}` }, h("button", { class: "b quiet row grow", type: "button", style: "text-align:left", title: "Show its numbers", onclick: () => { send({ do: "select", kind: one.kind, name: one.name }); inspect(); } }, h("span", { class: one.hidden ? "grow faint" : "grow" }, one.name.replaceAll("_", " ")), h("span", { class: "chip" }, one.material.replaceAll("_", " "))),
+        one.kind === "object" ? [h("button", { class: "b quiet small", type: "button", "aria-pressed": String(one.hidden), title: one.hidden ? "Show it again" : "Do not draw it", onclick: () => send({ do: "hide", name: one.name }) }, one.hidden ? "Show" : "Hide"), h("button", { class: "b quiet small", type: "button", title: "Draw only this one; again: all of them", onclick: () => send({ do: "hide", name: one.name, how: "only" }) }, "Only")] : null))),
       data.readOnly ? null : [h("div", { class: "head" }, "Add"), h("div", { class: "row wrap", style: "gap:4px" }, NEW.map(([text, list, item]) => h("button", { class: "b small", type: "button", onclick: () => add(list, text, item) }, text)), h("button", { class: "b small", type: "button", title: "An object from a GLB, OBJ, PLY or STL file", onclick: meshFile.open }, "Mesh file…"))],
       data.camera ? [h("div", { class: "head" }, "Camera"), h("button", { class: "link", type: "button", onclick: () => { send({ do: "select", kind: "camera" }); inspect(); } }, data.camera.text)] : null,
       data.findings.length ? matches() : null,
       data.learned.length ? [h("div", { class: "head" }, "Learned models"), data.learned.map((one) => h("p", { class: "muted" }, one))] : null,
       data.flags.length ? [h("div", { class: "head" }, "Assumed"), data.flags.map((one) => h("p", { class: "muted" }, one))] : null);
     draw(bar,
-      h("div", { class: "pill" }, VIEWS.map(([view, text]) => h("button", { type: "button", title: `${text} view`, onclick: () => send({ do: "look", view }) }, text)), h("button", { type: "button", title: "Frame the selection (F)", onclick: () => send({ do: "look", view: "selection" }) }, "Selection")),
+      h("div", { class: "pill" }, VIEWS.map(([view, text]) => h("button", { type: "button", title: TIPS[view], onclick: () => send({ do: "look", view }) }, text)), h("button", { type: "button", title: "Frame the selection (F)", onclick: () => send({ do: "look", view: "selection" }) }, "Selection")),
       h("div", { class: "pill" }, [["ghosts", "Ghosts"], ["trails", "Paths"], ["forces", "Forces"], ["contacts", "Contacts"], ["gizmo", "Move"]].map(([what, text]) => {
         const one = data.switches.find((item) => item.what === what);
-        return one ? h("button", { type: "button", "aria-pressed": String(one.on), onclick: () => send({ do: "show", what, on: !one.on }) }, text) : null;
+        return one ? h("button", { type: "button", title: TIPS[what], "aria-pressed": String(one.on), onclick: () => send({ do: "show", what, on: !one.on }) }, text) : null;
       })));
   });
   const additions = NEW.map(([text, list, item]) => [text, () => { if (data && !data.readOnly) add(list, text, item); }]);

@@ -44,10 +44,65 @@
     set(state) { inner = state; prepare(state); },
   });
 
+  // Things that one sees through; their own materials are kept to come back to.
+  let glass = false;
+  const solids = new Map();
+  window.studioGlass = (on) => { glass = on; inner?.requestRender?.(); };
+
+  function seeThrough(nodes) {
+    if (!glass && !solids.size) return;
+    for (const [name, node] of Object.entries(nodes)) {
+      if (!name.startsWith("/objects/")) continue;
+      node?.traverse?.((one) => {
+        const material = one.isMesh && one.material;
+        if (!material) return;
+        if (glass && !solids.has(material)) {
+          solids.set(material, [material.transparent, material.opacity, material.depthWrite]);
+          [material.transparent, material.opacity, material.depthWrite] = [true, 0.4, false];
+          material.needsUpdate = true;
+        } else if (!glass && solids.has(material)) {
+          [material.transparent, material.opacity, material.depthWrite] = solids.get(material);
+          material.needsUpdate = true;
+        }
+      });
+    }
+    if (!glass) solids.clear();
+  }
+
+  // What is shown now as a picture of another size: drawn once into the same canvas.
+  let drawnWith = null;
+  window.studioPicture = (width, height) => new Promise((done, failed) => {
+    if (!drawnWith) return failed(new Error("nothing is drawn yet"));
+    const { painter, scene, camera } = drawnWith, ratio = painter.getPixelRatio(), aspect = camera.aspect;
+    const size = { width: inner.canvas.clientWidth, height: inner.canvas.clientHeight };
+    const hook = scene.onBeforeRender;
+    scene.onBeforeRender = () => {};
+    painter.setPixelRatio(1);
+    painter.setSize(width, height, false);
+    camera.aspect = width / height;
+    camera.updateProjectionMatrix();
+    painter.render(scene, camera);
+    const address = painter.domElement.toDataURL("image/png");
+    scene.onBeforeRender = hook;
+    camera.aspect = aspect;
+    camera.updateProjectionMatrix();
+    painter.setPixelRatio(ratio);
+    painter.setSize(size.width, size.height, false);
+    inner.requestRender?.();
+    const bytes = Uint8Array.from(atob(address.split(",")[1]), (one) => one.charCodeAt(0));
+    done(new Blob([bytes], { type: "image/png" }));
+  });
+
+  function each(painter, scene, camera, state) {
+    drawnWith = { painter, scene, camera };
+    seeThrough(state.nodeRefFromName);
+    window.studioDress?.(state.nodeRefFromName);
+  }
+
   function prepare(state) {
     // A picture behind everything, as large as the canvas, which is never set; drawn all the same.
     if (state.backgroundMaterial) state.backgroundMaterial.visible = false;
-    state.scene.onBeforeRender = () => window.studioDress?.(state.nodeRefFromName);
+    state.scene.onBeforeRender = (painter, scene, camera) => each(painter, scene, camera, state);
     if (!light) return;
     // viser takes news in at the beginning of a frame and draws that frame without them. Taken in
     // as they come they are in the next one; viser does so itself while its page is hidden.
@@ -57,11 +112,11 @@
       if (!state.firstMessageBatch && state.messageQueue.length && state.getRenderRequestState === "ready") state.drainMessageQueue?.();
       ask();
     };
-    state.scene.onBeforeRender = (painter) => {
+    state.scene.onBeforeRender = (painter, scene, camera) => {
       const ratio = page * (moving ? LEVELS[level] : finest(state.canvas));
       if (painter.getPixelRatio() !== ratio) painter.setPixelRatio(ratio);
       solid(state.nodeRefFromName["/backdrop"]);
-      window.studioDress?.(state.nodeRefFromName);
+      each(painter, scene, camera, state);
     };
   }
 

@@ -21,7 +21,7 @@ function emit(channel, data) {
 }
 
 // While it presents, a page only looks; the server refuses the rest as well.
-const LOOKING = new Set(["play", "scrub", "speed", "loop", "select", "show", "look", "bookmark", "viewer", "compare", "round", "dismiss", "list_sessions", "present"]);
+const LOOKING = new Set(["play", "scrub", "speed", "loop", "select", "show", "look", "bookmark", "viewer", "compare", "round", "dismiss", "list_sessions", "present", "measure", "hide"]);
 let presents = false;
 export const presenting = () => presents;
 

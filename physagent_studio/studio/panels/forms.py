@@ -15,7 +15,7 @@ HIDDEN = frozenset({"grounding", "source", "kind", "operator", "id", "name", "fo
 """Fields that a form leaves out: what the photo's tools set, and what names the thing."""
 
 LABELS = {
-    "start_step": "Starts at step",
+    "start_step": "Starts at",
     "duration": "Lasts",
     "when": "Starts",
     "muted": "Muted",
@@ -35,10 +35,10 @@ LABELS = {
     "body": "Held together as",
     "a": "One thing",
     "b": "The other",
-    "timeout": "Not after step",
+    "timeout": "Not later than",
     "delay": "Later by",
-    "from_step": "Counts from step",
-    "to_step": "Counts up to step",
+    "from_step": "Counts from",
+    "to_step": "Counts up to",
     "focal": "Focal length",
     "principal": "Optical centre",
     "horizon_sigma": "Horizon, give or take",
@@ -57,8 +57,8 @@ KINDS = {
     "sphere": "ball",
     "frustum": "cone or cup",
     "torus": "ring",
-    "revolved": "turned",
-    "inflated": "outline, inflated",
+    "revolved": "round, by its outline",
+    "inflated": "its outline, rounded",
     "Wheels": "wheels",
     "floor": "level ground",
 }

@@ -66,7 +66,7 @@ def _clip(snapshot: Snapshot) -> dict[str, Any]:
     form["facts"] = [
         {"what": "Shown for", "is": shown, "unit": ""},
         {"what": "In the event", "is": f"{number(clip.seconds)} s", "unit": ""},
-        {"what": "Control step", "is": step, "unit": ""},
+        {"what": "One step", "is": step, "unit": ""},
     ]
     return form
 

@@ -49,7 +49,12 @@ def state_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
             {"what": what, "text": text, "on": what in view.shown} for what, text in SWITCHES
         ],
         "things": [
-            {"kind": "object", "name": item.name, "material": item.material}
+            {
+                "kind": "object",
+                "name": item.name,
+                "material": item.material,
+                "hidden": item.name in view.hidden,
+            }
             for item in snapshot.program.scene.objects
         ]
         + [

@@ -32,6 +32,8 @@ UNITS = {
     "duration": "steps",
     "delay": "steps",
     "timeout": "steps",
+    "from_step": "steps",
+    "to_step": "steps",
     "gravity": "m/s²",
     "run": "m",
     "rise": "m",
@@ -204,24 +206,41 @@ def edit_row(edit: Edit, program: PhysicalProgram) -> dict[str, Any]:
         except EditError:
             before = None
         row = {"op": "set", "path": edit.path, "what": place(edit.path), "value": edit.value}
+        if unit_of(edit.path) == "steps" and isinstance(edit.value, int):
+            scale = program.clip.step_seconds
+            was = "" if not isinstance(before, int) else number(before * scale)
+            now = number(edit.value * scale)
+            return row | {"before": was, "after": now, "unit": "s", "scale": scale}
         said = [_in_words(edit.path, value) for value in (before, edit.value)]
         if said[1]:
             ends = {"before": said[0] or short(before), "after": said[1]}
             return row | ends | {"unit": "", "fixed": True}
         unit = _unit_in(program, edit.path)
         own = before is None and edit.path.rpartition(".")[2] in OF_MATERIAL
-        was = "its material's" if own else short(before)
+        was = "its material's" if own else "" if before is None else short(before)
         return row | {"before": was, "after": short(edit.value), "unit": unit}
     if isinstance(edit, AddItem):
         return {
             "op": "add",
             "path": edit.path,
             "what": "Add",
-            "after": short(edit.item),
+            "after": _added(edit.item),
             "value": None,
         }
     what = "Remove" if isinstance(edit, RemoveItem) else "Reorder"
     return {"op": edit.op, "path": edit.path, "what": f"{what} {place(edit.path)}", "value": None}
+
+
+def _added(item: Any) -> str:
+    """What is new, in words: an action by what it does to what, anything else by its kind."""
+    if not isinstance(item, dict):
+        return short(item)
+    operator, name = str(item.get("operator", "")), str(item.get("name", "")).replace("_", " ")
+    if operator in OPERATORS:
+        return f"{OPERATORS[operator].lower()} of {name}"
+    subject = str(item.get("subject", "")).replace("_", " ")
+    kind = str(item.get("kind", "")).replace("_", " ")
+    return f"{subject} {kind}".strip() or name or short(item)
 
 
 def _in_words(path: str, value: Any) -> str:
@@ -253,6 +272,16 @@ def _count(number: int, what: str) -> str:
     return f"{number} {word}{'' if number == 1 else 's'} {more}".strip()
 
 
+SPOKEN = {
+    "start_step": "start", "duration": "length", "magnitude": "strength", "elevation": "upwards",
+    "azimuth": "aside", "restitution": "bounciness", "rolling": "rolling resistance",
+    "step_seconds": "pace", "statements": "demands", "grounding": "marks in the photo",
+}  # fmt: skip
+"""Fields that have another name for a person."""
+VECTOR = frozenset({"force", "velocity", "angular_velocity", "torque"})
+"""Fields whose number says it all: "push ball · strength"."""
+
+
 def place(path: str) -> str:
     """`event.actions.kick.force.magnitude` → `kick · force · magnitude`."""
     for end in (MASK, SETTLED):
@@ -264,7 +293,8 @@ def place(path: str) -> str:
                  ("scene", "landmarks"), ("contract", "statements")):  # fmt: skip
         if tuple(parts[:2]) == head:
             parts = parts[2:]
-    return " · ".join(part.replace("_", " ") for part in parts)
+    told = [part for at, part in enumerate(parts) if part not in VECTOR or at == len(parts) - 1]
+    return " · ".join(SPOKEN.get(part, part.replace("_", " ")) for part in told)
 
 
 def _unit_in(program: PhysicalProgram, path: str) -> str:

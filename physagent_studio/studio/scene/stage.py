@@ -85,8 +85,8 @@ class Stage:
         with self._server.atomic():
             self._make(snapshot)
             self._furniture.show(view.shown)
-            for label in self._labels.values():
-                label.visible = "labels" in view.shown
+            for name, label in self._labels.items():
+                label.visible = "labels" in view.shown and name not in view.hidden
             ghosts, trails = "ghosts" in view.shown, "trails" in view.shown
             preview = snapshot.preview_rollout if ghosts else None
             earlier = earlier if ghosts else None
@@ -102,7 +102,7 @@ class Stage:
             )
             self._deforming.show(snapshot.rollout, self._meshes)
             for name, handle in self._objects.items():
-                handle.visible = name not in self._deforming.names
+                handle.visible = name not in self._deforming.names and name not in view.hidden
         self.pose(snapshot, view)
 
     def attempt(self, snapshot: Snapshot, view: View) -> None:

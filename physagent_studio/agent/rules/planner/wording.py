@@ -49,14 +49,17 @@ def summary_of(program: PhysicalProgram, edits: tuple[Edit, ...]) -> str:
 def _one(program: PhysicalProgram, edit: Edit) -> str:
     if isinstance(edit, AddItem):
         item = edit.item if isinstance(edit.item, dict) else {}
-        what, name = item.get("operator", "an action"), item.get("name", "")
-        return f"add {what} {item.get('id', '')} on {name}"
+        what = ADDED.get(str(item.get("operator", "")), f"a demand ({item.get('kind', '')})")
+        return f"add {what} on {item['name']}" if "name" in item else f"add {what}"
     if isinstance(edit, RemoveItem):
         return f"remove {edit.path.rsplit('.', 1)[-1]}"
     if isinstance(edit, SetField):
-        before, now = _figure(_before(program, edit.path)), _figure(edit.value)
-        unit = _UNITS.get(edit.path.rsplit(".", 1)[-1], "")
-        return f"{_short(edit.path)} from {before} to {now}{unit}"
+        field, old = edit.path.rsplit(".", 1)[-1], _before(program, edit.path)
+        step = program.clip.step_seconds if field in _IN_STEPS else 1.0
+        before, now = _figure(old, step), _figure(edit.value, step)
+        unit = " s" if field in _IN_STEPS else _UNITS.get(field, "")
+        known = "" if old is None and field not in _OF_MATERIAL else f" from {before}"
+        return f"{_short(edit.path)}{known} to {now}{unit}"
     return f"move {edit.path}"
 
 
@@ -79,16 +82,29 @@ _WORDS = {
     "azimuth": "sideways angle",
     "elevation": "upward angle",
     "start_step": "start",
+    "duration": "length",
+    "restitution": "bounciness",
+    "rolling": "rolling resistance",
+    "density": "weight",
 }
-_UNITS = {"azimuth": "°", "elevation": "°", "start_step": " steps", "duration": " steps"}
-"""What people call the numbers of a push, and what they are counted in."""
+_UNITS = {"azimuth": "°", "elevation": "°", "density": " kg/m³"}
+_IN_STEPS = frozenset({"start_step", "duration", "delay", "timeout"})
+_OF_MATERIAL = frozenset({"friction", "rolling", "restitution", "density"})
+"""What people call the numbers of a push, what they are counted in, which are said in seconds, and
+which the material answers for."""
+ADDED = {
+    "ApplyForce": "a push", "SetVelocity": "a start", "SetAngularVelocity": "a spin",
+    "ApplyTorque": "a twist", "ApplyAngledForce": "a steered push", "ApplyDisturbance": "wind",
+    "FixObject": "a hold", "SetPosition": "a new place", "SetOrientation": "a turn",
+}  # fmt: skip
+"""What an action that is new does, in a word."""
 
 
-def _figure(value: object) -> str:
+def _figure(value: object, unit: float = 1.0) -> str:
     if value is None:
         return "its material's"
     if isinstance(value, float | int):
-        return f"{value:.3g}"
+        return f"{value * unit:.3g}"
     if isinstance(value, list):
         return "(" + ", ".join(_figure(v) for v in value) + ")"
     if isinstance(value, dict):

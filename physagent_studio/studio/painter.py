@@ -48,7 +48,9 @@ class Painter:
         The scene first: a hand that has let go waits for the new path, not for a table.
         """
         before = earlier_round(snapshot, view.compare)
-        compared = before if view.compare else None
+        # A round is no comparison for itself.
+        other_one = before is not None and before.id != snapshot.shown_round
+        compared = before if view.compare and other_one else None
         earlier = self._archive.rollout(snapshot, before) if fits(snapshot, before) else None
         self._stage.draw(with_ghosts(snapshot), view, earlier)
         self._hub.publish("run", run.state_of(snapshot, self._archive.outputs(snapshot)))

@@ -24,6 +24,7 @@ from physagent_studio.program import Edit
 from physagent_studio.studio.archive import Archive
 from physagent_studio.studio.commands.actions import Offer, carry_out
 from physagent_studio.studio.commands.mesh import MeshDesk
+from physagent_studio.studio.commands.sketch import Sketches
 from physagent_studio.studio.finder import Finder
 from physagent_studio.studio.first_scene import Act, Waiting
 from physagent_studio.studio.guard import close_client, open_server, stop_server, token_of
@@ -71,6 +72,7 @@ class Studio:
         self.finder = Finder(self.hub.tell)
         self.photo_desk = PhotoDesk()
         self.mesh_desk = MeshDesk()
+        self.sketches = Sketches()
         self._waiting = Waiting()
         self._site = Site(workbench.snapshot, workbench.store, self.library)
         self._server = open_server(port, self._site.page, self.hub.talk)

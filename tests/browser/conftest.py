@@ -283,6 +283,8 @@ def running(
     page.set_default_timeout(1000 * PATIENCE)
     if not tour:
         page.add_init_script("localStorage.setItem('studio.toured', 'true')")
+    # The playhead stays where a test puts it.
+    page.add_init_script("localStorage.setItem('studio.autoplay', 'false')")
     if not scene:
         page.route("**/viewer/**", lambda route: route.fulfill(body=""))
     if not pictures:

@@ -21,8 +21,8 @@ def test_one_drag_a_thing(waiting: Desk, repository: Path) -> None:
     photo = repository / "assets" / "demo" / "input.png"
     page.locator("input[type=file]").set_input_files(str(photo))
     page.get_by_label("Sentence").fill(SENTENCE)
-    expect(page.get_by_label("Name 1")).to_have_value("red_ball")
-    expect(page.get_by_label("Name 2")).to_have_value("wooden_block")
+    expect(page.get_by_label("Name 1")).to_have_value("red ball")
+    expect(page.get_by_label("Name 2")).to_have_value("wooden block")
     picture = waiting.box(page.locator("[data-photo]"))
     scale = picture["width"] / 832
     for x0, y0, x1, y1 in BOXES.values():

@@ -91,11 +91,11 @@ def test_a_gentler_way_is_taken_or_left_and_is_no_repair(gentler: Desk) -> None:
 
 def test_override_with_my_own_edits(waiting: Desk) -> None:
     page = waiting.page
-    path = waiting.proposal().edits[0].path
+    waiting.proposal()
     waiting.button("Override").click()
-    field = page.get_by_label("Your own changes")
-    assert path in field.input_value()
-    field.fill(f"{path}: 1.4")
+    mine = page.get_by_role("group", name="Your own change")
+    path = mine.get_by_label("Which number").first.input_value()
+    mine.get_by_label("New value").first.fill("1.4")
     waiting.button("Use mine instead").click()
     waiting.until(lambda: len(waiting.snapshot.state.rounds) == 2, "a second round")
     first, second = waiting.snapshot.state.rounds
@@ -104,17 +104,23 @@ def test_override_with_my_own_edits(waiting: Desk) -> None:
     assert value_at(second.program, path) == 1.4
 
 
-def test_an_override_that_cannot_be_is_refused_and_nothing_is_lost(waiting: Desk) -> None:
+def test_an_override_takes_clicks_and_only_what_can_be(waiting: Desk) -> None:
     waiting.proposal()
     waiting.button("Override").click()
-    waiting.page.get_by_label("Your own changes").fill("event.actions.nobody.start_step: 3")
+    mine = waiting.page.get_by_role("group", name="Your own change")
+    whose = mine.get_by_label("Of what").first
+    assert whose.locator("option").count() > 1
+    which = mine.get_by_label("Which number").first
+    which.select_option(label="strength")
+    value = mine.get_by_label("New value").first
+    value.fill("much")
+    expect(value).to_have_class("wrong")
+    value.fill("-1e99")
     waiting.button("Use mine instead").click()
-    expect(waiting.page.get_by_text("has no item 'nobody'")).to_be_visible()
-    assert not waiting.page.get_by_text("Your changes are taken").is_visible()
+    expect(waiting.page.get_by_role("alert").first).to_be_visible()
     assert len(waiting.snapshot.state.rounds) == 1
-    expect(waiting.page.get_by_label("Your own changes")).to_have_value(
-        "event.actions.nobody.start_step: 3"
-    )
+    waiting.page.keyboard.press("Escape")
+    expect(mine).to_have_count(0)
 
 
 def test_reject_with_a_reason_and_a_pin_is_respected(waiting: Desk) -> None:
@@ -195,7 +201,7 @@ def test_a_pass_is_overruled_to_a_failure_in_my_words(waiting: Desk) -> None:
 def test_i_give_every_verdict_and_repair_it_myself(waiting: Desk) -> None:
     page = waiting.page
     waiting.proposal()
-    waiting.button("My part: decisions").click()
+    waiting.button("By hand: decisions").click()
     for role in ("Verdicts", "Repairs"):
         waiting.button(role).click()
         expect(waiting.button(role)).to_have_attribute("aria-pressed", "true")
@@ -224,7 +230,7 @@ def test_i_give_every_verdict_and_repair_it_myself(waiting: Desk) -> None:
     expect(mine).to_contain_text("Does the scene match the photo?")
     waiting.idle()
     assert [one.author for one in waiting.snapshot.state.rounds][-1] == "person"
-    waiting.button("My part: decisions, verdicts, repairs").click()
+    waiting.button("By hand: decisions, verdicts, repairs").click()
     waiting.button("Verdicts").click()
     waiting.button("Repairs").click()
     expect(mine).to_be_hidden()

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import binascii
-import hashlib
 import textwrap
 from collections.abc import Callable
 from dataclasses import replace
@@ -18,7 +15,9 @@ from physagent_studio.studio.commands import directing, shelf
 from physagent_studio.studio.commands import mesh as mesh_actions
 from physagent_studio.studio.commands import photo as photo_actions
 from physagent_studio.studio.commands import program as program_actions
+from physagent_studio.studio.commands import sketch as sketch_actions
 from physagent_studio.studio.commands.mesh import MeshDesk
+from physagent_studio.studio.commands.sketch import Sketches, kept_photo
 from physagent_studio.studio.finder import Finder
 from physagent_studio.studio.intents import every as intents
 from physagent_studio.studio.intents import shelf as intents_shelf
@@ -30,10 +29,6 @@ from physagent_studio.studio.scene.places import poses_at
 from physagent_studio.studio.view import Selection, View
 from physagent_studio.workbench import Snapshot, Workbench, commands
 from physagent_studio.workbench.naming import names_in
-
-PHOTO_BYTES = 16 * 2**20
-SIGNATURES = {b"\x89PNG": ".png", b"\xff\xd8\xff": ".jpg", b"RIFF": ".webp"}
-
 
 Offer = tuple[str, dict[str, Any]]
 """What a notice offers: the words on its button, and the intent that it sends."""
@@ -50,6 +45,7 @@ class Studio(Protocol):
     finder: Finder
     photo_desk: PhotoDesk
     mesh_desk: MeshDesk
+    sketches: Sketches
     tokens: dict[int, str]
     presenting: set[int]
 
@@ -228,19 +224,7 @@ def _(intent: intents.OpenBare, studio: Studio, browser: int) -> None:
 
 @carry_out.register
 def _(intent: intents.NewCase, studio: Studio, browser: int) -> None:
-    try:
-        photo = base64.b64decode(intent.photo, validate=True)
-    except binascii.Error as error:
-        raise InputError("the photo did not arrive whole; try again") from error
-    if len(photo) > PHOTO_BYTES:
-        raise InputError(f"the photo has {len(photo) / 2**20:.1f} MB; at most 16 are allowed")
-    suffix = next((end for start, end in SIGNATURES.items() if photo.startswith(start)), None)
-    if suffix is None:
-        raise InputError("this is no PNG, JPEG or WebP picture")
-    folder = studio.workbench.store.root / "photos"
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f"{hashlib.sha256(photo).hexdigest()[:24]}{suffix}"
-    path.write_bytes(photo)
+    path = kept_photo(intent.photo, studio.workbench.store.root / "photos")
     title = textwrap.shorten(intent.prompt, 48, placeholder="…").rstrip(".")
     studio.workbench.post(commands.OpenImage(path, intent.prompt, intent.objects, title))
 
@@ -296,6 +280,6 @@ carry_out.register(intents_shelf.RestoreSession, shelf.restore)
 carry_out.register(intents_shelf.ListSessions, shelf.relist)
 
 OTHERS = photo_actions.ACTIONS | mesh_actions.ACTIONS | program_actions.ACTIONS
-OTHERS |= directing.ACTIONS
+OTHERS |= directing.ACTIONS | sketch_actions.ACTIONS
 for asked, act in OTHERS.items():
     carry_out.register(asked, act)

@@ -22,6 +22,22 @@ class FindMasks(Frozen):
     ticket: Ticket
 
 
+class Sketch(Frozen):
+    """A photo (base64 of its file) that a new session may be made of: kept to look for masks in."""
+
+    do: Literal["sketch"] = "sketch"
+    photo: Annotated[str, Field(max_length=23_000_000)]
+
+
+class SketchMasks(Frozen):
+    """The candidate masks of a thing in that photo; said: all things that are marked in it."""
+
+    do: Literal["sketch_masks"] = "sketch_masks"
+    name: Name
+    said: Annotated[tuple[tuple[Name, Grounding], ...], Field(max_length=100)]
+    ticket: Ticket
+
+
 class TakeMask(Frozen):
     """The grounding of an object or support as the person wants it; a new name is an object.
 
@@ -81,3 +97,4 @@ class SwitchForm(Frozen):
 
 
 PhotoIntent = FindMasks | TakeMask | FindEdge | SetHorizon | SetSize | PlaceRamp | SwitchForm
+PhotoIntent |= Sketch | SketchMasks

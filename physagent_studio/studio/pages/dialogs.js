@@ -1,12 +1,13 @@
 // Dialogs: open a case or a session, and a new session from a photo.
 
 import { button, COLORS, draw, dropping, h, keepInside, say } from "./dom.js";
+import { thumbnail } from "./photo_draw.js";
 import { makeShelf } from "./shelf.js";
 import { on, send, value } from "./wire.js";
 
 const MAX_PHOTO = 16 * 2 ** 20, LONGEST = 4000;
 
-const unmarked = (name) => ({ name: name.replaceAll("_", " "), clicks: [], box: null, typed: false });
+const unmarked = (name) => ({ name: name.replaceAll("_", " "), clicks: [], box: null, typed: false, masks: [], candidate: 0 });
 const isMarked = (one) => one.box !== null || one.clicks.length > 0;
 
 export function startDialogs(host) {
@@ -52,6 +53,7 @@ export function startDialogs(host) {
     photo = { url, data: btoa(text), width: image.naturalWidth, height: image.naturalHeight };
     things = [unmarked("object")];
     at = 0;
+    send({ do: "sketch", photo: photo.data });
     show();
     if (prompt) ask();
     // The field that had the focus is gone.
@@ -87,7 +89,38 @@ export function startDialogs(host) {
       const next = things.findIndex((other) => !isMarked(other));
       if (next >= 0) at = next;
     } else one.clicks.push({ ...done.from, label: done.outside ? 0 : 1 });
+    [one.masks, one.candidate, one.picked] = [[], 0, false];
+    look(one);
+    // A mask that was chosen is sought again: what another thing covers may not be offered now.
+    for (const other of things) if (other !== one && other.candidate) look(other);
     show();
+  }
+
+  // The masks of what is marked, one thing after the other; what was chosen stays if it is still there.
+  let queue = [], asked = null, sketches = 0;
+  function look(one) {
+    if (!queue.includes(one)) queue.push(one);
+    next();
+  }
+  function next() {
+    if (asked || !queue.length || kind !== "new") return;
+    const one = queue.shift();
+    if (!isMarked(one) || !things.includes(one)) return next();
+    const said = things.filter(isMarked).map((each, i) => [each === one ? "wanted" : `other_${i}`, { points: each.clicks, box: each.box }]);
+    asked = { one, ticket: ++sketches, wanted: one.masks[one.candidate]?.path };
+    one.looking = true;
+    if (!send({ do: "sketch_masks", name: "wanted", said, ticket: asked.ticket })) asked = null;
+    show();
+  }
+  function found(answer) {
+    if (!asked || answer.ticket !== asked.ticket) return;
+    const { one, wanted } = asked;
+    asked = null;
+    one.looking = false;
+    one.masks = answer.masks || [];
+    one.candidate = Math.max(0, one.masks.findIndex((mask) => mask.path === wanted));
+    if (kind === "new") show();
+    next();
   }
 
   const SHORT = 0.012; // of the photo's width: what is dragged less far is a click
@@ -130,7 +163,7 @@ export function startDialogs(host) {
   // A second click comes before the dialog is gone.
   function begin() {
     if (kind !== "new" || !ready()) return;
-    const objects = things.filter(isMarked).map((one) => [tidy(one.name), { points: one.clicks, box: one.box }]);
+    const objects = things.filter(isMarked).map((one) => [tidy(one.name), { points: one.clicks, box: one.box, candidate: one.masks[one.candidate]?.candidate || 0, settled: Boolean(one.picked && one.masks.length) }]);
     if (!send({ do: "new", photo: photo.data, prompt: prompt.trim(), objects })) return;
     sent = { session: value("run")?.session, error: newest(value("notices") || []) };
     problem = "";
@@ -154,26 +187,39 @@ export function startDialogs(host) {
         h("div", { class: "head" }, "What shall happen?"),
         h("textarea", { rows: 2, "aria-label": "Sentence", placeholder: "For example: the ball rolls to the right and hits the box", value: prompt, oninput: (e) => { prompt = e.target.value; askSoon(); show(); } }),
         h("p", { class: "muted", style: "margin:8px 0" }, isMarked(things[at]) ? "A new drag replaces the box of " : "Drag a box around ", h("b", {}, things[at].name), isMarked(things[at]) ? "." : " in the photo.", " A click adds a point of it instead, a right click or Shift+click what does not belong to it.", isMarked(things[at]) ? "" : " What you leave out is looked for by its name."),
-        h("div", { class: "photo", style: `cursor:crosshair;touch-action:none;margin-inline:auto;width:min(100%, ${(40 * photo.width / photo.height).toFixed(2)}vh)`, "data-photo": true, onpointerdown: press, onpointermove: pull, onpointerup: release, onpointercancel: () => { drag = null; show(); }, oncontextmenu: (e) => e.preventDefault() },
+        h("div", { class: "photo", style: `cursor:crosshair;touch-action:none;margin-inline:auto;width:min(100%, ${(34 * photo.width / photo.height).toFixed(2)}vh)`, "data-photo": true, onpointerdown: press, onpointermove: pull, onpointerup: release, onpointercancel: () => { drag = null; show(); }, oncontextmenu: (e) => e.preventDefault() },
           h("img", { src: photo.url, alt: "Your photo", draggable: "false" }),
           h("svg", { viewBox: `0 0 ${photo.width} ${photo.height}`, preserveAspectRatio: "none", "pointer-events": "none" }, things.flatMap(marks), drag && isBox(drag) ? frame(sides(drag), COLORS[at % 8], "drag") : null)),
+        chosen(),
         h("div", { class: "head" }, "Things"),
         h("div", { class: "stack" }, things.map((one, i) => h("div", { class: "row", key: `t${i}` },
           h("input", { type: "radio", name: "thing", checked: i === at, "aria-label": `Mark ${one.name}`, onchange: () => { at = i; show(); } }),
           h("span", { class: "dot", style: `background:${COLORS[i % 8]}` }),
           h("input", { type: "text", value: one.name, "aria-label": `Name ${i + 1}`, oninput: (e) => { one.name = e.target.value; one.typed = true; show(); }, onfocus: () => { if (at !== i) { at = i; show(); } }, onchange: show }),
           h("span", { class: "muted num", style: "white-space:nowrap" }, one.box ? "a box" + (one.clicks.length ? `, ${say(one.clicks.length, "click")}` : "") : one.clicks.length ? say(one.clicks.length, "click") : "not marked"),
-          button("Clear", () => { one.clicks = []; one.box = null; show(); }, { class: "b quiet small" }),
+          button("Clear", () => { one.clicks = []; one.box = null; one.masks = []; one.candidate = 0; show(); }, { class: "b quiet small" }),
           things.length > 1 ? button("Remove", () => { things.splice(i, 1); at = Math.min(at > i ? at - 1 : at, things.length - 1); show(); }, { class: "b quiet small" }) : null)),
         h("div", {}, button("Another thing", () => { things.push({ ...unmarked(`object ${things.length + 1}`), typed: true }); at = things.length - 1; show(); }, { class: "b small" }))),
       ],
     ], photo ? [h("span", { class: "muted grow", "aria-live": "polite" }, lacks()), button("Another photo", () => { photo = null; show(); }), button("Start", begin, { class: "b main", disabled: !ready() })] : null);
   }
 
+  // What was cut out of the thing that is being marked, and the other ways to cut it out.
+  function chosen() {
+    const one = things[at];
+    if (!one || !isMarked(one)) return null;
+    const data = { image: photo.url, size: [photo.width, photo.height] };
+    return h("div", { class: "sketch-masks", role: "group", "aria-label": `Masks of ${one.name}`, key: "masks" },
+      h("p", { class: "muted", role: "status" }, one.looking && !one.masks.length ? `Cutting out ${one.name}…` : one.masks.length ? ["Is the whole of ", h("b", {}, one.name), " cut out, and nothing else? Click the mask that is right, or draw the box anew."] : "Nothing stands out there; try another box."),
+      one.masks.length ? h("div", { class: "photo-masks" }, one.masks.map((mask, i) => h("button", { key: `m${i}`, type: "button", "aria-pressed": String(i === one.candidate), "aria-label": `Mask ${i + 1} of ${one.name}`, title: i === one.candidate && one.picked ? "You said that it is right" : "It is this one", onclick: () => { one.candidate = i; one.picked = true; show(); } }, thumbnail(data, mask), h("span", { class: "n" }, i + 1)))) : null);
+  }
+
   // What is marked of a thing: its box, and its clicks.
   function marks(one, i) {
     const color = COLORS[i % 8];
+    const mask = one.masks[one.candidate];
     return [
+      mask ? h("path", { d: mask.path, "fill-rule": "evenodd", fill: color, "fill-opacity": 0.35, stroke: color, "stroke-width": photo.width / 400 }) : null,
       one.box ? frame(one.box, color, `b${i}`) : null,
       ...one.clicks.map((c) => h("circle", { cx: c.x, cy: c.y, r: photo.width / 130, fill: c.label ? color : "#fff", stroke: c.label ? "#fff" : color, "stroke-width": photo.width / 400 })),
     ];
@@ -181,6 +227,7 @@ export function startDialogs(host) {
   const frame = ([x0, y0, x1, y1], color, key) => h("rect", { key, x: x0, y: y0, width: x1 - x0, height: y1 - y0, fill: color, "fill-opacity": 0.12, stroke: color, "stroke-width": photo.width / 300 });
 
   on("names", offered);
+  on("sketch", found);
   on("run", ({ session }) => {
     if (!sent || session === sent.session) return;
     [sent, photo, prompt, problem] = [null, null, "", ""];

@@ -126,7 +126,7 @@ export function startInspector(host) {
     const off = data.readOnly;
     if (one.kind === "tick") return h("input", { type: "checkbox", checked: Boolean(one.value), disabled: off, "aria-label": one.label, onchange: (e) => put(one, e.target.checked) });
     if (one.kind === "pick") return select(one, one.options.map(String), off);
-    if (one.kind === "text" && one.names && data.names[one.names]) return select(one, one.names === "supports" ? [...data.names.supports, ...data.names.objects, "air"] : data.names[one.names], off);
+    if (one.kind === "text" && one.names && data.names[one.names]) return select(one, (one.names === "supports" ? [...data.names.supports, ...data.names.objects, "air"] : data.names[one.names]).filter((name) => name !== own(one)), off);
     if (one.kind === "vector") return vector(one, off);
     if (one.kind === "number") {
       const scale = scaleOf(one), bound = (at) => Number((at * scale).toPrecision(4));
@@ -139,6 +139,9 @@ export function startInspector(host) {
     }
     return h("input", { type: "text", value: one.value === null || one.value === undefined ? "" : String(one.value), "aria-label": one.label, disabled: off, onchange: (e) => put(one, e.target.value) });
   }
+
+  // No thing stands on itself or touches itself.
+  const own = (one) => (data.kind === "object" ? data.name : ["subject", "a"].some((part) => one.path.endsWith(`.${part}`)) ? null : data.data?.subject ?? null);
 
   function select(one, options, off) {
     return h("select", { value: one.value === null || one.value === undefined ? "" : String(one.value), "aria-label": one.label, disabled: off, onchange: (e) => put(one, e.target.value === "" ? null : e.target.value) },

@@ -136,6 +136,7 @@ function start() {
   startInspector(right.bodies.inspector);
   startProgram(right.bodies.program);
   startPhoto(right.bodies.photo);
+  addEventListener("new-sentence", () => dialogs.fresh());
   const meshFile = startMeshFile(document.body.appendChild(h("div", {})));
   const scene = startScene(right.bodies.scene, document.getElementById("viewbar"), document.getElementById("banner"), meshFile, () => right.show("inspector"));
   startTimeline(document.getElementById("timeline"), () => right.show("inspector"));

@@ -98,6 +98,7 @@ export function makeProposal(show, focus, mark) {
     if (p.preview?.problem) return p.preview.problem;
     if (!p.hunks.length) return "it needs a word from you";
     if (!p.preview) return "not tried out";
+    if (edited() || off.size) return "changed by you: not tried out yet";
     return p.preview.passed ? "tried out: the event happens" : `tried out: ${p.preview.ok} of ${p.preview.of} hold`;
   }
 
@@ -122,6 +123,7 @@ export function makeProposal(show, focus, mark) {
   }
 
   function outcome(preview) {
+    if (edited() || off.size) return h("div", { class: "strip" }, "You changed it: this was not tried out. Accept runs it.");
     if (preview.problem) return h("div", { class: "strip warn" }, preview.problem);
     return h("div", { class: preview.passed ? "strip ok" : "strip" }, preview.passed ? "Tried out: the event happens." : `Tried out: ${preview.ok} of ${preview.of} checks hold.`, h("span", { class: "muted" }, " Its path is drawn in green."));
   }

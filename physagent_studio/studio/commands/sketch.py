@@ -1,0 +1,86 @@
+"""A photo that no session has been made of yet: kept, and its things cut out to be looked at."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from physagent_studio.errors import InputError
+from physagent_studio.reconstruction import read_photo
+from physagent_studio.records import Image
+from physagent_studio.studio.intents import photo as asked
+from physagent_studio.studio.photo_desk import PhotoDesk
+
+if TYPE_CHECKING:
+    from physagent_studio.studio.commands.actions import Studio
+
+PHOTO_BYTES = 16 * 2**20
+SIGNATURES = {b"\x89PNG": ".png", b"\xff\xd8\xff": ".jpg", b"RIFF": ".webp"}
+BEFORE = 4
+"""Browsers whose photos are kept at a time; whoever comes back shows it again."""
+
+
+class Sketches:
+    """The photo that each browser looks at in the dialog for a new session."""
+
+    def __init__(self) -> None:
+        self._paths: dict[int, Path] = {}
+        self._desks: dict[Path, tuple[Image, PhotoDesk]] = {}
+
+    def keep(self, browser: int, path: Path) -> None:
+        """Remembers which photo a browser shows."""
+        self._paths.pop(browser, None)
+        self._paths[browser] = path
+        for old in list(self._paths)[:-BEFORE]:
+            del self._paths[old]
+        self._desks = {p: d for p, d in self._desks.items() if p in self._paths.values()}
+
+    def desk(self, browser: int) -> tuple[Image, PhotoDesk]:
+        """The photo's pixels, and who looks for masks in it; read when they are first wanted."""
+        path = self._paths.get(browser)
+        if path is None:
+            raise InputError("choose the photo again")
+        if path not in self._desks:
+            self._desks[path] = (read_photo(path)[0], PhotoDesk())
+        return self._desks[path]
+
+
+def kept_photo(text: str, folder: Path) -> Path:
+    """The file of a photo that came as base64, kept by its content."""
+    try:
+        photo = base64.b64decode(text, validate=True)
+    except binascii.Error as error:
+        raise InputError("the photo did not arrive whole; try again") from error
+    if len(photo) > PHOTO_BYTES:
+        raise InputError(f"the photo has {len(photo) / 2**20:.1f} MB; at most 16 are allowed")
+    suffix = next((end for start, end in SIGNATURES.items() if photo.startswith(start)), None)
+    if suffix is None:
+        raise InputError("this is no PNG, JPEG or WebP picture")
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{hashlib.sha256(photo).hexdigest()[:24]}{suffix}"
+    path.write_bytes(photo)
+    return path
+
+
+def sketch(intent: asked.Sketch, studio: Studio, browser: int) -> None:
+    """Keeps the photo, so that masks can be looked for before there is a session."""
+    path = kept_photo(intent.photo, studio.workbench.store.root / "photos")
+    studio.sketches.keep(browser, path)
+
+
+def masks(intent: asked.SketchMasks, studio: Studio, browser: int) -> None:
+    """Looks for the masks of one thing; the page hears of them on `sketch`."""
+
+    def find() -> dict[str, Any]:
+        image, desk = studio.sketches.desk(browser)
+        return desk.masks(image, intent.name, list(intent.said), whole=False)
+
+    studio.finder.ask(browser, "sketch", intent.ticket, find)
+
+
+ACTIONS: dict[type, Callable[..., None]] = {asked.Sketch: sketch, asked.SketchMasks: masks}
+"""What each intent does."""

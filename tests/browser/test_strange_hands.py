@@ -1,0 +1,173 @@
+"""What a newcomer does first: decides, escapes, drags a slider, reads what was understood."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.browser.conftest import Desk
+
+pytestmark = pytest.mark.browser
+
+COVERED = """() => [...document.querySelectorAll('button, select, input, [role=button]')]
+  .filter(one => !one.disabled && one.offsetParent && !one.closest('#viewer'))
+  .filter(one => {
+    const box = one.getBoundingClientRect();
+    const scrolls = one.closest('.page, #run, #decision, .lanes, .evidence, .bar-top');
+    const inside = scrolls ? scrolls.getBoundingClientRect() : {left: 0, right: innerWidth};
+    return box.left < inside.left - 1 || box.right > inside.right + 1;
+  }).map(one => one.getAttribute('aria-label') || one.textContent)"""
+"""Enabled controls that reach out of what holds them sideways, where no scrolling brings them."""
+SMALL = """() => [...document.querySelectorAll('button')]
+  .filter(one => !one.disabled && one.offsetParent)
+  .filter(one => !one.matches('.link, .plain, .r'))
+  .map(one => [one.getBoundingClientRect(), one.getAttribute('aria-label') || one.textContent])
+  .filter(([box]) => box.height < 23.5 || box.width < 23.5).map(([box, text]) => text)"""
+"""Buttons that are no words in a text and smaller than 24 pixels."""
+
+
+def _size(page: Page, dark: bool) -> None:
+    page.set_viewport_size({"width": 1280, "height": 720})
+    name = "dark" if dark else "light"
+    page.evaluate("name => { document.documentElement.dataset.theme = name }", name)
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_deciding_is_in_sight_with_the_checklist_unfolded(waiting: Desk, dark: bool) -> None:
+    page = waiting.page
+    _size(page, dark)
+    waiting.proposal()
+    for link in page.get_by_role("button", name=re.compile(": show$")).all():
+        link.click()
+    for name in ("Accept", "Edit", "Reject"):
+        box = waiting.box(waiting.button(name))
+        assert box["y"] + box["height"] <= 720
+        assert waiting.button(name).evaluate(
+            "one => { const b = one.getBoundingClientRect();"
+            " return one.contains(document.elementFromPoint(b.x + b.width / 2, b.y + b.height / 2)) }"
+        )
+    assert page.evaluate(COVERED) == []
+    assert page.evaluate(SMALL) == []
+
+
+def test_escape_closes_forms(waiting: Desk) -> None:
+    page = waiting.page
+    waiting.proposal()
+    for name, field in (("Reject", "Reason"), ("Hint", "Hint"), ("Overrule", "Your reason")):
+        waiting.button(name).click()
+        expect(page.get_by_label(field, exact=True)).to_be_visible()
+        page.keyboard.press("Escape")
+        expect(page.get_by_label(field, exact=True)).to_have_count(0)
+
+
+def test_selecting_a_bar_shows_its_numbers_whichever_tab_is_open(waiting: Desk) -> None:
+    waiting.proposal()
+    waiting.tab("Photo")
+    action = waiting.snapshot.program.event.actions[0]
+    waiting.page.locator(f"[data-action={action.id}] .body").click()
+    expect(waiting.page.get_by_role("tabpanel", name="Inspector")).to_be_visible()
+
+
+def test_one_drag_makes_the_event_gentler_live_and_as_one_edit(waiting: Desk) -> None:
+    page = waiting.page
+    waiting.proposal()
+    before = waiting.snapshot.program
+    slider = page.get_by_label(re.compile("Gentler or harder"))
+    box = waiting.box(slider)
+    middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.move(*middle)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.3 * box["width"], middle[1], steps=4)
+    waiting.until(lambda: waiting.snapshot.attempt is not None, "a try under the pointer")
+    page.mouse.up()
+    waiting.until(lambda: waiting.snapshot.has_draft, "the edit")
+    waiting.idle()
+    assert waiting.snapshot.program != before
+    waiting.button("Undo (Ctrl+Z)").click()
+    waiting.until(lambda: waiting.snapshot.program == before, "what was before")
+
+
+def test_slower_sets_the_time_factor_and_pins_it(waiting: Desk) -> None:
+    page = waiting.page
+    waiting.proposal()
+    slider = page.get_by_label(re.compile("Slower or faster"))
+    slider.evaluate(
+        "one => { one.value = '-1'; one.dispatchEvent(new Event('input', {bubbles: true}));"
+        " one.dispatchEvent(new Event('change', {bubbles: true})) }"
+    )
+    waiting.until(lambda: waiting.snapshot.program.clip.time_factor < 0.6, "half the pace")
+    assert "clip.step_seconds" in waiting.snapshot.state.pinned
+
+
+def test_words_are_understood_in_a_line_and_followed(waiting: Desk) -> None:
+    page = waiting.page
+    waiting.proposal()
+    waiting.button("Reject").click()
+    page.get_by_label("Reason").fill("the push should start later")
+    waiting.button("Reject and try again").click()
+    expect(page.get_by_text(re.compile("later: the start of"))).to_be_visible()
+    proposal = waiting.proposal()
+    assert all("start_step" in getattr(edit, "path", "") for edit in proposal.edits)
+
+
+def test_words_that_are_not_understood_are_asked_about(waiting: Desk) -> None:
+    page = waiting.page
+    waiting.proposal()
+    waiting.button("Hint").click()
+    page.get_by_label("Hint", exact=True).fill("it looks odd to me")
+    waiting.button("Give the hint").click()
+    meant = page.get_by_role("group", name="What could be meant")
+    expect(meant).to_be_visible()
+    meant.get_by_role("button").first.click()
+    expect(page.get_by_text(re.compile("Understood:"))).to_be_visible()
+
+
+def test_a_link_opens_a_moment(waiting: Desk) -> None:
+    page = waiting.page
+    waiting.proposal()
+    session = waiting.snapshot.session_id
+    page.goto(f"{waiting.studio.address}/#session={session}&round=r1&frame=12")
+    page.reload()
+    clip = waiting.snapshot.program.clip
+    waiting.until(lambda: waiting.studio.view.frame(clip) == 12, "the frame of the link")
+
+
+def test_two_points_of_the_photo_are_measured(waiting: Desk) -> None:
+    page = waiting.page
+    waiting.proposal()
+    waiting.tab("Photo")
+    waiting.button("Measure").click()
+    box = waiting.box(page.locator(".photo-stage > svg"))
+    for share in (0.3, 0.7):
+        page.mouse.click(box["x"] + share * box["width"], box["y"] + 0.85 * box["height"])
+    expect(page.locator(".ph-rule text")).to_contain_text(re.compile(r"\d (cm|m)"))
+
+
+def test_a_thing_is_sent_this_way_by_an_arrow(waiting: Desk) -> None:
+    page = waiting.page
+    waiting.proposal()
+    waiting.tab("Photo")
+    waiting.button("This way").click()
+    scene, size = waiting.snapshot.program.scene, 832
+    name = waiting.snapshot.program.event.actions[0].name
+    item, camera = scene.object(name), scene.camera
+    assert item is not None
+    assert item.position is not None
+    assert camera is not None
+    import numpy as np
+
+    pixel = camera.project(np.array([item.position]))[0][0]
+    box = waiting.box(page.locator(".photo-stage > svg"))
+    scale = box["width"] / size
+    x, y = box["x"] + pixel[0] * scale, box["y"] + pixel[1] * scale
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 60, y + 25, steps=4)
+    page.mouse.up()
+    waiting.until(lambda: waiting.snapshot.has_draft, "the way")
+    force = waiting.snapshot.program.event.actions[0].model_dump()
+    told = force.get("force") or force.get("velocity")
+    assert told["direction"] == "right"
+    assert told["azimuth"] < 0

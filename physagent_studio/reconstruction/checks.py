@@ -93,7 +93,7 @@ def _row(camera: Camera) -> str:
 
 def _points(item: SceneObject, mask: BoolArray | None) -> Finding:
     area = 0 if mask is None else int(np.count_nonzero(mask))
-    text = f"{item.name} covers {area} pixels"
+    text = f"{item.name} is cut out of the photo, {area} pixels of it"
     return Finding("mask", item.name, float(area), 12.0, "px", area >= 12, "points", text)
 
 
@@ -130,14 +130,15 @@ def _silhouettes(
         if mask is None:
             continue
         value = iou(seen.owner == index, mask)
-        text = f"{item.name}, drawn as placed, covers its mask with IoU {value:.2f}"
+        text = f"the shape of {item.name} covers what was cut out with IoU {value:.2f}"
         out.append(
             Finding(
                 "reprojection", item.name, value, LEAST_IOU, "", value >= LEAST_IOU, "mask", text
             )
         )
         cut = border_share(mask)
-        text = f"{cut:.0%} of the outline of {item.name} runs along the border of the picture"
+        text = f"the border of the picture cuts off {cut:.0%} of the outline of {item.name}"
+        text = f"the whole of {item.name} is in the picture" if cut < 0.005 else text
         out.append(Finding("inside", item.name, cut, 0.5, "", cut <= 0.5, "mask", text))
     return out
 
@@ -150,9 +151,9 @@ def _contact(item: SceneObject, state: SceneState, meshes: Mapping[str, Mesh]) -
     if gap is None:
         text = f"{item.name} is not over its support {item.support}"
         return Finding("contact", item.name, 1.0, LARGEST_GAP, "m", False, "placement", text)
-    text = f"{item.name} is {abs(gap) * 1000:.2f} mm {'above' if gap >= 0 else 'inside'}"
-    text += f" {item.support}"
     fine = abs(gap) <= LARGEST_GAP
+    text = f"{item.name} is {abs(gap) * 1000:.2f} mm {'above' if gap >= 0 else 'inside'}"
+    text = f"{item.name} stands on {item.support}" if fine else f"{text} {item.support}"
     return Finding("contact", item.name, gap, LARGEST_GAP, "m", fine, "placement", text)
 
 
@@ -211,6 +212,5 @@ def _over_support(world: np.ndarray, support: Support) -> float | None:
 
 def _support(support: Support) -> Finding:
     fine = support.shape is not None
-    kind = support.shape.kind if support.shape is not None else "nothing yet"
-    text = f"{support.name} is a {kind}" if fine else f"{support.name} is not resolved"
+    text = f"where {support.name} lies is {'known' if fine else 'not known yet'}"
     return Finding("support", support.name, float(fine), 1.0, "", fine, "support", text)

@@ -84,11 +84,11 @@ def _below_horizon(item: SceneObject, camera: Camera, masks: Mapping[str, BoolAr
     """What stands on something level below the eye has its foot below the horizon."""
     foot = int(np.flatnonzero(masks[item.name].any(axis=1))[-1]) + 1
     above = max(0.0, (camera.horizon - foot) / camera.size[1])
-    text = f"the foot of {item.name}, row {foot}, is below the horizon"
+    text = f"{item.name} stands lower in the photo than the horizon"
     if above:
         text = (
-            f"the foot of {item.name} is at row {foot}, above the horizon at row"
-            f" {camera.horizon:.0f}: nothing stands there"
+            f"{item.name} stands above the horizon of the photo (row {foot}, horizon at row"
+            f" {camera.horizon:.0f}), where no ground is"
         )
     return Finding("foot", item.name, above, 0.0, "picture heights", above == 0, "camera", text)
 

@@ -130,10 +130,10 @@ def _decided_edits(command: commands.Decide, item: Round) -> tuple[Edit, ...]:
     if command.kind == "accept_hunks":
         unknown = set(command.hunks) - {hunk.id for hunk in item.proposal.hunks}
         if unknown:
-            raise InputError(f"the proposal has no hunk {', '.join(sorted(unknown))}")
+            raise InputError(f"the proposal has no change called {', '.join(sorted(unknown))}")
         chosen = [hunk for hunk in item.proposal.hunks if hunk.id in command.hunks]
         if not chosen:
-            raise InputError("select at least one hunk, or reject the proposal")
+            raise InputError("tick at least one change, or reject the proposal")
         return tuple(edit for hunk in chosen for edit in hunk.edits)
     if command.kind in ("override", "edit"):
         if not command.edits:

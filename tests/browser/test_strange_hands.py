@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
@@ -20,6 +21,11 @@ COVERED = """() => [...document.querySelectorAll('button, select, input, [role=b
     return box.left < inside.left - 1 || box.right > inside.right + 1;
   }).map(one => one.getAttribute('aria-label') || one.textContent)"""
 """Enabled controls that reach out of what holds them sideways, where no scrolling brings them."""
+ON_TOP = """one => {
+  const { x, y, width, height } = one.getBoundingClientRect();
+  return one.contains(document.elementFromPoint(x + width / 2, y + height / 2));
+}"""
+"""Whether a click on the middle of an element reaches it."""
 SMALL = """() => [...document.querySelectorAll('button')]
   .filter(one => !one.disabled && one.offsetParent)
   .filter(one => !one.matches('.link, .plain, .r'))
@@ -44,10 +50,7 @@ def test_deciding_is_in_sight_with_the_checklist_unfolded(waiting: Desk, dark: b
     for name in ("Accept", "Edit", "Reject"):
         box = waiting.box(waiting.button(name))
         assert box["y"] + box["height"] <= 720
-        assert waiting.button(name).evaluate(
-            "one => { const b = one.getBoundingClientRect();"
-            " return one.contains(document.elementFromPoint(b.x + b.width / 2, b.y + b.height / 2)) }"
-        )
+        assert waiting.button(name).evaluate(ON_TOP)
     assert page.evaluate(COVERED) == []
     assert page.evaluate(SMALL) == []
 
@@ -156,8 +159,6 @@ def test_a_thing_is_sent_this_way_by_an_arrow(waiting: Desk) -> None:
     assert item is not None
     assert item.position is not None
     assert camera is not None
-    import numpy as np
-
     pixel = camera.project(np.array([item.position]))[0][0]
     box = waiting.box(page.locator(".photo-stage > svg"))
     scale = box["width"] / size

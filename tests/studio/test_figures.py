@@ -10,12 +10,19 @@ from physagent_studio.studio.figures.figure import memory, p95
 
 def test_every_promise_has_a_row() -> None:
     rows = measure_studio(
-        scrubs=5, drops=2, rounds=1, many=4, browser=False, watched=0.5, photos=examples(None)[:1]
-    )
+        scrubs=5,
+        drops=2,
+        dragged=3,
+        rounds=1,
+        many=4,
+        browser=False,
+        watched=0.5,
+        photos=examples(None)[:1],
+    )  # fmt: skip
     names = [row.name for row in rows]
     assert len(set(names)) == len(names)
     for words in ("scrub to pose", "opening", "frames a second", "share of a core", "scrubs",
-                  "bar dropped", "memory grown over 1 rounds", "4 rounds open",
+                  "bar dropped", "dragged bars", "memory grown over 1 rounds", "4 rounds open",
                   "after a click, 3 things, slowest", "after a box, 3 things, median"):  # fmt: skip
         assert any(words in name for name in names), words
     assert all(math.isfinite(row.value) and row.value >= 0 and row.unit for row in rows)

@@ -12,6 +12,7 @@ import time
 from typing import Any
 
 from physagent_studio.studio.figures.figure import Figure, p95
+from physagent_studio.studio.figures.paths import paths
 from physagent_studio.studio.studio import Studio
 
 FLAGS = [
@@ -20,6 +21,8 @@ FLAGS = [
     "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist",
 ]  # fmt: skip
 DROPS, FRAMES, WATCHED = 20, 30, 3.0
+NEWCOMER = "localStorage['studio.toured'] = 'true'; localStorage['studio.autoplay'] = 'false'"
+"""The tour is over, and nothing plays by itself while something is measured."""
 
 # What the scripts below share: the viewer's page, and a wait until what it draws is finished.
 VIEWER = """
@@ -84,6 +87,11 @@ FETCHED = """async () => {
   }
 }"""
 
+# Bytes that the page and the 3D view in it have fetched, as they came over the wire.
+WEIGHT = """() => [window, document.getElementById('viewer').contentWindow].flatMap(one =>
+  ['resource', 'navigation'].flatMap(kind => one.performance.getEntriesByType(kind)))
+  .reduce((all, one) => all + (one.transferSize || one.encodedBodySize || 0), 0)"""
+
 SCENE_IS_THERE = """names => {
   const inner = document.getElementById('viewer').contentWindow?.__viserMutable;
   if (!inner?.canvas || !['', '1'].includes(inner.canvas.style.opacity)) return false;
@@ -105,6 +113,7 @@ def in_a_browser(studio: Studio, action: str) -> list[Figure]:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=path, headless=True, args=FLAGS)
         page = browser.new_page(viewport={"width": 1280, "height": 800})
+        page.add_init_script(NEWCOMER)
         began = time.perf_counter()
         page.goto(studio.address)
         page.locator(f".tl [data-action='{action}']").wait_for()
@@ -116,6 +125,8 @@ def in_a_browser(studio: Studio, action: str) -> list[Figure]:
         seconds = [page.evaluate(DROP, [action, 8 + 4 * n, trail]) / 1000 for n in range(DROPS)]
         frame = statistics.median(page.evaluate(ONE_FRAME, FRAMES))
         rate = page.evaluate(PLAYED, WATCHED)
+        weight = page.evaluate(WEIGHT) / 2**20
+        gone = paths(page, studio)
         browser.close()
     return [
         Figure("page usable in Chromium after opening", usable * 1000, "ms", 3000),
@@ -123,6 +134,8 @@ def in_a_browser(studio: Studio, action: str) -> list[Figure]:
         Figure("bar dropped to new trajectory in Chromium, demo, p95", p95(seconds), "ms", 400),
         Figure("one frame in Chromium, demo", frame, "ms", 100),
         Figure("frames a second in Chromium while playing, demo", rate, "1/s", 15, above=True),
+        Figure("page and 3D view fetched at opening", weight, "MB", 8),
+        *gone,
     ]
 
 

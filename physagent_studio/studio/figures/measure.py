@@ -29,6 +29,7 @@ def measure_studio(
     *,
     scrubs: int = 1000,
     drops: int = 40,
+    dragged: int = 200,
     rounds: int = 50,
     many: int = 200,
     browser: bool = True,
@@ -42,7 +43,7 @@ def measure_studio(
     return [
         *_motion(scrubs, watched),
         *four_masks(photos, _running),
-        *_demo(drops, browser),
+        *_demo(drops, dragged, browser),
         _rounds(rounds),
         _opening(many),
     ]
@@ -113,7 +114,7 @@ def _play(page: Connection, wire: Wire, seconds: float) -> tuple[float, float]:
 # --- editing the demo --------------------------------------------------------------------------
 
 
-def _demo(drops: int, browser: bool) -> list[Figure]:
+def _demo(drops: int, dragged: int, browser: bool) -> list[Figure]:
     with _running(commands.OpenCase(assets_dir() / "demo", "knocks_block_over")) as studio:
         studio.workbench.post(commands.Step())
         studio.workbench.wait(120)
@@ -124,10 +125,27 @@ def _demo(drops: int, browser: bool) -> list[Figure]:
             wire = Wire(viewer)
             settle(studio)
             dropped = [_drop(page, wire, action, 8 + 4 * (n % 20)) for n in range(drops)]
+            before = memory()
+            for n in range(dragged):
+                _drag(page, action, 8 + 4 * (n % 20))
+            settle(studio)
+            grown = memory() - before
         return [
             Figure("bar dropped to new trajectory on the wire, demo, p95", p95(dropped), "ms", 400),
+            Figure(f"memory grown over {dragged} dragged bars", max(grown, 0.0), "MB", 100),
             *(in_a_browser(studio, action) if browser else ()),
         ]
+
+
+def _drag(page: Connection, action: str, step: int) -> None:
+    """A bar under the pointer, tried on its way and then let go."""
+    for at in (step - 2, step - 1):
+        edit = {"op": "set", "path": f"event.actions.{action}.start_step", "value": at}
+        page.send(json.dumps({"do": "try", "edits": [edit]}))
+        time.sleep(0.02)
+    edit = {"op": "set", "path": f"event.actions.{action}.start_step", "value": step}
+    page.send(json.dumps({"do": "edit", "edits": [edit], "reason": "timeline", "ticket": 1}))
+    time.sleep(0.05)
 
 
 def _drop(page: Connection, wire: Wire, action: str, step: int) -> float:

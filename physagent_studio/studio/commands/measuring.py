@@ -52,7 +52,7 @@ def _distances(snapshot: Snapshot, eye: FloatArray, ray: FloatArray) -> Iterator
     for item in state.objects:
         mesh = scene.meshes.get(item.name) if scene else None
         if mesh is not None and item.position is not None:
-            turn = matrix_of(np.array(item.rotation))
+            turn = matrix_of(item.rotation)
             here = (eye - np.array(item.position)) @ turn
             yield from _hits(mesh.vertices[mesh.faces], here, ray @ turn)
     for mesh in scene.support_meshes.values() if scene else ():

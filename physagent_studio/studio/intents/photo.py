@@ -96,5 +96,7 @@ class SwitchForm(Frozen):
     kind: FormKind | None = None
 
 
-PhotoIntent = FindMasks | TakeMask | FindEdge | SetHorizon | SetSize | PlaceRamp | SwitchForm
-PhotoIntent |= Sketch | SketchMasks
+PhotoIntent = (
+    FindMasks | TakeMask | FindEdge | SetHorizon | SetSize | PlaceRamp | SwitchForm | Sketch
+    | SketchMasks
+)  # fmt: skip

@@ -8,6 +8,7 @@ from typing import Any
 from physagent_studio.agent.by_hand import turn_of
 from physagent_studio.agent.loop import EASING
 from physagent_studio.program import AddItem, PhysicalProgram
+from physagent_studio.program.timing import PACE
 from physagent_studio.records import Assessment, LoopState, Proposal, Round, doubts_of
 from physagent_studio.studio.panels.checklist import checklist_of, demands_of
 from physagent_studio.studio.panels.compared import comparison_of
@@ -327,7 +328,10 @@ def _hunks(proposal: Proposal, program: PhysicalProgram) -> list[dict[str, Any]]
         {
             "id": hunk.id,
             "summary": hunk.summary,
-            "rows": [edit_row(edit, program) for edit in hunk.edits],
+            # What sets a pace together is said once, in the summary.
+            "rows": []
+            if any(getattr(edit, "path", "") in PACE for edit in hunk.edits)
+            else [edit_row(edit, program) for edit in hunk.edits],
             "edits": [plain(edit) for edit in hunk.edits],
         }
         for hunk in proposal.hunks

@@ -18,6 +18,8 @@ from physagent_studio.studio.scene.places import centre_and_size
 from physagent_studio.studio.scene.surround import surround_of
 
 FloatArray = NDArray[np.float64]
+Files = tuple[tuple[bytes, ...], tuple[bytes, ...]]
+"""What lies beyond the photo, and what the photo shows, as binary glTF."""
 ON_ITS_WAY = 10.0
 """Seconds for which a browser's camera may still be where it was before it was moved."""
 
@@ -59,7 +61,7 @@ class Cameras:
         self._image: Image | None = None
         self._supports: tuple[Mesh, ...] = ()
         self._with_photo = True
-        self._made: tuple[tuple[object, ...], tuple[bytes, ...], tuple[bytes, ...]] | None = None
+        self._made: tuple[tuple[object, ...], Files] | None = None
 
     def add(self, client: viser.ClientHandle) -> None:
         """A browser came; it opens in the photo's own camera."""
@@ -161,26 +163,27 @@ class Cameras:
         camera, scene = self._program.scene.camera, eye.client.scene
         around: list[viser.SceneNodeHandle] = []
         if self._image is not None and camera is not None and self._with_photo:
-            beyond, seen = self._surround(camera, self._image)
             if eye.view == "photo":
                 around.append(add_backdrop(scene, self._program, camera, self._image))
+            beyond, seen = self._surround(camera, self._image)
             for at, glb in enumerate(beyond if eye.view == "photo" else (*beyond, *seen)):
                 around.append(scene.add_glb(f"/around/{at}", glb, cast_shadow=False))
         self._eyes[number] = replace(eye, around=tuple(around))
 
-    def _surround(self, camera: Camera, image: Image) -> tuple[tuple[bytes, ...], ...]:
+    def _surround(self, camera: Camera, image: Image) -> Files:
         """The picture around a scene as files for the browser, made once for all of them."""
         key = (camera, image, self._supports, self._program.scene.supports)
-        if self._made is None or not all(a is b for a, b in zip(self._made[0], key, strict=True)):
-            floors = [one.shape for one in self._program.scene.supports]
-            level = next((one.height for one in floors if isinstance(one, Floor)), None)
-            _, size = centre_and_size(self._program)
-            far = 1.3 * far_of(self._program, camera)
-            made = surround_of(camera, image, level, self._supports, far, size)
-            parts = [tuple(glb_of(one, quality=85) for one in each) for each in
-                     (made.beyond, made.seen)]  # fmt: skip
-            self._made = (key, *parts)
-        return self._made[1:]
+        if self._made is not None and all(a is b for a, b in zip(self._made[0], key, strict=True)):
+            return self._made[1]
+        floors = [one.shape for one in self._program.scene.supports]
+        level = next((one.height for one in floors if isinstance(one, Floor)), None)
+        _, size = centre_and_size(self._program)
+        far = 1.3 * far_of(self._program, camera)
+        made = surround_of(camera, image, level, self._supports, far, size)
+        beyond = tuple(glb_of(one, quality=85) for one in made.beyond)
+        files = (beyond, tuple(glb_of(one, quality=85) for one in made.seen))
+        self._made = (key, files)
+        return files
 
 
 def add_backdrop(

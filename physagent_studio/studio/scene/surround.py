@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from physagent_studio.program import Camera
 from physagent_studio.records import Image, Mesh
@@ -21,6 +21,8 @@ ACROSS, UP = 16, 40
 """Cells of the dome across one width of the photo, and from straight below to straight above."""
 RINGS = 26
 """Rings of the ground from below the camera to far away."""
+THIN = 4
+"""How many pixels of the photo make one of what is blurred anyway, along each side."""
 BLUR = 0.03
 """Blur of what lies beyond the photo, as a part of its width."""
 FINE = 48
@@ -45,7 +47,8 @@ def surround_of(
     size: float,
 ) -> Surround:  # fmt: skip
     """Everything around a scene. floor: its height, m; far: distance of the sky, m."""
-    soft = cv2.GaussianBlur(image, (0, 0), max(BLUR * image.shape[1], 1.0))
+    small = cv2.resize(image, None, fx=1 / THIN, fy=1 / THIN, interpolation=cv2.INTER_AREA)
+    soft = cv2.GaussianBlur(small, (0, 0), max(BLUR * small.shape[1], 1.0)).astype(np.uint8)
     inside, outside = _dome(camera, image, soft, far)
     seen = [inside, *(skin for one in supports if (skin := _skin(one, camera, image)) is not None)]
     if floor is not None:
@@ -89,6 +92,12 @@ def _directions(camera: Camera, azimuth: FloatArray, elevation: FloatArray) -> F
     return np.stack([flat * np.cos(angle), flat * np.sin(angle), np.sin(elevation)], axis=-1)
 
 
+def _crossed(rows: ArrayLike, columns: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Row and column of every point of a grid, row after row."""
+    a, b = np.meshgrid(rows, columns, indexing="ij")
+    return a.ravel().astype(np.float64), b.ravel().astype(np.float64)
+
+
 def _grid_faces(rows: int, columns: int) -> NDArray[np.int32]:
     at = np.arange(rows * columns).reshape(rows, columns)
     a, b, c, d = at[:-1, :-1], at[:-1, 1:], at[1:, :-1], at[1:, 1:]
@@ -105,18 +114,23 @@ def _dome(camera: Camera, image: Image, soft: Image, far: float) -> tuple[Mesh, 
     count = math.ceil(math.pi / step)
     azimuths = step * np.arange(-count, count + 1)
     elevations = np.linspace(-math.pi / 2, math.pi / 2, UP + 1)
-    elevation, azimuth = (one.ravel() for one in np.meshgrid(elevations, azimuths, indexing="ij"))
+    elevation, azimuth = _crossed(elevations, azimuths)
     uv = _pixels(camera, azimuth, elevation)
     points = np.array(camera.position) + far * _directions(camera, azimuth, elevation)
     faces = _grid_faces(len(elevations), len(azimuths))
-    width, rows = camera.size
     ahead = _in_photo(camera, points, margin=0.0)
     own = ahead[faces].all(axis=1)
     seen = Mesh(points, _both(faces[own]), uv, image)
     # Slightly farther away, and under the photo's border too: no gap shows there.
     outer = points + 0.02 * (points - np.array(camera.position))
-    beyond = Mesh(outer, _both(faces), uv * (soft.shape[1] / width, soft.shape[0] / rows), soft)
+    beyond = Mesh(outer, _both(faces), _in_soft(uv, camera, soft), soft)
     return seen, beyond
+
+
+def _in_soft(pixels: FloatArray, camera: Camera, soft: Image) -> FloatArray:
+    """Pixels of the photo in the blurred picture, off its border: textures go on at the other."""
+    size = np.array([soft.shape[1], soft.shape[0]])
+    return np.clip(pixels * (size / np.array(camera.size)), 2.0, size - 2.0)
 
 
 def _in_photo(camera: Camera, points: FloatArray, margin: float) -> NDArray[np.bool_]:
@@ -142,12 +156,12 @@ def _ground(camera: Camera, image: Image, soft: Image, height: float, far: float
     step = 2 * _half_width(camera) / ACROSS
     count = math.ceil(math.pi / step)
     azimuths = step * np.arange(-count, count + 1)
-    dip, azimuth = (one.ravel() for one in np.meshgrid(dips, azimuths, indexing="ij"))
+    dip, azimuth = _crossed(dips, azimuths)
     ways = _directions(camera, azimuth, dip)
     around = eye + ways * (above / np.maximum(-ways[:, 2:], 1e-9))
     faces = _both(_grid_faces(len(dips), len(azimuths)))
     sunk = around - [0.0, 0.0, 0.5 * BELOW]
-    found = [Mesh(sunk, faces, _pixels(camera, azimuth, dip), soft)]
+    found = [Mesh(sunk, faces, _in_soft(_pixels(camera, azimuth, dip), camera, soft), soft)]
     crisp = _seen_ground(camera, image, height, far)
     return found if crisp is None else [*found, crisp]
 
@@ -155,7 +169,7 @@ def _ground(camera: Camera, image: Image, soft: Image, height: float, far: float
 def _seen_ground(camera: Camera, image: Image, height: float, far: float) -> Mesh | None:
     width, rows = camera.size
     columns, lines = np.linspace(0, width, FINE + 1), np.linspace(0, rows, FINE + 1)
-    line, column = (one.ravel() for one in np.meshgrid(lines, columns, indexing="ij"))
+    line, column = _crossed(lines, columns)
     uv = np.stack([column, line], axis=-1)
     rays, eye = camera.rays(uv), np.array(camera.position)
     down = -rays[:, 2] / np.linalg.norm(rays, axis=1)

@@ -22,7 +22,12 @@ from physagent_studio.agent.rules.planner.parameters import Knob
 from physagent_studio.agent.rules.planner.repairs import structural
 from physagent_studio.agent.rules.planner.stage_one import repair_scene
 from physagent_studio.agent.rules.planner.trials import Candidate, Score, Search
-from physagent_studio.agent.rules.planner.wording import proposal, question_for, rationale_of
+from physagent_studio.agent.rules.planner.wording import (
+    apart_from_pace,
+    proposal,
+    question_for,
+    rationale_of,
+)
 from physagent_studio.program.edits import Edit
 from physagent_studio.records import Proposal
 
@@ -49,8 +54,8 @@ class RulePlanner:
         """Edits of just the failed factor; without hunks and with a question where it is stuck."""
         words = heard(situation)
         told = understood(situation.program, words) if words else Understood()
-        proposal = self._proposed(keeping(situation, told.kept), told, words)
-        return with_words(situation, proposal, told, words)
+        made = self._proposed(keeping(situation, told.kept), told, words)
+        return with_words(situation, made, told, words)
 
     def _proposed(self, situation: Situation, told: Understood, words: str) -> Proposal:
         if situation.assessment.stage == "reconstruction":
@@ -190,13 +195,18 @@ def _proposal(situation: Situation, start: Candidate, best: Candidate, search: S
     return proposal(
         situation.program,
         rationale_of(situation, start, best),
-        # One hunk per edit, so that each can be accepted by itself.
-        *((edit,) for edit in best.edits),
+        *_grouped(best),
         factor=factor,
         confidence=round(confidence, 2),
         simulations=search.runs,
         touches_verified=touches,
     )
+
+
+def _grouped(best: Candidate) -> list[tuple[Edit, ...]]:
+    """One hunk per edit, so that each can be accepted by itself; another pace is one as a whole."""
+    paced, others = apart_from_pace(best.edits)
+    return [*([paced] if paced else []), *((edit,) for edit in others)]
 
 
 def _stuck(situation: Situation, search: Search) -> Proposal:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from typing import Any
 
 from physagent_studio.agent.roles import Situation
@@ -10,6 +11,7 @@ from physagent_studio.agent.rules.planner.trials import Candidate
 from physagent_studio.errors import StudioError
 from physagent_studio.program.edits import AddItem, Edit, RemoveItem, SetField, value_at
 from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.program.timing import PACE
 from physagent_studio.records import Hunk, Proposal
 
 
@@ -42,8 +44,29 @@ def proposal(
 
 
 def summary_of(program: PhysicalProgram, edits: tuple[Edit, ...]) -> str:
-    """What the edits do, in words and figures."""
-    return "; ".join(_one(program, edit) for edit in edits)
+    """What the edits do, in words and figures; another pace is one thing, however many it sets."""
+    paced, others = apart_from_pace(edits)
+    told = [_paced(program, paced)] if paced else []
+    return "; ".join([*told, *(_one(program, edit) for edit in others)])
+
+
+def apart_from_pace(edits: Sequence[Edit]) -> tuple[tuple[Edit, ...], tuple[Edit, ...]]:
+    """Edits that give the clip another pace, with the starts and lengths that keep their seconds,
+    and all others."""
+    paths = [getattr(edit, "path", "") for edit in edits]
+    if not any(path in PACE for path in paths):
+        return (), tuple(edits)
+    of_pace = [path.startswith("clip.") or path.rsplit(".", 1)[-1] in _IN_STEPS for path in paths]
+    paced = tuple(edit for edit, mine in zip(edits, of_pace, strict=True) if mine)
+    return paced, tuple(edit for edit, mine in zip(edits, of_pace, strict=True) if not mine)
+
+
+def _paced(program: PhysicalProgram, edits: tuple[Edit, ...]) -> str:
+    clip = program.clip.model_dump(mode="json")
+    clip |= {e.path.split(".")[1]: e.value for e in edits
+             if isinstance(e, SetField) and e.path.startswith("clip.")}  # fmt: skip
+    before, now = program.clip.time_factor, type(program.clip).model_validate(clip).time_factor
+    return f"pace from {before:.2g} to {now:.2g} × real time"
 
 
 def _one(program: PhysicalProgram, edit: Edit) -> str:
@@ -88,7 +111,7 @@ _WORDS = {
     "density": "weight",
 }
 _UNITS = {"azimuth": "°", "elevation": "°", "density": " kg/m³"}
-_IN_STEPS = frozenset({"start_step", "duration", "delay", "timeout"})
+_IN_STEPS = frozenset({"start_step", "duration", "delay", "timeout", "from_step", "to_step"})
 _OF_MATERIAL = frozenset({"friction", "rolling", "restitution", "density"})
 """What people call the numbers of a push, what they are counted in, which are said in seconds, and
 which the material answers for."""

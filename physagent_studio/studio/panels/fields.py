@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from physagent_studio.program import Action, PhysicalProgram
-from physagent_studio.program.scene.materials import material
+from physagent_studio.program import MATERIALS, Action, PhysicalProgram
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.studio.panels.words import (
     DIRECTED_UNITS,
@@ -74,7 +73,7 @@ def _numbers(
 def _of_object(item: SceneObject) -> Iterator[dict[str, Any]]:
     for field in sorted(OF_MATERIAL):
         own = getattr(item, field)
-        value = own if own is not None else getattr(material(item.material), field)
+        value = own if own is not None else getattr(MATERIALS[item.material], field)
         yield {
             "of": item.name.replace("_", " "),
             "what": SPOKEN[field],

@@ -203,8 +203,8 @@ export function makeProposal(show, focus, mark) {
               e.target.classList.toggle("wrong", !good);
               if (good) one.value = now.whole ? Math.round(number / now.scale) : number / now.scale;
             } }),
-            h("span", { class: "unit faint", style: "white-space:nowrap" }, `${now.unit}, now ${Number((now.value * now.scale).toPrecision(4))}`),
-            mine.length > 1 ? button("Remove", () => { mine.splice(at, 1); show(); }, { class: "b quiet small" }) : null));
+            h("span", { class: "unit faint", style: "white-space:nowrap" }, `${now.unit ? `${now.unit}, ` : ""}now ${Number((now.value * now.scale).toPrecision(4))}`),
+            mine.length > 1 ? button("✕", () => { mine.splice(at, 1); show(); }, { class: "b quiet small", "aria-label": "Leave this number out", title: "Leave this number out" }) : null));
       }),
       h("div", { class: "row" },
         button("Another number", () => { mine.push({ path: fields[0].path, value: fields[0].value }); show(); }, { class: "b small" }),

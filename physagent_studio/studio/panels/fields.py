@@ -10,7 +10,6 @@ from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.studio.panels.words import (
     DIRECTED_UNITS,
     OF_MATERIAL,
-    OPERATORS,
     plain,
     unit_of,
 )
@@ -39,18 +38,13 @@ def fields_of(program: PhysicalProgram) -> list[dict[str, Any]]:
     return rows + [row for item in program.scene.objects for row in _of_object(item)]
 
 
-def whose(action: Action) -> str:
-    """`push of the scooter`, as one speaks of an action."""
-    return f"{OPERATORS[action.operator].lower()} of {action.name.replace('_', ' ')}"
-
-
 def _of_action(action: Action, program: PhysicalProgram) -> Iterator[dict[str, Any]]:
     base, step = f"event.actions.{action.id}", program.clip.step_seconds
     for path, field, value, quantity in _numbers(plain(action), base, ""):
         steps = unit_of(path) == "steps"
         unit = DIRECTED_UNITS.get(quantity, "") if field == "magnitude" else ""
         yield {
-            "of": whose(action),
+            "of": action.id.replace("_", " "),
             "what": SPOKEN[field],
             "path": path,
             "value": value,

@@ -1,3 +1,3 @@
 """Program → MuJoCo model → rollout."""
 
-from physagent_studio.simulation.simulator import Simulator, resimulate, simulate
+from physagent_studio.simulation.simulator import Simulator, simulate

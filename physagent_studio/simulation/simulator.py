@@ -67,7 +67,14 @@ class Simulator:
         cancelled: Callable[[], bool] | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> Rollout:
-        """Runs the whole clip; see `simulate`."""
+        """Runs a program whose scene is resolved.
+
+        meshes: visual mesh per object name, body frame; shapes that are no primitives collide as
+        its convex hull, or as convex parts. progress: called with 0 … 1 at every frame. The same
+        program and meshes give the same bits. Raises SimulationError for a scene that cannot run
+        and Cancelled when `cancelled` says so. A blow-up is no error: the rollout ends before it
+        with a warning of kind `blow_up`.
+        """
         return self._run(program, meshes, None, 0, cancelled, progress)
 
     def resimulate(
@@ -80,7 +87,12 @@ class Simulator:
         cancelled: Callable[[], bool] | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> Rollout:
-        """Runs the tail of an edited program; see `resimulate`."""
+        """The rollout of an edited program, taking over what `previous` did before `from_step`.
+
+        It starts from the last snapshot that no edit can have touched, even where `from_step` is
+        later, and from the very start where more than actions was edited; so the result always
+        has the same bits as `simulate(program, meshes)`.
+        """
         return self._run(program, meshes, previous, from_step, cancelled, progress)
 
     def outlines(
@@ -272,43 +284,6 @@ def _frame(program: PhysicalProgram, previous: Rollout, from_step: int) -> int:
     return max(min(step // previous.steps_per_frame, len(previous.memories) - 1), 0)
 
 
-def simulate(
-    program: PhysicalProgram,
-    meshes: Mapping[str, Mesh] = NO_MESHES,
-    *,
-    simulator: Simulator | None = None,
-    cancelled: Callable[[], bool] | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> Rollout:
-    """Runs a program whose scene is resolved.
-
-    meshes: visual mesh per object name, body frame; shapes that are no primitives collide as its
-    convex hull, or as convex parts. simulator: keeps compiled models between calls. progress:
-    called with 0 … 1 at every frame. The same program and meshes give the same bits.
-    Raises SimulationError for a scene that cannot run and Cancelled when `cancelled` says so. A
-    blow-up is no error: the rollout ends before it with a warning of kind `blow_up`.
-    """
-    runner = simulator or Simulator()
-    return runner.simulate(program, meshes, cancelled=cancelled, progress=progress)
-
-
-def resimulate(
-    program: PhysicalProgram,
-    meshes: Mapping[str, Mesh],
-    previous: Rollout,
-    from_step: int,
-    *,
-    simulator: Simulator | None = None,
-    cancelled: Callable[[], bool] | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> Rollout:
-    """The rollout of an edited program, taking over what `previous` did before `from_step`.
-
-    It starts from the last snapshot that no edit can have touched, even where `from_step` is
-    later, and from the very start where more than actions was edited; so the result always has
-    the same bits as `simulate(program, meshes)`.
-    """
-    runner = simulator or Simulator()
-    return runner.resimulate(
-        program, meshes, previous, from_step, cancelled=cancelled, progress=progress
-    )
+def simulate(program: PhysicalProgram, meshes: Mapping[str, Mesh] = NO_MESHES) -> Rollout:
+    """`Simulator.simulate` without anything kept between calls."""
+    return Simulator().simulate(program, meshes)

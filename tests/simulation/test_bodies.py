@@ -36,7 +36,7 @@ from physagent_studio.program.scene.state import (
     Sphere,
 )
 from physagent_studio.records import Mesh
-from physagent_studio.simulation import resimulate, simulate
+from physagent_studio.simulation import Simulator, simulate
 from physagent_studio.simulation.bodies import convex_parts as convex
 from physagent_studio.simulation.bodies.flexes import flex_of
 from physagent_studio.simulation.bodies.solids import solid_of
@@ -206,7 +206,7 @@ def test_the_tail_of_a_deformable_run_has_the_same_bits(kind):
     before = simulate(clip)
     event = clip.event.model_copy(update={"actions": (late,)})
     edited = clip.model_copy(update={"event": event})
-    full, tail = simulate(edited), resimulate(edited, {}, before, 70)
+    full, tail = simulate(edited), Simulator().resimulate(edited, {}, before, 70)
     assert (full.positions == tail.positions).all()
     assert (full.vertices[0][1] == tail.vertices[0][1]).all()
     assert full.releases == tail.releases

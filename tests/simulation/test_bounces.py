@@ -11,7 +11,7 @@ from physagent_studio.benchmark.physics.bounces import SHAPES, tumbling
 from physagent_studio.benchmark.physics.scenes import ground, program, thing
 from physagent_studio.program.actions import SetAngularVelocity, SetVelocity
 from physagent_studio.program.scene.state import Box, Frustum, Ramp, Sphere, Torus
-from physagent_studio.simulation import Simulator, resimulate, simulate
+from physagent_studio.simulation import Simulator, simulate
 
 
 def test_what_slides_and_spins_flat_does_not_hop():
@@ -66,6 +66,6 @@ def test_what_falls_into_a_wedge_is_not_thrown_back(kind, restitution, friction)
     whole = (rollout.kinetic + rollout.potential).sum(axis=1)
     # Without a look at the energy some of these gain up to seven times of what they had.
     assert whole.max() < 1.06 * whole[0]
-    again = resimulate(clip, {}, rollout, 100)
+    again = Simulator().resimulate(clip, {}, rollout, 100)
     assert np.array_equal(again.positions, rollout.positions)
     assert np.array_equal(again.contacts, rollout.contacts)

@@ -24,7 +24,7 @@ from physagent_studio.records.rollout_io import (
     rollout_to_bytes,
     save_rollout,
 )
-from physagent_studio.simulation import Simulator, resimulate, simulate
+from physagent_studio.simulation import Simulator, simulate
 from physagent_studio.simulation.stepping import resume
 
 ARRAYS = (
@@ -128,7 +128,7 @@ def test_resimulate_gives_the_bits_of_a_full_run(path, value):
     full = simulate(edited)
     assert digest(full) != digest(before)
     for step in (0, 63, 200, 320):
-        assert digest(resimulate(edited, {}, before, step)) == digest(full), step
+        assert digest(Simulator().resimulate(edited, {}, before, step)) == digest(full), step
 
 
 def test_resimulate_in_the_middle_of_every_kind_of_waiting():
@@ -139,7 +139,7 @@ def test_resimulate_in_the_middle_of_every_kind_of_waiting():
     full = simulate(edited)
     assert full.spans[3].start is not None
     for step in (10, 100, 170, 240):
-        assert digest(resimulate(edited, {}, before, step)) == digest(full)
+        assert digest(Simulator().resimulate(edited, {}, before, step)) == digest(full)
 
 
 def test_a_saved_rollout_comes_back_and_can_be_continued(tmp_path):
@@ -151,7 +151,7 @@ def test_a_saved_rollout_comes_back_and_can_be_continued(tmp_path):
     changed = dataclasses.replace(before, masses=before.masses * 2)
     assert rollout_to_bytes(changed) != rollout_to_bytes(before) == rollout_to_bytes(loaded)
     edited = apply(busy(), [SetField(path="event.actions.push.duration", value=70)])
-    assert digest(resimulate(edited, {}, loaded, 100)) == digest(simulate(edited))
+    assert digest(Simulator().resimulate(edited, {}, loaded, 100)) == digest(simulate(edited))
 
 
 def test_a_run_whose_snapshots_are_of_another_version_is_not_gone_on_from():
@@ -159,7 +159,7 @@ def test_a_run_whose_snapshots_are_of_another_version_is_not_gone_on_from():
     assert before.snapshots is not None
     old = dataclasses.replace(before, snapshots=before.snapshots[:, :-1])
     edited = apply(busy(), [SetField(path="event.actions.push.duration", value=70)])
-    assert digest(resimulate(edited, {}, old, 100)) == digest(simulate(edited))
+    assert digest(Simulator().resimulate(edited, {}, old, 100)) == digest(simulate(edited))
 
 
 @pytest.mark.parametrize("of", ["engine", "law"])
@@ -172,7 +172,7 @@ def test_a_run_of_another_engine_or_law_is_not_gone_on_from(of, monkeypatch):
         before = simulate(busy())
     other = dataclasses.replace(before, positions=before.positions + 1)
     edited = apply(busy(), [SetField(path="event.actions.push.duration", value=70)])
-    assert digest(resimulate(edited, {}, other, 100)) == digest(simulate(edited))
+    assert digest(Simulator().resimulate(edited, {}, other, 100)) == digest(simulate(edited))
 
 
 def test_a_rollout_that_was_tampered_with_is_refused():
@@ -277,12 +277,12 @@ def test_a_blow_up_is_named_with_its_step_object_and_cause():
 
 def test_cancelling_and_progress():
     seen = []
-    simulate(busy(), progress=seen.append)
+    Simulator().simulate(busy(), progress=seen.append)
     assert seen[0] == 0
     assert seen[-1] == 1
     assert seen == sorted(seen)
     with pytest.raises(Cancelled):
-        simulate(busy(), cancelled=lambda: True)
+        Simulator().simulate(busy(), cancelled=lambda: True)
 
 
 def test_an_open_scene_is_refused_by_name():

@@ -10,7 +10,7 @@ from physagent_studio.program import Directed, SceneObject
 from physagent_studio.program.actions import ApplyForce, SetOrientation, SetPosition, SetVelocity
 from physagent_studio.program.rotations import about_axis, about_up, matrix_of, multiply
 from physagent_studio.program.scene.state import Box, Ramp, Slab, Sphere, Wheels
-from physagent_studio.simulation import resimulate, simulate
+from physagent_studio.simulation import Simulator, simulate
 
 G = 9.81
 ARRAYS = ("positions", "rotations", "velocities", "angular", "contacts", "kinetic", "snapshots")
@@ -155,7 +155,7 @@ def test_the_same_bits_again_and_from_a_snapshot():
     later = made.event.actions[1].model_copy(update={"duration": 25})
     event = made.event.model_copy(update={"actions": (made.event.actions[0], later)})
     edited = made.model_copy(update={"event": event})
-    anew, resumed = simulate(edited), resimulate(edited, {}, first, 90)
+    anew, resumed = simulate(edited), Simulator().resimulate(edited, {}, first, 90)
     for name in ARRAYS:
         assert np.array_equal(getattr(first, name), getattr(second, name)), name
         assert np.array_equal(getattr(anew, name), getattr(resumed, name)), name

@@ -47,9 +47,9 @@ class EventFrame:
     `after`, `once`, `as`, `which`), or, where it `leads`, on the one that follows. posture: how
     it ends (`upright`, `flat`, `side`, `still`, `inverted`). share: of the way to `extent`, from
     … to. timing: whether several do it in turn or together. distance, speed, angle, delay: how
-    far, how fast, how many degrees, how many seconds after the beginning; gap: how far off a place
-    it ends. sequel: the prompt says that it comes after the frame before. rest: it is about the
-    others of those that the frame before picks from.
+    far, how fast, how many degrees, how many seconds after the beginning. sequel: the prompt says
+    that it comes after the frame before. rest: it is about the others of those that the frame
+    before picks from.
     """
 
     sense: str
@@ -72,7 +72,6 @@ class EventFrame:
     speed: float | None = None
     delay: float | None = None
     angle: float | None = None
-    gap: float | None = None
     negated: bool = False
     link: str = "then"
     sequel: bool = False

@@ -171,30 +171,20 @@ class _Reader(Meanings):
         frame = EventFrame(
             sense,
             clause_id,
+            **{name: getattr(details, name) for name in _AS_SAID},
             cause=cause or details.cause or self.pending_cause,
             only=any(p.only for p in (*clause.subjects, *clause.objects, *_named(clause)))
             or (bool(objects) and "only" in clause.adverbs)
             or details.only,
             direction=details.direction or self.pending_way,  # type: ignore[arg-type]
-            origin=details.origin,
-            places=details.places,
             manner=details.manner | frozenset(_manner(clause)) | self.pending_manner,
             posture=_posture(clause, sense, details),
-            path=details.path,
-            count=details.count,
-            distance=details.distance,
-            speed=details.speed,
-            delay=details.delay,
-            angle=details.angle,
             sequel=clause.sequel,
             rest=self.pending_rest or _of_the_rest(clause),
             negated=self._negated(clause) != self.pending_denial,
             link=self._link(clause),
             leads=self._leads(clause),
-            begins=details.begins,
-            share=details.share,
             extent=extent_of(details.share, details.places, self.stock, details.direction),
-            timing=details.timing,
         )
         if details.count is not None and sense not in COUNTABLE:
             self.unknown[_COUNTED.get(details.count, f"{details.count} times")] = None
@@ -268,6 +258,11 @@ def _of_the_rest(clause: RawClause) -> bool:
     return any(word in v.OTHERS or word == "another" for word in said)
 
 
+_AS_SAID = (
+    "origin", "places", "path", "count", "distance", "speed", "delay", "angle", "begins", "share",
+    "timing",
+)  # fmt: skip
+"""What a frame takes over from the details of its clause as it is."""
 _COUNTED = {2: "twice", 3: "thrice"}
 COUNTABLE = ("flip", "spin", "rotate", "bounce", "reverse", "sway")
 """Senses of which it can be measured how often they happen."""

@@ -112,13 +112,8 @@ def _ordinal(
         ordered = _placed(kept, side, len(kept))
         return (ordered[which if which < 0 else min(which, len(kept)) - 1],)
     fresh = tuple(t for t in kept if t.name not in talk.known)
-    told = len(kept) - len(fresh)
-    last = talk.mentions[-1] if talk.mentions else ()
-    if told == which > 1 and len(last) == 1 and last[0] in {t.name for t in kept}:
-        # Spoken of a moment ago, as the second, the third, …
-        return tuple(t for t in kept if t.name == last[0])
     there = kept[which if which < 0 else min(which, len(kept)) - 1]
-    if told and which != 1 and there not in fresh:
+    if len(fresh) < len(kept) and which != 1 and there not in fresh:
         return fresh[:1] or kept[-1:]
     return (there,)
 

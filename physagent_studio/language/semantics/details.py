@@ -49,7 +49,6 @@ class Details:
     speed: float | None = None
     delay: float | None = None
     angle: float | None = None
-    gap: float | None = None
     share: tuple[float, float] | None = None
     timing: Literal["", "in_turn", "together"] = ""
     by: tuple[str, ...] = ()

@@ -42,16 +42,9 @@ def take_preposition(
     clause: RawClause,
 ) -> None:
     """Adds to `details` what one prepositional phrase of the clause says."""
-    if phrase.head in ("time", "times") and phrase.number:
-        details.count = phrase.number
-        return
     if _quantity(preposition, phrase, details):
         return
     if _only_said(preposition, phrase, details, stock, talk, clause):
-        return
-    if preposition in TO and phrase.of is not None and phrase.head in v.SIDES:
-        # "To the back of the plate".
-        details.direction = v.SIDES[phrase.head]
         return
     phrase = _without_side(preposition, phrase, details)
     if preposition == "infront" and phrase.head in v.CAMERA_WORDS:

@@ -31,6 +31,7 @@ MASKS = {
     "oblong windows": "windows of GrabCut that are wide or tall",
     "usual proportions": "proportions that the name makes likely",
     "slender names": "open drafts for names of poles and frames",
+    "thing map": "drafts in a box weighed by the map of a small network",
     "votes": "the first draft as the drafts that are like it see it",
     "expected gain": "other candidates by what they are expected to add",
     "variants": "other candidates with shadow or reflection, wider or tighter",

@@ -14,6 +14,7 @@ from physagent_studio.reconstruction.masks.closeup import Look
 from physagent_studio.reconstruction.masks.draft_score import Scorer
 from physagent_studio.reconstruction.masks.ranking import ranked
 from physagent_studio.reconstruction.masks.task import Task, View, task_of, view_of
+from physagent_studio.reconstruction.masks.thing_map import weighed
 from physagent_studio.records.case import Image
 
 
@@ -58,4 +59,5 @@ def boxed(view: View, task: Task) -> Look:
     """What is found in a person's box."""
     scorer = Scorer(view.lab, task.inside)
     drafts = [] if task.box is None else box_drafts(view.small, view.lab, task, task.box, scorer)
-    return Look(view, agreed(ranked(scorer, drafts, task), view.lab, scorer.likeness))
+    found = weighed(view, task, ranked(scorer, drafts, task))
+    return Look(view, agreed(found, view.lab, scorer.likeness))

@@ -79,18 +79,19 @@ def test_the_inspector_changes_a_number_and_refuses_nan(waiting: Desk) -> None:
     action = waiting.snapshot.program.event.actions[0]
     page.locator(f"[data-action={action.id}] .body").click()
     waiting.tab("Inspector")
-    field = page.get_by_label("Starts at step", exact=True)
-    expect(field).to_have_value(str(action.start_step))
+    field = page.get_by_label("Starts at", exact=True)
+    seconds = waiting.snapshot.program.clip.step_seconds
+    expect(field).to_have_value(f"{action.start_step * seconds:g}")
     for text in ("NaN", "1e999", "-3", "two"):
         field.fill(text)
         field.press("Enter")
         waiting.idle()
         assert waiting.snapshot.program.event.actions[0] == action
     expect(page.locator(".notice.error").first).to_be_visible()
-    field.fill("17")
+    field.fill(f"{17 * seconds:g}")
     field.press("Enter")
     waiting.until(lambda: waiting.snapshot.program.event.actions[0].start_step == 17, "the edit")
-    expect(field).to_have_value("17")
+    expect(field).to_have_value(f"{17 * seconds:g}")
 
 
 def test_a_program_built_by_hand_without_a_photo(waiting: Desk) -> None:

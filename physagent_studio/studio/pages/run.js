@@ -60,7 +60,7 @@ export function startRun(host, dialogs, more) {
       run.busy || !run.session ? null : h("div", { class: "stack" },
         state(run),
         over && run.realised ? taken(run, save) : h("div", { class: "row wrap" },
-          button(!run.started ? "Start" : run.draft ? "Run my edits" : over ? "Go on" : "Next step", () => send({ do: "step" }),
+          button(corrected(run) ? "Start" : run.draft ? "Run my edits" : over ? "Go on" : run.started ? "Next step" : "Start", () => send({ do: "step" }),
             { class: waiting || mine || over ? "b wide" : "b main wide", disabled: waiting || mine || run.readOnly, title: waiting ? "First decide on the proposal, at the lower left" : mine ? "It is your turn" : run.readOnly ? "An earlier round is open; go back to the current one" : "Goes on until a decision is needed (R)" }),
           button("Run to the end", () => send({ do: "step", all: true }), { class: "b wide", disabled: mine || run.readOnly, title: "Decides by itself, round after round" }))),
       run.session ? h("div", { class: "row wrap", style: "margin-top:10px" },
@@ -122,11 +122,14 @@ function busy(run, since) {
       button("Cancel", () => send({ do: "cancel" }), { class: "b small" })));
 }
 
+// What was corrected before the first run belongs to it: nothing of it has to be run by itself.
+const corrected = (run) => run.draft && !run.started && run.rounds > 0;
+
 const sentence = (text) => text.charAt(0).toUpperCase() + text.slice(1) + "…";
 
 function state(run) {
   if (run.readOnly) return h("div", { class: "strip warn" }, "An earlier round is open, read-only.");
-  if (run.draft && !run.started) return h("div", { class: "row strip" }, h("span", { class: "grow" }, "What you corrected is in. Start runs the event with it."), h("button", { class: "link", type: "button", onclick: () => send({ do: "discard" }) }, "Discard"));
+  if (corrected(run)) return h("div", { class: "row strip" }, h("span", { class: "grow" }, "What you corrected is in. Start runs the event with it."), h("button", { class: "link", type: "button", onclick: () => send({ do: "discard" }) }, "Discard"));
   if (run.draft) return h("div", { class: "row strip warn" }, h("span", { class: "grow" }, "You have edits that no round has run yet."), h("button", { class: "link", type: "button", onclick: () => send({ do: "discard" }) }, "Discard"));
   if (run.phase === "done") return h("div", { class: run.realised ? "strip ok" : "strip warn" }, run.outcome);
   return h("div", { class: "muted" }, sentence(run.doing).replace("…", "."));

@@ -71,7 +71,9 @@ def test_the_shape_of_a_thing_has_its_numbers() -> None:
     titles = [one["title"] for one in shape["choices"]]
     assert titles[:3] == ["ball", "ellipsoid", "box"]
     assert "ring" in titles
-    assert not {"mesh", "round, by its outline", "its outline, rounded"} & set(titles), "nothing to make them from"
+    assert not {"mesh", "round, by its outline", "its outline, rounded"} & set(titles), (
+        "nothing to make them from"
+    )
     ball = shape["choices"][0]["fields"]
     assert [(one["label"], one["value"], one["unit"]) for one in ball] == [("Radius", 0.1, "m")]
     # Another kind is of the same size.

@@ -12,6 +12,8 @@ from physagent_studio.assets import assets_dir
 from physagent_studio.studio.figures.figure import Figure
 from physagent_studio.studio.studio import Studio
 
+CLICKED = "[type=button]"
+"""What takes a click, as a selector."""
 SENTENCE = "The red ball rolls to the right."
 BOX = (0.15, 0.62, 0.29, 0.86)
 """Corners of a box around the demo's ball, as parts of the photo's width and height."""
@@ -34,7 +36,7 @@ class Hand:
     def click(self, name: str, within: Any = None) -> None:
         """One click on a button of that name."""
         self.acts += 1
-        (within or self.page).get_by_role("button", name=name, exact=True).first.click()
+        (within or self.page).locator(f"{CLICKED}:text-is('{name}')").first.click()
 
     def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
         """One drag, pixels of the page."""
@@ -101,7 +103,7 @@ def _first_clip(hand: Hand) -> None:
 def _mended(hand: Hand) -> None:
     """Another of the masks on offer is taken for a thing."""
     page, before = hand.page, hand.studio.workbench.snapshot().program
-    ask = page.get_by_role("button", name="Look at its masks").first
+    ask = page.locator(f"{CLICKED}:text-is('Look at its masks')").first
     hand.acts += 1
     if ask.count():
         ask.click()

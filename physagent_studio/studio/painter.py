@@ -41,6 +41,7 @@ class Painter:
         self.cameras = Cameras()
         self._drawn: dict[str, tuple[object, ...]] = {}
         self._facts_at = 0.0
+        self._session: str | None = None
 
     def paint(self, snapshot: Snapshot, view: View) -> None:
         """Everything; what has not changed costs nothing on the wire.
@@ -71,7 +72,8 @@ class Painter:
         self._hub.publish("scene", scene.state_of(snapshot, view))
         self._hub.publish("attempt", attempt_of(snapshot))
         with_photo = "photo" in view.shown
-        if self._changed("session", (snapshot.session_id,)):
+        if snapshot.session_id != self._session:
+            self._session = snapshot.session_id
             self.cameras.reset()
         self.cameras.set_scene(snapshot.program, snapshot.scene, with_photo)
         self._facts_at = 0.0

@@ -33,10 +33,11 @@ def _per_frame(desk: Desk) -> float:
     ends = [
         float(desk.page.locator(".tl line.grid").nth(n).get_attribute("x1") or 0) for n in (0, 1)
     ]
-    texts = [
-        int(desk.page.locator(".tl line.grid + text").nth(n).text_content() or 0) for n in (0, 1)
-    ]
-    return (ends[1] - ends[0]) / (texts[1] - texts[0])
+    ticks = desk.page.locator(".tl line.grid + text")
+    seconds = [float(str(ticks.nth(n).text_content()).split()[0]) for n in (0, 1)]
+    clip = desk.snapshot.program.clip
+    frame = clip.steps_per_frame * clip.step_seconds
+    return frame * (ends[1] - ends[0]) / (seconds[1] - seconds[0])
 
 
 def _drag(desk: Desk, x: float, y: float, by: float) -> None:

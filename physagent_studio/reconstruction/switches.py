@@ -83,7 +83,46 @@ PLATES = {
     "rooted": "what grows keeps what is at its foot",
 }
 """The same of the background's plate."""
-HEURISTICS = MASKS | PLATES
+BODIES = {
+    "outline fitting": "meshes are led to their masks before the photo is laid on them",
+    "outline bending": "also by a thin plate along the outline",
+    "light off": "light is read off round things and taken out of their textures",
+    "gloss off": "gloss too",
+    "round bodies": "the sides of a cube around a ball show the first one again",
+    "caps": "what lies about the axis of a fruit is led around it",
+    "things once": "what is there once is not repeated",
+    "turned sides": "sides of what is turned show what is seen nearer to the middle",
+    "hidden caps": "flat ends that are not seen have the colour beside them",
+    "straight sides": "the rim of a straight front goes on to the back",
+    "covered sides": "covered sides of blocks are painted in their own colour",
+    "opposite sides": "hidden sides of a block show the opposite one",
+    "creases": "edges within the mask say how a box is turned",
+    "snug boxes": "outlines of boxes are drawn to the rim",
+    "usual sizes of bodies": "bodies far from the usual size are unlikely",
+    "as what is below": "a box on a box is begun as that lies",
+    "lying": "cylinders and capsules may lie",
+    "revolved": "surfaces of revolution",
+    "corrected revolved": "their boxes drawn to the mask's",
+    "straight inflated": "things with a usual depth have straight sides",
+    "flat inflated": "what lies is inflated on the ground",
+    "rings": "rings",
+    "legs": "deep things stand on posts",
+    "feet": "silhouettes are laid across two feet",
+    "stems": "parts beside the body are drawn with it",
+    "alike kinds": "things of one name have one kind of form",
+    "alike sizes": "things of one name are equally large",
+    "depenetration": "what stands in another is moved away",
+    "flats": "what balances on its end gets flats",
+    "nudged": "centres of mass are moved over what carries them",
+    "roll": "the camera's roll by upright edges",
+    "right angles": "the camera by edges of right-angled things",
+    "known sizes": "the camera by things of known size on one plane",
+    "eye level": "cameras are held at a usual height",
+    "shore": "no horizon below a line across the picture",
+    "rims": "the camera by rims of cups and cans",
+}
+"""The same of bodies, their looks and places, and of the camera."""
+HEURISTICS = MASKS | PLATES | BODIES
 """What can be left out, by name, and what it does."""
 _left_out: frozenset[str] = frozenset()
 _asked: set[str] = set()

@@ -18,6 +18,7 @@ from scipy.interpolate import CubicSpline
 
 from physagent_studio.reconstruction.camera import right_angles
 from physagent_studio.reconstruction.photo.line_segments import Segments, level_transitions
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
 FloatArray = NDArray[np.float64]
@@ -102,9 +103,12 @@ def estimate(
     grid = np.arange(-3.0 * rows, 1.1 * rows, 2.0)
     shared = _below(grid, [item.foot for item in standing], rows, 0.02)
     shared += _below(grid, limits, rows, 0.0)
-    shared += _sizes(grid, standing)
-    shared += _eye_level(grid, standing)
-    shared += _shore(grid, image, rows)
+    if at_work("known sizes"):
+        shared += _sizes(grid, standing)
+    if at_work("eye level"):
+        shared += _eye_level(grid, standing)
+    if at_work("shore"):
+        shared += _shore(grid, image, rows)
     usual = usual_focal((columns, rows))
     factors = _factors(focal, usual, finely=len(angles) > 0)
     votes = np.stack(
@@ -116,7 +120,8 @@ def estimate(
             for factor in factors
         ]
     )
-    votes += _right_angles(grid, rows, usual * factors, angles)
+    if at_work("right angles"):
+        votes += _right_angles(grid, rows, usual * factors, angles)
     best = np.unravel_index(int(votes.argmax()), votes.shape)
     row = float(grid[best[1]])
     weight = np.exp(votes - votes.max())

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from physagent_studio.reconstruction.camera.estimate import Horizon, usual_focal
 from physagent_studio.reconstruction.camera.right_angles import Edges
 from physagent_studio.reconstruction.photo.line_segments import Segments
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
 FloatArray = NDArray[np.float64]
@@ -44,6 +45,8 @@ def roll_of(found: Segments, size: tuple[int, int]) -> float:
 
     size: (width, height) of the picture whose straight edges are given.
     """
+    if not at_work("roll"):
+        return 0.0
     diagonal = math.hypot(*size)
     along = found.ends[:, 1] - found.ends[:, 0]
     along = np.where(along[:, 1:] < 0, -along, along)

@@ -47,6 +47,7 @@ from physagent_studio.reconstruction.shapes.primitives import Base
 from physagent_studio.reconstruction.shapes.vessels import hollow_first, hollow_kinds, opened
 from physagent_studio.reconstruction.supports.stances import Stance
 from physagent_studio.reconstruction.survey.survey import Survey
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh, ShapeOffer
 
 FloatArray = NDArray[np.float64]
@@ -91,10 +92,10 @@ def place_all(
     # A name that says nothing ("object 1", "object 2") does not say that things are alike.
     named = [item.name for item in order if item.shape is None and read.usual[item.name].known]
     agreed = alike({name: {one.kind: one.merit for one in offers[name]} for name in named})
-    if any(done[name].chosen != kind for name, kind in agreed.items()):
+    if at_work("alike kinds") and any(done[name].chosen != kind for name, kind in agreed.items()):
         done = _placed(order, ground, agreed, tick)
     put = {name: one.item for name, one in done.items()}
-    held = shared_places(order, put, stances, masks, read)
+    held = shared_places(order, put, stances, masks, read) if at_work("alike sizes") else {}
     if held:
         done = _as_large(order, ground, done, held, tick)
     meshes = {name: one.form.mesh for name, one in done.items()}
@@ -131,6 +132,8 @@ def _apart(
     items: Mapping[str, SceneObject], meshes: Mapping[str, Mesh], free: frozenset[str]
 ) -> dict[str, SceneObject]:
     """The objects with those moved that stood in one another. On slopes nothing is moved."""
+    if not at_work("depenetration"):
+        return dict(items)
     level = frozenset(n for n in free if _is_level(items[n]))
     out = dict(items)
     for name, (x, y) in moved_apart(items, meshes, level).items():
@@ -185,7 +188,7 @@ def _placed(
         hollow = item.shape is None and item.form is None and item.name in read.vessels
         form = hollow_first(offers) if hollow else form
         if item.shape is None and item.form is None and _is_seen_to_balance(form, item.name, read):
-            form = with_flats(form)
+            form = with_flats(form) if at_work("flats") else form
         if item.shape is None and item.name in read.vessels:
             form = opened(form)
         put = settled(item, form, read, ground.supports, done)

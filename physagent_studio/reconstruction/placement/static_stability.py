@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.program.scene.state import SceneObject, Slab
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh
 
 FloatArray = NDArray[np.float64]
@@ -35,6 +36,8 @@ def nudged(
     """
     assert item.position is not None
     x, y, z = item.position
+    if not at_work("nudged"):
+        return item.position
     tops = [_top(in_world(one, body)) for one, body in ((below, mesh), *beside)]
     top = np.vstack(tops).astype(np.float32)
     hull = cv2.convexHull(top)

@@ -10,6 +10,7 @@ from physagent_studio.program.scene.camera import Camera
 from physagent_studio.reconstruction.camera.rays import on_plane
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.shapes.meshes import volume_and_centre
+from physagent_studio.reconstruction.switches import at_work
 
 FloatArray = NDArray[np.float64]
 CUTS = (0.01, 0.02, 0.035, 0.05, 0.075, 0.1, 0.14, 0.2, 0.28)
@@ -66,7 +67,7 @@ def across_the_feet(mask: BoolArray, camera: Camera, ahead: FloatArray) -> Float
     A thing on legs or wheels that is seen at an angle would have one of its feet in the air if
     it were taken to face the camera.
     """
-    feet = _feet(mask)
+    feet = _feet(mask) if at_work("feet") else None
     if feet is None:
         return ahead
     spots = on_plane(camera, feet, camera.position[2] - 1.0)[:, :2]

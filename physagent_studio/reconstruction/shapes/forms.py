@@ -36,6 +36,7 @@ from physagent_studio.reconstruction.shapes.primitives import PRIOR, Base, Fit, 
 from physagent_studio.reconstruction.shapes.revolution import mirror_symmetry, revolved
 from physagent_studio.reconstruction.shapes.rings import fit_ring, hole_of
 from physagent_studio.reconstruction.shapes.silhouettes import silhouette
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh
 
 FloatArray = NDArray[np.float64]
@@ -86,12 +87,16 @@ def forms(
     primitives = [kind for kind in PRIMITIVES if kind in wanted]
     fits = fit_all(camera, mask, base, primitives, usual.shapes, hidden, found)
     standing = max((fit.iou for fit in fits), default=0.0)
-    fits += fit_lying(camera, mask, base, primitives, usual, hidden, standing)
+    fits += (
+        []
+        if not at_work("lying")
+        else fit_lying(camera, mask, base, primitives, usual, hidden, standing)
+    )
     made = [_form_of(fit) for fit in fits]
-    if "torus" in wanted:
+    if "torus" in wanted and at_work("rings"):
         ring = fit_ring(camera, mask, base, usual.shapes, hidden)
         made += [_form_of(ring)] if ring is not None else []
-    if "revolved" in wanted:
+    if "revolved" in wanted and at_work("revolved"):
         made += _revolved_form(camera, mask, base, usual)
     if "inflated" in wanted or not made:
         lying = flat_form(camera, mask, base, usual)
@@ -164,7 +169,7 @@ def _revolved_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) ->
     if made is None:
         return []
     best: tuple[float, Revolved, tuple[float, float, float]] | None = None
-    for _ in range(4):
+    for _ in range(4 if at_work("corrected revolved") else 1):
         shape, position = made
         mesh = mesh_of(shape)
         seen = silhouette(camera, mesh.vertices + np.array(position), mesh.faces)
@@ -212,7 +217,9 @@ def _inflated_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) ->
     x0, y0, x1, y1 = bounds(mask)
     natural = natural_depth(mask)
     depth = usual.depth * (x1 - x0) if usual.depth else natural
-    straight = usual.depth is not None and depth > STRAIGHT_FROM * natural
+    straight = (
+        at_work("straight inflated") and usual.depth is not None and depth > STRAIGHT_FROM * natural
+    )
     extent = upright_extent(mask, camera, depth, straight)
     share = extent[1] / max(extent[0], 1e-9)
     along = base.hold < 1 and not base.free_z
@@ -251,7 +258,7 @@ def flat_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) -> Form
 
     Seen from too low, what is thick hides how far it reaches along the ground.
     """
-    if usual.lies is None or base.free_z or base.hold >= 1:
+    if not at_work("flat inflated") or usual.lies is None or base.free_z or base.hold >= 1:
         return None
     x0, y0, x1, y1 = bounds(mask)
     down = -float(camera.rays(np.array([[(x0 + x1) / 2, (y0 + y1) / 2]]))[0, 2])

@@ -21,6 +21,7 @@ from physagent_studio.reconstruction.shapes.footing import across_the_feet, leve
 from physagent_studio.reconstruction.shapes.legs import split_legs
 from physagent_studio.reconstruction.shapes.meshes import volume_and_centre
 from physagent_studio.reconstruction.shapes.sheets import Sheet, closed, sheet_of, thickness
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh
 
 FloatArray = NDArray[np.float64]
@@ -104,7 +105,7 @@ def _upright(
         else:
             most = half
     if sheet.straight_at(most):
-        body, legs = split_legs(mask)
+        body, legs = split_legs(mask) if at_work("legs") else (mask, [])
         if legs:
             return _on_legs(body, legs, _plane(mask, camera), most)
     thick = thickness(sheet, most)

@@ -33,6 +33,7 @@ from physagent_studio.reconstruction.shapes.creases import Creases
 from physagent_studio.reconstruction.shapes.fit_target import Target
 from physagent_studio.reconstruction.shapes.meshes import frustum_centre, profile_centre
 from physagent_studio.reconstruction.shapes.outlines import bowl_profile, faces_seen, outline
+from physagent_studio.reconstruction.switches import at_work
 
 FloatArray = NDArray[np.float64]
 
@@ -114,7 +115,9 @@ def fit_all(
     of the picture, where those within the mask shall say how a box is turned.
     """
     target = Target.of(mask, hidden)
-    creases = Creases.within(mask, found) if found is not None and "box" in kinds else None
+    creases = None
+    if found is not None and "box" in kinds and at_work("creases"):
+        creases = Creases.within(mask, found)
     fits = [_fit(camera, target, base, kind, creases if kind == "box" else None) for kind in kinds]
     graded = [
         Fit(f.shape, f.position, f.rotation, f.iou, f.iou - COST[k] + PRIOR * (k in suggested))
@@ -181,7 +184,7 @@ class _Search:
         """What speaks against the numbers beside the picture, in IoU."""
         q = self.placed(p)
         value = (0.004 + 1.0 * self.base.hold) * p[1] ** 2 if self.base.hold < 1 else 0.0
-        if self.base.longest is not None:
+        if self.base.longest is not None and at_work("usual sizes of bodies"):
             value += _unusual(q, self.kind, self.base.longest)
         if self.kind == "box":
             # What the outline leaves open: a depth like the width, and a straight view.
@@ -214,9 +217,14 @@ class _Search:
         fixed = [1] * (self.base.hold >= 1) + [2] * (not self.base.free_z)
         free = np.setdiff1d(np.arange(len(starts[0])), fixed)
         rim = rim_of(self.target.mask, self.target.open)
-        snug = [
-            drawn_to(rim, self.in_window, self.unlikely, np.array(start), free) for start in starts
-        ]
+        snug = (
+            []
+            if not at_work("snug boxes")
+            else [
+                drawn_to(rim, self.in_window, self.unlikely, np.array(start), free)
+                for start in starts
+            ]
+        )
         first = min((*snug, *map(np.array, starts)), key=self.loss)
         tried = [_refined(self.loss, first, free, step, 200) for step in POLISHED]
         return min(tried, key=lambda one: one[0])[1]
@@ -230,7 +238,7 @@ class _Search:
         ]
         rest = sorted(each[len(yaws) :], key=lambda start: self.loss(np.array(start)))
         starts = [*each[: len(yaws)], *rest][: max(TURNED, len(yaws))]
-        if self.base.below is not None:
+        if self.base.below is not None and at_work("as what is below"):
             starts += _stacked(self.base, self.base.below, self.width, self.height)
         return starts
 

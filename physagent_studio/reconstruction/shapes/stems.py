@@ -17,6 +17,7 @@ from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 from physagent_studio.reconstruction.shapes.inflation import sheet_on_plane
 from physagent_studio.reconstruction.shapes.silhouettes import in_world, silhouette
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh
 
 FloatArray = NDArray[np.float64]
@@ -41,6 +42,8 @@ def with_parts(
     usual: what its name says. What is known to have one form alone, a ball or a block, has no
     parts: what sticks out there is something else than the thing.
     """
+    if not at_work("stems"):
+        return mesh
     kind = item.shape.kind if item.shape is not None else None
     if kind not in _PRIMITIVES or usual.shapes == (kind,) or not mask.any():
         return mesh

@@ -19,6 +19,7 @@ from physagent_studio.reconstruction.shapes.rims import (
     rim_of,
     top_of,
 )
+from physagent_studio.reconstruction.switches import at_work
 
 _ORDER = {"top": 0, "upper": 0, "topmost": 0, "uppermost": 0, "first": 1, "second": 2, "third": 3}
 _ORDER |= {"middle": 10, "centre": 10, "center": 10, "fourth": 4, "fifth": 5, "sixth": 6}
@@ -83,6 +84,8 @@ def read(masks: Mapping[str, BoolArray], told: SceneHints = TOLD_NOTHING) -> dic
 
 def _discs(name: str, mask: BoolArray) -> tuple[Disc | None, Disc | None]:
     """The level circles that end a thing above and below, where name and outline show them."""
+    if not at_work("rims"):
+        return None, None
     rim = rim_of(mask) if has_a_rim(name) else None
     if not is_disc(name):
         return rim, None

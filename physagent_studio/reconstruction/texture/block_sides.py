@@ -15,6 +15,7 @@ from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Box, SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.shapes.meshes import mesh_of
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh
 
 FloatArray = NDArray[np.float64]
@@ -31,7 +32,7 @@ def opposite_sides(
     mesh: drawn of the item, its block's vertices first. None for others than solid blocks.
     """
     shape = item.shape
-    if not isinstance(shape, Box) or shape.wall is not None:
+    if not isinstance(shape, Box) or shape.wall is not None or not at_work("opposite sides"):
         return None
     block = mesh_of(shape)
     places = block.vertices / (np.asarray(shape.size) / 2)

@@ -10,6 +10,7 @@ from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Box, SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow, shrink
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
 FloatArray = NDArray[np.float64]
@@ -39,7 +40,7 @@ def covered_painted(
     crop: with its top left corner (x, y) in the photo. Others than blocks stay as they are.
     """
     picture, (left, top) = crop
-    if not isinstance(item.shape, Box):
+    if not isinstance(item.shape, Box) or not at_work("covered sides"):
         return picture
     x0, y0, x1, y1 = bounds(mask)
     size = min(x1 - x0, y1 - y0)

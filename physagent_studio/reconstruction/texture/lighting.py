@@ -28,6 +28,7 @@ from physagent_studio.program.scene.forms import (
 )
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow, shrink
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Mesh, Shading
 from physagent_studio.rendering.batch import Batch
@@ -93,7 +94,7 @@ def unlit(
 
     None for what is not smooth and round, and where the photo tells of no light on it.
     """
-    if not _smooth(item) or not mask.any():
+    if not at_work("light off") or not _smooth(item) or not mask.any():
         return None
     seen = _seen(camera, item, mesh)
     inner = shrink(mask, 2) & seen.shown
@@ -109,7 +110,7 @@ def unlit(
     shading = Shading(tuple(tuple(row) for row in terms.T.tolist()), (x, y, z), item.rotation)
     own = mask & seen.shown
     plain = _without(photo, seen, own, shading)
-    if isinstance(item.shape, Inflated):
+    if isinstance(item.shape, Inflated) or not at_work("gloss off"):
         return plain, shading
     return _without_gloss(photo, plain, seen, own, shading)
 

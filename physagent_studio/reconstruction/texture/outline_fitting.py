@@ -20,6 +20,7 @@ from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow, iou
 from physagent_studio.reconstruction.shapes.silhouettes import in_world, silhouette
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh
 
 FloatArray = NDArray[np.float64]
@@ -76,6 +77,8 @@ def covering(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
 
     sight: the mask, and what says nothing about it.
     """
+    if not at_work("outline fitting"):
+        return mesh
     if item.shape is None or item.shape.kind in LEFT or not (sight.mask & sight.free).any():
         return mesh
     first = in_world(item, mesh)
@@ -85,7 +88,7 @@ def covering(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
     if not LEAST_IOU <= value < ENOUGH or depth.min() <= 0:
         return mesh
     stiff = STIFF.get(item.shape.kind, PLIANT)
-    for stiffness in (math.inf, stiff):
+    for stiffness in (math.inf, stiff) if at_work("outline bending") else (math.inf,):
         world = best
         for _ in range(ROUNDS):
             moved = _led(sight, world, first, mesh.faces, item.shape.kind, stiffness)

@@ -17,6 +17,7 @@ from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.forms import Capsule, Cylinder, Frustum, Inflated, Revolved
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray
+from physagent_studio.reconstruction.switches import at_work
 
 FloatArray = NDArray[np.float64]
 SHOWN = math.radians(68.0)
@@ -44,7 +45,7 @@ def turned_sides(
     None for bodies without an axis, or seen along it.
     """
     profile = _profile(item, vertices)
-    if profile is None:
+    if profile is None or not at_work("turned sides"):
         return None
     eye = (np.asarray(camera.position) - np.asarray(item.position)) @ matrix_of(item.rotation)
     if math.hypot(*eye[:2]) < STEEP * float(np.linalg.norm(eye)):
@@ -72,7 +73,7 @@ def hidden_caps(
     """Which faces (F,) are flat ends that are not seen, and the place (V, 3) on the side beside
     them whose colour they have all over (body). None for bodies without an axis."""
     profile = _profile(item, vertices)
-    if profile is None or isinstance(item.shape, Inflated):
+    if profile is None or isinstance(item.shape, Inflated) or not at_work("hidden caps"):
         return None
     eye = (np.asarray(camera.position) - np.asarray(item.position)) @ matrix_of(item.rotation)
     corners = vertices[faces]

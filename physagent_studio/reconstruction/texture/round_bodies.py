@@ -22,6 +22,7 @@ from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Revolved, SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.reconstruction.texture.round_light import (
     body_of,
     fitted,
@@ -173,7 +174,7 @@ class _Ball:
         ways /= np.linalg.norm(ways, axis=1, keepdims=True)
         detail = self._detail(ways)
         strange = (np.abs(detail).mean(-1) > self.strange) & (ways[:, 2] > SEEN_WELL)
-        if is_pattern(strange.reshape(x.shape)):
+        if not at_work("things once") or is_pattern(strange.reshape(x.shape)):
             return np.asarray(detail.reshape(*x.shape, 3), np.float32)
         strange |= ~self._within(ways, mask)
         wide = cv2.dilate(strange.reshape(x.shape).astype(np.uint8), np.ones((5, 5), np.uint8))
@@ -288,7 +289,7 @@ def round_textured(
     None for others. crop: the photo around the thing (h, w, 3) and its top left corner (x, y) in
     the photo.
     """
-    body = body_of(item)
+    body = body_of(item) if at_work("round bodies") else None
     if body is None:
         return None
     radii, outline = body
@@ -299,7 +300,7 @@ def round_textured(
     upright = unit[:, 2] / np.maximum(away, 1e-12)
     beside = away - np.interp(upright, *outline.T) > OFF
     ball = _Ball.of(camera, item, radii, outline, crop).lit(mask)
-    ball = ball.capped(mask) if isinstance(item.shape, Revolved) else ball
+    ball = ball.capped(mask) if isinstance(item.shape, Revolved) and at_work("caps") else ball
     if beside.any() and (ball.strange > MANY or ball.cap > WIDEST_CAP):
         # A body of several colours with a handle on it: its front says little of its other sides.
         return None

@@ -16,6 +16,7 @@ from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Inflated, SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.shapes.inflation import standing_plane
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh
 
 FloatArray = NDArray[np.float64]
@@ -35,6 +36,8 @@ def carried_back(
     That is what is in front of them. None for what is not cut straight through an upright outline.
     """
     shape = item.shape
+    if not at_work("straight sides"):
+        return None
     if not isinstance(shape, Inflated) or shape.flat or not shape.straight:
         return None
     normal, behind = standing_plane(mask, camera)

@@ -47,8 +47,6 @@ MASKS = {
 }
 """What the segmenter can leave out, by name, and what it does."""
 PLATES = {
-    "faint traces": "ground around where things stood evened out",
-    "islands": "small things that stick out of masks leave with them",
     "leftovers": "what masks have missed, by its colour, leaves too",
     "lonely leftovers": "also where its colour is usual farther off",
     "floor reflections": "mirror images on polished ground leave",
@@ -60,14 +58,11 @@ PLATES = {
     "slits": "no slit between a thing and its shade",
     "contact shade": "the dark line below a thing leaves with it",
     "straight lines": "edges seen on both sides of a hole are joined",
-    "edges onward": "edges are looked for where they come out of a hole",
     "corners behind": "edges meet in a corner or a bow behind a hole",
     "surfaces of corners": "edges that part surfaces meet before stripes do",
     "bows": "round outlines go on as bows",
-    "hidden lines": "lines behind what others bound are cut",
     "lines of masks": "lines through the masks are sought besides those of the hole",
     "lines from beside": "lines begin where they are seen beside the hole",
-    "round marks": "circles on the ground go on",
     "edges of supports": "edges of tops and ramps go on",
     "faces": "shade and traces end at the face on which a thing stands",
     "level shifts": "copies along the level plane",
@@ -77,9 +72,9 @@ PLATES = {
     "expected colours": "copies have to show the colours that are around",
     "strange detail": "copies with detail that is clearer than the ground's cost",
     "sides of lines": "copies over a line that goes on cost",
+    "parting at lines": "pieces may part at lines",
     "bent copies": "copies that are sheared or stretched cost",
     "smooth fill": "bare ground is filled smoothly",
-    "parting at lines": "pieces may part at lines",
     "rooted": "what grows keeps what is at its foot",
 }
 """The same of the background's plate."""

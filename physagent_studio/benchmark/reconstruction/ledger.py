@@ -1,13 +1,13 @@
-"""`physagent bench ledger`: what each heuristic of the segmenter is worth on pictures it never saw.
+"""`physagent bench ledger`: what each heuristic is worth on pictures it never saw.
 
-Every heuristic is left out by itself; over the things whose result that changes it has to raise the
-mean IoU by `WORTH` and to help `MORE` things more than it hurts. Those that do not are deleted, so
-that what was measured of them stays in the report as it is, below the heading `DELETED`.
+Every heuristic is left out by itself; over the results that this changes it has to raise the mean
+by what its `Measure` asks for and to help `MORE` of them more than it hurts. Those that do not are
+deleted, so that what was measured of them stays in the report, below the heading `DELETED`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.benchmark.reconstruction import scene_looks
 from physagent_studio.benchmark.rows import Row, shown
 from physagent_studio.benchmark.scenes import Pictured, scene
 from physagent_studio.language import hints
@@ -23,29 +24,47 @@ from physagent_studio.reconstruction.masks.foot_spill import sound_masks
 from physagent_studio.reconstruction.masks.grabcut import SEED
 from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter, choose
 from physagent_studio.reconstruction.photo.regions import iou
-from physagent_studio.reconstruction.switches import HEURISTICS, without
+from physagent_studio.reconstruction.switches import BODIES, HEURISTICS, MASKS, PLATES, without
 from physagent_studio.records.case import Image
 
 SEEDS = range(1000, 1060)
 """Pictures of the ledger."""
-WORTH, MORE = 0.01, 5
-"""Mean gain in IoU, and things helped more than hurt, which a heuristic has to show."""
-CHANGED = 0.001
-"""Difference in IoU from which a result is another one."""
+MORE = 5
+"""Results helped more than hurt, which a heuristic has to show."""
+CHANGED = 0.1
+"""Difference from which a result is another one, in what its measure asks for."""
 ROUNDS = 4
 """Iterations of the plain GrabCut that results are held against."""
 DELETED = "## Deleted"
 WAYS = ("click", "box")
 
 Results = dict[tuple[int, str, str], float]
-"""IoU by seed, how it was marked, and name of the thing."""
+"""What is the more the better, by seed, way of looking at it, and name of the thing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """What heuristics are held to. results: of a seed, its picture, a way, and what is left out.
+
+    worth: mean gain that a heuristic has to show, in `unit`.
+    """
+
+    unit: str
+    worth: float
+    heuristics: Mapping[str, str]
+    ways: tuple[str, ...]
+    results: Callable[[int, Pictured, str, Sequence[str]], tuple[Results, set[str]]]
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """What a heuristic does to the things whose result it changes: how many, and IoU gained."""
+    """What a heuristic does to the results it changes: how many, and by how much in the mean.
+
+    worth: what that has to be.
+    """
 
     name: str
+    worth: float
     changed: int
     helped: int
     hurt: int
@@ -54,7 +73,7 @@ class Entry:
     @property
     def stays(self) -> bool:
         """Whether it earns its place."""
-        return self.gain >= WORTH and self.helped - self.hurt >= MORE
+        return self.gain >= self.worth and self.helped - self.hurt >= MORE
 
     @property
     def line(self) -> str:
@@ -67,25 +86,36 @@ class Entry:
 def bench(
     cases: Path | None = None, out: Path | None = None, seeds: Iterable[int] = SEEDS
 ) -> list[Row]:
-    """How well things are cut out, and what each heuristic adds to it."""
-    with_all: Results = {}
-    left_out: dict[str, Results] = {name: {} for name in HEURISTICS}
+    """How well things are cut out, filled in and built, and what each heuristic adds to it."""
     plain: list[float] = []
+    found = {name: ({}, {rule: {} for rule in own.heuristics}) for name, own in MEASURES.items()}
     for seed in seeds:
         drawn = scene(seed)
         plain += [
             iou(plain_cut(drawn.image, s.box.box), s.mask) for s in drawn.subjects if s.box.box
         ]
-        for way in WAYS:
-            found, asked = results(seed, drawn, way)
-            with_all |= found
-            for name in asked & HEURISTICS.keys():
-                left_out[name] |= results(seed, drawn, way, (name,))[0]
-    entries = [entry_of(name, with_all, found) for name, found in left_out.items()]
-    rows = _figures(with_all, plain)
+        for name, own in MEASURES.items():
+            _measured(own, seed, drawn, *found[name])
+    rows = _figures(found["masks"][0], plain)
+    entries = {
+        name: [entry_of(rule, found[name][0], less, own.worth) for rule, less in left.items()]
+        for (name, own), (_, left) in zip(MEASURES.items(), found.values(), strict=True)
+    }
     if out is not None:
         _write(out, rows, entries)
-    return [*rows, *(shown(f"{one.name}: mean change", one.gain) for one in entries)]
+    every = [one for own in entries.values() for one in own]
+    return [*rows, *(shown(f"{one.name}: mean change", one.gain) for one in every)]
+
+
+def _measured(
+    own: Measure, seed: int, drawn: Pictured, with_all: Results, left_out: Mapping[str, Results]
+) -> None:
+    """Adds the results of a picture, with all heuristics and without each that is asked for."""
+    for way in own.ways:
+        found, asked = own.results(seed, drawn, way, ())
+        with_all |= found
+        for name in left_out.keys() & asked:
+            left_out[name].update(own.results(seed, drawn, way, (name,))[0])
 
 
 def results(
@@ -101,12 +131,25 @@ def results(
     return {(seed, way, s.name): iou(masks[s.name], s.mask) for s in drawn.subjects}, set(asked)
 
 
-def entry_of(name: str, with_all: Results, left_out: Mapping[tuple[int, str, str], float]) -> Entry:
+MEASURES = {
+    "masks": Measure("IoU", 0.01, MASKS, WAYS, results),
+    "background": Measure("grey levels", 0.25, PLATES, ("true masks",), scene_looks.plates),
+    "bodies": Measure("IoU", 0.01, BODIES, ("true camera",), scene_looks.bodies),
+}
+"""By what is measured: masks, the filled background, and drawn bodies seen from other sides."""
+
+
+def entry_of(
+    name: str,
+    with_all: Results,
+    left_out: Mapping[tuple[int, str, str], float],
+    worth: float = 0.01,
+) -> Entry:
     """What a heuristic changes, from results with it and without."""
     gains = np.array([with_all[key] - value for key, value in left_out.items()])
-    gains = gains[np.abs(gains) >= CHANGED]
+    gains = gains[np.abs(gains) >= CHANGED * worth]
     mean = float(gains.mean()) if len(gains) else 0.0
-    return Entry(name, len(gains), int((gains > 0).sum()), int((gains < 0).sum()), mean)
+    return Entry(name, worth, len(gains), int((gains > 0).sum()), int((gains < 0).sum()), mean)
 
 
 def plain_cut(image: Image, box: tuple[float, float, float, float]) -> NDArray[np.bool_]:
@@ -130,27 +173,25 @@ def _figures(with_all: Results, plain: Sequence[float]) -> list[Row]:
     return rows
 
 
-def _write(out: Path, rows: Sequence[Row], entries: Sequence[Entry]) -> None:
+def _write(out: Path, rows: Sequence[Row], entries: Mapping[str, Sequence[Entry]]) -> None:
     """The report; what was measured of heuristics that are gone is kept."""
     before = out.read_text(encoding="utf-8") if out.is_file() else ""
     gone = before[before.index(DELETED) :] if DELETED in before else f"{DELETED}\n"
     lines = [
-        "# Ledger of the segmenter's heuristics",
+        "# Ledger of heuristics",
         "",
         f"Made by `physagent bench ledger --out docs/ledger.md` on pictures {SEEDS[0]} to",
-        f"{SEEDS[-1]} of `benchmark/scenes`. Changed, helped, hurt: things whose mask is another",
-        "with the heuristic than without, by click and by box. A heuristic stays that raises the",
-        f"mean IoU of the things it changes by {WORTH} and helps {MORE} more than it hurts.",
+        f"{SEEDS[-1]} of `benchmark/scenes`. Changed, helped, hurt: results that are others with",
+        f"the heuristic than without. It stays where it helps {MORE} more than it hurts and raises",
+        "the mean of those it changes by what the heading says.",
         "",
         "| figure | value |",
         "|---|---|",
         *(f"| {row.name} | {row.value:.3g} |" for row in rows),
         "",
-        "## At work",
-        "",
-        "| heuristic | what it does | changed | helped | hurt | mean change | verdict |",
-        "|---|---|---|---|---|---|---|",
-        *(entry.line for entry in entries),
-        "",
     ]
+    for name, own in entries.items():
+        lines += [f"## At work: {name} ({MEASURES[name].worth:g} {MEASURES[name].unit})", ""]
+        lines += ["| heuristic | what it does | changed | helped | hurt | mean change | verdict |"]
+        lines += ["|---|---|---|---|---|---|---|", *(entry.line for entry in own), ""]
     out.write_text("\n".join(lines) + "\n" + gone, encoding="utf-8")

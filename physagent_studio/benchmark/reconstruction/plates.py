@@ -151,7 +151,7 @@ def scores(item: Vacated, plate: Image) -> tuple[float, float, float, float]:
     hole = hole_of(item.masks, item.truth.shape[:2])
     made, truth = plate.astype(np.float32), item.truth.astype(np.float32)
     off = np.abs(cv2.GaussianBlur(made - truth, (0, 0), 2.0)).mean(-1)
-    step, true_step = _steps(made), _steps(truth)
+    step, true_step = steps_of(made), steps_of(truth)
     contrast = abs(math.log2(max(step[hole].mean(), 0.01) / true_step[hole].mean()))
     rim = cv2.morphologyEx(hole.astype(np.uint8), cv2.MORPH_GRADIENT, np.ones((3, 3))) > 0
     seam = float(step[rim].mean() - true_step[rim].mean())
@@ -162,7 +162,8 @@ def scores(item: Vacated, plate: Image) -> tuple[float, float, float, float]:
     return float(off[hole].mean()), contrast, seam, float(np.maximum(dark[shaded], 0).mean())
 
 
-def _steps(picture: NDArray[np.float32]) -> NDArray[np.float32]:
+def steps_of(picture: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(H, W) how much lightness steps from pixel to pixel of a picture (H, W, 3)."""
     grey = picture.mean(-1)
     return np.hypot(cv2.Sobel(grey, -1, 1, 0) / 8, cv2.Sobel(grey, -1, 0, 1) / 8)
 

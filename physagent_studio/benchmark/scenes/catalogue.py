@@ -131,6 +131,13 @@ def turned(thing: Thing, yaw: float) -> Thing:
     return _each(thing, lambda points: points @ _about_up(yaw).T)
 
 
+def turned_in_place(thing: Thing, yaw: float) -> Thing:
+    """The thing turned about the vertical through the middle of its bounds."""
+    low, high = thing.bounds
+    middle = (low + high) / 2 * (1, 1, 0)
+    return placed(turned(placed(thing, -middle), yaw), middle)
+
+
 def placed(thing: Thing, by: FloatArray, scale: float = 1.0) -> Thing:
     """The thing moved by (3,) metres and then scaled about the origin."""
     return _each(thing, lambda points: (points + by) * scale)

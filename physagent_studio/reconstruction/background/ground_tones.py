@@ -42,8 +42,7 @@ class Tones:
     which: (H, W) that colour's number, -1 where the ground has none like it. darker: (H, W) how
     much darker than lit ground, L*. uneven: (H, W) how uneven lit ground is itself, L*. darkest:
     (H, W) how dark what is painted or laid on it gets, L*.
-    glow: (H, W) how much of the thing's own colour lies on it, in a*, b*. lit: (H, W, 3) that
-    colour as lit ground has it there, L*a*b*.
+    glow: (H, W) how much of the thing's own colour lies on it, in a*, b*.
     """
 
     which: NDArray[np.int64]
@@ -51,7 +50,6 @@ class Tones:
     uneven: FloatImage
     darkest: FloatImage
     glow: FloatImage
-    lit: FloatImage
 
     @classmethod
     def of(cls, lab: FloatImage, ground: BoolArray, own: BoolArray) -> Self:
@@ -59,7 +57,6 @@ class Tones:
         least = np.full(ground.shape, np.inf, np.float32)
         which = np.full(ground.shape, -1)
         darker, uneven, darkest, glow = (np.zeros(ground.shape, np.float32) for _ in range(4))
-        unshaded = lab
         coarse = _patterned(lab[..., 0], ground)
         for number, part in enumerate(_parts(lab, ground)):
             lit, spread = _lit(lab, part)
@@ -88,12 +85,11 @@ class Tones:
             least = np.where(better, cost, least)
             which = np.where(better, number, which)
             darker = np.where(better, dark, darker)
-            unshaded = np.where(better[..., None], lit, unshaded)
             uneven = np.where(better, np.float32(spread), uneven)
             deep = np.float32(np.percentile(dark[part], DARKEST))
             darkest = np.where(better, deep, darkest)
             glow = np.where(better, np.where(aligned, np.maximum(toward, 0), 0), glow)
-        return cls(which, darker, uneven, darkest, glow, unshaded)
+        return cls(which, darker, uneven, darkest, glow)
 
 
 def _patterned(light: FloatImage, ground: BoolArray) -> float:

@@ -150,7 +150,6 @@ def _candidates(
         out += [shift(*(sign * share * span)) for sign in (1, -1) for share in SHARES]
     if at_work("mirrored copies"):
         out += [np.array([[-1.0, 0, 2 * x], [0, 1, 0], [0, 0, 1]]) for x in (x0, x1)]
-    out = [turned for mark in structure.rounds for turned in mark.turns()] + out
     return _distinct(out, missing)
 
 

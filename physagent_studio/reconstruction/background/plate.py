@@ -16,11 +16,8 @@ from numpy.typing import NDArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Support
 from physagent_studio.reconstruction.background.cast_shadows import shaded
-from physagent_studio.reconstruction.background.faint_traces import without_traces
 from physagent_studio.reconstruction.background.floor_reflections import mirrored
-from physagent_studio.reconstruction.background.islands import islands
 from physagent_studio.reconstruction.background.leftovers import leftovers
-from physagent_studio.reconstruction.background.line_ends import without_hidden
 from physagent_studio.reconstruction.background.lines_behind import (
     each_once,
     edges_of,
@@ -28,7 +25,6 @@ from physagent_studio.reconstruction.background.lines_behind import (
     ways_into,
 )
 from physagent_studio.reconstruction.background.mosaic import mosaic
-from physagent_studio.reconstruction.background.round_marks import RoundMark, round_marks
 from physagent_studio.reconstruction.background.shift_map import shift, to_level
 from physagent_studio.reconstruction.background.structure import Structure
 from physagent_studio.reconstruction.background.surfaces import BEYOND, surfaces
@@ -83,20 +79,10 @@ def background(
         for part in (hole, things) if at_work("lines of masks") else (hole,):
             lines = np.concatenate([lines, lines_through(photo, part, found, hole, lines)])
         lines = each_once(lines)
-        if at_work("hidden lines"):
-            lines = without_hidden(photo, things, lines)
-    rounds: list[RoundMark] = []
-    if camera is not None and not hole.all() and at_work("round marks"):
-        rounds = round_marks(photo, hole_of(masks, hole.shape), to_level(camera))
-    plate = fill(photo, hole, lines, camera, found, rounds)
+    plate = fill(photo, hole, lines, camera, found)
     if inpaint is not None:
         plate = inpaint(plate, _beyond(hole, faces))
-    loose = [mask for mask in masks if not any(mask is other for other in rooted)]
-    return (
-        plate
-        if faces is None or not at_work("faint traces")
-        else without_traces(plate, loose, faces)
-    )
+    return plate
 
 
 def _beyond(hole: BoolArray, faces: NDArray[np.int64] | None) -> BoolArray:
@@ -126,10 +112,8 @@ def taken_out(
         hole |= beside
     if not hole.any() or hole.all():
         return hole
-    for missed in (leftovers, islands):
-        if not at_work(missed.__name__):
-            continue
-        beside = missed(photo, loose, hole) | (missed(photo, rooted, hole) & ~feet)
+    if at_work("leftovers"):
+        beside = leftovers(photo, loose, hole) | (leftovers(photo, rooted, hole) & ~feet)
         hole |= grow(beside, _rim(hole.shape))
     if at_work("floor reflections"):
         hole |= mirrored(photo, loose)
@@ -158,13 +142,11 @@ def fill(
     lines: FloatArray = NO_LINES,
     camera: Camera | None = None,
     found: Segments | None = None,
-    rounds: Sequence[RoundMark] = (),
 ) -> Image:
     """The photo (H, W, 3) with the hole (H, W) filled; the rest is untouched.
 
     Every piece of the hole is filled by itself, nothing is copied from any of them. lines:
     (N, 2, 2) pixels, edges that go on behind the hole. camera, found: as for `background`.
-    rounds: circles on the ground that go on behind it.
     """
     if hole.all():
         return np.full_like(photo, 128)
@@ -190,7 +172,7 @@ def fill(
             part,
             missing[crop],
             hole[crop],
-            Structure(own, _crossing(missing, rounds)).moved(*origin.tolist()),
+            Structure(own).moved(*origin.tolist()),
             ways,
             level,
             max(0.4, root / sum(roots)),
@@ -198,17 +180,6 @@ def fill(
         filled = np.clip(np.round(full), 0, 255).astype(np.uint8)
         out[crop][missing[crop]] = filled[missing[crop]]
     return out
-
-
-def _crossing(hole: BoolArray, rounds: Sequence[RoundMark]) -> tuple[RoundMark, ...]:
-    """The circles whose outline runs through the hole (H, W)."""
-    out = []
-    for mark in rounds:
-        x, y = mark.outline(360).astype(int).T
-        inside = (x >= 0) & (y >= 0) & (x < hole.shape[1]) & (y < hole.shape[0])
-        if hole[y[inside], x[inside]].any():
-            out.append(mark)
-    return tuple(out)
 
 
 def _apart(hole: BoolArray) -> list[BoolArray]:

@@ -1,4 +1,4 @@
-"""What divides a hole of a picture: lines and round marks that are known to go on behind it."""
+"""What divides a hole of a picture: lines that are known to go on behind it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.reconstruction.background.round_marks import RoundMark
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 
 FloatArray = NDArray[np.float64]
@@ -25,21 +24,17 @@ NO_LINES: FloatArray = np.zeros((0, 2, 2))
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Structure:
-    """lines: (N, 2, 2) pixels, edges over which no colour runs. rounds: circles on the ground."""
+    """lines: (N, 2, 2) pixels, edges over which no colour runs."""
 
     lines: FloatArray
-    rounds: tuple[RoundMark, ...] = ()
 
     def scaled(self, ratio: FloatArray) -> Self:
         """The same in a picture `ratio` (2,) times as wide and high."""
-        x, y = float(ratio[0]), float(ratio[1])
-        return type(self)(self.lines * ratio, tuple(one.scaled(x, y) for one in self.rounds))
+        return type(self)(self.lines * ratio)
 
     def moved(self, x: float, y: float) -> Self:
         """The same in a part of the picture whose corner is at (x, y)."""
-        return type(self)(
-            self.lines - np.array([x, y]), tuple(one.moved(x, y) for one in self.rounds)
-        )
+        return type(self)(self.lines - np.array([x, y]))
 
     def clear(self, missing: BoolArray) -> Self:
         """With the longest of the lines alone, none that is only a piece of a bow.
@@ -49,7 +44,7 @@ class Structure:
         x0, y0, x1, y1 = bounds(missing)
         least = LONG * max(x1 - x0, y1 - y0)
         kept = [one for one in self.chains() if _length(one) > least][:SHARP]
-        return type(self)(np.concatenate([NO_LINES, *kept]), self.rounds)
+        return type(self)(np.concatenate([NO_LINES, *kept]))
 
     def chains(self) -> list[FloatArray]:
         """The lines (n, 2, 2) apart, but for those that begin where the one before ends."""
@@ -64,10 +59,10 @@ class Structure:
     @property
     def empty(self) -> bool:
         """Whether nothing divides the hole."""
-        return not len(self.lines) and not self.rounds
+        return not len(self.lines)
 
     def sides(self, shape: tuple[int, ...]) -> NDArray[np.int64]:
-        """(H, W) a number that tells on which side of every line and circle a pixel lies.
+        """(H, W) a number that tells on which side of every line a pixel lies.
 
         Lines that lead on from one another have two sides together: within their bend and without.
         """
@@ -81,8 +76,6 @@ class Structure:
                 way = other - one
                 within &= sign * ((x - one[0]) * way[1] - (y - one[1]) * way[0]) > 0
             out |= within.astype(np.int64) << k
-        for k, mark in enumerate(self.rounds):
-            out |= mark.within(shape).astype(np.int64) << (len(chains) + k)
         return out
 
     def crossed(self, shape: tuple[int, ...]) -> tuple[BoolArray, BoolArray]:
@@ -99,10 +92,6 @@ class Structure:
             for axis, over in ((1, right), (0, below)):
                 ahead = np.roll(off, -1, axis)
                 over |= (off * ahead <= 0) & inside & (np.abs(off - ahead) < 2)
-        for mark in self.rounds:
-            within = mark.within(shape)
-            for axis, over in ((1, right), (0, below)):
-                over |= within != np.roll(within, -1, axis)
         return right, below
 
 

@@ -1,6 +1,7 @@
+import numpy as np
 import pytest
 
-from physagent_studio.benchmark.reconstruction.ledger import entry_of, plain_cut, results
+from physagent_studio.benchmark.reconstruction.ledger import MEASURES, entry_of, plain_cut, results
 from physagent_studio.benchmark.scenes import scene
 from physagent_studio.errors import InputError
 from physagent_studio.reconstruction.switches import at_work, without
@@ -47,6 +48,24 @@ def test_a_heuristic_stays_that_helps_often_and_clearly() -> None:
     assert entry_of("votes", before, dict.fromkeys(keys[:6], 0.48)).stays
     worse = entry_of("votes", before, dict.fromkeys(keys, 0.6))
     assert (worse.hurt, worse.stays) == (8, False)
+
+
+@pytest.mark.parametrize(("seed", "measure", "name"), [(1001, "background", "cast shadows")])
+def test_a_rule_that_is_left_out_changes_the_background(seed, measure, name) -> None:
+    own, drawn = MEASURES[measure], scene(seed)
+    with_all, asked = own.results(seed, drawn, own.ways[0], ())
+    less, _ = own.results(seed, drawn, own.ways[0], (name,))
+    assert name in asked
+    assert with_all != less
+    assert own.results(seed, drawn, own.ways[0], ())[0] == with_all
+
+
+def test_bodies_are_held_against_the_things_that_were_drawn() -> None:
+    own, drawn = MEASURES["bodies"], scene(1007)
+    found, asked = own.results(1007, drawn, own.ways[0], ())
+    assert "snug boxes" in asked
+    assert len(found) == 2 * len(drawn.subjects)
+    assert np.median(list(found.values())) > 0.7
 
 
 def test_a_plain_cut_stays_in_its_box() -> None:

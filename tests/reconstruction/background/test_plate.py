@@ -10,10 +10,8 @@ from physagent_studio.benchmark.reconstruction.plates import plate_of, scores, v
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Floor, Grounding, Mark, Ramp, Slab, Support
 from physagent_studio.reconstruction.background.cast_shadows import shaded
-from physagent_studio.reconstruction.background.faint_traces import without_traces
 from physagent_studio.reconstruction.background.floor_reflections import mirrored
 from physagent_studio.reconstruction.background.harmonic_fill import from_steps
-from physagent_studio.reconstruction.background.islands import islands
 from physagent_studio.reconstruction.background.leftovers import leftovers
 from physagent_studio.reconstruction.background.lines_behind import (
     edges_of,
@@ -174,20 +172,6 @@ def test_what_polished_ground_mirrors_leaves_with_its_thing():
     plate = background(polished, [mask]).astype(float)
     left = cv2.GaussianBlur(truth - plate, (0, 0), 3).mean(-1)
     assert np.abs(left[image]).mean() < 10
-
-
-def test_what_sticks_out_of_a_mask_is_taken_out_and_what_goes_on_beside_it_is_not():
-    mask = _ball((160, 120), 40)
-    photo = np.where(mask[..., None], (230, 120, 30), _lit_wall()) + _noise(1.5)
-    photo[72:80, 158:182] = (70, 60, 40)
-    hole = hole_of([mask], SHAPE)
-    found = islands(_rgb(photo), [mask], hole)
-    assert found[72:76, 168:180].all()
-    assert not found[:64].any()
-    assert not found[100:].any()
-    # A rail of that colour runs on to both sides: it is no part of the ball.
-    photo[72:80] = (70, 60, 40)
-    assert not islands(_rgb(photo), [mask], hole).any()
 
 
 def test_bare_ground_is_filled_smoothly_and_as_grainy_as_it_is():
@@ -352,17 +336,3 @@ def test_a_cuff_that_is_missed_goes_with_its_thing_though_white_is_usual_farther
     photo[(y > 94) & (y < 104) & ~suit & ~other] = 232
     both = leftovers(_rgb(photo + _noise(1.5)), [suit, other], hole_of([suit, other], SHAPE))
     assert not both[92:106].any()
-
-
-def test_faint_shade_is_evened_out_and_clear_paint_stays():
-    y, x = np.indices(SHAPE)
-    truth = _lit_wall() + _noise(1.5)
-    faint = 12 * np.exp(-(((x - 215) / 24) ** 2) - ((y - 142) / 9) ** 2)[..., None]
-    paint = (np.hypot((x - 110) / 12, (y - 165) / 8) < 1)[..., None]
-    plate = _rgb(np.where(paint, truth - 90, truth - faint))
-    made = without_traces(plate, [_ball()], np.zeros(SHAPE, np.int64)).astype(float)
-    shade = faint[..., 0] > 6
-    left = (truth - made)[shade].mean()
-    assert left < 0.4 * (truth - plate)[shade].mean()
-    assert (made - plate)[paint[..., 0]].mean() < 12
-    assert np.abs(made - plate)[:90].max() == 0

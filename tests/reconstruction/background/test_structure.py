@@ -1,17 +1,14 @@
-"""What is known to go on behind a thing: bars by both their edges, rings by their outlines."""
+"""What is known to go on behind a thing: bars by both their edges."""
 
 import cv2
 import numpy as np
 import pytest
 
 from physagent_studio.program.scene.camera import Camera
-from physagent_studio.reconstruction.background.edges_onward import onward
-from physagent_studio.reconstruction.background.line_ends import without_hidden
 from physagent_studio.reconstruction.background.lines_behind import lines_through
 from physagent_studio.reconstruction.background.mosaic import bent, bent_price
 from physagent_studio.reconstruction.background.plate import background, hole_of
 from physagent_studio.reconstruction.background.poisson_blend import joined, sources
-from physagent_studio.reconstruction.background.round_marks import round_marks
 from physagent_studio.reconstruction.background.shift_map import shift, to_level
 from physagent_studio.reconstruction.background.structure import Structure
 from physagent_studio.reconstruction.photo.line_segments import segments, with_hues
@@ -45,18 +42,6 @@ def beam() -> tuple[np.ndarray, np.ndarray]:
     return np.where(where[..., None], wood, bricks) + _noise(2), where
 
 
-def test_a_beam_goes_on_behind_a_thing_and_the_joints_of_the_wall_end_at_it(beam):
-    truth, where = beam
-    mask = _ball((180, 130), 62)
-    photo = _rgb(np.where(mask[..., None], (30, 60, 190), truth))
-    plate = background(photo, [mask], found=segments(photo)).astype(float)
-    # Wood is yellower than brick.
-    yellow = cv2.GaussianBlur(plate[..., 1] - plate[..., 2], (0, 0), 3) > 38
-    true = cv2.GaussianBlur(truth[..., 1] - truth[..., 2], (0, 0), 3) > 38
-    assert (yellow != true)[mask].mean() < 0.08
-    assert (yellow & where & mask).sum() > 0.85 * (where & mask).sum()
-
-
 def test_edges_of_colour_alone_are_found(beam):
     photo = _rgb(beam[0])
     found = with_hues(photo, segments(photo)).ends
@@ -66,29 +51,6 @@ def test_edges_of_colour_alone_are_found(beam):
     for side in (-30, 30):
         off = np.abs(found[..., 0] - 176 - 0.04 * found[..., 1] - side).max(1)
         assert np.ptp(found[upright & (off < 3), :, 1]) > 100
-
-
-def test_an_edge_is_found_again_where_it_comes_out_and_no_other():
-    y, x = np.indices(SHAPE)
-    upper = y < 100 + 0.2 * x
-    photo = _rgb(np.where(upper[..., None], (180.0, 174, 166), (150.0, 140, 130)) + _noise(3))
-    hole = _ball((180, 136), 44)
-    end, way = np.array([128.0, 100 + 0.2 * 128]), np.array([1, 0.2]) / np.hypot(1, 0.2)
-    (line,) = onward(photo, end[None], way[None], np.array([90.0]), hole)
-    assert line[1, 0] > 218
-    assert line[1, 1] == pytest.approx(100 + 0.2 * line[1, 0], abs=2.5)
-    ends_there = photo.copy()
-    ends_there[:, 180:] = photo[20, 180:]
-    assert len(onward(ends_there, end[None], way[None], np.array([90.0]), hole)) == 0
-
-
-def test_what_runs_up_to_both_edges_of_a_bar_is_not_seen_on_it(beam):
-    hole = _ball((180, 130), 62)
-    bar = [[[176.0 + 0.04 * y + side, y] for y in (62.0, 198.0)] for side in (-30, 30)]
-    joint = [[116.0, 133], [244, 133]]
-    lines = without_hidden(_rgb(beam[0]), hole, np.array([*bar, joint]))
-    across = lines[np.abs(lines[:, 0, 1] - lines[:, 1, 1]) < 1]
-    assert sorted(across[..., 0].ravel()) == pytest.approx([116, 151, 211, 244], abs=3)
 
 
 def test_two_edges_of_a_table_meet_behind_a_thing_though_light_changes_along_it():
@@ -117,43 +79,6 @@ def test_lines_that_lead_on_from_one_another_have_two_sides():
     assert sides[5, 50] == sides[38, 2] == sides[20, 98] != sides[40, 50]
     kept = Structure(np.concatenate([corner, other])).clear(np.ones((100, 100), bool))
     assert [len(one) for one in kept.chains()] == [2, 1]
-
-
-def _ring() -> tuple[np.ndarray, np.ndarray]:
-    """A red ring on light ground (H, W, 3), and where it is (H, W)."""
-    y, x = np.indices(SHAPE)
-    ground = np.stack([x + 0.5, y + 0.5, np.ones(SHAPE)], -1) @ to_level(CAMERA).T
-    flat = ground[..., :2] / ground[..., 2:]
-    middle = np.array([180.0, 140, 1]) @ to_level(CAMERA).T
-    beside = np.array([290.0, 140, 1]) @ to_level(CAMERA).T
-    away = np.linalg.norm(flat - middle[:2] / middle[2], axis=-1)
-    away /= np.linalg.norm((beside[:2] / beside[2]) - (middle[:2] / middle[2]))
-    where = (away > 0.6) & (away < 1)
-    return np.where(where[..., None], (190.0, 36, 40), (218.0, 224, 230)) + _noise(2), where
-
-
-def test_a_ring_on_the_ground_is_whole_again_behind_a_thing():
-    truth, where = _ring()
-    mask = _ball((206, 122), 62)
-    photo = _rgb(np.where(mask[..., None], (40, 90, 60), truth))
-    hole = hole_of([mask], SHAPE)
-    marks = round_marks(photo, hole, to_level(CAMERA))
-    assert len(marks) == 2
-    filled = sorted(int(mark.within(SHAPE).sum()) for mark in marks)
-    assert filled[1] - filled[0] == pytest.approx(where.sum(), rel=0.02)
-    assert ((marks[0].within(SHAPE) != marks[1].within(SHAPE)) != where).mean() < 0.01
-    plate = background(photo, [mask], camera=CAMERA, found=segments(photo)).astype(float)
-    red = cv2.GaussianBlur(plate[..., 0] - plate[..., 1], (0, 0), 1.0) > 75
-    assert (red != where)[mask].mean() < 0.03
-    # It does not depend on the camera being known well.
-    off = Camera.from_horizon((SHAPE[1], SHAPE[0]), -90, 1.5, focal=340.0)
-    assert len(round_marks(photo, hole, to_level(off))) >= 1
-
-
-def test_where_nothing_is_round_no_ring_is_seen(beam):
-    assert not round_marks(_rgb(beam[0]), _ball((180, 130), 40), to_level(CAMERA))
-    grass = _rgb(120 + cv2.GaussianBlur(_noise(60), (0, 0), 1.5) * 4)
-    assert not round_marks(grass, _ball((180, 130), 40), to_level(CAMERA))
 
 
 def test_a_shift_is_not_bent_and_what_would_comb_grass_is():

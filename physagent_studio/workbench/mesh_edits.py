@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from physagent_studio.errors import InputError
 from physagent_studio.program import AddItem, Edit, PhysicalProgram
 from physagent_studio.program.scene.state import Meshed, SceneObject
-from physagent_studio.reconstruction.backends.mesh_files import body_of, mesh_from, zup_from_yup
+from physagent_studio.reconstruction.backends.frames import zup_from_yup
+from physagent_studio.reconstruction.backends.mesh_files import body_of, mesh_from
 from physagent_studio.records import Mesh
 
 Up = Literal["y", "z"]

@@ -1,4 +1,9 @@
-"""Files from outside: meshes that a person brings, and learned models fetched on request.
+"""Reconstruction by other means, behind the same two Protocols as the embedded default.
 
-In: bytes or an address. Out: bounded, checked meshes (`mesh_files`), models on disk (`zoo_files`).
+Heavy models run out of process: we write a job folder, a small runner script (shipped here, run
+by the user in an environment of their own) writes a result folder, and the importer reads it.
 """
+
+from physagent_studio.reconstruction.backends.protocol import BACKENDS, Reconstructor, backend
+
+__all__ = ["BACKENDS", "Reconstructor", "backend"]

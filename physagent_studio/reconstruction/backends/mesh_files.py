@@ -5,17 +5,16 @@ from __future__ import annotations
 import io
 import json
 import struct
+from pathlib import Path
 
 import numpy as np
 import trimesh
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from physagent_studio.errors import InputError
 from physagent_studio.reconstruction.shapes.meshes import volume_and_centre
 from physagent_studio.records.scene import Mesh
 
-_ZUP_FROM_YUP = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
-"""(x, y, z) of a y-up file → (x, −z, y)."""
 KINDS = (".glb", ".obj", ".ply", ".stl")
 MAX_BYTES = 64 * 1024 * 1024
 MAX_ELEMENTS = 2_000_000
@@ -31,22 +30,29 @@ MAX_FACES = 20_000
 """Faces that are kept; finer meshes are simplified by clustering their vertices."""
 
 
-def zup_from_yup(points: ArrayLike) -> NDArray[np.float64]:
-    """Points (N, 3) of a y-up file (glTF) in a z-up frame: its front (+z) looks at −y."""
-    return np.asarray(points, float) @ _ZUP_FROM_YUP.T
+def read_mesh(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """Vertices (V, 3) and faces (F, 3) of a GLB, OBJ, PLY or STL file, in the file's frame.
+
+    Raises InputError for what is missing, too large, compressed, empty or not finite.
+    """
+    if path.suffix.lower() not in KINDS:
+        raise _unknown(path.name)
+    if not path.is_file():
+        raise InputError(f"there is no mesh file at {path}")
+    if path.stat().st_size > MAX_BYTES:
+        raise _too_large(path.name)
+    return mesh_from(path.read_bytes(), path.name)
 
 
 def mesh_from(data: bytes, name: str) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """Vertices (V, 3) and faces (F, 3) of a GLB, OBJ, PLY or STL file, in the file's frame.
+    """The same from the bytes of a file of that name, which says by its end what they are.
 
-    name: of the file; its end says what the bytes are. Nothing outside of them is read: a file
-    that refers to others is refused. Raises InputError for what is too large, compressed, empty
-    or not finite.
+    Nothing outside of the bytes is read: a file that refers to others is refused.
     """
     if not name.lower().endswith(KINDS):
-        raise InputError(f"{name} is no mesh file; give {', '.join(KINDS)}")
+        raise _unknown(name)
     if len(data) > MAX_BYTES:
-        raise InputError(f"{name} is larger than {MAX_BYTES // 2**20} MB")
+        raise _too_large(name)
     if data[:2] in (b"PK", b"\x1f\x8b"):
         raise InputError(f"{name} is a compressed archive, not a mesh")
     _check_promise(data, name)
@@ -62,6 +68,14 @@ def mesh_from(data: bytes, name: str) -> tuple[NDArray[np.float64], NDArray[np.i
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise InputError(f"{name} has a face with a corner that does not exist")
     return _coarse(vertices, faces)
+
+
+def _unknown(name: str) -> InputError:
+    return InputError(f"{name} is no mesh file; give {', '.join(KINDS)}")
+
+
+def _too_large(name: str) -> InputError:
+    return InputError(f"{name} is larger than {MAX_BYTES // 2**20} MB")
 
 
 def _check_promise(data: bytes, name: str) -> None:

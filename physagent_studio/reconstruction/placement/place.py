@@ -76,16 +76,18 @@ def place_all(
     stances: Mapping[str, Stance],
     read: Survey,
     given: Mapping[str, Mesh],
+    fresh: frozenset[str],
     tick: Callable[[float], None],
     ranked: frozenset[str] = frozenset(),
     found: Segments | None = None,
 ) -> Placed:
     """Every object with its open fields filled.
 
-    given: meshes of `Meshed` shapes by name. ranked: objects whose other
+    given: meshes of `Meshed` shapes by name. fresh: those that just came from elsewhere; their
+    places are kept but for their height over what they stand on. ranked: objects whose other
     shapes are known: where one is asked for, no more are fitted. found: edges of the picture.
     """
-    ground = _Ground(supports, masks, stances, read, given, ranked, found=found)
+    ground = _Ground(supports, masks, stances, read, given, fresh, ranked, found=found)
     order = [item for item in _from_the_ground(objects, read) if item.name in stances]
     done = _placed(order, ground, {}, tick)
     offers = {name: one.offers for name, one in done.items()}
@@ -158,6 +160,7 @@ class _Ground:
     stances: Mapping[str, Stance]
     read: Survey
     given: Mapping[str, Mesh]
+    fresh: frozenset[str]
     ranked: frozenset[str]
     held: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     found: Segments | None = None
@@ -191,7 +194,8 @@ def _placed(
             form = with_flats(form) if at_work("flats") else form
         if item.shape is None and item.name in read.vessels:
             form = opened(form)
-        put = settled(item, form, read, ground.supports, done)
+        fresh = item.name in ground.fresh
+        put = settled(item, form, read, ground.supports, done, fresh)
         tried = tuple(ShapeOffer(one.kind, one.merit, one.iou) for one in offers)
         chosen = form.kind if hollow else offers[0].kind
         out[item.name] = _One(put, form, chosen, tried if item.shape is None else ())

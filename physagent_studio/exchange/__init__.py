@@ -5,5 +5,23 @@ from physagent_studio.exchange.annotations import annotated
 from physagent_studio.exchange.case_folder import case_from_image, load_case
 from physagent_studio.exchange.lessons import read_lessons, write_lessons
 from physagent_studio.exchange.motion_prior import export_motion_prior
+from physagent_studio.exchange.peer_config import PeerSetup, load_peer_config
 from physagent_studio.exchange.replay import Replay, ReplayCheck, ReplayRound, replay_html
 from physagent_studio.exchange.video import write_video
+
+__all__ = [
+    "PeerSetup",
+    "Replay",
+    "ReplayCheck",
+    "ReplayRound",
+    "annotated",
+    "case_from_image",
+    "export_motion_prior",
+    "load_case",
+    "load_peer_config",
+    "read_lessons",
+    "replay_html",
+    "write_glb",
+    "write_lessons",
+    "write_video",
+]

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
+from physagent_studio.exchange.plain_yaml import Place
 from physagent_studio.knowledge import is_stairs, support_kind
 from physagent_studio.program.scene.state import Mark, Scale
-from physagent_studio.program.text.yaml_nodes import Location
 
 if TYPE_CHECKING:
     from physagent_studio.exchange.case_reader import CaseReader
@@ -43,7 +43,7 @@ _NEEDS = {
 
 
 def marks_of(
-    reader: CaseReader, name: str, place: Location, entry: Mapping[str, Any], size: tuple[int, int]
+    reader: CaseReader, name: str, place: Place, entry: Mapping[str, Any], size: tuple[int, int]
 ) -> tuple[Mark, ...]:
     """The marks of a support's entry, in the order of `MARKS`. size: (width, height) of the photo.
 
@@ -81,7 +81,7 @@ def horizon_of(reader: CaseReader, size: tuple[int, int]) -> StatedHorizon | Non
     meet on it.
     """
     data = reader.doc.data.get("horizon")
-    place: Location = ("horizon",)
+    place: Place = ("horizon",)
     if data is None:
         return None
     if not isinstance(data, list):
@@ -131,7 +131,7 @@ def _level_row(clicks: Sequence[tuple[float, float]], middle: float) -> float | 
 def scale_of(reader: CaseReader, known: Sequence[str]) -> Scale:
     """`scale: {reference: name, metres: size}` with source `given`; open where there is none."""
     data = reader.doc.data.get("scale")
-    place: Location = ("scale",)
+    place: Place = ("scale",)
     if data is None:
         return Scale()
     if not isinstance(data, dict):
@@ -152,7 +152,7 @@ def scale_of(reader: CaseReader, known: Sequence[str]) -> Scale:
 
 
 def _clicks(
-    reader: CaseReader, place: Location, data: Any, size: tuple[int, int]
+    reader: CaseReader, place: Place, data: Any, size: tuple[int, int]
 ) -> tuple[tuple[float, float], ...]:
     """[x, y], or a list of such, as clicks inside the picture."""
     single = isinstance(data, list) and data and not any(isinstance(one, list) for one in data)

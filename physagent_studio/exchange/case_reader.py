@@ -19,7 +19,7 @@ from physagent_studio.exchange.case_clicks import (
     marks_of,
     scale_of,
 )
-from physagent_studio.exchange.plain_yaml import MAX_BYTES, PlainYaml, read_yaml
+from physagent_studio.exchange.plain_yaml import MAX_BYTES, Place, PlainYaml, read_yaml
 from physagent_studio.program.scene.materials import MATERIALS
 from physagent_studio.program.scene.state import (
     Click,
@@ -30,7 +30,6 @@ from physagent_studio.program.scene.state import (
     SupportShape,
 )
 from physagent_studio.program.text.problems import problems_of
-from physagent_studio.program.text.yaml_nodes import Location
 
 MAX_OBJECTS = 200
 MAX_SUPPORTS = 64
@@ -50,7 +49,7 @@ def slug(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9_\-]", "", text).lstrip("-")[:64]
 
 
-def _at(place: Location) -> str:
+def _at(place: Place) -> str:
     """Where in the file, as a dotted path for the end of a message."""
     return f" (at {'.'.join(str(part) for part in place)})" if place else ""
 
@@ -100,16 +99,16 @@ class CaseReader:
 
     def __init__(self, path: Path, known: Sequence[str] = _ROOT) -> None:
         self.path = path
-        self.names: dict[str, Location] = {}
+        self.names: dict[str, Place] = {}
         self.doc: PlainYaml = read_yaml(_text(path), str(path))
         if not isinstance(self.doc.data, dict):
             raise InputError(f"{path}: a case is a mapping with image, objects and events")
         self.known((), self.doc.data, known)
 
-    def fail(self, place: Location, what: str) -> InputError:
+    def fail(self, place: Place, what: str) -> InputError:
         return InputError(f"{self._line(place)}: {what}{_at(place)}")
 
-    def _line(self, place: Location) -> str:
+    def _line(self, place: Place) -> str:
         return f"{self.path}, line {self.doc.line(place)}"
 
     def image_path(self) -> Path:
@@ -239,7 +238,7 @@ class CaseReader:
 
     # --- parts -------------------------------------------------------------------------------
 
-    def things(self, room: str, limit: int) -> list[tuple[str, Location, dict[str, Any]]]:
+    def things(self, room: str, limit: int) -> list[tuple[str, Place, dict[str, Any]]]:
         entries = self.doc.data.get(room)
         if entries is None:
             return []
@@ -249,7 +248,7 @@ class CaseReader:
             raise self.fail((room,), f"there are {len(entries)} {room} (at most {limit})")
         found = []
         for given, entry in entries.items():
-            place: Location = (room, given)
+            place: Place = (room, given)
             name = slug(given)
             if not name:
                 raise self.fail(place, f"'{given}' is no name (letters, digits, _ and -)")
@@ -261,7 +260,7 @@ class CaseReader:
             found.append((name, place, entry or {}))
         return found
 
-    def known(self, place: Location, entry: Mapping[str, Any], known: Sequence[str]) -> None:
+    def known(self, place: Place, entry: Mapping[str, Any], known: Sequence[str]) -> None:
         for key in entry:
             if key not in known:
                 near = difflib.get_close_matches(key, known, 1, 0.6)
@@ -270,9 +269,7 @@ class CaseReader:
                     (*place, key), f"'{key}' is not known here (known: {', '.join(known)}{hint})"
                 )
 
-    def _points(
-        self, place: Location, entry: Mapping[str, Any]
-    ) -> list[tuple[Location, list[Any]]]:
+    def _points(self, place: Place, entry: Mapping[str, Any]) -> list[tuple[Place, list[Any]]]:
         points = entry.get("points") or []
         where = (*place, "points")
         if not isinstance(points, list):
@@ -282,14 +279,12 @@ class CaseReader:
         return [((*where, index), point) for index, point in enumerate(points)]
 
     def _support_grounding(
-        self, name: str, place: Location, entry: Mapping[str, Any], size: tuple[int, int]
+        self, name: str, place: Place, entry: Mapping[str, Any], size: tuple[int, int]
     ) -> Grounding:
         found = self.grounding(place, entry, size)
         return found.model_copy(update={"marks": marks_of(self, name, place, entry, size)})
 
-    def grounding(
-        self, place: Location, entry: Mapping[str, Any], size: tuple[int, int]
-    ) -> Grounding:
+    def grounding(self, place: Place, entry: Mapping[str, Any], size: tuple[int, int]) -> Grounding:
         clicks = []
         for where, point in self._points(place, entry):
             x, y = self.pair(where, point, size)
@@ -299,14 +294,14 @@ class CaseReader:
             clicks.append(Click(x=x, y=y, label=1 if label else 0))
         return Grounding(points=tuple(clicks), box=self._box(place, entry.get("box"), size))
 
-    def pair(self, where: Location, point: Any, size: tuple[int, int]) -> tuple[float, float]:
+    def pair(self, where: Place, point: Any, size: tuple[int, int]) -> tuple[float, float]:
         if not isinstance(point, list) or len(point) not in (2, 3):
             raise self.fail(where, "a point must be [x, y, label]")
         x, y = (self.number(where, value) for value in point[:2])
         check_inside(x, y, size, self._line(where), _at(where))
         return x, y
 
-    def number(self, where: Location, value: Any) -> float:
+    def number(self, where: Place, value: Any) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise self.fail(where, f"{value!r} is no number")
         if not math.isfinite(value):
@@ -314,7 +309,7 @@ class CaseReader:
         return float(value)
 
     def _box(
-        self, place: Location, box: Any, size: tuple[int, int]
+        self, place: Place, box: Any, size: tuple[int, int]
     ) -> tuple[float, float, float, float] | None:
         if box is None:
             return None
@@ -326,7 +321,7 @@ class CaseReader:
             raise self.fail(where, fault)
         return left, top, right, bottom
 
-    def _shape(self, place: Location, data: Any) -> Any:
+    def _shape(self, place: Place, data: Any) -> Any:
         if data is None:
             return None
         try:

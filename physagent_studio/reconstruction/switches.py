@@ -58,6 +58,7 @@ PLATES = {
     "slits": "no slit between a thing and its shade",
     "contact shade": "the dark line below a thing leaves with it",
     "straight lines": "edges seen on both sides of a hole are joined",
+    "edges onward": "edges are looked for where they come out of a hole",
     "corners behind": "edges meet in a corner or a bow behind a hole",
     "surfaces of corners": "edges that part surfaces meet before stripes do",
     "bows": "round outlines go on as bows",

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Ramp, Slab, Support
 from physagent_studio.reconstruction.background.corners_behind import corners
+from physagent_studio.reconstruction.background.edges_onward import onward
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow
 from physagent_studio.reconstruction.shapes.meshes import ramp_corners
@@ -45,9 +46,10 @@ def lines_through(
 ) -> FloatArray:
     """Lines (N, 2, 2), pixels, that join two edges of the picture across the hole (H, W).
 
-    Edges that go on straight are joined first, then those that meet in a corner. whole: (H, W) all
-    that is filled in, of which the hole is a part: the lines begin beside it where their edges are
-    seen there. known: (M, 2, 2) lines on which no edge meets another one.
+    Edges that go on straight are joined first, then those found again where they come out, then
+    those that meet in a corner. whole: (H, W) all that is filled in, of which the hole is a part:
+    the lines begin beside it where their edges are seen there. known: (M, 2, 2) lines on which no
+    edge meets another one.
     """
     ends, ways = _heading_in(hole, found)
     if not len(ends):
@@ -70,15 +72,21 @@ def lines_through(
             taken |= {i, j}
             out.append((ends[i], ends[j]))
     lengths = _lengths(ends, found)
+    rest = np.array([k for k in range(len(ends)) if k not in taken], int)
+    straight = np.zeros((0, 2, 2))
+    if at_work("edges onward"):
+        straight = onward(photo, ends[rest], ways[rest], lengths[rest], hole)
+    goes_on = (ends[:, None] == straight[None, :, 0]).all(-1).any(1)
+    long = (lengths > LONG * max(hole.shape)) & ~goes_on
     free = [
         k
-        for k in np.flatnonzero(lengths > LONG * max(hole.shape)).tolist()
+        for k in np.flatnonzero(long).tolist()
         if k not in taken and (known is None or not _on_one(known, ends[k], ways[k]))
     ]
     bent = np.zeros((0, 2, 2))
     if at_work("corners behind"):
         bent = corners(photo, ends, ways, colours, free, hole, found)
-    lines = np.concatenate([np.array(out).reshape(-1, 2, 2), bent])
+    lines = np.concatenate([np.array(out).reshape(-1, 2, 2), straight, bent])
     return (
         lines
         if whole is None or not at_work("lines from beside")

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from physagent_studio.program.scene.camera import Camera
+from physagent_studio.reconstruction.background.edges_onward import onward
 from physagent_studio.reconstruction.background.lines_behind import lines_through
 from physagent_studio.reconstruction.background.mosaic import bent, bent_price
 from physagent_studio.reconstruction.background.plate import background, hole_of
@@ -51,6 +52,20 @@ def test_edges_of_colour_alone_are_found(beam):
     for side in (-30, 30):
         off = np.abs(found[..., 0] - 176 - 0.04 * found[..., 1] - side).max(1)
         assert np.ptp(found[upright & (off < 3), :, 1]) > 100
+
+
+def test_an_edge_is_found_again_where_it_comes_out_and_no_other():
+    y, x = np.indices(SHAPE)
+    upper = y < 100 + 0.2 * x
+    photo = _rgb(np.where(upper[..., None], (180.0, 174, 166), (150.0, 140, 130)) + _noise(3))
+    hole = _ball((180, 136), 44)
+    end, way = np.array([128.0, 100 + 0.2 * 128]), np.array([1, 0.2]) / np.hypot(1, 0.2)
+    (line,) = onward(photo, end[None], way[None], np.array([90.0]), hole)
+    assert line[1, 0] > 218
+    assert line[1, 1] == pytest.approx(100 + 0.2 * line[1, 0], abs=2.5)
+    ends_there = photo.copy()
+    ends_there[:, 180:] = photo[20, 180:]
+    assert len(onward(ends_there, end[None], way[None], np.array([90.0]), hole)) == 0
 
 
 def test_two_edges_of_a_table_meet_behind_a_thing_though_light_changes_along_it():

@@ -52,9 +52,3 @@ def depth_of(camera: Camera, point: ArrayLike) -> float:
 def metres_per_pixel(camera: Camera, point: ArrayLike) -> float:
     """Size of a pixel at a world point, m."""
     return depth_of(camera, point) / camera.focal
-
-
-def with_height(camera: Camera, height: float) -> Camera:
-    """The camera moved straight up or down, so that it is `height` metres above z = 0."""
-    x, y, _ = camera.position
-    return camera.model_copy(update={"position": (x, y, float(height))})

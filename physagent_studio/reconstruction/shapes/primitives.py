@@ -217,14 +217,10 @@ class _Search:
         fixed = [1] * (self.base.hold >= 1) + [2] * (not self.base.free_z)
         free = np.setdiff1d(np.arange(len(starts[0])), fixed)
         rim = rim_of(self.target.mask, self.target.open)
-        snug = (
-            []
-            if not at_work("snug boxes")
-            else [
-                drawn_to(rim, self.in_window, self.unlikely, np.array(start), free)
-                for start in starts
-            ]
-        )
+        snug = [
+            drawn_to(rim, self.in_window, self.unlikely, np.array(start), free)
+            for start in (starts if at_work("snug boxes") else ())
+        ]
         first = min((*snug, *map(np.array, starts)), key=self.loss)
         tried = [_refined(self.loss, first, free, step, 200) for step in POLISHED]
         return min(tried, key=lambda one: one[0])[1]

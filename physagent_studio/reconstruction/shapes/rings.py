@@ -35,8 +35,6 @@ USUAL_TUBE = 0.3
 """Radius of the tube over that of the ring where no hole shows it."""
 _TURN = np.linspace(0, 2 * math.pi, 40, endpoint=False)
 _RING = np.stack([np.cos(_TURN), np.sin(_TURN), np.zeros(40)], 1)
-_TO_X = (math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0)
-"""Turns the axis of a ring, body z, to world x."""
 
 
 @dataclass(frozen=True, slots=True)

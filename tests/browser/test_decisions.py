@@ -95,13 +95,14 @@ def test_override_with_my_own_edits(waiting: Desk) -> None:
     waiting.button("Override").click()
     mine = page.get_by_role("group", name="Your own change")
     path = mine.get_by_label("Which number").first.input_value()
-    mine.get_by_label("New value").first.fill("1.4")
+    # Near what was tried out: what is far from it has the planner search for long.
+    mine.get_by_label("New value").first.fill("0.23")
     waiting.button("Use mine instead").click()
     waiting.until(lambda: len(waiting.snapshot.state.rounds) == 2, "a second round")
     first, second = waiting.snapshot.state.rounds
     assert first.decision is not None
     assert first.decision.kind == "override"
-    assert value_at(second.program, path) == 1.4
+    assert value_at(second.program, path) == 0.23
 
 
 def test_an_override_takes_clicks_and_only_what_can_be(waiting: Desk) -> None:

@@ -14,10 +14,15 @@ from typing import Any
 import yaml
 
 from physagent_studio.errors import InputError
+from physagent_studio.jobs import JobFailed, Limits, shared
 
 Place = tuple[str | int, ...]
 
 MAX_BYTES = 1_000_000
+HARMLESS = 20_000
+"""Characters that are parsed here and now; a longer text might take many seconds."""
+LIMITS = Limits(seconds=0.8, memory=128 * 2**20)
+"""What parsing a document may take: twenty thousand honest values take half of it."""
 _MAX_NODES = 20_000
 _MAX_DEPTH = 12
 _INT = re.compile(r"[-+]?[0-9]+")
@@ -61,6 +66,16 @@ def read_yaml(text: str, name: str, *, last_wins: bool = False) -> PlainYaml:
     Raises:
         InputError: it is no YAML, or uses more of YAML than it may; says on which line.
     """
+    if len(text) <= HARMLESS:
+        return parsed(text, name, last_wins)
+    try:
+        return shared().submit(parsed, text, name, last_wins, limits=LIMITS)
+    except JobFailed as error:
+        raise InputError(f"{name} cannot be read: {error}") from error
+
+
+def parsed(text: str, name: str, last_wins: bool) -> PlainYaml:
+    """The task behind `read_yaml`: trusts the text with time and memory."""
     try:
         root = yaml.compose(text, Loader=yaml.SafeLoader)
     except yaml.MarkedYAMLError as error:

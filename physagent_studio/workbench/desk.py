@@ -14,7 +14,6 @@ from physagent_studio.agent.rules.planner import goal_search as wishing
 from physagent_studio.agent.rules.planner.goal_search import proposal_for
 from physagent_studio.errors import InputError, Problem, ProgramError
 from physagent_studio.program import Edit, PhysicalProgram, apply, value_at
-from physagent_studio.program.text.document import load_program
 from physagent_studio.program.timing import FASTEST, PACE, SLOWEST, retimed
 from physagent_studio.records import Decision, LoopState, Mesh, Override, Rollout, Round, Scene
 from physagent_studio.session import Session
@@ -22,6 +21,7 @@ from physagent_studio.session.session import now
 from physagent_studio.workbench import commands, deciding, mesh_edits, photo_edits
 from physagent_studio.workbench.engine import AgentName, Control, Engine, limits_of
 from physagent_studio.workbench.meter import Meter
+from physagent_studio.workbench.program_texts import read_program
 from physagent_studio.workbench.snapshot import Attempt
 from physagent_studio.workbench.trial import OnView, Trial
 
@@ -255,7 +255,7 @@ class Desk:
 
     def _parsed(self, text: str) -> PhysicalProgram:
         try:
-            program = load_program(text)
+            program = read_program(text)
         except ProgramError as error:
             self.problems = error.problems
             raise

@@ -12,6 +12,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from physagent_studio.errors import InputError
+from physagent_studio.jobs import JobFailed, Limits, shared
 from physagent_studio.reconstruction.shapes.meshes import volume_and_centre
 from physagent_studio.records.scene import Mesh
 
@@ -20,10 +21,14 @@ MAX_BYTES = 64 * 1024 * 1024
 MAX_ELEMENTS = 2_000_000
 """Vertices or indices that a file may promise."""
 UNREADABLE = (
-    ArithmeticError, AttributeError, EOFError, LookupError, MemoryError, NameError,
-    NotImplementedError, TypeError, ValueError, struct.error,
+    ArithmeticError, AttributeError, EOFError, LookupError, NameError,
+    NotImplementedError, RecursionError, TypeError, ValueError, struct.error,
 )  # fmt: skip
 """What the parsers behind trimesh raise on bytes that are not what they promise."""
+SECONDS, SECONDS_PER_BYTE = 0.7, 2e-7
+"""Processor time to parse a mesh: a text of 10 MB has three seconds, five times what it needs."""
+SPARE, BYTES_PER_BYTE = 128 * 2**20, 24
+"""Memory to parse a mesh, bytes, and bytes for each of the file's: numbers in text grow."""
 FARTHEST = 1e6
 """Units from the origin within which a vertex has to lie."""
 MAX_FACES = 20_000
@@ -55,8 +60,17 @@ def mesh_from(data: bytes, name: str) -> tuple[NDArray[np.float64], NDArray[np.i
         raise _too_large(name)
     if data[:2] in (b"PK", b"\x1f\x8b"):
         raise InputError(f"{name} is a compressed archive, not a mesh")
+    limits = Limits(SECONDS + SECONDS_PER_BYTE * len(data), SPARE + BYTES_PER_BYTE * len(data))
+    try:
+        return shared().submit(parsed, data, name, limits=limits)
+    except JobFailed as error:
+        raise InputError(f"{name} cannot be read as a mesh: {error}") from error
+
+
+def parsed(data: bytes, name: str) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """The task behind `mesh_from`: trusts the bytes with time and memory."""
     _check_promise(data, name)
-    vertices, faces = _parsed(data, name)
+    vertices, faces = _loaded(data, name)
     if not len(faces):
         raise InputError(f"{name} has no faces")
     if vertices.shape[1:] != (3,) or faces.shape[1:] != (3,):
@@ -108,7 +122,7 @@ def _glb_elements(data: bytes, name: str) -> int:
             b for b in document.get("buffers", []) + document.get("images", []) if "uri" in b
         ]
         count = sum(int(item["count"]) for item in accessors)
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(f"{name} is a damaged GLB file") from error
     if outside:
         raise InputError(f"{name} refers to other files; give one that holds everything")
@@ -117,7 +131,7 @@ def _glb_elements(data: bytes, name: str) -> int:
     return count
 
 
-def _parsed(data: bytes, name: str) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+def _loaded(data: bytes, name: str) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     try:
         loaded = trimesh.load(
             io.BytesIO(data),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from dataclasses import dataclass
 
@@ -10,6 +11,13 @@ from physagent_studio.errors import InputError
 _PNG = b"\x89PNG\r\n\x1a\n"
 _CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
 _JPEG_FRAMES = frozenset({*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC})
+_WITHOUT_LENGTH = frozenset({0x01, *range(0xD0, 0xD8)})
+"""JPEG markers that stand alone; whoever reads a length behind them looks at another header."""
+_SCAN = re.compile(rb"\xff\xda")
+MAX_SCANS = 64
+"""Scans of a JPEG picture; encoders write up to twelve."""
+MAX_SCANNED = 320_000_000
+"""Pixels times scans of a JPEG picture: each scan goes over all of it again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,11 +104,17 @@ def _jpeg(data: bytes, name: str) -> Header:
         if marker == 0xFF:
             at += 1
             continue
+        if marker in _WITHOUT_LENGTH:
+            at += 2
+            continue
         length = int.from_bytes(data[at + 2 : at + 4], "big")
         if marker in _JPEG_FRAMES:
             if b"\xff\xd9" not in data[-65536:]:
                 raise _cut_off(name, "JPEG")
             bits, height, width, channels = struct.unpack(">BHHB", data[at + 4 : at + 10])
+            scans = sum(1 for _ in _SCAN.finditer(data, at + 2 + length))
+            if scans > MAX_SCANS or scans * width * height > MAX_SCANNED:
+                raise InputError(f"{name} is a JPEG picture of {scans} scans; save it again")
             return Header("JPEG", width, height, channels, bits)
         at += 2 + length
     raise _cut_off(name, "JPEG")

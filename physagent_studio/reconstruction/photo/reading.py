@@ -6,10 +6,11 @@ import hashlib
 from dataclasses import replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 from physagent_studio.errors import InputError
+from physagent_studio.jobs import JobFailed, Limits, shared
+from physagent_studio.jobs.decoders import REDUCED, decoded
 from physagent_studio.reconstruction.photo.header import Header, read_header
 from physagent_studio.records.case import Image
 
@@ -21,8 +22,12 @@ MAX_REDUCED = 100_000_000
 MAX_DECODED = 160 * 1024 * 1024
 """Bytes that the decoded picture may take."""
 MIN_SIDE = 16
-REDUCED = {1: cv2.IMREAD_COLOR_RGB, 2: cv2.IMREAD_REDUCED_COLOR_2, 4: cv2.IMREAD_REDUCED_COLOR_4}
-"""How a JPEG picture is decoded at its size, half or a quarter of it."""
+SECONDS, SECONDS_PER_PIXEL = 0.3, 6e-8
+"""Processor time to decode a picture: three times what the dearest honest formats need."""
+SPARE, DECODED_BYTES = 48 * 2**20, 10
+"""Memory to decode a picture, bytes, and bytes a pixel: a progressive one keeps coefficients."""
+MAX_WORK = 640 * 2**20
+"""Bytes that decoding may need however large a picture says it is."""
 
 
 def read_photo(path: Path | str) -> tuple[Image, str]:
@@ -36,7 +41,7 @@ def read_photo(path: Path | str) -> tuple[Image, str]:
     data = _bytes(path)
     header = read_header(data, path.name)
     _check(header, path.name)
-    pixels = _whole(_decode(data, header), header, path.name)
+    pixels = _whole(_limited(data, header, path.name), header, path.name)
     return pixels, photo_hash(pixels)
 
 
@@ -53,7 +58,7 @@ def read_scaled(path: Path | str) -> tuple[Image, str, int]:
         return (*read_photo(path), 1)
     small = replace(header, width=header.width // factor, height=header.height // factor)
     _check(small, path.name)
-    pixels = _whole(_decode(data, header, REDUCED[factor]), header, path.name)
+    pixels = _whole(_limited(data, header, path.name, factor), header, path.name, factor)
     return pixels, photo_hash(pixels), factor
 
 
@@ -70,10 +75,13 @@ def _factor(header: Header) -> int:
     return next((k for k in REDUCED if many <= MAX_PIXELS * k * k), 1)
 
 
-def _whole(pixels: Image | None, header: Header, name: str) -> Image:
+def _whole(pixels: Image | None, header: Header, name: str, factor: int = 1) -> Image:
     """Decoded pixels, made sure of and not to be written to."""
     if pixels is None or pixels.ndim != 3:
         raise InputError(f"{name} is a {header.format} file that is cut off or damaged")
+    sides = sorted((-(-header.width // factor), -(-header.height // factor)))
+    if sorted(pixels.shape[:2]) != sides:
+        raise InputError(f"{name} is not of the size that its header says; save it again")
     if min(pixels.shape[:2]) < MIN_SIDE:
         raise InputError(f"{name} is {header.width} × {header.height}; at least {MIN_SIDE} pixels")
     pixels = np.ascontiguousarray(pixels)
@@ -121,40 +129,14 @@ def _check(header: Header, name: str) -> None:
         raise InputError(f"{name} is too large at {header.bits} bits a channel; save it at 8 bits")
 
 
-def _decode(data: bytes, header: Header, how: int = cv2.IMREAD_COLOR_RGB) -> Image | None:
-    raw = np.frombuffer(data, np.uint8)
+def _limited(data: bytes, header: Header, name: str, factor: int = 1) -> Image | None:
+    """The pixels, decoded in a process that may use as much as a picture of that header needs."""
+    many, depth = header.width * header.height, 2 if header.bits > 8 else 1
+    limits = Limits(
+        SECONDS + SECONDS_PER_PIXEL * many,
+        SPARE + min(MAX_WORK, len(data) + many * (DECODED_BYTES + 8 * (depth - 1))),
+    )
     try:
-        if header.alpha:
-            return _on_white(cv2.imdecode(raw, cv2.IMREAD_UNCHANGED))
-        pixels = cv2.imdecode(raw, how)
-        if pixels is not None and how != cv2.IMREAD_COLOR_RGB:
-            pixels = cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB)
-        return _rgb(pixels)
-    except cv2.error:
-        return None
-
-
-def _rgb(pixels: np.ndarray | None) -> Image | None:
-    return None if pixels is None else pixels.astype(np.uint8, copy=False)
-
-
-def _on_white(pixels: np.ndarray | None) -> Image | None:
-    """BGRA of 8 or 16 bits laid on white."""
-    if pixels is None:
-        return None
-    if pixels.dtype == np.uint16:
-        pixels = (pixels // 257).astype(np.uint8)
-    if pixels.ndim == 2:
-        return cv2.cvtColor(pixels, cv2.COLOR_GRAY2RGB).astype(np.uint8)
-    if pixels.shape[2] == 3:
-        return cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB).astype(np.uint8)
-    alpha = pixels[..., 3]
-    rgb = cv2.cvtColor(pixels, cv2.COLOR_BGRA2RGB).astype(np.uint8)
-    if alpha.min() == 255:
-        return rgb
-    for start in range(0, len(rgb), 256):
-        rows = slice(start, start + 256)
-        share = alpha[rows, :, None].astype(np.uint16)
-        mixed = rgb[rows] * share + 255 * (255 - share)
-        rgb[rows] = ((mixed + 127) // 255).astype(np.uint8)
-    return rgb
+        return shared().submit(decoded, data, header.alpha, factor, limits=limits)
+    except JobFailed as error:
+        raise InputError(f"{name} cannot be read: {error}") from error

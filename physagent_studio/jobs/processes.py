@@ -1,0 +1,203 @@
+"""`Processes`: a small pool of processes, each ended at the limit of the task that it is at."""
+
+from __future__ import annotations
+
+import atexit
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from physagent_studio.errors import Cancelled, StudioError
+from physagent_studio.jobs.executor import JobFailed, Limits, Reason, Result, never
+from physagent_studio.jobs.letters import post, take
+from physagent_studio.jobs.worker import import_all
+
+START = (
+    "import json, sys; sys.path[:] = json.loads(sys.argv[2]); "
+    "from physagent_studio.jobs.worker import main; main(int(sys.argv[1]))"
+)
+PATIENCE = 10.0
+"""Seconds by the clock for one of processor time where others load the machine; then it hangs."""
+START_SECONDS = 30.0
+"""Seconds that a process may take to start and to import what its first task needs."""
+SINGLE = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "OPENCV_FOR_THREADS_NUM", "MKL_NUM_THREADS"), "1"
+)
+"""Threads of numeric libraries would take address space, which is limited."""
+
+
+class Processes:
+    """Carries out tasks in at most `width` processes, which are started when they are needed."""
+
+    def __init__(self, width: int = 2) -> None:
+        self._width = width
+        self._reset()
+        atexit.register(self.close)
+        os.register_at_fork(after_in_child=self._reset)
+
+    def _reset(self) -> None:
+        """As new: a forked process may not speak over the lines of the one that it came from."""
+        self._idle: list[_Process] = []
+        self._lock = threading.Lock()
+        self._room = threading.Semaphore(self._width)
+
+    def submit(
+        self,
+        task: Callable[..., Result],
+        *values: Any,
+        limits: Limits = Limits(),  # noqa: B008
+        cancelled: Callable[[], bool] = never,
+    ) -> Result:
+        """The task's result; the task has to be a function of a module.
+
+        Raises:
+            JobFailed: it reached a limit or broke down; the process is ended and replaced.
+            Cancelled: `cancelled()` became true; free within a tenth of a second.
+            StudioError: what the task itself raised.
+        """
+        while not self._room.acquire(timeout=0.05):
+            if cancelled():
+                raise Cancelled("cancelled")
+        process = None
+        try:
+            process = self._free()
+            kind, found = process.carry_out((task, values, limits), limits, cancelled)
+        except BaseException:
+            if process is not None:
+                process.end()
+            raise
+        finally:
+            self._room.release()
+        with self._lock:
+            self._idle.append(process)
+        if kind == "said":
+            assert isinstance(found, StudioError)
+            raise found
+        if kind in ("memory", "crash"):
+            raise JobFailed("memory" if kind == "memory" else "crash", limits, str(found))
+        return found
+
+    def warm(self, *modules: str) -> None:
+        """Starts a process that has these modules, in the background."""
+        limits = Limits(START_SECONDS, 2**34)
+
+        def start() -> None:
+            try:
+                self.submit(import_all, modules, limits=limits)
+            except StudioError:
+                return  # The first task will say what is wrong.
+
+        threading.Thread(target=start, name="jobs-warm", daemon=True).start()
+
+    def close(self) -> None:
+        """Ends the idle processes."""
+        with self._lock:
+            idle, self._idle = self._idle, []
+        for one in idle:
+            one.end()
+
+    def _free(self) -> _Process:
+        with self._lock:
+            while self._idle:
+                one = self._idle.pop()
+                if one.alive:
+                    return one
+                one.end()
+        return _Process()
+
+
+class _Process:
+    """One process and the line to it."""
+
+    def __init__(self) -> None:
+        self._line, theirs = socket.socketpair()
+        command = [sys.executable, "-P", "-c", START, str(theirs.fileno()), json.dumps(sys.path)]
+        with theirs:
+            self._process = subprocess.Popen(
+                command,
+                pass_fds=(theirs.fileno(),),
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                env=os.environ | SINGLE,
+            )
+
+    @property
+    def alive(self) -> bool:
+        """Whether it still runs."""
+        return self._process.poll() is None
+
+    def carry_out(
+        self, letter: tuple[Any, ...], limits: Limits, cancelled: Callable[[], bool]
+    ) -> tuple[str, Any]:
+        """What the process answers; raises `JobFailed` where it was ended."""
+        until = time.monotonic() + START_SECONDS + PATIENCE * limits.seconds
+        most = self.resident() + limits.memory + _BASE
+
+        def meanwhile() -> None:
+            if cancelled():
+                raise Cancelled("cancelled")
+            if time.monotonic() > until:
+                raise JobFailed("time", limits)
+            if self.resident() > most:
+                raise JobFailed("memory", limits)
+
+        try:
+            self._line.settimeout(START_SECONDS)
+            post(self._line, letter)
+            return take(self._line, strict=True, meanwhile=meanwhile)
+        except (EOFError, OSError) as error:
+            raise JobFailed(self._reason(), limits) from error
+        except StudioError:
+            raise
+        except Exception as error:
+            raise JobFailed("crash", limits, repr(error)) from error
+
+    def resident(self) -> int:
+        """Bytes of memory that it holds; 0 where nobody says."""
+        try:
+            pages = Path(f"/proc/{self._process.pid}/statm").read_text().split()[1]
+            return int(pages) * os.sysconf("SC_PAGE_SIZE")
+        except (OSError, IndexError):
+            return _asked(self._process.pid)
+
+    def end(self) -> None:
+        """Ends it at once, whatever it is doing."""
+        self._line.close()
+        self._process.kill()
+        self._process.wait()
+
+    def _reason(self) -> Reason:
+        try:
+            code = self._process.wait(timeout=1.0)
+        except subprocess.TimeoutExpired:
+            return "crash"
+        return "time" if code == -signal.SIGPROF else "crash"
+
+
+_BASE = 128 * 2**20
+"""Bytes that a process may come to hold by importing what its task needs."""
+
+
+def _asked(pid: int) -> int:
+    """What `ps` says of a process where there is no /proc, as on macOS."""
+    if sys.platform == "linux":
+        return 0
+    command = ["ps", "-o", "rss=", "-p", str(pid)]
+    said = subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
+    return int(said) * 1024 if said.isdigit() else 0
+
+
+@lru_cache(maxsize=1)
+def shared() -> Processes:
+    """The pool of this process."""
+    return Processes()

@@ -1,0 +1,23 @@
+"""Programs as text from strangers: a long one is parsed in a limited process."""
+
+from __future__ import annotations
+
+from physagent_studio.errors import InputError
+from physagent_studio.jobs import JobFailed, Limits, shared
+from physagent_studio.program import PhysicalProgram
+from physagent_studio.program.text.document import load_program
+
+HARMLESS = 20_000
+"""Characters that are parsed here and now, in a fifth of a second."""
+LIMITS = Limits(seconds=0.9, memory=192 * 2**20)
+"""What parsing may take; a program of a hundred things takes a third of it."""
+
+
+def read_program(text: str) -> PhysicalProgram:
+    """`load_program` under limits; raises `ProgramError`, or `InputError` at a limit."""
+    if len(text) <= HARMLESS:
+        return load_program(text)
+    try:
+        return shared().submit(load_program, text, limits=LIMITS)
+    except JobFailed as error:
+        raise InputError(f"the program cannot be read: {error}") from error

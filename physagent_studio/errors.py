@@ -20,6 +20,10 @@ class Unclear(InputError):
     """Where a thing is in the photo is not clear from its words alone; a person has to say."""
 
 
+class StorageError(StudioError):
+    """The disk took less than it was given, or a session is not this process's to write."""
+
+
 class BackendMissing(StudioError):
     """An optional backend is not installed or not configured; names what to install."""
 

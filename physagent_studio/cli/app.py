@@ -16,6 +16,7 @@ from typer.main import get_command
 from physagent_studio.cli import output
 from physagent_studio.cli.guard import BAD_INPUT, guarded, our_fault
 from physagent_studio.cli.models import models
+from physagent_studio.cli.session import session as session_tools
 from physagent_studio.errors import ProgramError
 
 app = typer.Typer(
@@ -28,6 +29,7 @@ app = typer.Typer(
 )
 
 app.add_typer(models)
+app.add_typer(session_tools)
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON value for machines.")]
 Workspace = Annotated[

@@ -16,12 +16,15 @@ from physagent_studio.cli.targets import agent_name, case_of, is_session
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import annotated, read_lessons
 from physagent_studio.records import LoopState
-from physagent_studio.records.loop_state import ROLES
+from physagent_studio.records.loop_state import ROLES, PolicyName
 from physagent_studio.session import Session, Store
 from physagent_studio.workbench.asking import asked_about, save_candidates
-from physagent_studio.workbench.commands import TakeRole
+from physagent_studio.workbench.commands import Advance, TakeRole
 from physagent_studio.workbench.desk import Desk
+from physagent_studio.workbench.journal import carry_out
 from physagent_studio.workbench.report import report_of
+
+_POLICIES: dict[str, PolicyName] = {"auto": "auto", "ask": "ask", "ask_when": "ask_when"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +47,8 @@ class RunRequest:
 
 def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
     """Runs until the loop ends, waits for a person or has to ask; the exit code."""
-    if request.policy not in ("auto", "ask", "ask_when"):
+    policy = _POLICIES.get(request.policy)
+    if policy is None:
         raise InputError(f"--policy {request.policy} is not known (auto, ask, ask_when)")
     unknown = [role for role in request.by_hand if role not in ROLES]
     if unknown:
@@ -52,6 +56,8 @@ def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
     agent = agent_name(request.agent)
     store = Store(workspace)
     session = _session(request, store)
+    if session.read_only:
+        raise InputError(f"{session.read_only}; close it there first")
     started = time.perf_counter()
     try:
         with output.progress_control(as_json) as control:
@@ -59,11 +65,11 @@ def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
             if not as_json:
                 typer.echo(f"session {session.id}")
             for role in in_order(request.by_hand):
-                desk.handle(TakeRole(role))
-            desk.advance(policy=request.policy, until="simulate")
+                carry_out(desk, TakeRole(role), "person")
+            carry_out(desk, Advance(policy, "simulate"), "person")
             asked = () if request.yes else asked_about(desk)
             if not asked and desk.state.phase == "simulate":
-                desk.advance(policy=request.policy)
+                carry_out(desk, Advance(policy), "person")
         report = report_of(desk.state, session, time.perf_counter() - started)
     finally:
         session.close()

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import os
+from contextlib import suppress
 from pathlib import Path
 
-from physagent_studio.errors import InputError
+from physagent_studio.errors import InputError, StorageError
+from physagent_studio.session.schema import reported
+
+QUOTA = 8 * 2**30
+"""Bytes that the files of one session may take; `PHYSAGENT_QUOTA` says another number of GB."""
 
 
 class FileStore:
@@ -14,6 +19,7 @@ class FileStore:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
+        self._held: int | None = None
 
     def put(self, data: bytes, suffix: str) -> str:
         """Stores bytes durably and returns their key, such as `ab12….npz`."""
@@ -39,11 +45,54 @@ class FileStore:
     def __contains__(self, key: str) -> bool:
         return (self._folder / key).exists()
 
+    def keys(self) -> set[str]:
+        """All keys that there are."""
+        with suppress(FileNotFoundError):
+            return {one.name for one in os.scandir(self._folder) if not one.name.startswith(".")}
+        return set()
+
     def _write(self, path: Path, data: bytes) -> None:
-        self._folder.mkdir(parents=True, exist_ok=True)
+        self._make_room(len(data))
         temporary = path.with_name(f".{path.name}.{os.getpid()}")
-        with temporary.open("wb") as stream:
-            stream.write(data)
-            stream.flush()
-            os.fsync(stream.fileno())
-        temporary.replace(path)
+        with reported(self._folder.parent.name):
+            self._folder.mkdir(parents=True, exist_ok=True)
+            try:
+                with temporary.open("wb") as stream:
+                    stream.write(data)
+                    stream.flush()
+                    os.fsync(stream.fileno())
+                temporary.replace(path)
+                _sync(self._folder)
+            finally:
+                with suppress(OSError):
+                    temporary.unlink(missing_ok=True)
+
+    def _make_room(self, size: int) -> None:
+        if self._held is None:
+            with suppress(FileNotFoundError):
+                self._held = sum(one.stat().st_size for one in os.scandir(self._folder))
+        self._held, quota = (self._held or 0) + size, _quota()
+        if self._held > quota:
+            held, self._held = self._held / 2**30, self._held - size
+            raise StorageError(
+                f"this session would have {held:.2f} GB of files, more than the"
+                f" {quota / 2**30:g} GB that it may; `physagent session vacuum` frees what nothing"
+                " refers to, and PHYSAGENT_QUOTA sets another number of GB"
+            )
+
+
+def _quota() -> int:
+    said = os.environ.get("PHYSAGENT_QUOTA", "")
+    try:
+        return int(float(said) * 2**30) if said else QUOTA
+    except ValueError as error:
+        raise InputError(f"PHYSAGENT_QUOTA is '{said}'; it has to be a number of GB") from error
+
+
+def _sync(folder: Path) -> None:
+    """Makes a new name in a folder survive a power cut, as its bytes do."""
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

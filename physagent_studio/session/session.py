@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import functools
 import json
-import sqlite3
 from collections import OrderedDict
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,25 +14,18 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from physagent_studio.errors import InputError
+from physagent_studio.errors import InputError, StorageError
 from physagent_studio.records import Case, Image, LoopState, Mesh, Round, Scene
 from physagent_studio.records.rollout import Rollout
 from physagent_studio.records.rollout_io import rollout_from_bytes, rollout_to_bytes
 from physagent_studio.session import arrays
 from physagent_studio.session.files import FileStore
+from physagent_studio.session.lock import Lock
+from physagent_studio.session.schema import SCHEMA, TABLES, connect, linked, migrate, reported
+from physagent_studio.session.stored_round import RoundReader
 
-SCHEMA = 1
 KEPT_ROLLOUTS = 8
 MESH_SUFFIX = ".mesh.npz"
-_TABLES = """
-CREATE TABLE IF NOT EXISTS meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);
-CREATE TABLE IF NOT EXISTS rounds (id TEXT PRIMARY KEY, number INTEGER, payload TEXT NOT NULL);
-CREATE TABLE IF NOT EXISTS states (
-    seq INTEGER PRIMARY KEY AUTOINCREMENT, label TEXT NOT NULL, payload TEXT NOT NULL);
-CREATE TABLE IF NOT EXISTS log (
-    seq INTEGER PRIMARY KEY AUTOINCREMENT, at TEXT NOT NULL, kind TEXT NOT NULL,
-    author TEXT NOT NULL, payload TEXT NOT NULL);
-"""
 
 
 def now() -> str:
@@ -42,20 +34,26 @@ def now() -> str:
 
 
 class Session:
-    """An open session. Not thread-safe: it belongs to one worker."""
+    """An open session. Not thread-safe: it belongs to one worker.
 
-    def __init__(self, folder: Path) -> None:
-        if not (folder / "session.db").is_file():
+    writing: wish to write; `read_only` says why it cannot be where another process writes it.
+    """
+
+    def __init__(self, folder: Path, *, writing: bool = True) -> None:
+        path = folder / "session.db"
+        if not path.is_file():
             raise InputError(f"there is no session in {folder}")
         self.folder = folder
         self.files = FileStore(folder / "files")
-        self._db = _connect(folder / "session.db")
-        version = int(self.meta("schema") or 0)
-        if version != SCHEMA:
-            self._db.close()
-            raise InputError(
-                f"session {folder.name} has format {version}; this version reads format {SCHEMA}"
-            )
+        self._lock = Lock(folder / "session.lock") if writing else None
+        self.read_only = "" if self._lock and self._lock.taken else self._why_not()
+        self._db = connect(path, writing=not self.read_only)
+        self._reader = RoundReader(path)
+        try:
+            self._version = migrate(self._db, folder.name, writing=not self.read_only)
+        except BaseException:
+            self.close()
+            raise
         self._scenes: dict[str, Scene] = {}
         self._meshes: dict[str, Mesh] = {}
         self._known_rounds: dict[str, Round] = {}
@@ -65,9 +63,9 @@ class Session:
     def create(cls, folder: Path, case: Case, title: str, state: LoopState) -> Session:
         """Makes the folder and its first state."""
         folder.mkdir(parents=True)
-        db = _connect(folder / "session.db")
+        db = connect(folder / "session.db")
         with db:
-            db.executescript(_TABLES)
+            db.executescript(TABLES)
         files = FileStore(folder / "files")
         key = files.put(arrays.png(case.image), ".png") if case.image is not None else ""
         facts = {
@@ -77,6 +75,7 @@ class Session:
             "image": key,
             "case": json.dumps(arrays.case_json(case)),
             "cursor": "0",
+            "first": state.model_dump_json(exclude={"rounds"}),
         }
         with db:
             db.execute("BEGIN IMMEDIATE")
@@ -141,15 +140,15 @@ class Session:
         checkpoint: a label starts a new step of undo; None replaces the present one.
         """
         payload = state.model_dump_json(exclude={"rounds"})
+        fresh = [one for one in state.rounds if self._known_rounds.get(one.id) is not one]
         with self._transaction():
-            for item in state.rounds:
-                if self._known_rounds.get(item.id) is not item:
-                    self._db.execute(
-                        "INSERT INTO rounds VALUES (?, ?, ?) "
-                        "ON CONFLICT (id) DO UPDATE SET payload = excluded.payload",
-                        (item.id, item.number, item.model_dump_json()),
-                    )
-                    self._known_rounds[item.id] = item
+            self._db.executemany(
+                "INSERT INTO rounds VALUES (?, ?, ?, ?) "
+                "ON CONFLICT (id) DO UPDATE SET payload = excluded.payload",
+                [(one.id, one.number, one.model_dump_json(), one.parent) for one in fresh],
+            )
+            for one in fresh:
+                self._add("round", one.author, {"round": one.id, "program": one.program.hash})
             if checkpoint is None:
                 self._db.execute(
                     "UPDATE states SET payload = ? WHERE seq = ?", (payload, self._cursor)
@@ -160,6 +159,9 @@ class Session:
                     "INSERT INTO states (label, payload) VALUES (?, ?)", (checkpoint, payload)
                 )
                 self._set_meta("cursor", str(cursor.lastrowid))
+            self._db.execute("UPDATE answers SET used = 1 WHERE used = 0")
+        # Only what is on the disk is known: a save that failed writes all of it again.
+        self._known_rounds |= {one.id: one for one in fresh}
 
     def undo(self) -> LoopState | None:
         """Moves one step back; None at the beginning. Rounds stay in the tree."""
@@ -182,15 +184,52 @@ class Session:
     def record(self, kind: str, author: str, payload: dict[str, Any]) -> None:
         """Adds to the append-only log of decisions and other acts."""
         with self._transaction():
+            self._add(kind, author, payload)
+
+    def _add(self, kind: str, author: str, payload: dict[str, Any]) -> None:
+        row = (now(), kind, author, json.dumps(payload, sort_keys=True))
+        last = self._db.execute("SELECT chain FROM log ORDER BY seq DESC LIMIT 1").fetchone()
+        chain = linked((last[0] if last else None) or "", *row)
+        self._db.execute(
+            "INSERT INTO log (at, kind, author, payload, chain) VALUES (?, ?, ?, ?, ?)",
+            (*row, chain),
+        )
+
+    def answer(self, key: str) -> dict[str, Any] | None:
+        """What a model has answered to that question in the phase that is still under way."""
+        row = self._db.execute(
+            "SELECT payload FROM answers WHERE key = ? AND used = 0 ORDER BY seq DESC", (key,)
+        ).fetchone()
+        return None if row is None else json.loads(row[0])
+
+    def answers(self) -> dict[str, dict[str, Any]]:
+        """Everything that a model has answered in this session, by question."""
+        rows = self._db.execute("SELECT key, payload FROM answers ORDER BY seq")
+        return {key: json.loads(text) for key, text in rows} if self._version > 1 else {}
+
+    def keep_answer(self, key: str, payload: dict[str, Any]) -> None:
+        """Keeps an answer, so that a phase that is done again does not pay for it again."""
+        with self._transaction():
             self._db.execute(
-                "INSERT INTO log (at, kind, author, payload) VALUES (?, ?, ?, ?)",
-                (now(), kind, author, json.dumps(payload, sort_keys=True)),
+                "INSERT INTO answers (key, payload) VALUES (?, ?)", (key, json.dumps(payload))
             )
+
+    def use_answers(self) -> None:
+        """What was answered up to now has had its effect; the same question is asked anew."""
+        with self._transaction():
+            self._db.execute("UPDATE answers SET used = 1 WHERE used = 0")
 
     def log(self) -> tuple[tuple[str, str, str, dict[str, Any]], ...]:
         """The log: (time, kind, author, payload) in order."""
         rows = self._db.execute("SELECT at, kind, author, payload FROM log ORDER BY seq")
         return tuple((at, kind, author, json.loads(text)) for at, kind, author, text in rows)
+
+    def last_of(self, kinds: tuple[str, ...]) -> tuple[str, dict[str, Any]] | None:
+        """The newest entry of one of these kinds: (kind, payload)."""
+        marks = ", ".join("?" * len(kinds))
+        query = f"SELECT kind, payload FROM log WHERE kind IN ({marks}) ORDER BY seq DESC LIMIT 1"
+        row = self._db.execute(query, kinds).fetchone()
+        return None if row is None else (row[0], json.loads(row[1]))
 
     def log_after(self, seq: int, kind: str) -> tuple[tuple[int, dict[str, Any]], ...]:
         """Entries of one kind with a number above `seq`: (number, payload) in order."""
@@ -260,6 +299,16 @@ class Session:
     def close(self) -> None:
         """Closes the database; everything acknowledged is on the disk already."""
         self._db.close()
+        self._reader.close()
+        if self._lock is not None:
+            self._lock.release()
+
+    def _why_not(self) -> str:
+        if self._lock is None:
+            return f"session {self.folder.name} was only opened to be read"
+        who = self._lock.holder
+        by = f" by another process ({who})" if who else ""
+        return f"session {self.folder.name} is open{by}; here it is only shown, nothing is changed"
 
     # --- inside ------------------------------------------------------------------------------
 
@@ -285,11 +334,13 @@ class Session:
         return self.load()
 
     def _with_rounds(self, payload: str) -> LoopState:
-        rows = self._db.execute("SELECT id, payload FROM rounds ORDER BY number, rowid").fetchall()
-        for key, text in rows:
+        parent = "parent" if self._version > 1 else "json_extract(payload, '$.parent')"
+        query = f"SELECT id, number, {parent} FROM rounds ORDER BY number, rowid"
+        rows = self._db.execute(query).fetchall()
+        for key, number, before in rows:
             if key not in self._known_rounds:
-                self._known_rounds[key] = Round.model_validate_json(text)
-        rounds = tuple(self._known_rounds[key] for key, _ in rows)
+                self._known_rounds[key] = self._reader.stub(key, number, before)
+        rounds = tuple(self._known_rounds[row[0]] for row in rows)
         return LoopState.model_validate_json(payload).model_copy(update={"rounds": rounds})
 
     @functools.cached_property
@@ -299,14 +350,9 @@ class Session:
 
     @contextmanager
     def _transaction(self) -> Iterator[None]:
+        if self.read_only:
+            raise StorageError(self.read_only)
         # The connection commits at the end, or rolls back whatever ends the work before.
-        with self._db:
+        with reported(self.id), self._db:
             self._db.execute("BEGIN IMMEDIATE")
             yield
-
-
-def _connect(path: Path) -> sqlite3.Connection:
-    db = sqlite3.connect(path, isolation_level=None, check_same_thread=False, timeout=10)
-    db.execute("PRAGMA journal_mode = WAL")
-    db.execute("PRAGMA synchronous = FULL")
-    return db

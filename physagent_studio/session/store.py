@@ -15,6 +15,7 @@ from pathlib import Path
 from physagent_studio.assets import data_folder
 from physagent_studio.errors import InputError
 from physagent_studio.records import Case, LoopState
+from physagent_studio.session import archive
 from physagent_studio.session.session import Session
 
 KEPT_IN_TRASH = 7 * 86_400.0
@@ -58,9 +59,9 @@ class Store:
         except sqlite3.OperationalError as error:
             raise InputError(f"the workspace {self.root} cannot be written: {error}") from error
 
-    def open(self, session_id: str) -> Session:
+    def open(self, session_id: str, *, writing: bool = True) -> Session:
         """The session of that id, or of a unique beginning of one."""
-        return Session(self._folder(session_id))
+        return Session(self.folder_of(session_id), writing=writing)
 
     def __contains__(self, session_id: str) -> bool:
         return (self._sessions() / session_id / "session.db").is_file()
@@ -77,11 +78,11 @@ class Store:
 
     def delete(self, session_id: str) -> None:
         """Removes a session and its files for good."""
-        shutil.rmtree(self._folder(session_id))
+        shutil.rmtree(self.folder_of(session_id))
 
     def discard(self, session_id: str) -> str:
         """Takes a session out of the list; for a week `restore` brings it back. Returns its id."""
-        source = self._folder(session_id)
+        source = self.folder_of(session_id)
         self._empty_trash()
         self._trash().mkdir(parents=True, exist_ok=True)
         target = self._trash() / source.name
@@ -100,7 +101,7 @@ class Store:
 
     def photo(self, session_id: str) -> bytes | None:
         """The session's photo as it was stored, PNG; None for a session without one."""
-        session = self.open(session_id)
+        session = self.open(session_id, writing=False)
         try:
             key = session.meta("image")
             return session.files.get(key) if key else None
@@ -109,7 +110,7 @@ class Store:
 
     def duplicate(self, session_id: str) -> str:
         """Copies a session under a new id, which is returned."""
-        source = self._folder(session_id)
+        source = self.folder_of(session_id)
         target = source.with_name(f"{source.name}-{secrets.token_hex(2)}")
         target.mkdir()
         (target / "files").mkdir()
@@ -122,6 +123,19 @@ class Store:
         ):
             old.backup(new)
         return target.name
+
+    def import_from(self, path: Path) -> str:
+        """Takes in a session that was exported to one file, under a new id, which is returned."""
+        stem = re.sub(r"[^a-z0-9]+", "-", path.stem.lower()).strip("-")[:48].strip("-")
+        name = f"{stem or 'session'}-{secrets.token_hex(2)}"
+        partial = self.root / "imports" / secrets.token_hex(8)
+        try:
+            archive.unpack(path, partial)
+            self._sessions().mkdir(parents=True, exist_ok=True)
+            partial.replace(self._sessions() / name)
+        finally:
+            shutil.rmtree(partial, ignore_errors=True)
+        return name
 
     def _info(self, path: Path) -> SessionInfo:
         """A line of the list, read again only when the session's database has changed."""
@@ -148,7 +162,8 @@ class Store:
     def _sessions(self) -> Path:
         return self.root / "sessions"
 
-    def _folder(self, session_id: str) -> Path:
+    def folder_of(self, session_id: str) -> Path:
+        """Where a session lies; an `InputError` where there is none of that id."""
         if not re.fullmatch(r"[\w\-]+", session_id):
             raise InputError(f"'{session_id}' is not a session id")
         exact = self._sessions() / session_id
@@ -162,7 +177,7 @@ class Store:
 
 
 def _info(path: Path, changed: float) -> SessionInfo:
-    session = Session(path.parent)
+    session = Session(path.parent, writing=False)
     try:
         rounds, outcome = session.summary()
         return SessionInfo(

@@ -53,6 +53,14 @@ class OpenSession:
 
 
 @dataclass(frozen=True, slots=True)
+class Advance:
+    """Goes on by another policy than the session's, or only until a phase: how one is begun."""
+
+    policy: PolicyName | None = None
+    until: str = "done"
+
+
+@dataclass(frozen=True, slots=True)
 class Step:
     """Goes on until a person has to decide or the loop ends; a draft becomes a round first."""
 
@@ -241,6 +249,7 @@ Command = (
     | OpenImage
     | OpenProgram
     | OpenSession
+    | Advance
     | Step
     | Run
     | Decide

@@ -46,11 +46,12 @@ class Desk:
         *,
         evidence: bool = True,
         agent: AgentName = "rules",
+        answers: Mapping[str, dict[str, Any]] | None = None,
     ) -> None:
         self.session = session
         self.control = control
         self.case = session.case
-        self.engine = Engine(session, self.case, control, evidence, agent)
+        self.engine = Engine(session, self.case, control, evidence, agent, answers=answers or {})
         self.state: LoopState = session.load()
         self.meter = Meter(session, limits_of(agent))
         self.shown: str | None = None
@@ -103,10 +104,11 @@ class Desk:
 
     # --- the loop ----------------------------------------------------------------------------
 
-    def prepare(self) -> None:
-        """Writes the first program and reconstructs, so that there is something to look at."""
-        if not self.state.rounds and self.state.draft is None and self.case.prompt.strip():
-            self.advance(until="simulate")
+    @property
+    def unprepared(self) -> bool:
+        """Whether there is a sentence of which nothing has been made yet."""
+        begun = self.state.rounds or self.state.draft is not None or self.session.read_only
+        return not begun and bool(self.case.prompt.strip())
 
     def advance(self, *, policy: str | None = None, until: str = "done") -> None:
         """Goes on until a person has to act or all is done; every phase is saved."""
@@ -158,6 +160,10 @@ class Desk:
     def handle(self, command: Any) -> None:
         """Carries out one command or raises a `StudioError` and changes nothing."""
         raise InputError(f"the command {type(command).__name__} is not known here")
+
+    @handle.register
+    def _(self, command: commands.Advance) -> None:
+        self.advance(policy=command.policy, until=command.until)
 
     @handle.register
     def _(self, command: commands.Step) -> None:

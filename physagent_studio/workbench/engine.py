@@ -5,9 +5,9 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from physagent_studio.agent.by_hand import without_schedule
 from physagent_studio.agent.crew import Bench, Crew
 from physagent_studio.agent.rules import Easing, RuleGenerator, RulePlanner, RuleVerifier
 from physagent_studio.agent.vlm import (
+    Answers,
     CallRecord,
     Limits,
     crew_from_environment,
@@ -70,6 +71,7 @@ class Control:
 class Engine:
     """The rooms at work for one session. `evidence`: whether rounds render their frames.
 
+    answers: what a model has answered before, by question, where a session is replayed.
     simulations counts every run of the physics engine, searches and previews included.
     """
 
@@ -81,6 +83,7 @@ class Engine:
     simulations: int = 0
     learned: Learned = field(default_factory=learned_here)
     members: Crew | None = None
+    answers: Mapping[str, dict[str, Any]] = field(default_factory=dict)
     _scenes: dict[str, Scene] = field(default_factory=dict)
     _drawn: dict[str, dict[str, Drawn]] = field(default_factory=dict)
     _simulator: Simulator = field(default_factory=Simulator)
@@ -110,8 +113,15 @@ class Engine:
         def record(call: CallRecord) -> None:
             self.session.record("model call", call.model, call.model_dump(mode="json"))
 
+        def arrived(key: str) -> dict[str, Any] | None:
+            return self.answers.get(key) or self.session.answer(key)
+
         return crew_from_environment(
-            self.control.cancelled, record, default=embedded, earlier=earlier
+            self.control.cancelled,
+            record,
+            default=embedded,
+            earlier=earlier,
+            answers=Answers(arrived, self.session.keep_answer),
         )
 
     def bench(self) -> Bench:

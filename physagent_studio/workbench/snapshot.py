@@ -44,7 +44,8 @@ class Snapshot:
     happening now, in words, None at rest. progress: 0 … 1 of it, None where unknown.
     revision: grows with every change. attempt: while something is dragged, what would come of it.
     collisions: outlines of what the engine collides by name, of objects in the body frame, of
-    supports in the world; None where nobody asked for them.
+    supports in the world; None where nobody asked for them. version: of the document, which
+    commands carry. locked: why nothing of the session can be changed here, "" where it can.
     """
 
     revision: int
@@ -68,5 +69,7 @@ class Snapshot:
     can_undo: bool = False
     can_redo: bool = False
     spending: Spending = field(default_factory=Spending)
+    version: int = 0
+    locked: str = ""
     attempt: Attempt | None = None
     collisions: Mapping[str, tuple[Mesh, ...]] | None = None

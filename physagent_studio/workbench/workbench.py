@@ -6,7 +6,7 @@ import itertools
 import queue
 import threading
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from physagent_studio.errors import Cancelled, InputError, ProgramError, StudioError
 from physagent_studio.exchange import load_case
@@ -16,11 +16,13 @@ from physagent_studio.records import Case, LoopState
 from physagent_studio.session import Session, Store
 from physagent_studio.workbench import commands
 from physagent_studio.workbench.boundary import guarded
-from physagent_studio.workbench.desk import Desk
+from physagent_studio.workbench.desk import RUNNING, Desk
 from physagent_studio.workbench.engine import AgentName, Control
+from physagent_studio.workbench.journal import CHANGING, carry_out, interrupted
 from physagent_studio.workbench.naming import case_in_words, with_proposals
 from physagent_studio.workbench.rendering import render_rollout, write_file
 from physagent_studio.workbench.snapshot import Attempt, Notice, Snapshot
+from physagent_studio.workbench.versions import Sender, Stale, Versions, present_sender
 
 Subscriber = Callable[[Snapshot], None]
 
@@ -36,7 +38,8 @@ class Workbench:
         self.store = store
         self._evidence = evidence
         self._agent: AgentName = agent
-        self._queue: queue.Queue[commands.Command | _Marker | _Try | None] = queue.Queue()
+        self._queue: queue.Queue[_Posted | _Marker | _Try | None] = queue.Queue()
+        self.versions = Versions()
         self._cancel = threading.Event()
         self._lock = threading.Lock()
         self._subscribers: list[Subscriber] = []
@@ -54,13 +57,17 @@ class Workbench:
     # --- for any thread ----------------------------------------------------------------------
 
     def post(self, command: commands.Command) -> None:
-        """Queues a command; what is being tried gives way to it, unless it is just that."""
+        """Queues a command; what is being tried gives way to it, unless it is just that.
+
+        Inside `sent_by` it carries who asks and the version that was seen: where somebody else
+        has changed the document since, it is refused with what changed.
+        """
         with self._lock:
             self._wanted.clear()
             same = isinstance(command, commands.ApplyEdits) and command.edits == self._trying
             if not same:
                 self._overtaken.set()
-        self._queue.put(command)
+        self._queue.put(_Posted(command, present_sender()))
 
     def try_out(self, edits: tuple[Edit, ...] | None) -> None:
         """Runs edits that are still under the pointer, and shows it as `Snapshot.attempt`.
@@ -145,16 +152,27 @@ class Workbench:
             return
         self._publish(replace(self._snapshot, attempt=found, busy=None, progress=None))
 
-    def _carry_out(self, command: commands.Command) -> None:
+    def _carry_out(self, posted: _Posted) -> None:
         """Any failure becomes a notice instead of a dead worker."""
-        name = f"command {type(command).__name__}"
-        guarded(lambda: self._tried(command), lambda text: self._notice("error", text), name)
+        name = f"command {type(posted.command).__name__}"
+        guarded(lambda: self._tried(posted), lambda text: self._notice("error", text), name)
         self._publish_desk()
 
-    def _tried(self, command: commands.Command) -> None:
+    def _tried(self, posted: _Posted) -> None:
         """A command, with what a failure of it means where that is no error to be told."""
         try:
-            self._dispatch(command)
+            if isinstance(posted.command, CHANGING):
+                self.versions.check(posted.sender)
+            before = self._document()
+            try:
+                self._dispatch(posted.command, posted.sender)
+            finally:
+                if self._document() != before:
+                    self.versions.changed(posted.sender, posted.command)
+        except Stale as error:
+            if posted.sender.refused is None:
+                raise
+            posted.sender.refused(str(error))
         except Cancelled:
             self._notice("info", "Cancelled. Everything up to here is kept.")
         except ProgramError as error:
@@ -162,7 +180,12 @@ class Workbench:
             if self._desk is None or self._desk.problems != error.problems:
                 raise
 
-    def _dispatch(self, command: commands.Command) -> None:
+    def _document(self) -> tuple[object, ...]:
+        """What commands change, to be compared by identity."""
+        desk = self._desk
+        return (None,) if desk is None else (desk.session.id, id(desk.state), desk.shown)
+
+    def _dispatch(self, command: commands.Command, sender: Sender) -> None:
         if isinstance(command, commands.OpenCase):
             self._open_case(with_proposals(load_case(command.folder, command.event), ask=False))
         elif isinstance(command, commands.OpenImage):
@@ -172,7 +195,7 @@ class Workbench:
         elif isinstance(command, commands.OpenProgram):
             self._open_program(command)
         elif isinstance(command, commands.OpenSession):
-            self._open(self.store.open(command.id))
+            self._reopen(command.id)
         elif isinstance(command, commands.DismissNotice):
             kept = tuple(item for item in self._snapshot.notices if item.id != command.id)
             self._publish(replace(self._snapshot, notices=kept))
@@ -189,7 +212,7 @@ class Workbench:
             path = write_file(self._desk, command)
             self._notice("info", f"{command.what} was written to {path}")
         else:
-            self._desk.handle(command)
+            carry_out(self._desk, command, sender.author)
 
     def _open_case(self, case: Case, title: str | None = None) -> None:
         self._open(self.store.create(case, LoopState(), title=title))
@@ -207,13 +230,27 @@ class Workbench:
         )
         self._open(self.store.create(case, LoopState(draft=program), title=command.title))
 
+    def _reopen(self, session_id: str) -> None:
+        folder = self.store.folder_of(session_id)
+        if self._desk is not None and self._desk.session.folder == folder:
+            # Its lock would be in the way of itself.
+            self._desk.session.close()
+        self._open(self.store.open(session_id))
+
     def _open(self, session: Session) -> None:
         if self._desk is not None:
             self._desk.session.close()
-        self._desk = Desk(session, self._control, evidence=self._evidence, agent=self._agent)
-        if self._desk.case.image is not None:
+        desk = Desk(session, self._control, evidence=self._evidence, agent=self._agent)
+        self._desk = desk
+        if session.read_only:
+            self._notice("warning", f"{session.read_only[0].upper()}{session.read_only[1:]}.")
+        elif doing := interrupted(session):
+            self._notice(
+                "info", _INTERRUPTED.format(what=doing, phase=RUNNING.get(desk.state.phase))
+            )
+        if desk.case.image is not None and desk.unprepared:
             self._publish_desk()
-            self._desk.prepare()
+            carry_out(desk, commands.Advance(until="simulate"), "physagent")
 
     # --- snapshots ---------------------------------------------------------------------------
 
@@ -259,6 +296,8 @@ class Workbench:
                 can_undo=desk.session.can_undo,
                 can_redo=desk.session.can_redo,
                 spending=desk.meter.read(),
+                version=self.versions.number,
+                locked=desk.session.read_only,
             )
         )
 
@@ -279,6 +318,20 @@ def _attempt(desk: Desk, edits: tuple[Edit, ...]) -> Attempt:
 
 _OVERTAKEN = Attempt()
 """Stands for an attempt that something newer has ended: nothing is shown of it."""
+
+
+_INTERRUPTED = (
+    "What was going on when this was closed ({what}: {phase}) was cut short. Everything before it"
+    " is kept; Step does it again."
+)
+
+
+@dataclass(frozen=True, slots=True)
+class _Posted:
+    """A command with who asks for it."""
+
+    command: commands.Command
+    sender: Sender
 
 
 class _Try:

@@ -58,7 +58,10 @@ def test_a_session_reopens_as_it_was(tmp_path: Path) -> None:
     assert expected is not None
     assert again.case.image is not None
     assert np.array_equal(again.case.image, expected)
-    assert [entry[1:] for entry in again.log()] == [("decision", "person", {"why": "because"})]
+    assert [entry[1:] for entry in again.log()] == [
+        ("round", "generator", {"round": "r1", "program": PhysicalProgram().hash}),
+        ("decision", "person", {"why": "because"}),
+    ]
 
 
 def test_undo_and_redo_walk_checkpoints_and_keep_every_round(tmp_path: Path) -> None:
@@ -267,7 +270,8 @@ def test_kill_9_loses_nothing_that_was_acknowledged(tmp_path: Path) -> None:
         rest = writer.stdout.read().split()
         writer.wait()
         writer.stdout.close()
-        state = store.open(session.id).load()
-        ids = [item.id for item in state.rounds]
+        again = store.open(session.id)
+        ids = [item.id for item in again.load().rounds]
+        again.close()
         for head in (*acknowledged, *rest):
             assert head in ids

@@ -46,10 +46,12 @@ class Patience(Frozen):
     """How long to wait and how often to try again.
 
     timeout: s for one attempt, all of it, however slowly bytes arrive. retries: further
-    attempts after a failure that may pass. backoff: s before the first retry, doubled each time.
+    attempts after a failure that may pass; one where the server took its time and gave nothing.
+    backoff: s before the first retry, doubled each time. total: s after which none is begun.
     """
 
     timeout: Seconds = 180.0
+    total: Seconds = 240.0
     retries: Annotated[int, Field(ge=0, le=10)] = 3
     backoff: Annotated[float, Field(ge=0, le=60)] = 1.0
 

@@ -9,7 +9,7 @@ from functools import partial
 from physagent_studio.agent.crew import Crew
 from physagent_studio.agent.vlm.config import Settings, load_settings
 from physagent_studio.agent.vlm.generator import VlmGenerator
-from physagent_studio.agent.vlm.line import Line
+from physagent_studio.agent.vlm.line import Answers, Line
 from physagent_studio.agent.vlm.planner import VlmPlanner
 from physagent_studio.agent.vlm.spending import CallLog, CallRecord, Ledger
 from physagent_studio.agent.vlm.tape import Tape
@@ -28,12 +28,14 @@ def crew_from_environment(
     default: Crew | None = None,
     earlier: Iterable[CallRecord] = (),
     environ: Mapping[str, str] = os.environ,
+    answers: Answers | None = None,
 ) -> Crew:
     """The crew that environment and config file describe.
 
     cancelled: polled while a call is under way. record: told of every call, with its cost.
     default: plays the roles that `PHYSAGENT_VLM_ROLES` does not name. earlier: what this session
-    has recorded so far, so that its limits hold over all of its crews.
+    has recorded so far, so that its limits hold over all of its crews. answers: where answers are
+    kept and found again, should their phase be cut short.
 
     Raises:
         BackendMissing: the `openai` package or the configuration is missing; says what to do.
@@ -48,7 +50,7 @@ def crew_from_environment(
         raise InputError(
             f"PHYSAGENT_VLM_ROLES leaves out {', '.join(missing)}, and nobody else is there"
         )
-    crew = crew_of(settings, Ledger.of(settings.limits, earlier), cancelled, record)
+    crew = crew_of(settings, Ledger.of(settings.limits, earlier), cancelled, record, answers)
     if default is None:
         return crew
     return Crew(
@@ -64,6 +66,7 @@ def crew_of(
     ledger: Ledger,
     cancelled: Callable[[], bool] = lambda: False,
     record: Record | None = None,
+    answers: Answers | None = None,
 ) -> Crew:
     """All three roles, sharing one ledger."""
     tape = settings.tape
@@ -79,6 +82,7 @@ def crew_of(
         cancelled=cancelled,
         record=tell,
         tape=Tape(tape.folder, tape.mode == "replay") if tape else None,
+        kept=answers,
     )
     ends = settings.endpoints
     return Crew(

@@ -24,6 +24,30 @@ from physagent_studio.records.loop_state import RoleName
 FORMATS = ("json_schema", "json_object", "text")
 LONGEST_WAIT = 60.0
 MOST_WORDS = 400
+MOST_BILLED = 1
+"""Further attempts where the server has worked for nothing: one that drips or lies goes on so."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answers:
+    """Answers that have arrived, by question: found again where a phase was cut short."""
+
+    find: Callable[[str], dict[str, Any] | None]
+    keep: Callable[[str, dict[str, Any]], None]
+
+    def found(self, key: str) -> Answer | None:
+        """The answer to that question."""
+        data = self.find(key)
+        if data is None:
+            return None
+        return Answer(data["text"], data["finish"], data["refusal"], Usage(*data["usage"]))
+
+    def arrived(self, key: str, answer: Answer, hide: str) -> None:
+        """Keeps an answer, on the disk when this returns; `hide` is a secret to be left out."""
+        said = {name: getattr(answer, name) for name in ("text", "finish", "refusal")}
+        said = {name: text.replace(hide, "***") if hide else text for name, text in said.items()}
+        usage = answer.usage
+        self.keep(key, {**said, "usage": [usage.input, usage.output, usage.estimated]})
 
 
 @dataclass
@@ -42,6 +66,7 @@ class Line:
     tape: Tape | None = None
     rung: int = 0
     cap: str = "max_tokens"
+    kept: Answers | None = None
 
     def ask(self, question: Question) -> Answer:
         """The model's answer.
@@ -55,14 +80,20 @@ class Line:
         if recorded is not None:
             self._note(question, 0, "replayed", Usage())
             return recorded
+        key = question.key(self.endpoint.model)
+        if self.kept is not None and (known := self.kept.found(key)) is not None:
+            self._note(question, 0, "replayed", Usage())
+            return known
         answer = self._send(question)
+        if self.kept is not None:
+            self.kept.arrived(key, answer, self.endpoint.secret)
         if self.tape is not None:
             self.tape.keep(question, self.endpoint.model, answer, self.endpoint.secret)
         return answer
 
     def _send(self, question: Question) -> Answer:
         """One answer, trying again what may pass and stepping down in what is asked for."""
-        tries = 0
+        tries, began, patience = 0, time.monotonic(), self.endpoint.patience
         while True:
             try:
                 return self._once(question, tries)
@@ -73,9 +104,12 @@ class Line:
                 if failure.outcome == "too large":
                     raise Invalid(text) from None
                 tries += 1
-                if not failure.passing or tries > self.endpoint.patience.retries:
+                pause = self._pause(tries, failure.wait)
+                spent = time.monotonic() - began + pause
+                most = min(patience.retries, MOST_BILLED) if failure.billed else patience.retries
+                if not failure.passing or tries > most or spent > patience.total:
                     raise Unreachable(text) from None
-                wait(self._pause(tries, failure.wait), self.cancelled)
+                wait(pause, self.cancelled)
 
     def _asks_for_less(self, failure: wire.WireFailure) -> bool:
         """Whether the request is worth repeating in a form that older or newer servers take."""

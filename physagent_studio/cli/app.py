@@ -88,11 +88,21 @@ def studio(
     browser: Annotated[bool, typer.Option(help="Open the address in the browser.")] = True,
     agent: Agent = "rules",
     workspace: Workspace = None,
+    host: Annotated[
+        str, typer.Option(help="Another address to listen on; then a token is asked for.")
+    ] = "127.0.0.1",
+    public: Annotated[
+        str, typer.Option(help="Where a reverse proxy shows it: https://host/path.")
+    ] = "",
+    viewers: Annotated[
+        bool, typer.Option("--viewers", help="Ask for tokens here too; prints one to watch only.")
+    ] = False,
 ) -> None:
     """Open the studio in the browser; without a target the demo, or your sessions."""
     from physagent_studio.cli.studio import run_studio
 
-    run_studio(target, event, prompt, objects or [], port, browser, agent, workspace)
+    words = (target, event, prompt, objects or [])
+    run_studio(*words, port, browser, agent, workspace, host, public, viewers)
 
 
 @app.command(epilog="Example: physagent run my_case --event falls  (or an image with --prompt)")

@@ -24,23 +24,40 @@ def run_studio(
     browser: bool,
     agent: str,
     workspace: Path | None,
+    host: str = "127.0.0.1",
+    public: str = "",
+    viewers: bool = False,
 ) -> None:
-    """Serves the studio on loopback until it is interrupted."""
+    """Serves the studio until it is interrupted; on loopback unless another address is given."""
     from physagent_studio.studio import serve
+    from physagent_studio.studio.access import Access
+
+    access = Access.to(host, public, viewers=viewers)
 
     store = Store(workspace)
     _check_writable(store.root)
     opening = _opening(target, event, prompt, tuple(objects), store)
     workbench = Workbench(store, agent=agent_name(agent))
     try:
-        running = serve(workbench, host="127.0.0.1", port=port, open_browser=browser)
+        running = serve(workbench, access, port=port, open_browser=browser)
+        if access.host not in LOOPBACK:
+            print(_WARNING.format(host=access.host), flush=True)
         print(f"studio: {running.address}  (Ctrl+C ends it; everything is kept)", flush=True)
+        if running.viewer_address:
+            print(f"to watch only: {running.viewer_address}", flush=True)
         if opening is not None:
             workbench.post(opening)
         _until_interrupted()
         running.stop()
     finally:
         workbench.close()
+
+
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+_WARNING = (
+    "Warning: the studio listens on {host}. Whoever has an address below, and whoever reads this"
+    " network, can use it; without TLS in front (docs/safety.md) that is everybody on the network."
+)
 
 
 def _check_writable(root: Path) -> None:

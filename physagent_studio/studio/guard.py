@@ -10,56 +10,43 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import http
 import io
 import logging
+import math
 import os
-import re
 import socket
 import threading
-import urllib.parse
-from collections.abc import Awaitable, Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Awaitable, Callable, Collection, Iterator
+from dataclasses import MISSING, fields
+from functools import lru_cache
+from typing import Any, get_type_hints
 
+import msgspec
 import numpy as np
 import viser
 import websockets.asyncio.server as listener
 from numpy.typing import NDArray
 from viser import _messages
 from viser.infra import WebsockMessageHandler
-from websockets import Headers
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
 from physagent_studio.errors import InputError
+from physagent_studio.studio.access import Access, Role
+from physagent_studio.studio.door import (
+    SLOW_PATHS,
+    SOCKET_PATH,
+    VIEWER_PATH,
+    Arriving,
+    Pages,
+    answer,
+    cookies_of,
+    path_of,
+)
 
-LOOPBACK_NAMES = ("127.0.0.1", "localhost", "[::1]")
-SOCKET_PATH = "/socket"
-VIEWER_PATH = re.compile(r"/viewer/([0-9a-f]{8,64})/?")
-"""Every page has a viewer of its own; the word in the path tells which one is whose."""
 FIRST_PORT = 8080
 MAX_MESSAGE = 24 * 2**20
 """Largest message that a browser may send, bytes: a photo of 16 MB in base64."""
-
-# viser's client is one packed page that unpacks itself, so it needs inline and eval. Our own
-# pages need neither. Nothing may connect anywhere but to the server that the page came from.
-VIEWER_POLICY = (
-    "default-src 'self' 'unsafe-inline' 'unsafe-eval' blob: data:; "
-    "connect-src 'self' ws://{host} blob: data:; worker-src blob: data:; frame-ancestors 'self'"
-)
-PAGE_POLICY = (
-    "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; "
-    "connect-src 'self' ws://{host}; object-src 'none'; base-uri 'none'; frame-ancestors 'self'"
-)
-# viser's own panel and toasts: the page around it has both.
-VIEWER_STYLE = (
-    b"<style>.mantine-Paper-root,.mantine-Notifications-root{display:none!important}"
-    b"html,body{background:transparent}</style></head>"
-)
-
-VIEWER_SCRIPTS = ("/dressing.js", "/viewer.js")
-"""What is put into viser's page, at the front of it: it has to run before viser does."""
 
 # What a browser has no business to ask for, since our page has no widgets of viser.
 CLOSED_MESSAGES = (
@@ -75,27 +62,21 @@ CLOSED_MESSAGES = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Page:
-    """A file to serve: its type and its bytes."""
+FROM_VIEWER = {"ViewerCameraMessage"}
+"""What the 3D view of somebody who only watches may send."""
+FROM_EDITOR = FROM_VIEWER | {
+    "ScenePointerMessage", "SceneNodeClickMessage", "SceneNodeDragMessage",
+    "TransformControlsUpdateMessage", "TransformControlsDragStartMessage",
+    "TransformControlsDragEndMessage", "GetRenderResponseMessage",
+}  # fmt: skip
+"""What any 3D view may send: where its camera is, and what a hand does in the scene."""
+MAX_VIEWER_MESSAGE = 64 * 2**10
+"""Bytes of a message of a 3D view; the longest, of a drag, has some five hundred."""
+FARTHEST = 1e6
+"""Largest number in a message of a 3D view: metres or pixels."""
 
-    mime: str
-    body: bytes
-    cache: bool = False
-    download: str = ""
-
-
-Pages = Callable[[str], Page | None]
-"""Path, without the query → the page; None where there is none.
-
-Called on viser's loop, for `SLOW_PATHS` on a thread of its pool.
-"""
-
-SLOW_PATHS = ("/frame/", "/face/", "/file/")
-"""Below these lies what has to be made or read first."""
-
-Talk = Callable[[ServerConnection], Awaitable[None]]
-"""Speaks with one browser until it goes."""
+Talk = Callable[[ServerConnection, Role], Awaitable[None]]
+"""Speaks with one browser, an editor's or a viewer's, until it goes."""
 
 _starting = threading.Lock()
 
@@ -104,17 +85,21 @@ _SILENT = logging.getLogger("physagent_studio.studio.listener")
 _SILENT.setLevel(logging.CRITICAL + 1)
 
 
-def open_server(port: int | None, pages: Pages, talk: Talk) -> viser.ViserServer:
-    """A viser server on 127.0.0.1 behind the guard; port None takes the next free from 8080.
+def open_server(
+    port: int | None, pages: Pages, talk: Talk, access: Access | None = None
+) -> viser.ViserServer:
+    """A viser server behind the guard, on 127.0.0.1 unless `access` says another address.
+
+    port None takes the next free from 8080.
 
     Raises:
-        InputError: the port that was asked for is busy, or not a port.
+        InputError: the port that was asked for is busy, or not a port; there is no such address.
     """
-    if port is not None:
-        _must_be_free(port)
-    with _starting, _guarded(pages, talk), _quiet(), _without("_VISER_PORT_OVERRIDE"):
+    access = access or Access()
+    _must_be_free(access.host, 0 if port is None else port)
+    with _starting, _guarded(pages, talk, access), _quiet(), _without("_VISER_PORT_OVERRIDE"):
         server = viser.ViserServer(
-            host="127.0.0.1", port=FIRST_PORT if port is None else port, verbose=False
+            host=access.host, port=FIRST_PORT if port is None else port, verbose=False
         )
     if port and server.get_port() != port:
         server.stop()
@@ -139,7 +124,7 @@ def token_of(server: viser.ViserServer, client: viser.ClientHandle) -> str:
     connection = server._websock_server._live_connections.get(client.client_id)
     if connection is None or connection.request is None:
         return ""
-    match = VIEWER_PATH.fullmatch(_path_of(connection.request))
+    match = VIEWER_PATH.fullmatch(path_of(connection.request))
     return match.group(1) if match else ""
 
 
@@ -188,38 +173,51 @@ def _quiet() -> Iterator[None]:
         yield
 
 
-def _must_be_free(port: int) -> None:
+def _must_be_free(host: str, port: int) -> None:
     if not 0 <= port <= 65535:
         raise InputError(f"--port {port} is not a port; allowed: 0 … 65535")
-    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    with socket.socket(family, socket.SOCK_STREAM) as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
-            probe.bind(("127.0.0.1", port))
+            probe.bind((host, port))
         except OSError as error:
-            why = "is in use" if error.errno in (48, 98) else f"cannot be used ({error.strerror})"
-            raise InputError(f"port {port} {why}; choose another with --port, or none") from error
+            if error.errno in (48, 98):
+                why = f"port {port} is in use; choose another with --port, or none"
+            else:
+                why = f"{host}, port {port}, cannot be used ({error.strerror})"
+            raise InputError(why) from error
 
 
 @contextlib.contextmanager
-def _guarded(pages: Pages, talk: Talk) -> Iterator[None]:
+def _guarded(pages: Pages, talk: Talk, access: Access) -> Iterator[None]:
     """While this lasts, the listener that viser opens is ours."""
     real = listener.serve
+    arriving = Arriving()
 
-    def serve(handler: Talk, host: str, port: int, **options: Any) -> Any:
+    def serve(handler: Any, host: str, port: int, **options: Any) -> Any:
         client = options.pop("process_request")
 
         async def route(connection: ServerConnection) -> None:
             assert connection.request is not None
-            mine = _path_of(connection.request) == SOCKET_PATH
-            await (talk if mine else handler)(connection)
+            role = access.role_of(cookies_of(connection.request)) or "viewer"
+            with arriving.room_for(connection):
+                if path_of(connection.request) == SOCKET_PATH:
+                    await talk(connection, role)
+                else:
+                    await handler(_Sieve(connection, role))
 
         async def process(connection: ServerConnection, request: Request) -> Response | None:
-            if _path_of(request).startswith(SLOW_PATHS):
-                return await asyncio.to_thread(answer, connection, request, pages, client)
-            return answer(connection, request, pages, client)
+            if path_of(request).startswith(SLOW_PATHS):
+                return await asyncio.to_thread(
+                    answer, connection, request, pages, client, access, arriving
+                )
+            return answer(connection, request, pages, client, access, arriving)
 
         options["max_size"] = MAX_MESSAGE
+        options["max_queue"] = 2
         options["logger"] = _SILENT
+        options["create_connection"] = arriving.connection
         return real(route, host, port, process_request=process, **options)
 
     listener.serve = serve  # type: ignore[assignment]
@@ -229,84 +227,58 @@ def _guarded(pages: Pages, talk: Talk) -> Iterator[None]:
         listener.serve = real
 
 
-def answer(
-    connection: ServerConnection,
-    request: Request,
-    pages: Pages,
-    client: Callable[[ServerConnection, Request], Response | None],
-) -> Response | None:
-    """What an HTTP request gets; None lets a WebSocket handshake go on."""
-    hosts = request.headers.get_all("Host")
-    host = hosts[0] if len(hosts) == 1 else ""
-    if not is_loopback(host):
-        return _refuse("this server answers only to 127.0.0.1 and localhost")
-    origins = request.headers.get_all("Origin")
-    if origins and origins != [f"http://{host}"]:
-        return _refuse("another site may not use this server")
-    path = _path_of(request)
-    if request.headers.get("Upgrade", "").lower() == "websocket":
-        # viser looks at the exact spelling.
-        known = path == SOCKET_PATH or VIEWER_PATH.fullmatch(path)
-        return None if known else _refuse("there is no such socket")
-    if VIEWER_PATH.fullmatch(path):
-        plain = replace(request, path="/index.html", headers=Headers())
-        return _viewer(client(connection, plain), [pages(one) for one in VIEWER_SCRIPTS], host)
-    page = pages(path)
-    if page is None:
-        return _response(http.HTTPStatus.NOT_FOUND, Page("text/plain", b"Not found"), host)
-    return _response(http.HTTPStatus.OK, page, host)
+class _Sieve:
+    """A connection of a 3D view from which only what it may send is heard."""
+
+    def __init__(self, connection: ServerConnection, role: Role) -> None:
+        self._connection = connection
+        self._allowed = FROM_EDITOR if role == "editor" else FROM_VIEWER
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._connection, name)
+
+    async def recv(self) -> bytes:
+        """The next message that is allowed."""
+        while True:
+            raw = await self._connection.recv()
+            if isinstance(raw, bytes) and is_harmless(raw, self._allowed):
+                return raw
 
 
-def is_loopback(host: str) -> bool:
-    """Whether a Host header names this machine; any port, since a tunnel may change it."""
-    name, _, port = host.rpartition(":") if not host.endswith("]") else (host, "", "")
-    if not name:
-        name, port = port, ""
-    return name in LOOPBACK_NAMES and (port == "" or port.isdecimal())
+def is_harmless(raw: bytes, allowed: Collection[str]) -> bool:
+    """Whether a message of a 3D view is of an allowed kind and form, its numbers finite."""
+    if len(raw) > MAX_VIEWER_MESSAGE:
+        return False
+    try:
+        data = msgspec.msgpack.decode(raw)
+        if not isinstance(data, dict) or data.get("type") not in allowed:
+            return False
+        kind = getattr(_messages, data["type"])
+        # Whatever viser would stumble over, its types say first.
+        hints = {name: hint for name, hint in get_type_hints(kind).items() if name in data}
+        msgspec.convert({name: data[name] for name in hints}, _form_of(kind), strict=False)
+    except (msgspec.MsgspecError, RecursionError, UnicodeDecodeError, ValueError):
+        return False
+    return _is_bounded(data) and {*data} - {"type"} <= {one.name for one in fields(kind)}
 
 
-def _path_of(request: Request) -> str:
-    return urllib.parse.unquote(request.path.partition("?")[0])
+@lru_cache(maxsize=32)
+def _form_of(kind: type) -> type:
+    """The fields of one of viser's messages as a form that plain data can be held against."""
+    hints = get_type_hints(kind)
+    required = [
+        (one.name, hints[one.name])
+        if one.default is MISSING and one.default_factory is MISSING
+        else (one.name, hints[one.name], None)
+        for one in fields(kind)
+        if one.init
+    ]
+    return msgspec.defstruct(kind.__name__, sorted(required, key=len), kw_only=True)
 
 
-def _refuse(why: str) -> Response:
-    body = f"{why}\n".encode()
-    headers = Headers({"Content-Type": "text/plain", "Content-Length": str(len(body))})
-    return Response(http.HTTPStatus.FORBIDDEN.value, "Forbidden", headers, body)
-
-
-def _response(status: http.HTTPStatus, page: Page, host: str) -> Response:
-    headers = Headers(
-        {
-            "Content-Type": page.mime,
-            "Content-Length": str(len(page.body)),
-            "Cache-Control": "max-age=86400, immutable" if page.cache else "no-cache",
-            "Content-Security-Policy": PAGE_POLICY.format(host=host),
-            "X-Content-Type-Options": "nosniff",
-            "Referrer-Policy": "no-referrer",
-            "Connection": "close",
-        }
-    )
-    if page.download:
-        quoted = urllib.parse.quote(page.download)
-        headers["Content-Disposition"] = f"attachment; filename*=UTF-8''{quoted}"
-    return Response(status.value, status.phrase, headers, page.body)
-
-
-def _viewer(response: Response | None, scripts: Sequence[Page | None], host: str) -> Response:
-    """viser's client, our scripts before it, no panel, forbidden to speak with another server."""
-    assert response is not None
-    body = (response.body or b"").replace(b"</head>", VIEWER_STYLE, 1)
-    ours = b"".join(b"<script>" + one.body + b"</script>" for one in scripts if one is not None)
-    body = body.replace(b"<head>", b"<head>" + ours, 1)
-    headers = Headers(
-        {
-            "Content-Type": "text/html; charset=utf-8",
-            "Content-Length": str(len(body)),
-            "Cache-Control": "no-cache",
-            "Content-Security-Policy": VIEWER_POLICY.format(host=host),
-            "X-Content-Type-Options": "nosniff",
-            "Connection": "close",
-        }
-    )
-    return Response(http.HTTPStatus.OK.value, "OK", headers, body)
+def _is_bounded(value: Any) -> bool:
+    if isinstance(value, int | float):
+        return math.isfinite(value) and abs(value) <= FARTHEST
+    if isinstance(value, dict):
+        return all(_is_bounded(one) for one in value.values())
+    return all(_is_bounded(one) for one in value) if isinstance(value, list) else True

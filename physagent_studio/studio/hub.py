@@ -17,6 +17,13 @@ from typing import Any
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
+from physagent_studio.studio.access import Role
+
+MAX_UNHEARD = 2**20
+"""Characters that wait to be dealt with before nothing more is read, but for one message."""
+MAX_LETTERS = 8 * 2**20
+"""Characters that wait for one browser, besides the newest of every channel."""
+
 Heard = Callable[[int, str], None]
 """Browser's number and the text that it sent; called on the event loop, must return at once."""
 
@@ -26,6 +33,7 @@ class _Browser:
     """One open page: what it still has to be sent."""
 
     number: int
+    role: Role
     waiting: dict[str, str] = field(default_factory=dict)
     letters: list[str] = field(default_factory=list)
     news: asyncio.Event = field(default_factory=asyncio.Event)
@@ -34,8 +42,15 @@ class _Browser:
 class Hub:
     """Newest values out, texts in. All methods but `talk` may be called from any thread."""
 
-    def __init__(self, heard: Heard, counted: Callable[[int], None]) -> None:
+    def __init__(
+        self,
+        heard: Heard,
+        counted: Callable[[int], None],
+        gone: Callable[[int], None] = lambda number: None,
+    ) -> None:
         self._heard = heard
+        self._gone = gone
+        self._unheard = 0
         self._counted = counted
         self._lock = threading.Lock()
         self._newest: dict[str, str] = {}
@@ -66,18 +81,34 @@ class Hub:
         def put() -> None:
             if channel is not None:
                 browser.waiting[channel] = text
-            elif len(browser.letters) < 200:
+            elif sum(map(len, browser.letters)) + len(text) < MAX_LETTERS:
                 browser.letters.append(text)
             browser.news.set()
 
         if self._loop is not None and not self._loop.is_closed():
             self._loop.call_soon_threadsafe(put)
 
-    async def talk(self, connection: ServerConnection) -> None:
+    def role(self, number: int) -> Role:
+        """What the person at a browser may do; somebody who has gone only watches."""
+        with self._lock:
+            browser = self._browsers.get(number)
+        return "viewer" if browser is None else browser.role
+
+    def done_with(self, text: str) -> None:
+        """A text that was heard has been dealt with: there is room for another."""
+        with self._lock:
+            self._unheard -= len(text)
+
+    async def _room(self) -> None:
+        """Waits while more is unheard than may be; so whoever sends too fast is not read."""
+        while self._unheard > MAX_UNHEARD:
+            await asyncio.sleep(0.01)
+
+    async def talk(self, connection: ServerConnection, role: Role = "editor") -> None:
         """Serves one browser until it goes."""
         self._loop = asyncio.get_running_loop()
         with self._lock:
-            browser = _Browser(self._next, dict(self._newest))
+            browser = _Browser(self._next, role, dict(self._newest))
             self._next += 1
             self._browsers[browser.number] = browser
             count = len(self._browsers)
@@ -87,6 +118,9 @@ class Hub:
         try:
             async for message in connection:
                 if isinstance(message, str):
+                    await self._room()
+                    with self._lock:
+                        self._unheard += len(message)
                     self._heard(browser.number, message)
         except ConnectionClosed:
             pass
@@ -96,6 +130,7 @@ class Hub:
             with self._lock:
                 del self._browsers[browser.number]
                 count = len(self._browsers)
+            self._gone(browser.number)
             self._counted(count)
 
     async def _speak(self, connection: ServerConnection, browser: _Browser) -> None:

@@ -76,7 +76,7 @@ class Library:
             {
                 "key": f"case:{name}",
                 "name": name.replace("_", " "),
-                "face": f"/face/case/{name}.jpg" if one.photo else "",
+                "face": f"face/case/{name}.jpg" if one.photo else "",
                 "events": [{"name": event, "prompt": text} for event, text in one.events],
             }
             for name, one in self._cases.items()
@@ -124,8 +124,8 @@ class Library:
 def _face_of(one: SessionInfo) -> str:
     """Where the picture of a session is; that of a session without a photo changes with it."""
     if one.image:
-        return f"/face/session/{one.id}.jpg"
-    return f"/face/scene/{one.id}/{re.sub(r'[^0-9]', '', one.modified)[:20]}.jpg"
+        return f"face/session/{one.id}.jpg"
+    return f"face/scene/{one.id}/{re.sub(r'[^0-9]', '', one.modified)[:20]}.jpg"
 
 
 def outputs_of(store: Store, session_id: str | None) -> list[Output]:

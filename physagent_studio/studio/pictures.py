@@ -176,7 +176,7 @@ def strip_of(item: Round) -> dict[str, object] | None:
         return None
     frames = list(range(0, item.program.clip.frames, EVERY))
     size = list(item.program.scene.camera.size)
-    return {"at": f"/frame/{tag_of(item)}/", "frames": frames, "size": size}
+    return {"at": f"frame/{tag_of(item)}/", "frames": frames, "size": size}
 
 
 def jpeg_of(image: Image, quality: int = 90) -> bytes:

@@ -104,5 +104,5 @@ def _nothing(*_args: object) -> None:
     """Nobody clicks in a recording."""
 
 
-async def _nobody(_connection: object) -> None:
+async def _nobody(_connection: object, _role: object) -> None:
     """Nobody speaks with the server of a recording."""

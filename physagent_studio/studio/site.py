@@ -8,9 +8,9 @@ from functools import lru_cache
 from importlib.resources import files
 
 from physagent_studio.session import Store
-from physagent_studio.studio.guard import Page
 from physagent_studio.studio.library import Library, outputs_of
 from physagent_studio.studio.pictures import Pictures, jpeg_of
+from physagent_studio.studio.responses import Page
 from physagent_studio.workbench import Snapshot
 
 TYPES = {

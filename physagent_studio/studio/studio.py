@@ -20,7 +20,9 @@ from numpy.typing import NDArray
 from pydantic import JsonValue
 
 from physagent_studio.errors import InputError
+from physagent_studio.jobs import shared
 from physagent_studio.program import Edit
+from physagent_studio.studio.access import Access
 from physagent_studio.studio.archive import Archive
 from physagent_studio.studio.commands.actions import Offer, carry_out
 from physagent_studio.studio.commands.mesh import MeshDesk
@@ -38,6 +40,7 @@ from physagent_studio.studio.site import Site
 from physagent_studio.studio.view import Selection, View, advance
 from physagent_studio.workbench import Snapshot, Workbench
 from physagent_studio.workbench.boundary import guarded
+from physagent_studio.workbench.versions import Sender, sent_by
 
 TICK = 1 / 31
 """Seconds between two frames of playback: thirty a second, and one to spare."""
@@ -59,8 +62,11 @@ class _Call:
 class Studio:
     """A running studio. `address` is where it is; `stop` ends it, the workbench stays."""
 
-    def __init__(self, workbench: Workbench, port: int | None = None) -> None:
+    def __init__(
+        self, workbench: Workbench, port: int | None = None, access: Access | None = None
+    ) -> None:
         self.workbench = workbench
+        self.access = access or Access()
         self.view = View()
         self.snapshot: Snapshot = workbench.snapshot()
         self.tokens: dict[int, str] = {}
@@ -68,14 +74,18 @@ class Studio:
         self._viewers: dict[str, int] = {}
         self.library = Library(workbench.store)
         self._inbox: queue.Queue[_Heard | _Call | Snapshot | None] = queue.Queue()
-        self.hub = Hub(self._heard, lambda _count: self.later(self._let_go))
+        self.hub = Hub(
+            self._heard,
+            lambda _count: self.later(self._let_go),
+            lambda browser: self.later(lambda: self._forget(browser)),
+        )
         self.finder = Finder(self.hub.tell)
         self.photo_desk = PhotoDesk()
         self.mesh_desk = MeshDesk()
         self.sketches = Sketches()
         self._waiting = Waiting()
         self._site = Site(workbench.snapshot, workbench.store, self.library)
-        self._server = open_server(port, self._site.page, self.hub.talk)
+        self._server = open_server(port, self._site.page, self.hub.talk, self.access)
         hands = Hands(self._picked, self._edited, self._wished, self.later)
         self.painter = Painter(self._server, self.hub, Archive(workbench.store), hands)
         self._server.on_client_connect(self._came)
@@ -87,7 +97,12 @@ class Studio:
     @property
     def address(self) -> str:
         """What to open in a browser."""
-        return f"http://127.0.0.1:{self._server.get_port()}"
+        return self.access.link(self._server.get_port())
+
+    @property
+    def viewer_address(self) -> str:
+        """What somebody opens who may only watch; "" where everybody may do everything."""
+        return self.access.link(self._server.get_port(), "viewer") if self.access.guarded else ""
 
     def stop(self) -> None:
         """Ends serving; what the workbench holds is untouched."""
@@ -127,6 +142,12 @@ class Studio:
         """A tab that is closed in the middle of a drag ends what it tried."""
         if self.snapshot.attempt is not None:
             self.workbench.try_out(None)
+
+    def _forget(self, browser: int) -> None:
+        """Nothing is kept of a browser that has gone."""
+        self.tokens.pop(browser, None)
+        self.presenting.discard(browser)
+        self.mesh_desk.forget(browser)
 
     def later(self, act: Callable[[], None]) -> None:
         self._inbox.put(_Call(act))
@@ -203,6 +224,7 @@ class Studio:
         for position, item in enumerate(heard):
             later = heard[position + 1 :]
             self._guarded(item.browser, lambda item=item, later=later: self._listen(item, later))
+            self.hub.done_with(item.text)
         for item in batch:
             if isinstance(item, _Call):
                 self._guarded(None, item.act)
@@ -216,10 +238,19 @@ class Studio:
         for word in ('"do":"scrub"', '"do":"try"', '"keep":false'):
             if word in item.text and any(word in one.text for one in later):
                 return
-        intent = intents.read_intent(item.text)
+        intent, seen = intents.read_letter(item.text)
+        watches = self.hub.role(item.browser) == "viewer"
+        if watches and not isinstance(intent, intents.WATCHING):
+            raise InputError("you are here to watch; whoever has the other address changes things")
         if item.browser in self.presenting and not isinstance(intent, intents.LOOKING):
             raise InputError("this page presents and changes nothing; Escape ends that")
-        carry_out(intent, self, item.browser)
+
+        def refused(text: str) -> None:
+            self.answer(item.browser, getattr(intent, "ticket", None), text)
+            self.say(item.browser, "error", text)
+
+        with sent_by(Sender(item.browser, seen, refused)):
+            carry_out(intent, self, item.browser)
 
     def _accept(self, snapshot: Snapshot) -> None:
         if snapshot.session_id != self.snapshot.session_id:
@@ -240,6 +271,7 @@ class Studio:
         """Draws everything anew from the snapshot and the view."""
         self.painter.paint(self.snapshot, self.view)
         self.painter.publish_library(self.library.listing(self.snapshot))
+        self.hub.publish("version", self.snapshot.version)
 
     # --- for carry_out -------------------------------------------------------------------------
 
@@ -294,18 +326,18 @@ def differ_by_attempt(old: Snapshot, new: Snapshot) -> bool:
 
 def serve(
     workbench: Workbench,
-    host: str = "127.0.0.1",
+    access: Access | None = None,
     port: int | None = None,
     open_browser: bool = False,
 ) -> Studio:
-    """Serves the studio on loopback; port None takes the next free from 8080.
+    """Serves the studio, on loopback unless `access` says more; port None: the next from 8080.
 
     Raises:
-        InputError: another host than loopback, or a port that is busy.
+        InputError: a port that is busy, or an address that this machine does not have.
     """
-    if host not in ("127.0.0.1", "localhost"):
-        raise InputError(f"the studio serves on 127.0.0.1 only, not on {host}")
-    studio = Studio(workbench, port)
+    # The first photo of a stranger shall not wait for the process that decodes it.
+    shared().warm("physagent_studio.jobs.decoders")
+    studio = Studio(workbench, port, access)
     if open_browser:
         webbrowser.open(studio.address)
     return studio

@@ -18,13 +18,15 @@ from websockets.typing import Origin, Subprotocol
 
 from physagent_studio.errors import InputError
 from physagent_studio.studio import guard
-from physagent_studio.studio.guard import Page, open_server, stop_server
+from physagent_studio.studio.door import VIEWER_SCRIPTS
+from physagent_studio.studio.guard import open_server, stop_server
+from physagent_studio.studio.responses import Page
 
 TOKEN = "0123456789abcdef"
 PROTOCOL = [Subprotocol(f"viser-v{viser.__version__}")]
 
 
-async def _echo(connection: ServerConnection) -> None:
+async def _echo(connection: ServerConnection, _role: object) -> None:
     async for message in connection:
         await connection.send(message)
 
@@ -32,7 +34,7 @@ async def _echo(connection: ServerConnection) -> None:
 def _pages(path: str) -> Page | None:
     known = {
         "/": Page("text/html", b"<p>ours</p>"),
-        guard.VIEWER_SCRIPTS[-1]: Page("text/javascript", b"window.ours = 1;"),
+        VIEWER_SCRIPTS[-1]: Page("text/javascript", b"window.ours = 1;"),
     }
     return known.get(path)
 
@@ -62,7 +64,8 @@ def test_our_page_comes_with_a_strict_policy(server: viser.ViserServer) -> None:
 
 
 def test_viewer_may_connect_nowhere_else_and_hides_its_panel(server: viser.ViserServer) -> None:
-    answer = _get(server, f"/viewer/{TOKEN}/?websocket=ws://evil.example:1")
+    assert _get(server, f"/viewer/{TOKEN}/?websocket=ws://evil.example:1").status == 403
+    answer = _get(server, f"/viewer/{TOKEN}/?darkMode")
     policy = answer.headers["Content-Security-Policy"]
     connect_part = next(part for part in policy.split(";") if "connect-src" in part)
     assert connect_part.split()[1:] == [

@@ -54,7 +54,7 @@ def snapshot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Snapshot]:
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[viser.ViserServer]:
-    async def silent(_connection: object) -> None: ...
+    async def silent(_connection: object, _role: object) -> None: ...
 
     running = open_server(0, lambda _path: None, silent)
     yield running

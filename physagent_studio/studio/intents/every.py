@@ -330,6 +330,9 @@ LOOKING = (
 )  # fmt: skip
 """What a page that presents may ask for: nothing of it changes a session."""
 
+WATCHING = (Viewer, Look, Bookmark)
+"""What somebody may ask for who only watches: nothing that any other page would see."""
+
 _ADAPTER: TypeAdapter[Any] = TypeAdapter(Intent)
 
 
@@ -339,12 +342,21 @@ def read_intent(text: str) -> Any:
     Raises:
         InputError: it is no JSON, not finite, out of bounds, or nothing that may be asked for.
     """
+    return read_letter(text)[0]
+
+
+def read_letter(text: str) -> tuple[Any, int | None]:
+    """The intent in a browser's message, and the version of the document that it was made against.
+
+    Raises what `read_intent` raises.
+    """
     try:
         data: JsonValue = json.loads(text, parse_constant=_refuse_constant)
-        return _ADAPTER.validate_python(data)
+        seen = data.pop("seen", None) if isinstance(data, dict) else None
+        return _ADAPTER.validate_python(data), seen if type(seen) is int else None
     except ValidationError as error:
         raise InputError(_sentence(error)) from error
-    except (json.JSONDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise InputError("the page sent something that is not JSON") from error
 
 

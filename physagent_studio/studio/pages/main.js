@@ -101,7 +101,7 @@ export const theme = {
     const name = theme.get();
     document.documentElement.dataset.theme = name;
     const viewer = document.getElementById("viewer");
-    const address = `/viewer/${viewerToken}/${viewerQuery(name === "dark")}`;
+    const address = `viewer/${viewerToken}/${viewerQuery(name === "dark")}`;
     if (viewer.getAttribute("src") !== address) viewer.src = address;
   },
 };

@@ -65,7 +65,8 @@ function confirm(before, given) {
 export function send(intent) {
   if (presents && !LOOKING.has(intent.do)) return refuse(intent);
   if (socket && socket.readyState === WebSocket.OPEN) {
-    socket.send(JSON.stringify(intent, (_key, one) => (typeof one === "number" && !Number.isFinite(one) ? String(one) : one)));
+    const letter = "version" in values ? { ...intent, seen: values.version } : intent;
+    socket.send(JSON.stringify(letter, (_key, one) => (typeof one === "number" && !Number.isFinite(one) ? String(one) : one)));
     if (intent.do === "select") select({ kind: intent.kind, name: intent.name || "" });
     return true;
   }
@@ -133,7 +134,7 @@ export function scrub(frame) {
 export const scrubBy = (by) => scrub((wanted ?? values.playhead?.frame ?? early ?? 0) + by);
 
 export function connect() {
-  socket = new WebSocket(`ws://${location.host}/socket`);
+  socket = new WebSocket(new URL("socket", document.baseURI).href.replace(/^http/, "ws"));
   socket.onopen = () => {
     pause = 300;
     send({ do: "viewer", token: viewerToken });

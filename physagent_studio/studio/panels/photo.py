@@ -40,7 +40,7 @@ def state_of(snapshot: Snapshot) -> dict[str, Any]:
     stale = stale_spots(case, state)
     return {
         "session": snapshot.session_id,
-        "image": f"/photo/{case.image_hash}.jpg",
+        "image": f"photo/{case.image_hash}.jpg",
         "size": [image.shape[1], image.shape[0]],
         "seen": scene is not None,
         "prompt": snapshot.program.event.prompt or case.prompt,

@@ -69,7 +69,7 @@ def state_of(snapshot: Snapshot, outputs: Sequence[Output] = ()) -> dict[str, An
         "outputs": [
             {
                 "kind": one.kind,
-                "url": f"/file/{one.path.name}",
+                "url": f"file/{one.path.name}",
                 "save": one.save,
                 "made": str(one.path.stat().st_mtime_ns),
             }

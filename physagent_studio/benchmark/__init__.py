@@ -13,6 +13,7 @@ from physagent_studio.reconstruction.switches import without
 
 BENCHES = {
     "physics": "physagent_studio.benchmark.physics.bench",
+    "durability": "physagent_studio.benchmark.durability.bench",
     "reconstruction": "physagent_studio.benchmark.reconstruction.bench",
     "ledger": "physagent_studio.benchmark.reconstruction.ledger",
     "events": "physagent_studio.benchmark.events.bench",
@@ -39,9 +40,9 @@ def run_bench(
     """Runs a bench by name.
 
     cases: folder of case folders. out: a Markdown file to write. annotations, references:
-    folders of clicks and of contracts per case. only: `case` or `case/event`. full: every
-    sample of the bench of physics, not a dose. sheets: folder for the contact sheets of `view`.
-    left_out: heuristics that the bench of reconstruction does without.
+    folders of clicks and of contracts per case. only: `case` or `case/event`. full: all
+    of the benches of physics and durability, not a dose. sheets: folder for the contact sheets
+    of `view`. left_out: heuristics that the bench of reconstruction does without.
     """
     if name not in BENCHES:
         raise InputError(f"there is no bench '{name}'; benches: {', '.join(BENCHES)}")
@@ -55,8 +56,8 @@ def run_bench(
         raise InputError("--sheets is for the bench view")
     if sheets is not None:
         options["sheets"] = sheets
-    if full and name != "physics":
-        raise InputError("--full is for the bench physics")
+    if full and name not in ("physics", "durability"):
+        raise InputError("--full is for the benches physics, durability and safety")
     if full:
         options["full"] = True
     if left_out and name != "reconstruction":

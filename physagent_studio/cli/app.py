@@ -272,7 +272,7 @@ def bench(
         typer.Option(help="reconstruction: a heuristic of masks to leave out; again for more."),
     ] = None,
     full: Annotated[
-        bool, typer.Option("--full", help="physics: all 100,000 malformed programs, not a dose.")
+        bool, typer.Option("--full", help="physics, durability, safety: all of it, not a dose.")
     ] = False,
     as_json: Json = False,
 ) -> None:

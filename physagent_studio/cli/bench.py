@@ -23,11 +23,12 @@ def measured(
 ) -> list[Row]:
     """The rows of the bench of that name."""
     if name == "list":
-        return [shown(bench, f"physagent bench {bench}") for bench in (*BENCHES, "studio")]
-    if name == "studio":
-        return _studio(cases)
+        return [shown(bench, f"physagent bench {bench}") for bench in (*BENCHES, *_OF_STUDIO)]
+    if name in _OF_STUDIO:
+        return _studio(name, cases, full)
     if name not in BENCHES:
-        raise InputError(f"there is no bench '{name}'; benches: {', '.join((*BENCHES, 'studio'))}")
+        known = ", ".join((*BENCHES, *_OF_STUDIO))
+        raise InputError(f"there is no bench '{name}'; benches: {known}")
     return run_bench(
         name,
         cases=cases,
@@ -41,12 +42,18 @@ def measured(
     )
 
 
-def _studio(cases: Path | None) -> list[Row]:
-    from physagent_studio.studio.figures import examples, measure_studio
+_OF_STUDIO = ("studio", "safety")
 
+
+def _studio(name: str, cases: Path | None, full: bool) -> list[Row]:
+    from physagent_studio.studio.figures import examples, measure_safety, measure_studio
+
+    figures = (
+        measure_studio(photos=examples(cases)) if name == "studio" else measure_safety(full=full)
+    )
     return [
         (at_least if figure.above else at_most)(
             figure.name, figure.value, figure.bound, figure.unit
         )
-        for figure in measure_studio(photos=examples(cases))
+        for figure in figures
     ]

@@ -68,6 +68,8 @@ def read_yaml(text: str, name: str, *, last_wins: bool = False) -> PlainYaml:
     """
     if len(text) <= HARMLESS:
         return parsed(text, name, last_wins)
+    if text.count("\n") + text.count(",") > 2 * _MAX_NODES:
+        raise InputError(f"{name}: there is too much here (at most {_MAX_NODES} values)")
     try:
         return shared().submit(parsed, text, name, last_wins, limits=LIMITS)
     except JobFailed as error:

@@ -12,6 +12,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -86,17 +87,18 @@ class Processes:
             raise JobFailed("memory" if kind == "memory" else "crash", limits, str(found))
         return found
 
-    def warm(self, *modules: str) -> None:
-        """Starts a process that has these modules, in the background."""
-        limits = Limits(START_SECONDS, 2**34)
+    def warm(self, *modules: str) -> threading.Thread:
+        """Starts a process that has these modules, in the background; the thread ends with it."""
+        limits = Limits(START_SECONDS, 2**40)
 
         def start() -> None:
-            try:
+            # Where that fails, the first task will say what is wrong.
+            with suppress(StudioError):
                 self.submit(import_all, modules, limits=limits)
-            except StudioError:
-                return  # The first task will say what is wrong.
 
-        threading.Thread(target=start, name="jobs-warm", daemon=True).start()
+        thread = threading.Thread(target=start, name="jobs-warm", daemon=True)
+        thread.start()
+        return thread
 
     def close(self) -> None:
         """Ends the idle processes."""

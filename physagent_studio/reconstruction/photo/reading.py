@@ -41,7 +41,7 @@ def read_photo(path: Path | str) -> tuple[Image, str]:
     data = _bytes(path)
     header = read_header(data, path.name)
     _check(header, path.name)
-    pixels = _whole(_limited(data, header, path.name), header, path.name)
+    pixels = _whole(decoded_within(data, header, path.name), header, path.name)
     return pixels, photo_hash(pixels)
 
 
@@ -58,7 +58,7 @@ def read_scaled(path: Path | str) -> tuple[Image, str, int]:
         return (*read_photo(path), 1)
     small = replace(header, width=header.width // factor, height=header.height // factor)
     _check(small, path.name)
-    pixels = _whole(_limited(data, header, path.name, factor), header, path.name, factor)
+    pixels = _whole(decoded_within(data, header, path.name, factor), header, path.name, factor)
     return pixels, photo_hash(pixels), factor
 
 
@@ -129,7 +129,7 @@ def _check(header: Header, name: str) -> None:
         raise InputError(f"{name} is too large at {header.bits} bits a channel; save it at 8 bits")
 
 
-def _limited(data: bytes, header: Header, name: str, factor: int = 1) -> Image | None:
+def decoded_within(data: bytes, header: Header, name: str, factor: int = 1) -> Image | None:
     """The pixels, decoded in a process that may use as much as a picture of that header needs."""
     many, depth = header.width * header.height, 2 if header.bits > 8 else 1
     limits = Limits(

@@ -1,0 +1,1 @@
+"""What sessions survive: kills, a failing disk, several clients, ten thousand rounds."""

@@ -1,0 +1,100 @@
+"""`physagent bench durability`: a dose that ends in minutes, or (`full`) all of it."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from pathlib import Path
+
+from physagent_studio.agent.loop import add_round
+from physagent_studio.benchmark.durability.clients import walked
+from physagent_studio.benchmark.durability.disk import faults
+from physagent_studio.benchmark.durability.kills import kills
+from physagent_studio.benchmark.rows import Row, at_most, shown
+from physagent_studio.program import PhysicalProgram
+from physagent_studio.program.text.document import load_program
+from physagent_studio.records import Case, LoopState, Round
+from physagent_studio.session import Store
+from physagent_studio.workbench import Workbench, commands
+
+PROGRAM = """
+scene:
+  objects:
+    - {name: ball, shape: {kind: sphere, radius: 0.1}, position: [0, 2, 0.1], support: floor}
+    - {name: box, shape: {kind: box, size: [0.2, 0.2, 0.2]}, position: [1, 2, 0.1], support: floor}
+  supports:
+    - {name: floor, shape: {kind: floor}}
+event:
+  prompt: The ball rolls to the right and hits the box.
+  actions:
+    - {operator: SetVelocity, id: go, name: ball, velocity: [0.5, 0, 0], start_step: 0}
+contract:
+  clauses: [{id: c1, text: hits the box}]
+  statements:
+    - {id: hit, kind: contacts, subject: ball, other: box, clause: c1}
+"""
+
+
+def bench(
+    *,
+    cases: Path | None = None,
+    out: Path | None = None,
+    full: bool = False,
+    dose: tuple[int, int, int, int, int] = (100, 120, 12, 50, 10_000),
+) -> list[Row]:
+    """All rows. dose: kills, failing writes, walks of clients, steps of each, rounds."""
+    killed, writes, walks, steps, rounds = (1000, 2000, 500, 50, 10_000) if full else dose
+    program = load_program(PROGRAM)
+    with tempfile.TemporaryDirectory() as folder:
+        root = Path(folder)
+        rows = kills(root / "kills", program, killed)
+        for kind, words in (("full", "disk full"), ("io", "I/O error")):
+            wrong, said = faults(root / kind, program, writes, kind)
+            rows.append(at_most(f"damage or loss, {words}, {writes} writes", wrong, 0))
+            rows.append(shown(f"what is said, {words}", said))
+        lost = walked(root / "walks", program, walks, steps)
+        rows.append(at_most(f"lost updates, {walks} × {steps} steps of 2–4 clients", len(lost), 0))
+        return rows + _long(root / "long", program, rounds)
+
+
+def _long(root: Path, program: PhysicalProgram, rounds: int) -> list[Row]:
+    """A session of very many rounds: opening it, and adding one more."""
+    case = Case("bench", None, "", (), (), (), program.event.prompt)
+    store = Store(root)
+    workbench = Workbench(store, evidence=False)
+    workbench.post(commands.OpenProgram(program, "long"))
+    workbench.post(commands.Step())
+    workbench.wait(120)
+    first = workbench.snapshot().state.rounds[0]
+    workbench.post(commands.OpenProgram(program, "other"))
+    workbench.wait(120)
+    session = store.create(case, LoopState(), title="long")
+    grown = tuple(_grown(first, number) for number in range(1, rounds + 1))
+    session.save(LoopState(rounds=grown, head="r1", phase="done"), checkpoint="made")
+    session.close()
+    began = time.perf_counter()
+    workbench.post(commands.OpenSession(session.id))
+    workbench.wait(120)
+    opened = time.perf_counter() - began
+    assert len(workbench.snapshot().state.rounds) == rounds
+    workbench.close()
+    session = store.open(session.id)
+    state, taken = session.load(), []
+    for _ in range(100):
+        state = add_round(state, program, "person", None)
+        began = time.perf_counter()
+        session.save(state, checkpoint="step")
+        taken.append(time.perf_counter() - began)
+    session.close()
+    taken.sort()
+    return [
+        at_most(f"seconds to open {rounds} rounds", opened, 2.0, "s"),
+        at_most(f"a new round commits beside {rounds}, p95", taken[94] * 1000, 20.0, "ms"),
+    ]
+
+
+def _grown(first: Round, number: int) -> Round:
+    parent = None if number == 1 else f"r{number // 2}"
+    return first.model_copy(
+        update={"id": f"r{number}", "number": number, "parent": parent, "rollout": None}
+    )

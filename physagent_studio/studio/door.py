@@ -33,8 +33,8 @@ VIEWER_PATH = re.compile(r"/viewer/([0-9a-f]{8,64})/?")
 VIEWER_SCRIPTS = ("/dressing.js", "/viewer.js")
 """What is put into viser's page, at the front of it: it has to run before viser does."""
 
-MAX_CONNECTIONS = 64
-"""Sockets that are open at once; a page has two."""
+MAX_CONNECTIONS = 32
+"""Sockets that are open at once; a page has two, and everybody at work waits for all of them."""
 MAX_UNFINISHED = 64 * 2**20
 """Bytes of messages that have begun and not ended, over all connections."""
 UPLOAD_SECONDS = 60.0

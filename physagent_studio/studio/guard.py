@@ -257,7 +257,7 @@ def is_harmless(raw: bytes, allowed: Collection[str]) -> bool:
         # Whatever viser would stumble over, its types say first.
         hints = {name: hint for name, hint in get_type_hints(kind).items() if name in data}
         msgspec.convert({name: data[name] for name in hints}, _form_of(kind), strict=False)
-    except (msgspec.MsgspecError, RecursionError, UnicodeDecodeError, ValueError):
+    except (msgspec.MsgspecError, RecursionError, TypeError, ValueError):
         return False
     return _is_bounded(data) and {*data} - {"type"} <= {one.name for one in fields(kind)}
 

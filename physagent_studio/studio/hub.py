@@ -65,27 +65,26 @@ class Hub:
             if self._newest.get(channel) == text:
                 return
             self._newest[channel] = text
-            browsers = tuple(self._browsers.values())
-        for browser in browsers:
-            self._send(browser, channel, text)
+            browsers = list(self._browsers.values())
+        self._send(browsers, channel, text)
 
     def tell(self, number: int | None, channel: str, value: Any) -> None:
         """Sends something once, to one browser or (None) to all that are there now."""
         text = json.dumps({"on": channel, "is": value}, separators=(",", ":"), allow_nan=False)
         with self._lock:
             chosen = [b for b in self._browsers.values() if number in (None, b.number)]
-        for browser in chosen:
-            self._send(browser, None, text)
+        self._send(chosen, None, text)
 
-    def _send(self, browser: _Browser, channel: str | None, text: str) -> None:
+    def _send(self, browsers: list[_Browser], channel: str | None, text: str) -> None:
         def put() -> None:
-            if channel is not None:
-                browser.waiting[channel] = text
-            elif sum(map(len, browser.letters)) + len(text) < MAX_LETTERS:
-                browser.letters.append(text)
-            browser.news.set()
+            for browser in browsers:
+                if channel is not None:
+                    browser.waiting[channel] = text
+                elif sum(map(len, browser.letters)) + len(text) < MAX_LETTERS:
+                    browser.letters.append(text)
+                browser.news.set()
 
-        if self._loop is not None and not self._loop.is_closed():
+        if browsers and self._loop is not None and not self._loop.is_closed():
             self._loop.call_soon_threadsafe(put)
 
     def role(self, number: int) -> Role:

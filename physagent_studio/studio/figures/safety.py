@@ -260,7 +260,7 @@ def _edits(studio: Studio, port: int, cookie: str) -> bool:
 
 
 def _crowd() -> list[Figure]:
-    """Unfinished uploads, a hundred connections and one that never reads, beside somebody at work."""
+    """Unfinished uploads, a hundred connections that never read, and somebody at work beside."""
     with _running(objects=20) as studio, open_page(studio) as page:
         wire, port = Wire(page), studio._server.get_port()
         settle(studio)

@@ -46,6 +46,10 @@ def take_preposition(
         return
     if _only_said(preposition, phrase, details, stock, talk, clause):
         return
+    if preposition in TO and phrase.of is not None and phrase.head in v.SIDES:
+        # "To the back of the plate".
+        details.direction = v.SIDES[phrase.head]
+        return
     phrase = _without_side(preposition, phrase, details)
     if preposition == "infront" and phrase.head in v.CAMERA_WORDS:
         details.direction = details.direction or "toward_camera"

@@ -8,7 +8,7 @@ import resource
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import cv2
@@ -23,6 +23,7 @@ from physagent_studio.benchmark.reconstruction.many_parts import many_part_rows
 from physagent_studio.benchmark.reconstruction.plates import plate_rows
 from physagent_studio.benchmark.reconstruction.ranker import Thing, ranking_rows, things_of
 from physagent_studio.benchmark.reconstruction.synthetic import Drawn, scene
+from physagent_studio.benchmark.reconstruction.truth import TrueMasks
 from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
 from physagent_studio.exchange import load_case
 from physagent_studio.program.scene.camera import Camera
@@ -34,28 +35,12 @@ from physagent_studio.reconstruction.shapes.meshes import ramp_corners
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
 from physagent_studio.reconstruction.supports.ramps import three_click_ramp
 from physagent_studio.records.case import Case, Image
-from physagent_studio.records.scene import Candidate, Scene
+from physagent_studio.records.scene import Scene
 
 BoolArray = NDArray[np.bool_]
 SCENES = 16
 LOOKALIKES = 8
 POLYGONS = Path(__file__).resolve().parents[3] / "tests" / "data" / "reference_polygons.json"
-
-
-class TrueMasks:
-    """A `Segmenter` that knows the answer: it measures everything after the masks alone."""
-
-    def __init__(self, masks: Mapping[str, BoolArray]) -> None:
-        self.masks = masks
-
-    def segment(
-        self,
-        image: Image,
-        groundings: Sequence[tuple[str, Grounding]],
-        cancelled: Callable[[], bool] | None = None,
-    ) -> dict[str, tuple[Candidate, ...]]:
-        """The known masks, one candidate each."""
-        return {name: (Candidate(self.masks[name], 1.0, "truth"),) for name, _ in groundings}
 
 
 def bench(cases: Path | None = None, out: Path | None = None) -> list[Row]:

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.benchmark.reconstruction.bench import TrueMasks
 from physagent_studio.benchmark.reconstruction.plates import steps_of
+from physagent_studio.benchmark.reconstruction.truth import TrueMasks
 from physagent_studio.benchmark.scenes import Pictured
 from physagent_studio.benchmark.scenes.catalogue import turned_in_place
 from physagent_studio.program.rotations import about_up, matrix_of

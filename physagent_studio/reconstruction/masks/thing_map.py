@@ -59,7 +59,7 @@ def thing_map(view: View, task: Task, drafts: Sequence[Scored]) -> FloatArray:
     (found,) = _network().run({"": canvas}, {"": (1, 1, CANVAS, CANVAS)})
     chance = 1.0 / (1.0 + np.exp(-np.clip(found[0, 0, :rows, :columns], -12.0, 12.0)))
     size = (view.lab.shape[1], view.lab.shape[0])
-    return np.asarray(cv2.resize(chance, size, interpolation=cv2.INTER_LINEAR))
+    return np.asarray(cv2.resize(chance, size, interpolation=cv2.INTER_LINEAR), np.float32)
 
 
 def shown(lab: FloatArray, task: Task, drafts: Sequence[Scored]) -> FloatArray:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from physagent_studio.benchmark.reconstruction.at_rest import movers
-from physagent_studio.benchmark.reconstruction.bench import TrueMasks
+from physagent_studio.benchmark.reconstruction.truth import TrueMasks
 from physagent_studio.program.rotations import about_axis, matrix_of, multiply
 from physagent_studio.program.rotations import about_up as yawed
 from physagent_studio.program.scene.camera import Camera

@@ -18,7 +18,7 @@ def render_session(
     """The clip of a round, or of the best one, as a video."""
     if out.suffix.lower() != ".mp4":
         raise InputError(f"{out} would be an MP4 video under another name; call it {out.stem}.mp4")
-    session = Store(workspace).open(session_id)
+    session = Store(workspace).open(session_id, writing=False)
     try:
         with progress_control(False) as control:
             desk = _showing(Desk(session, control), round_id)
@@ -31,7 +31,7 @@ def export_session(
     session_id: str, round_id: str | None, out: Path, workspace: Path | None
 ) -> Path:
     """A round, or the best one: by the ending of `out` a replay, a recording or a motion prior."""
-    session = Store(workspace).open(session_id)
+    session = Store(workspace).open(session_id, writing=False)
     try:
         with progress_control(False) as control:
             desk = _showing(Desk(session, control), round_id)

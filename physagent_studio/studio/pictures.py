@@ -85,7 +85,7 @@ class Pictures:
         if session_id not in self._store:
             return None
         try:
-            session = self._store.open(session_id)
+            session = self._store.open(session_id, writing=False)
         except StudioError:
             return None
         try:

@@ -85,7 +85,7 @@ def test_a_session_without_a_photo_shows_its_scene(tmp_path: Path) -> None:
     assert pictures.scene("nobody", "1") is None
     ((listed,),) = [Library(store).listing(snapshot)["sessions"]]
     assert listed["face"].startswith(f"face/scene/{name}/")
-    assert Site(lambda: snapshot, store, Library(store)).page(listed["face"]) is not None
+    assert Site(lambda: snapshot, store, Library(store)).page("/" + listed["face"]) is not None
 
 
 def _decoded(data: bytes | None) -> np.ndarray:

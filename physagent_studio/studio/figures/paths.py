@@ -17,7 +17,7 @@ CLICKED = "[type=button]"
 SENTENCE = "The red ball rolls to the right."
 BOX = (0.15, 0.62, 0.29, 0.86)
 """Corners of a box around the demo's ball, as parts of the photo's width and height."""
-PATIENCE = 120.0
+PATIENCE = 300.0
 """Seconds for what a machine that is not idle works out."""
 GENTLER = 0.3
 """Where on the slider, from its left end, the hand lets go."""

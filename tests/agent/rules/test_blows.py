@@ -57,6 +57,17 @@ def test_a_row_is_counted_from_what_hits_it(ball: int, said: str, meant: tuple[s
     assert set(reading.frames[-1].patient) == set(meant)
 
 
+@pytest.mark.parametrize(
+    "prompt",
+    [
+        "The scooter rolls toward the trash can, hits it, and both fall over.",
+        "The scooter hits the trash can and they both topple.",
+    ],
+)
+def test_what_strikes_is_pushed_though_it_falls_as_well(prompt: str) -> None:
+    assert set(_driven("yard", prompt)) == {"scooter"}
+
+
 def test_what_moves_before_it_is_hit_is_pushed() -> None:
     prompt = "The middle pin slides to the left and is then hit by the bowling ball."
     assert set(_driven("lane", prompt)) == {"middle_pin", "bowling_ball"}

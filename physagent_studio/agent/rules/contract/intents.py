@@ -108,9 +108,11 @@ def intents_of(reading: Reading) -> dict[str, Intent]:
     for frame in reading.frames:
         struck = [n for n in frame.patient if n in found and found[n].struck_by]
         if struck and not frame.agent and frame.sense in (*_GIVING_WAY, "collapse"):
-            # "The ball hits the first one, and three of them fall": by one another.
+            # "The ball hits the first one, and three of them fall": by one another. What strikes
+            # them and falls as well is not set going by that.
             for name in (n for n in frame.patient if n in found and n not in struck):
-                found[name].struck_by += struck
+                if not found[name].hits:
+                    found[name].struck_by += struck
     for one in found.values():
         own = {f.sense for f in one.frames if one.name in f.agent}
         for other in one.hits:

@@ -124,10 +124,16 @@ def _is_cut_out(words: Sequence[str]) -> bool:
     )
 
 
+def _tells(words: Sequence[str], at: int) -> bool:
+    """Whether a side tells things apart ("hits the left pin") instead of saying where to go."""
+    which = at + 1 < len(words) and at > 0 and words[at - 1] in ("the", "a", "its", "that")
+    return which and words[max(at - 2, 0)] not in ("to", "toward", "towards")
+
+
 def _side(words: Sequence[str]) -> int | None:
     """+1 left, −1 right, 0 some other way than now; None where no side is asked for."""
     known, said = degrees(), {"left": 1, "right": -1, "leftward": 1, "rightward": -1}
-    sides = [said[word] for word in words if word in said]
+    sides = [said[word] for at, word in enumerate(words) if word in said and not _tells(words, at)]
     steered = any(_base(word) in known.steering or word in known.steering for word in words)
     driven = any(_sense_is_driving(word) for word in words)
     driven = driven or any(_phrase(words, "to", "the", side) for side in ("left", "right"))

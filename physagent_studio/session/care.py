@@ -22,7 +22,7 @@ COLUMNS = {
     "meta": ("key", "value"),
     "rounds": ("id", "number", "payload", "parent"),
     "states": ("seq", "label", "payload"),
-    "log": ("seq", "at", "kind", "author", "payload", "chain"),
+    "log": ("seq", "at", "kind", "author", "payload", "link"),
     "answers": ("seq", "key", "used", "payload"),
 }
 """The tables of a session with their columns, in an order in which they can be written."""
@@ -73,10 +73,10 @@ def _faults(session: Session) -> Iterator[str]:
 
 def _broken_chain(db: sqlite3.Connection) -> Iterator[str]:
     before = ""
-    for seq, *row, chain in db.execute("SELECT seq, at, kind, author, payload, chain FROM log"):
-        if chain is not None and chain != linked(before, *row):
+    for seq, *row, link in db.execute("SELECT seq, at, kind, author, payload, link FROM log"):
+        if link is not None and link != linked(before, *row):
             yield f"entry {seq} of the log, or the one before it, was changed"
-        before = chain or ""
+        before = link or ""
 
 
 def _lost_files(session: Session) -> Iterator[str]:

@@ -190,11 +190,11 @@ class Session:
 
     def _add(self, kind: str, author: str, payload: dict[str, Any]) -> None:
         row = (now(), kind, author, json.dumps(payload, sort_keys=True))
-        last = self._db.execute("SELECT chain FROM log ORDER BY seq DESC LIMIT 1").fetchone()
-        chain = linked((last[0] if last else None) or "", *row)
+        last = self._db.execute("SELECT link FROM log ORDER BY seq DESC LIMIT 1").fetchone()
+        link = linked((last[0] if last else None) or "", *row)
         self._db.execute(
-            "INSERT INTO log (at, kind, author, payload, chain) VALUES (?, ?, ?, ?, ?)",
-            (*row, chain),
+            "INSERT INTO log (at, kind, author, payload, link) VALUES (?, ?, ?, ?, ?)",
+            (*row, link),
         )
 
     def answer(self, key: str) -> dict[str, Any] | None:

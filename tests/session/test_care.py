@@ -80,7 +80,7 @@ def test_a_session_of_the_first_format_is_brought_up(store: Store) -> None:
     with sqlite3.connect(session.folder / "session.db") as db:
         db.executescript(
             "DROP TRIGGER log_is_not_changed; DROP TRIGGER log_is_not_cut; DROP TABLE answers;"
-            "ALTER TABLE rounds DROP COLUMN parent; ALTER TABLE log DROP COLUMN chain;"
+            "ALTER TABLE rounds DROP COLUMN parent; ALTER TABLE log DROP COLUMN link;"
             "UPDATE meta SET value = '1' WHERE key = 'schema';"
         )
     db.close()

@@ -104,7 +104,8 @@ def expected_speed(program: PhysicalProgram, item: SceneObject, mass: float | No
         return 0.0
     floors = [s.shape.height for s in program.scene.supports if s.shape and s.shape.kind == "floor"]
     height = max(item.position[2] - min(floors), 0.0) if floors else math.inf
-    fall = min(math.sqrt(2 * gravity * height), gravity * program.clip.seconds)
+    # Without gravity there is no fall, from however high.
+    fall = min(math.sqrt(2 * gravity * height), gravity * program.clip.seconds) if gravity else 0.0
     gains = (
         speed_gain(action, mass, program.clip.step_seconds)
         for action in program.event.actions

@@ -113,7 +113,8 @@ def _jpeg(data: bytes, name: str) -> Header:
                 raise _cut_off(name, "JPEG")
             bits, height, width, channels = struct.unpack(">BHHB", data[at + 4 : at + 10])
             scans = sum(1 for _ in _SCAN.finditer(data, at + 2 + length))
-            if scans > MAX_SCANS or scans * width * height > MAX_SCANNED:
+            # One scan too large is a picture too large, which says so itself.
+            if scans > MAX_SCANS or (scans > 1 and scans * width * height > MAX_SCANNED):
                 raise InputError(f"{name} is a JPEG picture of {scans} scans; save it again")
             return Header("JPEG", width, height, channels, bits)
         at += 2 + length

@@ -56,7 +56,7 @@ export function makeSliders(show) {
     const factor = pace ?? line.pace.factor;
     return h("div", { class: "sliders", role: "group", "aria-label": "How it happens", key: "sliders" },
       slide("Gentler or harder: all efforts together", "gentler", "harder", { min: -1, max: 1, step: 0.02, value: String(effort), title: "Every push, spin and wind of the event together; letting go keeps it", oninput: (e) => push(Number(e.target.value)), onchange: pushed }, effort ? `× ${neat(ratio(effort))}${held ? ` · ${held}` : ""}` : "as it is"),
-      slide("Slower or faster: the pace of the clip", "slower", "faster", { min: -2, max: 2, step: 0.02, value: String(Math.log2(factor)), title: "How fast the clip is shown; what you choose is pinned", oninput: (e) => turn(Number(e.target.value)), onchange: turned }, `${Math.abs(factor - 1) < 0.005 ? "real time" : `${neat(factor)} × real time`}${pace !== null && held ? ` · ${held}` : ""}${pace === null && line.pace.pinned ? " · pinned" : ""}`));
+      slide("Slower or faster", "slower", "faster", { min: -2, max: 2, step: 0.02, value: String(Math.log2(factor)), title: "How fast the clip is shown; what you choose is pinned", oninput: (e) => turn(Number(e.target.value)), onchange: turned }, `${Math.abs(factor - 1) < 0.005 ? "real time" : `${neat(factor)} × real time`}${pace !== null && held ? ` · ${held}` : ""}${pace === null && line.pace.pinned ? " · pinned" : ""}`));
   }
 
   on("attempt", () => { if (effort || pace !== null) show(); });

@@ -227,6 +227,7 @@ def test_i_give_every_verdict_and_repair_it_myself(waiting: Desk) -> None:
     waiting.workbench.post(
         commands.ApplyEdits((SetField(path="clip.playback_fps", value=20.0),), "by hand")
     )
+    waiting.idle()  # a click made before the page knows of the edits would be refused as stale
     waiting.button("Run my edits").click()
     expect(mine).to_contain_text("Does the scene match the photo?")
     waiting.idle()

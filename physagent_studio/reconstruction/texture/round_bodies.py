@@ -64,6 +64,8 @@ SEEN_WELL = math.cos(math.radians(LIT))
 STRANGE, MUCH, MANY, WIDEST_CAP = 0.3, 4.0, 0.8, 45.0
 """Least detail that is there once, log, and in times of what is usual on the body; from how much
 of that on a body is of several colours, as it is where its cap reaches farther down, °."""
+PAINTED = 0.45
+"""Detail that is there once, log, from which on a body is painted in patches, not of one colour."""
 TURN = 75.0
 """Angle about the axis, from the view, within which a cap is shown as the photo shows it, °."""
 SEEN_CAP, LEVEL_CAP = math.sin(math.radians(4.0)), math.cos(math.radians(35.0))
@@ -112,6 +114,7 @@ class _Ball:
     most: FloatArray
     strange: float = math.inf
     cap: float = 0.0
+    patterned: bool = False
     detail: FloatImage = field(default_factory=lambda: np.zeros((2, 2, 3), np.float32))
 
     @classmethod
@@ -147,6 +150,8 @@ class _Ball:
     def colours(self, ways: FloatArray) -> FloatArray:
         """Colours (N, 3) in all directions (N, 3)."""
         angle = np.degrees(np.arccos(np.clip(ways[:, 2], -1, 1)))
+        if self.patterned:
+            return self._photographed(_led_inward(ways))
         first = np.clip((SHOWN[1] - angle) / (SHOWN[1] - SHOWN[0]), 0, 1)[:, None]
         detail, total = np.zeros((len(ways), 3)), np.zeros((len(ways), 1))
         for fold in (_FIRST, *_SIDES.values()):
@@ -167,20 +172,24 @@ class _Ball:
         where = (flat / SPAN + 1) / 2 * len(self.detail) - 0.5
         return bilinear(self.detail, where).astype(np.float64)
 
-    def _usual(self, mask: BoolArray) -> FloatImage:
-        """(K, K, 3) the detail of the first side without what is there once: a calyx, a bruise."""
+    def _usual(self, mask: BoolArray) -> tuple[FloatImage, bool]:
+        """(K, K, 3) the detail of the first side without what is there once: a calyx, a bruise;
+
+        and whether what stands out there is a pattern.
+        """
         y, x = ((np.indices((DETAIL, DETAIL)) + 0.5) / DETAIL * 2 - 1) * SPAN
         ways = np.stack([x.ravel(), y.ravel(), np.ones(x.size)], 1)
         ways /= np.linalg.norm(ways, axis=1, keepdims=True)
         detail = self._detail(ways)
         strange = (np.abs(detail).mean(-1) > self.strange) & (ways[:, 2] > SEEN_WELL)
-        if not at_work("things once") or is_pattern(strange.reshape(x.shape)):
-            return np.asarray(detail.reshape(*x.shape, 3), np.float32)
+        patterned = is_pattern(strange.reshape(x.shape))
+        if not at_work("things once") or patterned:
+            return np.asarray(detail.reshape(*x.shape, 3), np.float32), patterned
         strange |= ~self._within(ways, mask)
         wide = cv2.dilate(strange.reshape(x.shape).astype(np.uint8), np.ones((5, 5), np.uint8))
         kept = cv2.GaussianBlur(1 - grow(wide > 0, 3).astype(np.float32), (0, 0), 1.5)
         kept = np.where(wide > 0, 0, kept)[..., None]
-        return np.asarray(kept * detail.reshape(*x.shape, 3), np.float32)
+        return np.asarray(kept * detail.reshape(*x.shape, 3), np.float32), False
 
     def _poles(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Unit vectors in the body's frame of view: the axis' end that is seen, front and side."""
@@ -268,7 +277,20 @@ class _Ball:
         least, most = np.percentile(rest, (SPOT, GLOSS), axis=0)
         strange = max(STRANGE, MUCH * float(np.median(np.abs(rest).mean(-1))))
         lit = replace(self, light=fit, mean=mean, least=least, most=most, strange=strange)
-        return replace(lit, detail=lit._usual(mask))
+        detail, patterned = lit._usual(mask)
+        return replace(lit, detail=detail, patterned=patterned or strange > PAINTED)
+
+
+def _led_inward(ways: FloatArray) -> FloatArray:
+    """Directions (N, 3), those beyond the rim of what is shown led back, farthest to its middle.
+
+    So patches of paint go on over the rim and stay patches, if larger ones.
+    """
+    angle = np.arccos(np.clip(ways[:, 2], -1, 1))
+    rim = math.radians(SHOWN[1])
+    led = np.where(angle > rim, rim * (np.pi - angle) / (np.pi - rim), angle)
+    flat = ways[:, :2] / np.maximum(np.linalg.norm(ways[:, :2], axis=1, keepdims=True), 1e-9)
+    return np.column_stack([flat * np.sin(led)[:, None], np.cos(led)])
 
 
 def _bent(values: FloatArray, least: FloatArray, most: FloatArray) -> FloatArray:

@@ -1,8 +1,9 @@
 """The light on a round thing, read off the photo and taken out of its texture.
 
-The log of its brightness is fitted by a smooth function of the surface's normal. What is painted in
-other colours, and what shines, is not followed. Where that explains little there is no light to
-take out, and the texture stays the photo.
+Steps of the log of its brightness, from pixel to pixel, are fitted by those of a smooth function
+of the surface's normal. Where paint meets paint, and where it shines, colours jump and are not
+followed. Where light explains little of the rest there is none to take out, and the texture stays
+the photo.
 """
 
 from __future__ import annotations
@@ -47,18 +48,19 @@ FloatArray = NDArray[np.float64]
 LEAST_PIXELS = 150
 """Below this nothing is told."""
 MOST_PIXELS = 8000
-EXPLAINED = 0.6
-"""Least share of how colours stray that light must explain."""
+APART, MOST_PAIRS = (0.06, 0.12, 0.24), 2000
+"""How far apart the pixels are that are compared, in the thing's width, and how many are, for each
+distance and direction, at most."""
+EXPLAINED = 0.4
+"""Least share of how colours change, where they do not jump, that light must explain."""
 ONE_LAMP = 0.3
 """Least part of what light varies that is as under a single lamp: wide bands of paint are not."""
 FLAT = 0.10
 """Light that varies by less than this, log, over nine tenths of what is seen is none."""
 PULLS = np.array([0.0, *[0.002] * 3, *[0.008] * 5, *[0.03] * 7])
 """How strongly each term is drawn to 0, for each pixel."""
-HUE_PULL = 3.0
+HUE_PULL = 12.0
 """How much more strongly the terms of the light's hue are."""
-DIM = 90.0
-"""Grey levels below which a thing's hues tell little."""
 TIGHTENING = (0.6, 0.45, 0.3, 0.2)
 """How far what belongs to the thing's own colour may stray, and its hue, in the first rounds,
 log."""
@@ -142,53 +144,76 @@ def _fitted(
     photo: Image, normals: FloatArray, inner: BoolArray, towards: FloatArray
 ) -> FloatArray | None:
     """(9, 3) terms of the log of light where `inner` (H, W) is; None where there is none."""
-    ways, colours = normals[inner], photo[inner].astype(np.float64)
-    step = max(1, len(ways) // MOST_PIXELS)
-    ways, colours = ways[::step], colours[::step]
-    logs = np.log(colours + DARK)
-    tone = logs.mean(-1)
+    one, other = _pairs(inner)
+    logs = np.log(photo.reshape(-1, 3).astype(np.float64) + DARK)
+    ways = normals.reshape(-1, 3)
+    own = np.flatnonzero(inner)[:: max(1, np.count_nonzero(inner) // MOST_PIXELS)]
     # Of what is seen aslant there are few pixels for much surface.
     share = 1 / np.maximum(ways @ towards, 0.25)
-    terms = terms_of(ways)
-    fit, sure = _followed(terms, logs, share)
+    steps = terms_of(ways[other]) - terms_of(ways[one])
+    change = logs[other] - logs[one]
+    fit, sure = _followed(steps, change, np.sqrt(share[one] * share[other]))
+    terms = terms_of(ways[own])
     light = terms @ fit.mean(-1)
     low, high = np.percentile(light, (5, 95))
-    if high - low < FLAT or _spread(tone - light, sure) > (1 - EXPLAINED) * _spread(tone, sure):
+    tone = change.mean(-1)
+    left = tone - steps @ fit.mean(-1)
+    if high - low < FLAT or (sure @ left**2) > (1 - EXPLAINED) * (sure @ tone**2):
         return None
-    if _spread(terms[:, :4] @ fit[:4].mean(-1), share) < ONE_LAMP * _spread(light, share):
+    if _spread(terms[:, :4] @ fit[:4].mean(-1), share[own]) < ONE_LAMP * _spread(light, share[own]):
         return None
     fit[0] -= np.median(terms @ fit, axis=0)
     # Nothing may become brighter than white without its light.
-    bright = (colours + DARK) / np.exp(np.maximum(terms @ fit, math.log(LOWEST)))
+    bright = np.exp(logs[own] - np.maximum(terms @ fit, math.log(LOWEST)))
     fit[0] += max(0.0, math.log(float(np.percentile(bright.max(-1), 99)) / (255 + DARK)))
     return np.asarray(fit, np.float64)
 
 
-def _followed(
-    terms: FloatArray, logs: FloatArray, share: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """(T, 3) by which terms (N, T) come nearest to most colours, log (N, 3), by weights (N,), and
+def _pairs(inner: BoolArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Indices (K,) of pixels that are compared with others (K,), near and far, both inside."""
+    numbers = np.arange(inner.size).reshape(inner.shape)
+    rows, columns = np.nonzero(inner)
+    width = min(np.ptp(rows), np.ptp(columns)) + 1
+    one, other = [], []
+    for apart in APART:
+        far = max(2, round(apart * width))
+        for down, right in ((0, far), (far, 0), (far, far), (far, -far)):
+            first = (rows + down < inner.shape[0]) & (columns + right < inner.shape[1])
+            first &= columns + right >= 0
+            y, x = rows[first], columns[first]
+            both = inner[y + down, x + right]
+            y, x = y[both], x[both]
+            step = max(1, len(y) // MOST_PAIRS)
+            one.append(numbers[y, x][::step])
+            other.append(numbers[y + down, x + right][::step])
+    return np.concatenate(one), np.concatenate(other)
 
-    weights (N,) of those that are followed.
+
+def _followed(
+    steps: FloatArray, change: FloatArray, share: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """(T, 3) by which steps of the terms (N, T) come nearest to most steps of colour, log (N, 3),
+
+    by weights (N,), and weights (N,) of those that are followed: where paint meets paint, colours
+    jump, and light does not.
     """
-    tone = logs.mean(-1)
-    hues = logs - tone[:, None]
-    fit, sure = np.zeros((terms.shape[1], 3)), share
-    # In what is dark, hues are those of noise and of what shines in it.
-    coloured = HUE_PULL * (1 + (DIM / math.exp(float(np.median(tone)))) ** 4)
-    stray, off = tone - np.median(tone), np.linalg.norm(hues - np.median(hues, axis=0), axis=1)
+    tone = change.mean(-1)
+    hues = change - tone[:, None]
+    fit, sure = np.zeros((steps.shape[1], 3)), share
+    stray, off = tone, np.linalg.norm(hues, axis=1)
     pull = len(tone) * np.diag(PULLS)
+    pull[0, 0] = 1.0
     for width in (*TIGHTENING, *[0.0] * 6):
         bounds = (width or max(1.5 * float(np.median(np.abs(v))), 0.03) for v in (stray, off))
         sure = share.copy()
         for value, bound in zip((stray, off), bounds, strict=True):
             sure /= (1 + (value / bound) ** 2) ** 2
         sure /= sure.mean()
-        root = terms.T * sure
-        fit = np.linalg.solve(root @ terms + pull, root @ tone)[:, None] + np.linalg.solve(
-            root @ terms + coloured * pull, root @ hues
+        root = steps.T * sure
+        fit = np.linalg.solve(root @ steps + pull, root @ tone)[:, None] + np.linalg.solve(
+            root @ steps + HUE_PULL * pull, root @ hues
         )
-        rest = logs - terms @ fit
+        rest = change - steps @ fit
         stray = rest.mean(-1)
         off = np.linalg.norm(rest - stray[:, None], axis=1)
     return fit, sure

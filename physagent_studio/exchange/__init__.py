@@ -4,13 +4,15 @@ from physagent_studio.exchange.animation import write_glb
 from physagent_studio.exchange.annotations import annotated
 from physagent_studio.exchange.case_folder import case_from_image, load_case
 from physagent_studio.exchange.lessons import read_lessons, write_lessons
-from physagent_studio.exchange.motion_prior import export_motion_prior
 from physagent_studio.exchange.peer_config import PeerSetup, load_peer_config
+from physagent_studio.exchange.prior import BUNDLES, Prior, export_motion_prior, write_bundles
 from physagent_studio.exchange.replay import Replay, ReplayCheck, ReplayRound, replay_html
 from physagent_studio.exchange.video import write_video
 
 __all__ = [
+    "BUNDLES",
     "PeerSetup",
+    "Prior",
     "Replay",
     "ReplayCheck",
     "ReplayRound",
@@ -21,6 +23,7 @@ __all__ = [
     "load_peer_config",
     "read_lessons",
     "replay_html",
+    "write_bundles",
     "write_glb",
     "write_lessons",
     "write_video",

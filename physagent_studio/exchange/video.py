@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
+from contextlib import ExitStack
 from fractions import Fraction
 from pathlib import Path
+from types import TracebackType
+from typing import Self
 
 import av
 import numpy as np
 from av.codec.codec import Codec, UnknownCodecError
+from av.container import OutputContainer
 from av.video.reformatter import ColorRange, Colorspace
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
@@ -57,43 +61,82 @@ def write_video(
     fps: float,
     timing: Mapping[str, float] | None = None,
 ) -> None:
-    """Write pictures (H, W, 3) uint8 RGB, all of one size, as an MP4 (H.264, yuv420p, faststart).
-
-    An odd side grows by one repeated row or column, since the format wants even ones. The file
-    appears under its name only when it is complete. Its comment holds `timing` as JSON
-    (`program.timing.timing_of`).
+    """Write pictures as an MP4; see `VideoFile`.
 
     Raises:
         InputError: no frames, frames of different sizes, a bad rate, an unwritable path.
         BackendMissing: there is no H.264 encoder.
     """
-    path = Path(path)
-    if not 0 < fps <= 1000:
-        raise InputError(f"{fps} frames a second is no rate for a video (0 … 1000)")
-    name = encoder_name()
     pictures = iter(frames)
     first = next(pictures, None)
     if first is None:
-        raise InputError(f"there are no frames, so {path.name} was not written")
-    with (
-        written(path) as partial,
-        av.open(str(partial), "w", format="mp4", options={"movflags": "+faststart"}) as container,
-    ):
-        if timing is not None:
-            container.metadata["comment"] = json.dumps(dict(timing))
-        stream = container.add_stream(name, Fraction(fps).limit_denominator(100_000))
+        raise InputError(f"there are no frames, so {Path(path).name} was not written")
+    with VideoFile(path, fps, timing) as video:
+        video.add(first)
+        for picture in pictures:
+            video.add(picture)
+
+
+class VideoFile:
+    """An MP4 (H.264, yuv420p, faststart) that grows by a picture at a time.
+
+    Pictures are (H, W, 3) uint8 RGB, all of one size. An odd side grows by one repeated row or
+    column, since the format wants even ones. The file appears under its name only when it is
+    complete, and not at all without a picture. Its comment holds `timing` as JSON
+    (`program.timing.timing_of`).
+    """
+
+    def __init__(
+        self, path: Path | str, fps: float, timing: Mapping[str, float] | None = None
+    ) -> None:
+        """Raises InputError for a bad rate, BackendMissing without an encoder."""
+        if not 0 < fps <= 1000:
+            raise InputError(f"{fps} frames a second is no rate for a video (0 … 1000)")
+        self._path, self._name = Path(path), encoder_name()
+        self._rate = Fraction(fps).limit_denominator(100_000)
+        self._timing = timing
+        self._open = ExitStack()
+        self._container: OutputContainer | None = None
+        self._stream: VideoStream | None = None
+        self._shape: tuple[int, ...] = ()
+        self._count = 0
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if kind is None and self._container is not None and self._stream is not None:
+            self._container.mux(self._stream.encode(None))
+        # What is not complete goes again.
+        self._open.__exit__(kind, error, trace)
+
+    def add(self, picture: Picture) -> None:
+        """The next picture. Raises InputError where it has another size than the first."""
+        if self._container is None:
+            self._begin(picture)
+        if picture.shape != self._shape:
+            raise InputError(f"frame {self._count} is {picture.shape}, the first {self._shape}")
+        assert self._container is not None
+        assert self._stream is not None
+        self._container.mux(self._stream.encode(_video_frame(picture)))
+        self._count += 1
+
+    def _begin(self, first: Picture) -> None:
+        partial = self._open.enter_context(written(self._path))
+        container = self._open.enter_context(
+            av.open(str(partial), "w", format="mp4", options={"movflags": "+faststart"})
+        )
+        if self._timing is not None:
+            container.metadata["comment"] = json.dumps(dict(self._timing))
+        stream = container.add_stream(self._name, self._rate)
         assert isinstance(stream, VideoStream)
-        _set_up(stream, first, name)
-        for number, picture in enumerate(_all(first, pictures)):
-            if picture.shape != first.shape:
-                raise InputError(f"frame {number} is {picture.shape}, the first {first.shape}")
-            container.mux(stream.encode(_video_frame(picture)))
-        container.mux(stream.encode(None))
-
-
-def _all(first: Picture, rest: Iterable[Picture]) -> Iterable[Picture]:
-    yield first
-    yield from rest
+        _set_up(stream, first, self._name)
+        self._container, self._stream, self._shape = container, stream, first.shape
 
 
 def _set_up(stream: VideoStream, first: Picture, name: str) -> None:

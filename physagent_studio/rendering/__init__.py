@@ -2,5 +2,6 @@
 
 from physagent_studio.rendering.clip import frame_of, render_clip, render_frame
 from physagent_studio.rendering.compositor import Compositor
-from physagent_studio.rendering.flow import flow_between
+from physagent_studio.rendering.flow import flow_between, normals_of
 from physagent_studio.rendering.frame import Flow, Frame
+from physagent_studio.rendering.tracks import Tracked, Tracks

@@ -31,16 +31,18 @@ def render_clip(
     *,
     cancelled: Callable[[], bool] | None = None,
     progress: Callable[[float], None] | None = None,
+    compositor: Compositor | None = None,
 ) -> Iterator[Frame]:
     """Render the frames of a rollout (all, or those numbered from 0 in `frames`), in order.
 
-    cancelled: asked before each frame. progress: told the share done, 0 … 1.
+    cancelled: asked before each frame. progress: told the share done, 0 … 1. compositor: of
+    this scene, where there is one already.
 
     Raises:
         InputError: the rollout is of other objects, or a frame does not exist.
         Cancelled: `cancelled` said so.
     """
-    compositor = Compositor(scene)
+    compositor = Compositor(scene) if compositor is None else compositor
     if rollout.objects != compositor.names:
         raise InputError(
             f"the rollout is of {', '.join(rollout.objects) or 'nothing'}, "

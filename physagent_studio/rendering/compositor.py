@@ -21,7 +21,7 @@ from physagent_studio.rendering.frame import Frame, Picture, Surface
 from physagent_studio.rendering.raster import FloatArray, Hits, Lens, rasterise
 from physagent_studio.rendering.scenery import Scenery
 from physagent_studio.rendering.skin import Skin
-from physagent_studio.rendering.stage import Stage
+from physagent_studio.rendering.stage import Stage, planes_depth
 
 _UNPAINTED = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32)).color
 
@@ -59,6 +59,9 @@ class Compositor:
             meshes[index] = crumbs.split(meshes[index])
         self._batch = _opened(Batch.of(meshes), list(self._crumbs))
         self._stage = Stage.of(scene.state, scene.support_meshes, camera, self.lens)
+        self._background = np.minimum(
+            self._stage.depth, planes_depth(scene.state, self._stage.origin, self._stage.rays)
+        ).astype(np.float32)
         self._positions, self._rotations = initial_poses(scene)
         world = self._batch.placed(self._positions, self._rotations)
         points = self._to_camera(world)
@@ -105,6 +108,11 @@ class Compositor:
             behind, owner = cast.pixel[hidden], self._owner(cast)[hidden]
             blend_hidden(frame.rgb, backdrop, frame.ids, behind, owner, self._stage.share)
         return frame
+
+    @property
+    def background_depth(self) -> NDArray[np.float32]:
+        """(H, W) depth along the optical axis of supports, ground and walls, m; inf for none."""
+        return self._background.reshape(self.lens.height, self.lens.width)
 
     # --- preparation -------------------------------------------------------------------------
 

@@ -1,4 +1,4 @@
-"""Exact forward flow: every pixel's surface point, followed to where the next frame has it."""
+"""Exact flow: every pixel's surface point, followed to where another frame has it; and normals."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _DEPTH_TOLERANCE = 0.01
 
 
 def flow_between(frame: Frame, following: Frame) -> Flow:
-    """Forward flow from one frame to the next of the same `Compositor`.
+    """Flow from one frame to another of the same `Compositor`: the next, or the one before.
 
-    A point that leaves the picture or is hidden in the next frame has its true vector and
+    A point that leaves the picture or is hidden in the other frame has its true vector and
     `visible` False; one that passes behind the camera has 0 and False.
     """
     height, width = frame.ids.shape
@@ -31,11 +31,11 @@ def flow_between(frame: Frame, following: Frame) -> Flow:
     vectors[hits.pixel] = np.where(ahead[:, None], target - start, 0)
     visible = (following.ids < 0).ravel()
     owner = frame.ids.ravel()[hits.pixel]
-    visible[hits.pixel] = ahead & _still_seen(following, target, moved[:, 2], owner)
+    visible[hits.pixel] = ahead & still_seen(following, target, moved[:, 2], owner)
     return Flow(vectors.reshape(height, width, 2), visible.reshape(height, width))
 
 
-def _still_seen(
+def still_seen(
     following: Frame, target: FloatArray, depth: FloatArray, owner: NDArray[np.int16]
 ) -> NDArray[np.bool_]:
     """Whether one of the four pixels around a target shows the same object at the same depth."""
@@ -49,3 +49,19 @@ def _still_seen(
         same = following.ids[y, x] == owner
         seen |= same & (depth <= following.depth[y, x] * (1 + _DEPTH_TOLERANCE))
     return inside & seen
+
+
+def normals_of(frame: Frame) -> NDArray[np.float32]:
+    """(H, W, 3) unit normals of the faces that a frame shows, camera frame (x right, y down, z
+
+    ahead), towards the camera; 0 on the background.
+    """
+    hits = frame.surface.hits
+    a, b, c = (frame.surface.points[frame.surface.faces[hits.face][:, k]] for k in range(3))
+    found = np.cross(b - a, c - a)
+    found /= np.maximum(np.linalg.norm(found, axis=1, keepdims=True), 1e-18)
+    away = (found * a).sum(1) > 0
+    found[away] *= -1
+    out = np.zeros((frame.ids.size, 3), np.float32)
+    out[hits.pixel] = found
+    return out.reshape(*frame.ids.shape, 3)

@@ -157,7 +157,7 @@ def _covered(
     return np.where(whole, np.float32(1), 1 - missed)
 
 
-def _planes_depth(state: SceneState, origin: FloatArray, rays: FloatArray) -> FloatArray:
+def planes_depth(state: SceneState, origin: FloatArray, rays: FloatArray) -> FloatArray:
     """Depth of the nearest floor or wall along each ray, inf for none."""
     depth = np.full(len(rays), np.inf)
     for support in state.supports:
@@ -198,7 +198,7 @@ def _ground(state: SceneState, meshes: Mapping[str, Mesh], camera: Camera, lens:
     coarse = Lens(*size, lens.focal / k, lens.cx / k, lens.cy / k)
     rays, origin = pixel_rays(camera, coarse), np.array(camera.position, float)
     depth, _ = _nearest(_solid_meshes(state, meshes), camera, coarse)
-    depth = np.minimum(depth, _planes_depth(state, origin, rays))
+    depth = np.minimum(depth, planes_depth(state, origin, rays))
     with np.errstate(invalid="ignore"):
         points = origin + rays * depth[:, None]
     points[~np.isfinite(depth)] = np.inf

@@ -1,0 +1,134 @@
+"""A motion prior rewritten as others read it; each bundle is a folder beside its frames."""
+
+from __future__ import annotations
+
+import csv
+import importlib
+import io
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from physagent_studio.errors import BackendMissing, InputError
+from physagent_studio.exchange.files import written
+from physagent_studio.exchange.prior.folder import Prior
+from physagent_studio.exchange.prior.generators import (
+    final_sim,
+    go_with_the_flow,
+    wan_fun,
+    wan_vace,
+)
+from physagent_studio.exchange.prior.mjcf import mjcf
+from physagent_studio.exchange.prior.sink import Sink
+from physagent_studio.rendering import Flow
+
+Bundle = Callable[[Prior, Path], str]
+KITTI_SCALE, KITTI_ZERO = 64.0, 2**15
+"""KITTI's flow PNG: 64 a pixel, 0 at 2¹⁵ (Geiger et al., development kit of the flow benchmark)."""
+
+
+def write_bundles(folder: Path | str, names: Sequence[str]) -> list[str]:
+    """Writes those bundles into a finished prior; returns a line on each.
+
+    Raises:
+        InputError: the folder is no prior, or a name is not known.
+        BackendMissing: a bundle needs a package that is not installed.
+    """
+    unknown = [name for name in names if name not in BUNDLES]
+    if unknown:
+        raise InputError(f"there is no bundle '{unknown[0]}' (known: {', '.join(BUNDLES)})")
+    prior = Prior.open(folder)
+    return [f"{name}: {BUNDLES[name](prior, prior.folder / name)}" for name in names]
+
+
+def flo(prior: Prior, out: Path) -> str:
+    """Middlebury's .flo, forward and backward."""
+    for number in range(prior.frames - 1):
+        for way, flow in (("forward", prior.flow(number)), ("backward", prior.backward(number))):
+            with written(out / f"{way}_{number:04d}.flo") as path:
+                if not cv2.writeOpticalFlow(str(path), flow.vectors):
+                    raise InputError(f"{path.name} cannot be written")
+    return "flow as Middlebury .flo, forward and backward"
+
+
+def kitti(prior: Prior, out: Path) -> str:
+    """KITTI's 16-bit PNG; invalid where the pixel is hidden in the other frame."""
+    sink = Sink(out)
+    for number in range(prior.frames - 1):
+        for way, flow in (("forward", prior.flow(number)), ("backward", prior.backward(number))):
+            sink.png(f"{way}_{number:04d}.png", _kitti_picture(flow))
+    return "flow as 16-bit PNG as KITTI has it, to a 64th of a pixel; what gets hidden is invalid"
+
+
+def _kitti_picture(flow: Flow) -> np.ndarray:
+    """(H, W, 3) uint16 BGR: valid, y, x."""
+    coded = np.round(flow.vectors * KITTI_SCALE + KITTI_ZERO)
+    told = flow.visible & (coded >= 0).all(-1) & (coded <= 65535).all(-1)
+    picture = np.zeros((*told.shape, 3), np.uint16)
+    picture[..., 2], picture[..., 1] = np.moveaxis(np.clip(coded, 0, 65535), -1, 0)
+    picture[..., 0] = told
+    return picture
+
+
+def trajectories(prior: Prior) -> Mapping[str, np.ndarray]:
+    """Columns of one row for each control step and object: time s, m, quaternion wxyz, m/s."""
+    rollout = prior.rollout()
+    steps, count = len(rollout.positions), len(rollout.objects)
+    step = np.repeat(np.arange(steps), count)
+    columns: dict[str, np.ndarray] = {
+        "step": step,
+        "time": step * rollout.step_seconds,
+        "object": np.tile(np.array(rollout.objects), steps),
+    }
+    for names, values in (
+        ("x y z", rollout.positions),
+        ("qw qx qy qz", rollout.rotations),
+        ("vx vy vz", rollout.velocities),
+        ("wx wy wz", rollout.angular),
+    ):
+        flat = values.reshape(-1, values.shape[-1])
+        columns |= {name: flat[:, k] for k, name in enumerate(names.split())}
+    return columns
+
+
+def tables(prior: Prior, out: Path) -> str:
+    """Trajectories as CSV."""
+    columns = trajectories(prior)
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(columns)
+    rows.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+    Sink(out).text("trajectories.csv", text.getvalue())
+    return "where every object is at every step, as CSV"
+
+
+def parquet(prior: Prior, out: Path) -> str:
+    """Trajectories as Parquet. Raises BackendMissing without pyarrow."""
+    try:
+        arrow: Any = importlib.import_module("pyarrow")
+        files: Any = importlib.import_module("pyarrow.parquet")
+    except ImportError as error:
+        raise BackendMissing(
+            "Parquet needs pyarrow: `pip install 'physagent-studio[tables]'`; the bundle `csv` "
+            "holds the same"
+        ) from error
+    with written(out / "trajectories.parquet") as path:
+        files.write_table(arrow.table(dict(trajectories(prior))), path)
+    return "where every object is at every step, as Parquet"
+
+
+BUNDLES: Mapping[str, Bundle] = {
+    "flo": flo,
+    "kitti": kitti,
+    "csv": tables,
+    "parquet": parquet,
+    "mjcf": mjcf,
+    "final-sim": final_sim,
+    "wan-vace": wan_vace,
+    "wan-fun": wan_fun,
+    "go-with-the-flow": go_with_the_flow,
+}
+"""What a prior can be rewritten as, by name."""

@@ -1,0 +1,75 @@
+"""Files of an export: written whole, fast rather than small, and their hashes kept."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import zipfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.errors import InputError
+from physagent_studio.exchange.files import written
+
+_FAST = 1
+"""Level of zlib: level 6 takes three times as long and saves a seventh."""
+_TIME = (1980, 1, 1, 0, 0, 0)
+"""The same arrays give the same bytes whenever they are written."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Sink:
+    """A folder that is written into. hashes: SHA-256 by path within it."""
+
+    folder: Path
+    hashes: dict[str, str] = field(default_factory=dict)
+
+    def data(self, name: str, data: bytes) -> None:
+        """Writes bytes. Raises InputError where the place cannot be written."""
+        with written(self.folder / name) as partial:
+            partial.write_bytes(data)
+        self.hashes[name] = hashlib.sha256(data).hexdigest()
+
+    def text(self, name: str, text: str) -> None:
+        """Writes UTF-8."""
+        self.data(name, text.encode("utf-8"))
+
+    def json(self, name: str, value: Any) -> None:
+        """Writes JSON that a person can read."""
+        self.text(name, json.dumps(value, indent=2) + "\n")
+
+    def png(self, name: str, picture: NDArray[Any]) -> None:
+        """Writes a PNG of (H, W) or of (H, W, 3) BGR, 8 or 16 bit, as it is."""
+        done, data = cv2.imencode(".png", picture, [cv2.IMWRITE_PNG_COMPRESSION, _FAST])
+        if not done:
+            raise InputError(f"{name} cannot be encoded as a PNG")
+        self.data(name, data.tobytes())
+
+    def npz(self, name: str, **arrays: NDArray[Any]) -> None:
+        """Writes arrays as `numpy.load` reads them."""
+        out = io.BytesIO()
+        with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED, compresslevel=_FAST) as archive:
+            for key, array in arrays.items():
+                part = io.BytesIO()
+                np.lib.format.write_array(part, np.ascontiguousarray(array))
+                info = zipfile.ZipInfo(f"{key}.npy", _TIME)
+                info.compress_type = zipfile.ZIP_DEFLATED
+                archive.writestr(info, part.getvalue(), compresslevel=_FAST)
+        self.data(name, out.getvalue())
+
+    def npy(self, name: str, array: NDArray[Any]) -> None:
+        """Writes one array, not compressed, as generators map it into memory."""
+        out = io.BytesIO()
+        np.lib.format.write_array(out, np.ascontiguousarray(array))
+        self.data(name, out.getvalue())
+
+    def adopt(self, name: str) -> None:
+        """Takes down the hash of a file that another writer has made there."""
+        with open(self.folder / name, "rb") as file:
+            self.hashes[name] = hashlib.file_digest(file, "sha256").hexdigest()

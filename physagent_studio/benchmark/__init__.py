@@ -20,6 +20,7 @@ BENCHES = {
     "ablation": "physagent_studio.benchmark.events.ablation",
     "view": "physagent_studio.benchmark.events.view",
     "words": "physagent_studio.benchmark.events.words",
+    "motion-prior": "physagent_studio.benchmark.motion_prior.bench",
 }
 _ON_EVENTS = ("events", "ablation", "view")
 """Benches that run events of cases and take annotations, references and a choice of them."""

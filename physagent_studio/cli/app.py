@@ -217,6 +217,13 @@ def export(
         Path, typer.Option(help="A folder that is new or empty, a .html or a .viser file.")
     ],
     round_id: Annotated[str | None, typer.Option("--round", help="Else the best round.")] = None,
+    also: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Rewritten too, again for more: flo, kitti, csv, parquet, mjcf, final-sim, "
+            "wan-vace, wan-fun, go-with-the-flow."
+        ),
+    ] = None,
     workspace: Workspace = None,
 ) -> None:
     """Write a motion prior: frames, exact flow, masks, depth, program, rollout, lessons.
@@ -225,7 +232,8 @@ def export(
     """
     from physagent_studio.cli.clips import export_session
 
-    typer.echo(f"wrote {export_session(session, round_id, out, workspace)}")
+    for line in export_session(session, round_id, out, workspace, also or ()):
+        typer.echo(line)
 
 
 @app.command(epilog="Example: physagent reconstruct my_case --sheet sheet.png")

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from physagent_studio.cli.output import progress_control
 from physagent_studio.errors import InputError
+from physagent_studio.exchange import BUNDLES
 from physagent_studio.session import Store
 from physagent_studio.workbench import commands
 from physagent_studio.workbench.desk import Desk
@@ -28,16 +30,31 @@ def render_session(
 
 
 def export_session(
-    session_id: str, round_id: str | None, out: Path, workspace: Path | None
-) -> Path:
-    """A round, or the best one: by the ending of `out` a replay, a recording or a motion prior."""
+    session_id: str,
+    round_id: str | None,
+    out: Path,
+    workspace: Path | None,
+    bundles: Sequence[str] = (),
+) -> list[str]:
+    """A round, or the best one: by the ending of `out` a replay, a recording or a motion prior.
+
+    bundles: what a prior is rewritten as beside its frames. Returns what was written, a line each.
+    """
+    unknown = [name for name in bundles if name not in BUNDLES]
+    page = out.suffix.lower() in (".html", ".viser")
+    if unknown or (bundles and page):
+        raise InputError(
+            f"--also {(unknown or list(bundles))[0]}: a motion prior, which is a folder, can also "
+            f"be {', '.join(BUNDLES)}"
+        )
     session = Store(workspace).open(session_id, writing=False)
     try:
         with progress_control(False) as control:
             desk = _showing(Desk(session, control), round_id)
-            if out.suffix.lower() in (".html", ".viser"):
-                return _write(desk, out)
-            return export_rollout(desk, out)
+            if page:
+                return [f"wrote {_write(desk, out)}"]
+            said = export_rollout(desk, out, bundles)
+            return [f"wrote {out}", *said]
     finally:
         session.close()
 

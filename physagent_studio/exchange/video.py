@@ -34,6 +34,7 @@ _OPTIONS = {
     },
     "libopenh264": {"b": "8M"},
 }
+_SOONER = {"libx264": {"preset": "ultrafast"}, "libopenh264": {}}
 _BT709 = 1
 
 
@@ -87,14 +88,22 @@ class VideoFile:
     """
 
     def __init__(
-        self, path: Path | str, fps: float, timing: Mapping[str, float] | None = None
+        self,
+        path: Path | str,
+        fps: float,
+        timing: Mapping[str, float] | None = None,
+        *,
+        fast: bool = False,
     ) -> None:
-        """Raises InputError for a bad rate, BackendMissing without an encoder."""
+        """fast: what is for the eye beside the clip may be larger and is written sooner.
+
+        Raises InputError for a bad rate, BackendMissing without an encoder.
+        """
         if not 0 < fps <= 1000:
             raise InputError(f"{fps} frames a second is no rate for a video (0 … 1000)")
         self._path, self._name = Path(path), encoder_name()
         self._rate = Fraction(fps).limit_denominator(100_000)
-        self._timing = timing
+        self._timing, self._fast = timing, fast
         self._open = ExitStack()
         self._container: OutputContainer | None = None
         self._stream: VideoStream | None = None
@@ -135,17 +144,17 @@ class VideoFile:
             container.metadata["comment"] = json.dumps(dict(self._timing))
         stream = container.add_stream(self._name, self._rate)
         assert isinstance(stream, VideoStream)
-        _set_up(stream, first, self._name)
+        _set_up(stream, first, self._name, self._fast)
         self._container, self._stream, self._shape = container, stream, first.shape
 
 
-def _set_up(stream: VideoStream, first: Picture, name: str) -> None:
+def _set_up(stream: VideoStream, first: Picture, name: str, fast: bool) -> None:
     height, width = first.shape[:2]
     stream.width, stream.height = width + width % 2, height + height % 2
     stream.pix_fmt = "yuv420p"
     # Said in the file, or players guess the matrix from the size and shift the colours.
     context = stream.codec_context
-    context.options = dict(_OPTIONS[name])
+    context.options = dict(_OPTIONS[name]) | (_SOONER[name] if fast else {})
     context.thread_count = 1
     context.color_range = ColorRange.MPEG
     context.colorspace = context.color_primaries = context.color_trc = _BT709

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +22,26 @@ from physagent_studio.rendering.raster import FloatArray, Hits, Lens, rasterise
 from physagent_studio.rendering.scenery import Scenery
 from physagent_studio.rendering.skin import Skin
 from physagent_studio.rendering.stage import Stage, planes_depth
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Posed:
+    """Everything at some poses, not yet drawn. world, points: (V, 3) in the world and from the
+
+    camera. turned: (N, 4). soft: whether anything is deformed. torn: (F,) what has come apart.
+    cast: what the pixels would see without supports, hidden: (K,) what of it those hide, hits: the
+    rest.
+    """
+
+    world: FloatArray
+    points: FloatArray
+    turned: FloatArray
+    soft: bool
+    torn: NDArray[np.bool_] | None
+    cast: Hits
+    hidden: NDArray[np.bool_]
+    hits: Hits
+
 
 _UNPAINTED = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32)).color
 
@@ -90,24 +110,28 @@ class Compositor:
         as_built: draw every object from its mesh, even where it has not moved and the photo
         itself is the better picture; this is how a reconstruction shows its faults.
         """
-        where = self._positions if positions is None else np.asarray(positions, float)
-        turned = self._rotations if rotations is None else np.asarray(rotations, float)
-        self._check(where, turned)
-        deformed = self._deformed(vertices or {})
-        world = self._batch.placed(where, turned, deformed)
-        points = self._to_camera(world)
-        torn = self._batch.torn(world) if deformed else None
-        cast = self._cast(points, torn)
-        hidden = self._stage.hidden(cast, self._owner(cast), self._tolerance)
-        hits = _chosen(cast, ~hidden)
-        standing = np.zeros(len(self.names)) if as_built else self._scenery.standing(points)
-        backdrop = self._scenery.behind(world, standing, shadows)
-        colors = self._skin.colors(hits, turned, world if deformed else None)
-        frame = self._composed(hits, points, backdrop, colors, standing, torn)
-        if hidden.any():
-            behind, owner = cast.pixel[hidden], self._owner(cast)[hidden]
+        pose = self._posed(positions, rotations, vertices)
+        standing = np.zeros(len(self.names)) if as_built else self._scenery.standing(pose.points)
+        backdrop = self._scenery.behind(pose.world, standing, shadows)
+        colors = self._skin.colors(pose.hits, pose.turned, pose.world if pose.soft else None)
+        frame = self._composed(pose, backdrop, colors, standing)
+        if pose.hidden.any():
+            behind = pose.cast.pixel[pose.hidden]
+            owner = self._owner(pose.cast)[pose.hidden]
             blend_hidden(frame.rgb, backdrop, frame.ids, behind, owner, self._stage.share)
         return frame
+
+    def geometry(
+        self,
+        positions: ArrayLike | None = None,
+        rotations: ArrayLike | None = None,
+        vertices: Mapping[str, FloatArray] | None = None,
+    ) -> Frame:
+        """What a frame at these poses says but for its picture, which is black: enough for flow."""
+        pose = self._posed(positions, rotations, vertices)
+        ids, depth = self._seen(pose.hits)
+        surface = Surface(pose.hits, pose.points, self._batch.faces, self.lens)
+        return Frame(np.zeros((*ids.shape, 3), np.uint8), ids, depth, surface)
 
     @property
     def background_depth(self) -> NDArray[np.float32]:
@@ -133,6 +157,33 @@ class Compositor:
         return shown
 
     # --- one frame ---------------------------------------------------------------------------
+
+    def _posed(
+        self,
+        positions: ArrayLike | None,
+        rotations: ArrayLike | None,
+        vertices: Mapping[str, FloatArray] | None,
+    ) -> _Posed:
+        where = self._positions if positions is None else np.asarray(positions, float)
+        turned = self._rotations if rotations is None else np.asarray(rotations, float)
+        self._check(where, turned)
+        deformed = self._deformed(vertices or {})
+        world = self._batch.placed(where, turned, deformed)
+        points = self._to_camera(world)
+        torn = self._batch.torn(world) if deformed else None
+        cast = self._cast(points, torn)
+        hidden = self._stage.hidden(cast, self._owner(cast), self._tolerance)
+        hits = _chosen(cast, ~hidden)
+        return _Posed(world, points, turned, bool(deformed), torn, cast, hidden, hits)
+
+    def _seen(self, hits: Hits) -> tuple[NDArray[np.int16], NDArray[np.float32]]:
+        """(H, W) ids, −1 for none, and depth, m."""
+        shape = (self.lens.height, self.lens.width)
+        ids = np.full(shape, -1, np.int16)
+        ids.ravel()[hits.pixel] = self._owner(hits)
+        depth = np.full(shape, np.inf, np.float32)
+        depth.ravel()[hits.pixel] = hits.depth
+        return ids, depth
 
     def _check(self, positions: FloatArray, rotations: FloatArray) -> None:
         count = len(self.names)
@@ -180,24 +231,15 @@ class Compositor:
         return self._batch.face_owner[hits.face]
 
     def _composed(
-        self,
-        hits: Hits,
-        points: FloatArray,
-        backdrop: Picture,
-        colors: NDArray[np.float32],
-        standing: FloatArray,
-        torn: NDArray[np.bool_] | None,
+        self, pose: _Posed, backdrop: Picture, colors: NDArray[np.float32], standing: FloatArray
     ) -> Frame:
         """Objects over the backdrop, with smooth outlines."""
-        shape, owner = (self.lens.height, self.lens.width), self._owner(hits)
-        colors = self._scenery.keep(colors, hits.pixel, owner, standing)
+        hits, points = pose.hits, pose.points
+        colors = self._scenery.keep(colors, hits.pixel, self._owner(hits), standing)
         canvas = backdrop.copy()
         canvas.reshape(-1, 3)[hits.pixel] = (colors + np.float32(0.5)).astype(np.uint8)
-        ids = np.full(shape, -1, np.int16)
-        ids.ravel()[hits.pixel] = owner
-        depth = np.full(shape, np.inf, np.float32)
-        depth.ravel()[hits.pixel] = hits.depth
-        partial = partial_pixels(self._batch, points, self.lens, torn)
+        ids, depth = self._seen(hits)
+        partial = partial_pixels(self._batch, points, self.lens, pose.torn)
 
         def photographed(pixel: NDArray[np.int64], index: NDArray[np.int32]) -> NDArray[np.float32]:
             return self._scenery.shares(pixel, index, standing)

@@ -10,6 +10,8 @@ from physagent_studio.rendering.raster import NEAR, FloatArray
 
 _DEPTH_TOLERANCE = 0.01
 """Share of its depth by which a point may lie behind what the next frame shows at its pixel."""
+_BESIDE = 0.75
+"""Pixels, across and down, up to which a pixel's middle tells of a point beside it."""
 
 
 def flow_between(frame: Frame, following: Frame) -> Flow:
@@ -38,15 +40,17 @@ def flow_between(frame: Frame, following: Frame) -> Flow:
 def still_seen(
     following: Frame, target: FloatArray, depth: FloatArray, owner: NDArray[np.int16]
 ) -> NDArray[np.bool_]:
-    """Whether one of the four pixels around a target shows the same object at the same depth."""
+    """Whether a pixel whose middle is close to a target shows the same object at the same depth."""
     height, width = following.ids.shape
     inside = (target >= 0).all(1) & (target[:, 0] < width) & (target[:, 1] < height)
-    left = np.floor(np.where(inside[:, None], target, 0) - 0.5).astype(np.int64)
+    centred = np.where(inside[:, None], target, 0) - 0.5
+    left = np.floor(centred).astype(np.int64)
     seen = np.zeros(len(target), bool)
     for dx, dy in ((0, 0), (1, 0), (0, 1), (1, 1)):
         x = np.clip(left[:, 0] + dx, 0, width - 1)
         y = np.clip(left[:, 1] + dy, 0, height - 1)
-        same = following.ids[y, x] == owner
+        near = np.abs(left + np.array([dx, dy]) - centred).max(1) < _BESIDE
+        same = near & (following.ids[y, x] == owner)
         seen |= same & (depth <= following.depth[y, x] * (1 + _DEPTH_TOLERANCE))
     return inside & seen
 

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from physagent_studio.agent.memory import lessons_of
 from physagent_studio.errors import InputError
-from physagent_studio.exchange import export_motion_prior, write_lessons, write_video
+from physagent_studio.exchange import (
+    export_motion_prior,
+    write_bundles,
+    write_lessons,
+    write_video,
+)
 from physagent_studio.exchange.files import written
 from physagent_studio.program.timing import timing_of
 from physagent_studio.rendering import render_clip
@@ -38,8 +44,12 @@ def write_file(desk: Desk, command: commands.Write) -> Path:
     return command.path
 
 
-def export_rollout(desk: Desk, folder: Path) -> Path:
-    """The rollout on view as a motion prior folder, with what the session taught beside it."""
+def export_rollout(desk: Desk, folder: Path, bundles: Sequence[str] = ()) -> list[str]:
+    """The rollout on view as a motion prior folder, with what the session taught beside it.
+
+    bundles: what it is rewritten as in the same folder, see `exchange.BUNDLES`. Returns a line on
+    each of them.
+    """
     scene, rollout, _ = desk.on_view()
     if scene is None or rollout is None:
         raise InputError("nothing was simulated yet, so there is nothing to export")
@@ -54,4 +64,4 @@ def export_rollout(desk: Desk, folder: Path) -> Path:
         progress=lambda share: control.progress("exporting", share),
     )
     write_lessons(folder / "lessons.yaml", lessons_of(desk.state))
-    return folder
+    return write_bundles(folder, bundles)

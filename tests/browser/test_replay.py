@@ -26,7 +26,8 @@ def test_a_replay_opens_offline_from_a_file(
     session = Store(root).open(name)
     head = session.load().rounds[0]
     session.close()
-    path = export_session(name, None, tmp_path / "replay.html", root)
+    path = tmp_path / "replay.html"
+    export_session(name, None, path, root)
 
     context = browser.new_context(offline=True, viewport={"width": 1000, "height": 700})
     page = context.new_page()

@@ -50,7 +50,8 @@ def test_the_worker_writes_and_says_where(tmp_path: Path) -> None:
     assert f"The replay was written to {path}" in [n.text for n in workbench.snapshot().notices]
     # By the command line too, chosen by the ending.
     workbench.close()
-    out = export_session(str(snapshot.session_id), None, tmp_path / "scene.viser", tmp_path)
+    out = tmp_path / "scene.viser"
+    export_session(str(snapshot.session_id), None, out, tmp_path)
     assert out.read_bytes() == record(snapshot).data
 
 

@@ -19,7 +19,7 @@ import importlib.metadata
 import json
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -98,15 +98,15 @@ def export_motion_prior(
     compositor = Compositor(scene)
     with ExitStack() as stack:
         videos = {
-            name: stack.enter_context(VideoFile(folder / f"{name}.mp4", fps, timing))
-            for name in ("video", "flow", "depth", "masks")
+            name: stack.enter_context(VideoFile(folder / f"{name}.mp4", fps, timing, fast=fast))
+            for name, fast in (("video", False), ("flow", True), ("depth", True), ("masks", True))
         }
         writer = _Writer(sink, videos, compositor.background_depth)
         clip = render_clip(
             scene, rollout, cancelled=cancelled, progress=progress, compositor=compositor
         )
         tracked = list(_followed(scene, writer.passed(clip)))
-    _write_tracks(sink, tracked, writer)
+    _write_tracks(sink, tracked)
     for name in ("rollout.npz", "scene.glb", *(f"{name}.mp4" for name in videos)):
         if (folder / name).is_file():
             sink.adopt(name)
@@ -124,8 +124,8 @@ class _Writer:
     videos: dict[str, VideoFile]
     background: NDArray[np.float32]
     fastest: float = 0.0
-    nearest: float = 0.0
-    owner: NDArray[np.int16] = field(default_factory=lambda: np.zeros(0, np.int16))
+    nearest: float = 1.0
+    behind: NDArray[np.uint8] | None = None
 
     def passed(self, clip: Iterator[Frame]) -> Iterator[Frame]:
         """The frames, each once its files are written."""
@@ -164,16 +164,21 @@ class _Writer:
         sink.png(f"normals/normals_{number:04d}.png", _normal_picture(frame)[..., ::-1])
         self.videos["video"].add(frame.rgb)
         self.videos["masks"].add(_mask_picture(frame.ids))
-        self.videos["depth"].add(self._depth_picture(frame.depth))
+        self.videos["depth"].add(self._depth_picture(frame))
 
-    def _depth_picture(self, depth: NDArray[np.float32]) -> NDArray[np.uint8]:
-        """(H, W, 3) of depths (H, W): white is near, by its reciprocal, black is far away."""
-        whole = np.minimum(depth, self.background)
-        if self.nearest == 0.0:
-            near = float(whole.min())
+    def _depth_picture(self, frame: Frame) -> NDArray[np.uint8]:
+        """(H, W, 3) of depths: white is near, by its reciprocal, black is far away."""
+        if self.behind is None:
+            near = float(np.minimum(frame.depth, self.background).min())
             self.nearest = NEAREST * near if np.isfinite(near) else 1.0
-        share = np.clip(self.nearest / np.maximum(whole, 1e-6), 0, 1)
-        return np.repeat((255 * share).astype(np.uint8)[..., None], 3, axis=2)
+            self.behind = _grey(self.nearest, self.background)
+        picture, own = self.behind.copy(), frame.ids >= 0
+        picture[own] = _grey(self.nearest, frame.depth[own])
+        return np.repeat(picture[..., None], 3, axis=2)
+
+
+def _grey(nearest: float, depth: NDArray[np.float32]) -> NDArray[np.uint8]:
+    return (255 * np.clip(nearest / np.maximum(depth, 1e-6), 0, 1)).astype(np.uint8)
 
 
 def _followed(scene: Scene, clip: Iterator[Frame]) -> Iterator[tuple[Tracks, Tracked]]:
@@ -186,7 +191,7 @@ def _followed(scene: Scene, clip: Iterator[Frame]) -> Iterator[tuple[Tracks, Tra
         yield tracks, tracks.at(frame, camera)
 
 
-def _write_tracks(sink: Sink, tracked: list[tuple[Tracks, Tracked]], writer: _Writer) -> None:
+def _write_tracks(sink: Sink, tracked: list[tuple[Tracks, Tracked]]) -> None:
     if not tracked:
         return
     sink.npz(
@@ -200,15 +205,18 @@ def _write_tracks(sink: Sink, tracked: list[tuple[Tracks, Tracked]], writer: _Wr
 
 def _normal_picture(frame: Frame) -> NDArray[np.uint8]:
     """(H, W, 3) RGB: x right, y up, z to the camera; black where no object is."""
-    normals = normals_of(frame) * np.array([1.0, -1.0, -1.0], np.float32)
-    shown = np.clip((normals + 1) * 127.5 + 0.5, 0, 255).astype(np.uint8)
-    return np.where((frame.ids >= 0)[..., None], shown, np.uint8(0))
+    picture = np.zeros((*frame.ids.shape, 3), np.uint8)
+    own = frame.ids >= 0
+    normals = normals_of(frame)[own] * np.array([1.0, -1.0, -1.0], np.float32)
+    picture[own] = np.clip((normals + 1) * 127.5 + 0.5, 0, 255)
+    return picture
 
 
 def _mask_picture(ids: NDArray[np.int16]) -> NDArray[np.uint8]:
     """(H, W, 3) each object in its colour on black."""
-    colours = np.array([*PALETTE, (0, 0, 0)], np.uint8)
-    return np.asarray(colours[np.where(ids >= 0, ids % len(PALETTE), len(PALETTE))])
+    picture, own = np.zeros((*ids.shape, 3), np.uint8), ids >= 0
+    picture[own] = np.array(PALETTE, np.uint8)[ids[own] % len(PALETTE)]
+    return picture
 
 
 def _finished(folder: Path, key: dict[str, Any]) -> bool:

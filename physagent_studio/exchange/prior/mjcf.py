@@ -61,7 +61,7 @@ def _camera(world: ET.Element, prior: Prior) -> None:
     # Half a turn about x: (w, x, y, z) · (0, 1, 0, 0).
     turned = np.array([-x, w, z, -y])
     rows = prior.size[1]
-    fovy = 2 * np.arctan2(rows / 2, camera["intrinsics"][1][1])
+    fovy = np.degrees(2 * np.arctan2(rows / 2, camera["intrinsics"][1][1]))
     ET.SubElement(
         world,
         "camera",

@@ -46,7 +46,7 @@ class Sink:
 
     def png(self, name: str, picture: NDArray[Any]) -> None:
         """Writes a PNG of (H, W) or of (H, W, 3) BGR, 8 or 16 bit, as it is."""
-        done, data = cv2.imencode(".png", picture, [cv2.IMWRITE_PNG_COMPRESSION, _FAST])
+        done, data = cv2.imencode(".png", picture)
         if not done:
             raise InputError(f"{name} cannot be encoded as a PNG")
         self.data(name, data.tobytes())

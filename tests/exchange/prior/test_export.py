@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from pathlib import Path
 
@@ -11,28 +12,12 @@ import pytest
 
 from physagent_studio.errors import Cancelled, InputError
 from physagent_studio.exchange import export_motion_prior
-from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.text.document import load_program
-from physagent_studio.records import Rollout, Scene
 from physagent_studio.records.rollout_io import load_rollout
-from physagent_studio.rendering import Compositor, flow_between, frame_of
-from physagent_studio.rendering.compositor import initial_poses
-from tests.rendering.scenes import FLOOR, ball, crate, rollout_of, scene_of
+from physagent_studio.rendering import Compositor, flow_between, frame_of, normals_of
+from tests.exchange.prior.conftest import Parts
 
 FRAMES = 4
-Parts = tuple[Scene, Rollout, PhysicalProgram]
-
-
-@pytest.fixture
-def parts() -> Parts:
-    first, first_mesh = ball()
-    second, second_mesh = crate()
-    scene = scene_of([first, second], {"ball": first_mesh, "crate": second_mesh}, [FLOOR])
-    positions, rotations = initial_poses(scene)
-    moved = np.repeat(positions[None], FRAMES, 0)
-    moved[:, 0, 0] += np.linspace(0, 0.4, FRAMES)
-    rollout = rollout_of(("ball", "crate"), moved, np.repeat(rotations[None], FRAMES, 0))
-    return scene, rollout, PhysicalProgram(scene=scene.state)
 
 
 def test_everything_is_there_and_agrees(parts: Parts, tmp_path: Path):
@@ -40,10 +25,13 @@ def test_everything_is_there_and_agrees(parts: Parts, tmp_path: Path):
     told: list[float] = []
     folder = export_motion_prior(tmp_path / "a" / "prior", *parts, 25, progress=told.append)
     names = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
-    wanted = ["flow.mp4", "meta.json", "program.yaml", "rollout.npz", "scene.glb", "video.mp4"]
+    wanted = ["meta.json", "program.yaml", "rollout.npz", "scene.glb", "tracks.npz"]
+    wanted += [f"{kind}.mp4" for kind in ("depth", "flow", "masks", "video")]
+    wanted += ["depth/background.npz"]
     for t in range(FRAMES):
         wanted += [f"frames/frame_{t:04d}.png", f"ids/ids_{t:04d}.png"]
         wanted += [f"depth/depth_{t:04d}.png", f"depth/depth_{t:04d}.npz"]
+        wanted += [f"normals/normals_{t:04d}.png"]
     wanted += [f"flow/flow_{t:04d}.npz" for t in range(FRAMES - 1)]
     assert names == sorted(wanted)
     assert told[-1] == 1
@@ -67,10 +55,16 @@ def test_everything_is_there_and_agrees(parts: Parts, tmp_path: Path):
     flow = flow_between(first, second)
     assert np.array_equal(saved["flow"], flow.vectors)
     assert np.array_equal(saved["visible"], flow.visible)
+    back = flow_between(second, first)
+    assert np.array_equal(saved["backward"], back.vectors)
+    assert np.array_equal(saved["backward_visible"], back.visible)
 
     meta = json.loads((folder / "meta.json").read_text())
     assert meta["objects"] == ["ball", "crate"]
     assert meta["made_from"]["program"] == program.hash
+    assert set(meta["sha256"]) == set(names) - {"meta.json"}
+    for name, found in meta["sha256"].items():
+        assert hashlib.sha256((folder / name).read_bytes()).hexdigest() == found, name
     timing = {"simulated_seconds": program.clip.seconds, "playback_fps": meta["fps"]}
     timing["time_factor"] = meta["seconds_per_frame"] * meta["fps"]
     assert {name: meta[name] for name in timing} == pytest.approx(timing)
@@ -103,3 +97,36 @@ def test_other_folders_are_left_alone(parts: Parts, tmp_path: Path):
     assert [p.name for p in (tmp_path / "mine").iterdir()] == ["notes.txt"]
     with pytest.raises(InputError, match="cannot be written"):
         export_motion_prior(tmp_path / "mine" / "notes.txt" / "deep", *parts, 25)
+
+
+def test_normals_depth_of_the_ground_and_tracks(parts: Parts, tmp_path: Path):
+    scene, rollout, _ = parts
+    folder = export_motion_prior(tmp_path / "prior", *parts, 25)
+    camera = scene.state.camera
+    assert camera is not None
+    frame = frame_of(Compositor(scene), rollout, 2)
+    # Of a ball, the normal is the way from its middle to what is seen.
+    y, x = np.nonzero(frame.ids == 0)
+    pixels = np.stack([x + 0.5, y + 0.5], 1).astype(np.float64)
+    points = np.asarray(camera.position) + camera.rays(pixels) * frame.depth[y, x, None]
+    outward = (points - rollout.positions[rollout.frame_steps()[2], 0]) / 0.25
+    found = normals_of(frame)[y, x] @ camera.matrix.T
+    assert (found * outward).sum(1).min() > 0.99
+    picture = cv2.imread(str(folder / "normals/normals_0002.png"))
+    assert picture is not None
+    shown = picture[y, x, ::-1] / 127.5 - 1
+    assert np.abs(shown * (1, -1, -1) @ camera.matrix.T - found).max() < 0.01
+    ground = np.load(folder / "depth/background.npz")["depth"]
+    row, column = 100, 30
+    ray = camera.rays(np.array([[column + 0.5, row + 0.5]]))[0]
+    assert ground[row, column] == pytest.approx(-camera.position[2] / ray[2], rel=1e-5)
+
+    tracks = np.load(folder / "tracks.npz")
+    assert set(tracks["object"]) == {0, 1}
+    moved = tracks["world"][-1] - tracks["world"][0]
+    assert np.allclose(moved[tracks["object"] == 0], (0.4, 0, 0), atol=1e-5)
+    assert np.allclose(moved[tracks["object"] == 1], 0, atol=1e-6)
+    for t in range(FRAMES):
+        told = camera.project(tracks["world"][t].astype(float))[0]
+        assert np.abs(told - tracks["pixels"][t]).max() < 1e-3
+    assert tracks["visible"][0].all()

@@ -108,7 +108,13 @@ def studio(
 @app.command(epilog="Example: physagent run my_case --event falls  (or an image with --prompt)")
 @guarded
 def run(
-    target: Annotated[str, typer.Argument(help="A case folder, an image or a session.")],
+    target: Annotated[
+        str,
+        typer.Argument(
+            help="A case folder, an image, a session, or a configuration of the PhysAgent or "
+            "RealWonder releases."
+        ),
+    ],
     event: Annotated[str | None, typer.Option(help="Which event of the case.")] = None,
     prompt: Annotated[str, typer.Option(help="The event, with an image as target.")] = "",
     objects: Objects = None,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +12,26 @@ import typer
 from physagent_studio.agent.by_hand import in_order, waits_for
 from physagent_studio.cli import output
 from physagent_studio.cli.guard import NOT_REALISED, WAITING
-from physagent_studio.cli.targets import agent_name, case_of, is_session
+from physagent_studio.cli.targets import PROGRAMS, agent_name, case_of, is_session
 from physagent_studio.errors import InputError
-from physagent_studio.exchange import annotated, read_lessons
-from physagent_studio.records import LoopState
+from physagent_studio.exchange import (
+    PeerSetup,
+    annotated,
+    is_peer_config,
+    load_peer_config,
+    read_lessons,
+)
+from physagent_studio.records import Case, LoopState
 from physagent_studio.records.loop_state import ROLES, PolicyName
 from physagent_studio.session import Session, Store
 from physagent_studio.workbench.asking import asked_about, save_candidates
-from physagent_studio.workbench.commands import Advance, TakeRole
+from physagent_studio.workbench.commands import (
+    Advance,
+    ApplyEdits,
+    SetPolicy,
+    Step,
+    TakeRole,
+)
 from physagent_studio.workbench.desk import Desk
 from physagent_studio.workbench.journal import carry_out
 from physagent_studio.workbench.report import report_of
@@ -55,7 +67,8 @@ def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
         raise InputError(f"--by-hand {unknown[0]} is not known ({', '.join(ROLES)})")
     agent = agent_name(request.agent)
     store = Store(workspace)
-    session = _session(request, store)
+    peer = _peer(request)
+    session = _session(request, store, None if peer is None else peer.case)
     if session.read_only:
         raise InputError(f"{session.read_only}; close it there first")
     started = time.perf_counter()
@@ -67,10 +80,19 @@ def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
             for role in in_order(request.by_hand):
                 carry_out(desk, TakeRole(role), "person")
             carry_out(desk, Advance(policy, "simulate"), "person")
+            if peer is not None and desk.state.phase == "simulate":
+                edits = peer.edits_of_scheduled(desk.program)
+                carry_out(desk, ApplyEdits(edits, "as the configuration says"), "person")
             asked = () if request.yes else asked_about(desk)
-            if not asked and desk.state.phase == "simulate":
+            if peer is not None and not asked and desk.state.draft is not None:
+                # The configuration's numbers are a draft, which becomes the next round.
+                carry_out(desk, SetPolicy(policy), "person")
+                carry_out(desk, Step(), "person")
+            elif not asked and desk.state.phase == "simulate":
                 carry_out(desk, Advance(policy), "person")
         report = report_of(desk.state, session, time.perf_counter() - started)
+        if peer is not None:
+            report["left_out"] = list(peer.left_out)
     finally:
         session.close()
     if asked:
@@ -81,10 +103,26 @@ def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
     return 0 if report["realised"] and is_plain(report) else NOT_REALISED
 
 
-def _session(request: RunRequest, store: Store) -> Session:
+def _peer(request: RunRequest) -> PeerSetup | None:
+    """What a configuration of the PhysAgent or RealWonder releases says; None for other targets.
+
+    --prompt is its sentence where it has none, or another; --object names its objects in turn.
+    """
+    if Path(request.target).suffix.lower() not in PROGRAMS or not is_peer_config(request.target):
+        return None
+    setup = load_peer_config(request.target, names=request.objects)
+    prompt = " ".join(request.prompt.split())
+    if not prompt:
+        return setup
+    events = (("given", prompt),)
+    return replace(setup, case=replace(setup.case, prompt=prompt, event="given", events=events))
+
+
+def _session(request: RunRequest, store: Store, case: Case | None = None) -> Session:
     if is_session(request.target, store):
         return store.open(request.target)
-    case = case_of(request.target, request.event, request.prompt, request.objects)
+    if case is None:
+        case = case_of(request.target, request.event, request.prompt, request.objects)
     if request.annotation is not None:
         case = annotated(case, request.annotation)
     if request.event is None and len(case.events) > 1:
@@ -111,6 +149,8 @@ def _print(report: dict[str, Any], state: LoopState, as_json: bool, *, asked: bo
     best = state.best or state.current
     if best and best.assessment:
         output.print_checks(best.assessment.checks)
+    if report.get("left_out"):
+        typer.echo(f"of the configuration not taken over: {', '.join(report['left_out'])}")
     for key, title in (
         ("diagnosis", "diagnosis"),
         ("untested", "untested"),

@@ -4,7 +4,7 @@ from physagent_studio.exchange.animation import write_glb
 from physagent_studio.exchange.annotations import annotated
 from physagent_studio.exchange.case_folder import case_from_image, load_case
 from physagent_studio.exchange.lessons import read_lessons, write_lessons
-from physagent_studio.exchange.peer_config import PeerSetup, load_peer_config
+from physagent_studio.exchange.peer_config import PeerSetup, is_peer_config, load_peer_config
 from physagent_studio.exchange.prior import BUNDLES, Prior, export_motion_prior, write_bundles
 from physagent_studio.exchange.replay import Replay, ReplayCheck, ReplayRound, replay_html
 from physagent_studio.exchange.video import write_video
@@ -19,6 +19,7 @@ __all__ = [
     "annotated",
     "case_from_image",
     "export_motion_prior",
+    "is_peer_config",
     "load_case",
     "load_peer_config",
     "read_lessons",

@@ -8,6 +8,7 @@ the motion there and has no place here is listed in `PeerSetup.left_out`.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +22,7 @@ from physagent_studio.exchange.plain_yaml import MAX_BYTES, PlainYaml, read_yaml
 from physagent_studio.program.edits import Edit, SetField
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.scene.state import Click, Grounding, Support
+from physagent_studio.program.timing import FASTEST, SLOWEST, retimed
 from physagent_studio.reconstruction import read_photo
 from physagent_studio.records.case import Case
 
@@ -57,6 +59,10 @@ _KNOWN = frozenset(f"{_LOOKS_ONLY} {_READ}".split())
 """Keys that are taken over, and those that only concern how pictures are made."""
 
 
+_ITS_OWN = ("all_object_points", "material_type")
+"""Keys that every one of them has, and no case or program of ours."""
+
+
 @dataclass(frozen=True, slots=True)
 class PeerObject:
     """What the configuration says of one object; None where it is silent."""
@@ -83,6 +89,16 @@ class PeerSetup:
     floor_friction: float | None
     left_out: tuple[str, ...]
 
+    def edits_of_scheduled(self, program: PhysicalProgram) -> tuple[Edit, ...]:
+        """The same for a program that has a schedule: its actions keep their seconds, and the clip
+        takes the peer's pace rather than its steps."""
+        scene = tuple(edit for edit in self.edits(program) if not edit.path.startswith("clip."))
+        step, count = self.clip.get("step_seconds"), self.clip.get("steps_per_frame")
+        if step is None or count is None:
+            return scene
+        factor = step * count * program.clip.playback_fps
+        return (*scene, *retimed(program, min(max(factor, SLOWEST), FASTEST)))
+
     def edits(self, program: PhysicalProgram) -> tuple[Edit, ...]:
         """Edits that give a program of this case the peer's numbers."""
         wanted: list[tuple[str, JsonValue]] = []
@@ -99,6 +115,16 @@ class PeerSetup:
         if self.floor_friction is not None and program.scene.support("floor") is not None:
             wanted.append(("scene.supports.floor.friction", self.floor_friction))
         return tuple(SetField(path=path, value=value) for path, value in wanted)
+
+
+def is_peer_config(path: Path | str) -> bool:
+    """Whether a file looks like a peer's configuration."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            text = file.read(MAX_BYTES)
+    except (OSError, UnicodeDecodeError):
+        return False
+    return all(re.search(rf"^{key}\s*:", text, re.M) for key in _ITS_OWN)
 
 
 def load_peer_config(

@@ -134,15 +134,6 @@ class Rollout:
         found = found[found[:, 1] < len(self.objects)]
         return found[np.argsort(found[:, 0], kind="stable")]
 
-    def rest_from(self, speed: float = 0.02, turning: float = 0.2) -> NDArray[np.int64]:
-        """(N,) the first row from which each object stays slow to the end; S + 1 where none does.
-
-        speed: m/s. turning: rad/s.
-        """
-        slow = np.linalg.norm(self.velocities, axis=-1) <= speed
-        slow &= np.linalg.norm(self.angular, axis=-1) <= turning
-        return len(slow) - np.logical_and.accumulate(slow[::-1]).sum(axis=0)
-
     def frame_steps(self) -> NDArray[np.int64]:
         """(frames,) the control step that each frame shows."""
         return np.minimum(np.arange(self.frames) * self.steps_per_frame, self.steps)

@@ -11,17 +11,6 @@ from physagent_studio.records.rollout import Rollout
 from physagent_studio.records.scene import Scene
 from physagent_studio.rendering.compositor import Compositor
 from physagent_studio.rendering.frame import Frame
-from physagent_studio.rendering.raster import FloatArray
-
-
-def render_frame(
-    scene: Scene, positions: FloatArray, rotations: FloatArray, *, shadows: bool = True
-) -> Frame:
-    """One picture; use a `Compositor` for many of the same scene.
-
-    positions: (N, 3) world, m. rotations: (N, 4) R_world_body wxyz.
-    """
-    return Compositor(scene).frame(positions, rotations, shadows=shadows)
 
 
 def render_clip(

@@ -110,11 +110,6 @@ class Session:
         """The case's sentence, without reading its picture."""
         return json.loads(self.meta("case") or "{}").get("prompt", "")
 
-    def replace_case(self, case: Case) -> None:
-        """Changes prompt, clicks or landmarks; the picture stays."""
-        with self._transaction():
-            self._set_meta("case", json.dumps(arrays.case_json(case)))
-
     # --- state -------------------------------------------------------------------------------
 
     def load(self) -> LoopState:

@@ -11,7 +11,7 @@ from physagent_studio.errors import Cancelled, InputError
 from physagent_studio.program.rotations import about_axis
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.records.scene import Mesh
-from physagent_studio.rendering import Compositor, render_clip, render_frame
+from physagent_studio.rendering import Compositor, render_clip
 from physagent_studio.rendering.compositor import initial_poses
 from tests.rendering.scenes import FLOOR, SIZE, ball, crate, mesh_of, rollout_of, scene_of, table
 
@@ -262,7 +262,7 @@ def test_clip_renders_each_frame_once(two_things):
     assert told == [0.2, 0.4, 0.6, 0.8, 1.0]
     (third,) = render_clip(two_things, rollout, [3])
     assert np.array_equal(third.rgb, clip[3].rgb)
-    one = render_frame(two_things, rollout.positions[3], rollout.rotations[3])
+    one = Compositor(two_things).frame(rollout.positions[3], rollout.rotations[3])
     assert np.array_equal(one.rgb, third.rgb)
 
 

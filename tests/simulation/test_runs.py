@@ -322,7 +322,3 @@ def test_a_rollout_tells_what_carries_what_and_since_when_it_rests():
     falls = np.sqrt(2 * 0.15 / 9.81)
     first = carriers[carriers[:, 1] == 1, 0].min()
     assert first == pytest.approx(100 * falls, abs=1.5)
-    low_rests, top_rests, roller_rests = rollout.rest_from().tolist()
-    assert 0 <= low_rests < top_rests < rollout.steps
-    assert first < top_rests < first + 40
-    assert roller_rests == rollout.steps + 1

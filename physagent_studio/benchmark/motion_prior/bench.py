@@ -26,6 +26,7 @@ from physagent_studio.benchmark.motion_prior.scenes import (
     seen_on_plate,
 )
 from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
+from physagent_studio.records import Scene
 from physagent_studio.rendering import Compositor, Flow, Frame, flow_between
 
 INNER = 3
@@ -174,15 +175,32 @@ def exported() -> list[Row]:
     from physagent_studio.exchange import export_motion_prior
 
     scene, rollout, program = demo_run()
+    like_the_photo = _first_frame(scene)
     with tempfile.TemporaryDirectory() as folder:
         cpu, started = time.process_time(), time.perf_counter()
         export_motion_prior(Path(folder) / "prior", scene, rollout, program, 16.0)
         cpu, wall = time.process_time() - cpu, time.perf_counter() - started
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     return [
+        *like_the_photo,
         at_most("export of the demo's prior, processor time", cpu, 6.0, "s"),
         at_most("81 frames with flow, masks, depth and videos", wall, 6.0, "s"),
         at_most("peak memory of this process", memory, 800, "MB"),
+    ]
+
+
+def _first_frame(scene: Scene) -> list[Row]:
+    """The first frame beside the photo, outside of things, and whether stillness is still."""
+    assert scene.photo is not None
+    compositor = Compositor(scene)
+    first = compositor.frame().rgb
+    outside = ~np.logical_or.reduce(list(scene.masks.values()))
+    error = ((first.astype(float) - scene.photo) ** 2)[outside].mean()
+    ratio = 10 * np.log10(255**2 / max(error, 1e-4))
+    again = all(np.array_equal(compositor.frame().rgb, first) for _ in range(REPEATS))
+    return [
+        at_least("frame 0 beside the photo, outside of things", float(ratio), 35, "dB"),
+        at_least("frames of what does not move that are the same bits", int(again), 1),
     ]
 
 

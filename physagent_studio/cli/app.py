@@ -242,6 +242,27 @@ def export(
         typer.echo(line)
 
 
+@app.command(epilog="Example: physagent generate prior/ --out clip.mp4 --size 832x480")
+@guarded
+def generate(
+    prior: Annotated[Path, typer.Argument(help="A folder that `export` wrote.")],
+    out: Annotated[Path, typer.Option(help="Where the video goes, .mp4.")],
+    size: Annotated[str, typer.Option(help="Of our own clip, cropped to it: 832x480.")] = "",
+    endpoint: Annotated[str, typer.Option(help="A ComfyUI server, http://127.0.0.1:8188.")] = "",
+    workflow: Annotated[
+        Path | None,
+        typer.Option(
+            help="Its workflow as saved for the API, with {physagent:control_video}, "
+            "{physagent:start_image} and {physagent:prompt} where ours go."
+        ),
+    ] = None,
+) -> None:
+    """Make a video from a motion prior: our own clip, or what a ComfyUI server makes of it."""
+    from physagent_studio.cli.clips import generate_video
+
+    typer.echo(f"wrote {generate_video(prior, out, size, endpoint, workflow)}")
+
+
 @app.command(epilog="Example: physagent reconstruct my_case --sheet sheet.png")
 @guarded
 def reconstruct(

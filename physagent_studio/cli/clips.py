@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from physagent_studio.cli.output import progress_control
 from physagent_studio.errors import InputError
-from physagent_studio.exchange import BUNDLES
+from physagent_studio.exchange import BUNDLES, Prior
+from physagent_studio.exchange.generators import ComfyUI, Composite, VideoGenerator
 from physagent_studio.session import Store
 from physagent_studio.workbench import commands
 from physagent_studio.workbench.desk import Desk
@@ -57,6 +60,41 @@ def export_session(
             return [f"wrote {out}", *said]
     finally:
         session.close()
+
+
+def generate_video(prior: Path, out: Path, size: str, endpoint: str, workflow: Path | None) -> Path:
+    """A video from an exported motion prior: by a ComfyUI server where one is named, else ours."""
+    if out.suffix.lower() != ".mp4":
+        raise InputError(f"{out} would be an MP4 video under another name; call it {out.stem}.mp4")
+    found = Prior.open(prior)
+    made: VideoGenerator
+    if endpoint:
+        if workflow is None:
+            raise InputError("--endpoint goes with --workflow, a workflow saved for ComfyUI's API")
+        made = ComfyUI(endpoint, _workflow(workflow))
+    else:
+        made = Composite(_size(size))
+    with progress_control(False) as control:
+        return made.generate(found, out, cancelled=control.cancelled, progress=control.progress)
+
+
+def _workflow(path: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError(f"{path} is no workflow: {error}") from error
+    if not isinstance(found, dict):
+        raise InputError(f"{path} is no workflow saved for ComfyUI's API: not an object of nodes")
+    return found
+
+
+def _size(word: str) -> tuple[int, int] | None:
+    if not word:
+        return None
+    width, _, height = word.lower().replace("×", "x").partition("x")
+    if not (width.isdecimal() and height.isdecimal()):
+        raise InputError(f"--size {word} is not of the form 832x480")
+    return int(width), int(height)
 
 
 def _write(desk: Desk, out: Path) -> Path:

@@ -11,8 +11,9 @@ from physagent_studio.assets import assets_dir
 from physagent_studio.cli.files import read_program
 from physagent_studio.cli.targets import PROGRAMS, agent_name, case_of, is_session, parse_objects
 from physagent_studio.errors import InputError
+from physagent_studio.jobs import Processes
 from physagent_studio.session import Store
-from physagent_studio.workbench import Workbench, commands
+from physagent_studio.workbench import Workbench, commands, tasks
 
 
 def run_studio(
@@ -37,7 +38,9 @@ def run_studio(
     store = Store(workspace)
     _check_writable(store.root)
     opening = _opening(target, event, prompt, tuple(objects), store)
-    workbench = Workbench(store, agent=agent_name(agent))
+    # What crashes, hangs or is cancelled there leaves the studio as it is.
+    processes = Processes(1, keeping=True)
+    workbench = Workbench(store, agent=agent_name(agent), executor=processes)
     try:
         running = serve(workbench, access, port=port, open_browser=browser)
         if access.host not in LOOPBACK:
@@ -45,12 +48,14 @@ def run_studio(
         print(f"studio: {running.address}  (Ctrl+C ends it; everything is kept)", flush=True)
         if running.viewer_address:
             print(f"to watch only: {running.viewer_address}", flush=True)
+        processes.warm(*tasks.MODULES)
         if opening is not None:
             workbench.post(opening)
         _until_interrupted()
         running.stop()
     finally:
         workbench.close()
+        processes.close()
 
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol, TypeVar
 
@@ -13,7 +15,7 @@ Reason = Literal["time", "memory", "crash"]
 _WORDS: dict[Reason, str] = {
     "time": "it took longer than {seconds:g} s of processor time",
     "memory": "it took more than {memory:.0f} MB of memory",
-    "crash": "what reads it broke down",
+    "crash": "what was at work on it broke down",
 }
 
 
@@ -39,6 +41,32 @@ def never() -> bool:
     return False
 
 
+def quiet(*_news: Any) -> None:
+    """Nobody listens."""
+
+
+Tell = Callable[..., None]
+"""Hears what a task says of its progress, in the words of whoever asked for it."""
+_HEARING: ContextVar[tuple[Callable[[], bool], Tell]] = ContextVar(
+    "hearing", default=(never, quiet)
+)
+
+
+def hearing() -> tuple[Callable[[], bool], Tell]:
+    """For a task: whether it is cancelled by now, and whom it tells of its progress."""
+    return _HEARING.get()
+
+
+@contextmanager
+def heard(cancelled: Callable[[], bool], tell: Tell) -> Iterator[None]:
+    """While this lasts, a task on this thread hears and tells by these."""
+    token = _HEARING.set((cancelled, tell))
+    try:
+        yield
+    finally:
+        _HEARING.reset(token)
+
+
 class Executor(Protocol):
     """Runs pure functions."""
 
@@ -48,6 +76,7 @@ class Executor(Protocol):
         *values: Any,
         limits: Limits = ...,
         cancelled: Callable[[], bool] = ...,
+        tell: Tell = ...,
     ) -> Result:
         """The task's result; its own `StudioError`, `JobFailed`, or `Cancelled`."""
         ...
@@ -62,12 +91,14 @@ class Inline:
         *values: Any,
         limits: Limits = Limits(),
         cancelled: Callable[[], bool] = never,
+        tell: Tell = quiet,
     ) -> Result:
         """The task's result; what it raises besides a `StudioError` is a `JobFailed`."""
         if cancelled():
             raise Cancelled("cancelled")
         try:
-            return task(*values)
+            with heard(cancelled, tell):
+                return task(*values)
         except StudioError:
             raise
         except MemoryError as error:

@@ -18,13 +18,13 @@ from pathlib import Path
 from typing import Any
 
 from physagent_studio.errors import Cancelled, StudioError
-from physagent_studio.jobs.executor import JobFailed, Limits, Reason, Result, never
-from physagent_studio.jobs.letters import post, take
+from physagent_studio.jobs.executor import JobFailed, Limits, Reason, Result, Tell, never, quiet
+from physagent_studio.jobs.letters import Kept, post, take
 from physagent_studio.jobs.worker import import_all
 
 START = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[2]); "
-    "from physagent_studio.jobs.worker import main; main(int(sys.argv[1]))"
+    "from physagent_studio.jobs.worker import main; main(int(sys.argv[1]), len(sys.argv) > 3)"
 )
 PATIENCE = 10.0
 """Seconds by the clock for one of processor time where others load the machine; then it hangs."""
@@ -36,11 +36,24 @@ SINGLE = dict.fromkeys(
 """Threads of numeric libraries would take address space, which is limited."""
 
 
-class Processes:
-    """Carries out tasks in at most `width` processes, which are started when they are needed."""
+GRACE = 0.4
+"""Seconds in which a cancelled task may end by itself, and its process with all it has stays."""
 
-    def __init__(self, width: int = 2) -> None:
-        self._width = width
+HEAVY = 2**30
+"""Bytes from which on a process that keeps what it has is replaced by a new one between tasks."""
+
+
+class Processes:
+    """Carries out tasks in at most `width` processes, which are started when they are needed.
+
+    keeping: they are as this process is, threads of numeric libraries included, so that results
+    have the same bits; arrays cross once; a cancelled task may end by itself within `GRACE`; and
+    a process that had to be ended is replaced at once, with the modules of `warm`.
+    """
+
+    def __init__(self, width: int = 2, *, keeping: bool = False) -> None:
+        self._width, self._keeping = width, keeping
+        self._modules: tuple[str, ...] = ()
         self._reset()
         atexit.register(self.close)
         os.register_at_fork(after_in_child=self._reset)
@@ -50,6 +63,7 @@ class Processes:
         self._idle: list[_Process] = []
         self._lock = threading.Lock()
         self._room = threading.Semaphore(self._width)
+        self._open = True
 
     def submit(
         self,
@@ -57,12 +71,13 @@ class Processes:
         *values: Any,
         limits: Limits = Limits(),  # noqa: B008
         cancelled: Callable[[], bool] = never,
+        tell: Tell = quiet,
     ) -> Result:
         """The task's result; the task has to be a function of a module.
 
         Raises:
             JobFailed: it reached a limit or broke down; the process is ended and replaced.
-            Cancelled: `cancelled()` became true; free within a tenth of a second.
+            Cancelled: `cancelled()` became true; free within a tenth of a second, or `GRACE`.
             StudioError: what the task itself raised.
         """
         while not self._room.acquire(timeout=0.05):
@@ -71,15 +86,16 @@ class Processes:
         process = None
         try:
             process = self._free()
-            kind, found = process.carry_out((task, values, limits), limits, cancelled)
+            kind, found = process.carry_out((task, values, limits), limits, cancelled, tell)
         except BaseException:
             if process is not None:
                 process.end()
+            self._replace()
             raise
+        else:
+            self._give_back(process)
         finally:
             self._room.release()
-        with self._lock:
-            self._idle.append(process)
         if kind == "said":
             assert isinstance(found, StudioError)
             raise found
@@ -87,8 +103,23 @@ class Processes:
             raise JobFailed("memory" if kind == "memory" else "crash", limits, str(found))
         return found
 
+    def _give_back(self, process: _Process) -> None:
+        heavy = self._keeping and process.resident() > HEAVY
+        with self._lock:
+            if self._open and not heavy:
+                self._idle.append(process)
+                return
+        process.end()
+        self._replace()
+
+    def _replace(self) -> None:
+        """Nobody shall wait for a process that was ended: the next one starts now."""
+        if self._keeping and self._open and self._modules:
+            self.warm(*self._modules)
+
     def warm(self, *modules: str) -> threading.Thread:
         """Starts a process that has these modules, in the background; the thread ends with it."""
+        self._modules = modules
         limits = Limits(START_SECONDS, 2**40)
 
         def start() -> None:
@@ -101,9 +132,9 @@ class Processes:
         return thread
 
     def close(self) -> None:
-        """Ends the idle processes."""
+        """Ends the idle processes; one at work ends with its task, or with this process."""
         with self._lock:
-            idle, self._idle = self._idle, []
+            idle, self._idle, self._open = self._idle, [], False
         for one in idle:
             one.end()
 
@@ -114,15 +145,17 @@ class Processes:
                 if one.alive:
                     return one
                 one.end()
-        return _Process()
+        return _Process(keeping=self._keeping)
 
 
 class _Process:
     """One process and the line to it."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, keeping: bool) -> None:
+        self._kept = Kept(weak=True) if keeping else None
         self._line, theirs = socket.socketpair()
         command = [sys.executable, "-P", "-c", START, str(theirs.fileno()), json.dumps(sys.path)]
+        command += ["keeping"] * keeping
         with theirs:
             self._process = subprocess.Popen(
                 command,
@@ -130,7 +163,7 @@ class _Process:
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
-                env=os.environ | SINGLE,
+                env=dict(os.environ) if keeping else os.environ | SINGLE,
             )
 
     @property
@@ -139,15 +172,21 @@ class _Process:
         return self._process.poll() is None
 
     def carry_out(
-        self, letter: tuple[Any, ...], limits: Limits, cancelled: Callable[[], bool]
+        self,
+        letter: tuple[Any, ...],
+        limits: Limits,
+        cancelled: Callable[[], bool],
+        tell: Tell = quiet,
     ) -> tuple[str, Any]:
         """What the process answers; raises `JobFailed` where it was ended."""
         until = time.monotonic() + START_SECONDS + PATIENCE * limits.seconds
         most = self.resident() + limits.memory + _BASE
+        held = self._kept.hold() if self._kept is not None else []
+        ending: list[float] = []
 
         def meanwhile() -> None:
             if cancelled():
-                raise Cancelled("cancelled")
+                self._cancel(ending)
             if time.monotonic() > until:
                 raise JobFailed("time", limits)
             if self.resident() > most:
@@ -155,14 +194,31 @@ class _Process:
 
         try:
             self._line.settimeout(START_SECONDS)
-            post(self._line, letter)
-            return take(self._line, strict=True, meanwhile=meanwhile)
+            post(self._line, letter, self._kept, meanwhile)
+            while True:
+                found = take(self._line, strict=True, kept=self._kept, meanwhile=meanwhile)
+                if found[0] != "told":
+                    return found
+                tell(*found[1])
         except (EOFError, OSError) as error:
+            if ending:
+                # It was asked to end while it was only starting, and has ended for good.
+                raise Cancelled("cancelled") from error
             raise JobFailed(self._reason(), limits) from error
         except StudioError:
             raise
         except Exception as error:
             raise JobFailed("crash", limits, repr(error)) from error
+        finally:
+            held.clear()
+
+    def _cancel(self, ending: list[float]) -> None:
+        """Asks the task to end, where that keeps what is of use later, and then ends it."""
+        if self._kept is not None and not ending:
+            ending.append(time.monotonic() + GRACE)
+            self._process.send_signal(signal.SIGUSR1)
+        elif self._kept is None or time.monotonic() > ending[0]:
+            raise Cancelled("cancelled")
 
     def resident(self) -> int:
         """Bytes of memory that it holds; 0 where nobody says."""

@@ -3,39 +3,64 @@
 from __future__ import annotations
 
 import importlib
+import os
 import resource
+import select
 import signal
 import socket
+import threading
 from pathlib import Path
 from typing import Any
 
 from physagent_studio.errors import StudioError
-from physagent_studio.jobs.executor import Limits
-from physagent_studio.jobs.letters import post, take
+from physagent_studio.jobs.executor import Limits, heard
+from physagent_studio.jobs.letters import Kept, post, take
 
 STATISTICS = Path("/proc/self/statm")
 """Where Linux says how much address space a process has; its limit is not enforced elsewhere."""
 
 
-def main(descriptor: int) -> None:
-    """Serves until the other end of the socket is closed."""
+def main(descriptor: int, keeping: bool) -> None:
+    """Serves until the other end of the socket is closed. keeping: arrays cross only once."""
     # Ctrl+C goes to all processes of a terminal; the one that is asked decides.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    kept = Kept(weak=False) if keeping else None
     with socket.socket(fileno=descriptor) as line:
+        threading.Thread(target=_leave_with, args=(descriptor,), daemon=True).start()
         while True:
             try:
                 # Imports what the task needs, before its limits begin.
-                task, values, limits = take(line, strict=False)
+                task, values, limits = take(line, strict=False, kept=kept)
             except EOFError:
                 return
-            post(line, _carried_out(task, values, limits))
+            post(line, _carried_out(line, task, values, limits), kept)
+            # What it was about may be forgotten while nothing is to be done.
+            del task, values
 
 
-def _carried_out(task: Any, values: tuple[Any, ...], limits: Limits) -> tuple[str, Any]:
+def _leave_with(descriptor: int) -> None:
+    """Ends this process with the one that it works for, whatever it is doing then."""
+    hung_up = select.poll()
+    hung_up.register(descriptor, select.POLLHUP | getattr(select, "POLLRDHUP", 0))
+    hung_up.poll()
+    os._exit(0)
+
+
+def _carried_out(
+    line: socket.socket, task: Any, values: tuple[Any, ...], limits: Limits
+) -> tuple[str, Any]:
+    cancelled, speaking = threading.Event(), threading.Lock()
+    signal.signal(signal.SIGUSR1, lambda *_: cancelled.set())
+
+    def tell(*news: Any) -> None:
+        with speaking:
+            post(line, ("told", news))
+
     _limit(limits)
     try:
-        return "result", task(*values)
+        with heard(cancelled.is_set, tell):
+            return "result", task(*values)
     except StudioError as error:
         return "said", error
     except MemoryError:

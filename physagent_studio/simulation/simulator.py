@@ -55,7 +55,9 @@ class Simulator:
         self._folder = folder
         self._models: OrderedDict[str, Compiled] = OrderedDict()
         self._solids: OrderedDict[str, Solid] = OrderedDict()
-        self._digests: OrderedDict[int, tuple[Mesh, str]] = OrderedDict()
+        self._digests: OrderedDict[tuple[int, int], tuple[tuple[np.ndarray, ...], str]] = (
+            OrderedDict()
+        )
         self._capacity = capacity
         self._lock = Lock()
 
@@ -179,18 +181,19 @@ class Simulator:
         return key, _recent(self._models, key, self._capacity)
 
     def _digest(self, mesh: Mesh | None) -> str:
-        """Content hash of a mesh's surface, remembered per mesh object."""
+        """Content hash of a mesh's surface, remembered per pair of arrays."""
         if mesh is None:
             return ""
-        known = self._digests.get(id(mesh))
-        if known is None:
-            parts = (np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.faces))
+        key = (id(mesh.vertices), id(mesh.faces))
+        if key not in self._digests:
+            arrays = (mesh.vertices, mesh.faces)
             digest = hashlib.blake2b(digest_size=16)
-            for part in parts:
+            for part in map(np.ascontiguousarray, arrays):
                 digest.update(str(part.shape).encode())
                 digest.update(part.tobytes())
-            self._digests[id(mesh)] = (mesh, digest.hexdigest())
-        return _recent(self._digests, id(mesh), 64 * self._capacity)[1]
+            # The arrays are kept as well: an id is only theirs while they are there.
+            self._digests[key] = (arrays, digest.hexdigest())
+        return _recent(self._digests, key, 64 * self._capacity)[1]
 
 
 def _recent(cache: OrderedDict[K, V], key: K, capacity: int) -> V:

@@ -13,6 +13,7 @@ from physagent_studio.agent.by_hand import turn_of
 from physagent_studio.agent.rules.planner import goal_search as wishing
 from physagent_studio.agent.rules.planner.goal_search import proposal_for
 from physagent_studio.errors import InputError, Problem, ProgramError
+from physagent_studio.jobs import Executor, Inline
 from physagent_studio.program import Edit, PhysicalProgram, apply, value_at
 from physagent_studio.program.timing import FASTEST, PACE, SLOWEST, retimed
 from physagent_studio.records import Decision, LoopState, Mesh, Override, Rollout, Round, Scene
@@ -47,11 +48,20 @@ class Desk:
         evidence: bool = True,
         agent: AgentName = "rules",
         answers: Mapping[str, dict[str, Any]] | None = None,
+        executor: Executor | None = None,
     ) -> None:
         self.session = session
         self.control = control
         self.case = session.case
-        self.engine = Engine(session, self.case, control, evidence, agent, answers=answers or {})
+        self.engine = Engine(
+            session,
+            self.case,
+            control,
+            evidence,
+            agent,
+            answers=answers or {},
+            executor=executor or Inline(),
+        )
         self.state: LoopState = session.load()
         self.meter = Meter(session, limits_of(agent))
         self.shown: str | None = None

@@ -7,10 +7,8 @@ import json
 import os
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
-
-import numpy as np
-from numpy.typing import NDArray
+from pathlib import Path
+from typing import Any, Literal, TypeVar
 
 from physagent_studio.agent.by_hand import without_schedule
 from physagent_studio.agent.crew import Bench, Crew
@@ -18,29 +16,28 @@ from physagent_studio.agent.rules import Easing, RuleGenerator, RulePlanner, Rul
 from physagent_studio.agent.vlm import (
     Answers,
     CallRecord,
-    Limits,
     crew_from_environment,
     load_settings,
 )
+from physagent_studio.agent.vlm import Limits as Spend
 from physagent_studio.contract import measure
 from physagent_studio.contract.view import Drawn
 from physagent_studio.errors import Cancelled, StudioError
+from physagent_studio.jobs import Executor, Inline, JobFailed, Limits
 from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.program.scene.state import Meshed
-from physagent_studio.reconstruction import reconstruct
 from physagent_studio.reconstruction.learned.at_hand import Learned, learned_here
 from physagent_studio.records import Case, Check, Image, Mesh, Rollout, Scene
 from physagent_studio.records.loop_state import RoleName
-from physagent_studio.rendering import Compositor, frame_of
 from physagent_studio.session import Session
-from physagent_studio.simulation import Simulator
-from physagent_studio.workbench.likeness import drawn_of
+from physagent_studio.workbench import tasks
 
+Result = TypeVar("Result")
 AgentName = Literal["rules", "vlm"]
 """The embedded agent, or a language model behind an OpenAI-compatible server."""
 
 
-def limits_of(agent: AgentName) -> Limits | None:
+def limits_of(agent: AgentName) -> Spend | None:
     """What stops a model's calls; None where no model plays, or its settings are wrong."""
     if agent == "rules":
         return None
@@ -48,10 +45,6 @@ def limits_of(agent: AgentName) -> Limits | None:
         return load_settings(os.environ).limits
     except StudioError:
         return None
-
-
-EVIDENCE_EVERY = 3
-"""The paper shows its verifier x1, x4 … x79: every third frame from the first."""
 
 
 @dataclass
@@ -71,6 +64,8 @@ class Control:
 class Engine:
     """The rooms at work for one session. `evidence`: whether rounds render their frames.
 
+    executor: who carries out the heavy steps; with processes they have the same bits, their
+    crash or hang fails the step alone, and they end within a second where a person cancels.
     answers: what a model has answered before, by question, where a session is replayed.
     simulations counts every run of the physics engine, searches and previews included.
     """
@@ -84,9 +79,9 @@ class Engine:
     learned: Learned = field(default_factory=learned_here)
     members: Crew | None = None
     answers: Mapping[str, dict[str, Any]] = field(default_factory=dict)
+    executor: Executor = field(default_factory=Inline)
     _scenes: dict[str, Scene] = field(default_factory=dict)
     _drawn: dict[str, dict[str, Drawn]] = field(default_factory=dict)
-    _simulator: Simulator = field(default_factory=Simulator)
 
     def crew(self, by_hand: Collection[RoleName] = ()) -> Crew:
         """Who plays the three roles; a language model's calls are kept in the session's log.
@@ -147,28 +142,38 @@ class Engine:
         if previous is not None and previous.state == state:
             return previous
         if key not in self._scenes:
-            scene = self.build(state, previous, self.control.progress)
+            scene = self.build(state, previous)
             # A completed state reconstructs to itself, so it is known by both keys.
             self._scenes[key] = self._scenes[_hash(scene.state)] = scene
         return self._scenes[key]
 
-    def build(
-        self,
-        state: SceneState,
-        previous: Scene | None,
-        progress: Callable[[str, float | None], None] = lambda what, share: None,
-    ) -> Scene:
+    def build(self, state: SceneState, previous: Scene | None) -> Scene:
         """The same without the cache, for what is tried while a hand still moves."""
-        return reconstruct(
-            self.case,
-            state,
-            # Masks and plate of any earlier scene of the picture serve as long as they fit.
-            previous=previous or next(reversed(self._scenes.values()), None),
-            assets=self._assets(state),
-            learned=self.learned,
-            cancelled=self.control.cancelled,
-            progress=progress,
+        # Masks and plate of any earlier scene of the picture serve as long as they fit.
+        near = previous or next(reversed(self._scenes.values()), None)
+        values = (self.case, state, near, self._assets(state), self.learned)
+        return self.carry_out(
+            "the reconstruction", tasks.RECONSTRUCTION, tasks.reconstructed, *values
         )
+
+    def carry_out(
+        self, what: str, limits: Limits, task: Callable[..., Result], *values: Any
+    ) -> Result:
+        """A heavy step's result. Raises what it raises, or a sentence on how it has ended."""
+        self.control.check()
+        try:
+            return self.executor.submit(
+                task,
+                *values,
+                limits=limits,
+                cancelled=self.control.cancelled,
+                tell=self.control.progress,
+            )
+        except JobFailed as error:
+            raise StudioError(
+                f"{what} was ended: {error}. Everything before it is kept; change something, or"
+                " try again"
+            ) from error
 
     def _assets(self, state: SceneState) -> dict[str, Mesh]:
         """The stored meshes that a state names; those of other origin are the backend's."""
@@ -178,59 +183,49 @@ class Engine:
 
     def simulate(self, program: PhysicalProgram, scene: Scene) -> Rollout:
         """One run of the physics engine."""
-        self.control.check()
-        self.simulations += 1
-        return self._simulator.simulate(program, scene.meshes, cancelled=self.control.cancelled)
+        return self.again(program, scene, None)
 
     def again(self, program: PhysicalProgram, scene: Scene, before: Rollout | None) -> Rollout:
         """One run that takes over what an edit cannot have changed; the same bits as `simulate`."""
-        if before is None or before.snapshots is None:
-            return self.simulate(program, scene)
-        self.control.check()
         self.simulations += 1
-        return self._simulator.resimulate(
-            program, scene.meshes, before, program.clip.steps, cancelled=self.control.cancelled
-        )
+        values = (program, scene.meshes, before)
+        return self.carry_out("the simulation", tasks.SIMULATION, tasks.simulated, *values)
 
     def outlines(self, program: PhysicalProgram, scene: Scene) -> dict[str, tuple[Mesh, ...]]:
         """What the physics engine collides, by name."""
-        return self._simulator.outlines(program, scene.meshes)
+        values = (program, scene.meshes)
+        return self.carry_out("the simulation", tasks.SIMULATION, tasks.outlined, *values)
 
     def view(self, scene: Scene) -> Image | None:
         """The reconstruction seen by its own camera, to be held against the photo."""
         if not self.evidence or scene.state.camera is None or not scene.state.objects:
             return None
-        positions, rotations = _initial(scene)
-        return Compositor(scene).frame(positions, rotations, as_built=True).rgb
+        return self._drawing(tasks.viewed, scene)
 
     def measure(
         self, program: PhysicalProgram, rollout: Rollout, scene: Scene
     ) -> tuple[Check, ...]:
         """Every check of a run: the contract, the physics, the view."""
         if scene.hash not in self._drawn:
-            self._drawn = {scene.hash: drawn_of(scene)}
+            self._drawn = {scene.hash: self._drawing(tasks.likened, scene)}
         return measure(program, rollout, self._drawn[scene.hash])
 
     def sample(self, scene: Scene, rollout: Rollout) -> tuple[Image, ...]:
         """Every third frame of a rollout, rendered."""
         if not self.evidence or scene.state.camera is None:
             return ()
-        compositor = Compositor(scene)
-        frames = []
-        numbers = range(0, rollout.frames, EVIDENCE_EVERY)
-        for index, number in enumerate(numbers):
-            self.control.check()
-            self.control.progress("drawing the frames to be judged", index / len(numbers))
-            frames.append(frame_of(compositor, rollout, number).rgb)
-        return tuple(frames)
+        return self._drawing(tasks.sampled, scene, rollout)
 
+    def film(self, path: Path, scene: Scene, rollout: Rollout, program: PhysicalProgram) -> None:
+        """A rollout as a video; where it is ended, files may be left beside the path."""
+        self._drawing(tasks.filmed, path, scene, rollout, program)
 
-def _initial(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    objects = scene.state.objects
-    return (
-        np.array([item.position for item in objects], float),
-        np.array([item.rotation for item in objects], float),
-    )
+    def export(self, path: Path, scene: Scene, rollout: Rollout, program: PhysicalProgram) -> None:
+        """A rollout as a motion prior."""
+        self._drawing(tasks.exported, path, scene, rollout, program)
+
+    def _drawing(self, task: Callable[..., Result], *values: Any) -> Result:
+        return self.carry_out("the rendering", tasks.RENDERING, task, *values)
 
 
 def _hash(state: SceneState) -> str:

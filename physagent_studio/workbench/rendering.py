@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
 from physagent_studio.agent.memory import lessons_of
 from physagent_studio.errors import InputError
-from physagent_studio.exchange import (
-    export_motion_prior,
-    write_bundles,
-    write_lessons,
-    write_video,
-)
+from physagent_studio.exchange import write_bundles, write_lessons
 from physagent_studio.exchange.files import written
-from physagent_studio.program.timing import timing_of
-from physagent_studio.rendering import render_clip
 from physagent_studio.workbench import commands
 from physagent_studio.workbench.desk import Desk
 
@@ -25,15 +19,11 @@ def render_rollout(desk: Desk, path: Path) -> Path:
     scene, rollout, _ = desk.on_view()
     if scene is None or rollout is None:
         raise InputError("nothing was simulated yet, so there is nothing to render")
-    control = desk.control
-    clip = render_clip(
-        scene,
-        rollout,
-        cancelled=control.cancelled,
-        progress=lambda share: control.progress("rendering", share),
-    )
-    timing = timing_of(desk.program.clip)
-    write_video(path, (frame.rgb for frame in clip), desk.program.clip.playback_fps, timing)
+    # What an ended process leaves lies in a folder that goes.
+    with written(path) as partial, tempfile.TemporaryDirectory(dir=path.parent) as folder:
+        made = Path(folder) / "clip.mp4"
+        desk.engine.film(made, scene, rollout, desk.program)
+        made.replace(partial)
     return path
 
 
@@ -53,15 +43,6 @@ def export_rollout(desk: Desk, folder: Path, bundles: Sequence[str] = ()) -> lis
     scene, rollout, _ = desk.on_view()
     if scene is None or rollout is None:
         raise InputError("nothing was simulated yet, so there is nothing to export")
-    control = desk.control
-    export_motion_prior(
-        folder,
-        scene,
-        rollout,
-        desk.program,
-        desk.program.clip.playback_fps,
-        cancelled=control.cancelled,
-        progress=lambda share: control.progress("exporting", share),
-    )
+    desk.engine.export(folder, scene, rollout, desk.program)
     write_lessons(folder / "lessons.yaml", lessons_of(desk.state))
     return write_bundles(folder, bundles)

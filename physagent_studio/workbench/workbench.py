@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 from physagent_studio.errors import Cancelled, InputError, ProgramError, StudioError
 from physagent_studio.exchange import load_case
+from physagent_studio.jobs import Executor
 from physagent_studio.program import Edit
 from physagent_studio.program.text.document import dump_program
 from physagent_studio.records import Case, LoopState
@@ -34,8 +35,17 @@ class Workbench:
     is the order of effect.
     """
 
-    def __init__(self, store: Store, *, evidence: bool = True, agent: AgentName = "rules") -> None:
+    def __init__(
+        self,
+        store: Store,
+        *,
+        evidence: bool = True,
+        agent: AgentName = "rules",
+        executor: Executor | None = None,
+    ) -> None:
+        """executor: who carries out the heavy steps; without one this process does."""
         self.store = store
+        self._executor = executor
         self._evidence = evidence
         self._agent: AgentName = agent
         self._queue: queue.Queue[_Posted | _Marker | _Try | None] = queue.Queue()
@@ -240,7 +250,13 @@ class Workbench:
     def _open(self, session: Session) -> None:
         if self._desk is not None:
             self._desk.session.close()
-        desk = Desk(session, self._control, evidence=self._evidence, agent=self._agent)
+        desk = Desk(
+            session,
+            self._control,
+            evidence=self._evidence,
+            agent=self._agent,
+            executor=self._executor,
+        )
         self._desk = desk
         if session.read_only:
             self._notice("warning", f"{session.read_only[0].upper()}{session.read_only[1:]}.")

@@ -15,7 +15,7 @@ from physagent_studio.assets import assets_dir
 from physagent_studio.program.scene.state import Grounding, SceneState
 from physagent_studio.reconstruction.masks import segmenter as segmentation
 from physagent_studio.studio import photo_desk
-from physagent_studio.workbench import engine
+from physagent_studio.workbench import tasks
 from tests.browser.conftest import PATIENCE, Desk
 
 pytestmark = pytest.mark.browser
@@ -397,13 +397,13 @@ def test_a_session_from_a_photo_and_a_sentence_alone(
 ) -> None:
     """No click at all: what the sentence names is found in the photo, and marked as such."""
     page, before, go_on = fresh.page, fresh.snapshot.session_id, threading.Event()
-    made = engine.reconstruct
+    made = tasks.reconstructed
 
     def slowly(*given: Any, **more: Any) -> Any:
         assert go_on.wait(PATIENCE)
         return made(*given, **more)
 
-    monkeypatch.setattr(engine, "reconstruct", slowly)
+    monkeypatch.setattr(tasks, "reconstructed", slowly)
     page.keyboard.press("Shift+O")
     page.locator("input[type=file]").set_input_files(assets_dir() / "demo" / "input.png")
     sentence = "The red ball rolls to the right and hits the wooden block and the green cube."

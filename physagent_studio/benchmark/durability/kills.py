@@ -77,7 +77,7 @@ def _lost(store: Store, session_id: str, notes: Path) -> int:
     session = store.open(session_id, writing=False)
     try:
         there = len(session.load().rounds)
-        row = session._db.execute("SELECT chain FROM log WHERE seq = ?", (int(seq),)).fetchone()
+        row = session._db.execute("SELECT link FROM log WHERE seq = ?", (int(seq),)).fetchone()
         same = int(seq) == 0 or (row is not None and row[0] == chain)
         return max(int(rounds) - there, 0) + (not same) + (last_entry(session)[0] < int(seq))
     finally:

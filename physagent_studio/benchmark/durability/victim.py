@@ -59,7 +59,7 @@ class _Notes:
 
 def last_entry(session: Session) -> tuple[int, str]:
     """Number and link of the newest entry of a session's log: both stand for all before."""
-    row = session._db.execute("SELECT seq, chain FROM log ORDER BY seq DESC LIMIT 1").fetchone()
+    row = session._db.execute("SELECT seq, link FROM log ORDER BY seq DESC LIMIT 1").fetchone()
     return (0, "-") if row is None else (int(row[0]), str(row[1]))
 
 

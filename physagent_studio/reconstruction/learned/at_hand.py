@@ -48,6 +48,10 @@ class Learned:
             if folder is not None and how == "damaged":
                 self.failed[name] = damaged(ZOO[name], path_of(ZOO[name], folder))
 
+    def __reduce__(self) -> tuple[Callable[[Path | None], Learned], tuple[Path | None]]:
+        """Another process loads its own; the networks stay here."""
+        return (_in_folder, (self._folder,))
+
     @property
     def key(self) -> str:
         """What tells scenes apart by the models that they are made with; "" for none."""
@@ -109,6 +113,10 @@ def learned_here(folder: Path | None = None) -> Learned:
         path = path_of(model, where)
         stamps.append((model, path.stat().st_mtime_ns if path.is_file() else 0))
     return _shared(where, tuple(stamps))
+
+
+def _in_folder(folder: Path | None) -> Learned:
+    return NOTHING if folder is None else learned_here(folder)
 
 
 @lru_cache(maxsize=1)

@@ -1,0 +1,155 @@
+"""The heavy steps as pure tasks: values in, values out, carried out by an `Executor` of `jobs`.
+
+Each hears of cancellation and tells of its progress by `jobs.hearing`. What a process keeps
+between two tasks (compiled models, a compositor's tables) never changes a result. Rooms are
+imported where they are needed: the process that asks need not have them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physagent_studio.jobs import Limits, hearing
+from physagent_studio.program import PhysicalProgram, SceneState
+from physagent_studio.program.timing import timing_of
+from physagent_studio.records import Case, Image, Mesh, Rollout, Scene
+
+if TYPE_CHECKING:
+    from physagent_studio.contract.view import Drawn
+    from physagent_studio.reconstruction.learned.at_hand import Learned
+    from physagent_studio.simulation import Simulator
+
+MODULES = (
+    "physagent_studio.reconstruction",
+    "physagent_studio.simulation",
+    "physagent_studio.rendering",
+    "physagent_studio.workbench.likeness",
+)
+"""What a process for these tasks imports before the first one comes."""
+RECONSTRUCTION = Limits(600.0, 4 * 2**30)
+"""The slowest photograph takes 20 s and half a gigabyte; what takes thirty times that hangs."""
+SIMULATION = Limits(600.0, 2 * 2**30)
+"""Grains are the slowest, at a minute a run."""
+RENDERING = Limits(3600.0, 2 * 2**30)
+"""A clip of a thousand frames takes some ten minutes."""
+EVIDENCE_EVERY = 3
+"""The paper shows its verifier x1, x4 … x79: every third frame from the first."""
+
+
+@lru_cache(maxsize=1)
+def _simulator() -> Simulator:
+    """The one of this process; what it keeps is known by its content."""
+    from physagent_studio.simulation import Simulator
+
+    return Simulator()
+
+
+def reconstructed(
+    case: Case,
+    state: SceneState,
+    previous: Scene | None,
+    assets: Mapping[str, Mesh],
+    learned: Learned,
+) -> Scene:
+    """The scene of a state; see `reconstruction.reconstruct`."""
+    from physagent_studio.reconstruction import reconstruct
+
+    cancelled, tell = hearing()
+    return reconstruct(
+        case,
+        state,
+        previous=previous,
+        assets=assets,
+        learned=learned,
+        cancelled=cancelled,
+        progress=tell,
+    )
+
+
+def simulated(
+    program: PhysicalProgram, meshes: Mapping[str, Mesh], before: Rollout | None
+) -> Rollout:
+    """One run of the physics engine; before: an earlier run, of which is taken over what may be."""
+    cancelled, _ = hearing()
+    if before is None or before.snapshots is None:
+        return _simulator().simulate(program, meshes, cancelled=cancelled)
+    steps = program.clip.steps
+    return _simulator().resimulate(program, meshes, before, steps, cancelled=cancelled)
+
+
+def outlined(program: PhysicalProgram, meshes: Mapping[str, Mesh]) -> dict[str, tuple[Mesh, ...]]:
+    """What the physics engine collides, by name."""
+    return _simulator().outlines(program, meshes)
+
+
+def viewed(scene: Scene) -> Image:
+    """The scene before anything moves, seen by its own camera."""
+    from physagent_studio.rendering import Compositor
+
+    positions, rotations = _initial(scene)
+    return Compositor(scene).frame(positions, rotations, as_built=True).rgb
+
+
+def _initial(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    objects = scene.state.objects
+    return (
+        np.array([item.position for item in objects], float),
+        np.array([item.rotation for item in objects], float),
+    )
+
+
+def likened(scene: Scene) -> dict[str, Drawn]:
+    """How like the photograph each thing is drawn."""
+    from physagent_studio.workbench.likeness import drawn_of
+
+    return drawn_of(scene)
+
+
+def sampled(scene: Scene, rollout: Rollout) -> tuple[Image, ...]:
+    """Every third frame of a rollout."""
+    from physagent_studio.rendering import render_clip
+
+    cancelled, tell = hearing()
+    clip = render_clip(
+        scene,
+        rollout,
+        range(0, rollout.frames, EVIDENCE_EVERY),
+        cancelled=cancelled,
+        progress=lambda share: tell("drawing the frames to be judged", share),
+    )
+    return tuple(frame.rgb for frame in clip)
+
+
+def filmed(path: Path, scene: Scene, rollout: Rollout, program: PhysicalProgram) -> None:
+    """Writes a rollout as a video."""
+    from physagent_studio.exchange import write_video
+    from physagent_studio.rendering import render_clip
+
+    cancelled, tell = hearing()
+    clip = render_clip(
+        scene, rollout, cancelled=cancelled, progress=lambda share: tell("rendering", share)
+    )
+    pictures = (frame.rgb for frame in clip)
+    write_video(path, pictures, program.clip.playback_fps, timing_of(program.clip))
+
+
+def exported(folder: Path, scene: Scene, rollout: Rollout, program: PhysicalProgram) -> None:
+    """Writes a motion prior; what was written before an end of the process is taken over later."""
+    from physagent_studio.exchange import export_motion_prior
+
+    cancelled, tell = hearing()
+    export_motion_prior(
+        folder,
+        scene,
+        rollout,
+        program,
+        program.clip.playback_fps,
+        cancelled=cancelled,
+        progress=lambda share: tell("exporting", share),
+    )

@@ -36,7 +36,7 @@ SINGLE = dict.fromkeys(
 """Threads of numeric libraries would take address space, which is limited."""
 
 
-GRACE = 0.4
+GRACE = 0.3
 """Seconds in which a cancelled task may end by itself, and its process with all it has stays."""
 
 HEAVY = 2**30
@@ -232,7 +232,8 @@ class _Process:
         """Ends it at once, whatever it is doing."""
         self._line.close()
         self._process.kill()
-        self._process.wait()
+        # The kernel takes a while to take back much memory; nobody has to wait for that.
+        threading.Thread(target=self._process.wait, name="jobs-end", daemon=True).start()
 
     def _reason(self) -> Reason:
         try:

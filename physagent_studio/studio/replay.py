@@ -8,12 +8,11 @@ from pathlib import Path
 
 from physagent_studio import __version__
 from physagent_studio.errors import InputError
-from physagent_studio.exchange import Replay, ReplayCheck, ReplayRound, replay_html, write_video
-from physagent_studio.program import Clip
+from physagent_studio.exchange import Replay, ReplayCheck, ReplayRound, replay_html
+from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.text.document import dump_program
 from physagent_studio.program.timing import timing_of
 from physagent_studio.records import Rollout, Round, Scene
-from physagent_studio.rendering import render_clip
 from physagent_studio.studio.panels.checklist import checklist_of
 from physagent_studio.studio.panels.pacing import pace_in_words
 from physagent_studio.studio.panels.rounds import OUTCOMES, decided_words, is_gentler, verdict_of
@@ -94,18 +93,16 @@ def _round_of(desk: Desk, item: Round) -> tuple[ReplayRound, Recording | None]:
     scene, rollout = desk.session.scene(item.scene), desk.session.rollout(item.rollout)
     shown = Snapshot(revision=0, case=desk.case, program=item.program, scene=scene, rollout=rollout)
     recording = record(shown, desk.control.cancelled, paged=True)
-    video = _video(desk, scene, rollout, item.program.clip)
+    video = _video(desk, scene, rollout, item.program)
     return replace(one, video=video, recording=recording.data), recording
 
 
-def _video(desk: Desk, scene: Scene, rollout: Rollout, timed: Clip) -> bytes:
+def _video(desk: Desk, scene: Scene, rollout: Rollout, program: PhysicalProgram) -> bytes:
     if scene.state.camera is None:
         return b""
-    clip = render_clip(scene, rollout, cancelled=desk.control.cancelled)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "clip.mp4"
-        timing = timing_of(timed)
-        write_video(path, (frame.rgb for frame in clip), timed.playback_fps, timing)
+        desk.engine.film(path, scene, rollout, program)
         return path.read_bytes()
 
 

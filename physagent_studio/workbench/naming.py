@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from physagent_studio.errors import InputError, Unclear
 from physagent_studio.exchange import case_from_image
-from physagent_studio.language.sought import sought_by, things_in
+from physagent_studio.language.sought import Sought, sought_by, things_in
 from physagent_studio.program import Click, Grounding
 from physagent_studio.reconstruction import reduction_of
 from physagent_studio.reconstruction.grounding.proposals import Proposed, Spot, propose
-from physagent_studio.records import Case
+from physagent_studio.records import Case, Image
+
+Seek = Callable[[Image, list[Sought]], Sequence[Proposed]]
+"""Looks for things in a photo: `propose`, or the same in another process."""
 
 
 def case_in_words(
-    path: Path, prompt: str, marks: Mapping[str, Grounding], *, ask: bool = True
+    path: Path,
+    prompt: str,
+    marks: Mapping[str, Grounding],
+    *,
+    ask: bool = True,
+    seek: Seek = propose,
 ) -> Case:
     """A case from a photo and a sentence; names without a mark are looked for in the photo.
 
@@ -41,7 +49,9 @@ def case_in_words(
         (name, grounding if given in marked else Grounding())
         for given, (name, grounding) in zip(names, case.objects, strict=True)
     )
-    return with_proposals(replace(case, objects=open_ones), ask=ask, per=reduction_of(path))
+    return with_proposals(
+        replace(case, objects=open_ones), ask=ask, per=reduction_of(path), seek=seek
+    )
 
 
 def names_in(prompt: str) -> tuple[str, ...]:
@@ -49,7 +59,7 @@ def names_in(prompt: str) -> tuple[str, ...]:
     return tuple(item.name for item in things_in(prompt))
 
 
-def with_proposals(case: Case, *, ask: bool = True, per: int = 1) -> Case:
+def with_proposals(case: Case, *, ask: bool = True, per: int = 1, seek: Seek = propose) -> Case:
     """The case with its unclicked objects found by their words, marked as proposals.
 
     ask: raise Unclear where a place is not clear; otherwise the likeliest is taken. per: pixels of
@@ -59,10 +69,8 @@ def with_proposals(case: Case, *, ask: bool = True, per: int = 1) -> Case:
     names = [name for name, grounding in case.objects if not grounding.shows_something]
     if not names or case.image is None:
         return case
-    found = {
-        one.name: one
-        for one in propose(case.image, [sought_by(name, case.prompt) for name in names])
-    }
+    wanted = [sought_by(name, case.prompt) for name in names]
+    found = {one.name: one for one in seek(case.image, wanted)}
     unclear = [one for one in found.values() if not (one.spots if not ask else one.clear)]
     if unclear:
         kind = Unclear if all(one.spots for one in unclear) else InputError

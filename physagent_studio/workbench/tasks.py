@@ -22,6 +22,8 @@ from physagent_studio.records import Case, Image, Mesh, Rollout, Scene
 
 if TYPE_CHECKING:
     from physagent_studio.contract.view import Drawn
+    from physagent_studio.language.sought import Sought
+    from physagent_studio.reconstruction.grounding.proposals import Proposed
     from physagent_studio.reconstruction.learned.at_hand import Learned
     from physagent_studio.simulation import Simulator
 
@@ -70,6 +72,13 @@ def reconstructed(
         cancelled=cancelled,
         progress=tell,
     )
+
+
+def proposed(image: Image, wanted: list[Sought]) -> tuple[Proposed, ...]:
+    """Where things may be that nobody clicked."""
+    from physagent_studio.reconstruction.grounding.proposals import propose
+
+    return tuple(propose(image, wanted))
 
 
 def simulated(

@@ -5,17 +5,19 @@ from __future__ import annotations
 import itertools
 import queue
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from physagent_studio.errors import Cancelled, InputError, ProgramError, StudioError
 from physagent_studio.exchange import load_case
-from physagent_studio.jobs import Executor
+from physagent_studio.jobs import Executor, Inline
+from physagent_studio.language.sought import Sought
 from physagent_studio.program import Edit
 from physagent_studio.program.text.document import dump_program
-from physagent_studio.records import Case, LoopState
+from physagent_studio.reconstruction.grounding.proposals import Proposed
+from physagent_studio.records import Case, Image, LoopState
 from physagent_studio.session import Session, Store
-from physagent_studio.workbench import commands
+from physagent_studio.workbench import commands, tasks
 from physagent_studio.workbench.boundary import guarded
 from physagent_studio.workbench.desk import RUNNING, Desk
 from physagent_studio.workbench.engine import AgentName, Control
@@ -45,7 +47,7 @@ class Workbench:
     ) -> None:
         """executor: who carries out the heavy steps; without one this process does."""
         self.store = store
-        self._executor = executor
+        self._executor = executor or Inline()
         self._evidence = evidence
         self._agent: AgentName = agent
         self._queue: queue.Queue[_Posted | _Marker | _Try | None] = queue.Queue()
@@ -197,10 +199,12 @@ class Workbench:
 
     def _dispatch(self, command: commands.Command, sender: Sender) -> None:
         if isinstance(command, commands.OpenCase):
-            self._open_case(with_proposals(load_case(command.folder, command.event), ask=False))
+            case = load_case(command.folder, command.event)
+            self._open_case(with_proposals(case, ask=False, seek=self._seek))
         elif isinstance(command, commands.OpenImage):
             self._progress("looking for what the sentence names", None)
-            case = case_in_words(command.path, command.prompt, dict(command.objects), ask=False)
+            marks = dict(command.objects)
+            case = case_in_words(command.path, command.prompt, marks, ask=False, seek=self._seek)
             self._open_case(case, command.title)
         elif isinstance(command, commands.OpenProgram):
             self._open_program(command)
@@ -223,6 +227,12 @@ class Workbench:
             self._notice("info", f"{command.what} was written to {path}")
         else:
             carry_out(self._desk, command, sender.author)
+
+    def _seek(self, image: Image, wanted: list[Sought]) -> Sequence[Proposed]:
+        limits = tasks.RECONSTRUCTION
+        return self._executor.submit(
+            tasks.proposed, image, wanted, limits=limits, cancelled=self._stopped
+        )
 
     def _open_case(self, case: Case, title: str | None = None) -> None:
         self._open(self.store.create(case, LoopState(), title=title))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from physagent_studio.errors import Cancelled, InputError
-from physagent_studio.jobs import Inline, JobFailed, Limits, Processes
+from physagent_studio.jobs import Inline, JobFailed, Limits, Processes, hearing
 
 MIB = 2**20
 
@@ -92,3 +92,81 @@ def test_inline_is_the_same_without_limits() -> None:
         Inline().submit(refusing)
     with pytest.raises(JobFailed, match="ZeroDivisionError"):
         Inline().submit(divmod, 1, 0)
+
+
+# --- processes that keep -----------------------------------------------------------------------
+
+
+def first_of(values: tuple[np.ndarray, ...]) -> np.ndarray:
+    return values[0]
+
+
+def number_of(values: np.ndarray) -> int:
+    return id(values)
+
+
+def telling(count: int) -> bool:
+    cancelled, tell = hearing()
+    for number in range(count):
+        tell("at", number)
+    return cancelled()
+
+
+def heeding() -> None:
+    cancelled, tell = hearing()
+    tell("begun")
+    while not cancelled():
+        time.sleep(0.01)
+    raise Cancelled("as asked")
+
+
+@pytest.fixture(scope="module")
+def keeper():
+    made = Processes(width=1, keeping=True)
+    yield made
+    made.close()
+
+
+def test_an_array_crosses_once(keeper: Processes) -> None:
+    values = np.arange(1e5)
+    assert keeper.submit(first_of, (values, values)) is values
+    assert keeper.submit(number_of, values) == keeper.submit(number_of, values)
+    made = keeper.submit(doubled, values)
+    assert keeper.submit(first_of, (made,)) is made
+    assert np.array_equal(made, values * 2)
+
+
+def test_what_nobody_has_any_more_is_forgotten(keeper: Processes) -> None:
+    for number in range(20):
+        values = np.full(10_000, number)
+        assert keeper.submit(doubled, values)[0] == 2 * number
+    del values
+    keeper.submit(greedy, 1)
+    kept = keeper._idle[0]._kept
+    assert kept is not None
+    assert len(kept._arrays) <= 2
+
+
+def test_a_task_tells_and_hears(keeper: Processes) -> None:
+    said: list[tuple[str, int]] = []
+    assert keeper.submit(telling, 3, tell=lambda *news: said.append(news)) is False
+    assert said == [("at", 0), ("at", 1), ("at", 2)]
+    here: list[tuple[str, int]] = []
+    Inline().submit(telling, 3, tell=lambda *news: here.append(news))
+    assert here == said
+
+
+def test_a_task_that_ends_when_asked_keeps_its_process(keeper: Processes) -> None:
+    keeper.submit(greedy, 1)
+    before, begun = keeper._idle[0], threading.Event()
+    with pytest.raises(Cancelled, match="as asked"):
+        keeper.submit(heeding, cancelled=begun.is_set, tell=lambda *_: begun.set())
+    assert keeper._idle == [before]
+
+
+def test_a_task_that_does_not_is_ended(keeper: Processes) -> None:
+    cancel = threading.Event()
+    threading.Timer(0.2, cancel.set).start()
+    with pytest.raises(Cancelled):
+        keeper.submit(busy, cancelled=cancel.is_set)
+    assert keeper.submit(greedy, 3) == 3

@@ -57,6 +57,8 @@ class _Call:
     """Something to do on the studio's thread."""
 
     act: Callable[[], None]
+    hand: int | None = None
+    ends: bool = False
 
 
 class Studio:
@@ -72,6 +74,7 @@ class Studio:
         self.tokens: dict[int, str] = {}
         self.presenting: set[int] = set()
         self._viewers: dict[str, int] = {}
+        self._grasped: dict[int, int] = {}
         self.library = Library(workbench.store)
         self._inbox: queue.Queue[_Heard | _Call | Snapshot | None] = queue.Queue()
         self.hub = Hub(
@@ -149,8 +152,19 @@ class Studio:
         self.presenting.discard(browser)
         self.mesh_desk.forget(browser)
 
-    def later(self, act: Callable[[], None]) -> None:
-        self._inbox.put(_Call(act))
+    def later(self, act: Callable[[], None], hand: int | None = None, ends: bool = False) -> None:
+        self._inbox.put(_Call(act, hand, ends))
+
+    def _sender(self, call: _Call) -> Sender:
+        """A hand in the scene has seen what was there when it took hold."""
+        if call.hand is None:
+            return Sender()
+        seen = self._grasped.setdefault(call.hand, self.snapshot.version)
+        if call.ends:
+            del self._grasped[call.hand]
+        token = next((key for key, number in self._viewers.items() if number == call.hand), "")
+        browser = next((one for one, own in self.tokens.items() if own == token), None)
+        return Sender(browser, seen, lambda text: self.say(browser, "error", text))
 
     def _came(self, client: viser.ClientHandle) -> None:
         close_client(client)
@@ -169,6 +183,7 @@ class Studio:
     def _went(self, client: viser.ClientHandle) -> None:
         def leave() -> None:
             self.painter.cameras.remove(client.client_id)
+            self._grasped.pop(client.client_id, None)
             gone = [key for key, number in self._viewers.items() if number == client.client_id]
             for key in gone:
                 del self._viewers[key]
@@ -227,7 +242,8 @@ class Studio:
             self.hub.done_with(item.text)
         for item in batch:
             if isinstance(item, _Call):
-                self._guarded(None, item.act)
+                with sent_by(self._sender(item)):
+                    self._guarded(None, item.act)
 
     def _guarded(self, browser: int | None, act: Callable[[], None]) -> None:
         """Whatever fails becomes a notice that the person sees."""

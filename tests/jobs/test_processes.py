@@ -138,9 +138,7 @@ def test_an_array_crosses_once(keeper: Processes) -> None:
 
 def test_what_nobody_has_any_more_is_forgotten(keeper: Processes) -> None:
     for number in range(20):
-        values = np.full(10_000, number)
-        assert keeper.submit(doubled, values)[0] == 2 * number
-    del values
+        assert keeper.submit(doubled, np.full(10_000, number))[0] == 2 * number
     keeper.submit(greedy, 1)
     kept = keeper._idle[0]._kept
     assert kept is not None

@@ -10,10 +10,11 @@ from typing import Any
 import pytest
 from websockets.sync.connection import Connection
 
+from physagent_studio.program import SetField
 from physagent_studio.program.text.document import load_program
 from physagent_studio.session import Store
 from physagent_studio.studio import Studio, serve
-from physagent_studio.studio.figures.wire import open_page, until
+from physagent_studio.studio.figures.wire import open_page, settle, until
 from physagent_studio.workbench import Workbench, commands
 
 PROGRAM = """
@@ -96,3 +97,34 @@ def test_a_closed_tab_ends_it(studio: Studio) -> None:
     action = studio.workbench.snapshot().program.action("go")
     assert action is not None
     assert action.start_step == 0
+
+
+def _moved(studio: Studio, x: float, ends: bool) -> None:
+    edit = SetField(path="scene.objects.ball.position", value=[x, 2.0, 0.1])
+    studio.later(lambda: studio._edited((edit,), "moved in the scene", ends), 7, ends)
+
+
+def _x(studio: Studio) -> float:
+    assert studio.workbench.wait(60)
+    position = studio.workbench.snapshot().program.scene.objects[0].position
+    assert position is not None
+    return position[0]
+
+
+def test_a_hand_in_the_scene_has_seen_what_was_there_when_it_took_hold(studio: Studio) -> None:
+    with open_page(studio) as page:
+        until(page, "timeline")
+        _moved(studio, 0.5, ends=False)
+        until(page, "attempt", _there)
+        # Somebody else is faster: what is let go now was made against what is no more.
+        _say(page, do="edit", edits=_edits(8), ticket=1)
+        until(page, "answer")
+        _moved(studio, 0.6, ends=True)
+        said = until(page, "say")
+        assert f"edited {START}" in said["text"]
+        assert _x(studio) == 0
+        # Whoever takes hold anew has seen it.
+        _moved(studio, 0.7, ends=False)
+        _moved(studio, 0.8, ends=True)
+        settle(studio)
+        assert _x(studio) == 0.8

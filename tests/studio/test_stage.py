@@ -64,7 +64,7 @@ def server() -> Iterator[viser.ViserServer]:
 @pytest.fixture
 def stage(server: viser.ViserServer) -> Stage:
     server.scene.reset()
-    hands = Hands(lambda *_: None, lambda *_: None, lambda *_: None, lambda act: act())
+    hands = Hands(lambda *_: None, lambda *_: None, lambda *_: None, lambda act, *_: act())
     return Stage(server, hands)
 
 

@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 
 from physagent_studio.agent.loop import add_round
+from physagent_studio.benchmark.durability.cancelling import cancelled
 from physagent_studio.benchmark.durability.clients import walked
 from physagent_studio.benchmark.durability.disk import faults
 from physagent_studio.benchmark.durability.kills import kills
@@ -40,14 +41,16 @@ def bench(
     cases: Path | None = None,
     out: Path | None = None,
     full: bool = False,
-    dose: tuple[int, int, int, int, int] = (100, 120, 12, 50, 10_000),
+    dose: tuple[int, int, int, int, int, int] = (100, 18, 120, 12, 50, 10_000),
 ) -> list[Row]:
-    """All rows. dose: kills, failing writes, walks of clients, steps of each, rounds."""
-    killed, writes, walks, steps, rounds = (1000, 2000, 500, 50, 10_000) if full else dose
+    """All rows. dose: kills, cancels, failing writes, walks of clients, steps of each, rounds."""
+    all_of_it = (1000, 300, 2000, 500, 50, 10_000)
+    killed, cancels, writes, walks, steps, rounds = all_of_it if full else dose
     program = load_program(PROGRAM)
     with tempfile.TemporaryDirectory() as folder:
         root = Path(folder)
         rows = kills(root / "kills", program, killed)
+        rows += cancelled(root / "cancels", cancels)
         for kind, words in (("full", "disk full"), ("io", "I/O error")):
             wrong, said = faults(root / kind, program, writes, kind)
             rows.append(at_most(f"damage or loss, {words}, {writes} writes", wrong, 0))

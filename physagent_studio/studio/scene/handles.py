@@ -19,8 +19,9 @@ from physagent_studio.records import Mesh
 from physagent_studio.studio.scene.scaling import factors_of, pulled, scaling
 
 FloatArray = NDArray[np.float64]
-Later = Callable[[Callable[[], None]], None]
-"""Has something done by the studio's thread; may be called from any thread."""
+Later = Callable[[Callable[[], None], int | None, bool], None]
+"""Has something done by the studio's thread; may be called from any thread. With it the number of
+the 3D view whose hand does it, and whether that lets go."""
 
 Edited = Callable[[tuple[Edit, ...], str, bool], None]
 """Called with edits, what they are in words, and whether the hand has let go."""
@@ -126,7 +127,7 @@ class Handles:
             position = np.asarray(event.target.position, float).copy()
             rotation = np.asarray(event.target.wxyz, float).copy()
             ends = event.phase == "end"
-            self._later(lambda: self._move(thing, position, rotation, ends))
+            self._later(lambda: self._move(thing, position, rotation, ends), event.client_id, ends)
 
         control.on_update(moved)
         return _Gizmo(thing.what, control, shade)
@@ -170,7 +171,11 @@ class Handles:
             eye = np.asarray(event.client.camera.position, float)
             pointer = np.asarray(event.end_position, float)
             ends = event.phase == "end"
-            self._later(lambda: self._scale(thing, axis, place, eye, pointer, ends))
+            self._later(
+                lambda: self._scale(thing, axis, place, eye, pointer, ends),
+                event.client.client_id,
+                ends,
+            )
 
         grip.on_drag("left")(drag)
 

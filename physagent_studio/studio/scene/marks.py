@@ -108,7 +108,7 @@ class Marks:
             pointer = np.asarray(event.end_position, float)
             tip = tip_of(one.middle, eye, pointer, free=event.modifier == "shift")
             ends = event.phase == "end"
-            self._later(lambda: self._drag(one, tip, size, ends=ends))
+            self._later(lambda: self._drag(one, tip, size, ends=ends), event.client.client_id, ends)
 
         grip.on_drag("left")(drag)
         grip.on_drag("left", modifier="shift")(drag)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Literal, get_args
 
 from physagent_studio.program.base import Frozen
@@ -57,10 +58,13 @@ class LoopState(Frozen):
     @property
     def best(self) -> Round | None:
         """The round on the path whose rollout holds best; the result when the budget ends."""
-        judged = [r for r in self.path() if r.rollout and r.assessment]
-        if not judged:
-            return None
-        return max(judged, key=_merit)
+        return best_of(self.path())
+
+
+def best_of(rounds: Iterable[Round]) -> Round | None:
+    """The round whose rollout holds best; None where none has run."""
+    judged = [one for one in rounds if one.rollout and one.assessment]
+    return max(judged, key=_merit, default=None)
 
 
 def _merit(item: Round) -> tuple[bool, float, int]:

@@ -6,7 +6,9 @@ Rounds and the decision log are only ever added to; a row of `states` is one ste
 from __future__ import annotations
 
 import functools
+import itertools
 import json
+import operator
 from collections import OrderedDict
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -57,6 +59,7 @@ class Session:
         self._scenes: dict[str, Scene] = {}
         self._meshes: dict[str, Mesh] = {}
         self._known_rounds: dict[str, Round] = {}
+        self._last: tuple[Round, ...] = ()
         self._rollouts: OrderedDict[str, Rollout] = OrderedDict()
 
     @classmethod
@@ -135,9 +138,13 @@ class Session:
         checkpoint: a label starts a new step of undo; None replaces the present one.
         """
         payload = state.model_dump_json(exclude={"rounds"})
-        # By identity, in three passes of C: there may be ten thousand of them.
-        new = set(map(id, state.rounds)) - set(map(id, self._known_rounds.values()))
-        fresh = [one for one in state.rounds if id(one) in new]
+        # By identity, in one pass of C: there may be ten thousand of them.
+        moved = itertools.chain(map(operator.is_not, state.rounds, self._last), itertools.repeat(1))
+        fresh = [
+            one
+            for one in itertools.compress(state.rounds, moved)
+            if self._known_rounds.get(one.id) is not one
+        ]
         with self._transaction():
             self._db.executemany(
                 "INSERT INTO rounds VALUES (?, ?, ?, ?) "
@@ -159,6 +166,7 @@ class Session:
             self._db.execute("UPDATE answers SET used = 1 WHERE used = 0")
         # Only what is on the disk is known: a save that failed writes all of it again.
         self._known_rounds |= {one.id: one for one in fresh}
+        self._last = state.rounds
 
     def undo(self) -> LoopState | None:
         """Moves one step back; None at the beginning. Rounds stay in the tree."""
@@ -337,7 +345,7 @@ class Session:
         for key, number, before in rows:
             if key not in self._known_rounds:
                 self._known_rounds[key] = self._reader.stub(key, number, before)
-        rounds = tuple(self._known_rounds[row[0]] for row in rows)
+        rounds = self._last = tuple(self._known_rounds[row[0]] for row in rows)
         return LoopState.model_validate_json(payload).model_copy(update={"rounds": rounds})
 
     @functools.cached_property

@@ -127,7 +127,10 @@ class Pictures:
 
     def _make_frames(self, tag: str, number: int) -> bool:
         snapshot = self._snapshot()
-        item = next((one for one in snapshot.state.rounds if tag_of(one) == tag), None)
+        key = tag.rpartition("-")[0]
+        item = next((one for one in snapshot.state.rounds if one.id == key), None)
+        if item is not None and tag_of(item) != tag:
+            return False
         inside = item is not None and number in range(0, item.program.clip.frames, EVERY)
         if item is None or not inside or snapshot.session_id is None:
             return False

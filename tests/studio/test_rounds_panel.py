@@ -14,10 +14,16 @@ from physagent_studio.program.contract import Contract
 from physagent_studio.program.scene.state import Sphere
 from physagent_studio.program.statements import Contacts
 from physagent_studio.program.text.document import load_program
-from physagent_studio.records import Assessment, Check, Decision, Proposal, Round
+from physagent_studio.records import Assessment, Check, Decision, LoopState, Proposal, Round
 from physagent_studio.session import Store
 from physagent_studio.studio.panels.checklist import checklist_of, demands_of, merged, viewed
-from physagent_studio.studio.panels.rounds import asked_about, decided_words, is_gentler, state_of
+from physagent_studio.studio.panels.rounds import (
+    HISTORY,
+    asked_about,
+    decided_words,
+    is_gentler,
+    state_of,
+)
 from physagent_studio.studio.panels.words import edit_row, figure, speaker
 from physagent_studio.workbench import Snapshot, Workbench, commands
 
@@ -262,3 +268,34 @@ def test_shares_are_said_in_per_cent() -> None:
     speak = speaker(PhysicalProgram())
     assert speak("ball covers its mask with IoU 0.98") == "ball covers its mask to 98 %"
     assert speak("ball covers its mask with IoU 1") == "ball covers its mask to 100 %"
+
+
+def test_of_a_long_history_the_part_around_the_round_on_view_is_read(tmp_path: Path) -> None:
+    program = load_program("scene: {objects: [{name: ball, shape: {kind: sphere, radius: 0.1}}]}")
+    workbench = Workbench(Store(tmp_path), evidence=False)
+    workbench.post(commands.OpenProgram(program))
+    assert workbench.wait(60)
+    opened = workbench.snapshot().session_id
+    workbench.post(commands.OpenProgram(program))
+    assert workbench.wait(60)
+    session = workbench.store.open(opened or "")
+    rounds = tuple(
+        Round(id=f"r{n}", number=n, parent=f"r{n // 2}" if n > 1 else None, program=program,
+              author="person")
+        for n in range(1, 2001)
+    )  # fmt: skip
+    session.save(LoopState(rounds=rounds, head="r1500", phase="done"), checkpoint="long")
+    session.close()
+    workbench.post(commands.OpenSession(opened or ""))
+    assert workbench.wait(60)
+    found = state_of(workbench.snapshot())
+    assert len(found["rounds"]) == HISTORY
+    assert sum(found[side]["count"] for side in ("before", "after")) == 2000 - HISTORY
+    assert any(one["head"] for one in found["rounds"])
+    read = [one for one in workbench.snapshot().state.rounds if type(one) is Round]
+    assert len(read) < 2 * HISTORY
+    # What lies beyond is reached step by step.
+    workbench.post(commands.ShowRound(found["after"]["id"]))
+    assert workbench.wait(60)
+    assert any(one["shown"] for one in state_of(workbench.snapshot())["rounds"])
+    workbench.close()

@@ -54,7 +54,8 @@ export function startAutoplay(wanted) {
   let known = null; // the session, its rounds with a run, and whether the newest was played
   on("rounds", (data) => {
     const session = value("run")?.session;
-    const ran = data.rounds.filter((one) => one.stage === "simulation").length;
+    // By number: of a long history only a part is listed.
+    const ran = Math.max(known?.session === session ? known.ran : 0, ...data.rounds.map((one) => (one.stage === "simulation" ? one.number : 0)));
     const fresh = known && known.session === session && ran > known.ran && data.shown?.stage === "simulation";
     known = { session, ran };
     if (!fresh || data.readOnly) return;

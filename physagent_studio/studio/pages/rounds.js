@@ -41,7 +41,7 @@ export function startRounds(host, dock, { showRounds, showPlots, showPhoto }) {
     const shown = data.shown;
     if (!data.rounds.length) return [h("p", { class: "muted" }, "Rounds appear here: each is one try at making the sentence happen, with what was measured and what to change next."), checklist.draw(data)];
     return [
-      h("div", { class: "rounds", role: "list", "aria-label": "History" }, data.rounds.map(row)),
+      h("div", { class: "rounds", role: "list", "aria-label": "History" }, beyond(data.before, "earlier"), data.rounds.map(row), beyond(data.after, "later")),
       data.readOnly ? h("div", { class: "strip warn stack", style: "margin-top:8px" },
         h("div", {}, `Round ${shown.number} is open read-only.`),
         h("div", { class: "row" }, button("Go on from here", () => send({ do: "fork", id: shown.id }), { class: "b small" }),
@@ -60,6 +60,12 @@ export function startRounds(host, dock, { showRounds, showPlots, showPhoto }) {
       open() ? proposal.card(data.proposal, data.pinned) : null,
       data.pinned.length || data.hints.length ? memory() : null,
     ];
+  }
+
+  // Very long histories are listed around the round on view.
+  function beyond(there, which) {
+    if (!there) return null;
+    return h("div", { class: "row", role: "listitem" }, h("button", { class: "link", type: "button", title: "Look at the nearest of them", onclick: () => send({ do: "round", id: there.id }) }, say(there.count, `${which} round`)));
   }
 
   // Things that nobody clicked were found by their words, which may be the wrong ones.

@@ -10,6 +10,7 @@ from physagent_studio.agent.loop import EASING
 from physagent_studio.program import AddItem, PhysicalProgram
 from physagent_studio.program.timing import PACE
 from physagent_studio.records import Assessment, LoopState, Proposal, Round, doubts_of
+from physagent_studio.records.loop_state import best_of
 from physagent_studio.studio.panels.checklist import checklist_of, demands_of
 from physagent_studio.studio.panels.compared import comparison_of
 from physagent_studio.studio.panels.fields import fields_of
@@ -42,6 +43,10 @@ OUTCOMES = {
 }
 
 
+HISTORY = 100
+"""Rows of the history that are listed at once; nobody reads more, and each has to be drawn."""
+RECENT = 200
+"""Rounds of the path of which the best is marked: twice the largest budget."""
 LOOSE_BELOW = 0.8
 """Overlap (IoU) of a shape with its mask below which the fit is said to be doubtful."""
 
@@ -52,7 +57,7 @@ def state_of(snapshot: Snapshot, compared: Round | None = None) -> dict[str, Any
     shown = _find(loop, snapshot.shown_round)
     scene = snapshot.program.scene
     found = {
-        "rounds": _tree(loop, snapshot.shown_round),
+        **_history(loop, snapshot.shown_round),
         "phase": loop.phase,
         "turn": "" if snapshot.read_only else turn_of(loop) or "",
         "outcome": OUTCOMES[loop.outcome],
@@ -136,19 +141,40 @@ def verdict_of(item: Round) -> str:
     return "ok" if item.passed else "failed"
 
 
-def _tree(loop: LoopState, shown: str | None) -> list[dict[str, Any]]:
-    """Rounds in tree order; `depth` grows where a branch leaves its parent's first line."""
+def _history(loop: LoopState, shown: str | None) -> dict[str, Any]:
+    """The rows around the round on view, and how many come before and after them.
+
+    Only of these the whole round is read: there may be ten thousand.
+    """
+    tree = _tree(loop)
+    middle = next((at for at, (item, _) in enumerate(tree) if item.id == (shown or loop.head)), 0)
+    start = max(0, min(middle - HISTORY // 2, len(tree) - HISTORY))
+    end = min(start + HISTORY, len(tree))
+    path = loop.path()
+    on_path, best = {item.id for item in path}, best_of(path[-RECENT:])
+    return {
+        "rounds": [_row(item, n, loop, shown, on_path, best) for item, n in tree[start:end]],
+        "before": _beyond(start, tree[start - 1][0]) if start else None,
+        "after": _beyond(len(tree) - end, tree[end][0]) if end < len(tree) else None,
+    }
+
+
+def _beyond(count: int, nearest: Round) -> dict[str, Any]:
+    """Rounds that are not listed; looking at the nearest of them lists those around it."""
+    return {"count": count, "id": nearest.id}
+
+
+def _tree(loop: LoopState) -> list[tuple[Round, int]]:
+    """Rounds in tree order; their depth grows where a branch leaves its parent's first line."""
     children: dict[str | None, list[Round]] = {}
     known = {item.id for item in loop.rounds}
     for item in loop.rounds:
         children.setdefault(item.parent if item.parent in known else None, []).append(item)
-    on_path = {item.id for item in loop.path()}
-    best = loop.best
-    rows: list[dict[str, Any]] = []
+    rows: list[tuple[Round, int]] = []
     waiting = [(item, 0) for item in reversed(children.get(None, []))]
     while waiting:
         item, depth = waiting.pop()
-        rows.append(_row(item, depth, loop, shown, on_path, best))
+        rows.append((item, depth))
         branches = children.get(item.id, [])
         # The first child goes on in the same column, the others branch off.
         waiting += [(child, depth + 1) for child in reversed(branches[1:])]

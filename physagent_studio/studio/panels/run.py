@@ -8,7 +8,7 @@ from typing import Any
 from physagent_studio.agent.by_hand import turn_of
 from physagent_studio.studio.library import Output
 from physagent_studio.studio.panels.pacing import length_in_words
-from physagent_studio.studio.panels.rounds import OUTCOMES
+from physagent_studio.studio.panels.rounds import OUTCOMES, RECENT
 from physagent_studio.workbench import Snapshot, Spending
 
 PHASES = {
@@ -43,7 +43,7 @@ STEPS = {
 def state_of(snapshot: Snapshot, outputs: Sequence[Output] = ()) -> dict[str, Any]:
     """Title, sentence, progress, policy, budget, and what was made of the round on view."""
     loop, case = snapshot.state, snapshot.case
-    turn = turn_of(loop)
+    turn, path = turn_of(loop), snapshot.state.path()
     return {
         "session": snapshot.session_id,
         "title": snapshot.title,
@@ -59,8 +59,8 @@ def state_of(snapshot: Snapshot, outputs: Sequence[Output] = ()) -> dict[str, An
         "realised": loop.outcome == "realised",
         "policy": loop.policy,
         "budget": loop.budget,
-        "used": len(loop.path()),
-        "simulations": sum(item.simulations for item in loop.rounds),
+        "used": len(path),
+        "simulations": sum(item.simulations for item in path[-RECENT:]),
         "canUndo": snapshot.can_undo,
         "canRedo": snapshot.can_redo,
         "draft": snapshot.has_draft,
@@ -78,7 +78,7 @@ def state_of(snapshot: Snapshot, outputs: Sequence[Output] = ()) -> dict[str, An
         ],
         "clip": length_in_words(snapshot.program.clip),
         "spending": _spending(snapshot.spending),
-        "started": any(item.rollout is not None for item in loop.rounds),
+        "started": any(item.rollout is not None for item in (*path[:1], *loop.rounds[:RECENT])),
     }
 
 

@@ -30,6 +30,7 @@ VENV = ROOT / ".venv"
 STAMP = VENV / "launch-stamp.txt"
 LOG = VENV / "install.log"
 OFFERED = VENV / "models-offered"
+LOCK = ROOT / "requirements.lock"
 
 OLDEST = (3, 11)
 # The order of preference: the newest Python often waits months for its wheels.
@@ -121,8 +122,10 @@ def venv_program(name: str, venv: Path = VENV) -> Path:
 
 
 def wanted_stamp(project: Path, extras: Sequence[str]) -> str:
-    """What identifies an install: the project's metadata, its place and the extras."""
-    digest = hashlib.sha256((project / "pyproject.toml").read_bytes()).hexdigest()
+    """What identifies an install: the project's metadata and lock, its place and the extras."""
+    parts = [project / "pyproject.toml", project / LOCK.name]
+    found = b"".join(part.read_bytes() for part in parts if part.exists())
+    digest = hashlib.sha256(found).hexdigest()
     return f"{digest}\n{project}\n{' '.join(extras)}\n"
 
 
@@ -204,17 +207,22 @@ def make_venv() -> None:
 
 
 def pip_install(extras: Sequence[str]) -> None:
-    """Install the project, editable, with pip's own progress on the terminal."""
+    """Install what the lock pins, by its hashes, then the project, editable.
+
+    With pip's own progress on the terminal. What only extras need is not locked.
+    """
     target = str(ROOT) + (f"[{','.join(extras)}]" if extras else "")
     command = [str(venv_program("python")), "-m", "pip", "install", "--log", str(LOG)]
     command += ["--disable-pip-version-check", "--retries", "3"]
     # Ready-made packages only: a compiler error says nothing to a user.
-    command += ["--only-binary", ":all:", "--editable", target]
+    command += ["--only-binary", ":all:"]
+    steps = [["--require-hashes", "--requirement", str(LOCK)]] if LOCK.exists() else []
     if LOG.exists():
         LOG.unlink()  # pip appends, and the last failure is what `explain` shall read
-    if subprocess.call(command, env={**os.environ, "PIP_USER": "0"}) != 0:
-        log = LOG.read_text(encoding="utf-8", errors="replace") if LOG.exists() else ""
-        raise LaunchError(explain(log))
+    for step in [*steps, ["--editable", target]]:
+        if subprocess.call(command + step, env={**os.environ, "PIP_USER": "0"}) != 0:
+            log = LOG.read_text(encoding="utf-8", errors="replace") if LOG.exists() else ""
+            raise LaunchError(explain(log))
 
 
 def explain(log: str) -> str:

@@ -47,7 +47,10 @@ class Hub:
         heard: Heard,
         counted: Callable[[int], None],
         gone: Callable[[int], None] = lambda number: None,
+        full: Callable[[int], bool] = lambda number: False,
     ) -> None:
+        """full: whether so much of a browser still waits that it is not read for a while."""
+        self._full = full
         self._heard = heard
         self._gone = gone
         self._unheard = 0
@@ -98,9 +101,9 @@ class Hub:
         with self._lock:
             self._unheard -= len(text)
 
-    async def _room(self) -> None:
+    async def _room(self, number: int) -> None:
         """Waits while more is unheard than may be; so whoever sends too fast is not read."""
-        while self._unheard > MAX_UNHEARD:
+        while self._unheard > MAX_UNHEARD or self._full(number):
             await asyncio.sleep(0.01)
 
     async def talk(self, connection: ServerConnection, role: Role = "editor") -> None:
@@ -117,7 +120,7 @@ class Hub:
         try:
             async for message in connection:
                 if isinstance(message, str):
-                    await self._room()
+                    await self._room(browser.number)
                     with self._lock:
                         self._unheard += len(message)
                     self._heard(browser.number, message)

@@ -81,6 +81,7 @@ class Studio:
             self._heard,
             lambda _count: self.later(self._let_go),
             lambda browser: self.later(lambda: self._forget(browser)),
+            workbench.backlog.full,
         )
         self.finder = Finder(self.hub.tell)
         self.photo_desk = PhotoDesk()
@@ -265,7 +266,7 @@ class Studio:
             self.answer(item.browser, getattr(intent, "ticket", None), text)
             self.say(item.browser, "error", text)
 
-        with sent_by(Sender(item.browser, seen, refused)):
+        with sent_by(Sender(item.browser, seen, refused, len(item.text))):
             carry_out(intent, self, item.browser)
 
     def _accept(self, snapshot: Snapshot) -> None:

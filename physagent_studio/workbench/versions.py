@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import threading
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -15,6 +15,10 @@ from physagent_studio.workbench import commands
 
 REMEMBERED = 1000
 """Changes that are remembered; a command that is older than all of them counts as stale."""
+COMMAND_SIZE = 4096
+"""What a waiting command counts at least, in characters."""
+MAX_WAITING = 2**22
+"""Characters of commands of one client that may wait: a thousand small ones."""
 NAMED = 3
 """Changes that a refusal names."""
 
@@ -25,11 +29,15 @@ class Stale(InputError):
 
 @dataclass(frozen=True, slots=True)
 class Sender:
-    """Who asks, having seen which version. refused: told why nothing was done; else all are."""
+    """Who asks, having seen which version. refused: told why nothing was done; else all are.
+
+    size: characters of what was asked, which are kept until it is carried out.
+    """
 
     client: int | None = None
     seen: int | None = None
     refused: Callable[[str], None] | None = None
+    size: int = 0
 
     @property
     def author(self) -> str:
@@ -53,6 +61,26 @@ def sent_by(sender: Sender) -> Iterator[None]:
 def present_sender() -> Sender:
     """Who asks at the moment."""
     return _SENDER.get() or Sender()
+
+
+class Backlog:
+    """What each client has asked for that is not carried out yet; any thread may ask."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._waiting: Counter[int | None] = Counter()
+
+    def add(self, sender: Sender, sign: int = 1) -> None:
+        """Counts a command that comes, or (sign −1) one that is done."""
+        with self._lock:
+            self._waiting[sender.client] += sign * max(sender.size, COMMAND_SIZE)
+            if not self._waiting[sender.client]:
+                del self._waiting[sender.client]
+
+    def full(self, client: int) -> bool:
+        """Whether nothing more should be taken from a client until some of it is done."""
+        with self._lock:
+            return self._waiting[client] > MAX_WAITING
 
 
 class Versions:

@@ -25,7 +25,13 @@ from physagent_studio.workbench.journal import CHANGING, carry_out, interrupted
 from physagent_studio.workbench.naming import case_in_words, with_proposals
 from physagent_studio.workbench.rendering import render_rollout, write_file
 from physagent_studio.workbench.snapshot import Attempt, Notice, Snapshot
-from physagent_studio.workbench.versions import Sender, Stale, Versions, present_sender
+from physagent_studio.workbench.versions import (
+    Backlog,
+    Sender,
+    Stale,
+    Versions,
+    present_sender,
+)
 
 Subscriber = Callable[[Snapshot], None]
 
@@ -52,6 +58,7 @@ class Workbench:
         self._agent: AgentName = agent
         self._queue: queue.Queue[_Posted | _Marker | _Try | None] = queue.Queue()
         self.versions = Versions()
+        self.backlog = Backlog()
         self._cancel = threading.Event()
         self._lock = threading.Lock()
         self._subscribers: list[Subscriber] = []
@@ -79,7 +86,9 @@ class Workbench:
             same = isinstance(command, commands.ApplyEdits) and command.edits == self._trying
             if not same:
                 self._overtaken.set()
-        self._queue.put(_Posted(command, present_sender()))
+        sender = present_sender()
+        self.backlog.add(sender)
+        self._queue.put(_Posted(command, sender))
 
     def try_out(self, edits: tuple[Edit, ...] | None) -> None:
         """Runs edits that are still under the pointer, and shows it as `Snapshot.attempt`.
@@ -168,6 +177,7 @@ class Workbench:
         """Any failure becomes a notice instead of a dead worker."""
         name = f"command {type(posted.command).__name__}"
         guarded(lambda: self._tried(posted), lambda text: self._notice("error", text), name)
+        self.backlog.add(posted.sender, -1)
         self._publish_desk()
 
     def _tried(self, posted: _Posted) -> None:

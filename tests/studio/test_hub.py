@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -93,3 +94,27 @@ def test_what_is_heard_carries_the_browser(hub: Any) -> None:
                 break
             threading.Event().wait(0.01)
         assert heard == [(number, '{"do":"play"}')]
+
+
+def test_who_asks_for_more_than_is_carried_out_is_not_read(hub: Any) -> None:
+    board, address, heard = hub
+    full: set[int] = set()
+    board._full = lambda number: number in full
+    with connect(address) as first, connect(address) as second:
+        mine = _until(first, lambda m: m["on"] == "hello")["is"]["browser"]
+        _until(second, lambda m: m["on"] == "hello")
+        full.add(mine)
+        first.send("waits")
+        second.send("is heard")
+        _met(lambda: len(heard) == 1)
+        assert heard[0][1] == "is heard"
+        full.clear()
+        _met(lambda: len(heard) == 2)
+        assert heard[1] == (mine, "waits")
+
+
+def _met(holds: Callable[[], bool]) -> None:
+    until = time.monotonic() + 5
+    while not holds():
+        assert time.monotonic() < until
+        time.sleep(0.01)

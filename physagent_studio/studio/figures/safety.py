@@ -103,11 +103,11 @@ def _mutated(rng: random.Random) -> str:
     """A real message with something in it broken; now and then it stays whole."""
     letter: Any = json.loads(json.dumps(rng.choice(LETTERS)))
     for _ in range(rng.randrange(3)):
-        inner = letter["edits"][0] if "edits" in letter and rng.random() < 0.5 else letter
+        edits = letter.get("edits")
+        first = edits[0] if isinstance(edits, list) and edits else None
+        inner = first if isinstance(first, dict) and rng.random() < 0.5 else letter
         key = rng.choice([*inner, "seen", "__dict__"])
         inner[key] = rng.choice((*STRANGE, rng.randrange(100)))
-        if not isinstance(letter.get("edits", [{}]), list) or letter.get("edits") == []:
-            break
     text = json.dumps(letter)
     if rng.random() < 0.2:
         at = rng.randrange(len(text))

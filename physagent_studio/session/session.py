@@ -77,15 +77,18 @@ class Session:
             "created": now(),
             "image": key,
             "case": json.dumps(arrays.case_json(case)),
-            "cursor": "0",
+            "cursor": "1",
             "first": state.model_dump_json(exclude={"rounds"}),
         }
         with db:
+            # In one: a session that a kill leaves here has a state, or is none.
             db.execute("BEGIN IMMEDIATE")
             db.executemany("INSERT INTO meta VALUES (?, ?)", facts.items())
+            db.execute("INSERT INTO states VALUES (1, 'opened', ?)", (facts["first"],))
         db.close()
         session = cls(folder)
-        session.save(state, checkpoint="opened")
+        if state.rounds:
+            session.save(state)
         return session
 
     @property

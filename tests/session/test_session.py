@@ -25,7 +25,8 @@ from physagent_studio.records import (
     Shading,
     ShapeOffer,
 )
-from physagent_studio.session import Store
+from physagent_studio.session import Session, Store
+from physagent_studio.session.care import check
 
 
 def a_case(image: bool = True) -> Case:
@@ -275,3 +276,22 @@ def test_kill_9_loses_nothing_that_was_acknowledged(tmp_path: Path) -> None:
         again.close()
         for head in (*acknowledged, *rest):
             assert head in ids
+
+
+def test_a_kill_while_a_session_is_made_leaves_none_or_a_whole_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The moment after the first transaction: what is there then opens, with its first state."""
+
+    def killed(self: Session, folder: Path) -> None:
+        raise KeyboardInterrupt
+
+    case = Case("made", None, "", (), (), (), "nothing")
+    with monkeypatch.context() as moment:
+        moment.setattr(Session, "__init__", killed)
+        with pytest.raises(KeyboardInterrupt):
+            Session.create(tmp_path / "made", case, "made", LoopState(budget=3))
+    assert check(tmp_path / "made") == []
+    session = Session(tmp_path / "made")
+    assert session.load().budget == 3
+    session.close()

@@ -20,6 +20,8 @@ from physagent_studio.session.care import check
 
 LONGEST_LIFE = 0.6
 """Seconds that a process lives at most after it has opened the session."""
+SAVING = ("edit", "step", "decide")
+"""What is acknowledged in steps, after each of which a model is asked anew."""
 CHECKED_EVERY = 10
 """Kills between two checks of every session there is, row by row and file by file."""
 
@@ -105,6 +107,9 @@ def _from_notes(lines: list[str], times: int) -> list[Row]:
             arrived.clear()
         elif word == "killed":
             cut[doing or "open"] += 1
+            if doing in SAVING:
+                # Whether it was acknowledged before the kill is not known here.
+                arrived.clear()
             doing = ""
     spread = ", ".join(f"{kind} {count}" for kind, count in sorted(cut.items()))
     return [

@@ -12,7 +12,7 @@ import threading
 import time
 import webbrowser
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import viser
@@ -40,6 +40,7 @@ from physagent_studio.studio.site import Site
 from physagent_studio.studio.view import Selection, View, advance
 from physagent_studio.workbench import Snapshot, Workbench
 from physagent_studio.workbench.boundary import guarded
+from physagent_studio.workbench.snapshot import differ_by_attempt
 from physagent_studio.workbench.versions import Sender, sent_by
 
 TICK = 1 / 31
@@ -332,13 +333,6 @@ class Studio:
         """Tells a page what became of an edit that it has already drawn."""
         if ticket is not None:
             self.hub.tell(browser, "answer", {"ticket": ticket, "problem": problem})
-
-
-def differ_by_attempt(old: Snapshot, new: Snapshot) -> bool:
-    """Whether nothing but what is being tried has changed, so that little has to be drawn."""
-    names = {one.name for one in fields(Snapshot)} - {"revision", "attempt"}
-    same = all(getattr(old, name) is getattr(new, name) for name in names)
-    return same and old.attempt is not new.attempt
 
 
 def serve(

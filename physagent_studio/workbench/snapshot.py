@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Literal
 
 from physagent_studio.errors import Problem
@@ -73,3 +73,10 @@ class Snapshot:
     locked: str = ""
     attempt: Attempt | None = None
     collisions: Mapping[str, tuple[Mesh, ...]] | None = None
+
+
+def differ_by_attempt(old: Snapshot, new: Snapshot) -> bool:
+    """Whether nothing but what is being tried has changed, so that little has to be drawn."""
+    names = {one.name for one in fields(Snapshot)} - {"revision", "attempt"}
+    same = all(getattr(old, name) is getattr(new, name) for name in names)
+    return same and old.attempt is not new.attempt

@@ -6,7 +6,7 @@ import itertools
 import queue
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from physagent_studio.errors import Cancelled, InputError, ProgramError, StudioError
 from physagent_studio.exchange import load_case
@@ -19,10 +19,12 @@ from physagent_studio.records import Case, Image, LoopState
 from physagent_studio.session import Session, Store
 from physagent_studio.workbench import commands, tasks
 from physagent_studio.workbench.boundary import guarded
-from physagent_studio.workbench.desk import RUNNING, Desk
+from physagent_studio.workbench.desk import Desk
 from physagent_studio.workbench.engine import AgentName, Control
 from physagent_studio.workbench.journal import CHANGING, carry_out, interrupted
 from physagent_studio.workbench.naming import case_in_words, with_proposals
+from physagent_studio.workbench.phases import INTERRUPTED, RUNNING
+from physagent_studio.workbench.queued import OVERTAKEN, TRY, Marker, Posted, Try, attempted
 from physagent_studio.workbench.rendering import render_rollout, write_file
 from physagent_studio.workbench.snapshot import Attempt, Notice, Snapshot
 from physagent_studio.workbench.versions import (
@@ -56,7 +58,7 @@ class Workbench:
         self._executor = executor or Inline()
         self._evidence = evidence
         self._agent: AgentName = agent
-        self._queue: queue.Queue[_Posted | _Marker | _Try | None] = queue.Queue()
+        self._queue: queue.Queue[Posted | Marker | Try | None] = queue.Queue()
         self.versions = Versions()
         self.backlog = Backlog()
         self._cancel = threading.Event()
@@ -88,7 +90,7 @@ class Workbench:
                 self._overtaken.set()
         sender = present_sender()
         self.backlog.add(sender)
-        self._queue.put(_Posted(command, sender))
+        self._queue.put(Posted(command, sender))
 
     def try_out(self, edits: tuple[Edit, ...] | None) -> None:
         """Runs edits that are still under the pointer, and shows it as `Snapshot.attempt`.
@@ -99,7 +101,7 @@ class Workbench:
             waiting = bool(self._wanted)
             self._wanted[:] = [edits]
         if not waiting:
-            self._queue.put(_TRY)
+            self._queue.put(TRY)
 
     def cancel(self) -> None:
         """Stops what is running now; what was acknowledged stays."""
@@ -125,7 +127,7 @@ class Workbench:
     def wait(self, timeout: float = 60.0) -> bool:
         """Whether everything posted so far was carried out within `timeout` seconds."""
         done = threading.Event()
-        self._queue.put(_Marker(done))
+        self._queue.put(Marker(done))
         return done.wait(timeout)
 
     def close(self) -> None:
@@ -138,11 +140,11 @@ class Workbench:
 
     def _work(self) -> None:
         while (command := self._queue.get()) is not None:
-            if isinstance(command, _Marker):
+            if isinstance(command, Marker):
                 command.done.set()
                 continue
             self._cancel.clear()
-            if isinstance(command, _Try):
+            if isinstance(command, Try):
                 self._try()
                 continue
             self._carry_out(command)
@@ -162,25 +164,25 @@ class Workbench:
         desk = self._desk
         try:
             found = guarded(
-                lambda: None if edits is None or desk is None else _attempt(desk, edits),
+                lambda: None if edits is None or desk is None else attempted(desk, edits),
                 lambda text: Attempt(problem=text),
                 "an attempt",
             )
         finally:
             with self._lock:
                 self._trying = None
-        if found is _OVERTAKEN:
+        if found is OVERTAKEN:
             return
         self._publish(replace(self._snapshot, attempt=found, busy=None, progress=None))
 
-    def _carry_out(self, posted: _Posted) -> None:
+    def _carry_out(self, posted: Posted) -> None:
         """Any failure becomes a notice instead of a dead worker."""
         name = f"command {type(posted.command).__name__}"
         guarded(lambda: self._tried(posted), lambda text: self._notice("error", text), name)
         self.backlog.add(posted.sender, -1)
         self._publish_desk()
 
-    def _tried(self, posted: _Posted) -> None:
+    def _tried(self, posted: Posted) -> None:
         """A command, with what a failure of it means where that is no error to be told."""
         try:
             if isinstance(posted.command, CHANGING):
@@ -282,7 +284,7 @@ class Workbench:
             self._notice("warning", f"{session.read_only[0].upper()}{session.read_only[1:]}.")
         elif doing := interrupted(session):
             self._notice(
-                "info", _INTERRUPTED.format(what=doing, phase=RUNNING.get(desk.state.phase))
+                "info", INTERRUPTED.format(what=doing, phase=RUNNING.get(desk.state.phase))
             )
         if desk.case.image is not None and desk.unprepared:
             self._publish_desk()
@@ -343,42 +345,3 @@ class Workbench:
             subscribers = tuple(self._subscribers)
         for callback in subscribers:
             callback(self._snapshot)
-
-
-def _attempt(desk: Desk, edits: tuple[Edit, ...]) -> Attempt:
-    try:
-        return desk.attempt(edits)
-    except Cancelled:
-        return _OVERTAKEN
-
-
-_OVERTAKEN = Attempt()
-"""Stands for an attempt that something newer has ended: nothing is shown of it."""
-
-
-_INTERRUPTED = (
-    "What was going on when this was closed ({what}: {phase}) was cut short. Everything before it"
-    " is kept; Step does it again."
-)
-
-
-@dataclass(frozen=True, slots=True)
-class _Posted:
-    """A command with who asks for it."""
-
-    command: commands.Command
-    sender: Sender
-
-
-class _Try:
-    """The place in the queue where the newest of what shall be tried is run."""
-
-
-_TRY = _Try()
-
-
-class _Marker:
-    """A place in the queue that somebody waits for."""
-
-    def __init__(self, done: threading.Event) -> None:
-        self.done = done

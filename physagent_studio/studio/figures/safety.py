@@ -50,6 +50,8 @@ LETTERS: tuple[dict[str, Any], ...] = (
     {"do": "look", "view": "top"},
 )
 """Real messages of a page, from which hostile ones are made."""
+AT_ONCE = 500
+"""Messages that are sent without a pause: whoever floods is not read, and dropped in the end."""
 VIEWERS: tuple[dict[str, Any], ...] = (
     {"type": "TransformControlsUpdateMessage", "name": "/objects/ball_0",
      "wxyz": [1.0, 0.0, 0.0, 0.0], "position": [1.0, 2.0, 3.0], "owner": ""},
@@ -127,6 +129,8 @@ def _messages(count: int) -> list[Figure]:
             Wire(view)
             for number, text in enumerate(texts):
                 page.send(text)
+                if number % AT_ONCE == AT_ONCE - 1:
+                    studio.workbench.wait(600)
                 if number % 4 == 0:
                     with contextlib.suppress(ConnectionClosed):
                         view.send(_broken(rng))
@@ -134,9 +138,10 @@ def _messages(count: int) -> list[Figure]:
             studio.workbench.wait(600)
         with open_page(twin) as page:
             Wire(page)
-            for text in texts:
-                if _valid(text):
-                    page.send(text)
+            for number, text in enumerate(filter(_valid, texts)):
+                page.send(text)
+                if number % AT_ONCE == AT_ONCE - 1:
+                    twin.workbench.wait(600)
             settle(twin)
             twin.workbench.wait(600)
         grown = memory() - before

@@ -308,9 +308,10 @@ class Workbench:
         try:
             scene, rollout, checks = desk.on_view()
             preview = desk.preview()
+            collisions = desk.outlines(scene) if self._with_collisions and scene else None
         except StudioError as error:
             self._notice("error", str(error))
-            scene, rollout, checks, preview = None, None, (), None
+            scene, rollout, checks, preview, collisions = None, None, (), None, None
         program, shown = desk.program, desk.round
         self._publish(
             Snapshot(
@@ -329,7 +330,7 @@ class Workbench:
                 has_draft=desk.state.draft is not None,
                 yaml_text=dump_program(program) if desk.text is None else desk.text,
                 yaml_problems=desk.problems,
-                collisions=desk.outlines(scene) if self._with_collisions and scene else None,
+                collisions=collisions,
                 notices=self._snapshot.notices,
                 can_undo=desk.session.can_undo,
                 can_redo=desk.session.can_redo,

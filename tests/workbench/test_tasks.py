@@ -34,13 +34,15 @@ def endless(*_values: object) -> None:
 
 
 class Instead:
-    """An executor that has another task carried out in place of the runs of the engine."""
+    """An executor that has a task carried out in place of another, the runs of the engine."""
 
-    def __init__(self, pool: Processes, task: Callable[..., Any]) -> None:
-        self.pool, self.task = pool, task
+    def __init__(
+        self, pool: Processes, task: Callable[..., Any], of: Callable[..., Any] = tasks.simulated
+    ) -> None:
+        self.pool, self.task, self.of = pool, task, of
 
     def submit(self, task: Callable[..., Any], *values: Any, **more: Any) -> Any:
-        return self.pool.submit(self.task if task is tasks.simulated else task, *values, **more)
+        return self.pool.submit(self.task if task is self.of else task, *values, **more)
 
 
 @pytest.fixture(scope="module")
@@ -87,6 +89,19 @@ def test_a_crash_fails_the_step_alone(tmp_path: Path, pool: Processes) -> None:
     workbench.post(commands.Run())
     assert workbench.wait(PATIENCE)
     assert workbench.snapshot().state.rounds[0].rollout
+    workbench.close()
+
+
+def test_a_crash_while_something_is_shown_is_said(tmp_path: Path, pool: Processes) -> None:
+    instead = Instead(pool, crashing, tasks.outlined)
+    workbench = _opened(tmp_path, instead)
+    workbench.post(commands.ShowCollisions(True))
+    assert workbench.wait(PATIENCE)
+    assert "broke down" in workbench.snapshot().notices[-1].text
+    instead.task = tasks.outlined
+    workbench.post(commands.ShowCollisions(True))
+    assert workbench.wait(PATIENCE)
+    assert workbench.snapshot().collisions
     workbench.close()
 
 

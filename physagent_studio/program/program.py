@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 from physagent_studio.program.actions import Action, After, Directed, OnContact, When, duration_of
 from physagent_studio.program.base import Frozen, Text
 from physagent_studio.program.contract import Contract
+from physagent_studio.program.scene.aloft import AIR, problem_of
 from physagent_studio.program.scene.materials import MATERIALS
 from physagent_studio.program.scene.state import SceneState
 
@@ -112,7 +113,7 @@ def _duplicates(program: PhysicalProgram) -> list[str]:
         for item in items:
             if item.name in seen:
                 problems.append(f"scene.{room}.{item.name}|the name is used twice|names are unique")
-            if item.name == "air":
+            if item.name == AIR:
                 problems.append(f"scene.{room}.air|'air' means no support|another name")
             seen.add(item.name)
     for path, ids in (
@@ -147,7 +148,9 @@ def _unknown_names(program: PhysicalProgram) -> list[str]:
     for item in scene.objects:
         if item.support is not None:
             path = f"scene.objects.{item.name}.support"
-            problems += _unknown(path, item.support, (solids | {"air"}) - {item.name}, "support")
+            problems += _unknown(path, item.support, (solids | {AIR}) - {item.name}, "support")
+        if problem := problem_of(item):
+            problems.append(f"scene.objects.{item.name}.{problem}")
     for action in program.event.actions:
         path = f"event.actions.{action.id}"
         problems += _unknown(f"{path}.name", action.name, objects, "object")

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from physagent_studio.program.scene.aloft import AIR
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Ramp, SceneObject, SceneState, Slab
 from physagent_studio.reconstruction.camera.estimate import Horizon
@@ -56,7 +57,7 @@ def _standing(state: SceneState, masks: Mapping[str, BoolArray]) -> list[SceneOb
     return [
         item
         for item in state.objects
-        if item.support not in (None, "air")
+        if item.support not in (None, AIR)
         and np.any(masks.get(item.name, False))
         and not _is_high(item, state)
     ]

@@ -16,6 +16,7 @@ from physagent_studio.errors import SimulationError
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.actions import FixObject
 from physagent_studio.program.rotations import matrix_of
+from physagent_studio.program.scene.aloft import hangs
 from physagent_studio.program.scene.bodies import Rigid
 from physagent_studio.program.scene.materials import density_of, touch_of
 from physagent_studio.program.scene.state import MeshedSupport, Shape, Vessel
@@ -156,7 +157,9 @@ class Simulator:
             self._solid(item.name, item.shape, meshes.get(item.name)) for item in scene.objects
         )
         fixed = frozenset(a.name for a in program.event.actions if isinstance(a, FixObject))
+        fixed |= {item.name for item in scene.objects if hangs(item)}
         parts = [mj.mj_versionString(), *sorted(fixed), "|"]
+        parts += [f"floats {o.name}" for o in scene.objects if o.aloft == "floats"]
         for item in scene.objects:
             assert item.shape is not None
             shape = item.shape.model_dump_json()

@@ -19,6 +19,7 @@ from physagent_studio.knowledge import support_kind, usual_size
 from physagent_studio.language.hints import called
 from physagent_studio.program import AddItem, Edit, Grounding, PhysicalProgram, SetField
 from physagent_studio.program.base import Pixel
+from physagent_studio.program.scene.aloft import in_air
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import (
     FormKind,
@@ -63,7 +64,7 @@ def mask_edits(
     if scene.support(name) is not None:
         path = f"scene.supports.{name}"
         opened = [SetField(path=f"{path}.shape", value=None)]
-        opened += _opened_objects(_carried(scene, name), pinned, ("position",))
+        opened += opened_objects(_carried(scene, name), pinned, ("position",))
     else:
         path = f"scene.objects.{name}"
         said = [(o.name, o.grounding) for o in scene.objects if o.name not in {name, *wrong}]
@@ -73,10 +74,10 @@ def mask_edits(
         if item is None:
             return (AddItem(path="scene.objects", item=_new_object(case, name, grounding)),)
         # What it stands on, and whether anything stands on it, was read off the mask that it had.
-        there = [o for o in (item, *_carried(scene, name)) if o.support != "air"]
-        opened = _opened_objects(there, pinned, ("support", "shape", "position"))
-        if item.support == "air":
-            opened += _opened_objects((item,), pinned, ("shape", "position"))
+        there = [o for o in (item, *_carried(scene, name)) if not in_air(o)]
+        opened = opened_objects(there, pinned, ("support", "shape", "position"))
+        if in_air(item):
+            opened += opened_objects((item,), pinned, ("shape", "position"))
     value = grounding.model_dump(mode="json")
     return (SetField(path=f"{path}.grounding", value=value), *opened)
 
@@ -163,8 +164,8 @@ def ramp_edits(
     listed: list[JsonValue] = [
         Mark(role=role, x=x, y=y).model_dump(mode="json") for role, (x, y) in said
     ]
-    objects = [o for o in scene.objects if o.support != "air"]
-    opened = _opened_objects(objects, pinned, ("support", "shape", "position"))
+    objects = [o for o in scene.objects if not in_air(o)]
+    opened = opened_objects(objects, pinned, ("support", "shape", "position"))
     support = scene.support(name)
     if support is None:
         fresh: dict[str, JsonValue] = {
@@ -209,8 +210,8 @@ def form_edits(
     return (
         SetField(path=f"{path}.form", value=kind),
         SetField(path=f"{path}.shape", value=None),
-        *_opened_objects((item,), pinned, ("position",)),
-        *_opened_objects(_carried(program.scene, name), pinned, ("position",)),
+        *opened_objects((item,), pinned, ("position",)),
+        *opened_objects(_carried(program.scene, name), pinned, ("position",)),
     )
 
 
@@ -257,7 +258,7 @@ def _opened_scene(
     """Everything that hangs on the camera."""
     paths = ["scene.camera", *(["scene.horizon"] if horizon else [])]
     yield from _opened(paths, pinned)
-    yield from _opened_objects(scene.objects, pinned, ("shape", "position"))
+    yield from opened_objects(scene.objects, pinned, ("shape", "position"))
     estimated = (one for one in scene.supports if _is_read_off(one))
     yield from _opened([f"scene.supports.{one.name}.shape" for one in estimated], pinned)
     for mark in scene.landmarks:
@@ -283,7 +284,7 @@ def _is_read_off(support: Support) -> bool:
     return support.source in ("estimated", "assumed")
 
 
-def _opened_objects(
+def opened_objects(
     items: Iterable[SceneObject], pinned: Collection[str], fields: tuple[str, ...]
 ) -> list[SetField]:
     """Fields of objects that the picture shows.

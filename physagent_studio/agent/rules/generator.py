@@ -30,6 +30,7 @@ from physagent_studio.knowledge import density_of, grows
 from physagent_studio.language import Inventory, Reading, inventory, read
 from physagent_studio.program.contract import Contract
 from physagent_studio.program.program import Clip, EventProgram, PhysicalProgram
+from physagent_studio.program.scene.aloft import AIR
 from physagent_studio.program.scene.plants import FOLIAGE
 from physagent_studio.program.scene.state import Landmark, SceneObject, SceneState, Support
 from physagent_studio.records import Case, Scene
@@ -106,7 +107,8 @@ def open_scene(
             grounding=grounding,
             material=material_of(name, case.prompt),
             density=density_of(name),
-            support="air" if name in hanging else None,
+            support=AIR if name in hanging else None,
+            aloft="hangs" if name in hanging else None,
         )
         for name, grounding in case.objects
     )

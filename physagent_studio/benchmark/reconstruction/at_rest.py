@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.program.scene.aloft import AIR, in_air
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.records.scene import Scene
 from physagent_studio.simulation import simulate
@@ -40,7 +41,7 @@ def movers(scene: Scene) -> tuple[str, ...]:
 def _grounded(scene: Scene) -> tuple[SceneObject, ...]:
     """The objects but those in the air, and what stands on such a one."""
     kept = scene.state.objects
-    falling = {item.name for item in kept if item.support == "air"} | {"air"}
+    falling = {item.name for item in kept if in_air(item)} | {AIR}
     while any(item.support in falling for item in kept):
         falling |= {item.name for item in kept if item.support in falling}
         kept = tuple(item for item in kept if item.name not in falling)
@@ -49,4 +50,4 @@ def _grounded(scene: Scene) -> tuple[SceneObject, ...]:
 
 def standing(scene: Scene) -> int:
     """How many objects stand on something."""
-    return sum(item.support != "air" for item in scene.state.objects)
+    return sum(not in_air(item) for item in scene.state.objects)

@@ -19,6 +19,7 @@ from physagent_studio.program.preflight.mechanics import (
 )
 from physagent_studio.program.preflight.scaling import scaled, shape_scaled, shape_thickened
 from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.program.scene.aloft import AIR, in_air
 from physagent_studio.program.scene.boards import is_hollow
 from physagent_studio.program.scene.materials import MATERIALS
 from physagent_studio.program.scene.overlaps import overlap, way_out
@@ -137,7 +138,7 @@ def _floating(program: PhysicalProgram, placed: dict[str, Placed]) -> Iterator[P
     if gravity_of(program.scene) < 1e-6:
         return
     for item in program.scene.objects:
-        if item.name not in placed or item.support == "air" or item.name in held:
+        if item.name not in placed or in_air(item) or item.name in held:
             continue
         if item.body.kind != "rigid" and getattr(item.body, "pinned", "none") != "none":
             continue
@@ -158,7 +159,7 @@ def _loose(
         if gaps[item.support] > slack:
             distance = gaps[item.support]
             message = f"it stands on {item.support} but starts {distance:.2f} m from it"
-            edits = (SetField(path=f"{path}.support", value="air"),)
+            edits = (SetField(path=f"{path}.support", value=AIR),)
             yield finding("not_on_support", f"{path}.position", message, edits)
     elif item.support is None and min(gaps.values(), default=math.inf) > slack:
         yield _in_the_air(program, body, item)
@@ -169,7 +170,7 @@ def _in_the_air(program: PhysicalProgram, body: Placed, item: SceneObject) -> Pr
     path = f"scene.objects.{item.name}.position"
     if not floors or item.position is None:
         message = "it starts in the air and nothing is below it"
-        meant = (SetField(path=f"scene.objects.{item.name}.support", value="air"),)
+        meant = (SetField(path=f"scene.objects.{item.name}.support", value=AIR),)
         return finding("in_the_air", path, message, meant)
     drop = float(lowest(body)[0]) - max(floors)
     message = f"it starts in the air, {drop:.2f} m above the floor, and will fall"

@@ -21,6 +21,7 @@ from physagent_studio.program.preflight.mechanics import (
 from physagent_studio.program.preflight.placement import scene_findings
 from physagent_studio.program.preflight.scaling import scaled
 from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.program.scene.aloft import AIR
 from physagent_studio.program.scene.bodies import is_loose
 from physagent_studio.program.scene.shapes import gap, outline_of
 from physagent_studio.program.scene.state import SceneObject
@@ -167,7 +168,7 @@ def _friction(program: PhysicalProgram, action: actions.Action) -> Iterator[Pref
     item = program.scene.object(action.name)
     if not isinstance(action, actions.ApplyForce | actions.ApplyAngledForce) or item is None:
         return
-    if _set_in_motion(program, action) or item.shape is None or item.support in (None, "air"):
+    if _set_in_motion(program, action) or item.shape is None or item.support in (None, AIR):
         return
     if outline_of(item.shape).is_ball or item.body.kind != "rigid":
         return

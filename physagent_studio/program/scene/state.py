@@ -25,6 +25,7 @@ from physagent_studio.program.base import (
     Text,
     Tilt,
 )
+from physagent_studio.program.scene.aloft import Aloft
 from physagent_studio.program.scene.bodies import Body, Rigid
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.forms import (
@@ -149,7 +150,8 @@ class SceneObject(Frozen):
 
     position: centre of mass in the world, m. rotation: pose R_world_body; reconstruction sets
     it together with an open shape. support: what it stands on in the picture (support or
-    object), "air" for nothing, None for open. material: a row of `program.materials`; density
+    object), "air" for nothing, None for open. aloft: it `hangs` in the air until
+    the first action on it begins, or `floats` without weight; None: in the air it falls. material: a row of `program.materials`; density
     (kg/m³), friction, restitution and rolling (resistance of round things, the force that it
     takes to keep one rolling over its weight) override that row. body: how it holds together.
     wheels: on which it stands, None for none. form: the kind of shape that an open `shape`
@@ -163,6 +165,7 @@ class SceneObject(Frozen):
     position: Position | None = None
     rotation: Quaternion = IDENTITY
     support: Name | None = None
+    aloft: Aloft | None = None
     material: Name = "plastic"
     density: Density | None = None
     friction: Friction | None = None
@@ -242,7 +245,10 @@ class SceneState(Frozen):
     def without(self) -> dict[str, Any]:
         """What a hash leaves out (pydantic's `exclude`): fields that came later and are not used,
         so that a scene without them keeps the hash that it always had."""
-        unused = {i: {"wheels"} for i, item in enumerate(self.objects) if item.wheels is None}
+        later = ("wheels", "aloft")
+        rows = enumerate(self.objects)
+        unused = {i: {f for f in later if getattr(o, f) is None} for i, o in rows}
+        unused = {i: fields for i, fields in unused.items() if fields}
         return {"objects": unused} if unused else {}
 
     @property

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import cv2
 import numpy as np
 
+from physagent_studio.program.scene.aloft import AIR
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Box, Ramp, SceneObject, Support, SupportShape
 from physagent_studio.reconstruction.camera.rays import (
@@ -41,7 +42,7 @@ def base_of(
 ) -> Base:
     """The base of an object on what is under it; `done` are objects in place with meshes."""
     on = read.on[stance.name]
-    if on == "air":
+    if on == AIR:
         return _in_the_air(stance, read, supports, done)
     if on in done:
         below, mesh = done[on]

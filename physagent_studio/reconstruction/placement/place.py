@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.program.rotations import matrix_of
+from physagent_studio.program.scene.aloft import AIR
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import (
     Inflated,
@@ -206,7 +207,7 @@ def _placed(
 
 def _is_seen_to_balance(form: Form, name: str, read: Survey) -> bool:
     """Whether a round body stands where it could not without flats: on its end, or in a stack."""
-    return is_in_round_stack(read, name) or (read.on[name] != "air" and balances_on_a_point(form))
+    return is_in_round_stack(read, name) or (read.on[name] != AIR and balances_on_a_point(form))
 
 
 def _from_the_ground(objects: tuple[SceneObject, ...], read: Survey) -> list[SceneObject]:
@@ -215,7 +216,7 @@ def _from_the_ground(objects: tuple[SceneObject, ...], read: Survey) -> list[Sce
     def level(name: str) -> int:
         steps, below = 0, name
         while steps < len(objects) and below in read.on:
-            nxt = read.under.get(below) if read.on[below] == "air" else read.on[below]
+            nxt = read.under.get(below) if read.on[below] == AIR else read.on[below]
             if nxt is None:
                 break
             below, steps = nxt, steps + 1

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from physagent_studio.program.base import Position
+from physagent_studio.program.scene.aloft import AIR
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import (
     Ramp,
@@ -48,8 +49,12 @@ def settled(
     update: dict[str, object] = {"shape": form.shape, "support": on}
     if item.shape is None:
         update["rotation"] = form.rotation
+    if on == AIR and item.support is None:
+        update["aloft"] = "hangs"
+    elif on != AIR and item.aloft is not None:
+        update["aloft"] = None
     position = form.position
-    if (item.position is None or fresh) and on != "air":
+    if (item.position is None or fresh) and on != AIR:
         trial = item.model_copy(update={**update, "position": position})
         if on in done and not fresh:
             beside = _as_high(on, done, trial, form.mesh)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from physagent_studio.knowledge import Usual, support_kind
+from physagent_studio.program.scene.aloft import AIR, in_air
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneObject, SceneState
 from physagent_studio.reconstruction.camera.rays import depth_of, on_plane
@@ -37,7 +38,7 @@ def standing_on(
 
 def _belied(item: SceneObject, stance: Stance) -> bool:
     """Whether a thing that falls onto another, by the words, is seen to lie on it already."""
-    guessed = item.support == "air" and item.source == "estimated"
+    guessed = in_air(item) and item.source == "estimated"
     return guessed and stance.on is not None and not stance.aloft
 
 
@@ -125,7 +126,7 @@ def lifted(
             or not np.isfinite(place).all()
             or (stance.over is not None and _too_large(unit, stances, out, usual, name))
         ):
-            out[name] = "air"
+            out[name] = AIR
     return out
 
 
@@ -163,7 +164,7 @@ def ground_pixel(
         below = on[name]
         if below in stances:
             name = below
-        elif below == "air":
+        elif below == AIR:
             over = under.get(name)
             if over is not None and over in profiles:
                 return profiles[over].toe

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from physagent_studio.knowledge import Usual, support_height, support_kind
+from physagent_studio.program.scene.aloft import AIR
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneState
 from physagent_studio.reconstruction.camera.rays import depth_of, on_plane
@@ -90,9 +91,9 @@ def measured_of(
         if not np.isfinite(place).all():
             continue
         units = stance.extent * depth_of(unit, place) / unit.focal / above
-        plane = FLOOR if root[name] in ("air", *profiles) else root[name]
+        plane = FLOOR if root[name] in (AIR, *profiles) else root[name]
         seen = usual[name]
-        if on[name] == "air" or on[name] in stances:
+        if on[name] == AIR or on[name] in stances:
             seen = replace(seen, spread=seen.spread + 0.1)
         out.append(Measured(name, plane, units, seen))
     return out

@@ -12,6 +12,7 @@ import numpy as np
 from physagent_studio.knowledge import Usual, is_splayed, support_kind
 from physagent_studio.language import SceneHints, seen_by
 from physagent_studio.program.base import Source
+from physagent_studio.program.scene.aloft import AIR
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneState
 from physagent_studio.reconstruction.camera import estimate as camera_cues
@@ -152,7 +153,7 @@ class Sighting:
     def _in_air(self, stance: Stance) -> bool:
         """In the air so far as words and what is seen around the foot can tell."""
         on = self.on[stance.name]
-        return on == "air" or (on == FLOOR and (stance.aloft or stance.name in self.groundless))
+        return on == AIR or (on == FLOOR and (stance.aloft or stance.name in self.groundless))
 
     def _is_ramp(self, state: SceneState, name: str) -> bool:
         support = state.support(name)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 
 from physagent_studio.knowledge import Usual, support_kind
 from physagent_studio.language import SceneHints
+from physagent_studio.program.scene.aloft import AIR
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Scale, SceneState, Support
 from physagent_studio.reconstruction.camera.estimate import Horizon
@@ -149,7 +150,7 @@ def _upon(case: Case, state: SceneState, look: Look, unit: Camera, first: Sighti
     on = lifted(unit, state, stances, on, _roots(on), first.usual, first.groundless)
     under = {
         name: stances[name].over or support_under(stances[name], first.profiles)
-        if on[name] == "air"
+        if on[name] == AIR
         else None
         for name in stances
     }

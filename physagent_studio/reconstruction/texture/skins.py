@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from physagent_studio.program.scene.aloft import AIR
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Ramp, SceneObject, SceneState, Support
 from physagent_studio.reconstruction.photo.regions import BoolArray
@@ -79,7 +80,7 @@ def _distance(camera: Camera, item: SceneObject, mesh: Mesh) -> float:
 
 def _up(item: SceneObject, solid: Mapping[str, Support]) -> FloatArray | None:
     """(3,) unit normal of what a thing stands on, world."""
-    if item.support in (None, "air"):
+    if item.support in (None, AIR):
         return None
     support = solid.get(item.support)
     shape = support.shape if support is not None else None

@@ -122,6 +122,22 @@ class _FixObject(Effect):
         world.release(self.name)
 
 
+class Hanging(_FixObject):
+    """Keeps a thing that hangs: rigid, by a point straight above its middle, so that it swings
+    when it is struck; anything else as it is.
+    """
+
+    def begin(self, world: World) -> None:
+        part = world.part(self.name)
+        if isinstance(part, RigidPart):
+            reach = float(world.compiled.solids[world.names[self.name]].extent.max()) / 2
+            above = part.centre() + np.array([0.0, 0.0, reach])
+            self._point = part.rotation().T @ (above - part.position())
+            part.pin(self._point)
+            return
+        super().begin(world)
+
+
 _EFFECTS: dict[type, type[Effect]] = {
     actions.SetVelocity: _SetVelocity,
     actions.SetAngularVelocity: _SetAngularVelocity,

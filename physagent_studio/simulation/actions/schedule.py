@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from physagent_studio.program import Action, After, OnContact, duration_of
-from physagent_studio.program.actions import When
+from physagent_studio.program.actions import FixObject, When
 from physagent_studio.records import ActionSpan
 from physagent_studio.simulation.actions.effect import Effect
-from physagent_studio.simulation.actions.effects import effect_of
+from physagent_studio.simulation.actions.effects import Hanging, effect_of
 
 
 @dataclass(eq=False, slots=True)
@@ -33,11 +33,15 @@ class Schedule:
     one has ended since somebody last cleared this mark.
     """
 
-    def __init__(self, actions: tuple[Action, ...], steps: int) -> None:
+    def __init__(
+        self, actions: tuple[Action, ...], steps: int, hanging: tuple[str, ...] = ()
+    ) -> None:
+        """hanging: things that stay where they are until the first action on them begins."""
         self._steps = steps
         self.slots = tuple(Slot(item, effect_of(item)) for item in actions if not item.muted)
+        self.hanging = tuple(_hanging(name, steps) for name in hanging)
         self._by_id = {slot.action.id: slot for slot in self.slots}
-        self._edges: set[int] = set()
+        self._edges: set[int] = {0} if self.hanging else set()
         self.active: list[Slot] = []
         self.just_ended = False
         self._waiting = {slot.action.id for slot in self.slots if slot.action.when is not None}
@@ -126,20 +130,39 @@ class Schedule:
                 slot.effect.recall(active[slot.action.id])
             else:
                 slot.ended, slot.effect.work = True, span.work
-        self.active = [slot for slot in self.slots if slot.began and not slot.ended]
+        for slot in self.hanging:
+            slot.began, slot.ended = True, slot.action.id not in active
+            if not slot.ended:
+                slot.effect.recall(active[slot.action.id])
+        self.active = self._acting()
+
+    def _acting(self) -> list[Slot]:
+        return [s for s in (*self.hanging, *self.slots) if s.began and not s.ended]
 
     def turn(self, step: int) -> tuple[list[Slot], list[Slot]]:
         """The actions that end and those that begin just before `step`; updates `active`."""
-        ending = [slot for slot in self.active if slot.end is not None and slot.end <= step]
         starting = [
             slot
-            for slot in self.slots
+            for slot in (*self.hanging, *self.slots)
             if not slot.began and slot.start == step and step < self._steps
         ]
+        moved = {slot.action.name for slot in starting if slot not in self.hanging}
+        for slot in self.hanging:
+            if slot.action.name in moved and not slot.ended:
+                slot.end = step
+                slot.ended = slot in starting
+        starting = [slot for slot in starting if not slot.ended]
+        ending = [slot for slot in self.active if slot.end is not None and slot.end <= step]
         for slot in ending:
             slot.ended = True
         for slot in starting:
             slot.began = True
-        self.active = [slot for slot in self.slots if slot.began and not slot.ended]
+        self.active = self._acting()
         self.just_ended |= bool(ending)
         return ending, starting
+
+
+def _hanging(name: str, steps: int) -> Slot:
+    """What keeps a thing in the air; no action can have its id."""
+    held = FixObject.model_construct(id=f"hanging {name}", name=name, start_step=0, duration=steps)
+    return Slot(held, Hanging(held), 0, steps)

@@ -59,6 +59,11 @@ class World:
         return self.program.clip.step_seconds
 
     @property
+    def falls(self) -> FloatArray:
+        """(N,) 1 for what has its weight, 0 for what floats."""
+        return np.array([float(one.aloft != "floats") for one in self.program.scene.objects])
+
+    @property
     def data(self) -> Data:
         """MuJoCo's state."""
         return self.compiled.data
@@ -116,7 +121,7 @@ class World:
         """Kinetic and potential energy, J."""
         part = self.part(name)
         lift = part.centre() @ np.array(self.program.scene.gravity)
-        return part.kinetic() - part.mass * float(lift)
+        return part.kinetic() - part.mass * float(self.falls[self.names[name]] * lift)
 
     def drag(self, name: str) -> Drag:
         """How the object catches the wind now."""

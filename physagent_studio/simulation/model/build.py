@@ -106,7 +106,7 @@ def _add_thing(
         case _:
             names = []
             if item.name not in plan.flexes:
-                names = _add_object(spec, item.name, solid, fixed)
+                names = _add_object(spec, item, solid, fixed)
                 _sort(plan, solid, names)
             plan.add(names)
             return
@@ -153,9 +153,11 @@ def _options(spec: Spec, plan: _Plan) -> None:
     spec.compiler.boundinertia = 0
 
 
-def _add_object(spec: Spec, name: str, solid: Solid, fixed: bool) -> list[str]:
+def _add_object(spec: Spec, item: SceneObject, solid: Solid, fixed: bool) -> list[str]:
+    name = item.name
     body = spec.worldbody.add_body(name=f"object/{name}")
     body.add_freejoint(name=f"object/{name}")
+    body.gravcomp = float(item.aloft == "floats")
     body.explicitinertial = True
     body.mass = solid.mass.volume * REFERENCE_DENSITY
     body.ipos = solid.mass.centre

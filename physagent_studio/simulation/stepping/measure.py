@@ -196,7 +196,7 @@ def _energies(world: World, track: _Track, velocities: FloatArray) -> tuple[Floa
     masses = np.array([part.mass for part in world.parts])
     gravity = np.array(world.program.scene.gravity)
     kinetic = 0.5 * masses * np.einsum("tni,tni->tn", velocities, velocities) + track.inner
-    potential = -masses * ((track.position + track.offset) @ gravity)
+    potential = -masses * world.falls * ((track.position + track.offset) @ gravity)
     return kinetic, potential
 
 

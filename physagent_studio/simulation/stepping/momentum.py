@@ -35,7 +35,7 @@ def balanced(world: World, trace: Trace, touching: Touching, velocities: FloatAr
     step, one, sign = touching.step[known], one[known], sign[known]
     masses = np.array([part.mass for part in world.parts])
     fall = np.array(world.program.scene.gravity) * world.step_seconds
-    gained = velocities[step + 1, one] - velocities[step, one] - fall
+    gained = velocities[step + 1, one] - velocities[step, one] - fall * world.falls[one, None]
     speed = sign * np.einsum("ij,ij->i", gained, touching.normal[known])
     impulse, acts = touching.impulse.copy(), touching.acts.copy()
     impulse[known] = masses[one] * np.maximum(speed, 0)

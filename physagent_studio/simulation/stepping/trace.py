@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from physagent_studio.program import PhysicalProgram
+from physagent_studio.program.scene.aloft import hangs
 from physagent_studio.records import Alarm, Rollout
 from physagent_studio.records.rollout import Release
 from physagent_studio.simulation.actions.schedule import Schedule
@@ -90,7 +91,7 @@ def new_trace(program: PhysicalProgram, compiled: Compiled, substeps: int) -> Tr
         np.zeros((clip.steps + 1, model.nv)),
         np.empty((clip.frames, size + EXTRA + model.npair)),
         ContactLog(compiled, substeps, dt),
-        Schedule(program.event.actions, clip.steps),
+        Schedule(program.event.actions, clip.steps, _hanging(program)),
         Grip(compiled, dt),
         Calm(compiled, np.array(program.scene.gravity), clip.step_seconds),
         Fracture(program, compiled),
@@ -98,3 +99,7 @@ def new_trace(program: PhysicalProgram, compiled: Compiled, substeps: int) -> Tr
         substeps,
         size,
     )
+
+
+def _hanging(program: PhysicalProgram) -> tuple[str, ...]:
+    return tuple(item.name for item in program.scene.objects if hangs(item))

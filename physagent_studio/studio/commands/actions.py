@@ -11,7 +11,7 @@ from typing import Any, Protocol
 from physagent_studio.errors import InputError
 from physagent_studio.program import PhysicalProgram, Support, apply
 from physagent_studio.program.scene import state as shapes
-from physagent_studio.studio.commands import directing, shelf
+from physagent_studio.studio.commands import aloft, directing, shelf
 from physagent_studio.studio.commands import mesh as mesh_actions
 from physagent_studio.studio.commands import photo as photo_actions
 from physagent_studio.studio.commands import program as program_actions
@@ -280,6 +280,6 @@ carry_out.register(intents_shelf.RestoreSession, shelf.restore)
 carry_out.register(intents_shelf.ListSessions, shelf.relist)
 
 OTHERS = photo_actions.ACTIONS | mesh_actions.ACTIONS | program_actions.ACTIONS
-OTHERS |= directing.ACTIONS | sketch_actions.ACTIONS
+OTHERS |= directing.ACTIONS | aloft.ACTIONS | sketch_actions.ACTIONS
 for asked, act in OTHERS.items():
     carry_out.register(asked, act)

@@ -31,30 +31,32 @@ FIRST_PUSH = {"magnitude": 1.0, "quantity": "target_speed", "direction": "right"
 
 def scale(intent: asked.Scale, studio: Studio, browser: int) -> None:
     """All efforts together, or the pace; under the pointer it is only tried."""
-    program = _open(studio)
+    program = open_program(studio)
     if intent.keep and intent.pace is not None:
         studio.workbench.post(commands.Retime(intent.pace))
         return
     edits = retimed(program, intent.pace) if intent.pace else scaled(program, intent.effort)
     if not edits and intent.keep:
         raise InputError("nothing pushes or moves a thing here, so there is no effort to change")
-    _carry(studio, edits, "gentler" if intent.effort < 1 else "harder", keep=intent.keep)
+    carry(studio, edits, "gentler" if intent.effort < 1 else "harder", keep=intent.keep)
 
 
 def aim(intent: asked.AimAt, studio: Studio, browser: int) -> None:
     """A thing goes where an arrow in the photo points."""
-    program = _open(studio)
+    program = open_program(studio)
     edits = aimed(program, intent.name, intent.end)
-    _carry(studio, edits, f"{intent.name.replace('_', ' ')} goes this way", keep=intent.keep)
+    carry(studio, edits, f"{intent.name.replace('_', ' ')} goes this way", keep=intent.keep)
 
 
-def _open(studio: Studio) -> PhysicalProgram:
+def open_program(studio: Studio) -> PhysicalProgram:
+    """The program on view, where it may be edited."""
     if studio.snapshot.read_only:
         raise InputError("an earlier round is open read-only; go on from here to edit it")
     return studio.snapshot.program
 
 
-def _carry(studio: Studio, edits: tuple[Edit, ...], reason: str, *, keep: bool) -> None:
+def carry(studio: Studio, edits: tuple[Edit, ...], reason: str, *, keep: bool) -> None:
+    """Makes an edit, or under the pointer only tries it."""
     if keep:
         studio.workbench.post(commands.ApplyEdits(edits, reason))
     else:

@@ -18,6 +18,7 @@ from physagent_studio.program.scene.state import Grounding
 from physagent_studio.program.timing import FASTEST, SLOWEST
 from physagent_studio.records.judgement import DecisionKind
 from physagent_studio.records.loop_state import PolicyName, RoleName
+from physagent_studio.studio.intents.aloft import AloftIntent
 from physagent_studio.studio.intents.directing import DirectingIntent, Hide, Measure
 from physagent_studio.studio.intents.mesh import MeshIntent
 from physagent_studio.studio.intents.photo import PhotoIntent, Ticket
@@ -320,7 +321,7 @@ Intent = Annotated[
     | StepOn | Cancel | DecideOn | Overrule | Policy | Role | Budget | PinFact | ShowRound | Fork
     | Change | Remove | Try | Wish | Retime | WriteText | DropDraft | Undo
     | OpenKnown | OpenBare | NamesIn | NewCase | RenameTo | Dismiss | Video | ShelfIntent
-    | PhotoIntent | MeshIntent | DirectingIntent,
+    | PhotoIntent | MeshIntent | DirectingIntent | AloftIntent,
     Field(discriminator="do"),
 ]  # fmt: skip
 

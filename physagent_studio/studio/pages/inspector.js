@@ -4,6 +4,13 @@ import { dial } from "./dial.js";
 import { button, draw, h, iconButton } from "./dom.js";
 import { on, retime, send, setField, value } from "./wire.js";
 
+const HELD = [
+  ["stands", "Stands", "It stands on something when the event begins"],
+  ["hangs", "Hangs", "It stays in the air until the first action on it begins"],
+  ["floats", "Floats", "It has no weight: it stays in the air, and goes on where it is pushed"],
+  ["falls", "Falls", "Nothing holds it: it falls as soon as the event begins"],
+];
+
 export function startInspector(host) {
   let data = null;
   const show = () => data && draw(host, page());
@@ -17,9 +24,22 @@ export function startInspector(host) {
       data.facts && data.facts.length ? h("div", { class: "facts strip num", style: "margin-bottom:12px" }, data.facts.map((one) => [h("span", { class: "muted" }, one.what), h("span", {}, one.is, " ", h("span", { class: "faint" }, one.unit))])) : null,
       data.kind === "object" && !data.readOnly && later() ? button("It should be elsewhere now…", () => send({ do: "show", what: "gizmo", on: true }), { class: "b small", style: "margin-bottom:10px", title: "Drag the handle in the scene to where it should be at this frame; a repair that brings it there is searched" }) : null,
       data.pace ? pace(data.pace) : null,
+      data.hold ? hold(data.hold) : null,
       h("div", { class: "form", key: data.path }, data.fields.map((one) => field(one))),
       data.actions && data.actions.length ? [h("div", { class: "head" }, "Actions"), h("div", { class: "row wrap" }, data.actions.map((id) => button(id.replaceAll("_", " "), () => send({ do: "select", kind: "action", name: id }), { class: "b small" })))] : null,
     ];
+  }
+
+  // How a thing is held when the event begins; in the air it keeps its place in the photo.
+  function hold(one) {
+    const off = data.readOnly, set = (how) => send({ do: "hold", name: data.name, how });
+    return h("div", { class: "form", key: "hold", role: "group", "aria-label": "How it is held" },
+      h("div", { class: "wide row", style: "gap:4px" }, HELD.map(([how, text, about]) => button(text, () => set(how), { class: "b small grow", "aria-pressed": String(one.how === how), disabled: off, title: about }))),
+      one.how === "stands" ? [h("label", { class: "label" }, "Stands on"),
+        h("select", { "aria-label": "Stands on", value: one.on || "", disabled: off, onchange: (e) => put({ path: `${data.path}.support` }, e.target.value || null) },
+          one.on ? null : h("option", { value: "" }, "not known"), one.others.map((name) => h("option", { value: name }, name.replaceAll("_", " "))))] : null,
+      one.height === null ? null : [h("label", { class: "label", title: "Along its line of sight: it stays in its place in the photo" }, "Above the ground"),
+        h("div", { class: "num-with-unit" }, h("input", { type: "text", inputmode: "decimal", "aria-label": "Height above the ground in metres", value: neat(one.height), disabled: off, onchange: (e) => { const height = read(e.target, false); if (height !== null && height >= 0) send({ do: "raise", name: data.name, height }); else show(); } }), h("span", { class: "unit" }, "m"))]);
   }
 
   // The clip's pace: a usual one, or a number of one's own; what is chosen is pinned.

@@ -76,7 +76,20 @@ export function live(data, state, unit) {
   if (state.tool === "horizon") out.push(horizon(data, state, unit));
   if (state.tool === "measure") out.push(ruler(state, pointer, unit));
   if (state.tool === "way") out.push(data.objects.map((one) => ways(one, drag, unit)));
+  if (state.tool === "ground") out.push(data.objects.map((one) => groundLine(one, data, drag, unit)));
   return out;
+}
+
+// The ground straight below a thing in the air, and how far up it is.
+function groundLine(one, data, drag, unit) {
+  const mine = drag?.kind === "ground" && drag.name === one.name;
+  const ground = mine ? [one.ways.at[0], drag.to[1]] : one.ways?.ground;
+  if (!ground) return null;
+  const [x, y] = ground, half = 0.06 * data.size[0];
+  return h("g", { class: "ph-ground", "data-ground": one.name },
+    h("line", { class: "ph-horizon", "stroke-dasharray": "4 4", x1: x, x2: x, y1: one.ways.at[1], y2: y }),
+    h("line", { class: "ph-horizon", x1: x - half, x2: x + half, y1: y, y2: y }),
+    h("circle", { class: "ph-horizon-grip", cx: x, cy: y, r: 6 * unit }));
 }
 
 // Where a thing goes, and, dashed, where its own front points.

@@ -11,6 +11,7 @@ export const TOOLS = [
   ["scissors", "Scissors", "Click along the edge; double-click or Enter closes. Shift: straight."],
   ["horizon", "Horizon", "Drag the line to where level ground would end; drag an end to tilt it."],
   ["way", "This way", "Drag from a thing to where it should go; a dashed arrow is where its front points."],
+  ["ground", "Ground line", "Drag the line below a thing in the air to the ground that is straight under it."],
   ["measure", "Measure", "Click two points: how far they are apart in the scene. Escape forgets them."],
   ["ramp", "Ramp", "Click the ramp's toe, then the ground below its upper end, then that end."],
 ];
@@ -286,6 +287,32 @@ export function makeTools({ stage, data, changed }) {
     }
   }
 
+  // The ground below a thing that hangs or floats says how far away it is; it keeps its place here.
+  function below(phase, point, event) {
+    if (phase === "down") {
+      const name = event.target.closest?.("[data-ground]")?.dataset.ground || event.target.closest?.("[data-kind=object]")?.dataset.name || nearestLine(point) || target();
+      if (!name || !named(name)?.ways) return;
+      send({ do: "select", kind: "object", name });
+      state.drag = { kind: "ground", name, to: point, moved: false };
+    } else if (phase === "move" && state.drag) {
+      [state.drag.to, state.drag.moved] = [point, true];
+      attempt({ do: "ground", name: state.drag.name, end: under(), keep: false });
+    } else if (phase === "up" && state.drag) {
+      const { name, moved } = state.drag, end = under();
+      state.drag = null;
+      dropAttempt();
+      if (moved) send({ do: "ground", name, end, keep: true });
+      else endAttempt();
+    }
+  }
+
+  const under = () => [centre(state.drag.name)[0], state.drag.to[1]].map(round);
+
+  function nearestLine([x, y]) {
+    const found = (data()?.objects || []).filter((one) => one.ways?.ground).map((one) => [Math.hypot(one.ways.ground[0] - x, one.ways.ground[1] - y), one.name]).sort((a, b) => a[0] - b[0])[0];
+    return found && found[0] < 0.12 * data().size[0] ? found[1] : "";
+  }
+
   // Two points, and how far apart they are; a third begins anew.
   function rule(phase, point) {
     if (phase !== "up") return;
@@ -315,6 +342,7 @@ export function makeTools({ stage, data, changed }) {
     else if (state.tool === "horizon") horizon(phase, raw);
     else if (state.tool === "ramp") ramp(phase, point);
     else if (state.tool === "way") heads(phase, point, event);
+    else if (state.tool === "ground") below(phase, point, event);
     else if (state.tool === "measure") rule(phase, point);
     else if (state.tool === "scissors") {
       if (phase === "up" && event.button === 0 && event.detail < 2) anchor(point, event.shiftKey);

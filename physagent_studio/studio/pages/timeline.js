@@ -158,11 +158,12 @@ export function startTimeline(host, inspect) {
       lane.actions.map((one) => actionOf(one, y + rowOf(one.id), selected, lane)),
       lane.leaves ? leaving(lane.leaves, y) : null,
       h("rect", { x: box.scrollLeft, y, width: gutter() - 4, height: tall(at), fill: "var(--panel)" }),
-      h("text", { class: "name", x: box.scrollLeft + 10, y: y + 17, onclick: () => send({ do: "select", kind: "object", name: lane.name }) }, fit(lane.name.replaceAll("_", " ")), h("title", {}, lane.name)));
+      h("rect", { class: "swatch", x: box.scrollLeft + 8, y: y + 8.500, width: 9, height: 9, rx: 2, fill: `rgb(${lane.colour.join(" ")})` }),
+      h("text", { class: "name", x: box.scrollLeft + 22, y: y + 17, onclick: () => send({ do: "select", kind: "object", name: lane.name }) }, fit(lane.name.replaceAll("_", " ")), h("title", {}, lane.name)));
   }
 
   const shortened = (text, room) => { const most = Math.floor(room / 6.6); return text.length <= most ? text : most < 4 ? "" : `${text.slice(0, most - 1)}…`; };
-  const fit = (name) => shortened(name, gutter() - 14);
+  const fit = (name) => shortened(name, gutter() - 26);
 
   // Pixels up to the next bar of the row, for the words beside one that is too short for them.
   function roomAfter(one, right, lane) {

@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.program.scene.aloft import in_air
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.studio.scene.arrows import vector_of
 from physagent_studio.workbench import Snapshot
+from physagent_studio.workbench.aloft_edits import foot_of
 
 LONG = 0.3
 """Length of an arrow, as a part of the distance from the camera."""
@@ -31,11 +33,13 @@ def ways_of(item: SceneObject, snapshot: Snapshot) -> dict[str, Any] | None:
     at = pixel(middle)
     if at is None:
         return None
+    foot = foot_of(snapshot.program.scene, item) if in_air(item) else None
     goes, heading = _driven(item, snapshot), item.wheels.heading if item.wheels else None
     front = None if heading is None else _level(math.radians(heading))
     return {
         "at": at,
         "goes": None if goes is None else pixel(middle + reach * goes),
+        "ground": None if foot is None else pixel(foot[0]),
         "front": None if front is None else pixel(middle + reach * front),
     }
 

@@ -12,6 +12,7 @@ from pydantic import BaseModel
 
 from physagent_studio.contract import describe
 from physagent_studio.program import MATERIALS, PhysicalProgram
+from physagent_studio.program.scene.aloft import carriage_of, in_air
 from physagent_studio.program.timing import PACE
 from physagent_studio.studio.panels.forms import Form
 from physagent_studio.studio.panels.pacing import choice_of
@@ -20,6 +21,7 @@ from physagent_studio.studio.panels.words import OPERATORS, number, plain, spoke
 from physagent_studio.studio.scene.places import poses_at
 from physagent_studio.studio.view import View
 from physagent_studio.workbench import Snapshot
+from physagent_studio.workbench.aloft_edits import foot_of
 
 ROOTS = {
     "object": "scene.objects",
@@ -48,9 +50,31 @@ def state_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
     if kind == "action":
         form["target"] = item.name
     if kind == "object":
+        form["fields"] = [one for one in form["fields"] if one["path"] not in _held_by(name)]
+        form["hold"] = _hold(snapshot, name)
         form["facts"] = _facts(snapshot, name, view.step)
         form["actions"] = [a.id for a in snapshot.program.event.actions if a.name == name]
     return form
+
+
+def _held_by(name: str) -> tuple[str, str]:
+    """What the switch of a thing sets as one."""
+    return f"scene.objects.{name}.support", f"scene.objects.{name}.aloft"
+
+
+def _hold(snapshot: Snapshot, name: str) -> dict[str, Any]:
+    """How a thing is held, what it may stand on, and how high above the ground it is, m."""
+    scene = snapshot.program.scene
+    item = scene.object(name)
+    assert item is not None
+    others = [o.name for o in (*scene.supports, *scene.objects) if o.name != name]
+    foot = foot_of(scene, item) if scene.camera is not None and in_air(item) else None
+    return {
+        "how": carriage_of(item),
+        "on": None if in_air(item) else item.support,
+        "others": others,
+        "height": None if foot is None else round(foot[1], 4),
+    }
 
 
 def _clip(snapshot: Snapshot) -> dict[str, Any]:

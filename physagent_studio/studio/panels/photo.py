@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from physagent_studio.knowledge import support_kind
 from physagent_studio.program.scene.state import SceneObject, Support
-from physagent_studio.rendering.backdrop import PALETTE
 from physagent_studio.studio.first_scene import marked
 from physagent_studio.studio.guesses import Spot, stale_spots, without_stale
 from physagent_studio.studio.panels.goings import ways_of
 from physagent_studio.studio.panels.seen_edges import seen_edges
+from physagent_studio.studio.scene.ghosts import colours_of
 from physagent_studio.workbench import Snapshot
 from physagent_studio.workbench.photo_edits import forms_of
 
@@ -37,6 +37,7 @@ def state_of(snapshot: Snapshot) -> dict[str, Any]:
     state = marked(snapshot)
     camera = state.camera
     masks = {} if scene is None else scene.masks
+    colours = colours_of([item.name for item in state.objects])
     stale = stale_spots(case, state)
     return {
         "session": snapshot.session_id,
@@ -52,13 +53,13 @@ def state_of(snapshot: Snapshot) -> dict[str, Any]:
         "objects": [
             {
                 **_grounded(item, stale),
-                "colour": PALETTE[index % len(PALETTE)],
+                "colour": colours[item.name],
                 "path": path_of(masks[item.name]) if item.name in masks else "",
                 "shape": item.form or (item.shape.kind if item.shape is not None else ""),
                 **_shapes(item.name, snapshot),
                 "ways": ways_of(item, snapshot),
             }
-            for index, item in enumerate(state.objects)
+            for item in state.objects
         ],
         "supports": [
             {

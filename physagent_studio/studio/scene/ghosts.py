@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
 from physagent_studio.program.rotations import angle_between, matrices_of
 from physagent_studio.records import Mesh, Rollout
+from physagent_studio.rendering.backdrop import PALETTE
 
-EARLIER, PREVIEW, NOW = (150, 154, 162), (18, 184, 166), (59, 130, 246)
+EARLIER, PREVIEW = (150, 154, 162), (18, 184, 166)
 TRIED = (245, 158, 11)
 NEAR_METRES, NEAR_RADIANS = 0.004, 0.03
 """A ghost this close to the thing itself is not drawn, since both would flicker."""
+
+QUIET = 0.2
+"""How much a ghost hides of what is behind it: it is seen, and the thing itself stands out."""
 
 Color = tuple[int, int, int]
 
@@ -49,19 +55,23 @@ class Ghosts:
         handles = {
             name: self._server.scene.add_mesh_simple(
                 f"/ghosts/{key}/{name}", meshes[name].vertices, meshes[name].faces,
-                color=color, opacity=0.32, cast_shadow=False, receive_shadow=False,
+                color=color, opacity=QUIET, cast_shadow=False, receive_shadow=False,
             )
             for name in names
         }  # fmt: skip
         self._ghosts[key] = (rollout, handles)
 
-    def set_trail(self, key: str, rollout: Rollout | None, color: Color) -> None:
-        """Shows the paths of a rollout's moving objects; None takes them away."""
+    def set_trail(self, key: str, rollout: Rollout | None, color: Color | None) -> None:
+        """Shows the paths of a rollout's moving objects; a None rollout takes them away.
+
+        color: of all of them; None for each thing's own.
+        """
         shown = self._trails.get(key)
         if shown is not None and shown[0] is rollout:
             return
         lines = {} if rollout is None else paths_of(rollout)
         handles = {} if shown is None else shown[1]
+        own = {} if rollout is None else colours_of(rollout.objects)
         for name in set(handles) - set(lines):
             handles.pop(name).remove()
         for name, line in lines.items():
@@ -69,7 +79,7 @@ class Ghosts:
                 handles[name].points = line
                 continue
             handles[name] = self._server.scene.add_line_segments(
-                f"/trails/{key}/{name}", line, colors=color, thickness=2.5,
+                f"/trails/{key}/{name}", line, colors=color or own[name], thickness=2.5,
                 thickness_units="screen",
             )  # fmt: skip
         if rollout is None:
@@ -86,6 +96,11 @@ class Ghosts:
                 handle.visible = not _covers(rollout, now, name, step)
                 handle.position = rollout.positions[row, at]
                 handle.wxyz = rollout.rotations[row, at]
+
+
+def colours_of(names: Sequence[str]) -> dict[str, Color]:
+    """The colour of each thing, by the order of the objects, wherever it is drawn."""
+    return {name: PALETTE[at % len(PALETTE)] for at, name in enumerate(names)}
 
 
 def paths_of(rollout: Rollout) -> dict[str, NDArray[np.float32]]:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.actions import FixObject
+from physagent_studio.program.scene.aloft import hangs
 from physagent_studio.workbench import Snapshot
 
 Poses = dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]
@@ -14,17 +15,18 @@ Poses = dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]
 
 
 def held_at(snapshot: Snapshot, step: int) -> frozenset[str]:
-    """The objects that an action keeps where they are on a step."""
-    rollout = snapshot.rollout
-    holding = {a.id: a.name for a in snapshot.program.event.actions if isinstance(a, FixObject)}
-    if rollout is None or not holding:
+    """The objects that an action keeps where they are on a step, or that still hang there."""
+    rollout, program = snapshot.rollout, snapshot.program
+    if rollout is None:
         return frozenset()
-    return frozenset(
-        holding[span.id]
+    ran = [
+        (program.action(span.id), span.start, rollout.steps + 1 if span.end is None else span.end)
         for span in rollout.spans
-        if span.id in holding and span.start is not None
-        and span.start <= step < (span.end if span.end is not None else rollout.steps + 1)
-    )  # fmt: skip
+        if span.start is not None
+    ]
+    held = {a.name for a, from_, to in ran if isinstance(a, FixObject) and from_ <= step < to}
+    moved = {a.name for a, from_, _ in ran if a is not None and from_ <= step}
+    return frozenset(held | {o.name for o in program.scene.objects if hangs(o)} - moved)
 
 
 def poses_at(snapshot: Snapshot, step: int) -> Poses:

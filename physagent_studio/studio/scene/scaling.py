@@ -9,6 +9,7 @@ from pydantic import JsonValue
 from physagent_studio.program import Edit, SceneObject, SetField
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene import state as shapes
+from physagent_studio.program.scene.aloft import in_air
 from physagent_studio.records import Mesh
 
 FloatArray = NDArray[np.float64]
@@ -92,7 +93,7 @@ def scaling(item: SceneObject, mesh: Mesh, factors: FloatArray) -> tuple[Edit, .
         return ()
     path = f"scene.objects.{item.name}"
     edits: list[Edit] = [SetField(path=f"{path}.shape", value=made.model_dump(mode="json"))]
-    if item.support != "air":
+    if not in_air(item):
         up = mesh.vertices @ matrix_of(item.rotation)[2]
         grown = (mesh.vertices * factors) @ matrix_of(item.rotation)[2]
         x, y, z = item.position

@@ -20,7 +20,7 @@ from physagent_studio.studio.guard import put
 from physagent_studio.studio.scene.collisions import Collisions
 from physagent_studio.studio.scene.deforming import Deforming
 from physagent_studio.studio.scene.furniture import Furniture
-from physagent_studio.studio.scene.ghosts import EARLIER, NOW, PREVIEW, TRIED, Ghosts
+from physagent_studio.studio.scene.ghosts import EARLIER, PREVIEW, TRIED, Ghosts
 from physagent_studio.studio.scene.glb import glb_of
 from physagent_studio.studio.scene.handles import Edited, Handles, Held, Later, Wished
 from physagent_studio.studio.scene.lights import light
@@ -92,7 +92,7 @@ class Stage:
             earlier = earlier if ghosts else None
             self._ghosts.set_ghost("preview", preview, PREVIEW, self._meshes)
             self._ghosts.set_ghost("earlier", earlier, EARLIER, self._meshes)
-            self._ghosts.set_trail("now", snapshot.rollout if trails else None, NOW)
+            self._ghosts.set_trail("now", snapshot.rollout if trails else None, None)
             self._ghosts.set_trail("preview", preview if trails else None, PREVIEW)
             self._ghosts.set_trail("earlier", earlier if trails else None, EARLIER)
             self._set_attempt(snapshot)

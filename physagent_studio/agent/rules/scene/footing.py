@@ -8,6 +8,7 @@ import numpy as np
 
 from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.knowledge import density_of, is_sheet, usual_size
+from physagent_studio.program.scene.aloft import AIR
 from physagent_studio.program.scene.state import (
     Inflated,
     Landmark,
@@ -55,7 +56,7 @@ def _weighed(item: SceneObject) -> SceneObject:
 
 def _deep_enough(item: SceneObject) -> SceneObject:
     shape = item.shape
-    stands = item.support not in (None, "air") and not is_sheet(item.name)
+    stands = item.support not in (None, AIR) and not is_sheet(item.name)
     if (
         not isinstance(shape, Inflated)
         or shape.flat

@@ -11,6 +11,7 @@ from physagent_studio.arrays import FloatArray
 from physagent_studio.program.base import DIRECTIONS, Direction
 from physagent_studio.program.preflight.mechanics import mass_of
 from physagent_studio.program.rotations import matrix_of
+from physagent_studio.program.scene.aloft import AIR, in_air
 from physagent_studio.program.scene.materials import Touch, combine, touch_of
 from physagent_studio.program.scene.shapes import (
     Placed,
@@ -71,7 +72,7 @@ class Layout:
             return self
         objects = tuple(
             item.model_copy(
-                update={"position": tuple(float(p) for p in places[item.name]), "support": "air"}
+                update={"position": tuple(float(p) for p in places[item.name]), "support": AIR}
             )
             if item.name in places
             else item
@@ -199,7 +200,7 @@ class Layout:
     def carrier(self, name: str) -> str | None:
         """What the object stands on at first: a support or an object; None in the air."""
         item = self.state.object(name)
-        if item is None or item.support == "air":
+        if item is None or in_air(item):
             return None
         if item.support is not None and not self._is_over(name, item.support):
             return None

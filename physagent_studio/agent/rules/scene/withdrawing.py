@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.language import Reading
+from physagent_studio.program.scene.aloft import AIR
 from physagent_studio.program.scene.state import SceneState
 
 
@@ -24,7 +25,7 @@ def without_withdrawn(state: SceneState, reading: Reading) -> SceneState:
         return state
     layout = Layout(state)
     objects = tuple(
-        item.model_copy(update={"support": "air"})
+        item.model_copy(update={"support": AIR})
         if {item.support, layout.carrier(item.name)} & gone
         else item
         for item in state.objects

@@ -148,14 +148,14 @@ class Wheels(Frozen):
 class SceneObject(Frozen):
     """A thing that can move.
 
-    position: centre of mass in the world, m. rotation: pose R_world_body; reconstruction sets
-    it together with an open shape. support: what it stands on in the picture (support or
-    object), "air" for nothing, None for open. aloft: it `hangs` in the air until
-    the first action on it begins, or `floats` without weight; None: in the air it falls. material: a row of `program.materials`; density
-    (kg/m³), friction, restitution and rolling (resistance of round things, the force that it
-    takes to keep one rolling over its weight) override that row. body: how it holds together.
-    wheels: on which it stands, None for none. form: the kind of shape that an open `shape`
-    becomes; None leaves the choice open too.
+    position: centre of mass in the world, m. rotation: pose R_world_body; reconstruction sets it
+    together with an open shape. support: what it stands on in the picture (support or object),
+    "air" for nothing, None for open. aloft: it `hangs` in the air until the first action on it
+    begins, or `floats` without weight; None: in the air it falls. material: a row of
+    `program.materials`; density (kg/m³), friction, restitution and rolling (resistance of round
+    things, the force that it takes to keep one rolling over its weight) override that row. body:
+    how it holds together. wheels: on which it stands, None for none. form: the kind of shape that
+    an open `shape` becomes; None leaves the choice open too.
     """
 
     name: Name

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -174,3 +175,59 @@ def test_a_thing_is_sent_this_way_by_an_arrow(waiting: Desk) -> None:
     told = force.get("force") or force["velocity"]
     assert told["direction"] == "right"
     assert told["azimuth"] < 0
+
+
+def test_a_thing_hangs_by_a_click_and_its_ground_line_is_dragged(waiting: Desk) -> None:
+    page = waiting.page
+    waiting.proposal()
+    name = waiting.snapshot.program.event.actions[0].name
+    choose = (
+        f"import('/wire.js').then(w => w.send({{do: 'select', kind: 'object', name: '{name}'}}))"
+    )
+    page.evaluate(choose)
+    waiting.tab("Inspector")
+    held = page.get_by_role("group", name="How it is held")
+    expect(held.get_by_role("button", name="Stands")).to_have_attribute("aria-pressed", "true")
+    expect(held.get_by_label("Stands on").locator("option", has_text=_spoken(name))).to_have_count(
+        0
+    )
+    held.get_by_role("button", name="Hangs").click()
+    waiting.until(lambda: _thing(waiting, name).aloft == "hangs", "that it hangs")
+    waiting.idle()
+    # It keeps its place in the photo while it is raised.
+    before = _seen(waiting, name)
+    height = held.get_by_label("Height above the ground in metres")
+    height.fill(str(round(float(height.input_value()) + 0.1, 3)))
+    height.press("Enter")
+    last = _thing(waiting, name).position
+    waiting.until(lambda: _thing(waiting, name).position != last, "that it is raised")
+    waiting.idle()
+    assert _seen(waiting, name) == pytest.approx(before, abs=1.0)
+    # And while its ground line goes to another place of the ground.
+    waiting.tab("Photo")
+    waiting.button("Ground line").click()
+    grip = page.locator(f".ph-ground[data-ground={name}] circle")
+    box = waiting.box(grip)
+    last = _thing(waiting, name).position
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2 + 20, steps=4)
+    page.mouse.up()
+    waiting.until(lambda: _thing(waiting, name).position != last, "that it is nearer")
+    waiting.idle()
+    assert _thing(waiting, name).position[1] < last[1]
+    assert _seen(waiting, name) == pytest.approx(before, abs=1.0)
+
+
+def _spoken(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _thing(desk: Desk, name: str) -> Any:
+    return desk.snapshot.program.scene.object(name)
+
+
+def _seen(desk: Desk, name: str) -> list[float]:
+    camera = desk.snapshot.program.scene.camera
+    assert camera is not None
+    return camera.project(np.array([_thing(desk, name).position]))[0][0].tolist()

@@ -4,6 +4,7 @@ import { dial } from "./dial.js";
 import { button, draw, h, iconButton } from "./dom.js";
 import { on, retime, send, setField, value } from "./wire.js";
 
+const TICKS = { Muted: "It is kept, and does nothing", "Must not happen": "The opposite is demanded", "Known for certain": "No repair changes the camera" };
 const HELD = [
   ["stands", "Stands", "It stands on something when the event begins"],
   ["hangs", "Hangs", "It stays in the air until the first action on it begins"],
@@ -144,7 +145,7 @@ export function startInspector(host) {
 
   function control(one) {
     const off = data.readOnly;
-    if (one.kind === "tick") return h("input", { type: "checkbox", checked: Boolean(one.value), disabled: off, "aria-label": one.label, onchange: (e) => put(one, e.target.checked) });
+    if (one.kind === "tick") return h("label", { class: "tick", title: TICKS[one.label] || one.label }, h("input", { type: "checkbox", checked: Boolean(one.value), disabled: off, "aria-label": one.label, onchange: (e) => put(one, e.target.checked) }));
     if (one.kind === "pick") return select(one, one.options.map(String), off);
     if (one.kind === "text" && one.names && data.names[one.names]) return select(one, (one.names === "supports" ? [...data.names.supports, ...data.names.objects, "air"] : data.names[one.names]).filter((name) => name !== own(one)), off);
     if (one.kind === "vector") return vector(one, off);

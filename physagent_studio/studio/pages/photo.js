@@ -11,6 +11,7 @@ const ICONS = {
   look: "M3 2l9 6-4 1-2 4z", mask: "M7.300 2h1.400v5.300H14v1.400H8.700V14H7.300V8.700H2V7.300h5.300z", brush: "M13.500 2.500c-3 1.500-5.500 4-6.500 6l1 1c2-1 4.500-3.500 6-6.500zM6.500 9.500C5 9.500 4 10.500 4 12c0 .8-.7 1.300-1.500 1.500C5 14 7.500 13 7.500 10.500z",
   scissors: "M4.500 3l4 5.200L12.500 3l1 .7-4.200 5.500.8 1.100a2 2 0 1 1-1 .8L8.500 10.300l-.6.8a2 2 0 1 1-1-.8l.7-1.100L3.500 3.700z", horizon: "M2 9h12v1.300H2zM4.500 7.500a3.500 3.500 0 0 1 7 0z", ramp: "M2 13 14 4.500V13z", measure: "M1.500 10.500 10.500 1.500l4 4-9 9zM4 9.500l1.500 1.500M6.500 7l1 1M9 4.500l1.500 1.500", way: "M2 7.200h8V4l4.500 4-4.500 4V8.800H2z", ground: "M2 13h12v1.300H2zM7.300 5h1.400v1.500H7.300zM7.300 7.500h1.400V9H7.300zM7.300 10h1.400v1.500H7.300zM8 1a1.800 1.800 0 1 1 0 3.600A1.800 1.800 0 0 1 8 1z",
 };
+const EFFECTS = { add: "What is marked belongs to the thing", erase: "What is marked does not belong to it", only: "It is exactly what is marked" };
 const SHAPES = { sphere: "Ball", ellipsoid: "Ellipsoid", cylinder: "Cylinder", frustum: "Cone or cup", capsule: "Capsule", torus: "Ring", box: "Box", revolved: "Round, by its outline", inflated: "Its outline, rounded", mesh: "Mesh" };
 
 export function startPhoto(host) {
@@ -67,10 +68,10 @@ export function startPhoto(host) {
     const effects = state.tool === "brush" ? [["add", "Add"], ["erase", "Erase"]] : [["add", "Add"], ["erase", "Cut away"], ["only", "Exactly this"]];
     return [
       h("div", { class: "photo-tools", role: "toolbar", "aria-label": "Photo tools" },
-        TOOLS.map(([key, text]) => h("button", { class: "b", type: "button", "aria-pressed": String(key === state.tool), onclick: () => tools.pick(key) },
+        TOOLS.map(([key, text, about]) => h("button", { class: "b", type: "button", title: about, "aria-pressed": String(key === state.tool), onclick: () => tools.pick(key) },
           h("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" }, h("path", { d: ICONS[key], fill: "currentColor" })), text))),
       ["brush", "scissors"].includes(state.tool) ? h("div", { class: "row", style: "gap:8px" },
-        h("div", { class: "row", style: "gap:3px", role: "group", "aria-label": "What it does" }, effects.map(([key, text]) => button(text, () => { state.effect = key; show(); }, { class: "b small", "aria-pressed": String(state.effect === key) }))),
+        h("div", { class: "row", style: "gap:3px", role: "group", "aria-label": "What it does" }, effects.map(([key, text]) => button(text, () => { state.effect = key; show(); }, { title: EFFECTS[key], class: "b small", "aria-pressed": String(state.effect === key) }))),
         state.tool === "brush" ? h("input", { type: "range", min: 1, max: 60, value: String(state.radius), "aria-label": "Brush radius in pixels", class: "grow", oninput: (e) => { state.radius = Number(e.target.value); later(); } }) : null) : null,
       h("p", { class: "photo-hint", "aria-live": "polite" }, needs ? "Choose a thing below first; or mark one, then say which it is." : hint(tool)),
     ];
@@ -117,9 +118,9 @@ export function startPhoto(host) {
 
   function things(chosen) {
     return h("div", { key: "things" }, h("div", { class: "head" }, "Things"), h("div", { class: "row wrap photo-things", style: "gap:4px" },
-      data.objects.map((one) => h("button", { class: "b small", type: "button", "aria-pressed": String(one.name === chosen), onclick: () => choose("object", one.name) },
+      data.objects.map((one) => h("button", { class: "b small", type: "button", title: "Choose it; the tools then mark it", "aria-pressed": String(one.name === chosen), onclick: () => choose("object", one.name) },
         h("span", { class: "photo-swatch", style: `background:rgb(${one.colour.join(" ")})` }), one.name.replaceAll("_", " "), one.grounding.proposed ? h("span", { class: "faint", title: "Found by its words; mark it to be sure" }, "found by words") : null)),
-      data.supports.filter((one) => one.placed).map((one) => h("button", { class: "b small", type: "button", "aria-pressed": String(one.name === chosen), onclick: () => choose("support", one.name) }, one.name.replaceAll("_", " "))),
+      data.supports.filter((one) => one.placed).map((one) => h("button", { class: "b small", type: "button", title: "Choose it; the tools then mark it", "aria-pressed": String(one.name === chosen), onclick: () => choose("support", one.name) }, one.name.replaceAll("_", " "))),
       state.fresh ? h("span", { class: "chip accent" }, state.fresh) : null,
       data.readOnly ? null : h("form", { class: "row", style: "gap:3px", onsubmit: (e) => { e.preventDefault(); add(e.target.elements[0]); } },
         h("input", { type: "text", placeholder: "New thing", "aria-label": "Name of a new thing", maxlength: 60, style: "width:92px" }), button("Mark it", null, { class: "b small", type: "submit" }))));

@@ -13,7 +13,7 @@ export function startPlots(host) {
     if (!data) return;
     if (!data.plots.length) return draw(host, h("p", { class: "muted" }, "Curves appear here once something has run."));
     draw(host,
-      h("div", { class: "row wrap", style: "gap:4px 10px;margin-bottom:8px" }, data.objects.map((name, at) => h("label", { class: "row", style: "gap:5px" }, h("input", { type: "checkbox", checked: !off.has(name), onchange: () => { if (off.has(name)) off.delete(name); else off.add(name); show(); } }), h("span", { class: "swatch", style: `background:${tint(at)}` }), h("span", {}, name.replaceAll("_", " "))))),
+      h("div", { class: "row wrap", style: "gap:4px 10px;margin-bottom:8px" }, data.objects.map((name, at) => h("label", { class: "row", style: "gap:5px", title: "Draw its curves, or leave them out" }, h("input", { type: "checkbox", checked: !off.has(name), onchange: () => { if (off.has(name)) off.delete(name); else off.add(name); show(); } }), h("span", { class: "swatch", style: `background:${tint(at)}` }), h("span", {}, name.replaceAll("_", " "))))),
       data.plots.map(plot),
       h("p", { class: "faint" }, data.plots.some((one) => one.other) ? `Dashed: ${data.dashed}.` : ""));
     cursor();

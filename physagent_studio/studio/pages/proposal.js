@@ -77,7 +77,7 @@ export function makeProposal(show, focus, mark) {
     if (p.id !== proposal) reset(p.id);
     const label = edited() ? "Accept edited" : off.size ? "Accept selected" : "Accept";
     return h("div", { class: sent ? "decide off" : "decide", role: "group", "aria-label": "Decision", "aria-disabled": sent ? "true" : null },
-      h("button", { class: "plain row", type: "button", title: "Show all of it", onclick: lead }, h("span", { class: "title" }, p.gentler ? "A gentler way" : p.hunks.length ? "Proposed repair" : "The planner is stuck"), h("span", { class: "muted clip grow" }, brief(p))),
+      h("button", { class: "plain row", type: "button", title: "Show all of it", onclick: lead }, h("span", { class: "title" }, p.gentler ? "A gentler way" : p.hunks.length ? "Proposed repair" : "The planner is stuck"), h("span", { class: "muted" }, brief(p))),
       draft ? h("div", { class: "strip warn" }, "You have edits of your own. Deciding here leaves them behind; undo brings them back.") : null,
       sent ? h("div", { class: "strip", role: "status" }, `${p.gentler && sent === "skip" ? "Kept as it is" : DONE[sent]}; what follows is worked out…`) : null,
       h("div", { class: "row" },
@@ -131,7 +131,7 @@ export function makeProposal(show, focus, mark) {
   function hunk(p, one) {
     const on = !off.has(one.id);
     return h("div", { class: on ? "hunk" : "hunk off", key: one.id },
-      h("label", { class: "row top" },
+      h("label", { class: "row top", title: "Untick it to leave this part out" },
         h("input", { type: "checkbox", checked: on, "aria-label": `Take: ${one.summary}`, onchange: () => { if (on) off.add(one.id); else off.delete(one.id); show(); } }),
         h("span", { class: "grow" }, one.summary)),
       one.rows.map((change, at) => changed(one, change, at)));

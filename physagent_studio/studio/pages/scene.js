@@ -7,6 +7,8 @@ import { edit, on, send } from "./wire.js";
 const TIPS = {
   photo: "As the photo was taken (0)", front: "From the front", side: "From the right", top: "From above (T)",
   ghosts: "Where things go in other rounds, as shades (G)", trails: "The ways that things take, as lines", forces: "What pushes, and how fast things go (V)",
+  supports: "The ground, tables and ramps", labels: "What things are called", centres: "Where the weight of a thing is as if in one point",
+  collisions: "The shapes that the physics works with, as wire", frustum: "Where the photo was taken from", gravity: "Which way things fall", axes: "Right, away from the camera, up",
   contacts: "Where things touch, and how hard (C)", gizmo: "Handles to move, turn and scale what is selected (M)",
 };
 const VIEWS = [["photo", "Photo"], ["front", "Front"], ["side", "Side"], ["top", "Top"]];
@@ -59,7 +61,7 @@ export function startScene(host, bar, banner, meshFile, inspect) {
     for (const one of data.things) given.delete(one.name);
     draw(host,
       h("div", { class: "head" }, "Show"),
-      h("div", { class: "stack", style: "gap:5px" }, data.switches.map((one) => h("label", { class: "row" }, h("input", { type: "checkbox", checked: one.on, onchange: () => send({ do: "show", what: one.what, on: !one.on }) }), one.text)),
+      h("div", { class: "stack", style: "gap:5px" }, data.switches.map((one) => h("label", { class: "row", title: TIPS[one.what] }, h("input", { type: "checkbox", checked: one.on, onchange: () => send({ do: "show", what: one.what, on: !one.on }) }), one.text)),
         h("label", { class: "row", title: "Things are drawn so that one sees through them, on this page alone" }, h("input", { type: "checkbox", checked: glass, onchange: (e) => { glass = e.target.checked; see(); } }), "See-through things"), drawingChoice()),
       h("div", { class: "head" }, "Things"),
       h("div", { class: "stack", style: "gap:2px" }, data.things.map((one) => h("div", { class: "row", style: "gap:2px", key: `${one.kind} ${one.name}` }, h("button", { class: "b quiet row grow", type: "button", style: "text-align:left", title: "Show its numbers", onclick: () => { send({ do: "select", kind: one.kind, name: one.name }); inspect(); } }, h("span", { class: one.hidden ? "grow faint" : "grow" }, one.name.replaceAll("_", " ")), h("span", { class: "chip" }, one.material.replaceAll("_", " "))),

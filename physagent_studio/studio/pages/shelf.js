@@ -30,7 +30,7 @@ export function makeShelf(show, { close, fresh }) {
     const [tone, word] = OUTCOME[one.outcome] || ["", one.outcome];
     return h("div", { class: "entry-row", key: `row-${one.key}` },
       h("button", { class: "entry", type: "button", key: one.key, onclick: () => open(one.key) }, face(one),
-        h("span", { class: "grow", style: "min-width:0" }, h("div", { class: "clip" }, h("b", {}, one.title)), h("div", { class: "muted clip" }, one.prompt || "No sentence yet")),
+        h("span", { class: "grow", style: "min-width:0" }, h("div", {}, h("b", {}, one.title)), h("div", { class: "muted" }, one.prompt || "No sentence yet")),
         h("span", { class: "muted num hide-narrow", title: one.modified }, say(one.rounds, "round")),
         h("span", { class: `chip ${tone}` }, one.open ? "on view" : word)),
       h("span", { class: "row", style: "gap:0" },

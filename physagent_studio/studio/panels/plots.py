@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from physagent_studio.records import Rollout
-from physagent_studio.studio.scene.ghosts import colours_of
+from physagent_studio.studio.scene.ghosts import thing_colours
 from physagent_studio.workbench import Snapshot
 
 POINTS = 160
@@ -26,7 +26,7 @@ def state_of(
         "stepSeconds": rollout.step_seconds,
         "at": rows.tolist(),
         "objects": list(rollout.objects),
-        "colours": [list(one) for one in colours_of(rollout.objects).values()],
+        "colours": [list(one) for one in thing_colours(rollout.objects).values()],
         "dashed": "the round compared with" if earlier else "with the proposed repair",
         "plots": [
             {"title": title, "unit": unit, "series": _series(rollout, key, rows),

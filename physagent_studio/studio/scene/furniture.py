@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.records import Scene
+from physagent_studio.studio.scene.labels import VALUE, Labels
 from physagent_studio.studio.scene.outline import edges_of
 from physagent_studio.studio.scene.places import small
 from physagent_studio.studio.scene.primitives import mesh_of_support
@@ -25,6 +26,12 @@ class Furniture:
         self._server = server
         self._picked = picked
         self._handles: dict[str, list[viser.SceneNodeHandle]] = {}
+        self._said: tuple[FloatArray, str] | None = None
+
+    def keep_free(self, words: Labels) -> None:
+        """Has other words make way for the label of gravity."""
+        if self._said is not None:
+            words.place(*self._said)
 
     def clear(self) -> None:
         """Removes all of it."""
@@ -104,6 +111,7 @@ class Furniture:
     def _gravity(self, program: PhysicalProgram, size: float) -> list[viser.SceneNodeHandle]:
         gravity = np.array(program.scene.gravity)
         strength = float(np.linalg.norm(gravity))
+        self._said = None
         if strength < 1e-9:
             return []
         places = [o.position for o in program.scene.objects if o.position is not None]
@@ -115,8 +123,9 @@ class Furniture:
             "/gravity", np.array([[start, tip]]), colors=(220, 120, 40),
             shaft_radius=size * 0.004, head_radius=size * 0.012, head_length=size * 0.035,
         )  # fmt: skip
+        self._said = start, f"gravity {strength:.3g} m/s²"
         label = self._server.scene.add_label(
-            "/gravity/label", f"gravity {strength:.3g} m/s²", position=start,
-            font_screen_scale=0.9, anchor="bottom-center",
+            "/gravity/label", self._said[1], position=start,
+            font_screen_scale=VALUE, anchor="bottom-center",
         )  # fmt: skip
         return [arrow, label]

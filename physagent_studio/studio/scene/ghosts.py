@@ -71,7 +71,7 @@ class Ghosts:
             return
         lines = {} if rollout is None else paths_of(rollout)
         handles = {} if shown is None else shown[1]
-        own = {} if rollout is None else colours_of(rollout.objects)
+        own = {} if rollout is None else thing_colours(rollout.objects)
         for name in set(handles) - set(lines):
             handles.pop(name).remove()
         for name, line in lines.items():
@@ -98,7 +98,7 @@ class Ghosts:
                 handle.wxyz = rollout.rotations[row, at]
 
 
-def colours_of(names: Sequence[str]) -> dict[str, Color]:
+def thing_colours(names: Sequence[str]) -> dict[str, Color]:
     """The colour of each thing, by the order of the objects, wherever it is drawn."""
     return {name: PALETTE[at % len(PALETTE)] for at, name in enumerate(names)}
 

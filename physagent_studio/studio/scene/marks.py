@@ -16,6 +16,7 @@ from pydantic import JsonValue
 from physagent_studio.program import SetField
 from physagent_studio.studio.scene.arrows import Arrow, action_arrows, velocity_arrows
 from physagent_studio.studio.scene.handles import Edited, Later
+from physagent_studio.studio.scene.labels import VALUE, Labels
 from physagent_studio.studio.view import View
 from physagent_studio.workbench import Snapshot
 
@@ -36,15 +37,15 @@ class Marks:
         self._grips: dict[str, viser.IcosphereHandle] = {}
         self._held: str | None = None
 
-    def draw(self, snapshot: Snapshot, view: View, size: float) -> None:
-        """Brings all marks to the step on view."""
+    def draw(self, snapshot: Snapshot, view: View, size: float, words: Labels) -> None:
+        """Brings all marks to the step on view. words: what is written in the scene already."""
         selected = view.selection.name if view.selection.kind == "action" else ""
         show = "forces" in view.shown
         arrows = action_arrows(snapshot, view.step if show else -1, selected)
         moving = velocity_arrows(snapshot, view.step) if show else ()
-        self._set_arrows((*arrows, *moving), size)
+        self._set_arrows((*arrows, *moving), size, words)
         self._set_grips([one for one in arrows if not snapshot.read_only], size)
-        self._set_contacts(snapshot, view, size)
+        self._set_contacts(snapshot, view, size, words)
         self._set_centres(snapshot, view, size)
 
     def clear(self) -> None:
@@ -52,7 +53,7 @@ class Marks:
         self._server.scene.remove_by_name("/marks")
         self._arrows, self._grips, self._held = {}, {}, None
 
-    def _set_arrows(self, arrows: tuple[Arrow, ...], size: float) -> None:
+    def _set_arrows(self, arrows: tuple[Arrow, ...], size: float, words: Labels) -> None:
         for key in set(self._arrows) - {one.key for one in arrows}:
             # The label hangs below the arrow and goes with it.
             self._arrows.pop(key)[0].remove()
@@ -60,6 +61,9 @@ class Marks:
             if self._held == one.key:
                 continue
             self._arrows[one.key] = self._arrow(one, size)
+            # What is pushed moves that way: the two values stand above and below their tips.
+            below = one.kind != "action"
+            self._arrows[one.key][1].position = words.place(one.tip, one.text, below=below)
 
     def _arrow(self, one: Arrow, size: float) -> tuple[viser.ArrowsHandle, viser.LabelHandle]:
         """The arrow as it should be; one that is there already is only moved."""
@@ -77,8 +81,7 @@ class Marks:
             head_length=min(size * 0.06, max(length * 0.4, 1e-4)),
         )  # fmt: skip
         label = self._server.scene.add_label(
-            f"/marks/{one.key}/value", one.text, position=one.tip, font_screen_scale=0.9,
-            # What is pushed moves that way: the two values stand above and below their tips.
+            f"/marks/{one.key}/value", one.text, position=one.tip, font_screen_scale=VALUE,
             anchor="bottom-center" if one.kind == "action" else "top-center",
         )  # fmt: skip
         return arrow, label
@@ -129,7 +132,7 @@ class Marks:
 
     # --- points ------------------------------------------------------------------------------
 
-    def _set_contacts(self, snapshot: Snapshot, view: View, size: float) -> None:
+    def _set_contacts(self, snapshot: Snapshot, view: View, size: float, words: Labels) -> None:
         rollout = snapshot.rollout
         if rollout is None or "contacts" not in view.shown:
             self._server.scene.remove_by_name("/marks/contacts")
@@ -154,9 +157,11 @@ class Marks:
             point_size=size * 0.025, point_shape="circle",
         )  # fmt: skip
         strongest = now[int(now["impulse"].argmax())]
+        text = f"{float(strongest['impulse']):.3g} N·s"
         self._server.scene.add_label(
-            "/marks/contacts/value", f"{float(strongest['impulse']):.3g} N·s",
-            position=strongest["point"], font_screen_scale=0.9, anchor="top-center",
+            "/marks/contacts/value", text,
+            position=words.place(strongest["point"], text, below=True),
+            font_screen_scale=VALUE, anchor="top-center",
         )  # fmt: skip
 
     def _set_centres(self, snapshot: Snapshot, view: View, size: float) -> None:

@@ -14,7 +14,7 @@ import viser
 from numpy.typing import NDArray
 
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.program.rotations import matrices_of
+from physagent_studio.program.rotations import matrix_of
 from physagent_studio.records import Mesh, Rollout
 from physagent_studio.studio.guard import put
 from physagent_studio.studio.scene.collisions import Collisions
@@ -23,6 +23,7 @@ from physagent_studio.studio.scene.furniture import Furniture
 from physagent_studio.studio.scene.ghosts import EARLIER, PREVIEW, TRIED, Ghosts
 from physagent_studio.studio.scene.glb import glb_of
 from physagent_studio.studio.scene.handles import Edited, Handles, Held, Later, Wished
+from physagent_studio.studio.scene.labels import NAME, Labels
 from physagent_studio.studio.scene.lights import light
 from physagent_studio.studio.scene.marks import Marks
 from physagent_studio.studio.scene.places import Poses, centre_and_size, held_at, poses_at
@@ -121,16 +122,21 @@ class Stage:
         """Moves everything to the step on view; cheap, called on every frame of playback."""
         with self._server.atomic():
             poses = poses_at(snapshot, view.step)
-            self._move(poses, "labels" in view.shown)
+            words = Labels(snapshot.program.scene.camera)
+            if "gravity" in view.shown:
+                self._furniture.keep_free(words)
+            self._move(poses)
             self._mark_held(snapshot, view.step)
+            if "labels" in view.shown:
+                self._put_names(poses, words, view.hidden)
             self._ghosts.pose(view.step, snapshot.rollout)
             self._deforming.pose(view.step)
             self._collisions.pose(poses)
             self._frame(snapshot, view, poses)
-            self._marks.draw(snapshot, view, self._size(snapshot.program))
+            self._marks.draw(snapshot, view, self._size(snapshot.program), words)
         self._server.flush()
 
-    def _move(self, poses: Poses, with_names: bool) -> None:
+    def _move(self, poses: Poses) -> None:
         """Sends the poses that have changed; all are compared at once."""
         names = [name for name in self._objects if name in poses]
         if not names:
@@ -148,13 +154,17 @@ class Stage:
         for at in np.flatnonzero(moved | turned):
             handle = self._objects[names[at]]
             put(handle, places[at] if moved[at] else None, turns[at] if turned[at] else None)
-        if with_names and self._labels:
-            up = matrices_of(turns)[:, 2]
-            for at, name in enumerate(names):
-                if name in self._labels:
-                    # Just over the box around it, however it has turned.
-                    top = float((self._boxes[name] @ up[at]).max())
-                    self._labels[name].position = places[at] + np.array([0, 0, top * 1.12])
+
+    def _put_names(self, poses: Poses, words: Labels, hidden: frozenset[str]) -> None:
+        """Names just over the box around each thing, however it has turned; lower ones first."""
+        tips = {}
+        for name in self._labels:
+            if name in poses and name not in hidden:
+                place, turn = poses[name]
+                top = float((self._boxes[name] @ matrix_of(turn.tolist())[2]).max())
+                tips[name] = place + np.array([0, 0, top * 1.12])
+        for name in sorted(tips, key=lambda one: float(tips[one][2])):
+            self._labels[name].position = words.place(tips[name], self._labels[name].text, NAME)
 
     def _mark_held(self, snapshot: Snapshot, step: int) -> None:
         """Says beside its name that an action holds a thing still."""
@@ -240,7 +250,7 @@ class Stage:
             self._labels[name] = self._server.scene.add_label(
                 f"/objects/label {name}",
                 _said(name),
-                font_screen_scale=1.0,
+                font_screen_scale=NAME,
                 anchor="bottom-center",
             )
 

@@ -5,6 +5,18 @@ edits or a command (`commands`, `workbench.photo_edits`), and comes back as stat
 `panels`.
 """
 
-from physagent_studio.studio.studio import Studio, serve
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from physagent_studio.studio.studio import Studio, serve
 
 __all__ = ["Studio", "serve"]
+
+
+def __getattr__(name: str) -> Any:
+    """Both are loaded when they are asked for: `access` and `doorway` come without them."""
+    if name in __all__:
+        from physagent_studio.studio import studio
+
+        return getattr(studio, name)
+    raise AttributeError(name)

@@ -31,7 +31,6 @@ from viser.infra import WebsockMessageHandler
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
-from physagent_studio.errors import InputError
 from physagent_studio.studio.access import Access, Role
 from physagent_studio.studio.door import (
     SLOW_PATHS,
@@ -43,8 +42,8 @@ from physagent_studio.studio.door import (
     cookies_of,
     path_of,
 )
+from physagent_studio.studio.doorway import listening
 
-FIRST_PORT = 8080
 MAX_MESSAGE = 24 * 2**20
 """Largest message that a browser may send, bytes: a photo of 16 MB in base64."""
 
@@ -86,24 +85,20 @@ _SILENT.setLevel(logging.CRITICAL + 1)
 
 
 def open_server(
-    port: int | None, pages: Pages, talk: Talk, access: Access | None = None
+    port: int | socket.socket | None, pages: Pages, talk: Talk, access: Access | None = None
 ) -> viser.ViserServer:
     """A viser server behind the guard, on 127.0.0.1 unless `access` says another address.
 
-    port None takes the next free from 8080.
+    port: a socket that listens already, or what `doorway.listening` takes.
 
     Raises:
         InputError: the port that was asked for is busy, or not a port; there is no such address.
     """
     access = access or Access()
-    _must_be_free(access.host, 0 if port is None else port)
-    with _starting, _guarded(pages, talk, access), _quiet(), _without("_VISER_PORT_OVERRIDE"):
-        server = viser.ViserServer(
-            host=access.host, port=FIRST_PORT if port is None else port, verbose=False
-        )
-    if port and server.get_port() != port:
-        server.stop()
-        raise InputError(f"port {port} is in use; choose another with --port, or none")
+    door = port if isinstance(port, socket.socket) else listening(access.host, port)
+    number = int(door.getsockname()[1])
+    with _starting, _guarded(pages, talk, access, door), _quiet(), _without("_VISER_PORT_OVERRIDE"):
+        server = viser.ViserServer(host=access.host, port=number, verbose=False)
     _close(server._websock_server)
     return server
 
@@ -173,29 +168,13 @@ def _quiet() -> Iterator[None]:
         yield
 
 
-def _must_be_free(host: str, port: int) -> None:
-    if not 0 <= port <= 65535:
-        raise InputError(f"--port {port} is not a port; allowed: 0 … 65535")
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    with socket.socket(family, socket.SOCK_STREAM) as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            probe.bind((host, port))
-        except OSError as error:
-            if error.errno in (48, 98):
-                why = f"port {port} is in use; choose another with --port, or none"
-            else:
-                why = f"{host}, port {port}, cannot be used ({error.strerror})"
-            raise InputError(why) from error
-
-
 @contextlib.contextmanager
-def _guarded(pages: Pages, talk: Talk, access: Access) -> Iterator[None]:
-    """While this lasts, the listener that viser opens is ours."""
+def _guarded(pages: Pages, talk: Talk, access: Access, door: socket.socket) -> Iterator[None]:
+    """While this lasts, the listener that viser opens is ours, on a socket that is open."""
     real = listener.serve
     arriving = Arriving()
 
-    def serve(handler: Any, host: str, port: int, **options: Any) -> Any:
+    def serve(handler: Any, _host: str, _port: int, **options: Any) -> Any:
         client = options.pop("process_request")
 
         async def route(connection: ServerConnection) -> None:
@@ -218,7 +197,7 @@ def _guarded(pages: Pages, talk: Talk, access: Access) -> Iterator[None]:
         options["max_queue"] = 2
         options["logger"] = _SILENT
         options["create_connection"] = arriving.connection
-        return real(route, host, port, process_request=process, **options)
+        return real(route, sock=door, process_request=process, **options)
 
     listener.serve = serve  # type: ignore[assignment]
     try:

@@ -8,6 +8,7 @@ the hub, the scene through viser. Nothing else touches any of these, so no callb
 from __future__ import annotations
 
 import queue
+import socket
 import threading
 import time
 import webbrowser
@@ -66,7 +67,10 @@ class Studio:
     """A running studio. `address` is where it is; `stop` ends it, the workbench stays."""
 
     def __init__(
-        self, workbench: Workbench, port: int | None = None, access: Access | None = None
+        self,
+        workbench: Workbench,
+        port: int | socket.socket | None = None,
+        access: Access | None = None,
     ) -> None:
         self.workbench = workbench
         self.access = access or Access()
@@ -338,10 +342,11 @@ class Studio:
 def serve(
     workbench: Workbench,
     access: Access | None = None,
-    port: int | None = None,
+    port: int | socket.socket | None = None,
     open_browser: bool = False,
 ) -> Studio:
-    """Serves the studio, on loopback unless `access` says more; port None: the next from 8080.
+    """Serves the studio, on loopback unless `access` says more; port None: the next from 8080, or a
+    socket that listens already.
 
     Raises:
         InputError: a port that is busy, or an address that this machine does not have.

@@ -34,9 +34,10 @@ _SIDES = np.array([[1.0, 0, 0], [0, 1.0, 0]])
 def carriage_edits(
     program: PhysicalProgram, pinned: Collection[str], name: str, how: Carriage
 ) -> tuple[Edit, ...]:
-    """The thing stands, hangs, floats, or nothing holds it; what the photo shows of it stays.
+    """The thing stands, hangs, floats, or nothing holds it; its place in the photo stays.
 
-    In a photo its depth is found anew: from what is under it, or in the air from its usual size.
+    In the air it stays where it was until it is raised; set down, its place is found anew from what
+    is under it.
     """
     item = _thing(program, name)
     if carriage_of(item) == how:
@@ -47,12 +48,10 @@ def carriage_edits(
         SetField(path=f"{path}.support", value=under),
         SetField(path=f"{path}.aloft", value=aloft_as(how)),
     ]
-    if (how == "stands") == (carriage_of(item) == "stands"):
+    if how != "stands":
         return tuple(edits)
     opened = opened_objects((item,), pinned, ("shape", "position"))
-    if not opened and how == "stands":
-        edits.append(_set_down(program.scene, item, under))
-    return (*edits, *opened)
+    return (*edits, *(opened or [_set_down(program.scene, item, under)]))
 
 
 def ground_edits(program: PhysicalProgram, name: str, pixel: Pixel) -> tuple[Edit, ...]:

@@ -29,6 +29,7 @@ from physagent_studio.program.scene.state import (
     SceneState,
     Support,
 )
+from physagent_studio.reconstruction.grounding.same_kind import kind_name
 from physagent_studio.reconstruction.masks.segmenter import settled
 from physagent_studio.records import Case, ShapeOffer
 
@@ -80,6 +81,22 @@ def mask_edits(
             opened += opened_objects((item,), pinned, ("shape", "position"))
     value = grounding.model_dump(mode="json")
     return (SetField(path=f"{path}.grounding", value=value), *opened)
+
+
+def alike_edits(
+    program: PhysicalProgram,
+    case: Case,
+    pinned: Collection[str],
+    like: str,
+    boxes: Sequence[tuple[float, float, float, float]],
+) -> tuple[Edit, ...]:
+    """New things in boxes, each of the kind of the thing that they are like."""
+    stem, edits = kind_name(like).replace(" ", "_"), list[Edit]()
+    names = {item.name for item in (*program.scene.objects, *program.scene.supports)}
+    free = (name for number in range(2, 400) if (name := f"{stem}_{number}") not in names)
+    for name, box in zip(free, boxes, strict=False):
+        edits += mask_edits(program, case, pinned, name, Grounding(box=box))
+    return tuple(edits)
 
 
 def check_grounding(case: Case, name: str, grounding: Grounding) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from physagent_studio.assets import assets_dir
-from physagent_studio.cli.studio import SHOWN_FIRST
+from physagent_studio.cli.serving import SHOWN_FIRST
 from physagent_studio.exchange import load_case
 from physagent_studio.records import Assessment, LoopState
 from physagent_studio.session import Store

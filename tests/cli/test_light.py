@@ -10,7 +10,12 @@ HEAVY = ("mujoco", "viser", "scipy", "trimesh", "physagent_studio.reconstruction
 
 @pytest.mark.parametrize(
     "module",
-    ["physagent_studio.cli.app", "physagent_studio.cli.sessions", "physagent_studio.program"],
+    [
+        "physagent_studio.cli.app",
+        "physagent_studio.cli.sessions",
+        "physagent_studio.cli.studio",
+        "physagent_studio.program",
+    ],
 )
 def test_it_loads_no_heavy_room(module: str) -> None:
     code = f"import sys, {module}; print([m for m in {HEAVY!r} if m in sys.modules])"

@@ -237,3 +237,12 @@ def test_a_landmark_without_pixels_stays_where_it_is_seen(before: Snapshot) -> N
     pinned = ("scene.landmarks.line.points",)
     kept = photo_edits.horizon_edits(program, before.case, pinned, 10.0)
     assert not any("landmarks" in edit.path for edit in kept)
+
+
+def test_like_things_are_marked_as_one_group(before: Snapshot) -> None:
+    assert before.case is not None
+    boxes = ((120.0, 300.0, 240.0, 410.0), (300.0, 300.0, 340.0, 360.0))
+    edits = photo_edits.alike_edits(before.program, before.case, (), "green_cube", boxes)
+    scene = apply(before.program, edits).scene
+    found = [scene.object(name) for name in ("cube_2", "cube_3")]
+    assert [item.grounding.box for item in found if item is not None] == list(boxes)

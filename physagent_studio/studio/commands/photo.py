@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from physagent_studio.errors import InputError
 from physagent_studio.program import Edit, apply
+from physagent_studio.reconstruction.grounding.similar_things import covered, similar
 from physagent_studio.records import Case, Image, ShapeOffer
 from physagent_studio.studio.first_scene import marked, unwritten
 from physagent_studio.studio.guesses import disproved
@@ -69,6 +70,32 @@ def _ask_for(studio: Studio, browser: int, name: str, wrong: list[str]) -> None:
     text = f"The words had found {other} where {spoken} is: mark {other} as well."
     choose = {"do": "select", "kind": "object", "name": wrong[0]}
     studio.say(browser, "info", text, (f"Choose {other}", choose))
+
+
+def find_alike(intent: intents_photo.FindAlike, studio: Studio, browser: int) -> None:
+    """Looks for unmarked things like a marked one; the page hears of them on `like`."""
+    _, image = _photo(studio.snapshot)
+    scene, name = studio.snapshot.scene, intent.name
+    named = {item.name for item in studio.snapshot.program.scene.objects}
+    masks = {} if scene is None else {n: m for n, m in scene.masks.items() if n in named}
+
+    def find() -> dict[str, Any]:
+        if name:
+            return {"name": name, "found": {name: similar(image, name, masks)}}
+        plate = None if scene is None else scene.plate
+        return {"name": "", "found": {} if plate is None else covered(image, plate, masks)}
+
+    studio.finder.ask(browser, "like", intent.ticket, find)
+
+
+def mark_alike(intent: intents_photo.MarkAlike, studio: Studio, browser: int) -> None:
+    """Marks things in boxes, each a thing of its own, as one step of undo."""
+    case, _ = _photo(studio.snapshot)
+
+    def edits_of(s: Snapshot) -> tuple[Edit, ...]:
+        return photo_edits.alike_edits(s.program, case, s.state.pinned, intent.name, intent.boxes)
+
+    _post(studio, edits_of, f"things like {intent.name}")
 
 
 def set_horizon(intent: intents_photo.SetHorizon, studio: Studio, browser: int) -> None:
@@ -147,6 +174,8 @@ def _photo(snapshot: Snapshot) -> tuple[Case, Image]:
 ACTIONS: dict[type, Callable[..., None]] = {
     intents_photo.FindMasks: find_masks,
     intents_photo.FindEdge: find_edge,
+    intents_photo.FindAlike: find_alike,
+    intents_photo.MarkAlike: mark_alike,
     intents_photo.TakeMask: take_mask,
     intents_photo.SetHorizon: set_horizon,
     intents_photo.SetSize: set_size,

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from physagent_studio.program import Frozen
-from physagent_studio.program.base import Name, Pixel, Tilt
+from physagent_studio.program.base import Name, Pixel, Pixels, Tilt
 from physagent_studio.program.scene.state import FormKind, Grounding
 
 Ticket = Annotated[int, Field(ge=0, le=2**53)]
@@ -48,6 +48,22 @@ class TakeMask(Frozen):
     name: Name
     grounding: Grounding
     layer: bool = False
+
+
+class FindAlike(Frozen):
+    """What looks like a thing and is not marked; name "": what the fill covers."""
+
+    do: Literal["like"] = "like"
+    name: Annotated[str, Field(max_length=64)] = ""
+    ticket: Ticket
+
+
+class MarkAlike(Frozen):
+    """Things in these boxes are like the thing of that name."""
+
+    do: Literal["alike"] = "alike"
+    name: Name
+    boxes: Annotated[tuple[tuple[Pixels, Pixels, Pixels, Pixels], ...], Field(max_length=16)]
 
 
 class FindEdge(Frozen):

@@ -17,6 +17,7 @@ const SHAPES = { sphere: "Ball", ellipsoid: "Ellipsoid", cylinder: "Cylinder", f
 export function startPhoto(host) {
   let data = null;
   let last; // the name of what was selected
+  let alike = "", lone = ""; // the thing whose likes are looked for, and one that has none
   let wrong = ""; // the thing whose size cannot be read
   const top = h("div", { class: "photo-top" });
   const middle = h("div", {});
@@ -150,7 +151,9 @@ export function startPhoto(host) {
       wrong === one.name ? h("p", { class: "wide wrong-note", role: "alert" }, "A length is a number of metres, or one with its unit: 0.25, 25 cm, 250 mm.") : null,
       h("label", { class: "label" }, "Shape"),
       h("div", { class: "row" }, h("select", { "aria-label": `Shape of ${one.name}`, value: one.shape, onchange: (e) => send({ do: "form", name: one.name, kind: e.target.value }) }, shapes.map((kind) => h("option", { value: kind }, (SHAPES[kind] || kind) + (one.covers[kind] ? `, ${one.covers[kind]} %` : "")))),
-        button("Next (S)", () => send({ do: "form", name: one.name, kind: null }), { class: "b small", title: "Another shape (S)" })));
+        button("Next (S)", () => send({ do: "form", name: one.name, kind: null }), { class: "b small", title: "Another shape (S)" })),
+      h("label", { class: "label" }, "Others"),
+      h("div", {}, button("Mark similar things", () => { alike = one.name; send({ do: "like", name: one.name, ticket: 1 }); }, { class: "b small", title: "What looks like it in the photo becomes a thing of its own" }), lone === one.name ? h("p", { class: "muted", role: "status" }, "Nothing else in the photo looks like it.") : null));
   }
 
   function size(one, input) {
@@ -186,6 +189,14 @@ export function startPhoto(host) {
     data = next;
     if (other || next.readOnly) tools.drop();
     tools.settle();
+    show();
+  });
+  on("like", ({ name, found }) => {
+    if (!name || name !== alike) return;
+    alike = "";
+    const boxes = found[name] || [];
+    if (boxes.length) send({ do: "alike", name, boxes });
+    lone = boxes.length ? "" : name;
     show();
   });
   on("masks", tools.found);

@@ -93,10 +93,28 @@ export function startRounds(host, dock, { showRounds, showPlots, showPhoto }) {
     });
   }
 
+  // What is filled in behind a thing goes over another one like it: it has to be marked as well.
+  let over = {}, asked = "", ticket = 0;
+  const lookAround = (photo) => {
+    const key = photo?.seen && !photo.readOnly ? `${photo.session} ${photo.objects.map((one) => one.path.length).join(" ")}` : "";
+    if (key === asked) return;
+    [asked, over] = [key, {}];
+    if (key) send({ do: "like", ticket: ++ticket });
+  };
+  on("photo", lookAround);
+  on("like", (told) => { if (told.name === "" && told.ticket === ticket) { over = told.found || {}; show(); } });
+
+  const covering = () => (data.readOnly ? [] : Object.entries(over).map(([name, boxes]) => {
+    const word = name.replaceAll("_", " ");
+    return h("div", { class: "strip warn stack", style: "margin-top:8px", role: "group", "aria-label": `Like ${word}` },
+      h("div", {}, "Where ", h("b", {}, word), ` moves away, the picture behind it goes over ${say(boxes.length, "thing")} that ${boxes.length === 1 ? "looks" : "look"} like it.`),
+      h("div", { class: "row" }, button("Mark similar things", () => { over = {}; show(); send({ do: "alike", name, boxes }); }, { class: "b small", title: "They are cut out as well, and stay where they are unless something hits them" }), button("Leave it", () => { delete over[name]; show(); }, { class: "b small" })));
+  }));
+
   // A mask that is more likely wrong than right makes everything after it doubtful.
   function doubted() {
     if (data.readOnly || data.guessed.length) return null;
-    return [...loose(), ...data.doubts.map((one) => {
+    return [...covering(), ...loose(), ...data.doubts.map((one) => {
       const name = one.name.replaceAll("_", " ");
       const camera = one.kind === "camera";
       const fix = camera

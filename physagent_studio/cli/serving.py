@@ -1,0 +1,74 @@
+"""What `physagent studio` does once its address is printed: opens the target and serves."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import threading
+from pathlib import Path
+
+from physagent_studio.assets import assets_dir
+from physagent_studio.cli.files import read_program
+from physagent_studio.cli.targets import PROGRAMS, agent_name, case_of, is_session, parse_objects
+from physagent_studio.jobs import Processes
+from physagent_studio.session import Store
+from physagent_studio.studio import serve
+from physagent_studio.studio.access import Access
+from physagent_studio.workbench import Workbench, commands, tasks
+
+
+def serve_until_interrupted(
+    opening: commands.Command,
+    store: Store,
+    access: Access,
+    door: socket.socket,
+    agent: str,
+    *,
+    browser: bool,
+) -> None:
+    """Serves on a socket that listens already; everything is kept when it ends."""
+    # What crashes, hangs or is cancelled there leaves the studio as it is.
+    processes = Processes(1, keeping=True)
+    workbench = Workbench(store, agent=agent_name(agent), executor=processes)
+    try:
+        running = serve(workbench, access, port=door, open_browser=browser)
+        processes.warm(*tasks.MODULES)
+        workbench.post(opening)
+        _until_interrupted()
+        running.stop()
+    finally:
+        workbench.close()
+        processes.close()
+
+
+SHOWN_FIRST = "block_stays_standing"
+"""Event of the demo whose first program falls short, so that a newcomer sees it repaired."""
+
+
+def opening_of(
+    target: str | None, event: str | None, prompt: str, objects: tuple[str, ...], store: Store
+) -> commands.Command:
+    """The command that opens the target; bad input is said before anything is served."""
+    if target is None:
+        sessions = store.list()
+        if sessions:
+            return commands.OpenSession(sessions[0].id)
+        return commands.OpenCase(assets_dir() / "demo", event or SHOWN_FIRST)
+    if is_session(target, store):
+        store.open(target).close()
+        return commands.OpenSession(target)
+    path = Path(target)
+    if path.suffix.lower() in PROGRAMS and path.name not in ("case.yaml", "case.yml"):
+        return commands.OpenProgram(read_program(path), path.stem)
+    case = case_of(target, event, prompt, objects, ask=False)
+    if path.is_dir() or path.suffix.lower() in PROGRAMS:
+        return commands.OpenCase(path, event)
+    return commands.OpenImage(path, case.prompt, tuple(parse_objects(objects).items()))
+
+
+def _until_interrupted() -> None:
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    while not stop.wait(0.5):
+        pass

@@ -63,9 +63,11 @@ class Painter:
             self._hub.publish("timeline", timeline.state_of(snapshot, pacing))
         if self._changed("photo", (*document, snapshot.case)):
             self._hub.publish("photo", photo.state_of(snapshot))
-        other = earlier if view.compare else snapshot.preview_rollout
+        other = earlier if compared else snapshot.preview_rollout
         if self._changed("plots", (snapshot.rollout, other)):
-            self._hub.publish("plots", plots.state_of(snapshot, other, earlier=bool(view.compare)))
+            self._hub.publish(
+                "plots", plots.state_of(snapshot, other, earlier=compared is not None)
+            )
         text = (snapshot.session_id, snapshot.program, snapshot.yaml_problems)
         if self._changed("program", (*text, snapshot.read_only, snapshot.has_draft)):
             self._hub.publish("program", program.state_of(snapshot))

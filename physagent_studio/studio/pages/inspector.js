@@ -4,6 +4,7 @@ import { dial } from "./dial.js";
 import { button, draw, h, iconButton } from "./dom.js";
 import { on, retime, send, setField, value } from "./wire.js";
 
+const COUNTED = { value: "a strength", acceleration: "an acceleration", target_speed: "a speed to reach" };
 const TICKS = { Muted: "It is kept, and does nothing", "Must not happen": "The opposite is demanded", "Known for certain": "No repair changes the camera" };
 const HELD = [
   ["stands", "Stands", "It stands on something when the event begins"],
@@ -86,7 +87,7 @@ export function startInspector(host) {
     const chosen = one.choices[at];
     const pick = one.choices.length > 1 || one.optional
       ? h("select", { "aria-label": `${one.label}: kind`, value: String(at), disabled: data.readOnly, onchange: (e) => put(one, start(one, one.choices[Number(e.target.value)])) },
-        one.optional ? h("option", { value: "-1" }, one.path.endsWith(".when") ? "at its step" : "not set") : null,
+        one.optional ? h("option", { value: "-1" }, one.path.endsWith(".when") ? "at that moment" : "not set") : null,
         one.choices.map((other, i) => h("option", { value: String(i) }, other.title)))
       : null;
     if (!chosen) return [label, pick];
@@ -166,7 +167,7 @@ export function startInspector(host) {
 
   function select(one, options, off) {
     return h("select", { value: one.value === null || one.value === undefined ? "" : String(one.value), "aria-label": one.label, disabled: off, onchange: (e) => put(one, e.target.value === "" ? null : e.target.value) },
-      one.optional || one.value === null ? h("option", { value: "" }, "not set") : null, options.map((name) => h("option", { value: name }, name.replaceAll("_", " "))));
+      one.optional || one.value === null ? h("option", { value: "" }, "not set") : null, options.map((name) => h("option", { value: name }, (one.path.endsWith(".quantity") && COUNTED[name]) || name.replaceAll("_", " "))));
   }
 
   function read(input, whole) {

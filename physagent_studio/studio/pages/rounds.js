@@ -203,7 +203,7 @@ export function startRounds(host, dock, { showRounds, showPlots, showPhoto }) {
       h("div", { class: "head" }, "Kept in mind"),
       h("ul", { class: "stack" },
         data.hints.map((one) => h("li", { class: "muted" }, `Hint: ${one}`)),
-        data.pinned.map((path) => h("li", { class: "row" }, icon("pin"), h("span", { class: "grow clip mono", title: path }, path), button("Unpin", () => send({ do: "pin", path, on: false }), { class: "b quiet small" })))));
+        data.kept.map(({ path, what }) => h("li", { class: "row" }, icon("pin"), h("span", { class: "grow", title: path }, what), button("Unpin", () => send({ do: "pin", path, on: false }), { class: "b quiet small" })))));
   }
 
   // Escape closes whatever form is open; a form never goes along into another session.

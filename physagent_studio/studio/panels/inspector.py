@@ -32,6 +32,20 @@ ROOTS = {
 }
 
 
+HELP = {
+    "ApplyForce": "A push: how strong, where to, and for how long.",
+    "SetVelocity": "A speed that it has at that moment, as if just thrown or let go.",
+    "SetAngularVelocity": "A spin that is kept up all the time.",
+    "ApplyTorque": "A twist about its middle.",
+    "ApplyAngledForce": "A push aside from the way it moves, so that it curves.",
+    "ApplyDisturbance": "Wind, a knock or shaking.",
+    "SetPosition": "It is somewhere else at once.",
+    "SetOrientation": "It is turned at once.",
+    "FixObject": "It is held where it is; let go, it starts from rest.",
+}
+"""What each operator does, in a sentence for whoever sees its form."""
+
+
 def state_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
     """The form of the selection, or an invitation to select."""
     kind, name = view.selection.kind, view.selection.name
@@ -127,7 +141,8 @@ def _form(item: BaseModel | None, path: str, snapshot: Snapshot, title: str) -> 
         return {"title": title, "fields": [], "path": path}
     fields = Form(type(item), seeds_for(item, snapshot.program)).fields(path, plain(item))
     _add_help(fields, item, snapshot)
-    words = (type(item).__doc__ or "").split("\n\n")[0].replace("`", "")
+    words = HELP.get(getattr(item, "operator", "")) or (type(item).__doc__ or "")
+    words = words.split("\n\n")[0].replace("`", "")
     return {
         "title": title,
         "path": path,

@@ -18,6 +18,7 @@ from physagent_studio.studio.panels.words import (
     all_spoken,
     edit_row,
     number,
+    place,
     plain,
     speaker,
 )
@@ -86,6 +87,7 @@ def state_of(snapshot: Snapshot, compared: Round | None = None) -> dict[str, Any
         "photo": _photo(snapshot),
         "hints": list(loop.hints),
         "pinned": list(loop.pinned),
+        "kept": [{"path": path, "what": place(path)} for path in loop.pinned],
         "compare": None if compared is None else comparison_of(compared, snapshot),
     }
     return all_spoken(found, speaker(snapshot.program))

@@ -197,7 +197,7 @@ def test_a_thing_hangs_by_a_click_and_its_ground_line_is_dragged(waiting: Desk) 
     # It keeps its place in the photo while it is raised.
     before = _seen(waiting, name)
     height = held.get_by_label("Height above the ground in metres")
-    height.fill(str(round(float(height.input_value()) + 0.1, 3)))
+    height.fill(str(round(float(height.input_value()) + 0.03, 3)))
     height.press("Enter")
     last = _thing(waiting, name).position
     waiting.until(lambda: _thing(waiting, name).position != last, "that it is raised")

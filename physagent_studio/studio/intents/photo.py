@@ -113,6 +113,6 @@ class SwitchForm(Frozen):
 
 
 PhotoIntent = (
-    FindMasks | TakeMask | FindEdge | SetHorizon | SetSize | PlaceRamp | SwitchForm | Sketch
+    FindAlike | MarkAlike | FindMasks | TakeMask | FindEdge | SetHorizon | SetSize | PlaceRamp | SwitchForm | Sketch
     | SketchMasks
 )  # fmt: skip

@@ -85,7 +85,8 @@ function groundLine(one, data, drag, unit) {
   const mine = drag?.kind === "ground" && drag.name === one.name;
   const ground = mine ? [one.ways.at[0], drag.to[1]] : one.ways?.ground;
   if (!ground) return null;
-  const [x, y] = ground, half = 0.06 * data.size[0];
+  // A grip is always inside the photo, also where the ground it stands for is not.
+  const x = ground[0], y = within(ground[1], data.size[1], unit), half = 0.06 * data.size[0];
   return h("g", { class: "ph-ground", "data-ground": one.name },
     h("line", { class: "ph-horizon", "stroke-dasharray": "4 4", x1: x, x2: x, y1: one.ways.at[1], y2: y }),
     h("line", { class: "ph-horizon", x1: x - half, x2: x + half, y1: y, y2: y }),

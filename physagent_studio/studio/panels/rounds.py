@@ -13,7 +13,7 @@ from physagent_studio.records import Assessment, LoopState, Proposal, Round, dou
 from physagent_studio.records.loop_state import best_of
 from physagent_studio.studio.panels.checklist import checklist_of, demands_of
 from physagent_studio.studio.panels.compared import comparison_of
-from physagent_studio.studio.panels.fields import fields_of
+from physagent_studio.studio.panels.fields import SPOKEN, fields_of
 from physagent_studio.studio.panels.words import (
     all_spoken,
     edit_row,
@@ -48,6 +48,13 @@ HISTORY = 100
 """Rows of the history that are listed at once; nobody reads more, and each has to be drawn."""
 RECENT = 200
 """Rounds of the path of which the best is marked: twice the largest budget."""
+
+
+def _spoken(factor: str) -> str:
+    """What a proposal changes, as a person calls it."""
+    return SPOKEN.get(factor, factor.replace("_", " "))
+
+
 LOOSE_BELOW = 0.8
 """Overlap (IoU) of a shape with its mask below which the fit is said to be doubtful."""
 
@@ -208,7 +215,7 @@ def _row(
         "unseen": _unseen(assessment),
         "score": None if assessment is None else number(assessment.score),
         "author": item.author,
-        "factor": item.proposal.factor if item.proposal else "",
+        "factor": _spoken(item.proposal.factor) if item.proposal else "",
         "decided": decided_words(item),
         "by": item.decision.author if item.decision else "",
         "head": item.id == loop.head,
@@ -311,7 +318,7 @@ def _proposal(loop: LoopState, snapshot: Snapshot) -> dict[str, Any] | None:
     proposal, preview = head.proposal, head.preview
     return {
         "id": proposal.id,
-        "factor": proposal.factor,
+        "factor": _spoken(proposal.factor),
         "gentler": is_gentler(proposal),
         "rationale": proposal.rationale,
         "confidence": round(proposal.confidence * 100),

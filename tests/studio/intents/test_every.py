@@ -99,3 +99,20 @@ def _numbers(value: Any) -> list[float]:
     if isinstance(value, dict):
         return [n for part in value.values() for n in _numbers(part)]
     return [n for part in value for n in _numbers(part)] if isinstance(value, list) else []
+
+
+def test_likes_and_ground_lines_are_asked_for() -> None:
+    for text in (
+        '{"do": "like", "ticket": 1}',
+        '{"do": "alike", "name": "domino", "boxes": [[1, 2, 30, 40]]}',
+        '{"do": "hold", "name": "apple", "how": "hangs"}',
+        '{"do": "ground", "name": "apple", "end": [3, 4]}',
+        '{"do": "raise", "name": "apple", "height": 1.5}',
+    ):
+        assert read_intent(text).do in text
+    for text in (
+        '{"do": "hold", "name": "apple", "how": "sinks"}',
+        '{"do": "raise", "name": "apple", "height": -1}',
+    ):
+        with pytest.raises(InputError):
+            read_intent(text)

@@ -113,6 +113,6 @@ class SwitchForm(Frozen):
 
 
 PhotoIntent = (
-    FindAlike | MarkAlike | FindMasks | TakeMask | FindEdge | SetHorizon | SetSize | PlaceRamp | SwitchForm | Sketch
-    | SketchMasks
+    FindMasks | TakeMask | FindEdge | SetHorizon | SetSize | PlaceRamp | SwitchForm | Sketch
+    | SketchMasks | FindAlike | MarkAlike
 )  # fmt: skip

@@ -158,7 +158,7 @@ export function startTimeline(host, inspect) {
       lane.actions.map((one) => actionOf(one, y + rowOf(one.id), selected, lane)),
       lane.leaves ? leaving(lane.leaves, y) : null,
       h("rect", { x: box.scrollLeft, y, width: gutter() - 4, height: tall(at), fill: "var(--panel)" }),
-      h("rect", { class: "swatch", x: box.scrollLeft + 8, y: y + 8.500, width: 9, height: 9, rx: 2, fill: `rgb(${lane.colour.join(" ")})` }),
+      h("rect", { class: "tint", x: box.scrollLeft + 8, y: y + 8.500, width: 9, height: 9, rx: 2, fill: `rgb(${lane.colour.join(" ")})` }),
       h("text", { class: "name", x: box.scrollLeft + 22, y: y + 17, onclick: () => send({ do: "select", kind: "object", name: lane.name }) }, fit(lane.name.replaceAll("_", " ")), h("title", {}, lane.name)));
   }
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from physagent_studio.program.scene.aloft import AIR
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Ramp, SceneObject, SceneState, Slab, Support
 from physagent_studio.reconstruction import consistency
@@ -145,7 +146,7 @@ def _silhouettes(
 
 def _contact(item: SceneObject, state: SceneState, meshes: Mapping[str, Mesh]) -> Finding | None:
     """Gap (positive) or penetration (negative) between an object and its support, m."""
-    if item.support in (None, "air") or item.position is None:
+    if item.support in (None, AIR) or item.position is None:
         return None
     gap = gap_below(item, state, meshes)
     if gap is None:

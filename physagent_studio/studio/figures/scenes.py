@@ -5,6 +5,7 @@ from __future__ import annotations
 from physagent_studio.program import EventProgram, PhysicalProgram, SceneObject, SceneState, Support
 from physagent_studio.program.actions import SetVelocity
 from physagent_studio.program.scene import state as shapes
+from physagent_studio.program.scene.aloft import AIR
 from physagent_studio.records import LoopState
 from physagent_studio.session import Store
 
@@ -17,7 +18,7 @@ def drifting(count: int) -> PhysicalProgram:
             name=name,
             shape=shapes.Sphere(radius=0.05),
             position=((n % 10) * 0.2 - 0.9, 1.5 + (n // 10) * 0.2, 1.0),
-            support="air",
+            support=AIR,
             material="rubber",
         )
         for n, name in enumerate(names)

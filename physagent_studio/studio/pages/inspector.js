@@ -212,9 +212,17 @@ export function startInspector(host) {
     if (!parts.length) return h("div", { class: "row" }, h("span", { class: "muted grow" }, "not set"), off ? null : button("Set", () => put(one, Array.from({ length: one.count }, () => 0)), { class: "b small" }));
     return h("div", { class: "stack", style: "gap:4px" },
       h("div", { class: "vec" }, parts.map((part, i) => h("input", { type: "text", inputmode: "decimal", value: String(Number(part.toPrecision(5))), "aria-label": `${one.label} ${names[i]}`, title: names[i], disabled: off,
-        onchange: (e) => { const v = read(e.target, false); if (v !== null) put(one, parts.map((old, at) => (at === i ? v : old))); else refuse(one, e.target.value); } })),
+        onchange: (e) => { const v = read(e.target, false); if (v === null) refuse(one, e.target.value); else if (!raised(one, i, v - part)) put(one, parts.map((old, at) => (at === i ? v : old))); } })),
         one.unit ? h("span", { class: "unit" }, one.unit) : null),
       one.count === 3 && ["force", "velocity", "torque"].some((w) => one.path.endsWith(w)) ? heading(one, parts, off) : null);
+  }
+
+  // A thing in the air of a photo is raised along its line of sight, so that it stays in its place there.
+  function raised(one, axis, by) {
+    const height = data.hold?.height;
+    if (axis !== 2 || !one.path.endsWith(".position") || height === undefined || height === null || height + by < 0) return false;
+    send({ do: "raise", name: data.name, height: height + by });
+    return true;
   }
 
   // Direction seen from above: drag the needle; the length in the plane stays.

@@ -154,6 +154,7 @@ def test_a_dial_turns_by_a_hand_that_holds_it_alone(waiting: Desk) -> None:
     other = AddItem(path="scene.flags", item="something else")
     waiting.workbench.post(commands.ApplyEdits((other,), "by another browser"))
     waiting.until(lambda: waiting.snapshot.program.scene.flags, "another program")
+    waiting.shown()  # what is turned before the page knows of it would be refused as stale
     page.mouse.move(x - 20, y, steps=3)
     page.mouse.up()
     waiting.until(lambda: np.allclose(force("shove"), (-2, 0, 0), atol=0.1), "a turned force")

@@ -144,7 +144,7 @@ def test_the_inspector_changes_a_shape_and_lets_an_action_wait(waiting: Desk) ->
     waiting.until(lambda: waiting.snapshot.program.event.actions[0].when, "a condition")
     waiting.idle()
     expect(page.get_by_label("The other", exact=True)).to_be_visible()
-    starts.select_option("at its step")
+    starts.select_option("at that moment")
     waiting.until(lambda: waiting.snapshot.program.event.actions[0].when is None, "its own step")
     waiting.idle()
 

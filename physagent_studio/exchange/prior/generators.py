@@ -8,10 +8,8 @@ noise (49, 60, 90, 16).
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -173,7 +171,7 @@ def _chained(flows: list[Flow], size: tuple[int, int]) -> Flow:
 def _masks(out: Path, name: str, masks: NDArray[np.bool_]) -> str:
     """Writes masks as torch reads them where it is there, else as npz; says which."""
     try:
-        torch: Any = importlib.import_module("torch")
+        import torch  # pyright: ignore[reportMissingImports]
     except ImportError:
         Sink(out).npz(f"{name}.npz", masks=masks)
         return (

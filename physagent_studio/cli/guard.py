@@ -12,6 +12,7 @@ from typing import ParamSpec, TypeVar
 import typer
 
 from physagent_studio.errors import Cancelled, ProgramError, StudioError, Unclear
+from physagent_studio.jobs import JobFailed
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -37,6 +38,9 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
             _say(str(error))
             raise typer.Exit(WAITING) from None
         except StudioError as error:
+            if isinstance(error.__cause__, JobFailed) and error.__cause__.reason == "crash":
+                # A step that broke down is no bad input: `our_fault` says so.
+                raise
             _say(str(error))
             raise typer.Exit(BAD_INPUT) from None
         except BrokenPipeError:

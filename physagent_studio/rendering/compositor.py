@@ -79,9 +79,7 @@ class Compositor:
             meshes[index] = crumbs.split(meshes[index])
         self._batch = _opened(Batch.of(meshes), list(self._crumbs))
         self._stage = Stage.of(scene.state, scene.support_meshes, camera, self.lens)
-        self._background = np.minimum(
-            self._stage.depth, planes_depth(scene.state, self._stage.origin, self._stage.rays)
-        ).astype(np.float32)
+        self._state = scene.state
         self._positions, self._rotations = initial_poses(scene)
         world = self._batch.placed(self._positions, self._rotations)
         points = self._to_camera(world)
@@ -136,7 +134,9 @@ class Compositor:
     @property
     def background_depth(self) -> NDArray[np.float32]:
         """(H, W) depth along the optical axis of supports, ground and walls, m; inf for none."""
-        return self._background.reshape(self.lens.height, self.lens.width)
+        stage = self._stage
+        depth = np.minimum(stage.depth, planes_depth(self._state, stage.origin, stage.rays))
+        return depth.astype(np.float32).reshape(self.lens.height, self.lens.width)
 
     # --- preparation -------------------------------------------------------------------------
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.benchmark.motion_prior.beside_mujoco import beside_mujoco
+from physagent_studio.benchmark.motion_prior.demo import demo_run
 from physagent_studio.benchmark.motion_prior.scenes import (
     MOTIONS,
     PLACE,
@@ -26,6 +27,8 @@ from physagent_studio.benchmark.motion_prior.scenes import (
     seen_on_plate,
 )
 from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
+from physagent_studio.errors import InputError
+from physagent_studio.exchange import export_motion_prior, load_peer_config
 from physagent_studio.records import Scene
 from physagent_studio.rendering import Compositor, Flow, Frame, flow_between
 
@@ -171,9 +174,6 @@ def _farneback(one: Frame, other: Frame) -> NDArray[np.float32]:
 
 def exported() -> list[Row]:
     """Seconds and memory of the demo's export."""
-    from physagent_studio.benchmark.motion_prior.demo import demo_run
-    from physagent_studio.exchange import export_motion_prior
-
     scene, rollout, program = demo_run()
     like_the_photo = _first_frame(scene)
     with tempfile.TemporaryDirectory() as folder:
@@ -206,9 +206,6 @@ def _first_frame(scene: Scene) -> list[Row]:
 
 def _peers(cases: Path) -> list[Row]:
     """How many of the peers' configurations in a folder of cases are read, with a report each."""
-    from physagent_studio.errors import InputError
-    from physagent_studio.exchange import load_peer_config
-
     files, read = sorted(cases.glob("*/peer_config.yaml")), 0
     for file in files:
         try:

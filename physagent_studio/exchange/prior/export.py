@@ -169,15 +169,21 @@ class _Writer:
     def _depth_picture(self, frame: Frame) -> NDArray[np.uint8]:
         """(H, W, 3) of depths: white is near, by its reciprocal, black is far away."""
         if self.behind is None:
-            near = float(np.minimum(frame.depth, self.background).min())
-            self.nearest = NEAREST * near if np.isfinite(near) else 1.0
-            self.behind = _grey(self.nearest, self.background)
+            self.nearest = nearest_shown(frame.depth, self.background)
+            self.behind = nearness(self.nearest, self.background)
         picture, own = self.behind.copy(), frame.ids >= 0
-        picture[own] = _grey(self.nearest, frame.depth[own])
+        picture[own] = nearness(self.nearest, frame.depth[own])
         return np.repeat(picture[..., None], 3, axis=2)
 
 
-def _grey(nearest: float, depth: NDArray[np.float32]) -> NDArray[np.uint8]:
+def nearest_shown(depth: NDArray[np.float32], background: NDArray[np.float32]) -> float:
+    """The depth that is white in a clip's depth video, m; both are of its first frame."""
+    near = float(np.minimum(depth, background).min())
+    return NEAREST * near if np.isfinite(near) else 1.0
+
+
+def nearness(nearest: float, depth: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Grey levels of depths, by their reciprocal: white is near, black is far away."""
     return (255 * np.clip(nearest / np.maximum(depth, 1e-6), 0, 1)).astype(np.uint8)
 
 

@@ -16,6 +16,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
+from physagent_studio.exchange.prior.export import nearest_shown, nearness
 from physagent_studio.exchange.prior.folder import Prior
 from physagent_studio.exchange.prior.framing import Framing
 from physagent_studio.exchange.prior.noise import warped
@@ -34,7 +35,7 @@ MOVED = 1e-3
 SPREAD = 9
 """Pixels around what moves that a generator may paint too: soft outlines and shadows."""
 _STEPS = [1000, 750, 500, 250]
-"""Denoising steps of the four-step student that RealWonder distils."""
+"""Four even denoising steps, for whoever has no list of their model's own: the file is theirs."""
 
 
 def final_sim(prior: Prior, out: Path) -> str:
@@ -48,17 +49,12 @@ def final_sim(prior: Prior, out: Path) -> str:
     noise = warped(clip.flows(), (WAN[0] // LATENT, WAN[1] // LATENT), 32)
     sink.npy("noises.npy", np.stack([one.astype(np.float16) for one in noise]))
     soft = {name for name, _ in prior.rollout().vertices}
-    said = [
-        _masks(out, name, clip.latent_masks(own))
-        for name, own in (
-            ("points_masks_downsampled", clip.moving & soft),
-            ("mesh_masks_downsampled", clip.moving - soft),
-        )
-    ]
+    _masks(out, "points_masks_downsampled", clip.latent_masks(clip.moving & soft))
+    said = _masks(out, "mesh_masks_downsampled", clip.latent_masks(clip.moving - soft))
     sink.text("prompt.txt", prior.meta["prompt"] + "\n")
     config = {"denoising_step_list": _STEPS, "mask_dropin_step": 1, "num_output_frames": 21}
     sink.text("config.yaml", yaml.safe_dump(config, sort_keys=False))
-    return said[0]
+    return said
 
 
 def wan_vace(prior: Prior, out: Path) -> str:
@@ -135,11 +131,9 @@ class _Clip:
     def depths(self) -> Iterator[NDArray[np.uint8]]:
         """(H, W, 3) grey, near is white."""
         ground = np.load(self.prior.folder / "depth/background.npz")["depth"]
-        nearest = float(np.minimum(self.prior.depth(0), ground).min()) * 0.8
+        nearest = nearest_shown(self.prior.depth(0), ground)
         for number in self.numbers:
-            whole = np.minimum(self.prior.depth(int(number)), ground)
-            share = np.clip(nearest / np.maximum(whole, 1e-6), 0, 1)
-            grey = (255 * share).astype(np.uint8)
+            grey = nearness(nearest, np.minimum(self.prior.depth(int(number)), ground))
             yield self.framing.picture(np.repeat(grey[..., None], 3, axis=2))
 
     def flows(self) -> Iterator[tuple[Flow, Flow]]:

@@ -35,7 +35,8 @@ class World:
     parts: the objects. dt: engine step, s. names: index of each object. bodies: the same,
     supports after objects. skins: (V, 3) m, world, first places of the vertices of what is
     not rigid. wheels: what is on wheels, None where nothing is. step: the control step that comes
-    next. kicks: (step, object, velocity that was held back).
+    next. kicks: (step, object, velocity that was held back). falls: (N,) 1 for what has its
+    weight, 0 for what floats.
     """
 
     program: PhysicalProgram
@@ -48,6 +49,11 @@ class World:
     wheels: Wheels | None = None
     step: int = 0
     kicks: list[tuple[int, int, FloatArray]] = field(default_factory=list)
+    falls: FloatArray = field(init=False)
+
+    def __post_init__(self) -> None:
+        objects = self.program.scene.objects
+        self.falls = np.array([float(one.aloft != "floats") for one in objects])
 
     def part(self, name: str) -> Part:
         """The object of that name."""
@@ -57,11 +63,6 @@ class World:
     def step_seconds(self) -> float:
         """Length of a control step, s."""
         return self.program.clip.step_seconds
-
-    @property
-    def falls(self) -> FloatArray:
-        """(N,) 1 for what has its weight, 0 for what floats."""
-        return np.array([float(one.aloft != "floats") for one in self.program.scene.objects])
 
     @property
     def data(self) -> Data:

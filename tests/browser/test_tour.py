@@ -109,3 +109,17 @@ def test_the_server_refuses_what_a_presenting_page_sends(waiting: Desk) -> None:
         clip = waiting.snapshot.program.clip
         waiting.until(lambda: waiting.studio.view.frame(clip) == 7, "looking is allowed")
     assert waiting.snapshot.state.budget != 3
+
+
+def test_a_dialog_lies_over_the_tour(first: Desk) -> None:
+    page = first.page
+    expect(page.get_by_role("dialog", name="Tour, step 1 of 5")).to_be_visible()
+    first.button("Open…").click()
+    first.button("New from a photo…").click()
+    dialog = page.get_by_role("dialog", name="New session from a photo")
+    expect(dialog).to_be_visible()
+    # What is hit in the middle of the tour's card belongs to the dialog now.
+    box = first.box(page.locator(".tour-card"))
+    spot = [box["x"] + box["width"] / 2, box["y"] + box["height"] / 2]
+    hit = "([x, y]) => !!document.elementFromPoint(x, y).closest('.shade')"
+    assert page.evaluate(hit, spot)

@@ -26,7 +26,6 @@ from physagent_studio.knowledge.things import (
     density_of,
     grows,
     has_lid,
-    has_part,
     is_board,
     is_container,
     is_disc,

@@ -173,12 +173,6 @@ def is_disc(name: str) -> bool:
     return _is(name, "disc", True)
 
 
-def has_part(name: str, part: str) -> bool:
-    """Whether a thing of that name has thin parts: a `frame`, a `stem` or a `handle`."""
-    kind = kind_of(name)
-    return kind is not None and part in kind.parts
-
-
 def is_open(name: str) -> bool:
     """Whether a thing of that name is hollow and has no lid."""
     return _is(name, "hollow", "open")

@@ -21,7 +21,6 @@ from physagent_studio.benchmark.reconstruction.cover import Cover, cover_rows, c
 from physagent_studio.benchmark.reconstruction.lookalikes import scooter, stack
 from physagent_studio.benchmark.reconstruction.many_parts import many_part_rows
 from physagent_studio.benchmark.reconstruction.plates import plate_rows
-from physagent_studio.benchmark.reconstruction.ranker import Thing, ranking_rows, things_of
 from physagent_studio.benchmark.reconstruction.synthetic import Drawn, scene
 from physagent_studio.benchmark.reconstruction.truth import TrueMasks
 from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
@@ -238,7 +237,6 @@ def _photographs(cases: Path) -> list[Row]:
     boxed: list[float] = []
     seconds: list[float] = []
     fallen: list[str] = []
-    things: list[Thing] = []
     covers: list[Cover] = []
     stood = 0
     for folder in sorted(cases.iterdir()):
@@ -250,7 +248,6 @@ def _photographs(cases: Path) -> list[Row]:
         if not truth:
             continue
         clicked += _mask_scores(case.image, case.objects, truth)
-        things += things_of(folder.name, case, truth)
         boxes = tuple((name, _boxed(grounding, truth[name])) for name, grounding in case.objects)
         boxed += _mask_scores(case.image, boxes, truth)
         state = SceneState(
@@ -273,7 +270,6 @@ def _photographs(cases: Path) -> list[Row]:
         at_most("photographs, clicks: objects that move by themselves", len(fallen), 0),
         at_most("photographs: time for three objects, median", float(np.median(seconds)), 6, "s"),
         *cover_rows("photographs", covers),
-        *ranking_rows(things),
     ]
 
 

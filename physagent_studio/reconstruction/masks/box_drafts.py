@@ -1,4 +1,4 @@
-"""Drafts inside a person's box."""
+"""Drafts inside a box, a person's or that of what the map shows, and which of them lead."""
 
 from __future__ import annotations
 
@@ -10,16 +10,41 @@ from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.masks import grabcut
 from physagent_studio.reconstruction.masks.box_reach import reaching
-from physagent_studio.reconstruction.masks.click_drafts import clean
+from physagent_studio.reconstruction.masks.choice import Scored, agreed
 from physagent_studio.reconstruction.masks.draft_score import Draft, Scorer
-from physagent_studio.reconstruction.masks.ranking import distinct, ranked
-from physagent_studio.reconstruction.masks.task import Task, snapped
+from physagent_studio.reconstruction.masks.ranking import denied, distinct, ranked
+from physagent_studio.reconstruction.masks.task import Task, View, snapped
+from physagent_studio.reconstruction.masks.thing_map import weighed
 from physagent_studio.reconstruction.photo import closed_contours as contour
-from physagent_studio.reconstruction.photo.regions import BoolArray, grow, without_pinholes
+from physagent_studio.reconstruction.photo.regions import (
+    BoolArray,
+    grow,
+    holding,
+    smooth,
+    without_pinholes,
+)
 from physagent_studio.reconstruction.switches import at_work
 
 LED = 4
 """How many of the best drafts are led to the sides of the box that they miss."""
+
+
+def found_in(view: View, task: Task, maps: Sequence[NDArray[np.float32]]) -> list[Scored]:
+    """Up to four masks on a view, best first.
+
+    maps: (h, w) of the thing there, first the one that drafts are weighed by, then those of other
+    looks, which are drafts as well.
+    """
+    if task.box is None:
+        return []
+    scorer = Scorer(view.lab, task.inside)
+    drafts = box_drafts(view.small, view.lab, task, task.box, scorer)
+    drafts += _solid([Draft(one > 0.5, "map", "map") for one in maps])
+    found = weighed(ranked(scorer, drafts, task), maps[0])
+    # What a person said is no part of the thing outweighs what the map shows.
+    found = [(draft, max(value - denied(draft.mask, task), 0.0)) for draft, value in found]
+    found.sort(key=lambda scored: -scored[1])
+    return agreed(found, view.lab, scorer.likeness)
 
 
 def box_drafts(
@@ -29,7 +54,7 @@ def box_drafts(
     box: tuple[float, float, float, float],
     scorer: Scorer,
 ) -> list[Draft]:
-    """Drafts inside a person's box."""
+    """Drafts inside a box (x0, y0, x1, y1), by colours and by contours."""
     x0, y0, x1, y1 = box
     rows, columns = lab.shape[:2]
     within = np.zeros((rows, columns), bool)
@@ -99,6 +124,12 @@ def _contours(
 
 def _solid(drafts: Sequence[Draft]) -> list[Draft]:
     return [draft for draft in drafts if np.count_nonzero(draft.mask) >= 30]
+
+
+def clean(mask: BoolArray, task: Task) -> BoolArray:
+    """The clicked part, without hairs, its small holes filled."""
+    part = without_pinholes(smooth(holding(mask, task.inside)), 0.02)
+    return holding(part, task.inside)
 
 
 def _tidy(mask: BoolArray) -> BoolArray:

@@ -10,16 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.program.scene.state import Grounding, SceneObject, SceneState
-from physagent_studio.reconstruction.masks import grabcut
-from physagent_studio.reconstruction.masks.click_drafts import clean
-from physagent_studio.reconstruction.masks.draft_score import (
-    Draft,
-    Scorer,
-    outline_contrast,
-    window_share,
-)
-from physagent_studio.reconstruction.masks.ranking import ranked
-from physagent_studio.reconstruction.masks.task import task_of, view_of
+from physagent_studio.reconstruction.masks.draft_score import outline_contrast
+from physagent_studio.reconstruction.masks.thing_map import thing_map
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow, iou, resized
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Finding
@@ -31,8 +23,6 @@ NEAR = 1.5
 """Distance of clicks, in roots of the larger area, from which things are surely two."""
 SAME = 0.75
 """Least overlap of two masks for one thing with two names."""
-ROUGH = 110
-"""Longest side of the picture on which things are looked at alone, pixels."""
 SIDE = 480
 
 
@@ -105,18 +95,10 @@ def _boxed_apart(one: Bounds | None, other: Bounds | None) -> bool:
 
 
 def _alone(image: Image, item: SceneObject) -> BoolArray | None:
-    """The rough mask of a thing's own clicks, as if it were the only one; by colour alone."""
-    view = view_of(image, (0, 0, image.shape[1], image.shape[0]), ROUGH)
+    """(H, W) what a thing's own clicks show, as if it were the only one."""
     own = Grounding(points=tuple(c for c in item.grounding.points if c.label))
-    task = task_of(item.name, own, view)
-    drafts = [
-        Draft(mask, "alone", "colour", window_share(mask, window.box))
-        for window in grabcut.at_scales(view.small, view.lab, task.inside, ())
-        for mask in [clean(window.mask, task)]
-        if np.count_nonzero(mask) > 20
-    ]
-    best = ranked(Scorer(view.lab, task.inside), drafts, task)
-    return resized(best[0][0].mask, (image.shape[1], image.shape[0])) if best else None
+    seen = thing_map(image, own)
+    return None if seen is None else resized(seen.chance > 0.5, (image.shape[1], image.shape[0]))
 
 
 def _one_thing(

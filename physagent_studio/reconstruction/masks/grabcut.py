@@ -1,16 +1,9 @@
-"""Seeded GrabCut at several scales: one candidate mask for each guess of the object's size.
-
-A click says where an object is, not how large. Each scale takes a window around the clicks,
-calls everything outside it background, and lets GrabCut decide inside; the window that fits
-gives a mask that touches no side of it and agrees with its neighbours in scale.
-"""
+"""Seeded GrabCut: from a trimap, and inside a box."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
-from itertools import pairwise
 from typing import TypeVar
 
 import cv2
@@ -19,23 +12,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from physagent_studio.reconstruction.photo.regions import BoolArray, Pixel
-from physagent_studio.reconstruction.switches import at_work
 
 Item = TypeVar("Item")
 Made = TypeVar("Made")
 SEED = 20
 _BINS = (16, 24, 24)
-SQUARE = (1.0, 1.0, 1.0)
-OBLONG = ((1.3, 0.6, 0.6), (1.2, 1.0, 0.3), (0.55, 1.4, 0.6))
-"""Windows as reach to both sides, up and down, in radii."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Window:
-    """A candidate mask with the window that it came from: (x0, y0, x1, y1), pixels."""
-
-    mask: BoolArray
-    box: tuple[int, int, int, int]
 
 
 def cut(image: NDArray[np.uint8], trimap: NDArray[np.uint8], rounds: int = 3) -> BoolArray | None:
@@ -85,102 +66,6 @@ def likelihood_ratio(lab: NDArray[np.float32], inside: BoolArray, outside: BoolA
 
     ratio = np.log(histogram(inside) + 1e-6) - np.log(histogram(outside) + 1e-6)
     return ratio.reshape(-1)[index]
-
-
-def seeds(shape: tuple[int, int], points: Sequence[Pixel], radius: int, reach: float) -> BoolArray:
-    """Discs at the clicks, and lines between clicks that are closer than `reach` pixels."""
-    canvas = np.zeros(shape, np.uint8)
-    for x, y in points:
-        cv2.circle(canvas, (int(x), int(y)), radius, 1, -1)
-    for (ax, ay), (bx, by) in pairwise(points):
-        if np.hypot(bx - ax, by - ay) < reach:
-            cv2.line(canvas, (int(ax), int(ay)), (int(bx), int(by)), 1, 2)
-    return canvas.astype(bool)
-
-
-def at_scales(
-    image: NDArray[np.uint8],
-    lab: NDArray[np.float32],
-    inside: Sequence[Pixel],
-    outside: Sequence[Pixel],
-    scales: int = 6,
-    *,
-    filling: bool = True,
-) -> list[Window]:
-    """Candidates for windows of several sizes and proportions. Pixels are those of `image`.
-
-    filling: whether the largest window, almost all of the picture, is one of them.
-
-    Square windows start from the clicks' colours. Wide and tall ones start from everything
-    inside, for things of many colours: what the surroundings do not explain is the object.
-    """
-    rows, columns = lab.shape[:2]
-    spots = np.array(inside)
-    low, high = spots.min(0), spots.max(0)
-    guesses = [(share, SQUARE) for share in np.geomspace(0.07, 0.95, scales)]
-    guesses = guesses if filling else guesses[:-1]
-    if at_work("oblong windows"):
-        guesses += [(share, window) for share in (0.18, 0.36) for window in OBLONG]
-
-    def guess(one: tuple[float, tuple[float, float, float]]) -> Window | None:
-        share, (reach_x, up, down) = one
-        radius = share * max(rows, columns) / 2
-        x0, y0 = np.maximum(np.round(low - radius * np.array([reach_x, up])).astype(int), 1)
-        high_x, high_y = np.round(high + radius * np.array([reach_x, down])).astype(int)
-        x1, y1 = min(int(high_x), columns - 1), min(int(high_y), rows - 1)
-        if x1 - x0 < 6 or y1 - y0 < 6:
-            return None
-        box = (int(x0), int(y0), x1, y1)
-        by_colour = (reach_x, up, down) == SQUARE
-        mask = _in_window(image, lab, box, radius, inside, outside, by_colour)
-        return Window(mask, box) if mask is not None and np.count_nonzero(mask) >= 30 else None
-
-    def size(one: tuple[float, tuple[float, float, float]]) -> float:
-        share, (reach_x, up, down) = one
-        return share**2 * reach_x * (up + down)
-
-    return [window for window in side_by_side(guess, guesses, size) if window is not None]
-
-
-def _in_window(
-    image: NDArray[np.uint8],
-    lab: NDArray[np.float32],
-    box: tuple[int, int, int, int],
-    radius: float,
-    inside: Sequence[Pixel],
-    outside: Sequence[Pixel],
-    by_colour: bool,
-) -> BoolArray | None:
-    rows, columns = lab.shape[:2]
-    x0, y0, x1, y1 = box
-    margin = int(max(6, radius * 0.5))
-    window = np.zeros((rows, columns), bool)
-    window[y0:y1, x0:x1] = True
-    around = np.zeros_like(window)
-    around[max(0, y0 - margin) : y1 + margin, max(0, x0 - margin) : x1 + margin] = True
-    around &= ~window
-    if np.count_nonzero(around) < 200:
-        around = np.ones_like(window)
-        around[6:-6, 6:-6] = False
-    sure = seeds((rows, columns), inside, max(3, int(radius * 0.12)), 0.3 * max(rows, columns))
-    trimap = np.full((rows, columns), cv2.GC_BGD, np.uint8)
-    trimap[window] = cv2.GC_PR_BGD if by_colour else cv2.GC_PR_FGD
-    if by_colour:
-        ratio = likelihood_ratio(lab, sure, around)
-        trimap[window & (ratio > 0)] = cv2.GC_PR_FGD
-    trimap[sure] = cv2.GC_FGD
-    for x, y in outside:
-        cv2.circle(trimap, (int(x), int(y)), max(3, int(min(radius * 0.1, 6))), cv2.GC_BGD, -1)
-    crop = (
-        slice(max(0, y0 - margin), min(rows, y1 + margin)),
-        slice(max(0, x0 - margin), min(columns, x1 + margin)),
-    )
-    part = cut(np.ascontiguousarray(image[crop]), np.ascontiguousarray(trimap[crop]), 2)
-    if part is None:
-        return None
-    mask = np.zeros((rows, columns), bool)
-    mask[crop] = part
-    return mask
 
 
 def in_box(

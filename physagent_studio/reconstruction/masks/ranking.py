@@ -1,37 +1,27 @@
-"""Which drafts lead: the score of each, what the name and the box say."""
+"""Which drafts lead: what each shows by itself and how it lies in its box."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.masks.draft_score import Draft, Scorer
 from physagent_studio.reconstruction.masks.task import Task
-from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, iou, solidity
-from physagent_studio.reconstruction.switches import at_work
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, iou
 
 DENIED = 0.5
 """What a draft loses that covers all clicks outside."""
-OTHER_COLOUR, MIXED = 0.3, 0.5
-"""What a draft loses that has none of the named colour, and how much less of it costs nothing."""
-FULL, OPEN = 0.8, 0.5
-"""What a draft of a slender thing loses that fills its hull, and how much of it may be filled."""
+SPOT = 8
+"""Radius of what counts as clicked, pixels of the view."""
 
 
 def ranked(scorer: Scorer, drafts: Sequence[Draft], task: Task) -> list[tuple[Draft, float]]:
-    """Drafts with their scores, best first."""
-    if task.box is not None:
-        graded = _in_box(scorer, drafts, task, task.box)
-    else:
-        graded = scorer.scores(drafts)
-        if task.aspect is not None and at_work("usual proportions"):
-            graded = graded - _odd_proportions(drafts, task.aspect)
-        if task.named is not None:
-            graded = graded - _odd_colours(drafts, task.named)
-    if task.slender and at_work("slender names"):
-        graded = graded - _too_full(drafts)
+    """Drafts in the task's box with their scores, best first."""
+    assert task.box is not None
+    graded = _in_box(scorer, drafts, task, task.box)
     order = np.argsort(-graded, kind="stable")
     return [(drafts[int(k)], max(float(graded[k]), 0.0)) for k in order]
 
@@ -53,40 +43,22 @@ def _in_box(
         own = scorer.alone(draft)
         value = 0.2 + 0.2 * fills(draft.mask, box) + 0.3 * own["weakest"]
         value += 0.5 * min(np.count_nonzero(draft.mask) / area, 1.0) - 0.35 * own["colour overlap"]
-        out[k] = value * own["covered"] - DENIED * _denied(draft.mask, task)
+        out[k] = value * own["covered"] - denied(draft.mask, task)
     return np.clip(out, 0.0, 1.0)
 
 
-def _denied(mask: BoolArray, task: Task) -> float:
-    """Share of a person's clicks outside that a mask covers all the same."""
+def denied(mask: BoolArray, task: Task) -> float:
+    """What a mask loses for what it covers around a person's clicks outside.
+
+    Around them: a cut leaves out the very spot that was clicked, if need be as a hole.
+    """
     if not task.outside:
         return 0.0
-    return float(np.mean([mask[int(y), int(x)] for x, y in task.outside]))
-
-
-def _odd_proportions(drafts: Sequence[Draft], aspect: tuple[float, float]) -> NDArray[np.float64]:
-    """What drafts lose whose height over width is unusual for the name."""
-    usual, spread = aspect
-    out = np.zeros(len(drafts))
-    for k, draft in enumerate(drafts):
-        x0, y0, x1, y1 = bounds(draft.mask)
-        off = np.log(max(y1 - y0, 1) / max(x1 - x0, 1) / usual) / (spread + 0.1)
-        out[k] = 0.04 * min(float(off) ** 2, 4.0)
-    return out
-
-
-def _odd_colours(drafts: Sequence[Draft], named: BoolArray) -> NDArray[np.float64]:
-    """What drafts lose of which much less may be called by the colour in the name than of others.
-
-    A name's colour need not be everywhere: a red car has black tyres.
-    """
-    shares = np.array([float(named[draft.mask].mean()) for draft in drafts])
-    return OTHER_COLOUR * np.clip(shares.max(initial=0.0) - shares - MIXED, 0, 1)
-
-
-def _too_full(drafts: Sequence[Draft]) -> NDArray[np.float64]:
-    """What drafts of poles and frames lose that fill the hull around them."""
-    return np.array([FULL * max(solidity(draft.mask) - OPEN, 0.0) for draft in drafts])
+    shares = []
+    for x, y in task.outside:
+        spot = cv2.circle(np.zeros(mask.shape, np.uint8), (int(x), int(y)), SPOT, 1, -1)
+        shares.append(float(mask[spot.astype(bool)].mean()) if spot.any() else 0.0)
+    return DENIED * float(np.mean(shares))
 
 
 def distinct(

@@ -9,26 +9,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import partial
 from typing import Protocol
 
 import numpy as np
 
-from physagent_studio.knowledge import usual_size
 from physagent_studio.program.scene.state import Click, Grounding, Stroke
 from physagent_studio.reconstruction.learned.at_hand import NOTHING, Learned
-from physagent_studio.reconstruction.masks.closeup import (
-    EARLY,
-    is_doubtful,
-    merged,
-    piece_around,
-)
+from physagent_studio.reconstruction.masks.box_drafts import found_in
 from physagent_studio.reconstruction.masks.draft_score import Draft
 from physagent_studio.reconstruction.masks.learned_offers import ranked_together
-from physagent_studio.reconstruction.masks.parts.attached import (
-    led_by,
-    with_attached,
-)
 from physagent_studio.reconstruction.masks.stacks import stacked, stacks_of
 from physagent_studio.reconstruction.masks.strokes import corrected, covered, drawn, seeds_of
 from physagent_studio.reconstruction.masks.task import (
@@ -38,7 +27,12 @@ from physagent_studio.reconstruction.masks.task import (
     task_of,
     view_of,
 )
-from physagent_studio.reconstruction.masks.working_picture import Sight, boxed
+from physagent_studio.reconstruction.masks.thing_map import (
+    ThingMap,
+    extent_of,
+    seen_in,
+    thing_map,
+)
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
@@ -71,7 +65,7 @@ class Segmenter(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class EmbeddedSegmenter:
-    """GrabCut at several scales, the contour of greatest contrast, and their agreement.
+    """A network's map of the thing, and drafts by colour and contour that agree with it.
 
     Each thing is segmented by itself, from what `apart` says of it. learned: models whose masks
     are ranked among these.
@@ -129,71 +123,47 @@ class EmbeddedSegmenter:
     def candidates(
         self, image: Image, name: str, grounding: Grounding, meanwhile: Meanwhile | None = None
     ) -> Offers:
-        """Candidates (H, W) of one thing whose grounding says all; its name helps to rank them.
+        """Candidates (H, W) of one thing whose grounding says all.
 
-        meanwhile: told what the first look shows before a closer one, all that has no parts yet
-        before these are sought.
+        meanwhile: told of them before their outlines are settled at the size of the picture.
         """
-
-        def tell(offers: Callable[[], Offers]) -> None:
-            if meanwhile is not None:
-                meanwhile(name, offers)
-
-        best = self._best(image, name, grounding, tell)
+        best = self._best(image, grounding)
         if not best:
             return ()
-        tell(lambda: tuple(full_size(image, *one, settled=False) for one in best))
+        if meanwhile is not None:
+            meanwhile(name, lambda: tuple(full_size(image, *one, settled=False) for one in best))
         with ThreadPoolExecutor(2) as pool:
-            sized = [pool.submit(full_size, image, *one) for one in best]
-            # Parts of the first are sought while the others are still being brought to size.
-            first = sized[0].result().mask
-            found = with_attached(image, first, grounding, name)
-            alike = [one.result() for one in sized]
-        usual = usual_size(name).aspect
-        return led_by(found, alike, usual)
+            return tuple(pool.map(lambda one: full_size(image, *one), best))
 
     def _whole(self, image: Image, grounding: Grounding) -> BoolArray | None:
-        """(H, W) what most looks like all that was clicked; None where nothing does."""
-        best = self._best(image, "", grounding)
-        return full_size(image, *best[0]).mask if best else None
+        """(H, W) all layers of a stack that are marked together; None where nothing is found.
 
-    def _best(
-        self,
-        image: Image,
-        name: str,
-        grounding: Grounding,
-        tell: Callable[[Callable[[], Offers]], None] = lambda offers: None,
-    ) -> list[tuple[tuple[Draft, float], View]]:
-        """What looks like the places that were clicked, each as it is on a view of the picture.
-
-        tell: told what the first look shows, where there is a closer one.
+        The map of each click by itself, since the network knows of one thing at a time.
         """
         if grounding.box is not None:
-            view = view_of(image, part_around(grounding.box, image.shape), self.side)
-            look = boxed(view, task_of(name, grounding, view))
-            return [(item, view) for item in look.found]
-        pool = ThreadPoolExecutor(2)
-        piece = piece_around(grounding, image.shape)
-        closer: list[Sight] = []
+            best = self._best(image, grounding)
+        else:
+            maps = [thing_map(image, Grounding(points=(click,))) for click in grounding.points]
+            every = np.maximum.reduce([one.chance for one in maps if one is not None])
+            likely = (every > 0.5).any()
+            best = self._found(image, grounding, ThingMap(every, 1.0)) if likely else []
+        return full_size(image, *best[0]).mask if best else None
 
-        def closely() -> None:
-            if piece is not None and not closer:
-                closer.append(Sight.of(image, name, grounding, (piece, self.side), pool))
+    def _best(self, image: Image, grounding: Grounding) -> list[tuple[tuple[Draft, float], View]]:
+        """What looks like the places that were marked, best first, as it is on a view of them."""
+        seen = thing_map(image, grounding)
+        return [] if seen is None else self._found(image, grounding, seen)
 
-        height, width = image.shape[:2]
-        try:
-            sight = Sight.of(image, name, grounding, ((0, 0, width, height), self.side), pool)
-            # Cuts of a closer look run while the contours of the first one are still sought.
-            look = sight.look(lambda score: closely() if score < EARLY else None)
-            if piece is None or not is_doubtful(look) or not at_work("closer look"):
-                return [(item, look.view) for item in look.found]
-            closely()
-            rough = partial(full_size, image, view=look.view, settled=False)
-            tell(lambda: tuple(rough(item) for item in look.found))
-            return merged(look, closer[0].look())
-        finally:
-            # A closer look that turned out to be of no use is not waited for.
-            pool.shutdown(wait=False, cancel_futures=True)
+    def _found(
+        self, image: Image, grounding: Grounding, seen: ThingMap
+    ) -> list[tuple[tuple[Draft, float], View]]:
+        """The same by a map of the thing. Clicks become a box around what it shows."""
+        box = extent_of(seen.chance, grounding, image.shape)
+        view = view_of(image, part_around(box, image.shape), self.side)
+        task = task_of(grounding.model_copy(update={"box": box}), view)
+        maps = [seen_in(one, view, image.shape) for one in (seen.chance, *seen.looks)]
+        found = found_in(view, task, maps)
+        return [((draft, value * seen.agreement), view) for draft, value in found]
 
 
 def apart(groundings: Sequence[tuple[str, Grounding]]) -> list[tuple[str, Grounding]]:

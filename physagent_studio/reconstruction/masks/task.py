@@ -8,12 +8,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.knowledge import has_part, usual_size
 from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.masks import grabcut
 from physagent_studio.reconstruction.masks.draft_score import Draft
 from physagent_studio.reconstruction.masks.variants import VARIANT
-from physagent_studio.reconstruction.photo.colours import colour_of, pixels_like
 from physagent_studio.reconstruction.photo.regions import (
     BoolArray,
     Pixel,
@@ -29,27 +27,17 @@ from physagent_studio.records.scene import Candidate
 
 WIDE = 6.0
 """Enlargement from which only the surroundings of a mask are worked on."""
-FOLLOWED = 3
-"""How often a stem is followed farther."""
 LARGEST = 384
 """Longest side in pixels of a piece of picture on which an outline is settled."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Task:
-    """One thing to segment, in pixels of the small picture.
-
-    aspect: usual height over width of things of that name, and its spread. named: (H, W) what may
-    be called by the colour in the name; None without one. slender: whether things of that name
-    are poles and frames, open between.
-    """
+    """One thing to segment, in pixels of the small picture."""
 
     inside: tuple[Pixel, ...]
     outside: tuple[Pixel, ...]
     box: tuple[float, float, float, float] | None
-    aspect: tuple[float, float] | None = None
-    named: BoolArray | None = None
-    slender: bool = False
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -91,7 +79,7 @@ def part_around(
     return low_x, low_y, max(high_x, low_x + 8), max(high_y, low_y + 8)
 
 
-def task_of(name: str, grounding: Grounding, view: View) -> Task:
+def task_of(grounding: Grounding, view: View) -> Task:
     """The clicks of one thing in pixels of the view; those outside it are left out."""
     inside: list[Pixel] = []
     outside: list[Pixel] = []
@@ -106,25 +94,7 @@ def task_of(name: str, grounding: Grounding, view: View) -> Task:
     if grounding.box is not None:
         (x0, y0), (x1, y1) = (view.inward(*grounding.box[k : k + 2]) for k in (0, 2))
         box = (min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1))
-    word = colour_of(name)
-    word = word if word is not None and at_work("colour words") else None
-    named = None if word is None else pixels_like(view.small, word)
-    return Task(
-        tuple(inside), tuple(outside), box, usual_size(name).aspect, named, is_slender(name)
-    )
-
-
-def is_slender(name: str) -> bool:
-    """Whether things of that name are poles and frames, open between."""
-    return has_part(name, "frame")
-
-
-def looks_for_poles(name: str) -> int:
-    """How often poles of a thing of that name are looked for around its mask; 0 where it has none.
-
-    What is mostly poles is as wide as they are long; a stem may lead far away from a body.
-    """
-    return FOLLOWED if has_part(name, "stem") else int(is_slender(name))
+    return Task(tuple(inside), tuple(outside), box)
 
 
 def full_size(

@@ -1,16 +1,16 @@
-"""Where the thing is, pixel by pixel, as a small network sees it that has seen many.
+"""Where a marked thing is, pixel by pixel, as a network sees it that has seen many.
 
-The network (a U-Net of 850 kB, `assets/networks/thing_map.onnx`) is shown the picture, what the
-drafts say and what a person marked, and says of each pixel how likely it belongs to the thing. It
-was fitted by `tools/fit_thing_map.py` on pictures of `benchmark.scenes` below seed 1000 alone, with
-colours turned, noise and whole drafts left out, so that it learns how outlines, colours and drafts
-go together rather than what things look like. It weighs the drafts in a box; those of clicks are
-as good without it, once attached parts have joined.
+The network (a U-Net, `assets/networks/thing_map.onnx`) is shown a square of the picture, what a
+person marked there and what it saw before, and says of each pixel how likely it belongs to the
+thing: first on the whole picture or around a box, then closer, around what it found. It was fitted
+by `tools/thing_net` on generated pictures alone, half of their things made up by chance, with
+colours turned, so that it learns how things stand out rather than what they look like.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 
 import cv2
@@ -18,76 +18,229 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.assets import assets_dir
+from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.learned.network import Network
 from physagent_studio.reconstruction.masks.choice import Scored
-from physagent_studio.reconstruction.masks.task import Task, View
-from physagent_studio.reconstruction.photo.regions import BoolArray
-from physagent_studio.reconstruction.switches import at_work
+from physagent_studio.reconstruction.masks.task import View
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
+from physagent_studio.records.case import Image
 
 FloatArray = NDArray[np.float32]
-CANVAS = 112
-"""Sides in pixels of the square that the network sees; the view fills it from its upper left."""
-CHANCE_STEP = 0.1
-"""Step of the score by which a draft is e times as likely as another."""
-FAMILIES = ("colour", "contour", "region")
-"""Families of drafts whose means the network is shown."""
-MARK_RADIUS = 0.02
-"""Radius of a click as the network is shown it, in the view's longer sides."""
+Point = tuple[float, float]
+Box = tuple[float, float, float, float]
+CANVAS = 128
+"""Sides in pixels of the square that the network sees."""
+LAYERS = 7
+"""Layers of it: red, green, blue, clicks on the thing and off it, the box, what was seen before."""
+WORKED_ON = 640
+"""Longest side in pixels to which a picture is reduced before it is looked at."""
+MARK_RADIUS = 3
+"""Radius of a click as the network is shown it, pixels of the square."""
+AROUND_BOX, AROUND_FOUND = 1.4, 1.5
+"""Sides of the squares that are looked at, in longer sides of the box and of what was found."""
+NEARER = (0.6, 0.36, 0.22, 0.14)
+"""Sides of squares around clicks, as shares of the picture's longer one, that are looked at besides
+all of the picture; that leads in which the network is sure and which agrees with the others."""
+SPREAD = 1.2
+"""How many times as wide as the clicks are apart a square has to be."""
+WIDER = 0.02
+"""By how much what is taken for a thing's box is wider than it, on each side."""
+MAP_SHARE = 0.4
+"""What the map says of a draft, as a share of its score."""
+SMALLEST = 24.0
+"""Least side of a square, pixels of the picture."""
 
 
-def weighed(view: View, task: Task, drafts: Sequence[Scored]) -> list[Scored]:
-    """The drafts, best first, each with the mean of its own score and of its IoU with the map."""
-    if not drafts or not at_work("thing map"):
-        return list(drafts)
-    chance = thing_map(view, task, drafts)
-    again = [(draft, (value + soft_iou(draft.mask, chance)) / 2) for draft, value in drafts]
+@dataclass(frozen=True, slots=True)
+class Marks:
+    """Clicks on a thing and off it, and a box (x0, y0, x1, y1), in pixels of a picture."""
+
+    inside: tuple[Point, ...]
+    outside: tuple[Point, ...]
+    box: tuple[float, ...] | None
+
+    @classmethod
+    def of(cls, grounding: Grounding, factor: float) -> Marks:
+        """What a person marked, on the picture brought to `factor` of its size."""
+        on, off = (
+            tuple((click.x * factor, click.y * factor) for click in grounding.points if said(click))
+            for said in (lambda click: click.label == 1, lambda click: click.label == 0)
+        )
+        box = None if grounding.box is None else tuple(v * factor for v in grounding.box)
+        return cls(on, off, box)
+
+
+@dataclass(frozen=True, slots=True)
+class Square:
+    """A part of a picture: its middle and its side, pixels. It may reach beyond the picture."""
+
+    x: float
+    y: float
+    side: float
+
+    @classmethod
+    def around(cls, box: Sequence[float], share: float) -> Square:
+        """Around x0, y0, x1, y1, so many of its longer sides wide."""
+        side = max(share * max(box[2] - box[0], box[3] - box[1]), SMALLEST)
+        return cls((box[0] + box[2]) / 2, (box[1] + box[3]) / 2, side)
+
+    @property
+    def matrix(self) -> FloatArray:
+        """(2, 3) from pixels of the picture to those of the canvas."""
+        s, half = CANVAS / self.side, CANVAS / 2
+        return np.array([[s, 0, half - s * self.x], [0, s, half - s * self.y]], np.float32)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ThingMap:
+    """chance: (h, w) the probability of each pixel that it belongs to the thing, 0 … 1, on the
+
+    picture with its longer side at most `WORKED_ON`. agreement: how much different looks at it
+    show the same, 0 … 1. looks: maps (h, w) of each of them.
+    """
+
+    chance: FloatArray
+    agreement: float
+    looks: tuple[FloatArray, ...] = ()
+
+
+def thing_map(image: Image, grounding: Grounding) -> ThingMap | None:
+    """Where a marked thing is; None where nothing was marked."""
+    factor = min(1.0, WORKED_ON / max(image.shape[:2]))
+    small = cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
+    marks = Marks.of(grounding, factor)
+    if marks.box is not None:
+        square = Square.around(marks.box, AROUND_BOX)
+        first = _looked(small, marks, square, None)
+        second = _looked(small, marks, square, first)
+        return ThingMap(second, _alike(first, second))
+    if not marks.inside:
+        return None
+    far = [_looked(small, marks, square, None) for square in _squares(small, marks)]
+    near = [_closer(small, marks, found) for found in far]
+    agreement = [float(np.mean([_alike(one, other) for other in near])) for one in near]
+    sure = [expected_iou(a) * expected_iou(b) for a, b in zip(far, near, strict=True)]
+    best = int(np.argmax(np.array(agreement) * sure))
+    return ThingMap(_closer(small, marks, near[best]), agreement[best], tuple(near))
+
+
+def _alike(one: FloatArray, other: FloatArray) -> float:
+    """IoU of two maps, taken as sets to which pixels belong in part."""
+    return float(np.minimum(one, other).sum() / max(float(np.maximum(one, other).sum()), 1e-6))
+
+
+def extent_of(chance: FloatArray, grounding: Grounding, shape: tuple[int, ...]) -> Box:
+    """A person's box, or bounds of what is likely the thing, in pixels of the picture (H, W)."""
+    if grounding.box is not None:
+        return grounding.box
+    factor = max(shape[:2]) / max(chance.shape)
+    marks = Marks.of(grounding, 1 / factor)
+    x0, y0, x1, y1 = (factor * v for v in _extent(chance, marks))
+    wide = WIDER * max(x1 - x0, y1 - y0)
+    return x0 - wide, y0 - wide, x1 + wide, y1 + wide
+
+
+def seen_in(chance: FloatArray, view: View, shape: tuple[int, ...]) -> FloatArray:
+    """(h, w) the map on a view of the picture (H, W)."""
+    factor = max(chance.shape) / max(shape[:2])
+    x0, y0, x1, y1 = (v * factor for v in view.part)
+    rows, columns = view.lab.shape[:2]
+    scale = np.array([[columns / (x1 - x0), 0, 0], [0, rows / (y1 - y0), 0]], np.float32)
+    scale[:, 2] = -scale[0, 0] * x0, -scale[1, 1] * y0
+    return np.asarray(cv2.warpAffine(chance, scale, (columns, rows)), np.float32)
+
+
+def weighed(drafts: Sequence[Scored], chance: FloatArray, share: float = MAP_SHARE) -> list[Scored]:
+    """Drafts, best first, each by its own score and by its IoU with the map (h, w)."""
+    again = [
+        (draft, (1 - share) * value + share * soft_iou(draft.mask, chance))
+        for draft, value in drafts
+    ]
     return sorted(again, key=lambda scored: -scored[1])
 
 
 def soft_iou(mask: BoolArray, chance: FloatArray) -> float:
-    """IoU of a mask (H, W) with one of which each pixel's chance (H, W) is known, 0 … 1."""
+    """IoU of a mask (h, w) with one of which each pixel's chance (h, w) is known, 0 … 1."""
     shared = float(chance[mask].sum())
     return shared / max(float(chance.sum()) + np.count_nonzero(mask) - shared, 1e-6)
 
 
-def thing_map(view: View, task: Task, drafts: Sequence[Scored]) -> FloatArray:
-    """(H, W) the probability of each pixel of a view that it belongs to the thing, 0 … 1."""
-    seen = shown(view.lab, task, drafts)
-    rows, columns = seen.shape[1:]
-    canvas = np.zeros((1, len(seen), CANVAS, CANVAS), np.float32)
-    canvas[0, :, :rows, :columns] = seen
-    (found,) = _network().run({"": canvas}, {"": (1, 1, CANVAS, CANVAS)})
-    chance = 1.0 / (1.0 + np.exp(-np.clip(found[0, 0, :rows, :columns], -12.0, 12.0)))
-    size = (view.lab.shape[1], view.lab.shape[0])
-    return np.asarray(cv2.resize(chance, size, interpolation=cv2.INTER_LINEAR), np.float32)
+def expected_iou(chance: FloatArray) -> float:
+    """The IoU that the likelier half of a map has with the thing, if its chances are true."""
+    likely = chance > 0.5
+    shared = float(chance[likely].sum())
+    return shared / max(np.count_nonzero(likely) + float(chance[~likely].sum()), 1e-6)
 
 
-def shown(lab: FloatArray, task: Task, drafts: Sequence[Scored]) -> FloatArray:
-    """(10, h, w) what the network is shown of a view: colours, drafts, marks; each 0 … 1."""
-    rows, columns = lab.shape[:2]
-    factor = CANVAS / max(rows, columns)
-    size = (round(columns * factor), round(rows * factor))
-    masks = np.stack([draft.mask for draft, _ in drafts]).astype(np.float32)
-    family = np.array([draft.family for draft, _ in drafts])
-    scores = np.array([value for _, value in drafts])
-    chance = np.exp((scores - scores.max()) / CHANCE_STEP)
-    vote = np.tensordot((chance / chance.sum()).astype(np.float32), masks, 1)
-    nothing = np.zeros((rows, columns), np.float32)
-    means = [masks[family == k].mean(0) if (family == k).any() else nothing for k in FAMILIES]
-    box = nothing.copy()
-    if task.box is not None:
-        x0, y0, x1, y1 = task.box
-        box[max(0, int(y0)) : int(np.ceil(y1)) + 1, max(0, int(x0)) : int(np.ceil(x1)) + 1] = 1
-    marks = [_spots(task.inside, nothing), _spots(task.outside, nothing)]
-    layers = [*np.moveaxis(lab / 255, 2, 0), vote, *means, box, *marks]
-    return np.stack([cv2.resize(one, size, interpolation=cv2.INTER_AREA) for one in layers])
+def shown(image: Image, marks: Marks, square: Square, before: FloatArray | None) -> FloatArray:
+    """(7, S, S) what the network is shown of a square of a picture (H, W, 3)."""
+    height, width = image.shape[:2]
+    matrix, canvas, scale = square.matrix, (CANVAS, CANVAS), CANVAS / square.side
+    soft = cv2.GaussianBlur(image, (0, 0), 0.45 / scale) if scale < 0.8 else image
+    colours = cv2.warpAffine(soft, matrix, canvas).astype(np.float32) / 255
+    held = cv2.warpAffine(np.ones((height, width), np.float32), matrix, canvas) > 0.5
+    out = np.zeros((LAYERS, CANVAS, CANVAS), np.float32)
+    out[:3] = (colours.transpose(2, 0, 1) - 0.5) * held
+    out[3], out[4] = _spots(marks.inside, matrix), _spots(marks.outside, matrix)
+    if marks.box is not None:
+        corners = np.reshape(marks.box, (2, 2)) @ matrix[:, :2].T + matrix[:, 2]
+        low = np.clip(corners[0], 0, CANVAS).astype(int)
+        high = np.clip(np.ceil(corners[1]), 0, CANVAS).astype(int)
+        out[5, low[1] : high[1], low[0] : high[0]] = 1
+    if before is not None:
+        out[6] = cv2.warpAffine(before, matrix, canvas) * held
+    return out
 
 
-def _spots(points: Sequence[tuple[float, float]], blank: FloatArray) -> FloatArray:
-    out = blank.copy()
+def _looked(image: Image, marks: Marks, square: Square, before: FloatArray | None) -> FloatArray:
+    """(H, W) what the network says of a square; nothing of what lies beyond it."""
+    seen = shown(image, marks, square, before)
+    (found,) = _network().run({"": seen[None]}, {"": (1, 1, CANVAS, CANVAS)})
+    chance = 1.0 / (1.0 + np.exp(-np.clip(found[0, 0], -12.0, 12.0)))
+    size, back = (image.shape[1], image.shape[0]), cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    return np.asarray(cv2.warpAffine(chance, square.matrix, size, flags=back), np.float32)
+
+
+def _squares(image: Image, marks: Marks) -> list[Square]:
+    """All of the picture, and smaller and smaller squares around the clicks and within it."""
+    height, width = image.shape[:2]
+    low, high = np.min(marks.inside, axis=0), np.max(marks.inside, axis=0)
+    out = [Square(width / 2, height / 2, max(width, height))]
+    for share in NEARER:
+        half = share * max(width, height) / 2
+        if 2 * half > SPREAD * float((high - low).max()):
+            x, y = (
+                float(np.clip(at, min(half, length / 2), max(length - half, length / 2)))
+                for at, length in zip((low + high) / 2, (width, height), strict=True)
+            )
+            out.append(Square(x, y, 2 * half))
+    return out
+
+
+def _closer(image: Image, marks: Marks, found: FloatArray) -> FloatArray:
+    """What is seen when what was found is looked at again from close by."""
+    return _looked(image, marks, Square.around(_extent(found, marks), AROUND_FOUND), found)
+
+
+def _extent(chance: FloatArray, marks: Marks) -> Box:
+    """Bounds of what was found where clicks are, else of the largest that was found."""
+    likely = (chance > 0.5).astype(np.uint8)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(likely)
+    rows, columns = labels.shape
+    at = [(min(int(y), rows - 1), min(int(x), columns - 1)) for x, y in marks.inside]
+    if count == 1:
+        (y, x), half = at[0], SMALLEST / 2
+        return (x - half, y - half, x + half, y + half)
+    own = {int(labels[pixel]) for pixel in at} - {0}
+    own = own or {1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())}
+    return bounds(np.isin(labels, list(own)))
+
+
+def _spots(points: Sequence[Point], matrix: FloatArray) -> FloatArray:
+    out = np.zeros((CANVAS, CANVAS), np.float32)
     for x, y in points:
-        radius = max(2, round(max(blank.shape) * MARK_RADIUS))
-        cv2.circle(out, (int(x), int(y)), radius, 1, -1)
+        at = matrix @ np.array([x, y, 1.0])
+        cv2.circle(out, (round(float(at[0])), round(float(at[1]))), MARK_RADIUS, 1.0, -1)
     return out
 
 

@@ -3,8 +3,7 @@
 On a log-polar image around the point an outline is a path from angle to angle, and the path
 of least cost is found exactly. It does not look at colour statistics, so that it fails on
 other pictures than GrabCut does; where both agree, the mask is most likely right. Elongated
-things are round in a picture that is squeezed along their axis, so several squeezes are tried,
-and inner radii are closed off in turn, so that an outline inside the object does not hide it.
+things are round in a picture that is squeezed along their axis.
 """
 
 from __future__ import annotations
@@ -21,11 +20,6 @@ from physagent_studio.reconstruction.photo.statistics import lengths
 
 ANGLES = 120
 RADII = 72
-SQUEEZES = ((1.0, 1.0), (0.55, 1.4), (1.5, 0.5), (2.2, 0.4))
-"""Axes (x, y) of the ellipses that stand for circles."""
-CLOSED = (0, 22, 34, 44)
-"""How many of the innermost radii are closed off."""
-
 _ANGLE = np.arange(ANGLES) * 2 * np.pi / ANGLES
 _ACROSS = np.array([-1.0, -2.2, 1.0, 2.2])[:, None, None]
 """Where the colours inside and outside of an outline are looked up, pixels along its normal."""
@@ -42,48 +36,16 @@ class _Polar:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Job:
-    """An outline to be found: around what, how stiff, and how many inner radii are closed off."""
+    """An outline to be found: around what, and how stiff."""
 
     polar: _Polar
     stiffness: int
-    closed: int
-
-
-def around(
-    lab: NDArray[np.float32], centre: Pixel, outside: Sequence[Pixel] = ()
-) -> list[BoolArray]:
-    """Outlines of all squeezes, closed radii and two stiffnesses around a point, in this order."""
-    reach = float(np.hypot(*lab.shape[:2])) * 0.55
-    radii = np.geomspace(3, reach, RADII)
-    jobs: list[_Job] = []
-    for axes in SQUEEZES:
-        polar = _polar(lab, centre, axes, radii, outside)
-        jobs += [_Job(polar, stiffness, closed) for closed in CLOSED for stiffness in (1, 2)]
-    return _outlines(jobs, lab.shape[:2])
-
-
-def near(
-    lab: NDArray[np.float32],
-    masks: Sequence[BoolArray],
-    outside: Sequence[Pixel] = (),
-    grown: int = 0,
-) -> tuple[list[list[BoolArray]], list[list[BoolArray]]]:
-    """Outlines near that of each mask, and past a stripe or a seam of each of the first `grown`."""
-    jobs = [_again(lab, mask, outside) for mask in masks]
-    jobs += [_beyond(lab, mask, outside) for mask in masks[:grown]]
-    found = iter(_outlines([job for some in jobs for job in some], lab.shape[:2]))
-    made = [[next(found) for _ in some] for some in jobs]
-    return made[: len(masks)], made[len(masks) :]
 
 
 def again(
     lab: NDArray[np.float32], mask: BoolArray, outside: Sequence[Pixel] = ()
 ) -> list[BoolArray]:
     """Outlines near that of a mask, seen from its middle and at its proportions."""
-    return near(lab, [mask], outside)[0][0]
-
-
-def _again(lab: NDArray[np.float32], mask: BoolArray, outside: Sequence[Pixel]) -> list[_Job]:
     x0, y0, x1, y1 = bounds(mask)
     width, height = max(x1 - x0, 4) / 2, max(y1 - y0, 4) / 2
     mean = float(np.sqrt(width * height))
@@ -91,53 +53,7 @@ def _again(lab: NDArray[np.float32], mask: BoolArray, outside: Sequence[Pixel]) 
     centre = ((x0 + x1) / 2, (y0 + y1) / 2)
     radii = np.geomspace(max(0.35 * mean, 2.5), max(1.9 * mean, 6), RADII)
     polar = _polar(lab, centre, axes, radii, outside)
-    return [_Job(polar, stiffness, 0) for stiffness in (1, 2, 3)]
-
-
-def _beyond(lab: NDArray[np.float32], mask: BoolArray, outside: Sequence[Pixel]) -> list[_Job]:
-    """Outlines that hold a mask and reach further on one side."""
-    jobs: list[_Job] = []
-    x0, y0, x1, y1 = bounds(mask)
-    width, height = x1 - x0, y1 - y0
-    inner = cv2.erode(mask.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
-    for dx, dy in ((0, -1), (0, 1), (-1, 0), (1, 0)):
-        for share in (0.45, 0.9):
-            grown_x, grown_y = abs(dx) * share * width, abs(dy) * share * height
-            half = ((width + grown_x) / 2 + 1, (height + grown_y) / 2 + 1)
-            centre = ((x0 + x1 + dx * grown_x) / 2, (y0 + y1 + dy * grown_y) / 2)
-            mean = float(np.sqrt(half[0] * half[1]))
-            axes = (half[0] / mean, half[1] / mean)
-            radii = np.geomspace(max(0.3 * mean, 2.5), max(1.6 * mean, 6), RADII)
-            polar = _polar(lab, centre, axes, radii, outside)
-            _include(polar, inner, (x0, y0, x1, y1), (dx, dy))
-            jobs.append(_Job(polar, 2, 0))
-    return jobs
-
-
-def _include(
-    polar: _Polar, inner: BoolArray, box: tuple[int, int, int, int], side: tuple[int, int]
-) -> None:
-    """Close the radii inside a mask, and just past it on one side.
-
-    inner: (H, W) the mask without its rim. box: (x0, y0, x1, y1) of the mask.
-    """
-    rows, columns = inner.shape
-    x = np.clip(polar.x.astype(int), 0, columns - 1)
-    y = np.clip(polar.y.astype(int), 0, rows - 1)
-    x0, y0, x1, y1 = box
-    margin = max(3, round(0.12 * (y1 - y0 if side[1] else x1 - x0)))
-    closed = inner[y, x]
-    facing = np.cos(_ANGLE) * side[0] + np.sin(_ANGLE) * side[1] > 0.8
-    past = {
-        (0, -1): polar.y > y0 - margin,
-        (0, 1): polar.y < y1 + margin,
-        (-1, 0): polar.x > x0 - margin,
-        (1, 0): polar.x < x1 + margin,
-    }[side]
-    closed |= facing[:, None] & past
-    # Everything nearer than the farthest closed sample of a ray is closed as well.
-    reach = np.maximum.accumulate(closed[:, ::-1], axis=1)[:, ::-1]
-    polar.cost[reach] = np.maximum(polar.cost[reach], 3.0)
+    return _outlines([_Job(polar, stiffness) for stiffness in (1, 2, 3)], lab.shape[:2])
 
 
 def _polar(
@@ -176,8 +92,6 @@ def _outlines(jobs: Sequence[_Job], shape: tuple[int, ...]) -> list[BoolArray]:
     for stiffness in sorted({job.stiffness for job in jobs}):
         some = [k for k, job in enumerate(jobs) if job.stiffness == stiffness]
         cost = np.stack([jobs[k].polar.cost for k in some], axis=1)
-        for n, k in enumerate(some):
-            cost[:, n, : jobs[k].closed] = 3.0
         first = _best_paths(cost, stiffness, None)[:, 0]
         paths[some] = _best_paths(cost, stiffness, first)
     return [_filled(job.polar, path, shape) for job, path in zip(jobs, paths, strict=True)]

@@ -24,20 +24,6 @@ def median(ordered: NDArray[Any]) -> float:
     return float(ordered[half] if odd else (ordered[half - 1] + ordered[half]) / 2)
 
 
-def medians(rows: NDArray[Any]) -> NDArray[Any]:
-    """(K,) the median of each column of some rows (N, K), as `np.median` gives it."""
-    half = len(rows) // 2
-    parted = np.partition(rows.T, (max(half - 1, 0), half), axis=1)
-    return np.array([median(each) for each in parted], rows.dtype)
-
-
-def bell(spread: float) -> NDArray[np.float64]:
-    """Weights of a normal distribution to four spreads on both sides, as SciPy smooths with."""
-    reach = int(4 * spread + 0.5)
-    weights = np.exp(-0.5 / (spread * spread) * np.arange(-reach, reach + 1) ** 2)
-    return weights / weights.sum()
-
-
 def percentile(ordered: NDArray[Any], percent: float) -> float:
     """A percentile of floats (N,) in ascending order, as `np.percentile` gives it."""
     at = (len(ordered) - 1) * (percent / 100)

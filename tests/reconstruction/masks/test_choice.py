@@ -37,15 +37,9 @@ def test_where_all_agree_variants_of_the_first_are_offered():
     assert agreed([], GREY) == []
 
 
-def test_outlines_sought_side_by_side_are_those_sought_alone():
+def test_an_outline_sought_around_a_mask_that_is_a_little_off():
     lab = GREY.copy()
     lab[_disc(20)] = (200, 150, 90)
-    lab[_disc(12, 95)] = (60, 100, 160)
-    masks = [_disc(19), _disc(10, 96), _disc(30)]
-    again, beyond = contour.near(lab, masks, grown=2)
-    assert (len(again), len(beyond)) == (3, 2)
-    for mask, found in zip(masks, again, strict=True):
-        alone = contour.again(lab, mask)
-        assert all(np.array_equal(a, b) for a, b in zip(found, alone, strict=True))
-    fit = likeness([Draft(mask, "", "") for mask in (_disc(20), again[0][1])])
-    assert fit[0, 1] > 0.9
+    found = contour.again(lab, _disc(17, 61))
+    fit = likeness([Draft(mask, "", "") for mask in (_disc(20), *found)])
+    assert fit[0, 1:].max() > 0.9

@@ -135,7 +135,7 @@ def test_a_click_outside_counts_in_a_box(picture):
 def test_there_is_a_choice_of_masks(picture):
     grounding = Grounding(points=(Click(x=60, y=80),))
     offers = EmbeddedSegmenter().segment(picture, [("red", grounding)])["red"]
-    assert len(offers) == 4
+    assert 3 <= len(offers) <= 4
     scores = [offer.score for offer in offers]
     assert scores == sorted(scores, reverse=True)
 

@@ -2,21 +2,26 @@
 
 import cv2
 import numpy as np
+import pytest
 
 from physagent_studio.program.scene.state import Click, Grounding
-from physagent_studio.reconstruction.masks.box_drafts import box_drafts
-from physagent_studio.reconstruction.masks.draft_score import Draft, Scorer
-from physagent_studio.reconstruction.masks.ranking import ranked
-from physagent_studio.reconstruction.masks.task import task_of, view_of
+from physagent_studio.reconstruction.masks.draft_score import Draft
+from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter
+from physagent_studio.reconstruction.masks.task import view_of
 from physagent_studio.reconstruction.masks.thing_map import (
     CANVAS,
+    LAYERS,
+    Marks,
+    Square,
+    expected_iou,
+    extent_of,
+    seen_in,
     shown,
     soft_iou,
     thing_map,
     weighed,
 )
 from physagent_studio.reconstruction.photo.regions import iou
-from physagent_studio.reconstruction.switches import without
 
 SIZE = (240, 180)
 
@@ -33,49 +38,82 @@ def two_colours() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return noisy, disc, half
 
 
-def test_the_map_covers_both_halves_of_what_is_boxed() -> None:
+@pytest.mark.parametrize(
+    "own",
+    [
+        Grounding(box=(73.0, 43.0, 167.0, 137.0)),
+        Grounding(points=(Click(x=105, y=90),)),
+        Grounding(points=(Click(x=135, y=80), Click(x=20, y=20, label=0))),
+    ],
+    ids=["box", "click", "click and one outside"],
+)
+def test_the_map_covers_both_halves_of_what_is_marked(own: Grounding) -> None:
     image, disc, half = two_colours()
-    own = Grounding(box=(73.0, 43.0, 167.0, 137.0))
-    view = view_of(image, (0, 0, *SIZE), 240)
-    task = task_of("disc", own, view)
-    assert task.box is not None
-    scorer = Scorer(view.lab, task.inside)
-    made = box_drafts(view.small, view.lab, task, task.box, scorer)
-    drafts = ranked(scorer, made, task)
-    chance = thing_map(view, task, drafts)
-    assert chance.shape == disc.shape
+    seen = thing_map(image, own)
+    assert seen is not None
+    chance = seen.chance
     assert soft_iou(disc, chance) > soft_iou(half, chance)
     assert chance[disc].mean() > 0.7
     assert chance[~disc].mean() < 0.1
-    best, *_, last = weighed(view, task, drafts)
-    assert iou(best[0].mask, disc) > 0.9
-    assert best[1] >= last[1]
-    np.testing.assert_array_equal(chance, thing_map(view, task, drafts))
+    assert expected_iou(chance) > 0.7
+    assert 0.5 < seen.agreement <= 1
+    again = thing_map(image, own)
+    assert again is not None
+    np.testing.assert_array_equal(chance, again.chance)
 
 
-def test_what_the_network_is_shown_fills_its_canvas() -> None:
+def test_a_click_on_one_colour_finds_all_of_the_thing() -> None:
     image, disc, _ = two_colours()
-    view = view_of(image, (0, 0, *SIZE), 240)
-    own = Grounding(points=(Click(x=120, y=90), Click(x=20, y=20, label=0)))
-    layers = shown(view.lab, task_of("disc", own, view), [(Draft(disc, "a", "colour"), 0.7)])
-    assert layers.shape == (10, CANVAS * 3 // 4, CANVAS)
-    assert layers.min() >= 0
-    assert layers.max() <= 1
-    inside, outside = layers[8], layers[9]
-    assert inside[42, 56] == 1
-    assert outside[42, 56] == 0
-    assert outside[9, 9] > 0.5
-    assert layers[7].max() == 0
+    offers = EmbeddedSegmenter().segment(image, [("disc", Grounding(points=(Click(x=105, y=90),)))])
+    first, *others = offers["disc"]
+    assert iou(first.mask, disc) > 0.9
+    assert all(first.score >= other.score for other in others)
 
 
-def test_left_out_it_changes_nothing() -> None:
-    image, disc, half = two_colours()
-    view = view_of(image, (0, 0, *SIZE), 240)
-    task = task_of("disc", Grounding(points=(Click(x=100, y=90),)), view)
-    drafts = [(Draft(half, "a", "colour"), 0.9), (Draft(disc, "b", "contour"), 0.2)]
-    with without(["thing map"]):
-        assert weighed(view, task, drafts) == drafts
-    assert weighed(view, task, []) == []
+def test_where_nothing_is_marked_there_is_no_map() -> None:
+    image, _, _ = two_colours()
+    assert thing_map(image, Grounding()) is None
+    assert thing_map(image, Grounding(points=(Click(x=5, y=5, label=0),))) is None
+
+
+def test_what_the_network_is_shown() -> None:
+    image, disc, _ = two_colours()
+    marks = Marks(((120.0, 90.0),), ((20.0, 20.0),), (70.0, 40.0, 170.0, 140.0))
+    square = Square(120, 90, 240)
+    layers = shown(image, marks, square, disc.astype(np.float32))
+    middle = CANVAS // 2
+    assert layers.shape == (LAYERS, CANVAS, CANVAS)
+    assert layers[3, middle, middle] == 1
+    assert layers[4].sum() > 0
+    assert layers[4, middle, middle] == 0
+    assert layers[5].mean() == pytest.approx((100 / 240) ** 2, abs=0.02)
+    assert layers[6].mean() == pytest.approx(disc.sum() / 240**2, abs=0.01)
+    # The square reaches beyond the picture above and below: nothing is there.
+    assert not layers[:3, :10].any()
+
+
+def test_the_extent_of_a_map_is_what_the_click_is_on() -> None:
+    chance = np.zeros((90, 120), np.float32)
+    chance[20:40, 30:50] = chance[60:85, 80:110] = 0.9
+    own = Grounding(points=(Click(x=80, y=60),))
+    x0, y0, x1, y1 = extent_of(chance, own, (180, 240))
+    assert np.allclose((x0, y0, x1, y1), (60, 40, 100, 80), atol=2)
+    assert extent_of(chance, Grounding(box=(1.0, 2.0, 3.0, 4.0)), (180, 240)) == (1, 2, 3, 4)
+
+
+def test_a_view_of_the_map_is_of_the_same_places() -> None:
+    image, disc, _ = two_colours()
+    view = view_of(image, (60, 30, 180, 150), 120)
+    seen = seen_in(disc.astype(np.float32), view, image.shape)
+    assert seen.shape == view.lab.shape[:2]
+    assert iou(seen > 0.5, disc[30:150, 60:180]) > 0.97
+
+
+def test_drafts_that_agree_with_the_map_lead() -> None:
+    _, disc, half = two_colours()
+    drafts = [(Draft(half, "a", "colour"), 0.7), (Draft(disc, "b", "contour"), 0.6)]
+    (first, _), _ = weighed(drafts, disc.astype(np.float32))
+    assert first.method == "b"
 
 
 def test_soft_overlap_is_the_overlap_where_the_map_is_certain() -> None:

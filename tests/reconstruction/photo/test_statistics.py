@@ -5,13 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
-from scipy.ndimage import correlate1d, gaussian_filter
 
 from physagent_studio.reconstruction.photo.statistics import (
-    bell,
     lengths,
     median,
-    medians,
     percentile,
 )
 
@@ -25,19 +22,6 @@ def test_median_and_percentiles_are_those_of_numpy(values, data) -> None:
     ordered = np.sort(values)
     assert median(ordered) == float(np.median(values))
     assert percentile(ordered, percent) == pytest.approx(np.percentile(values, percent), 1e-6, 1e-6)
-
-
-@given(KINDS, st.integers(1, 4), st.integers(1, 60), st.integers(0, 9))
-def test_medians_of_columns_are_those_of_numpy(kind, columns: int, count: int, seed: int) -> None:
-    rows = np.random.default_rng(seed).normal(0, 40, (count, columns)).astype(kind)
-    assert np.array_equal(medians(rows), np.median(rows, axis=0))
-
-
-def test_a_bell_smooths_as_scipy_does() -> None:
-    counts = np.random.default_rng(1).poisson(2.0, (9, 40)).astype(np.float32)
-    assert np.array_equal(
-        correlate1d(counts, bell(0.8), 1), gaussian_filter(counts, (0.0, 0.8)).astype(np.float32)
-    )
 
 
 @given(KINDS, st.integers(2, 3), st.integers(0, 60), st.integers(0, 9))

@@ -195,7 +195,7 @@ export function startDialogs(host) {
         h("div", { class: "stack" }, things.map((one, i) => h("div", { class: "row", key: `t${i}` },
           h("input", { type: "radio", name: "thing", checked: i === at, "aria-label": `Mark ${one.name}`, onchange: () => { at = i; show(); } }),
           h("span", { class: "dot", style: `background:${COLORS[i % 8]}` }),
-          h("input", { type: "text", value: one.name, "aria-label": `Name ${i + 1}`, oninput: (e) => { one.name = e.target.value; one.typed = true; show(); }, onfocus: () => { if (at !== i) { at = i; show(); } }, onchange: show }),
+          h("input", { type: "text", value: one.name, style: "min-width:0", "aria-label": `Name ${i + 1}`, oninput: (e) => { one.name = e.target.value; one.typed = true; show(); }, onfocus: () => { if (at !== i) { at = i; show(); } }, onchange: show }),
           h("span", { class: "muted num", style: "white-space:nowrap" }, one.box ? "a box" + (one.clicks.length ? `, ${say(one.clicks.length, "click")}` : "") : one.clicks.length ? say(one.clicks.length, "click") : "not marked"),
           button("Clear", () => { one.clicks = []; one.box = null; one.masks = []; one.candidate = 0; show(); }, { class: "b quiet small" }),
           things.length > 1 ? button("Remove", () => { things.splice(i, 1); at = Math.min(at > i ? at - 1 : at, things.length - 1); show(); }, { class: "b quiet small" }) : null)),

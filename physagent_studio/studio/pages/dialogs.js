@@ -210,7 +210,7 @@ export function startDialogs(host) {
     if (!one || !isMarked(one)) return null;
     const data = { image: photo.url, size: [photo.width, photo.height] };
     return h("div", { class: "sketch-masks", role: "group", "aria-label": `Masks of ${one.name}`, key: "masks" },
-      h("p", { class: "muted", role: "status" }, one.looking && !one.masks.length ? `Cutting out ${one.name}…` : one.masks.length ? ["Is the whole of ", h("b", {}, one.name), " cut out, and nothing else? Click the mask that is right, or draw the box anew."] : "Nothing stands out there; try another box."),
+      h("p", { class: "muted", role: "status" }, (one.looking || queue.includes(one)) && !one.masks.length ? `Cutting out ${one.name}…` : one.masks.length ? ["Is the whole of ", h("b", {}, one.name), " cut out, and nothing else? Click the mask that is right, or draw the box anew."] : "Nothing stands out there; try another box."),
       one.masks.length ? h("div", { class: "photo-masks" }, one.masks.map((mask, i) => h("button", { key: `m${i}`, type: "button", "aria-pressed": String(i === one.candidate), "aria-label": `Mask ${i + 1} of ${one.name}`, title: i === one.candidate && one.picked ? "You said that it is right" : "It is this one", onclick: () => { one.candidate = i; one.picked = true; show(); } }, thumbnail(data, mask), h("span", { class: "n" }, i + 1)))) : null);
   }
 

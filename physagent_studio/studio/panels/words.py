@@ -178,6 +178,7 @@ def speaker(program: PhysicalProgram) -> Callable[[str], str]:
     known = re.compile(rf"(?<![\w.])(?i:{'|'.join(longest_first)})(?![\w.]*\w)")
 
     def speak(text: str) -> str:
+        text = without_paths(text)
         text = IOU.sub(lambda m: f"to {100 * float(m[1]):.0f} %", text)
         text = FRAME.sub(lambda m: f"{m[1] or 'at '}{int(m[2]) * tick:.2f} s", text)
         text = MISSED.sub(lambda m: f"{m[1]}, not {AS_WORDS[m[2]]} {m[3]}", MINUS.sub("−", text))

@@ -275,7 +275,7 @@ def _page(browser: Browser, shot: Shot) -> Page:
 def _keep(page: Page, name: str) -> Path:
     """Saves the page as a PNG of as many colours as its size allows."""
     path = FOLDER / f"{name}.png"
-    page.screenshot(path=path)
+    page.screenshot(path=path, timeout=PATIENCE)
     whole = Image.open(path).convert("RGB")
     for colours in (256, 160, 96, 64, 40):
         palette = whole.quantize(colours, kmeans=3)

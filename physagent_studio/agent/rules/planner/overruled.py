@@ -98,14 +98,14 @@ def with_words(situation: Situation, made: Proposal, told: Understood, words: st
     demand = made.factor == "contract"
     line = told.line or (f"a new demand, “{words.removeprefix(DEMAND)}”" if demand else "")
     meant = () if line and not told.open else told.meant
-    photo = told.photo
+    look = ("Look at the photo", "")
     if not line and not meant:
         near = suggested(situation.program, words)
-        meant, photo = near.meant, near.photo
+        meant = (*near.meant, look) if near.photo else near.meant
         if demands(situation.case, situation.program, words):
             meant = ((f"Demand it: {words}"[:MOST_SAID], f"{DEMAND}{words}"), *meant)
-    if photo:
-        meant = (("Look at the photo", ""), *meant)
+    if told.photo:
+        meant = (look, *meant)
     return made.model_copy(update={"understood": line, "meant": meant})
 
 

@@ -21,6 +21,7 @@ from physagent_studio.program.contract import Contract
 from physagent_studio.program.scene.state import Sphere
 from physagent_studio.program.statements import Contacts
 from physagent_studio.program.text.document import load_program
+from physagent_studio.program.timing import retimed
 from physagent_studio.records import Assessment, Check, Decision, LoopState, Proposal, Round
 from physagent_studio.session import Store
 from physagent_studio.studio.panels.checklist import checklist_of, demands_of, merged, viewed
@@ -31,6 +32,9 @@ from physagent_studio.studio.panels.rounds import (
     decided_words,
     is_gentler,
     state_of,
+)
+from physagent_studio.studio.panels.rounds import (
+    _changes as changes_of,
 )
 from physagent_studio.studio.panels.words import edit_row, figure, speaker, without_paths
 from physagent_studio.workbench import Snapshot, Workbench, commands
@@ -310,6 +314,18 @@ def test_what_two_programs_do_not_share_is_told_without_paths() -> None:
              SetField(path=f"{path}.start_step", value=30))  # fmt: skip
     lines = [one["text"] for one in compared_lines(before, apply(before, edits))]
     assert lines == ["push red ball", "start: 0.1", "start: 0.3 s", "strength: 2", "strength: 3 N"]
+
+
+def test_another_pace_is_one_change_of_a_round() -> None:
+    before = load_program("scene: {objects: [{name: ball, shape: {kind: sphere, radius: 0.1}}]}")
+    edits = retimed(before, 0.5)
+    first = Round(id="r1", number=1, parent=None, program=before, author="person")
+    second = Round(
+        id="r2", number=2, parent="r1", program=apply(before, edits), author="person",
+        origin=Decision(kind="accept", author="person", at="", edits=edits),
+    )  # fmt: skip
+    (told,) = changes_of(second, LoopState(rounds=(first, second)))
+    assert (told["what"], told["before"], told["after"]) == ("pace", "1", "0.5")
 
 
 def test_of_a_long_history_the_part_around_the_round_on_view_is_read(tmp_path: Path) -> None:

@@ -267,6 +267,7 @@ def _page(browser: Browser, shot: Shot) -> Page:
     width, height = shot.size
     scheme = "dark" if shot.dark else "light"
     page = browser.new_page(viewport={"width": width, "height": height}, color_scheme=scheme)
+    page.set_default_timeout(PATIENCE)
     if not shot.tour:
         page.add_init_script("localStorage.setItem('studio.toured', 'true')")
     return page

@@ -35,6 +35,8 @@ FLAGS = [
 ]  # fmt: skip
 PATIENCE = 240_000
 """Milliseconds for the scene to fade in, drawn in software."""
+MADE_WITHIN = 1800
+"""Seconds for a session to be made on a machine that is not idle."""
 LARGEST = 300 * 1024
 """Bytes of a picture."""
 
@@ -203,8 +205,8 @@ class Sessions:
             workbench = Workbench(Store(root), evidence=False)
             workbench.post(commands.OpenCase(ROOT / shot.case, shot.event))
             workbench.post(commands.Run() if shot.to_the_end else commands.Step())
-            if not workbench.wait(500):
-                raise SystemExit(f"{shot.name}: the step took more than eight minutes")
+            if not workbench.wait(MADE_WITHIN):
+                raise SystemExit(f"{shot.name}: the session took more than half an hour")
             workbench.close()
             self._made[key] = root
         copy = self._folder / shot.name
@@ -265,6 +267,7 @@ def _page(browser: Browser, shot: Shot) -> Page:
     width, height = shot.size
     scheme = "dark" if shot.dark else "light"
     page = browser.new_page(viewport={"width": width, "height": height}, color_scheme=scheme)
+    page.set_default_timeout(PATIENCE)
     if not shot.tour:
         page.add_init_script("localStorage.setItem('studio.toured', 'true')")
     return page
@@ -273,7 +276,7 @@ def _page(browser: Browser, shot: Shot) -> Page:
 def _keep(page: Page, name: str) -> Path:
     """Saves the page as a PNG of as many colours as its size allows."""
     path = FOLDER / f"{name}.png"
-    page.screenshot(path=path)
+    page.screenshot(path=path, timeout=PATIENCE)
     whole = Image.open(path).convert("RGB")
     for colours in (256, 160, 96, 64, 40):
         palette = whole.quantize(colours, kmeans=3)

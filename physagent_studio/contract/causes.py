@@ -82,7 +82,7 @@ def energy(facts: Facts) -> Check:
     allowed = 0.02 * float(kinetic[rows].sum(axis=1).max() + np.ptp(total))
     allowed += float(weights.sum()) * 2e-4 + 2 * float(weights @ overlaps)
     figures = f"{number(appeared, 'J')} ≤ {number(allowed, 'J')}"
-    text = f"energy appears without work: {figures}: {{answer}}"
+    text = f"energy that nothing put in: {figures}: {{answer}}"
     if overlaps.max(initial=0.0) > 1e-3:
         text += ", what overlapped in frame 0 may come apart"
     margin = (allowed - appeared) / max(allowed, 1e-9)

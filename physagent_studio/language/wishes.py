@@ -12,6 +12,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import pairwise
 from typing import Literal
 
 from physagent_studio.knowledge import degrees
@@ -20,8 +21,17 @@ from physagent_studio.language.tokens.verbs import VERBS
 
 Kind = Literal["degree", "side", "keep", "photo", "pace"]
 
-CLAUSE = re.compile(r"[,.;!?]+|\bbut\b|\band\b|\bbecause\b|\bsince\b|\bso that\b", re.IGNORECASE)
-"""Where one thing that is said ends and another begins."""
+CLAUSE = re.compile(
+    r"[,.;!?]+|(?<!thing )\bbut\b|\band\b|\bbecause\b|\bsince\b|\bso that\b", re.IGNORECASE
+)
+"""Where one thing that is said ends and another begins; "anything but" goes on."""
+EXCEPTED = frozenset(["but", "except", "besides", "save"])
+"""After "everything" or "anything" these name what is left as it is."""
+AT_ONCE = frozenset(["at", "after", "before", "from", "in", "into", "when", "as", "now", "then",
+                     "there", "here", "away", "on", "off"])  # fmt: skip
+"""Before these "right" is no side: right at the start, right after it."""
+ENDING = frozenset(["end", "finish", "cease"])
+"""Verbs with which a time says how long something lasts."""
 NEAR = 3
 """How many words a denial, or a "too", may stand before what it speaks of."""
 DENIED = frozenset(["not", "never", "no", "without", "neither", "nor"])
@@ -85,7 +95,7 @@ def _of(words: Sequence[str]) -> list[Wish]:
     if _phrase(words, "slow", "motion") or _phrase(words, "time", "lapse"):
         return [Wish("pace", sign=-1 if "slow" in words else 1, clause=told)]
     air = any(singular(word) in known.air for word in words)
-    found = _told_once(_degrees(words))
+    found = _told_once(words, _degrees(words))
     return [Wish("degree", d.quantity, _sign(words, d), told, whole, air) for d in found]
 
 
@@ -104,6 +114,8 @@ def _is_kept(words: Sequence[str]) -> bool:
     # "must not touch it" is said of a thing in the event, "do not touch it" to whoever changes it.
     told = [at for at in denied if at == 0 or words[at - 1] in ("do", "please")]
     if any(b in known.touching for at in told for b in bases[at + 1 : at + 1 + NEAR]):
+        return True
+    if any(a.endswith("thing") and b in EXCEPTED for a, b in pairwise(words)):
         return True
     if bases[0] == "leave" and {"alone", "as"} & set(words):
         return True
@@ -125,7 +137,10 @@ def _is_cut_out(words: Sequence[str]) -> bool:
 
 
 def _tells(words: Sequence[str], at: int) -> bool:
-    """Whether a side tells things apart ("hits the left pin") instead of saying where to go."""
+    """Whether a side tells things apart ("hits the left pin") or is none ("right at the start")
+    instead of saying where to go."""
+    if words[at] == "right" and AT_ONCE & set(words[at + 1 : at + 2]):
+        return True
     which = at + 1 < len(words) and at > 0 and words[at - 1] in ("the", "a", "its", "that")
     return which and words[max(at - 2, 0)] not in ("to", "toward", "towards")
 
@@ -177,12 +192,21 @@ def _degrees(words: Sequence[str]) -> Iterator[_Degree]:
                 yield _Degree(at, quantity, form[0], "compared" if form[1] else "plain")
             elif singular(word) in row.of or base in row.of:
                 yield _Degree(at, quantity, 1, "noun")
+        if _is_amount(words, at):
+            yield _Degree(at, "strength", 1, "noun")
         if word in degrees().deep:
             yield _Degree(at, "rolling", 1, "plain")
         if _base(word) == "weigh":
             yield _Degree(at, "weight", 1, "noun")
         if word in degrees().beyond and {"the", "a", "it"} & set(words[at + 1 : at + 2]):
             yield _Degree(at, "reach", -1, "verb")
+
+
+def _is_amount(words: Sequence[str], at: int) -> bool:
+    """ "less wind", "too much push": so much of what is done, by its verb or by air."""
+    before = words[at - 1] if at else ""
+    done = _sense_is_driving(words[at]) or singular(words[at]) in degrees().air
+    return before in ("less", "more", "much", "enough", "little") and done
 
 
 def _is_intensifier(words: Sequence[str], at: int) -> bool:
@@ -222,7 +246,7 @@ def _plain_forms(word: str) -> tuple[tuple[str, bool], ...]:
     return tuple(found)
 
 
-def _told_once(found: Iterator[_Degree]) -> list[_Degree]:
+def _told_once(words: Sequence[str], found: Iterator[_Degree]) -> list[_Degree]:
     """One degree of each quantity: a comparative or verb before a plain one, that before a noun."""
     order = ("compared", "verb", "plain", "noun")
     best: dict[str, _Degree] = {}
@@ -230,8 +254,11 @@ def _told_once(found: Iterator[_Degree]) -> list[_Degree]:
         now = best.get(one.quantity)
         if now is None or order.index(one.form) < order.index(now.form):
             best[one.quantity] = one
-    # "Wait longer": how long one waits is when it begins.
+    # "Wait longer": how long one waits is when it begins; "ends later": when it ends, how long.
     timed = best.get("time")
+    if timed is not None and any(_base(word) in ENDING for word in words):
+        best["length"] = replace(best.pop("time"), quantity="length")
+        timed = None
     if timed is not None and (timed.form == "verb" or "length" in best):
         best.pop("length", None)
     return sorted(best.values(), key=lambda one: one.at)
@@ -245,7 +272,8 @@ def _sign(words: Sequence[str], one: _Degree) -> int:
         return _turned(words, one)
     if one.form == "verb":
         hardly = _hardly(before)
-        stated = one.quantity in OF_THE_WORLD and not _is_wished(words)
+        told = one.quantity in OF_THE_WORLD or words[one.at] == _base(words[one.at]) + "s"
+        stated = told and not _is_wished(words)
         return -one.sign if denied or hardly else 0 if stated else one.sign
     enough = "enough" in words[one.at + 1 : one.at + 2]
     if enough and one.quantity not in OF_THE_WORLD:
@@ -315,5 +343,5 @@ def _every_verb() -> frozenset[str]:
     rows = known.quantities.values()
     told = (known.raising, known.lowering, known.touching, known.steering)
     return frozenset().union(
-        {"leave", "keep", "weigh"}, *told, *(row.up | row.down for row in rows)
+        {"leave", "keep", "weigh"}, ENDING, *told, *(row.up | row.down for row in rows)
     )

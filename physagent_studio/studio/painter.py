@@ -20,6 +20,7 @@ from physagent_studio.studio.panels import (
     timeline,
 )
 from physagent_studio.studio.panels.pacing import Pacings
+from physagent_studio.studio.panels.words import without_paths
 from physagent_studio.studio.scene.cameras import Cameras
 from physagent_studio.studio.scene.places import poses_at
 from physagent_studio.studio.scene.stage import Hands, Stage
@@ -137,8 +138,8 @@ def attempt_of(snapshot: Snapshot) -> dict[str, Any] | None:
         return None
     demanded = [check for check in tried.checks if check.demanded and not check.always_on]
     holding = sum(check.ok for check in demanded)
-    return {"problem": tried.problem, "holds": holding, "of": len(demanded)}
+    return {"problem": without_paths(tried.problem or ""), "holds": holding, "of": len(demanded)}
 
 
 def _notice(notice: Notice) -> dict[str, Any]:
-    return {"id": notice.id, "level": notice.level, "text": notice.text}
+    return {"id": notice.id, "level": notice.level, "text": without_paths(notice.text)}

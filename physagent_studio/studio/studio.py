@@ -35,6 +35,7 @@ from physagent_studio.studio.hub import Hub
 from physagent_studio.studio.intents import every as intents
 from physagent_studio.studio.library import Library
 from physagent_studio.studio.painter import Painter
+from physagent_studio.studio.panels.words import without_paths
 from physagent_studio.studio.photo_desk import PhotoDesk
 from physagent_studio.studio.scene.stage import Hands
 from physagent_studio.studio.site import Site
@@ -324,7 +325,7 @@ class Studio:
 
     def say(self, browser: int | None, level: str, text: str, offer: Offer | None = None) -> None:
         """A passing notice, to one browser or all, with something to do about it."""
-        notice: dict[str, JsonValue] = {"level": level, "text": text}
+        notice: dict[str, JsonValue] = {"level": level, "text": without_paths(text)}
         if offer is not None:
             notice |= {"offer": offer[0], "do": offer[1]}
         self.hub.tell(browser, "say", notice)
@@ -336,7 +337,9 @@ class Studio:
     def answer(self, browser: int, ticket: int | None, problem: str | None) -> None:
         """Tells a page what became of an edit that it has already drawn."""
         if ticket is not None:
-            self.hub.tell(browser, "answer", {"ticket": ticket, "problem": problem})
+            self.hub.tell(
+                browser, "answer", {"ticket": ticket, "problem": problem and without_paths(problem)}
+            )
 
 
 def serve(

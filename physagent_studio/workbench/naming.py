@@ -34,9 +34,10 @@ def case_in_words(
     """
     names = list(marks) or [item.name for item in things_in(prompt)]
     if not names:
+        option = ", or say where it is with --object name@x,y" if ask else ""
         raise InputError(
             "the sentence names nothing that could be found in the photo (it is read as English);"
-            " click a thing in it and name it, or say where it is with --object name@x,y"
+            f" click a thing in it and name it{option}"
         )
     marked = {name: said for name, said in marks.items() if said.points or said.box is not None}
     if all(name in marked for name in names):

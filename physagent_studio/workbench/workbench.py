@@ -288,6 +288,7 @@ class Workbench:
             )
         if desk.case.image is not None and desk.unprepared:
             self._publish_desk()
+            self._progress("masks", None)  # at once: a process is started first
             carry_out(desk, commands.Advance(until="simulate"), "physagent")
 
     # --- snapshots ---------------------------------------------------------------------------

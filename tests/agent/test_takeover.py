@@ -82,18 +82,28 @@ def test_words_of_degree_against_a_pass_turn_that_number(passed: Loop) -> None:
 
 
 def test_an_event_against_a_pass_becomes_a_demand(passed: Loop) -> None:
-    passed.overrules("It hits the left pin as well.")
+    passed.overrules("It must hit the left pin as well.")
     assert passed.proposal.factor == "contract"
     demanded = apply(passed.program, passed.proposal.edits).contract
     assert len(demanded.statements) > len(passed.program.contract.statements)
     added = demanded.statements[-1]
     assert "left_pin" in added.model_dump_json()
-    assert demanded.clauses[-1].text == "It hits the left pin as well."
+    assert demanded.clauses[-1].text == "It must hit the left pin as well."
     passed.says("accept", "", *passed.proposal.edits)  # type: ignore[arg-type]
     current = passed.state.current
     assert current is not None
     assert current.assessment is not None
     assert added.id in {check.id for check in current.assessment.checks}
+
+
+def test_what_may_be_a_complaint_is_offered_as_a_demand(passed: Loop) -> None:
+    passed.overrules("It hits the left pin as well.")
+    assert not passed.proposal.hunks
+    text, said = passed.proposal.meant[0]
+    assert text == "Demand it: It hits the left pin as well."
+    passed.says("hint", said)
+    assert passed.proposal.factor == "contract"
+    assert passed.proposal.understood == "a new demand, “It hits the left pin as well.”"
 
 
 def test_what_was_decided_is_told_as_lessons(loop: Loop) -> None:

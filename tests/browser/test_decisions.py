@@ -13,6 +13,7 @@ from playwright.sync_api import Browser, expect
 from physagent_studio.program import SetField, value_at
 from physagent_studio.records import Hunk
 from physagent_studio.session import Store
+from physagent_studio.studio.panels.words import place
 from physagent_studio.workbench import commands
 from tests.browser.conftest import Desk, running
 
@@ -300,8 +301,8 @@ def test_comparing_shows_values_diff_curves_and_a_ghost(compared: Desk) -> None:
     diff = page.get_by_role("group", name="What changed from round 1")
     expect(diff.locator(".del").first).to_be_visible()
     expect(diff.locator(".add").first).to_be_visible()
-    field = proposal.edits[0].path.rpartition(".")[2]
-    assert any(word in str(diff.text_content()) for word in (field, "angle", "magnitude"))
+    field = place(proposal.edits[0].path).rpartition(" · ")[2]
+    assert any(word in str(diff.text_content()) for word in (field, "aside", "strength"))
     expect(page.get_by_text("round 1", exact=True)).to_be_visible()
 
     def ghosts() -> list[str]:

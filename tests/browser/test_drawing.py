@@ -107,3 +107,15 @@ def test_what_deforms_wears_the_photo(desk: Desk) -> None:
     texture = scene.meshes["red_ball"].texture
     assert texture is not None
     assert wide == texture.shape[1]
+
+
+def test_the_photo_stands_in_until_the_scene_is_drawn_as_a_whole(desk: Desk) -> None:
+    page = desk.page
+    page.reload()
+    page.wait_for_function(
+        "() => document.querySelectorAll('img.awaited[src]')[0]?.hidden",
+        timeout=1000 * PATIENCE,
+    )
+    names = [f"/objects/{one.name}" for one in desk.snapshot.program.scene.objects]
+    drawn = "names => document.getElementById('viewer').contentWindow.studioDrawn(names)"
+    assert page.evaluate(drawn, ["/around/beyond/0", *names])

@@ -15,6 +15,7 @@ from physagent_studio.program.text.document import load_program
 from physagent_studio.session import Store
 from physagent_studio.studio import Studio, serve
 from physagent_studio.studio.figures.wire import open_page, settle, until
+from physagent_studio.studio.panels.words import without_paths
 from physagent_studio.workbench import Workbench, commands
 
 PROGRAM = """
@@ -121,7 +122,7 @@ def test_a_hand_in_the_scene_has_seen_what_was_there_when_it_took_hold(studio: S
         until(page, "answer")
         _moved(studio, 0.6, ends=True)
         said = until(page, "say")
-        assert f"edited {START}" in said["text"]
+        assert f"edited {without_paths(START)}" in said["text"]
         assert _x(studio) == 0
         # Whoever takes hold anew has seen it.
         _moved(studio, 0.7, ends=False)

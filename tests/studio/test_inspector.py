@@ -91,7 +91,7 @@ def test_an_action_may_wait_for_something() -> None:
     assert (held["kind"], held["subject"]) == ("moves", "red_ball")
 
 
-def test_names_in_sentences_are_spoken_and_paths_are_not() -> None:
+def test_names_and_paths_in_sentences_are_spoken() -> None:
     program = load_program(PROGRAM)
     assert spoken("red_ball hits box at -3.5", program) == "red ball hits box at −3.5"
     missed = "Because red_ball tilts 0° ≥ 45°: no: push it"
@@ -100,5 +100,5 @@ def test_names_in_sentences_are_spoken_and_paths_are_not() -> None:
         spoken("it moves 2 m ≥ 3 m: no, at all", program)
         == "it moves 2 m, not at least 3 m, at all"
     )
-    assert spoken("scene.objects.red_ball.position", program) == "scene.objects.red_ball.position"
+    assert spoken("scene.objects.red_ball.position", program) == "red ball · position"
     assert spoken("my_red_ball and red_ball_2", program) == "my_red_ball and red_ball_2"

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import re
+import itertools
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import viser
 
-import physagent_studio.studio as studio
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.text.document import load_program
 from physagent_studio.session import Store
 from physagent_studio.studio.guard import open_server, stop_server
 from physagent_studio.studio.panels import plots, timeline
-from physagent_studio.studio.scene.ghosts import thing_colours
+from physagent_studio.studio.scene.colours import _lab, apart, colours_of
 from physagent_studio.studio.scene.labels import GAP, LETTER, LINE, VALUE, VIEW_WIDTH, Labels
 from physagent_studio.studio.scene.stage import Hands, Stage
 from physagent_studio.studio.view import View
@@ -114,16 +112,19 @@ def test_a_label_without_a_photo_stays_where_it_points() -> None:
 
 def test_a_thing_has_one_colour_everywhere(snapshot: Snapshot) -> None:
     names = [item.name for item in snapshot.program.scene.objects]
-    colours = thing_colours(names)
+    colours = colours_of(snapshot)
     assert len(set(colours.values())) == len(names)
     lanes = timeline.state_of(snapshot)["lanes"]
     assert {lane["name"]: tuple(lane["colour"]) for lane in lanes} == colours
     curves = plots.state_of(snapshot)
     drawn = dict(zip(curves["objects"], map(tuple, curves["colours"]), strict=True))
     assert drawn == colours
-    # What is drawn around things before there is a scene, in the dialog for a new session.
-    page = (Path(studio.__file__).parent / "pages" / "dom.js").read_text()
-    listed = re.search(r"COLORS = \[(.*?)\]", page)
-    assert listed is not None
-    first = [tuple(bytes.fromhex(one)) for one in re.findall(r"#(\w{6})", listed.group(1))]
-    assert first[: len(names)] == list(colours.values())
+
+
+def test_colours_that_are_alike_are_told_apart_by_how_light_they_are() -> None:
+    grey = (120, 122, 119)
+    assert apart((grey,))[0] == pytest.approx(grey, abs=6), "its own"
+    found = apart((grey, (200, 40, 40), grey, (121, 121, 121)))
+    lab = [_lab(one) for one in found]
+    assert all(np.linalg.norm(a - b) > 15 for a, b in itertools.combinations(lab, 2))
+    assert np.abs(lab[0][1:] - lab[2][1:]).max() < 4, "another lightness, the same hue"

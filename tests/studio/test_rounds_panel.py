@@ -9,14 +9,23 @@ from typing import Any
 import pytest
 
 from physagent_studio.assets import assets_dir
-from physagent_studio.program import Clause, PhysicalProgram, SceneObject, SceneState, SetField
+from physagent_studio.program import (
+    Clause,
+    PhysicalProgram,
+    SceneObject,
+    SceneState,
+    SetField,
+    apply,
+)
 from physagent_studio.program.contract import Contract
 from physagent_studio.program.scene.state import Sphere
 from physagent_studio.program.statements import Contacts
 from physagent_studio.program.text.document import load_program
+from physagent_studio.program.timing import retimed
 from physagent_studio.records import Assessment, Check, Decision, LoopState, Proposal, Round
 from physagent_studio.session import Store
 from physagent_studio.studio.panels.checklist import checklist_of, demands_of, merged, viewed
+from physagent_studio.studio.panels.compared import _lines as compared_lines
 from physagent_studio.studio.panels.rounds import (
     HISTORY,
     asked_about,
@@ -24,7 +33,10 @@ from physagent_studio.studio.panels.rounds import (
     is_gentler,
     state_of,
 )
-from physagent_studio.studio.panels.words import edit_row, figure, speaker
+from physagent_studio.studio.panels.rounds import (
+    _changes as changes_of,
+)
+from physagent_studio.studio.panels.words import edit_row, figure, speaker, without_paths
 from physagent_studio.workbench import Snapshot, Workbench, commands
 
 
@@ -113,6 +125,12 @@ def test_what_two_clauses_ask_alike_stands_once() -> None:
         ("the motion fills 59 % of the clip: yes", "the motion fills 59 % of the clip", ""),
         ("car rolls along its own axis: 3° off ≤ 20°, tilted by 2°: yes",
          "car rolls along its own axis", "3° off (at most 20°), tilted by 2°"),
+        ("cube and table overlap by 0.027 mm ≤ 2.4 mm: yes",
+         "cube and table overlap by 0.027 mm", ""),
+        ("energy that nothing put in: 0 J ≤ 0.006 J: yes",
+         "energy that nothing put in", "0 J (at most 0.006 J)"),
+        ("the run stays stable: no, step 12: ball flies off",
+         "the run stays stable", "ball flies off"),
         ("car is at rest at the end: no", "car is at rest at the end", ""),
     ],
 )  # fmt: skip
@@ -268,6 +286,46 @@ def test_shares_are_said_in_per_cent() -> None:
     speak = speaker(PhysicalProgram())
     assert speak("ball covers its mask with IoU 0.98") == "ball covers its mask to 98 %"
     assert speak("ball covers its mask with IoU 1") == "ball covers its mask to 100 %"
+
+
+def test_moments_are_told_in_seconds_of_the_event() -> None:
+    speak = speaker(PhysicalProgram())
+    assert speak("no, from frame 8 on") == "no, from 0.32 s on"
+    assert speak("what overlapped in frame 0") == "what overlapped at 0.00 s"
+
+
+def test_a_message_names_a_field_as_a_person_does() -> None:
+    assert without_paths("event.actions.push_ball.force.magnitude: too large") == (
+        "push ball · strength: too large"
+    )
+    for plain in ("written to /home/me/scene.viser", "clip.mp4 is there", "the scene. Then"):
+        assert without_paths(plain) == plain
+
+
+def test_what_two_programs_do_not_share_is_told_without_paths() -> None:
+    text = """
+    scene: {objects: [{name: red_ball, shape: {kind: sphere, radius: 0.1}}]}
+    event: {actions: [{operator: ApplyForce, id: push_red_ball, name: red_ball, start_step: 10,
+      duration: 20, force: {magnitude: 2, direction: right}}]}
+    """
+    before = load_program(text)
+    path = "event.actions.push_red_ball"
+    edits = (SetField(path=f"{path}.force.magnitude", value=3.0),
+             SetField(path=f"{path}.start_step", value=30))  # fmt: skip
+    lines = [one["text"] for one in compared_lines(before, apply(before, edits))]
+    assert lines == ["push red ball", "start: 0.1", "start: 0.3 s", "strength: 2", "strength: 3 N"]
+
+
+def test_another_pace_is_one_change_of_a_round() -> None:
+    before = load_program("scene: {objects: [{name: ball, shape: {kind: sphere, radius: 0.1}}]}")
+    edits = retimed(before, 0.5)
+    first = Round(id="r1", number=1, parent=None, program=before, author="person")
+    second = Round(
+        id="r2", number=2, parent="r1", program=apply(before, edits), author="person",
+        origin=Decision(kind="accept", author="person", at="", edits=edits),
+    )  # fmt: skip
+    (told,) = changes_of(second, LoopState(rounds=(first, second)))
+    assert (told["what"], told["before"], told["after"]) == ("pace", "1", "0.5")
 
 
 def test_of_a_long_history_the_part_around_the_round_on_view_is_read(tmp_path: Path) -> None:

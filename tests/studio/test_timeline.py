@@ -126,7 +126,7 @@ def test_what_leaves_the_picture_and_what_moves_is_on_the_timeline() -> None:
     assert (name, cube["leaves"]) == ("ball", None)
     assert ball["leaves"]["step"] == frame * program.clip.steps_per_frame
     assert ball["leaves"]["ok"] is False
-    assert f"from frame {frame} on" in ball["leaves"]["text"]
+    assert f"s on (frame {frame})" in ball["leaves"]["text"]
     moves = found["pace"]["moves"]
     # It is set going on step 20, and is no longer seen to move once it has left.
     assert 20 - program.clip.steps_per_frame <= moves["first"] <= 20

@@ -8,8 +8,8 @@ from typing import Any
 
 import yaml
 
-from physagent_studio.agent.rules.planner.asked import Change, understood
-from physagent_studio.agent.rules.planner.overruled import demands
+from physagent_studio.agent.rules.planner.asked import Change, suggested, understood
+from physagent_studio.agent.rules.planner.overruled import demands, is_wished
 from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
 from physagent_studio.errors import InputError
 from physagent_studio.program import PhysicalProgram
@@ -69,17 +69,22 @@ OUTCOMES = {
 def outcome(program: PhysicalProgram, words: str, meant: Any) -> str:
     """What became of words: done, offered, missed or wrong."""
     told = understood(program, words)
-    demanded = not told.heard and bool(demands(_case(program), program, words))
+    event = not told.heard and bool(demands(_case(program), program, words))
+    demanded = event and is_wished(words)
     if meant == "nothing":
         return "wrong" if told.changes or told.kept or demanded else "offered"
     wanted = [tuple(one) for one in meant]
+    fields = {field for field, _, _ in wanted}
     done = [_is_one(one, wanted) for one in told.changes]
     done += [("keep", "", path.split(".")[-1]) in wanted for path in told.kept]
-    done += [any(field == "photo" for field, _, _ in wanted)] if told.photo else []
-    done += [any(field == "demand" for field, _, _ in wanted)] if demanded else []
+    done += ["photo" in fields] if told.photo else []
+    done += ["demand" in fields] if demanded else []
     if done:
         return "done" if all(done) else "wrong"
-    return "offered" if any(_is_one(one, wanted) for one in told.open) else "missed"
+    near = told if told.open else suggested(program, words)
+    offers = [_is_one(one, wanted) for one in near.shown]
+    offers += [near.photo and "photo" in fields, event and "demand" in fields]
+    return "offered" if any(offers) else "missed"
 
 
 def _is_one(one: Change, wanted: Sequence[tuple[str, str, str]]) -> bool:

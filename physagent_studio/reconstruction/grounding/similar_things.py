@@ -25,9 +25,9 @@ SPOTS, THREADS = 0.14, 0.1
 """Widths, beside the side of a square as large as the thing, that are closed and cut."""
 AREAS, SIDES, FILLED = (0.3, 2.5), (0.6, 1.6), (0.65, 1.35)
 """Area, width over height, and share of its box that it fills, each beside the thing's own."""
-STEPS, SHARP = (30, 80), 0.6
-"""Steps of lightness that are an edge (Canny), and the share of an outline that lies on edges: a
-reflection has none.
+STEPS, SHARP = (30, 80), 0.75
+"""Steps of red, green or blue that are an edge (Canny), and the share of an outline that lies on
+edges: a reflection has fewer.
 """
 LONGEST = 900
 """Pixels along a side at most that are looked at."""
@@ -95,8 +95,8 @@ def _found(image: Image, name: str, masks: Mapping[str, BoolArray]) -> list[Bool
     own = np.array([np.count_nonzero(mask), (x1 - x0) / (y1 - y0), _fill(mask)])
     centre = np.array([(x0 + x1) / 2, (y0 + y1) / 2])
     near = sorted(range(1, count), key=lambda k: float(np.linalg.norm(middles[k] - centre)))
-    grey = cv2.cvtColor(cv2.GaussianBlur(image, (0, 0), 1.0), cv2.COLOR_RGB2GRAY)
-    edges = grow(cv2.Canny(grey, *STEPS) > 0, 2)
+    smooth = cv2.GaussianBlur(image, (0, 0), 1.0)
+    edges = grow(np.any([cv2.Canny(one, *STEPS) > 0 for one in cv2.split(smooth)], axis=0), 2)
     out: list[BoolArray] = []
     for k in near:
         if not AREAS[0] * own[0] < stats[k, cv2.CC_STAT_AREA] < AREAS[1] * own[0]:

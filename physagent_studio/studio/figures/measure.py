@@ -23,6 +23,8 @@ from physagent_studio.studio.studio import Studio, serve
 from physagent_studio.workbench import Workbench, commands
 
 OBJECTS = 50
+PATIENCE = 600.0
+"""Seconds for a scene to be made, or run, on a machine that is not idle."""
 
 
 def measure_studio(
@@ -55,7 +57,7 @@ def _running(command: commands.Command | None = None) -> Iterator[Studio]:
         workbench = Workbench(Store(Path(folder)), evidence=False)
         if command is not None:
             workbench.post(command)
-            workbench.wait(120)
+            workbench.wait(PATIENCE)
         studio = serve(workbench, port=0)
         try:
             yield studio
@@ -117,7 +119,7 @@ def _play(page: Connection, wire: Wire, seconds: float) -> tuple[float, float]:
 def _demo(drops: int, dragged: int, browser: bool) -> list[Figure]:
     with _running(commands.OpenCase(assets_dir() / "demo", "knocks_block_over")) as studio:
         studio.workbench.post(commands.Step())
-        studio.workbench.wait(120)
+        studio.workbench.wait(PATIENCE)
         action = studio.workbench.snapshot().program.event.actions[0].id
         with open_page(studio) as page, open_viewer(studio) as viewer:
             until(page, "timeline")

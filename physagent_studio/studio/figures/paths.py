@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -46,18 +47,18 @@ class Hand:
         self.page.mouse.move(*end, steps=5)
         self.page.mouse.up()
 
-    def until(self, holds: Callable[[], Any]) -> None:
+    def until(self, holds: Callable[[], Any], what: str) -> None:
         """Waits until something is so."""
         ends = time.monotonic() + PATIENCE
         while not holds():
             if time.monotonic() > ends:
-                raise TimeoutError("a path of the studio's bench leads nowhere")
+                raise TimeoutError(f"waited in vain for {what}")
             self.page.wait_for_timeout(50)
 
     def idle(self) -> None:
         """Waits until nothing is worked out any more."""
         self.page.wait_for_timeout(200)
-        self.until(lambda: self.studio.workbench.snapshot().busy is None)
+        self.until(lambda: self.studio.workbench.snapshot().busy is None, "the end of the work")
 
 
 def paths(page: Any, studio: Studio) -> list[Figure]:
@@ -69,7 +70,10 @@ def paths(page: Any, studio: Studio) -> list[Figure]:
         ("too strong made gentle, drags", _gentler, 1),
     ):
         hand, began = Hand(page, studio), time.perf_counter()
-        path(hand)
+        try:
+            path(hand)
+        except TimeoutError as error:  # what comes after it would begin in the wrong place
+            return [*found, Figure(f"{name}: {error}", math.inf, "acts", bound)]
         seconds = time.perf_counter() - began
         found.append(Figure(name, hand.acts, "acts", bound))
         found.append(Figure(f"{name.partition(',')[0]}, time", seconds, "s", MANY_SECONDS))
@@ -85,7 +89,7 @@ def _first_clip(hand: Hand) -> None:
     page.locator("input[type=file]").set_input_files(str(photo))
     page.get_by_label("Sentence").fill(SENTENCE)
     page.locator("input[aria-label='Name 1']").wait_for()
-    hand.until(lambda: page.get_by_label("Name 1").input_value() == "red ball")
+    hand.until(lambda: page.get_by_label("Name 1").input_value() == "red ball", "the name")
     box = page.locator("[data-photo]").bounding_box()
     x0, y0, x1, y1 = BOX
     hand.drag(
@@ -93,10 +97,10 @@ def _first_clip(hand: Hand) -> None:
         (box["x"] + x1 * box["width"], box["y"] + y1 * box["height"]),
     )
     hand.click("Start", page.get_by_role("dialog"))
-    hand.until(lambda: hand.studio.workbench.snapshot().session_id != before)
+    hand.until(lambda: hand.studio.workbench.snapshot().session_id != before, "the session")
     hand.idle()
     hand.click("Start")
-    hand.until(lambda: hand.studio.workbench.snapshot().rollout is not None)
+    hand.until(lambda: hand.studio.workbench.snapshot().rollout is not None, "the run")
     hand.idle()
 
 
@@ -113,7 +117,7 @@ def _mended(hand: Hand) -> None:
     page.locator(".photo-choice .photo-masks button:not(:disabled)").nth(1).wait_for()
     hand.acts += 1
     page.locator(".photo-choice .photo-masks button").nth(1).click()
-    hand.until(lambda: hand.studio.workbench.snapshot().program != before)
+    hand.until(lambda: hand.studio.workbench.snapshot().program != before, "the mask")
     hand.idle()
 
 
@@ -125,5 +129,5 @@ def _gentler(hand: Hand) -> None:
     box = slider.bounding_box()
     y = box["y"] + box["height"] / 2
     hand.drag((box["x"] + box["width"] / 2, y), (box["x"] + GENTLER * box["width"], y))
-    hand.until(lambda: hand.studio.workbench.snapshot().program != before)
+    hand.until(lambda: hand.studio.workbench.snapshot().program != before, "the edit")
     hand.idle()

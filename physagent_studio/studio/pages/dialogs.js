@@ -195,7 +195,7 @@ export function startDialogs(host) {
         h("div", { class: "stack" }, things.map((one, i) => h("div", { class: "row", key: `t${i}` },
           h("input", { type: "radio", name: "thing", checked: i === at, "aria-label": `Mark ${one.name}`, onchange: () => { at = i; show(); } }),
           h("span", { class: "dot", style: `background:${COLORS[i % 8]}` }),
-          h("input", { type: "text", value: one.name, "aria-label": `Name ${i + 1}`, oninput: (e) => { one.name = e.target.value; one.typed = true; show(); }, onfocus: () => { if (at !== i) { at = i; show(); } }, onchange: show }),
+          h("input", { type: "text", value: one.name, style: "min-width:0", "aria-label": `Name ${i + 1}`, oninput: (e) => { one.name = e.target.value; one.typed = true; show(); }, onfocus: () => { if (at !== i) { at = i; show(); } }, onchange: show }),
           h("span", { class: "muted num", style: "white-space:nowrap" }, one.box ? "a box" + (one.clicks.length ? `, ${say(one.clicks.length, "click")}` : "") : one.clicks.length ? say(one.clicks.length, "click") : "not marked"),
           button("Clear", () => { one.clicks = []; one.box = null; one.masks = []; one.candidate = 0; show(); }, { class: "b quiet small" }),
           things.length > 1 ? button("Remove", () => { things.splice(i, 1); at = Math.min(at > i ? at - 1 : at, things.length - 1); show(); }, { class: "b quiet small" }) : null)),
@@ -210,7 +210,7 @@ export function startDialogs(host) {
     if (!one || !isMarked(one)) return null;
     const data = { image: photo.url, size: [photo.width, photo.height] };
     return h("div", { class: "sketch-masks", role: "group", "aria-label": `Masks of ${one.name}`, key: "masks" },
-      h("p", { class: "muted", role: "status" }, one.looking && !one.masks.length ? `Cutting out ${one.name}…` : one.masks.length ? ["Is the whole of ", h("b", {}, one.name), " cut out, and nothing else? Click the mask that is right, or draw the box anew."] : "Nothing stands out there; try another box."),
+      h("p", { class: "muted", role: "status" }, (one.looking || queue.includes(one)) && !one.masks.length ? `Cutting out ${one.name}…` : one.masks.length ? ["Is the whole of ", h("b", {}, one.name), " cut out, and nothing else? Click the mask that is right, or draw the box anew."] : "Nothing stands out there; try another box."),
       one.masks.length ? h("div", { class: "photo-masks" }, one.masks.map((mask, i) => h("button", { key: `m${i}`, type: "button", "aria-pressed": String(i === one.candidate), "aria-label": `Mask ${i + 1} of ${one.name}`, title: i === one.candidate && one.picked ? "You said that it is right" : "It is this one", onclick: () => { one.candidate = i; one.picked = true; show(); } }, thumbnail(data, mask), h("span", { class: "n" }, i + 1)))) : null);
   }
 

@@ -4,8 +4,9 @@ import { dial } from "./dial.js";
 import { button, draw, h, iconButton } from "./dom.js";
 import { on, retime, send, setField, value } from "./wire.js";
 
-const COUNTED = { value: "a strength", acceleration: "an acceleration", target_speed: "a speed to reach" };
+const COUNTED = { value: "a strength", acceleration: "an acceleration", target_speed: "a speed to reach", body: "the middle of the thing", world: "the scene's origin" };
 const TICKS = { Muted: "It is kept, and does nothing", "Must not happen": "The opposite is demanded", "Known for certain": "No repair changes the camera" };
+const AIMED = "strength and aim"; // a vector by meaning, not by three numbers
 const HELD = [
   ["stands", "Stands", "It stands on something when the event begins"],
   ["hangs", "Hangs", "It stays in the air until the first action on it begins"],
@@ -71,7 +72,7 @@ export function startInspector(host) {
   function field(one) {
     if (one.kind === "const" || one.kind === "data") return null;
     const wide = one.kind === "vector" && Array.isArray(one.value) ? " wide" : "";
-    const label = h("label", { class: `label row${wide}`, style: "gap:3px", title: one.path }, h("span", { class: "grow" }, one.label), pin(one));
+    const label = h("label", { class: `label row${wide}`, style: "gap:3px", title: one.label }, h("span", { class: "grow" }, one.label), pin(one));
     if (one.kind === "group" && one.value !== null && one.value !== undefined) return [h("div", { class: "label wide head", style: "margin:6px 0 0" }, one.label), h("div", { class: "sub form" }, one.fields.map(field))];
     if (one.kind === "choice") return choice(one, label);
     return [label, h("div", { class: wide }, control(one))];
@@ -92,7 +93,7 @@ export function startInspector(host) {
       : null;
     if (!chosen) return [label, pick];
     const inner = { ...one, ...chosen, label: one.label };
-    if (chosen.title === "Directed") return [label, pick, h("div", { class: "sub form" }, directed(one, chosen))];
+    if (chosen.title === AIMED) return [label, pick, h("div", { class: "sub form" }, directed(one, chosen))];
     return [label, pick, chosen.kind === "group" ? h("div", { class: "sub form" }, chosen.fields.map(field)) : h("div", { class: "sub" }, control(inner))];
   }
 
@@ -140,7 +141,7 @@ export function startInspector(host) {
   // A first value when another kind is chosen; a vector keeps its length when it is aimed by meaning.
   function start(one, chosen) {
     if (!chosen) return null;
-    if (chosen.title === "Directed" && Array.isArray(one.value)) return { ...chosen.seed, magnitude: Number(Math.hypot(...one.value).toPrecision(4)) };
+    if (chosen.title === AIMED && Array.isArray(one.value)) return { ...chosen.seed, magnitude: Number(Math.hypot(...one.value).toPrecision(4)) };
     return chosen.seed;
   }
 
@@ -167,7 +168,7 @@ export function startInspector(host) {
 
   function select(one, options, off) {
     return h("select", { value: one.value === null || one.value === undefined ? "" : String(one.value), "aria-label": one.label, disabled: off, onchange: (e) => put(one, e.target.value === "" ? null : e.target.value) },
-      one.optional || one.value === null ? h("option", { value: "" }, "not set") : null, options.map((name) => h("option", { value: name }, (one.path.endsWith(".quantity") && COUNTED[name]) || name.replaceAll("_", " "))));
+      one.optional || one.value === null ? h("option", { value: "" }, "not set") : null, options.map((name) => h("option", { value: name }, (/[.](quantity|point_frame)$/.test(one.path) && COUNTED[name]) || name.replaceAll("_", " "))));
   }
 
   function read(input, whole) {

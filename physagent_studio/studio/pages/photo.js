@@ -5,12 +5,13 @@ import { live, marks, outlines, thumbnail } from "./photo_draw.js";
 import { HOW, makePhotoKeys } from "./photo_keys.js";
 import { makeTools, TOOLS } from "./photo_tools.js";
 import { startStage } from "./photo_view.js";
-import { on, send } from "./wire.js";
+import { on, send, value } from "./wire.js";
 
 const ICONS = {
   look: "M3 2l9 6-4 1-2 4z", mask: "M7.300 2h1.400v5.300H14v1.400H8.700V14H7.300V8.700H2V7.300h5.300z", brush: "M13.500 2.500c-3 1.500-5.500 4-6.500 6l1 1c2-1 4.500-3.500 6-6.500zM6.500 9.500C5 9.500 4 10.500 4 12c0 .8-.7 1.300-1.500 1.500C5 14 7.500 13 7.500 10.500z",
   scissors: "M4.500 3l4 5.200L12.500 3l1 .7-4.200 5.500.8 1.100a2 2 0 1 1-1 .8L8.500 10.300l-.6.8a2 2 0 1 1-1-.8l.7-1.100L3.500 3.700z", horizon: "M2 9h12v1.300H2zM4.500 7.500a3.500 3.500 0 0 1 7 0z", ramp: "M2 13 14 4.500V13z", measure: "M1.500 10.500 10.500 1.500l4 4-9 9zM4 9.500l1.500 1.500M6.500 7l1 1M9 4.500l1.500 1.500", way: "M2 7.200h8V4l4.500 4-4.500 4V8.800H2z", ground: "M2 13h12v1.300H2zM7.300 5h1.400v1.500H7.300zM7.300 7.500h1.400V9H7.300zM7.300 10h1.400v1.500H7.300zM8 1a1.800 1.800 0 1 1 0 3.600A1.800 1.800 0 0 1 8 1z",
 };
+const LONGEST = 15000; // milliseconds for which the photo stands in for what is not drawn yet
 const EFFECTS = { add: "What is marked belongs to the thing", erase: "What is marked does not belong to it", only: "It is exactly what is marked" };
 const SHAPES = { sphere: "Ball", ellipsoid: "Ellipsoid", cylinder: "Cylinder", frustum: "Cone or cup", capsule: "Capsule", torus: "Ring", box: "Box", revolved: "Round, by its outline", inflated: "Its outline, rounded", mesh: "Mesh" };
 
@@ -43,7 +44,7 @@ export function startPhoto(host) {
   function show() {
     if (!data) return;
     stage.stage.hidden = !data.image;
-    awaited.hidden = !data.image || data.seen;
+    awaited.hidden = !data.image || (data.seen && drawn());
     if (!awaited.hidden && awaited.getAttribute("src") !== data.image) awaited.src = data.image;
     if (!data.image) {
       draw(top, sentence());
@@ -59,6 +60,18 @@ export function startPhoto(host) {
     draw(top, data.readOnly ? sentence() : toolbar());
     draw(choice, masks());
     draw(bottom, things(chosen), about(chosen));
+  }
+
+  // The photo makes way for the scene once that is drawn as a whole: nothing bare is seen before.
+  let whole = "", since = 0;
+  function drawn() {
+    const view = document.getElementById("viewer").contentWindow, names = data.objects.filter((one) => one.path).map((one) => `/objects/${one.name}`);
+    if (whole === data.session || !view?.studioDrawn) return true;
+    since ||= performance.now();
+    if (value("scene")?.switches.find((one) => one.what === "photo")?.on !== false) names.push("/around/beyond/0");
+    if (view.studioDrawn(names) || performance.now() - since > LONGEST) { [whole, since] = [data.session, 0]; return true; }
+    setTimeout(later, 100);
+    return false;
   }
 
   const sentence = () => (data.prompt ? h("p", {}, "“", data.prompt, "”") : null);

@@ -49,4 +49,5 @@ export function startPlots(host) {
 }
 
 // Two figures of the range; what is nothing beside it is nothing.
-const nice = (value, range) => (Math.abs(value) < range * 5e-3 ? "0" : Math.abs(value) >= 100 ? value.toFixed(0) : Math.abs(value) < 1e-3 ? value.toExponential(0) : Number(value.toPrecision(2)).toString());
+const nice = (value, range) => figure(value, range).replace("-", "−");
+const figure = (value, range) => (Math.abs(value) < range * 5e-3 ? "0" : Math.abs(value) >= 100 ? value.toFixed(0) : Number(value.toPrecision(2)).toString());

@@ -111,7 +111,8 @@ export function makeProposal(show, focus, mark) {
   // Fields that words could have meant: a click chooses one of them.
   const meant = (p) => h("div", { class: "strip warn stack", role: "group", "aria-label": "What could be meant" },
     h("div", {}, p.understood ? h("b", {}, "Or did you mean:") : [h("b", {}, "Not understood for certain. "), "Did you mean one of these? Nothing was done by itself."]),
-    h("div", { class: "row wrap", style: "gap:4px" }, p.meant.map((one) => button(one.text, () => (!one.say ? mark({ kind: "object", name: value("rounds")?.names?.objects?.[0] || "" }) : send({ do: "decide", kind: "hint", proposal: p.id, reason: one.say })), { class: "b small" }))));
+    h("div", { class: "row wrap", style: "gap:4px" }, p.meant.map((one) => button(one.text, () => (!one.say ? mark({ kind: "object", name: value("rounds")?.names?.objects?.[0] || "" }) : send({ do: "decide", kind: "hint", proposal: p.id, reason: one.say })), { class: "b small" })),
+      button("Something else…", () => set("override"), { class: "b small quiet", title: "Choose whose number, which, and its new value" })));
 
   // What the planner wants to know; the answer goes to it as a hint.
   function asked(p) {
@@ -141,7 +142,7 @@ export function makeProposal(show, focus, mark) {
     const key = `${one.id}/${at}`;
     const now = values.has(key) ? values.get(key) : change.value;
     return h("div", { class: "change", key },
-      h("span", { class: "clip", title: change.path }, change.what),
+      h("span", { class: "clip", title: change.what }, change.what),
       h("span", { class: "row", style: "gap:4px" },
         change.op === "set" && (mode !== "edit" || change.fixed) ? [change.value === null && change.before.length > 20 ? null : change.before ? [h("span", { class: "was num" }, change.before), "→"] : null, h("span", { class: "now num" }, values.has(key) ? compact(change.scale ? now * change.scale : now) : change.after), h("span", { class: "faint" }, change.unit)] : change.op === "set" ? h("span", { class: "faint num" }, `was ${change.before} ${change.unit}`) : h("span", { class: "now clip" }, change.after),
         change.op === "set" ? iconButton("pin", "Pin: never change this", () => send({ do: "pin", path: change.path, on: !pinned.includes(change.path) }), { "aria-pressed": String(pinned.includes(change.path)), style: "width:20px;height:20px" }) : null),
@@ -193,7 +194,7 @@ export function makeProposal(show, focus, mark) {
       mine.map((one, at) => {
         const now = field(one.path) || { of: "", what: one.path, value: one.value, unit: "", scale: 1, path: one.path };
         return h("div", { class: "stack", key: `mine${at}`, style: "gap:4px" },
-          h("div", { class: "row", style: "gap:4px" },
+          h("div", { class: "row wrap pair", style: "gap:4px" },
             h("select", { "aria-label": "Of what", value: now.of, "data-focus": at === 0, onchange: (e) => pick(one, fields.find((each) => each.of === e.target.value).path) }, groups.map((of) => h("option", { value: of }, of))),
             h("select", { "aria-label": "Which number", value: one.path, onchange: (e) => pick(one, e.target.value) }, fields.filter((each) => each.of === now.of).map((each) => h("option", { value: each.path }, each.what)))),
           h("div", { class: "row", style: "gap:6px" },
@@ -206,7 +207,7 @@ export function makeProposal(show, focus, mark) {
             h("span", { class: "unit faint", style: "white-space:nowrap" }, `${now.unit ? `${now.unit}, ` : ""}now ${Number((now.value * now.scale).toPrecision(4))}`),
             mine.length > 1 ? button("✕", () => { mine.splice(at, 1); show(); }, { class: "b quiet small", "aria-label": "Leave this number out", title: "Leave this number out" }) : null));
       }),
-      h("div", { class: "row" },
+      h("div", { class: "row foot" },
         button("Another number", () => { mine.push({ path: fields[0].path, value: fields[0].value }); show(); }, { class: "b small" }),
         button("Use mine instead", () => send({ do: "decide", kind: "override", proposal: p.id, edits: mine.map((one) => ({ op: "set", path: one.path, value: one.value })) }), { class: "b main wide" })));
   }

@@ -129,7 +129,7 @@ export function startRounds(host, dock, { showRounds, showPlots, showPhoto }) {
   }
 
   function row(r) {
-    const words = r.stage === "reconstruction" ? (r.verdict === "failed" ? "scene does not match" : "scene matches the photo") : r.checks ? `${r.realised} of ${r.checks}` : r.stage ? "nothing is demanded" : "in progress";
+    const words = r.stage === "reconstruction" ? (r.verdict === "failed" ? "scene does not match" : r.shown && doubtful() ? "scene to be checked" : "scene matches the photo") : r.checks ? `${r.realised} of ${r.checks}` : r.stage ? "nothing is demanded" : "in progress";
     return h("div", { class: "row", role: "listitem", key: r.id, style: `padding-left:${r.depth * 14}px;gap:2px` },
       h("button", { class: `r grow${r.shown ? " on" : ""}${r.onPath ? "" : " off"}`, type: "button", title: r.factor ? `Proposed to change: ${r.factor}` : "", onclick: () => send({ do: "round", id: r.head ? null : r.id }) },
         h("span", { class: `dot ${r.verdict}` }, MARK[r.verdict]),
@@ -182,7 +182,7 @@ export function startRounds(host, dock, { showRounds, showPlots, showPhoto }) {
     return h("div", { class: "section" },
       notes.length || findings.length ? h("div", { class: "head" }, shown.verdict === "failed" ? "What went wrong" : "Good to know") : null,
       h("ul", { class: "stack" },
-        notes.map((one) => h("li", {}, one.text.replace(` at frame ${one.frame}`, ""), " ", one.frame === null ? null : h("button", { class: "link num", type: "button", onclick: () => scrub(one.frame) }, moment(one.frame)))),
+        notes.map((one) => h("li", {}, one.text.replace(` ${moment(one.frame)}`, ""), " ", one.frame === null ? null : h("button", { class: "link num", type: "button", onclick: () => scrub(one.frame) }, moment(one.frame)))),
         findings.map((one) => h("li", {}, one.text))),
       clauses.length ? [h("div", { class: "head" }, shown.judge ? `What ${shown.judge} saw` : "Clause by clause"), h("ul", { class: "stack", "aria-label": "Clause by clause" }, clauses.map((one) => h("li", { class: "row top" }, h("span", { class: `dot ${one.ok ? "ok" : "bad"}` }, one.ok ? "✓" : "✕"), h("span", {}, h("b", {}, one.name), one.reason ? h("span", { class: "muted" }, `: ${one.reason}`) : null))))] : null,
       criteria.length ? h("div", { class: "row wrap", style: "margin-top:8px;gap:4px" }, criteria.map((one) => h("span", { class: `chip ${one.ok ? "ok" : "bad"}`, title: one.reason }, `${one.ok ? "✓" : "✕"} ${one.name}`))) : null);
@@ -203,7 +203,7 @@ export function startRounds(host, dock, { showRounds, showPlots, showPhoto }) {
       h("div", { class: "head" }, "Kept in mind"),
       h("ul", { class: "stack" },
         data.hints.map((one) => h("li", { class: "muted" }, `Hint: ${one}`)),
-        data.kept.map(({ path, what }) => h("li", { class: "row" }, icon("pin"), h("span", { class: "grow", title: path }, what), button("Unpin", () => send({ do: "pin", path, on: false }), { class: "b quiet small" })))));
+        data.kept.map(({ path, what }) => h("li", { class: "row" }, icon("pin"), h("span", { class: "grow" }, what), button("Unpin", () => send({ do: "pin", path, on: false }), { class: "b quiet small" })))));
   }
 
   // Escape closes whatever form is open; a form never goes along into another session.

@@ -1,6 +1,7 @@
 // Strip: the sampled frames of a round, as the verifier sees them; a click goes there.
 
 import { h } from "./dom.js";
+import { moment } from "./time.js";
 import { on, scrub } from "./wire.js";
 
 export function makeStrip(host) {
@@ -48,9 +49,9 @@ export function makeStrip(host) {
     if (!round.strip) return null;
     frames = round.strip.frames;
     const [width, height] = round.strip.size;
-    const one = (frame) => h("button", { type: "button", key: `${round.strip.at}${frame}`, "data-frame": frame, title: `Frame ${frame}`, "aria-label": `Frame ${frame}`, "aria-current": String(frame === at), tabindex: frame === at || (at < 0 && frame === 0) ? "0" : "-1", onclick: () => scrub(frame) },
+    const one = (frame) => h("button", { type: "button", key: `${round.strip.at}${frame}`, "data-frame": frame, title: `${moment(frame)}, frame ${frame}`, "aria-label": `Frame ${frame}`, "aria-current": String(frame === at), tabindex: frame === at || (at < 0 && frame === 0) ? "0" : "-1", onclick: () => scrub(frame) },
       h("img", { loading: "lazy", decoding: "async", draggable: "false", alt: "", onerror: again, onload: (e) => e.target.classList.remove("late"), width: 104, height: Math.round((104 * height) / width), src: `${round.strip.at}${frame}.jpg` }),
-      h("span", { class: "num", "aria-hidden": "true" }, frame));
+      h("span", { class: "num", "aria-hidden": "true" }, moment(frame).replace("at ", "")));
     return h("div", { class: "evidence", role: "group", "aria-label": "Sampled frames", key: "evidence", onkeydown: step }, frames.map(one));
   }
 

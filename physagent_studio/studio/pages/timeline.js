@@ -85,7 +85,7 @@ export function startTimeline(host, inspect) {
     const marks = [];
     for (let at = 0; at <= whole + 1e-9; at += every) {
       const place = x(at / data.stepSeconds);
-      marks.push(h("line", { class: "grid", x1: place, x2: place, y1: TOP - 6, y2: height }), h("text", { x: place, y: 12, "text-anchor": "middle" }, `${Number(at.toFixed(2))}${at ? "" : " s"}`));
+      marks.push(h("line", { class: "grid", x1: place, x2: place, y1: TOP - 6, y2: height }), h("text", at ? { x: place, y: 12, "text-anchor": "middle" } : { x: place + 9, y: 12 }, `${Number(at.toFixed(2))}${at ? "" : " s"}`));
     }
     const selected = head ? head.selection : { kind: "none", name: "" };
     draw(svg,
@@ -159,7 +159,7 @@ export function startTimeline(host, inspect) {
       lane.leaves ? leaving(lane.leaves, y) : null,
       h("rect", { x: box.scrollLeft, y, width: gutter() - 4, height: tall(at), fill: "var(--panel)" }),
       h("rect", { class: "tint", x: box.scrollLeft + 8, y: y + 8.500, width: 9, height: 9, rx: 2, fill: `rgb(${lane.colour.join(" ")})` }),
-      h("text", { class: "name", x: box.scrollLeft + 22, y: y + 17, onclick: () => send({ do: "select", kind: "object", name: lane.name }) }, fit(lane.name.replaceAll("_", " ")), h("title", {}, lane.name)));
+      h("text", { class: "name", x: box.scrollLeft + 22, y: y + 17, onclick: () => send({ do: "select", kind: "object", name: lane.name }) }, fit(lane.name.replaceAll("_", " ")), h("title", {}, lane.name.replaceAll("_", " "))));
   }
 
   const shortened = (text, room) => { const most = Math.floor(room / 6.6); return text.length <= most ? text : most < 4 ? "" : `${text.slice(0, most - 1)}…`; };

@@ -69,6 +69,13 @@
     if (!glass) solids.clear();
   }
 
+  // Whether all things, and the picture around them, have been taken in.
+  window.studioDrawn = (names) => names.every((name) => {
+    let found = false;
+    inner?.nodeRefFromName[name]?.traverse?.((one) => { found ||= Boolean(one.isMesh); });
+    return found;
+  });
+
   // What is shown now as a picture of another size: drawn once into the same canvas.
   let drawnWith = null;
   window.studioPicture = (width, height) => new Promise((done, failed) => {

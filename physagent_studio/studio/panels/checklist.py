@@ -14,6 +14,7 @@ from physagent_studio.studio.panels.words import AS_WORDS, figure, spoken
 SEEN = frozenset({"points", "mask", "camera", "geometry", "placement", "support"})
 """Kinds of what is found in the reconstruction: their sentences hold the figures already."""
 ANSWER = re.compile(r": (?:yes|no)(, |$)")
+STEP = re.compile(r"(?<=: )step \d+: | at step \d+")
 HELD_AGAINST = re.compile(r" ([≤≥]) ([^,]+)")
 
 
@@ -63,8 +64,8 @@ def group_of(check: Check) -> str:
 
 
 def viewed(check: Check) -> tuple[str, str]:
-    """What a check of the view says, and its figures, as one says them."""
-    plain = ANSWER.sub(lambda m: ": " if m[1] else "", check.text)
+    """What a check of the view or the physics says, and its figures, as one says them."""
+    plain = STEP.sub("", ANSWER.sub(lambda m: ": " if m[1] else "", check.text))
     text, _, figures = plain.partition(": ")
     if figures:
         return text, HELD_AGAINST.sub(lambda m: f" ({in_words(m[1], m[2])})", figures)
@@ -90,7 +91,7 @@ def check_row(
     # What a stage finds in the reconstruction has no statement; then the figure says it all.
     found = check.text.partition(": ")[2] if stated else ""
     text, measured = stated or check.text, "" if check.kind in SEEN else figure(check, stated)
-    if check.kind == "view":
+    if check.kind == "view" or check.always_on:
         text, measured = viewed(check)
         measured = spoken(measured, program)
     row: dict[str, Any] = {

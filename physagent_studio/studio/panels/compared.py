@@ -12,6 +12,16 @@ from physagent_studio.studio.panels.checklist import merged, viewed
 from physagent_studio.studio.panels.words import edit_row, figure
 from physagent_studio.workbench import Snapshot
 
+SECTIONS = {
+    "clip": "the clip",
+    "scene.camera": "the camera",
+    "scene.roll": "tilt of the camera",
+    "scene.flags": "what was assumed",
+    "event.prompt": "the sentence",
+    "contract.not_understood": "what was not understood",
+}
+"""Parts of a program that are no list, where their own name says too little."""
+
 
 def comparison_of(other: Round, snapshot: Snapshot) -> dict[str, Any]:
     """What was measured in a round and in what is on view, and the lines that lead there."""
@@ -52,17 +62,25 @@ def _lines(before: PhysicalProgram, after: PhysicalProgram) -> list[dict[str, st
     """What leads from one program to the other, a heading for each thing and a line each way."""
     found = []
     for hunk in diff(before, after):
-        found.append({"kind": "at", "text": hunk.summary})
+        found.append({"kind": "at", "text": _heading(hunk.id)})
         for edit in hunk.edits:
             row = edit_row(edit, before)
             if edit.op == "set":
                 ends = (("del", row["before"]), ("add", f"{row['after']} {row['unit']}".strip()))
-                found += [{"kind": kind, "text": f"{row['what']}: {text}"} for kind, text in ends]
+                what = row["what"].rpartition(" · ")[2]
+                found += [{"kind": kind, "text": f"{what}: {text}"} for kind, text in ends]
             elif edit.op == "add":
                 found.append({"kind": "add", "text": row["after"]})
             elif edit.op == "remove":
                 found.append({"kind": "del", "text": row["what"]})
     return found
+
+
+def _heading(path: str) -> str:
+    """What a hunk is about, as a person calls it: push red ball; the clip; order of actions."""
+    head, _, last = path.rpartition(".")
+    name = SECTIONS.get(path) or last.replace("_", " ")
+    return f"order of {head.rpartition('.')[2]}" if last == "order" else name
 
 
 def _once(checks: tuple[Check, ...]) -> dict[str, Check]:

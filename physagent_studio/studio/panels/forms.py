@@ -49,6 +49,8 @@ LABELS = {
     "other": "With what",
     "on": "Lies on",
     "playback_fps": "Frames a second",
+    "point": "At the point",
+    "point_frame": "Counted from",
 }
 KINDS = {
     "on_contact": "when two things touch",
@@ -61,6 +63,8 @@ KINDS = {
     "inflated": "its outline, rounded",
     "Wheels": "wheels",
     "floor": "level ground",
+    "Directed": "strength and aim",
+    "vector": "three numbers",
 }
 """Kinds of values in words, where their own name says too little."""
 UNSEEDED = frozenset({"revolved", "inflated", "mesh"})
@@ -160,7 +164,7 @@ class Form:
             made = self._one_kind(path, key, schema, value)
         else:
             made = {"kind": "group", "fields": []}
-        names = {"vector": "Plain vector", "group": schema.get("title", ""), "text": "Name"}
+        names = {"group": schema.get("title", ""), "text": "name"}
         title = tag or names.get(made["kind"], made["kind"])
         made["title"] = KINDS.get(title, title.replace("_", " "))
         made["tag"] = tag

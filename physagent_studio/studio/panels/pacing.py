@@ -65,8 +65,8 @@ def pace_of(
         moves = {
             "first": frames[0] * rollout.steps_per_frame,
             "last": frames[1] * rollout.steps_per_frame,
-            "text": f"Something moves in the picture from frame {frames[0]} to frame {frames[1]}, "
-            f"in {pacing.moving} of {rollout.frames - 1} intervals",
+            "text": f"Something moves in the picture from {_seconds(rollout, frames[0])} (frame "
+            f"{frames[0]}) to {_seconds(rollout, frames[1])} (frame {frames[1]})",
         }
     return {
         "factor": clip.time_factor,
@@ -75,6 +75,11 @@ def pace_of(
         "pinned": is_pinned(pinned),
         "moves": moves,
     }
+
+
+def _seconds(rollout: Rollout, frame: int) -> str:
+    """When a frame is, as a person is told: seconds of the event."""
+    return f"{frame * rollout.steps_per_frame * rollout.step_seconds:.2f} s"
 
 
 def is_pinned(pinned: tuple[str, ...]) -> bool:
@@ -93,7 +98,10 @@ def leaving(
         return None
     failed = any(one.id == f"view.inside.{name}"[:64] and not one.ok for one in checks)
     said = name.replace("_", " ")
-    text = f"{said} is out of the picture from frame {frame} on: less than half of it is seen"
+    at = _seconds(rollout, frame)
+    text = (
+        f"{said} is out of the picture from {at} on (frame {frame}): less than half of it is seen"
+    )
     return {"step": frame * rollout.steps_per_frame, "frame": frame, "ok": not failed, "text": text}
 
 

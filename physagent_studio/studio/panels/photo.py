@@ -15,7 +15,7 @@ from physagent_studio.studio.first_scene import marked
 from physagent_studio.studio.guesses import Spot, stale_spots, without_stale
 from physagent_studio.studio.panels.goings import ways_of
 from physagent_studio.studio.panels.seen_edges import seen_edges
-from physagent_studio.studio.scene.ghosts import thing_colours
+from physagent_studio.studio.scene.colours import own_colours
 from physagent_studio.workbench import Snapshot
 from physagent_studio.workbench.photo_edits import forms_of
 
@@ -37,7 +37,8 @@ def state_of(snapshot: Snapshot) -> dict[str, Any]:
     state = marked(snapshot)
     camera = state.camera
     masks = {} if scene is None else scene.masks
-    colours = thing_colours([item.name for item in state.objects])
+    looks = {} if scene is None else scene.meshes
+    colours = own_colours([item.name for item in state.objects], looks)
     stale = stale_spots(case, state)
     return {
         "session": snapshot.session_id,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from physagent_studio.records import Rollout
-from physagent_studio.studio.scene.ghosts import thing_colours
+from physagent_studio.studio.scene.colours import colours_of
 from physagent_studio.workbench import Snapshot
 
 POINTS = 160
@@ -21,12 +21,13 @@ def state_of(
     if rollout is None:
         return {"steps": 0, "objects": [], "plots": []}
     rows = np.unique(np.linspace(0, rollout.steps, POINTS).astype(int))
+    colours = colours_of(snapshot)
     return {
         "steps": snapshot.program.clip.steps,
         "stepSeconds": rollout.step_seconds,
         "at": rows.tolist(),
         "objects": list(rollout.objects),
-        "colours": [list(one) for one in thing_colours(rollout.objects).values()],
+        "colours": [list(colours[name]) for name in rollout.objects],
         "dashed": "the round compared with" if earlier else "with the proposed repair",
         "plots": [
             {"title": title, "unit": unit, "series": _series(rollout, key, rows),

@@ -7,6 +7,7 @@ from typing import Any
 
 from physagent_studio.agent.by_hand import turn_of
 from physagent_studio.agent.loop import EASING
+from physagent_studio.agent.rules.planner.wording import apart_from_pace
 from physagent_studio.program import AddItem, PhysicalProgram
 from physagent_studio.program.timing import PACE
 from physagent_studio.records import Assessment, LoopState, Proposal, Round, doubts_of
@@ -294,10 +295,16 @@ def _changes(item: Round, loop: LoopState) -> list[dict[str, Any]]:
     before = _find(loop, item.parent)
     if item.origin is None or before is None:
         return []
-    rows = [edit_row(edit, before.program) for edit in item.origin.edits]
-    added = [edit.item for edit in item.origin.edits if isinstance(edit, AddItem)]
+    paced, others = apart_from_pace(item.origin.edits)
+    rows = [edit_row(edit, before.program) for edit in others]
+    added = [edit.item for edit in others if isinstance(edit, AddItem)]
     names = iter(str(one.get("id", "")) if isinstance(one, dict) else "" for one in added)
-    return [row | {"added": next(names) if row["op"] == "add" else ""} for row in rows]
+    told = [row | {"added": next(names) if row["op"] == "add" else ""} for row in rows]
+    if not paced:
+        return told
+    was, now = (number(one.clip.time_factor) for one in (before.program, item.program))
+    pace = {"op": "set", "path": "clip", "what": "pace", "before": was, "after": now}
+    return [pace | {"unit": "× real time", "added": ""}, *told]
 
 
 def _findings(item: Round, snapshot: Snapshot) -> list[dict[str, Any]]:

@@ -20,7 +20,7 @@ from physagent_studio.program.actions import (
 from physagent_studio.records import ActionSpan, Rollout
 from physagent_studio.studio.panels.pacing import leaving, pace_of
 from physagent_studio.studio.panels.words import DIRECTED_UNITS, OPERATORS, number, plain, unit_of
-from physagent_studio.studio.scene.ghosts import thing_colours
+from physagent_studio.studio.scene.colours import colours_of
 from physagent_studio.workbench import Snapshot
 
 INSTANT = (SetVelocity, SetPosition, SetOrientation)
@@ -31,7 +31,7 @@ def state_of(snapshot: Snapshot, pacing: Pacing | None = None) -> dict[str, Any]
     """All that the timeline draws; times in control steps. pacing: of the rollout on view."""
     program, rollout = snapshot.program, snapshot.rollout
     clip = program.clip
-    colours = thing_colours([item.name for item in program.scene.objects])
+    colours = colours_of(snapshot)
     return {
         "steps": clip.steps,
         "stepSeconds": clip.step_seconds,

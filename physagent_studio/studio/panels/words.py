@@ -158,6 +158,8 @@ def short(value: Any) -> str:
 MISSED = re.compile(r"([^:;,]+?) (≤|≥|<|>) ([^:;,]+): no\b")
 IOU = re.compile(r"\bwith IoU (\d(?:\.\d+)?)")
 MINUS = re.compile(r"(?<![\w.])-(?=\d)")
+FRAME = re.compile(r"\b(?:in |((?:at|from|until|by|to) ))frame (\d+)\b")
+"""Moments that the checks name by their frame; a person is told seconds of the event."""
 SAID = frozenset(
     {"text", "found", "told", "also", "rationale", "summary", "question", "reason", "problem"}
 )
@@ -172,10 +174,13 @@ def speaker(program: PhysicalProgram) -> Callable[[str], str]:
     longest_first = sorted((re.escape(one) for one in names if "_" in one), key=len, reverse=True)
     # Neither a part of a longer name nor of a path.
     # At the start of a sentence a name has a capital.
+    tick = program.clip.steps_per_frame * program.clip.step_seconds
     known = re.compile(rf"(?<![\w.])(?i:{'|'.join(longest_first)})(?![\w.]*\w)")
 
     def speak(text: str) -> str:
+        text = without_paths(text)
         text = IOU.sub(lambda m: f"to {100 * float(m[1]):.0f} %", text)
+        text = FRAME.sub(lambda m: f"{m[1] or 'at '}{int(m[2]) * tick:.2f} s", text)
         text = MISSED.sub(lambda m: f"{m[1]}, not {AS_WORDS[m[2]]} {m[3]}", MINUS.sub("−", text))
         return known.sub(lambda m: m[0].replace("_", " "), text) if longest_first else text
 
@@ -240,6 +245,8 @@ def _added(item: Any) -> str:
         return f"{OPERATORS[operator].lower()} of {name}"
     subject = str(item.get("subject", "")).replace("_", " ")
     kind = str(item.get("kind", "")).replace("_", " ")
+    if "text" in item:
+        return f"“{item['text']}”"
     return f"{subject} {kind}".strip() or name or short(item)
 
 
@@ -278,6 +285,11 @@ SPOKEN = {
     "step_seconds": "pace", "statements": "demands", "grounding": "marks in the photo",
 }  # fmt: skip
 """Fields that have another name for a person."""
+PATH = re.compile(
+    r"(?<![\w/.])(?:scene\.(?:objects|supports|landmarks|camera|gravity|scale|horizon|roll)"
+    r"|event\.(?:actions|prompt)|contract\.\w+|clip\.(?:steps?|frames?|playback)\w*)(?:\.\w+)*"
+)
+"""Where something stands in the program, in a message."""
 VECTOR = frozenset({"force", "velocity", "angular_velocity", "torque"})
 """Fields whose number says it all: "push ball · strength"."""
 
@@ -295,6 +307,11 @@ def place(path: str) -> str:
             parts = parts[2:]
     told = [part for at, part in enumerate(parts) if part not in VECTOR or at == len(parts) - 1]
     return " · ".join(SPOKEN.get(part, part.replace("_", " ")) for part in told)
+
+
+def without_paths(text: str) -> str:
+    """A message with what a person calls a field in place of where it stands in the program."""
+    return PATH.sub(lambda found: place(found[0]), text)
 
 
 def _unit_in(program: PhysicalProgram, path: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass, field, replace
+from operator import is_
 
 import numpy as np
 import viser
@@ -12,14 +13,15 @@ from numpy.typing import NDArray
 
 from physagent_studio.program import Camera, PhysicalProgram
 from physagent_studio.program.scene.forms import Floor
+from physagent_studio.program.scene.state import Support
 from physagent_studio.records import Image, Mesh, Scene
 from physagent_studio.studio.scene.glb import glb_of
 from physagent_studio.studio.scene.places import centre_and_size
-from physagent_studio.studio.scene.surround import surround_of
+from physagent_studio.studio.scene.surround import beyond_of, seen_of
 
 FloatArray = NDArray[np.float64]
-Files = tuple[tuple[bytes, ...], tuple[bytes, ...]]
-"""What lies beyond the photo, and what the photo shows, as binary glTF."""
+Files = tuple[bytes, ...]
+"""Binary glTF."""
 ON_ITS_WAY = 10.0
 """Seconds for which a browser's camera may still be where it was before it was moved."""
 
@@ -32,6 +34,22 @@ class Pose:
     target: FloatArray
     up: FloatArray
     fov: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Around:
+    """The photo all around one browser's camera, made once and then only shown or hidden.
+
+    of: the picture that it was made from. photo: that itself, for its own view. beyond: what lies
+    around it, for every view. seen: what the photo shows laid on the scene `on`, for all others;
+    made when the photo's own view is first left.
+    """
+
+    of: object
+    photo: viser.SceneNodeHandle
+    beyond: tuple[viser.SceneNodeHandle, ...]
+    on: object = None
+    seen: tuple[viser.SceneNodeHandle, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -48,7 +66,7 @@ class _Eye:
     size: tuple[int, int] = (0, 0)
     put_at: float = 0.0
     arrived: bool = False
-    around: tuple[viser.SceneNodeHandle, ...] = ()
+    around: Around | None = None
     marks: dict[int, Pose] = field(default_factory=dict)
 
 
@@ -58,10 +76,9 @@ class Cameras:
     def __init__(self) -> None:
         self._eyes: dict[int, _Eye] = {}
         self._program = PhysicalProgram()
-        self._image: Image | None = None
-        self._supports: tuple[Mesh, ...] = ()
-        self._with_photo = True
-        self._made: tuple[tuple[object, ...], Files] | None = None
+        self._picture: tuple[Camera, Image] | None = None
+        self._under: tuple[tuple[Mesh, ...], tuple[Support, ...]] = ((), ())
+        self._made: dict[str, Files] = {}
 
     def add(self, client: viser.ClientHandle) -> None:
         """A browser came; it opens in the photo's own camera."""
@@ -75,10 +92,19 @@ class Cameras:
     def set_scene(self, program: PhysicalProgram, scene: Scene | None, with_photo: bool) -> None:
         """Brings backdrops, and cameras that still look where they were put, up to date."""
         image = None if scene is None else (scene.plate if scene.plate is not None else scene.photo)
-        self._supports = () if scene is None else tuple(scene.support_meshes.values())
+        meshes = () if scene is None else tuple(scene.support_meshes.values())
         old, self._program = self._program.scene.camera, program
-        changed = image is not self._image or with_photo != self._with_photo
-        self._image, self._with_photo = image, with_photo
+        camera, before = program.scene.camera, self._picture
+        if not with_photo or image is None or camera is None:
+            self._picture = None
+        elif before is None or before[1] is not image or before[0] != camera:
+            self._picture = (camera, image)
+        changed = before is not self._picture
+        kept = len(meshes) == len(self._under[0]) and all(map(is_, meshes, self._under[0]))
+        moved = not kept or self._under[1] != program.scene.supports
+        if changed or moved:
+            self._under = (meshes, program.scene.supports)
+            self._made = {} if changed else {k: v for k, v in self._made.items() if k != "seen"}
         for number, eye in tuple(self._eyes.items()):
             if old != program.scene.camera and eye.view == "photo":
                 self.look(number, "photo")
@@ -156,34 +182,56 @@ class Cameras:
         return True
 
     def _backdrop(self, number: int) -> None:
-        """The photo: far behind everything in its own view, else on ground, supports and sky."""
-        eye = self._eyes[number]
-        for handle in eye.around:
-            handle.remove()
-        camera, scene = self._program.scene.camera, eye.client.scene
-        around: list[viser.SceneNodeHandle] = []
-        if self._image is not None and camera is not None and self._with_photo:
-            if eye.view == "photo":
-                around.append(add_backdrop(scene, self._program, camera, self._image))
-            beyond, seen = self._surround(camera, self._image)
-            for at, glb in enumerate(beyond if eye.view == "photo" else (*beyond, *seen)):
-                around.append(scene.add_glb(f"/around/{at}", glb, cast_shadow=False))
-        self._eyes[number] = replace(eye, around=tuple(around))
+        """The photo: far behind everything in its own view, else on ground, supports and sky.
 
-    def _surround(self, camera: Camera, image: Image) -> Files:
-        """The picture around a scene as files for the browser, made once for all of them."""
-        key = (camera, image, self._supports, self._program.scene.supports)
-        if self._made is not None and all(a is b for a, b in zip(self._made[0], key, strict=True)):
-            return self._made[1]
+        What lies beyond the photo goes first, so that no bare border is ever seen.
+        """
+        eye, scene = self._eyes[number], self._eyes[number].client.scene
+        around, own = eye.around, eye.view == "photo"
+        if around is not None and around.of is not self._picture:
+            for handle in (*around.beyond, *around.seen, around.photo):
+                handle.remove()
+            around = None
+        if self._picture is not None:
+            camera, image = self._picture
+            if around is None:
+                beyond = _added(scene, "beyond", self._files("beyond"))
+                around = Around(
+                    self._picture, add_backdrop(scene, self._program, camera, image), beyond
+                )
+            if not own and around.on is not self._under:
+                for handle in around.seen:
+                    handle.remove()
+                seen = _added(scene, "seen", self._files("seen"))
+                around = replace(around, on=self._under, seen=seen)
+            around.photo.visible = own
+            for handle in around.seen:
+                handle.visible = not own
+        self._eyes[number] = replace(eye, around=around)
+
+    def _files(self, part: str) -> Files:
+        """A part of the picture around as files for the browser, made once for all of them."""
+        if part in self._made:
+            return self._made[part]
+        assert self._picture is not None
+        camera, image = self._picture
         floors = [one.shape for one in self._program.scene.supports]
         level = next((one.height for one in floors if isinstance(one, Floor)), None)
         _, size = centre_and_size(self._program)
         far = 1.3 * far_of(self._program, camera)
-        made = surround_of(camera, image, level, self._supports, far, size)
-        beyond = tuple(glb_of(one, quality=85) for one in made.beyond)
-        files = (beyond, tuple(glb_of(one, quality=85) for one in made.seen))
-        self._made = (key, files)
-        return files
+        if part == "beyond":
+            meshes = beyond_of(camera, image, far)
+        else:
+            meshes = seen_of(camera, image, level, self._under[0], far, size)
+        self._made[part] = tuple(glb_of(one, quality=85) for one in meshes)
+        return self._made[part]
+
+
+def _added(scene: viser.SceneApi, part: str, files: Files) -> tuple[viser.SceneNodeHandle, ...]:
+    return tuple(
+        scene.add_glb(f"/around/{part}/{at}", file, cast_shadow=False)
+        for at, file in enumerate(files)
+    )
 
 
 def add_backdrop(

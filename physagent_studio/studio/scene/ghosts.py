@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 
 import numpy as np
 import viser
@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from physagent_studio.program.rotations import angle_between, matrices_of
 from physagent_studio.records import Mesh, Rollout
-from physagent_studio.rendering.backdrop import PALETTE
 
 EARLIER, PREVIEW = (150, 154, 162), (18, 184, 166)
 TRIED = (245, 158, 11)
@@ -61,25 +60,27 @@ class Ghosts:
         }  # fmt: skip
         self._ghosts[key] = (rollout, handles)
 
-    def set_trail(self, key: str, rollout: Rollout | None, color: Color | None) -> None:
+    def set_trail(
+        self, key: str, rollout: Rollout | None, color: Color | Mapping[str, Color]
+    ) -> None:
         """Shows the paths of a rollout's moving objects; a None rollout takes them away.
 
-        color: of all of them; None for each thing's own.
+        color: of all of them, or of each by its name.
         """
         shown = self._trails.get(key)
         if shown is not None and shown[0] is rollout:
             return
         lines = {} if rollout is None else paths_of(rollout)
         handles = {} if shown is None else shown[1]
-        own = {} if rollout is None else thing_colours(rollout.objects)
         for name in set(handles) - set(lines):
             handles.pop(name).remove()
         for name, line in lines.items():
             if name in handles and handles[name].points.shape == line.shape:
                 handles[name].points = line
                 continue
+            own = color[name] if isinstance(color, Mapping) else color
             handles[name] = self._server.scene.add_line_segments(
-                f"/trails/{key}/{name}", line, colors=color or own[name], thickness=2.5,
+                f"/trails/{key}/{name}", line, colors=own, thickness=2.5,
                 thickness_units="screen",
             )  # fmt: skip
         if rollout is None:
@@ -96,11 +97,6 @@ class Ghosts:
                 handle.visible = not _covers(rollout, now, name, step)
                 handle.position = rollout.positions[row, at]
                 handle.wxyz = rollout.rotations[row, at]
-
-
-def thing_colours(names: Sequence[str]) -> dict[str, Color]:
-    """The colour of each thing, by the order of the objects, wherever it is drawn."""
-    return {name: PALETTE[at % len(PALETTE)] for at, name in enumerate(names)}
 
 
 def paths_of(rollout: Rollout) -> dict[str, NDArray[np.float32]]:

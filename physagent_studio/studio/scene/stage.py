@@ -18,6 +18,7 @@ from physagent_studio.program.rotations import matrix_of
 from physagent_studio.records import Mesh, Rollout
 from physagent_studio.studio.guard import put
 from physagent_studio.studio.scene.collisions import Collisions
+from physagent_studio.studio.scene.colours import colours_of
 from physagent_studio.studio.scene.deforming import Deforming
 from physagent_studio.studio.scene.furniture import Furniture
 from physagent_studio.studio.scene.ghosts import EARLIER, PREVIEW, TRIED, Ghosts
@@ -88,12 +89,13 @@ class Stage:
             self._furniture.show(view.shown)
             for name, label in self._labels.items():
                 label.visible = "labels" in view.shown and name not in view.hidden
+            own = colours_of(snapshot)
             ghosts, trails = "ghosts" in view.shown, "trails" in view.shown
             preview = snapshot.preview_rollout if ghosts else None
             earlier = earlier if ghosts else None
             self._ghosts.set_ghost("preview", preview, PREVIEW, self._meshes)
             self._ghosts.set_ghost("earlier", earlier, EARLIER, self._meshes)
-            self._ghosts.set_trail("now", snapshot.rollout if trails else None, None)
+            self._ghosts.set_trail("now", snapshot.rollout if trails else None, own)
             self._ghosts.set_trail("preview", preview if trails else None, PREVIEW)
             self._ghosts.set_trail("earlier", earlier if trails else None, EARLIER)
             self._set_attempt(snapshot)

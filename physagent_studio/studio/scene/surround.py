@@ -7,7 +7,6 @@ blurred, which is no more than a colour for what nobody has seen.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -33,27 +32,27 @@ HALVINGS = 4
 """How often the faces of a support are halved, so that the photo on them lies straight."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Surround:
-    """beyond: what lies outside of the photo, drawn also in its own view. seen: all that the
-    photo shows, drawn once a camera has left it."""
-
-    beyond: tuple[Mesh, ...]
-    seen: tuple[Mesh, ...]
+def beyond_of(camera: Camera, image: Image, far: float) -> tuple[Mesh, ...]:
+    """What lies outside of the photo, drawn also in its own view. far: distance of the sky, m."""
+    return (_dome(camera, image, _soft(image), far)[1],)
 
 
-def surround_of(
+def seen_of(
     camera: Camera, image: Image, floor: float | None, supports: tuple[Mesh, ...], far: float,
     size: float,
-) -> Surround:  # fmt: skip
-    """Everything around a scene. floor: its height, m; far: distance of the sky, m."""
-    small = cv2.resize(image, None, fx=1 / THIN, fy=1 / THIN, interpolation=cv2.INTER_AREA)
-    soft = cv2.GaussianBlur(small, (0, 0), max(BLUR * small.shape[1], 1.0)).astype(np.uint8)
-    inside, outside = _dome(camera, image, soft, far)
+) -> tuple[Mesh, ...]:  # fmt: skip
+    """All that the photo shows, drawn once a camera has left it. floor: its height, m."""
+    soft = _soft(image)
+    inside = _dome(camera, image, soft, far)[0]
     seen = [inside, *(skin for one in supports if (skin := _skin(one, camera, image)) is not None)]
     if floor is not None:
         seen += _ground(camera, image, soft, floor - BELOW * size, far)
-    return Surround((outside,), tuple(seen))
+    return tuple(seen)
+
+
+def _soft(image: Image) -> Image:
+    small = cv2.resize(image, None, fx=1 / THIN, fy=1 / THIN, interpolation=cv2.INTER_AREA)
+    return cv2.GaussianBlur(small, (0, 0), max(BLUR * small.shape[1], 1.0)).astype(np.uint8)
 
 
 # --- directions and pixels ----------------------------------------------------------------------

@@ -41,6 +41,16 @@ def test_like_things_are_found_nearest_first() -> None:
     assert len(similar(picture(), "domino", both)) == 1
 
 
+def test_like_things_as_light_as_the_ground_are_found_by_their_hue() -> None:
+    image = picture()
+    grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+    # A table of another hue that is as light as the dominoes.
+    image[np.abs(image.astype(int) - TABLE).max(axis=-1) < 20] = (180, 200, 235)
+    assert abs(float(np.mean(grey[mask_of(0)])) - 200) < 15
+    found = similar(image, "domino", {"domino": mask_of(0)})
+    assert [box[0] for box in found] == pytest.approx([120, 180], abs=3)
+
+
 def test_it_is_said_where_the_fill_goes_over_one() -> None:
     image = picture()
     plate = image.copy()

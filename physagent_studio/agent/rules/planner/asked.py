@@ -58,6 +58,8 @@ STATED = frozenset(
     ]
 )
 """After these a word that may be a verb or an adjective ("slow") is an adjective."""
+OFFERED, ABOUT = ("magnitude", "timing", "duration"), ("density", "friction")
+"""Factors of an action, and of a thing, that are offered where words name just these."""
 MOST_OFFERED = 6
 """More buttons than these would hide what they offer."""
 SAID: dict[str, tuple[str, str, str]] = {
@@ -107,9 +109,13 @@ class Understood:
     @property
     def meant(self) -> tuple[tuple[str, str], ...]:
         """What could be meant: the text of a button, and words that say just that."""
+        return tuple((in_words(one), as_said(one)) for one in self.shown)
+
+    @property
+    def shown(self) -> tuple[Change, ...]:
+        """What could be meant, each way by itself, as many as there are buttons."""
         both = [each for one in self.open for each in _both_ways(one)]
-        found = {in_words(one): as_said(one) for one in both}
-        return tuple(found.items())[:MOST_OFFERED]
+        return tuple({in_words(one): one for one in both}.values())[:MOST_OFFERED]
 
 
 def in_words(one: Change) -> str:
@@ -126,7 +132,7 @@ def as_said(one: Change) -> str:
     if one.knob.factor == "pace":
         return f"show the whole clip {degree}"
     verb = "aim" if one.knob.factor == "direction" else "make"
-    return f"{verb} {one.owner.replace('_', ' ')} {degree}"
+    return f"{verb} the {one.owner.replace('_', ' ')} {degree}"
 
 
 def _both_ways(one: Change) -> list[Change]:
@@ -157,11 +163,19 @@ def keeping(situation: Situation, kept: tuple[str, ...]) -> Situation:
     return replace(situation, memory=situation.memory.model_copy(update={"pinned": pinned}))
 
 
-def everything_of(program: PhysicalProgram) -> tuple[Change, ...]:
-    """What is offered where nothing was understood: the numbers of what sets things in motion."""
-    moving = {action.id for action in _driving(program)}
-    factors = ("magnitude", "timing")
-    return tuple(one for factor in factors for one in _of_actions(program, moving, factor, 0))
+def suggested(program: PhysicalProgram, words: str) -> Understood:
+    """What is offered where nothing was understood: numbers of the actions and things that the
+    words name, else of what sets things in motion; and the photo, where a thing is named.
+    """
+    told = tuple(token.text for token in tokenise(words))
+    things = _best(_scores_of_things(program, told), least=1)
+    named = _best(_scores_of_actions(program, told), least=3)
+    own = named or [action.id for action in _driving(program) if action.name in things]
+    moving = own or ([] if things else [action.id for action in _driving(program)])
+    found = [one for factor in OFFERED for one in _of_actions(program, moving, factor, 0)]
+    if not named:
+        found += [one for factor in ABOUT for one in _of_things(program, things, factor, 0)]
+    return Understood(open=tuple(found), photo=bool(things))
 
 
 def _once(found: Iterable[Change]) -> tuple[Change, ...]:

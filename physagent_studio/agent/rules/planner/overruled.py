@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.contract.compile import contract_of
 from physagent_studio.agent.rules.generator import stock_in
-from physagent_studio.agent.rules.planner.asked import Understood, everything_of
+from physagent_studio.agent.rules.planner.asked import Understood, suggested
 from physagent_studio.agent.rules.planner.factors import may_change
 from physagent_studio.agent.rules.planner.trials import Candidate, Search
 from physagent_studio.agent.rules.planner.wording import proposal, summary_of
@@ -25,8 +25,17 @@ from physagent_studio.program.edits import AddItem, Edit, apply
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.records import Case, Proposal
 
-OBLIGED = re.compile(r"\b(?:has|have|needs?|ought) to\b", re.IGNORECASE)
+OBLIGED = re.compile(
+    r"\b(?:has|have|needs?|ought|got|(?:is|are|was|were) (?:supposed|meant)) to\b",
+    re.IGNORECASE,
+)
 """Other ways to say "must"."""
+WISHED = re.compile(r"^(?:demand|let|make|have)\b|\b(?:must|should|shall|may)\b", re.IGNORECASE)
+"""What says that something is to be so; without it words may as well be a complaint."""
+DEMAND = "demand that "
+"""Begins words that are a demand and nothing else."""
+MOST_SAID = 80
+"""Letters of a button at most."""
 REACHES = (1.0, 2.0, 3.0)
 """How far a wished-for number is turned, in strides of its knob; the least that changes it."""
 
@@ -53,7 +62,8 @@ def following(
         )  # fmt: skip
     if told.heard:
         return None
-    if demanded := demands(situation.case, program, words):
+    if demanded := is_wished(words) and demands(situation.case, program, words):
+        words = words.removeprefix(DEMAND)
         said = f"You said “{words}”. It becomes part of what the event demands."
         summary = f"demand as well: {words}"
         return proposal(
@@ -74,7 +84,7 @@ def _so_far(situation: Situation, found: Candidate) -> str:
 
 def what_is_asked(situation: Situation, search: Search) -> Proposal:
     """Where all holds and nobody said what else should be: a question."""
-    asked = "What should be different? For example: faster, later, or “the block stays upright”."
+    asked = "What should be different? For example: faster, or “the block must stay upright”."
     return proposal(
         situation.program, "everything that is demanded holds", simulations=search.runs,
         question=asked,
@@ -86,13 +96,22 @@ def with_words(situation: Situation, made: Proposal, told: Understood, words: st
     if not words:
         return made
     demand = made.factor == "contract"
-    line = told.line or (f"a new demand, “{words}”" if demand else "")
+    line = told.line or (f"a new demand, “{words.removeprefix(DEMAND)}”" if demand else "")
     meant = () if line and not told.open else told.meant
+    look = ("Look at the photo", "")
     if not line and not meant:
-        meant = Understood(open=everything_of(situation.program)).meant
+        near = suggested(situation.program, words)
+        meant = (*near.meant, look) if near.photo else near.meant
+        if demands(situation.case, situation.program, words):
+            meant = ((f"Demand it: {words}"[:MOST_SAID], f"{DEMAND}{words}"), *meant)
     if told.photo:
-        meant = (("Look at the photo", ""), *meant)
+        meant = (look, *meant)
     return made.model_copy(update={"understood": line, "meant": meant})
+
+
+def is_wished(words: str) -> bool:
+    """Whether words say that something is to be so, and not only that it is."""
+    return WISHED.search(OBLIGED.sub("must", words)) is not None
 
 
 def demands(case: Case, program: PhysicalProgram, words: str) -> tuple[Edit, ...]:
@@ -103,7 +122,7 @@ def demands(case: Case, program: PhysicalProgram, words: str) -> tuple[Edit, ...
     prompt = program.event.prompt
     stock = stock_in(case, program.scene)
     layout = Layout(program.scene)
-    words = OBLIGED.sub("must", words)
+    words = OBLIGED.sub("must", words.removeprefix(DEMAND))
     if not words or not read(words, stock).frames:
         return ()
     both = read(f"{prompt.rstrip(' .')}. {words}", stock)

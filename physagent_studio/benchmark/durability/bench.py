@@ -8,10 +8,10 @@ from pathlib import Path
 
 from physagent_studio.agent.loop import add_round
 from physagent_studio.benchmark.durability.cancelling import cancelled
-from physagent_studio.benchmark.durability.clients import walked
 from physagent_studio.benchmark.durability.disk import faults
 from physagent_studio.benchmark.durability.kills import kills
 from physagent_studio.benchmark.rows import Row, at_most, shown
+from physagent_studio.errors import InputError
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.text.document import load_program
 from physagent_studio.records import Case, LoopState, Round
@@ -55,9 +55,19 @@ def bench(
             wrong, said = faults(root / kind, program, writes, kind)
             rows.append(at_most(f"damage or loss, {words}, {writes} writes", wrong, 0))
             rows.append(shown(f"what is said, {words}", said))
-        lost = walked(root / "walks", program, walks, steps)
-        rows.append(at_most(f"lost updates, {walks} × {steps} steps of 2–4 clients", len(lost), 0))
-        return rows + _long(root / "long", program, rounds)
+        return rows + _walks(program, walks, steps) + _long(root / "long", program, rounds)
+
+
+def _walks(program: PhysicalProgram, runs: int, steps: int) -> list[Row]:
+    try:
+        from physagent_studio.benchmark.durability.walks import walked
+    except ImportError as error:
+        raise InputError(
+            "the walks need hypothesis: pip install 'physagent-studio[test]'"
+        ) from error
+    lost, taken, why = walked(program, runs, steps)
+    words = f"{runs} walks of {steps} steps of 2–4 clients, {taken} taken"
+    return [at_most(f"lost updates, {words}", lost, 0)] + [shown("what was lost", why)] * lost
 
 
 def _long(root: Path, program: PhysicalProgram, rounds: int) -> list[Row]:

@@ -103,7 +103,7 @@ def walking(runs: int, steps: int, **more: Any) -> settings:
         deadline=None,
         derandomize=True,
         database=None,
-        suppress_health_check=list(HealthCheck),
+        suppress_health_check=tuple(HealthCheck.__members__.values()),
         **more,
     )
 

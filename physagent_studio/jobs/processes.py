@@ -50,12 +50,12 @@ class Processes:
     """Carries out tasks in at most `width` processes, which are started when they are needed.
 
     keeping: they are as this process is, threads of numeric libraries included, so that results
-    have the same bits; arrays cross once; a cancelled task may end by itself within `GRACE`; and
-    a process that had to be ended is replaced at once, with the modules of `warm`.
+    have the same bits; arrays cross once; a cancelled task may end by itself within `grace`
+    seconds; and a process that had to be ended is replaced at once, with the modules of `warm`.
     """
 
-    def __init__(self, width: int = 2, *, keeping: bool = False) -> None:
-        self._width, self._keeping = width, keeping
+    def __init__(self, width: int = 2, *, keeping: bool = False, grace: float = GRACE) -> None:
+        self._width, self._keeping, self._grace = width, keeping, grace
         self._modules: tuple[str, ...] = ()
         self._reset()
         atexit.register(self.close)
@@ -80,7 +80,7 @@ class Processes:
 
         Raises:
             JobFailed: it reached a limit or broke down; the process is ended and replaced.
-            Cancelled: `cancelled()` became true; free within a tenth of a second, or `GRACE`.
+            Cancelled: `cancelled()` became true; free within a tenth of a second, or `grace`.
             StudioError: what the task itself raised.
         """
         while not self._room.acquire(timeout=0.05):
@@ -151,13 +151,15 @@ class Processes:
                 if one.alive:
                     return one
                 one.end()
-        return _Process(keeping=self._keeping)
+        return _Process(self._grace if self._keeping else None)
 
 
 class _Process:
     """One process and the line to it."""
 
-    def __init__(self, *, keeping: bool) -> None:
+    def __init__(self, grace: float | None) -> None:
+        """grace: seconds for a cancelled task to end by itself; None keeps nothing."""
+        self._grace, keeping = grace, grace is not None
         self._kept = Kept(weak=True) if keeping else None
         self._line, theirs = socket.socketpair()
         command = [sys.executable, "-P", "-c", START, str(theirs.fileno()), json.dumps(sys.path)]
@@ -238,11 +240,12 @@ class _Process:
 
     def _cancel(self, ending: list[float]) -> None:
         """Asks the task to end, where that keeps what is of use later, and then ends it."""
-        if self._kept is not None and not ending:
-            ending.append(time.monotonic() + GRACE)
-            self._process.send_signal(signal.SIGUSR1)
-        elif self._kept is None or time.monotonic() > ending[0]:
+        if not ending:
+            ending.append(time.monotonic() + (self._grace or 0.0))
+        if self._grace is None or time.monotonic() > ending[0]:
             raise Cancelled("cancelled")
+        # Again and again, since it goes by unheard while the task is only read.
+        self._process.send_signal(signal.SIGUSR1)
 
     def resident(self) -> int:
         """Bytes of memory that it holds; 0 where nobody says."""

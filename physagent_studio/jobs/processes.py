@@ -90,12 +90,10 @@ class Processes:
         try:
             process = self._free()
             kind, found = process.carry_out((task, values, limits), limits, cancelled, tell)
-            if kind == "memory":
-                raise JobFailed("memory", limits)
-            if kind == "crash":
-                detail, _, trace = found.partition("\n")
-                log.error("%s broke down in its process\n%s", task, trace)
-                raise JobFailed("crash", limits, detail)
+            failure = _failure(kind, found, task, limits)
+            if isinstance(failure, JobFailed) and self._keeping:
+                # What it keeps may be half of what it should be.
+                raise failure
         except BaseException:
             if process is not None:
                 process.end()
@@ -105,8 +103,8 @@ class Processes:
             self._give_back(process)
         finally:
             self._room.release()
-        if kind == "said":
-            raise found
+        if failure is not None:
+            raise failure
         return found
 
     def _give_back(self, process: _Process) -> None:
@@ -152,6 +150,19 @@ class Processes:
                     return one
                 one.end()
         return _Process(self._grace if self._keeping else None)
+
+
+def _failure(kind: str, found: Any, task: Callable[..., Any], limits: Limits) -> StudioError | None:
+    """What an answer means that is no result; where a task broke down goes to the log."""
+    if kind == "result":
+        return None
+    if kind == "said":
+        return found
+    if kind == "memory":
+        return JobFailed("memory", limits)
+    detail, _, trace = found.partition("\n")
+    log.error("%s broke down in its process\n%s", task, trace)
+    return JobFailed("crash", limits, detail)
 
 
 class _Process:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import random
 import statistics
@@ -47,6 +48,9 @@ def soaked(seconds: float) -> list[Figure]:
             began = time.monotonic()
             for _ in range(MARKS):
                 scrub_for(seconds / MARKS)
+                # The interpreter keeps up to 2000 tuples of each length until then: half a megabyte
+                # comes together within an hour, and no more.
+                gc.collect()
                 marks.append((time.monotonic() - began, memory(), threading.active_count()))
             settle(studio)
     return _figures(seconds, marks)

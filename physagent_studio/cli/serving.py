@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import socket
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 from physagent_studio.assets import assets_dir
@@ -12,9 +13,12 @@ from physagent_studio.cli.files import read_program
 from physagent_studio.cli.targets import PROGRAMS, agent_name, case_of, is_session, parse_objects
 from physagent_studio.jobs import Processes
 from physagent_studio.session import Store
-from physagent_studio.studio import serve
+from physagent_studio.studio import desk_apart, serve
 from physagent_studio.studio.access import Access
-from physagent_studio.workbench import Workbench, commands, tasks
+from physagent_studio.workbench import Snapshot, Workbench, commands, tasks
+
+LOOKING_ENDS = 5.0
+"""Seconds in which a search for masks that nobody waits for ends by itself: what it has is kept."""
 
 
 def serve_until_interrupted(
@@ -29,16 +33,32 @@ def serve_until_interrupted(
     """Serves on a socket that listens already; everything is kept when it ends."""
     # What crashes, hangs or is cancelled there leaves the studio as it is.
     processes = Processes(1, keeping=True)
+    apart = Processes(1, keeping=True, grace=LOOKING_ENDS)
     workbench = Workbench(store, agent=agent_name(agent), executor=processes)
     try:
-        running = serve(workbench, access, port=door, open_browser=browser)
+        running = serve(workbench, access, port=door, open_browser=browser, apart=apart)
         processes.warm(*tasks.MODULES)
+        workbench.subscribe(_once_marked(apart))
         workbench.post(opening)
         _until_interrupted()
         running.stop()
     finally:
         workbench.close()
         processes.close()
+        apart.close()
+
+
+def _once_marked(apart: Processes) -> Callable[[Snapshot], None]:
+    """Nobody clicks in a photo that is not there yet: until then its process need not be."""
+
+    def look(snapshot: Snapshot) -> None:
+        nonlocal wanted
+        if wanted and snapshot.scene is not None:
+            wanted = False
+            apart.warm(*desk_apart.MODULES)
+
+    wanted = True
+    return look
 
 
 SHOWN_FIRST = "block_stays_standing"

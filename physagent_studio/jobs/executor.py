@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -10,6 +11,7 @@ from typing import Any, Literal, Protocol, TypeVar
 
 from physagent_studio.errors import Cancelled, StudioError
 
+log = logging.getLogger(__name__)
 Result = TypeVar("Result")
 Reason = Literal["time", "memory", "crash"]
 _WORDS: dict[Reason, str] = {
@@ -103,5 +105,7 @@ class Inline:
             raise
         except MemoryError as error:
             raise JobFailed("memory", limits) from error
+        # Broad on purpose: where it runs in a process, a fault of a task fails that step alone.
         except Exception as error:
+            log.exception("%s broke down", task)
             raise JobFailed("crash", limits, repr(error)) from error

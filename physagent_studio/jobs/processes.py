@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import json
+import logging
 import os
 import signal
 import socket
@@ -11,16 +12,18 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.jobs.executor import JobFailed, Limits, Reason, Result, Tell, never, quiet
-from physagent_studio.jobs.letters import Kept, post, take
+from physagent_studio.jobs.letters import Kept, Meanwhile, post, take
 from physagent_studio.jobs.worker import import_all
+
+log = logging.getLogger(__name__)
 
 START = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[2]); "
@@ -47,12 +50,12 @@ class Processes:
     """Carries out tasks in at most `width` processes, which are started when they are needed.
 
     keeping: they are as this process is, threads of numeric libraries included, so that results
-    have the same bits; arrays cross once; a cancelled task may end by itself within `GRACE`; and
-    a process that had to be ended is replaced at once, with the modules of `warm`.
+    have the same bits; arrays cross once; a cancelled task may end by itself within `grace`
+    seconds; and a process that had to be ended is replaced at once, with the modules of `warm`.
     """
 
-    def __init__(self, width: int = 2, *, keeping: bool = False) -> None:
-        self._width, self._keeping = width, keeping
+    def __init__(self, width: int = 2, *, keeping: bool = False, grace: float = GRACE) -> None:
+        self._width, self._keeping, self._grace = width, keeping, grace
         self._modules: tuple[str, ...] = ()
         self._reset()
         atexit.register(self.close)
@@ -77,7 +80,7 @@ class Processes:
 
         Raises:
             JobFailed: it reached a limit or broke down; the process is ended and replaced.
-            Cancelled: `cancelled()` became true; free within a tenth of a second, or `GRACE`.
+            Cancelled: `cancelled()` became true; free within a tenth of a second, or `grace`.
             StudioError: what the task itself raised.
         """
         while not self._room.acquire(timeout=0.05):
@@ -87,6 +90,10 @@ class Processes:
         try:
             process = self._free()
             kind, found = process.carry_out((task, values, limits), limits, cancelled, tell)
+            failure = _failure(kind, found, task, limits)
+            if isinstance(failure, JobFailed) and self._keeping:
+                # What it keeps may be half of what it should be.
+                raise failure
         except BaseException:
             if process is not None:
                 process.end()
@@ -96,11 +103,8 @@ class Processes:
             self._give_back(process)
         finally:
             self._room.release()
-        if kind == "said":
-            assert isinstance(found, StudioError)
-            raise found
-        if kind in ("memory", "crash"):
-            raise JobFailed("memory" if kind == "memory" else "crash", limits, str(found))
+        if failure is not None:
+            raise failure
         return found
 
     def _give_back(self, process: _Process) -> None:
@@ -145,13 +149,28 @@ class Processes:
                 if one.alive:
                     return one
                 one.end()
-        return _Process(keeping=self._keeping)
+        return _Process(self._grace if self._keeping else None)
+
+
+def _failure(kind: str, found: Any, task: Callable[..., Any], limits: Limits) -> StudioError | None:
+    """What an answer means that is no result; where a task broke down goes to the log."""
+    if kind == "result":
+        return None
+    if kind == "said":
+        return found
+    if kind == "memory":
+        return JobFailed("memory", limits)
+    detail, _, trace = found.partition("\n")
+    log.error("%s broke down in its process\n%s", task, trace)
+    return JobFailed("crash", limits, detail)
 
 
 class _Process:
     """One process and the line to it."""
 
-    def __init__(self, *, keeping: bool) -> None:
+    def __init__(self, grace: float | None) -> None:
+        """grace: seconds for a cancelled task to end by itself; None keeps nothing."""
+        self._grace, keeping = grace, grace is not None
         self._kept = Kept(weak=True) if keeping else None
         self._line, theirs = socket.socketpair()
         command = [sys.executable, "-P", "-c", START, str(theirs.fileno()), json.dumps(sys.path)]
@@ -194,31 +213,50 @@ class _Process:
 
         try:
             self._line.settimeout(START_SECONDS)
-            post(self._line, letter, self._kept, meanwhile)
+            with self._broken_off(ending, limits):
+                post(self._line, letter, self._kept, meanwhile)
             while True:
-                found = take(self._line, strict=True, kept=self._kept, meanwhile=meanwhile)
-                if found[0] != "told":
-                    return found
-                tell(*found[1])
+                with self._broken_off(ending, limits):
+                    kind, found = self._answer(limits, meanwhile)
+                if kind != "told":
+                    return kind, found
+                tell(*found)
+        finally:
+            held.clear()
+
+    @contextmanager
+    def _broken_off(self, ending: list[float], limits: Limits) -> Iterator[None]:
+        """A line that breaks off means that the process has ended; why, its end tells."""
+        try:
+            yield
         except (EOFError, OSError) as error:
             if ending:
                 # It was asked to end while it was only starting, and has ended for good.
                 raise Cancelled("cancelled") from error
-            raise JobFailed(self._reason(), limits) from error
-        except StudioError:
+            reason, detail = self._ended_by()
+            raise JobFailed(reason, limits, detail) from error
+
+    def _answer(self, limits: Limits, meanwhile: Meanwhile) -> tuple[str, Any]:
+        """The next letter of the process, of which nothing is trusted."""
+        try:
+            kind, found = take(self._line, strict=True, kept=self._kept, meanwhile=meanwhile)
+        except (EOFError, OSError, StudioError):
             raise
+        # Broad on purpose: what a process sends that was taken over may raise anything.
         except Exception as error:
             raise JobFailed("crash", limits, repr(error)) from error
-        finally:
-            held.clear()
+        if not isinstance(kind, str) or not isinstance(found, _ANSWERS.get(kind, ())):
+            raise JobFailed("crash", limits, "its answer cannot be read")
+        return kind, found
 
     def _cancel(self, ending: list[float]) -> None:
         """Asks the task to end, where that keeps what is of use later, and then ends it."""
-        if self._kept is not None and not ending:
-            ending.append(time.monotonic() + GRACE)
-            self._process.send_signal(signal.SIGUSR1)
-        elif self._kept is None or time.monotonic() > ending[0]:
+        if not ending:
+            ending.append(time.monotonic() + (self._grace or 0.0))
+        if self._grace is None or time.monotonic() > ending[0]:
             raise Cancelled("cancelled")
+        # Again and again, since it goes by unheard while the task is only read.
+        self._process.send_signal(signal.SIGUSR1)
 
     def resident(self) -> int:
         """Bytes of memory that it holds; 0 where nobody says."""
@@ -235,14 +273,19 @@ class _Process:
         # The kernel takes a while to take back much memory; nobody has to wait for that.
         threading.Thread(target=self._process.wait, name="jobs-end", daemon=True).start()
 
-    def _reason(self) -> Reason:
+    def _ended_by(self) -> tuple[Reason, str]:
+        """Why the process has ended, and the signal that ended it."""
         try:
             code = self._process.wait(timeout=1.0)
         except subprocess.TimeoutExpired:
-            return "crash"
-        return "time" if code == -signal.SIGPROF else "crash"
+            return "crash", ""
+        if code == -signal.SIGPROF:
+            return "time", ""
+        return "crash", (signal.strsignal(-code) or "") if code < 0 else ""
 
 
+_ANSWERS = {"told": tuple, "said": StudioError, "memory": str, "crash": str, "result": object}
+"""What each kind of answer has to hold."""
 _BASE = 128 * 2**20
 """Bytes that a process may come to hold by importing what its task needs."""
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import importlib
 import os
+import pickle
 import resource
 import select
 import signal
 import socket
 import threading
+import traceback
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,9 @@ from physagent_studio.jobs.letters import Kept, post, take
 
 STATISTICS = Path("/proc/self/statm")
 """Where Linux says how much address space a process has; its limit is not enforced elsewhere."""
+
+TRACEBACK = 10_000
+"""Characters of where a task broke down, of its end."""
 
 
 def main(descriptor: int, keeping: bool) -> None:
@@ -34,9 +39,14 @@ def main(descriptor: int, keeping: bool) -> None:
                 task, values, limits = take(line, strict=False, kept=kept)
             except EOFError:
                 return
-            post(line, _carried_out(line, task, values, limits), kept)
+            found = _carried_out(line, task, values, limits)
+            try:
+                post(line, found, kept)
+            except (pickle.PicklingError, TypeError, AttributeError) as error:
+                # What cannot be sent was never begun to be sent; the other side ends this process.
+                post(line, ("crash", _crash(error)))
             # What it was about may be forgotten while nothing is to be done.
-            del task, values
+            del task, values, found
 
 
 def _leave_with(descriptor: int) -> None:
@@ -66,9 +76,14 @@ def _carried_out(
     except MemoryError:
         return "memory", ""
     except Exception as error:  # noqa: BLE001 - whatever it is, the other side is told
-        return "crash", repr(error)[:500]
+        return "crash", _crash(error)
     finally:
         _limit(None)
+
+
+def _crash(error: Exception) -> str:
+    """A line for the person, and where it was for the log."""
+    return f"{' '.join(repr(error)[:500].split())}\n{traceback.format_exc()[-TRACEBACK:]}"
 
 
 def _limit(limits: Limits | None) -> None:

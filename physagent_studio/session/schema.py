@@ -40,7 +40,9 @@ UPDATE rounds SET parent = json_extract(payload, '$.parent');
 """What has to be done to the tables of each older version, to be of the next."""
 _WORDS = {
     "full": "the disk is full",
+    "No space left": "the disk is full",
     "disk I/O": "the disk gave an error",
+    "Input/output": "the disk gave an error",
     "readonly": "it cannot be written",
     "unable to open": "it cannot be opened",
     "locked": "another process holds it",

@@ -8,9 +8,10 @@ so a page is always rebuilt from what the server holds.
 from __future__ import annotations
 
 import asyncio
+import itertools
 import json
 import threading
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -23,6 +24,8 @@ MAX_UNHEARD = 2**20
 """Characters that wait to be dealt with before nothing more is read, but for one message."""
 MAX_LETTERS = 8 * 2**20
 """Characters that wait for one browser, besides the newest of every channel."""
+AHEAD = 8
+"""Updates that a browser may be behind by at least, and by twice as many at most."""
 
 Heard = Callable[[int, str], None]
 """Browser's number and the text that it sent; called on the event loop, must return at once."""
@@ -138,7 +141,13 @@ class Hub:
     async def _speak(self, connection: ServerConnection, browser: _Browser) -> None:
         hello = {"on": "hello", "is": {"browser": browser.number}}
         await connection.send(json.dumps(hello))
-        while True:
+        answered: Awaitable[float] | None = None
+        for count in itertools.count():
+            if count % AHEAD == 0:
+                # Whoever does not even say that something came is sent nothing more.
+                if answered is not None:
+                    await answered
+                answered = await connection.ping()
             await browser.news.wait()
             browser.news.clear()
             waiting, browser.waiting = browser.waiting, {}

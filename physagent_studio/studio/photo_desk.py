@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from physagent_studio.program import Grounding
@@ -17,9 +18,8 @@ from physagent_studio.reconstruction.masks.segmenter import (
 )
 from physagent_studio.reconstruction.masks.stacks import METHOD, alone, companions
 from physagent_studio.reconstruction.photo.regions import BoolArray, iou
-from physagent_studio.reconstruction.survey.marked import known_candidates
-from physagent_studio.records import Candidate, Image, Scene
-from physagent_studio.studio.panels.photo import path_of
+from physagent_studio.records import Candidate, Image
+from physagent_studio.studio.panels.outline import path_of
 
 Groundings = list[tuple[str, Grounding]]
 KEPT = 12
@@ -33,7 +33,7 @@ SAME = 0.75
 class PhotoDesk:
     """What the tools keep between two questions: candidates of the last clicks, the last anchor.
 
-    Used by the finder's thread alone.
+    Lives in the process of `desk_apart`, which one thread asks.
     """
 
     def __init__(self) -> None:
@@ -47,7 +47,7 @@ class PhotoDesk:
         image: Image,
         name: str,
         said: Groundings,
-        scene: Scene | None = None,
+        known: Mapping[str, tuple[Candidate, ...]] = MappingProxyType({}),
         whole: bool = True,
         stop: Callable[[], bool] | None = None,
         early: Callable[[dict[str, Any]], None] | None = None,
@@ -56,7 +56,7 @@ class PhotoDesk:
 
         whole: whether what all clicks on a stack give together is waited for; without it, `more`
         says that it is still to be found. stop: whether nobody waits any more.
-        scene: what was reconstructed of the picture, whose candidates serve as long as they fit.
+        known: candidates that were found when the picture was reconstructed, and still fit.
         candidate: what the grounding has to say to mean a mask. layer: whether the mask is a layer
         of a stack, which all clicks on the stack give together, and the grounding means of itself.
         early: called with what there is after a moment, where finding takes longer; `now` is then
@@ -76,7 +76,7 @@ class PhotoDesk:
 
         more = not whole and len(companions(said, name)) > 1
         together = (name, *(companions(said, name) if whole else ()))
-        offers = self._offers_of(image, name, said, scene, together, stop, meanwhile)
+        offers = self._offers_of(image, name, said, known, together, stop, meanwhile)
         masks = _masks_of(image, name, grounding, offers)
         answer = {"name": name, "masks": _told(offers, masks), "more": more}
         return answer | ({"now": [_place(mask, masks) for mask in shown]} if shown else {})
@@ -86,7 +86,7 @@ class PhotoDesk:
         image: Image,
         name: str,
         said: Groundings,
-        scene: Scene | None,
+        known: Mapping[str, tuple[Candidate, ...]],
         together: tuple[str, ...],
         stop: Callable[[], bool] | None,
         meanwhile: Meanwhile,
@@ -101,7 +101,7 @@ class PhotoDesk:
         own = {key: grounding for key, grounding in apart(said) if key in together}
         if self._last[:2] == (wanted, list(own.items())):
             return self._last[2][name]
-        known = {key: alone(found) for key, found in known_candidates(scene, said).items()}
+        known = {key: alone(found) for key, found in known.items()}
         for key, (grounding, found) in self._offers.items():
             if own.get(key) == grounding:
                 known[key] = found

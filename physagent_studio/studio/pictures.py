@@ -15,12 +15,12 @@ import cv2
 import numpy as np
 
 from physagent_studio.errors import InputError, StudioError
-from physagent_studio.records import Image, Rollout, Round
+from physagent_studio.jobs import Executor, Inline
+from physagent_studio.records import Image, Rollout, Round, Scene
 from physagent_studio.records.rollout_io import rollout_from_bytes
-from physagent_studio.rendering import Compositor, frame_of
 from physagent_studio.session import FileStore, Store
 from physagent_studio.session.arrays import from_png, unpack_frames, unpack_scene
-from physagent_studio.workbench import Snapshot
+from physagent_studio.workbench import Snapshot, tasks
 from physagent_studio.workbench.engine import Engine
 
 EVERY = 3
@@ -36,12 +36,16 @@ KEPT = 1500
 class Pictures:
     """JPEGs by what they show; None where there is nothing to show."""
 
-    def __init__(self, snapshot: Callable[[], Snapshot], store: Store) -> None:
+    def __init__(
+        self, snapshot: Callable[[], Snapshot], store: Store, apart: Executor | None = None
+    ) -> None:
+        """apart: who renders; without one this process does."""
+        self._apart = apart or Inline()
         self._snapshot = snapshot
         self._store = store
         self._made: OrderedDict[str, bytes] = OrderedDict()
         self._lock = threading.Lock()
-        self._drawing: tuple[str, Compositor, Rollout] | None = None
+        self._drawing: tuple[str, Scene, Rollout] | None = None
         self._stopped = False
 
     def stop(self) -> None:
@@ -93,7 +97,7 @@ class Pictures:
             program = state.draft or (state.current.program if state.current else None)
             if program is None or not program.scene.objects:
                 return None
-            engine = Engine(session, session.case)
+            engine = Engine(session, session.case, executor=self._apart)
             return engine.view(engine.reconstruct(program.scene, None))
         except StudioError:
             return None
@@ -157,9 +161,10 @@ class Pictures:
             image = snapshot.case.image if snapshot.case else None
             scene = unpack_scene(files.get(item.scene), image)
             rollout = rollout_from_bytes(files.get(item.rollout))
-            self._drawing = (tag, Compositor(scene), rollout)
-        _, compositor, rollout = self._drawing
-        self._keep(f"{tag}/{number}", frame_of(compositor, rollout, number).rgb, WIDTH)
+            self._drawing = (tag, scene, rollout)
+        values = (*self._drawing[1:], number)
+        picture = self._apart.submit(tasks.framed, *values, limits=tasks.RENDERING)
+        self._keep(f"{tag}/{number}", picture, WIDTH)
         return True
 
     def _files(self, session_id: str) -> FileStore:

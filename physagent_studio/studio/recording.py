@@ -10,6 +10,9 @@ from importlib.resources import files
 import numpy as np
 
 from physagent_studio.errors import Cancelled, InputError
+from physagent_studio.jobs import hearing
+from physagent_studio.program import PhysicalProgram
+from physagent_studio.records import Case, Rollout, Scene
 from physagent_studio.studio.guard import open_server, stop_server
 from physagent_studio.studio.scene.cameras import Pose, add_backdrop, pose_of
 from physagent_studio.studio.scene.stage import Hands, Stage
@@ -71,6 +74,14 @@ def record(
         return _packed(serializer.as_html())
     finally:
         stop_server(server)
+
+
+def recorded(
+    case: Case, program: PhysicalProgram, scene: Scene | None, rollout: Rollout | None, paged: bool
+) -> Recording:
+    """`record` as a task of `jobs`: a server in the process that carries it out."""
+    shown = Snapshot(revision=0, case=case, program=program, scene=scene, rollout=rollout)
+    return record(shown, hearing()[0], paged=paged)
 
 
 def _packed(page: str) -> Recording:

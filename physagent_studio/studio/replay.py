@@ -18,8 +18,8 @@ from physagent_studio.studio.panels.pacing import pace_in_words
 from physagent_studio.studio.panels.rounds import OUTCOMES, decided_words, is_gentler, verdict_of
 from physagent_studio.studio.panels.words import speaker
 from physagent_studio.studio.pictures import jpeg_of
-from physagent_studio.studio.recording import Recording, record
-from physagent_studio.workbench import Snapshot
+from physagent_studio.studio.recording import Recording, recorded
+from physagent_studio.workbench import tasks
 from physagent_studio.workbench.desk import Desk
 
 MOST_ROUNDS = 12
@@ -29,8 +29,7 @@ MOST_ROUNDS = 12
 def recording_of(desk: Desk) -> bytes:
     """What is on view, in motion, as a `.viser` file."""
     scene, rollout, _ = desk.on_view()
-    shown = Snapshot(revision=0, case=desk.case, program=desk.program, scene=scene, rollout=rollout)
-    return record(shown, desk.control.cancelled).data
+    return _recorded(desk, desk.program, scene, rollout, paged=False).data
 
 
 def replay_of(desk: Desk) -> bytes:
@@ -91,10 +90,21 @@ def _round_of(desk: Desk, item: Round) -> tuple[ReplayRound, Recording | None]:
     if item.scene is None or item.rollout is None:
         return one, None
     scene, rollout = desk.session.scene(item.scene), desk.session.rollout(item.rollout)
-    shown = Snapshot(revision=0, case=desk.case, program=item.program, scene=scene, rollout=rollout)
-    recording = record(shown, desk.control.cancelled, paged=True)
+    recording = _recorded(desk, item.program, scene, rollout, paged=True)
     video = _video(desk, scene, rollout, item.program)
     return replace(one, video=video, recording=recording.data), recording
+
+
+def _recorded(
+    desk: Desk,
+    program: PhysicalProgram,
+    scene: Scene | None,
+    rollout: Rollout | None,
+    *,
+    paged: bool,
+) -> Recording:
+    values = (desk.case, program, scene, rollout, paged)
+    return desk.engine.carry_out("the recording", tasks.RENDERING, recorded, *values)
 
 
 def _video(desk: Desk, scene: Scene, rollout: Rollout, program: PhysicalProgram) -> bytes:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from functools import lru_cache
 from importlib.resources import files
 
+from physagent_studio.jobs import Executor
 from physagent_studio.session import Store
 from physagent_studio.studio.library import Library, outputs_of
 from physagent_studio.studio.pictures import Pictures, jpeg_of
@@ -27,13 +28,19 @@ SCENE_FACE = re.compile(r"/face/scene/([\w-]{1,120})/(\d{1,20})\.jpg")
 class Site:
     """Looks pages up; what `guard.SLOW_PATHS` names comes on other threads than the rest."""
 
-    def __init__(self, snapshot: Callable[[], Snapshot], store: Store, library: Library) -> None:
+    def __init__(
+        self,
+        snapshot: Callable[[], Snapshot],
+        store: Store,
+        library: Library,
+        apart: Executor | None = None,
+    ) -> None:
         self._snapshot = snapshot
         self._store = store
         self._library = library
         self._files = _pages()
         self._photos: dict[str, bytes] = {}
-        self._pictures = Pictures(snapshot, store)
+        self._pictures = Pictures(snapshot, store, apart)
 
     def stop(self) -> None:
         """Draws nothing more for anybody."""

@@ -21,13 +21,14 @@ from numpy.typing import NDArray
 from pydantic import JsonValue
 
 from physagent_studio.errors import InputError
-from physagent_studio.jobs import shared
+from physagent_studio.jobs import Executor, Inline, shared
 from physagent_studio.program import Edit
 from physagent_studio.studio.access import Access
 from physagent_studio.studio.archive import Archive
 from physagent_studio.studio.commands.actions import Offer, carry_out
 from physagent_studio.studio.commands.mesh import MeshDesk
 from physagent_studio.studio.commands.sketch import Sketches
+from physagent_studio.studio.desk_apart import DeskApart
 from physagent_studio.studio.finder import Finder
 from physagent_studio.studio.first_scene import Act, Waiting
 from physagent_studio.studio.guard import close_client, open_server, stop_server, token_of
@@ -36,7 +37,6 @@ from physagent_studio.studio.intents import every as intents
 from physagent_studio.studio.library import Library
 from physagent_studio.studio.painter import Painter
 from physagent_studio.studio.panels.words import without_paths
-from physagent_studio.studio.photo_desk import PhotoDesk
 from physagent_studio.studio.scene.stage import Hands
 from physagent_studio.studio.site import Site
 from physagent_studio.studio.view import Selection, View, advance
@@ -72,7 +72,9 @@ class Studio:
         workbench: Workbench,
         port: int | socket.socket | None = None,
         access: Access | None = None,
+        apart: Executor | None = None,
     ) -> None:
+        """apart: who looks for masks and draws small pictures; without one this process does."""
         self.workbench = workbench
         self.access = access or Access()
         self.view = View()
@@ -90,11 +92,12 @@ class Studio:
             workbench.backlog.full,
         )
         self.finder = Finder(self.hub.tell)
-        self.photo_desk = PhotoDesk()
+        self.apart = apart or Inline()
+        self.photo_desk = DeskApart(self.apart)
         self.mesh_desk = MeshDesk()
-        self.sketches = Sketches()
+        self.sketches = Sketches(self.apart)
         self._waiting = Waiting()
-        self._site = Site(workbench.snapshot, workbench.store, self.library)
+        self._site = Site(workbench.snapshot, workbench.store, self.library, self.apart)
         self._server = open_server(port, self._site.page, self.hub.talk, self.access)
         hands = Hands(self._picked, self._edited, self._wished, self.later)
         self.painter = Painter(self._server, self.hub, Archive(workbench.store), hands)
@@ -347,16 +350,17 @@ def serve(
     access: Access | None = None,
     port: int | socket.socket | None = None,
     open_browser: bool = False,
+    apart: Executor | None = None,
 ) -> Studio:
     """Serves the studio, on loopback unless `access` says more; port None: the next from 8080, or a
-    socket that listens already.
+    socket that listens already. apart: see `Studio`.
 
     Raises:
         InputError: a port that is busy, or an address that this machine does not have.
     """
     # The first photo of a stranger shall not wait for the process that decodes it.
     shared().warm("physagent_studio.jobs.decoders")
-    studio = Studio(workbench, port, access)
+    studio = Studio(workbench, port, access, apart)
     if open_browser:
         webbrowser.open(studio.address)
     return studio

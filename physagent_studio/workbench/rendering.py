@@ -19,6 +19,7 @@ def render_rollout(desk: Desk, path: Path) -> Path:
     scene, rollout, _ = desk.on_view()
     if scene is None or rollout is None:
         raise InputError("nothing was simulated yet, so there is nothing to render")
+    desk.control.progress("rendering", 0.0)
     # What an ended process leaves lies in a folder that goes.
     with written(path) as partial, tempfile.TemporaryDirectory(dir=path.parent) as folder:
         made = Path(folder) / "clip.mp4"

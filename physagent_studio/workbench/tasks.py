@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from physagent_studio.language.sought import Sought
     from physagent_studio.reconstruction.grounding.proposals import Proposed
     from physagent_studio.reconstruction.learned.at_hand import Learned
+    from physagent_studio.rendering import Compositor
     from physagent_studio.simulation import Simulator
 
 MODULES = (
@@ -111,6 +112,20 @@ def _initial(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         np.array([item.position for item in objects], float),
         np.array([item.rotation for item in objects], float),
     )
+
+
+def framed(scene: Scene, rollout: Rollout, number: int) -> Image:
+    """One frame of a rollout."""
+    from physagent_studio.rendering import Compositor, frame_of
+
+    if scene.hash not in _COMPOSITOR:
+        _COMPOSITOR.clear()
+        _COMPOSITOR[scene.hash] = Compositor(scene)
+    return frame_of(_COMPOSITOR[scene.hash], rollout, number).rgb
+
+
+_COMPOSITOR: dict[str, Compositor] = {}
+"""Of the scene that was drawn last, by its hash: its frames are asked for one by one."""
 
 
 def likened(scene: Scene) -> dict[str, Drawn]:

@@ -45,6 +45,14 @@ def calling_back() -> object:
     return os.system
 
 
+def dividing(number: int) -> float:
+    return number / 0
+
+
+def unsendable() -> object:
+    return threading.Lock()
+
+
 @pytest.fixture(scope="module")
 def pool():
     made = Processes(width=1)
@@ -84,6 +92,30 @@ def test_a_task_is_cancelled_at_once(pool: Processes) -> None:
 def test_a_task_gives_back_nothing_that_could_be_called(pool: Processes) -> None:
     with pytest.raises(JobFailed, match="may not give back"):
         pool.submit(calling_back)
+
+
+@pytest.mark.parametrize("made", [Inline, lambda: Processes(width=1)])
+def test_the_log_says_where_a_task_broke_down_and_the_person_only_why(
+    made, caplog: pytest.LogCaptureFixture
+) -> None:
+    with pytest.raises(JobFailed, match="division by zero") as failed:
+        made().submit(dividing, 1)
+    assert "in dividing" in caplog.text
+    assert "in dividing" not in str(failed.value)
+
+
+def test_what_cannot_be_sent_is_a_crash_that_says_so(pool: Processes) -> None:
+    with pytest.raises(JobFailed, match="pickle"):
+        pool.submit(unsendable)
+    with pytest.raises((TypeError, AttributeError), match="pickle"):
+        # Of our own side: no fault of the task, and not told as one.
+        pool.submit(greedy, threading.Lock())
+    assert pool.submit(greedy, 3) == 3
+
+
+def test_the_signal_that_ended_a_task_is_named(pool: Processes) -> None:
+    with pytest.raises(JobFailed, match="Segmentation"):
+        pool.submit(crashing)
 
 
 def test_inline_is_the_same_without_limits() -> None:
@@ -152,6 +184,15 @@ def test_a_task_tells_and_hears(keeper: Processes) -> None:
     here: list[tuple[str, int]] = []
     Inline().submit(telling, 3, tell=lambda *news: here.append(news))
     assert here == said
+
+
+def test_a_fault_of_the_listener_is_its_own(keeper: Processes) -> None:
+    def listener(*_news: object) -> None:
+        raise KeyError("of the listener")
+
+    with pytest.raises(KeyError, match="of the listener"):
+        keeper.submit(telling, 1, tell=listener)
+    assert keeper.submit(greedy, 3) == 3
 
 
 def test_a_task_that_ends_when_asked_keeps_its_process(keeper: Processes) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import threading
 import time
@@ -12,13 +13,11 @@ import pytest
 from websockets.asyncio.server import serve
 from websockets.sync.client import connect
 
-from physagent_studio.studio.hub import Hub
+from physagent_studio.studio.hub import AHEAD, Hub
 
 
 @pytest.fixture
 def hub() -> Iterator[tuple[Hub, str, list[tuple[int, str]]]]:
-    import asyncio
-
     heard: list[tuple[int, str]] = []
     hub = Hub(lambda number, text: heard.append((number, text)), lambda count: None)
     loop = asyncio.new_event_loop()
@@ -118,3 +117,38 @@ def _met(holds: Callable[[], bool]) -> None:
     while not holds():
         assert time.monotonic() < until
         time.sleep(0.01)
+
+
+class _Deaf:
+    """A connection that takes everything and never says that it came."""
+
+    def __init__(self) -> None:
+        self.sent = 0
+
+    async def send(self, _text: str) -> None:
+        self.sent += 1
+
+    async def ping(self) -> asyncio.Future[float]:
+        return asyncio.get_running_loop().create_future()
+
+    def __aiter__(self) -> _Deaf:
+        return self
+
+    async def __anext__(self) -> str:
+        await asyncio.Event().wait()
+        raise AssertionError("it never speaks")
+
+
+def test_whoever_never_answers_is_sent_a_few_updates_and_no_more() -> None:
+    board, line = Hub(lambda *_: None, lambda _count: None), _Deaf()
+
+    async def run() -> None:
+        talking = asyncio.create_task(board.talk(line))  # type: ignore[arg-type]
+        for number in range(10 * AHEAD):
+            board.publish("run", number)
+            await asyncio.sleep(0.001)
+        talking.cancel()
+        await asyncio.gather(talking, return_exceptions=True)
+
+    asyncio.run(run())
+    assert AHEAD < line.sent <= 2 * AHEAD + 1

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from physagent_studio.assets import assets_dir
 from physagent_studio.cli.clips import export_session
 from physagent_studio.errors import Cancelled, InputError
+from physagent_studio.jobs import Processes
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.text.document import load_program
 from physagent_studio.session import Store
-from physagent_studio.studio.recording import record
+from physagent_studio.studio.recording import record, recorded
 from physagent_studio.studio.replay import replay_of
-from physagent_studio.workbench import Snapshot, Workbench, commands
+from physagent_studio.workbench import Snapshot, Workbench, commands, tasks
 
 
 def _ran(root: Path) -> tuple[Snapshot, Workbench]:
@@ -39,6 +41,24 @@ def test_a_recording_is_the_same_twice_and_can_be_cancelled(tmp_path: Path) -> N
         record(snapshot, lambda: True)
     with pytest.raises(InputError, match="nothing was simulated"):
         record(Snapshot(revision=0))
+
+
+def test_recordings_and_frames_are_the_same_from_a_process(tmp_path: Path) -> None:
+    snapshot, workbench = _ran(tmp_path)
+    workbench.close()
+    scene, rollout = snapshot.scene, snapshot.rollout
+    assert snapshot.case is not None
+    assert scene is not None
+    assert rollout is not None
+    values = (snapshot.case, snapshot.program, scene, rollout, False)
+    apart, limits = Processes(1, keeping=True), tasks.RENDERING
+    try:
+        assert apart.submit(recorded, *values, limits=limits) == record(snapshot)
+        for number in (0, 40):
+            frame = apart.submit(tasks.framed, scene, rollout, number, limits=limits)
+            assert np.array_equal(frame, tasks.framed(scene, rollout, number))
+    finally:
+        apart.close()
 
 
 def test_the_worker_writes_and_says_where(tmp_path: Path) -> None:

@@ -1,8 +1,7 @@
-"""Several clients on one session at random, against a model of what they should see."""
+"""Several clients on one session, against a model of what they should see; `walks` moves them."""
 
 from __future__ import annotations
 
-import random
 from pathlib import Path
 
 from physagent_studio.program import PhysicalProgram, SetField
@@ -10,7 +9,6 @@ from physagent_studio.session import Store
 from physagent_studio.workbench import Workbench, commands
 from physagent_studio.workbench.versions import Sender, sent_by
 
-STEPS = ("edit", "edit", "pin", "undo", "redo", "look", "look")
 PATH = "event.actions.go.start_step"
 
 
@@ -24,11 +22,11 @@ class Clients:
         self.bench = Workbench(Store(root), evidence=False)
         self._post(commands.OpenProgram(program, "clients"), Sender())
         self.seen = [self.bench.snapshot().version] * count
-        self.past, self.future = [self._document()], []
+        self.past, self.future = [self.document()], []
         self.last_by = -1
         self.lost: list[str] = []
 
-    def _document(self) -> tuple[str, tuple[str, ...]]:
+    def document(self) -> tuple[str, tuple[str, ...]]:
         shown = self.bench.snapshot()
         return shown.program.hash, shown.state.pinned
 
@@ -52,10 +50,10 @@ class Clients:
             "undo": commands.Undo(),
             "redo": commands.Redo(),
         }
-        before, version = self._document(), self.bench.snapshot().version
+        before, version = self.document(), self.bench.snapshot().version
         fresh = self.seen[client] == version or self.last_by == client
         done = self._post(made[step], Sender(client, self.seen[client]))
-        after = self._document()
+        after = self.document()
         if not done and (fresh or after != before):
             self.lost.append(f"{step} of {client} was refused, or changed something all the same")
         if done and self.bench.snapshot().version != version:
@@ -81,19 +79,3 @@ class Clients:
             expected = after
         if after != expected:
             self.lost.append(f"{step} did not lead to what was there")
-
-
-def walked(root: Path, program: PhysicalProgram, runs: int, steps: int) -> list[str]:
-    """What went wrong in that many random walks of two to four clients."""
-    lost = []
-    for number in range(runs):
-        rng = random.Random(number)
-        clients = Clients(root / str(number), program, rng.randint(2, 4))
-        try:
-            for _ in range(steps):
-                client = rng.randrange(len(clients.seen))
-                clients.act(client, rng.choice(STEPS), rng.randrange(40))
-        finally:
-            clients.bench.close()
-        lost += clients.lost
-    return lost

@@ -9,6 +9,7 @@ from functools import singledispatch
 from typing import Any, Protocol
 
 from physagent_studio.errors import InputError
+from physagent_studio.jobs import Executor
 from physagent_studio.program import PhysicalProgram, Support, apply
 from physagent_studio.program.scene import state as shapes
 from physagent_studio.studio.commands import aloft, directing, shelf
@@ -18,12 +19,12 @@ from physagent_studio.studio.commands import program as program_actions
 from physagent_studio.studio.commands import sketch as sketch_actions
 from physagent_studio.studio.commands.mesh import MeshDesk
 from physagent_studio.studio.commands.sketch import Sketches, kept_photo
+from physagent_studio.studio.desk_apart import DeskApart
 from physagent_studio.studio.finder import Finder
 from physagent_studio.studio.intents import every as intents
 from physagent_studio.studio.intents import shelf as intents_shelf
 from physagent_studio.studio.library import Library, output_path
 from physagent_studio.studio.painter import Painter
-from physagent_studio.studio.photo_desk import PhotoDesk
 from physagent_studio.studio.replay import recording_of, replay_of
 from physagent_studio.studio.scene.places import poses_at
 from physagent_studio.studio.view import Selection, View
@@ -43,7 +44,8 @@ class Studio(Protocol):
     painter: Painter
     library: Library
     finder: Finder
-    photo_desk: PhotoDesk
+    photo_desk: DeskApart
+    apart: Executor
     mesh_desk: MeshDesk
     sketches: Sketches
     tokens: dict[int, str]

@@ -10,6 +10,7 @@ from physagent_studio.errors import InputError
 from physagent_studio.program import Edit, apply
 from physagent_studio.reconstruction.grounding.similar_things import covered, similar
 from physagent_studio.records import Case, Image, ShapeOffer
+from physagent_studio.studio.desk_apart import LOOKING
 from physagent_studio.studio.first_scene import marked, unwritten
 from physagent_studio.studio.guesses import disproved
 from physagent_studio.studio.intents import photo as intents_photo
@@ -81,9 +82,12 @@ def find_alike(intent: intents_photo.FindAlike, studio: Studio, browser: int) ->
 
     def find() -> dict[str, Any]:
         if name:
-            return {"name": name, "found": {name: similar(image, name, masks)}}
-        plate = None if scene is None else scene.plate
-        return {"name": "", "found": {} if plate is None else covered(image, plate, masks)}
+            same = studio.apart.submit(similar, image, name, masks, limits=LOOKING)
+            return {"name": name, "found": {name: same}}
+        if scene is None or scene.plate is None:
+            return {"name": "", "found": {}}
+        found = studio.apart.submit(covered, image, scene.plate, masks, limits=LOOKING)
+        return {"name": "", "found": found}
 
     studio.finder.ask(browser, "like", intent.ticket, find)
 

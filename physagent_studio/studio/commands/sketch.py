@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from physagent_studio.errors import InputError
+from physagent_studio.jobs import Executor
 from physagent_studio.reconstruction import read_photo
 from physagent_studio.records import Image
+from physagent_studio.studio.desk_apart import DeskApart
 from physagent_studio.studio.intents import photo as asked
-from physagent_studio.studio.photo_desk import PhotoDesk
 
 if TYPE_CHECKING:
     from physagent_studio.studio.commands.actions import Studio
@@ -27,9 +28,10 @@ BEFORE = 4
 class Sketches:
     """The photo that each browser looks at in the dialog for a new session."""
 
-    def __init__(self) -> None:
+    def __init__(self, executor: Executor) -> None:
+        self._executor = executor
         self._paths: dict[int, Path] = {}
-        self._desks: dict[Path, tuple[Image, PhotoDesk]] = {}
+        self._desks: dict[Path, tuple[Image, DeskApart]] = {}
 
     def keep(self, browser: int, path: Path) -> None:
         """Remembers which photo a browser shows."""
@@ -39,13 +41,13 @@ class Sketches:
             del self._paths[old]
         self._desks = {p: d for p, d in self._desks.items() if p in self._paths.values()}
 
-    def desk(self, browser: int) -> tuple[Image, PhotoDesk]:
+    def desk(self, browser: int) -> tuple[Image, DeskApart]:
         """The photo's pixels, and who looks for masks in it; read when they are first wanted."""
         path = self._paths.get(browser)
         if path is None:
             raise InputError("choose the photo again")
         if path not in self._desks:
-            self._desks[path] = (read_photo(path)[0], PhotoDesk())
+            self._desks[path] = (read_photo(path)[0], DeskApart(self._executor))
         return self._desks[path]
 
 

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import json
+import tempfile
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import viser
@@ -16,7 +19,11 @@ from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 from websockets.typing import Origin, Subprotocol
 
-from physagent_studio.studio.studio import Studio
+from physagent_studio.session import Store
+from physagent_studio.studio.access import Access
+from physagent_studio.studio.figures.scenes import drifting
+from physagent_studio.studio.studio import Studio, serve
+from physagent_studio.workbench import Workbench, commands
 
 TOKEN = "00000000000000000000beef"
 HEAD = 16
@@ -56,6 +63,21 @@ def settle(studio: Studio) -> None:
     studio.later(done.set)
     done.wait(60)
     time.sleep(0.5)
+
+
+@contextmanager
+def running(access: Access | None = None, objects: int = 3) -> Iterator[Studio]:
+    """A studio with a program of that many things, and a session of its own."""
+    with tempfile.TemporaryDirectory() as folder:
+        workbench = Workbench(Store(Path(folder)), evidence=False)
+        workbench.post(commands.OpenProgram(drifting(objects), "bench"))
+        workbench.wait(120)
+        studio = serve(workbench, access, port=0)
+        try:
+            yield studio
+        finally:
+            studio.stop()
+            workbench.close()
 
 
 class Wire:

@@ -352,7 +352,7 @@ def read_letter(text: str) -> tuple[Any, int | None]:
     Raises what `read_intent` raises.
     """
     try:
-        data: JsonValue = json.loads(text, parse_constant=_refuse_constant)
+        data: JsonValue = _DECODER.decode(text)
         seen = data.pop("seen", None) if isinstance(data, dict) else None
         return _ADAPTER.validate_python(data), seen if type(seen) is int else None
     except ValidationError as error:
@@ -363,6 +363,10 @@ def read_letter(text: str) -> tuple[Any, int | None]:
 
 def _refuse_constant(name: str) -> NoReturn:
     raise InputError(f"{name} is not a number that can be used; give a finite number")
+
+
+_DECODER = json.JSONDecoder(parse_constant=_refuse_constant)
+"""One for all messages: a new one for each leaves names behind in the interpreter's own cache."""
 
 
 def _sentence(error: ValidationError) -> str:

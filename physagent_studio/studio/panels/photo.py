@@ -5,22 +5,16 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import cv2
-import numpy as np
-from numpy.typing import NDArray
-
 from physagent_studio.knowledge import support_kind
 from physagent_studio.program.scene.state import SceneObject, Support
 from physagent_studio.studio.first_scene import marked
 from physagent_studio.studio.guesses import Spot, stale_spots, without_stale
 from physagent_studio.studio.panels.goings import ways_of
+from physagent_studio.studio.panels.outline import path_of
 from physagent_studio.studio.panels.seen_edges import seen_edges
 from physagent_studio.studio.scene.colours import own_colours
 from physagent_studio.workbench import Snapshot
 from physagent_studio.workbench.photo_edits import forms_of
-
-LEAST_AREA = 6
-"""Rings of an outline that enclose fewer pixels are left out."""
 
 
 def state_of(snapshot: Snapshot) -> dict[str, Any]:
@@ -110,19 +104,3 @@ def _horizon_by(snapshot: Snapshot) -> str:
     if camera.confirmed:
         return "given"
     return f"estimated, ± {camera.horizon_sigma or 0:.0f} px"
-
-
-def path_of(mask: NDArray[np.bool_], accuracy: float = 0.7) -> str:
-    """The outline of a mask (H, W), holes included, as an SVG path to be filled even-odd, pixels.
-
-    A pixel (i, j) covers [i, i + 1), so a ring runs through pixel centres at i + .5.
-    """
-    found, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
-    parts = []
-    for ring in found:
-        if cv2.contourArea(ring) < LEAST_AREA:
-            continue
-        thin = cv2.approxPolyDP(ring, accuracy, closed=True).reshape(-1, 2)
-        if len(thin) >= 3:
-            parts.append("M" + "L".join(f"{x + 0.5:g} {y + 0.5:g}" for x, y in thin) + "Z")
-    return "".join(parts)

@@ -164,6 +164,19 @@ def test_a_reply_that_drips_meets_the_whole_timeout(serve: Serve, connect: Conne
         connect(server, patience=Patience(timeout=0.3, retries=0)).ask(question())
 
 
+@pytest.mark.parametrize(("total", "tries"), [(600.0, 2), (0.5, 1)])
+def test_a_server_that_drips_is_tried_once_more_and_not_when_all_the_time_is_over(
+    total: float, tries: int, serve: Serve, connect: Connect, calls: list[CallRecord]
+) -> None:
+    server = serve(lambda asked: Reply(body=b"{" * 10_000, drip=0.02))
+    patience = Patience(timeout=0.5, total=total, retries=10, backoff=0.1)
+    with pytest.raises(Unreachable, match=r"did not answer within 0\.5 s"):
+        connect(server, patience=patience).ask(question())
+    # The server may have worked for each, so that each counts.
+    assert [(call.outcome, call.estimated) for call in calls] == [("timeout", True)] * tries
+    assert len(server.asked) == tries
+
+
 @pytest.mark.parametrize("reply", [Reply(wait=60.0), Reply(body=b"{" * 10_000, drip=0.05)])
 def test_cancelling_frees_the_caller_at_once(
     reply: Reply, serve: Serve, connect: Connect, calls: list[CallRecord]

@@ -1,0 +1,121 @@
+"""Several clients on one session as a state machine: Hypothesis chooses who does what.
+
+Of the installation it needs the extra `test`, so it is imported only where it runs.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any, ClassVar
+
+from hypothesis import HealthCheck, Phase, settings
+from hypothesis import strategies as st
+from hypothesis.stateful import (
+    RuleBasedStateMachine,
+    initialize,
+    invariant,
+    precondition,
+    rule,
+    run_state_machine_as_test,
+)
+
+from physagent_studio.benchmark.durability.clients import Clients
+from physagent_studio.program import PhysicalProgram
+
+MAX_CLIENTS = 4
+
+
+def walks_of(program: PhysicalProgram) -> type[RuleBasedStateMachine]:
+    """The machine: each run of it is a walk of two to four clients on a new session.
+
+    `taken` counts the steps of all its runs.
+    """
+
+    class Walk(RuleBasedStateMachine):
+        taken: ClassVar[int] = 0
+
+        def __init__(self) -> None:
+            super().__init__()
+            self._folder = tempfile.TemporaryDirectory()
+            self._clients: Clients | None = None
+
+        @initialize(count=st.integers(2, MAX_CLIENTS))
+        def open(self, count: int) -> None:
+            self._clients = Clients(Path(self._folder.name), program, count)
+
+        def _act(self, client: int, *steps: str, value: int = 0) -> None:
+            assert self._clients is not None
+            for step in steps:
+                self._clients.act(client % len(self._clients.seen), step, value)
+            type(self).taken += 1
+
+        @property
+        def _can_undo(self) -> bool:
+            return self._clients is not None and self._clients.bench.snapshot().can_undo
+
+        @rule(client=_CLIENT, value=_VALUE)
+        def edit(self, client: int, value: int) -> None:
+            self._act(client, "edit", value=value)
+
+        @rule(client=_CLIENT, value=_VALUE)
+        def pin(self, client: int, value: int) -> None:
+            self._act(client, "pin", value=value)
+
+        @rule(client=_CLIENT)
+        def look(self, client: int) -> None:
+            self._act(client, "look")
+
+        @rule(client=_CLIENT, step=st.sampled_from(("undo", "redo")))
+        def undo_or_redo(self, client: int, step: str) -> None:
+            self._act(client, step)
+
+        @precondition(lambda self: self._can_undo)
+        @rule(client=_CLIENT)
+        def undo_and_redo(self, client: int) -> None:
+            assert self._clients is not None
+            before = self._clients.document()
+            self._act(client, "look", "undo", "redo")
+            assert self._clients.document() == before, "undo and redo led elsewhere"
+
+        @invariant()
+        def nothing_is_lost(self) -> None:
+            assert self._clients is None or self._clients.lost == []
+
+        def teardown(self) -> None:
+            if self._clients is not None:
+                self._clients.bench.close()
+            self._folder.cleanup()
+
+    return Walk
+
+
+_CLIENT = st.integers(0, MAX_CLIENTS - 1)
+_VALUE = st.integers(0, 39)
+
+
+def walking(runs: int, steps: int, **more: Any) -> settings:
+    """How long the machine walks: always the same walks of that many steps."""
+    return settings(
+        max_examples=runs,
+        # The first step opens the session.
+        stateful_step_count=steps + 1,
+        deadline=None,
+        derandomize=True,
+        database=None,
+        suppress_health_check=(HealthCheck.too_slow, HealthCheck.data_too_large),
+        **more,
+    )
+
+
+def walked(program: PhysicalProgram, runs: int, steps: int) -> tuple[int, int, str]:
+    """Lost updates (at the first one it ends), steps that were taken, and what was lost."""
+    machine: Any = walks_of(program)
+    try:
+        # Left to itself Hypothesis ends one walk in six before its time.
+        run_state_machine_as_test(
+            machine, settings=walking(runs, steps, phases=(Phase.generate,)), _min_steps=steps
+        )
+    except AssertionError as error:
+        return 1, machine.taken, str(error)
+    return 0, machine.taken, ""

@@ -111,8 +111,8 @@ def run(
     target: Annotated[
         str,
         typer.Argument(
-            help="A case folder, an image, a session, or a configuration of the PhysAgent or "
-            "RealWonder releases."
+            help="A case folder, an image, a session, or a file of a peer: config.yaml (PhysAgent, "
+            "RealWonder), sim.yaml (PhysGen), a CSV of forces (Force Prompting, Goal Force)."
         ),
     ],
     event: Annotated[str | None, typer.Option(help="Which event of the case.")] = None,

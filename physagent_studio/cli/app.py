@@ -158,6 +158,19 @@ def run(
     raise typer.Exit(run_loop(request, workspace, as_json))
 
 
+@app.command("import", epilog="Example: physagent import scene.xml --out program.yaml")
+@guarded
+def import_(
+    scene: Annotated[Path, typer.Argument(help="MJCF (.xml, .mjcf) or URDF (.urdf).")],
+    out: Annotated[Path, typer.Option(help="Where the program goes, .yaml.")],
+) -> None:
+    """Turn a scene of MuJoCo into a program, and list what of it is not taken over."""
+    from physagent_studio.cli.programs import import_scene
+
+    for line in import_scene(scene, out):
+        typer.echo(line)
+
+
 @app.command(epilog="Example: physagent validate program.yaml")
 @guarded
 def validate(

@@ -18,6 +18,7 @@ from pydantic import JsonValue
 
 from physagent_studio.errors import InputError
 from physagent_studio.exchange.case_reader import MAX_PROMPT, check_inside, slug
+from physagent_studio.exchange.files import text_of
 from physagent_studio.exchange.peers.handler import read_handler
 from physagent_studio.exchange.peers.schedule import NO_MOTION, Motion, beyond, motion_edits
 from physagent_studio.exchange.plain_yaml import MAX_BYTES, PlainYaml, read_yaml
@@ -218,14 +219,7 @@ class _PeerReader:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        try:
-            if path.stat().st_size > MAX_BYTES:
-                raise InputError(f"{path} is larger than {MAX_BYTES} bytes")
-            text = path.read_text(encoding="utf-8")
-        except UnicodeDecodeError as error:
-            raise InputError(f"{path} is no UTF-8 text") from error
-        except OSError as error:
-            raise InputError(f"{path} cannot be read ({error.strerror})") from error
+        text = text_of(path, MAX_BYTES)
         # Some published files say a thing twice; their reader takes the last word.
         self.doc: PlainYaml = read_yaml(text, str(path), last_wins=True)
         if not isinstance(self.doc.data, dict) or "material_type" not in self.doc.data:

@@ -16,6 +16,7 @@ from pathlib import Path
 
 from physagent_studio.errors import InputError
 from physagent_studio.exchange.case_reader import MAX_PROMPT, slug
+from physagent_studio.exchange.files import text_of
 from physagent_studio.exchange.peer_config import PeerObject, PeerSetup
 from physagent_studio.exchange.peers.schedule import Motion, Push
 from physagent_studio.program.scene.state import Click, Grounding
@@ -103,17 +104,11 @@ def load_forces(path: Path, names: Sequence[str] = (), event: str | None = None)
 
 
 def _rows(path: Path) -> list[Row]:
+    text = text_of(path, MAX_BYTES)
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise InputError(f"{path} is larger than {MAX_BYTES} bytes")
-        text = path.read_text(encoding="utf-8-sig")
         rows: list[Row] = list(csv.DictReader(io.StringIO(text), strict=True))
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path} is no UTF-8 text") from error
     except csv.Error as error:
         raise InputError(f"{path} is no valid CSV ({error})") from error
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror})") from error
     if not 0 < len(rows) <= MAX_ROWS:
         raise InputError(f"{path} has {len(rows)} rows (1 … {MAX_ROWS} are read)")
     return rows

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from physagent_studio.errors import InputError
+from physagent_studio.exchange.files import text_of
 from physagent_studio.exchange.peers.effects import (
     ACTIONS,
     HELPERS,
@@ -43,14 +44,7 @@ def read_handler(
     Raises:
         InputError: it cannot be read, or is no handler.
     """
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise InputError(f"{path} is larger than {MAX_BYTES} bytes")
-        text = path.read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path} is no UTF-8 text") from error
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror})") from error
+    text = text_of(path, MAX_BYTES)
     plain = {key: value for key, value in config.items() if isinstance(value, int | float | list)}
     values = (text, path.name, count, steps, plain, tuple(names))
     try:

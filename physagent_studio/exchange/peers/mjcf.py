@@ -15,6 +15,7 @@ import numpy as np
 
 from physagent_studio.errors import InputError
 from physagent_studio.exchange.case_reader import slug
+from physagent_studio.exchange.files import bytes_of
 from physagent_studio.jobs import JobFailed, Limits, shared
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.text.document import validate_data
@@ -37,7 +38,7 @@ def load_mjcf(path: Path) -> tuple[PhysicalProgram, tuple[str, ...]]:
     Raises:
         InputError: in one sentence: what is wrong and what is allowed.
     """
-    text = _bytes(path, MAX_BYTES)
+    text = bytes_of(path, MAX_BYTES)
     if b"<!DOCTYPE" in text or b"<!ENTITY" in text:
         raise InputError(f"{path} declares entities, which are not read")
     try:
@@ -53,15 +54,6 @@ def load_mjcf(path: Path) -> tuple[PhysicalProgram, tuple[str, ...]]:
         raise InputError(f"{path} cannot be read: {error}") from error
     data, left_out = found
     return validate_data(data), tuple(left_out)
-
-
-def _bytes(path: Path, most: int) -> bytes:
-    try:
-        if path.stat().st_size > most:
-            raise InputError(f"{path} is larger than {most} bytes")
-        return path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror})") from error
 
 
 def _assets(path: Path, root: ET.Element) -> dict[str, bytes]:
@@ -86,7 +78,7 @@ def _assets(path: Path, root: ET.Element) -> dict[str, bytes]:
             if said.suffix.lower() not in _ASSETS or not inside or not place.is_file():
                 kinds = ", ".join(_ASSETS)
                 raise InputError(f"{path}: there is no {str(said)[:80]} in its folder ({kinds})")
-            data = _bytes(place, room)
+            data = bytes_of(place, room)
             room -= len(data)
             node.attrib[key] = f"asset_{len(found)}{said.suffix.lower()}"
             found[node.attrib[key]] = data

@@ -17,6 +17,7 @@ import numpy as np
 
 from physagent_studio.errors import InputError
 from physagent_studio.exchange.case_reader import slug
+from physagent_studio.exchange.files import text_of
 from physagent_studio.exchange.peer_config import PeerObject, PeerSetup
 from physagent_studio.exchange.peers.schedule import Motion, Push
 from physagent_studio.exchange.plain_yaml import MAX_BYTES, PlainYaml, read_yaml
@@ -88,14 +89,7 @@ def load_physgen(path: Path, names: Sequence[str] = (), prompt: str = "") -> Pee
 
 
 def _document(path: Path) -> PlainYaml:
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise InputError(f"{path} is larger than {MAX_BYTES} bytes")
-        doc = read_yaml(path.read_text(encoding="utf-8"), str(path), last_wins=True)
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path} is no UTF-8 text") from error
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror})") from error
+    doc = read_yaml(text_of(path, MAX_BYTES), str(path), last_wins=True)
     if not isinstance(doc.data, dict) or not isinstance(doc.data.get("obj_info"), dict):
         raise InputError(f"{path} is no sim.yaml of PhysGen (no obj_info)")
     return doc

@@ -10,6 +10,7 @@ normals/normals_0000.png  8 bit RGB, (n + 1) · 127.5: x right, y up, z to the c
 flow/flow_0000.npz      `flow` (H, W, 2) float32, pixels, (x, y), to the next frame;
                         `visible` (H, W) bool, whether it is still seen there (not: occluded);
                         `backward`, `backward_visible`: from the next frame to this one
+captions.json           what happens, per twenty frames
 tracks.npz              `pixels` (T, N, 2), `world` (T, N, 3), `visible` (T, N), `object` (N,)
 """
 
@@ -31,6 +32,7 @@ from physagent_studio.errors import InputError
 from physagent_studio.exchange.animation import write_glb
 from physagent_studio.exchange.files import written
 from physagent_studio.exchange.flow_colors import flow_picture
+from physagent_studio.exchange.prior.captions import captions
 from physagent_studio.exchange.prior.sink import Sink
 from physagent_studio.exchange.video import VideoFile
 from physagent_studio.program.program import PhysicalProgram
@@ -52,7 +54,7 @@ from physagent_studio.rendering.backdrop import PALETTE
 
 META = "meta.json"
 MARK = "physagent motion prior"
-FORMAT = 4
+FORMAT = 5
 OPENING = ".started.json"
 PARTS = ("frames", "ids", "depth", "flow", "normals")
 FULL_COLOUR = 0.04
@@ -107,6 +109,7 @@ def export_motion_prior(
         )
         tracked = list(_followed(scene, writer.passed(clip)))
     _write_tracks(sink, tracked)
+    sink.json("captions.json", captions(rollout))
     for name in ("rollout.npz", "scene.glb", *(f"{name}.mp4" for name in videos)):
         if (folder / name).is_file():
             sink.adopt(name)

@@ -111,8 +111,8 @@ def run(
     target: Annotated[
         str,
         typer.Argument(
-            help="A case folder, an image, a session, or a configuration of the PhysAgent or "
-            "RealWonder releases."
+            help="A case folder, an image, a session, or a file of a peer: config.yaml (PhysAgent, "
+            "RealWonder), sim.yaml (PhysGen), a CSV of forces (Force Prompting, Goal Force)."
         ),
     ],
     event: Annotated[str | None, typer.Option(help="Which event of the case.")] = None,
@@ -156,6 +156,19 @@ def run(
         yes,
     )
     raise typer.Exit(run_loop(request, workspace, as_json))
+
+
+@app.command("import", epilog="Example: physagent import scene.xml --out program.yaml")
+@guarded
+def import_(
+    scene: Annotated[Path, typer.Argument(help="MJCF (.xml, .mjcf) or URDF (.urdf).")],
+    out: Annotated[Path, typer.Option(help="Where the program goes, .yaml.")],
+) -> None:
+    """Turn a scene of MuJoCo into a program, and list what of it is not taken over."""
+    from physagent_studio.cli.programs import import_scene
+
+    for line in import_scene(scene, out):
+        typer.echo(line)
 
 
 @app.command(epilog="Example: physagent validate program.yaml")

@@ -14,7 +14,10 @@ from physagent_studio.cli.targets import IMAGES
 from physagent_studio.contract import measure
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import load_case
+from physagent_studio.exchange.files import written
+from physagent_studio.exchange.peers.mjcf import load_mjcf
 from physagent_studio.program import PhysicalProgram
+from physagent_studio.program.text.document import dump_program
 from physagent_studio.records import Case
 from physagent_studio.records.rollout_io import save_rollout
 
@@ -30,6 +33,14 @@ def bare_case(program: PhysicalProgram, name: str) -> Case:
         landmarks=(),
         prompt=program.event.prompt,
     )
+
+
+def import_scene(path: Path, out: Path) -> list[str]:
+    """Writes the program of an MJCF or URDF file; a line on each thing that is left out."""
+    program, left_out = load_mjcf(path)
+    with written(out) as partial:
+        partial.write_text(dump_program(program), encoding="utf-8")
+    return [*(f"not taken over: {line}" for line in left_out), f"wrote {out}"]
 
 
 def simulate_program(path: Path, out: Path, as_json: bool) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +12,11 @@ import typer
 from physagent_studio.agent.by_hand import in_order, waits_for
 from physagent_studio.cli import output
 from physagent_studio.cli.guard import NOT_REALISED, WAITING
-from physagent_studio.cli.targets import PROGRAMS, agent_name, case_of, is_session
+from physagent_studio.cli.targets import agent_name, case_of, is_session
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import (
-    PeerSetup,
     annotated,
-    is_peer_config,
-    load_peer_config,
+    load_peer,
     read_lessons,
 )
 from physagent_studio.records import Case, LoopState
@@ -67,7 +65,7 @@ def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
         raise InputError(f"--by-hand {unknown[0]} is not known ({', '.join(ROLES)})")
     agent = agent_name(request.agent)
     store = Store(workspace)
-    peer = _peer(request)
+    peer = load_peer(request.target, request.objects, request.prompt, request.event)
     session = _session(request, store, None if peer is None else peer.case)
     if session.read_only:
         raise InputError(f"{session.read_only}; close it there first")
@@ -103,29 +101,15 @@ def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
     return 0 if report["realised"] and is_plain(report) else NOT_REALISED
 
 
-def _peer(request: RunRequest) -> PeerSetup | None:
-    """What a configuration of the PhysAgent or RealWonder releases says; None for other targets.
-
-    --prompt is its sentence where it has none, or another; --object names its objects in turn.
-    """
-    if Path(request.target).suffix.lower() not in PROGRAMS or not is_peer_config(request.target):
-        return None
-    setup = load_peer_config(request.target, names=request.objects)
-    prompt = " ".join(request.prompt.split())
-    if not prompt:
-        return setup
-    events = (("given", prompt),)
-    return replace(setup, case=replace(setup.case, prompt=prompt, event="given", events=events))
-
-
 def _session(request: RunRequest, store: Store, case: Case | None = None) -> Session:
     if is_session(request.target, store):
         return store.open(request.target)
+    chosen = case is not None
     if case is None:
         case = case_of(request.target, request.event, request.prompt, request.objects)
     if request.annotation is not None:
         case = annotated(case, request.annotation)
-    if request.event is None and len(case.events) > 1:
+    if request.event is None and not chosen and len(case.events) > 1:
         names = ", ".join(name for name, _ in case.events)
         raise InputError(f"this case has several events; choose one with --event: {names}")
     if not case.prompt.strip():

@@ -5,6 +5,7 @@ from physagent_studio.exchange.annotations import annotated
 from physagent_studio.exchange.case_folder import case_from_image, load_case
 from physagent_studio.exchange.lessons import read_lessons, write_lessons
 from physagent_studio.exchange.peer_config import PeerSetup, is_peer_config, load_peer_config
+from physagent_studio.exchange.peers.reading import load_peer
 from physagent_studio.exchange.prior import BUNDLES, Prior, export_motion_prior, write_bundles
 from physagent_studio.exchange.replay import Replay, ReplayCheck, ReplayRound, replay_html
 from physagent_studio.exchange.video import write_video
@@ -21,6 +22,7 @@ __all__ = [
     "export_motion_prior",
     "is_peer_config",
     "load_case",
+    "load_peer",
     "load_peer_config",
     "read_lessons",
     "replay_html",

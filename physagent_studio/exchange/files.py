@@ -31,3 +31,21 @@ def written(path: Path) -> Iterator[Path]:
     finally:
         if partial.parent.is_dir():
             partial.unlink(missing_ok=True)
+
+
+def bytes_of(path: Path, most: int) -> bytes:
+    """A file of at most so many bytes. Raises InputError."""
+    try:
+        if path.stat().st_size > most:
+            raise InputError(f"{path} is larger than {most} bytes")
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror})") from error
+
+
+def text_of(path: Path, most: int) -> str:
+    """A UTF-8 text of at most so many bytes. Raises InputError."""
+    try:
+        return bytes_of(path, most).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path} is no UTF-8 text") from error

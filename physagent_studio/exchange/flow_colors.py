@@ -12,11 +12,15 @@ def flow_picture(vectors: NDArray[np.float32], fastest: float) -> NDArray[np.uin
 
     fastest: length in pixels that is shown in full colour.
     """
-    length, angle = cv2.cartToPolar(vectors[..., 0], vectors[..., 1])
-    hsv = np.empty((*length.shape, 3), np.uint8)
-    hsv[..., 0] = (angle * (90 / np.pi)).astype(np.int64) % 180
-    # The square root keeps slow motion visible beside fast.
-    share = np.clip(np.sqrt(length / max(fastest, 1e-6)), 0, 1)
-    hsv[..., 1] = (255 * share).astype(np.uint8)
-    hsv[..., 2] = 255 - (55 * share).astype(np.uint8)
-    return np.asarray(cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB), np.uint8)
+    height, width = vectors.shape[:2]
+    x, y = vectors.reshape(-1, 2).T
+    moving = np.flatnonzero((x != 0) | (y != 0))
+    picture = np.full((height * width, 3), 255, np.uint8)
+    if len(moving):
+        length, angle = cv2.cartToPolar(x[moving], y[moving])
+        # The square root keeps slow motion visible beside fast.
+        share = np.clip(np.sqrt(length / max(fastest, 1e-6)), 0, 1)
+        hue = (angle * (90 / np.pi)).astype(np.int64) % 180
+        hsv = np.column_stack([hue, 255 * share, 255 - np.floor(55 * share)]).astype(np.uint8)
+        picture[moving] = cv2.cvtColor(hsv[None], cv2.COLOR_HSV2RGB)[0]
+    return picture.reshape(height, width, 3)

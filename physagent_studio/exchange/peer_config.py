@@ -18,6 +18,9 @@ from pydantic import JsonValue
 
 from physagent_studio.errors import InputError
 from physagent_studio.exchange.case_reader import MAX_PROMPT, check_inside, slug
+from physagent_studio.exchange.files import text_of
+from physagent_studio.exchange.peers.handler import read_handler
+from physagent_studio.exchange.peers.schedule import NO_MOTION, Motion, beyond, motion_edits
 from physagent_studio.exchange.plain_yaml import MAX_BYTES, PlainYaml, read_yaml
 from physagent_studio.program.edits import Edit, SetField
 from physagent_studio.program.program import PhysicalProgram
@@ -49,6 +52,7 @@ _LOOKS_ONLY = """
     force_regenerate_inpainted_with_support crop_start fg_points_render_radius target_faces
     original_geometry_downsample use_rgb_frontside num_output_frames denoising_step_list
     mask_dropin_step particle_size MPM_grid_density closest_points_num remap_depth
+    object_names all_object_names dynamic_object_names
 """
 _READ = """
     all_object_points support_object_points support_object_names material_type gravity
@@ -59,6 +63,8 @@ _KNOWN = frozenset(f"{_LOOKS_ONLY} {_READ}".split())
 """Keys that are taken over, and those that only concern how pictures are made."""
 
 
+_NAMES = ("object_names", "all_object_names", "dynamic_object_names")
+"""Keys under which a configuration may call its objects for its handler."""
 _ITS_OWN = ("all_object_points", "material_type")
 """Keys that every one of them has, and no case or program of ours."""
 
@@ -72,14 +78,15 @@ class PeerObject:
     density: float | None
     friction: float | None
     body: dict[str, JsonValue]
+    restitution: float | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PeerSetup:
     """A peer's case and what it decides about the program.
 
-    clip: fields of `program.clip`. gravity: m/s². floor_friction: of the ground. left_out: keys
-    that decide the motion there and are not taken over.
+    clip: fields of `program.clip`. gravity: m/s². floor_friction: of the ground. left_out: what
+    decides the motion there and is not taken over. motion: the schedule, where the file has one.
     """
 
     case: Case
@@ -88,16 +95,25 @@ class PeerSetup:
     gravity: tuple[float, float, float] | None
     floor_friction: float | None
     left_out: tuple[str, ...]
+    motion: Motion = NO_MOTION
 
     def edits_of_scheduled(self, program: PhysicalProgram) -> tuple[Edit, ...]:
         """The same for a program that has a schedule: its actions keep their seconds, and the clip
-        takes the peer's pace rather than its steps."""
-        scene = tuple(edit for edit in self.edits(program) if not edit.path.startswith("clip."))
+        takes the peer's pace rather than its steps. Where the peer has a schedule of its own, that
+        and its clip take their place."""
+        if self.motion != NO_MOTION:
+            names = [item.name for item in self.objects]
+            moved = motion_edits(program, self.motion, names, self.clip)
+            return (*self._scene_edits(program), *moved)
+        scene = self._scene_edits(program)
         step, count = self.clip.get("step_seconds"), self.clip.get("steps_per_frame")
         if step is None or count is None:
             return scene
         factor = step * count * program.clip.playback_fps
         return (*scene, *retimed(program, min(max(factor, SLOWEST), FASTEST)))
+
+    def _scene_edits(self, program: PhysicalProgram) -> tuple[Edit, ...]:
+        return tuple(edit for edit in self.edits(program) if not edit.path.startswith("clip."))
 
     def edits(self, program: PhysicalProgram) -> tuple[Edit, ...]:
         """Edits that give a program of this case the peer's numbers."""
@@ -111,7 +127,11 @@ class PeerSetup:
             base = f"scene.objects.{item.name}"
             wanted.append((f"{base}.body", item.body))
             wanted += [(f"{base}.density", item.density)] if item.density is not None else []
-            wanted += [(f"{base}.friction", item.friction)] if item.friction is not None else []
+            wanted += [
+                (f"{base}.{field}", value)
+                for field in ("friction", "restitution")
+                if (value := getattr(item, field)) is not None
+            ]
         if self.floor_friction is not None and program.scene.support("floor") is not None:
             wanted.append(("scene.supports.floor.friction", self.floor_friction))
         return tuple(SetField(path=path, value=value) for path, value in wanted)
@@ -128,12 +148,16 @@ def is_peer_config(path: Path | str) -> bool:
 
 
 def load_peer_config(
-    path: Path | str, photo: Path | str | None = None, names: Sequence[str] = ()
+    path: Path | str,
+    photo: Path | str | None = None,
+    names: Sequence[str] = (),
+    handler: Path | str | None = None,
 ) -> PeerSetup:
     """Read a peer's configuration.
 
     photo: None for the picture beside it. names: of the objects, in its order; the format has
-    none, so the default is object_1, object_2, …
+    none, so the default is object_1, object_2, … handler: None for the one beside it, which is
+    called `handler.py` or like the example.
 
     Raises:
         InputError: in one sentence, with file and line: what is wrong and what is allowed.
@@ -160,14 +184,25 @@ def load_peer_config(
         event="generated" if prompt else "",
         events=(("generated", prompt),) if prompt else (),
     )
+    left_out = tuple(key for key in reader.data if key not in _KNOWN)
+    motion, unread = reader.motion(_handler(path, handler, reader.data), len(chosen))
     return PeerSetup(
         case=case,
         objects=reader.objects(chosen),
         clip=reader.clip(),
         gravity=reader.gravity(),
         floor_friction=reader.number("plane_friction", 0, 5),
-        left_out=tuple(key for key in reader.data if key not in _KNOWN),
+        left_out=(*left_out, *unread),
+        motion=motion,
     )
+
+
+def _handler(path: Path, given: Path | str | None, data: dict[str, Any]) -> Path | None:
+    """The handler file that goes with a configuration; None where there is none."""
+    if given is not None:
+        return Path(given)
+    names = ("handler.py", f"{slug(str(data.get('example_name') or path.parent.name))}.py")
+    return next((path.parent / one for one in names if (path.parent / one).is_file()), None)
 
 
 def _photo(path: Path, given: Path | str | None) -> Path:
@@ -184,14 +219,7 @@ class _PeerReader:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        try:
-            if path.stat().st_size > MAX_BYTES:
-                raise InputError(f"{path} is larger than {MAX_BYTES} bytes")
-            text = path.read_text(encoding="utf-8")
-        except UnicodeDecodeError as error:
-            raise InputError(f"{path} is no UTF-8 text") from error
-        except OSError as error:
-            raise InputError(f"{path} cannot be read ({error.strerror})") from error
+        text = text_of(path, MAX_BYTES)
         # Some published files say a thing twice; their reader takes the last word.
         self.doc: PlainYaml = read_yaml(text, str(path), last_wins=True)
         if not isinstance(self.doc.data, dict) or "material_type" not in self.doc.data:
@@ -298,6 +326,19 @@ class _PeerReader:
             if value is not None:
                 found[field] = value if field == "step_seconds" else int(value)
         return found
+
+    def motion(self, handler: Path | None, count: int) -> tuple[Motion, tuple[str, ...]]:
+        """The schedule of a handler, and what of it is not taken over."""
+        if handler is None:
+            return NO_MOTION, ()
+        clip = self.clip()
+        steps = int((clip.get("frames", 81) - 1) * clip.get("steps_per_frame", 1))
+        names = next((self.data[key] for key in _NAMES if isinstance(self.data.get(key), list)), [])
+        found = read_handler(handler, count, steps, self.data, [str(one) for one in names])
+        lifts = tuple((index, (x, y, z)) for index, (x, y, z) in sorted(found.lifts.items()))
+        motion = Motion(tuple(found.actions), lifts)
+        unread = (*found.left_out, *beyond(motion, steps))
+        return motion, tuple(f"{handler.name}, {line}" for line in unread)
 
     def gravity(self) -> tuple[float, float, float] | None:
         """Their scalar acts along z, or along a given direction; it is negative for downwards."""

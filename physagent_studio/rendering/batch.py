@@ -22,10 +22,14 @@ _CASTER_CELLS = 12
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Caster:
-    """What an object's shadow is cast from: rows (K,) of the batch's vertices, faces over them."""
+    """What an object's shadow is cast from: rows (K,) of the batch's vertices, faces over them.
+
+    closed: whether it encloses a space, so that its far faces alone cast all of its shadow.
+    """
 
     rows: IntArray
     faces: IntArray
+    closed: bool
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -92,7 +96,7 @@ class Batch:
             one_sided=closed[face_owner],
             edges=edges,
             welded=welded,
-            casters=_casters(vertices, faces, first),
+            casters=_casters(vertices, faces, first, closed),
         )
 
     def placed(
@@ -105,11 +109,16 @@ class Batch:
 
         deformed: by object index, (V_i, 3) world vertices that take the place of the mesh.
         """
-        matrices = matrices_of(rotations)
-        world = np.einsum("vij,vj->vi", matrices[self.owner], self.vertices)
-        world += np.asarray(positions, float)[self.owner]
-        for index, vertices in (deformed or {}).items():
-            world[self.first[index] : self.first[index + 1]] = vertices
+        world = np.empty_like(self.vertices)
+        for index, (matrix, place) in enumerate(
+            zip(matrices_of(rotations), positions, strict=True)
+        ):
+            own = slice(self.first[index], self.first[index + 1])
+            if deformed and index in deformed:
+                world[own] = deformed[index]
+            else:
+                np.matmul(self.vertices[own], matrix.T, out=world[own])
+                world[own] += place
         return world
 
     def torn(self, world: FloatArray) -> NDArray[np.bool_]:
@@ -209,7 +218,9 @@ def _closed(edges: Edges, count: int) -> NDArray[np.bool_]:
     return has_faces & (bad[:count] == 0)
 
 
-def _casters(vertices: FloatArray, faces: list[IntArray], first: IntArray) -> tuple[Caster, ...]:
+def _casters(
+    vertices: FloatArray, faces: list[IntArray], first: IntArray, closed: NDArray[np.bool_]
+) -> tuple[Caster, ...]:
     """A coarse copy of each mesh: vertices in one cell of a grid become one of them."""
     found = []
     for index, mine in enumerate(faces):
@@ -224,5 +235,5 @@ def _casters(vertices: FloatArray, faces: list[IntArray], first: IntArray) -> tu
             local = np.unique(local[(a != b) & (b != c) & (c != a)], axis=0)
         used, compact = np.unique(local, return_inverse=True)
         rows = (used + first[index]).astype(np.int32)
-        found.append(Caster(rows, compact.reshape(-1, 3).astype(np.int32)))
+        found.append(Caster(rows, compact.reshape(-1, 3).astype(np.int32), bool(closed[index])))
     return tuple(found)

@@ -34,8 +34,8 @@ def blend_outlines(
     barrier: (H·W,) depth of static solids, inf for none. partial: covered share per object.
     photographed: see `PhotoShare`.
     """
-    shown = np.unique(ids)
-    parts = [(i, partial[i]) for i in shown[shown >= 0] if len(partial[i].pixel)]
+    shown = np.bincount(ids.ravel()[ids.ravel() >= 0], minlength=len(partial)) > 0
+    parts = [(i, part) for i, part in enumerate(partial) if shown[i] and len(part.pixel)]
     if not parts:
         return
     pixel = np.concatenate([part.pixel for _, part in parts])

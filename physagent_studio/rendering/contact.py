@@ -53,15 +53,12 @@ def contact_light(
 
 
 def deepening(plate: Picture, step: int, shape: tuple[int, int]) -> NDArray[np.float32]:
-    """(h, w, 3) by how much the log of a shadow is multiplied on ground of each place's colour."""
+    """(3, h, w) by how much the log of a shadow is multiplied on ground of each place's colour."""
     small = cv2.GaussianBlur(reduced(plate, step, shape), (0, 0), _SMOOTH) + 2.0
     short = np.log(small.max(-1, keepdims=True) / small)
-    return np.minimum(1 + short, _DEEPEST).astype(np.float32)
+    return np.ascontiguousarray(np.moveaxis(np.minimum(1 + short, _DEEPEST), -1, 0), np.float32)
 
 
 def tinted(passing: NDArray[np.float32], deep: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Light that passes (h, w, 3), deepened by the ground (h, w, 3) where any is missing."""
-    where = passing.min(-1) < 1
-    out = passing.copy()
-    out[where] = np.maximum(passing[where], 1e-3) ** deep[where]
-    return out
+    """Light that passes (3, h, w), deepened by the ground (3, h, w)."""
+    return np.exp(np.log(np.maximum(passing, np.float32(1e-3))) * deep)

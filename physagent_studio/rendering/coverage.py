@@ -7,6 +7,7 @@ that the object covers: the way of font rasterisers, and far cheaper than more s
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,21 +39,60 @@ def partial_pixels(
     nothing = Partial(np.zeros(0, np.int64), np.zeros(0, np.float32))
     if not len(points):
         return [nothing] * count
-    behind = np.zeros(count, bool)
-    np.logical_or.at(behind, batch.owner, points[:, 2] < NEAR)
+    behind = np.bincount(batch.owner[points[:, 2] < NEAR], minlength=count) > 0
     pixels = lens.project(np.maximum(points, (-np.inf, -np.inf, NEAR)))
     weight = _outline_weight(batch, pixels, torn)
     outline = np.flatnonzero(weight)
-    start = np.searchsorted(batch.edges.owner[outline], np.arange(count + 1))
-    result = []
-    for index in range(count):
-        edge = outline[start[index] : start[index + 1]]
-        if behind[index] or not len(edge):
-            result.append(nothing)
-            continue
-        ends = pixels[batch.edges.ends[edge]]
-        result.append(_partial(ends, weight[edge].astype(float), lens))
-    return result
+    owner = batch.edges.owner[outline]
+    if behind.any():
+        outline, owner = outline[~behind[owner]], owner[~behind[owner]]
+    ends = pixels[batch.edges.ends[outline]]
+    pieces = _Pieces.of(ends, weight[outline].astype(float), owner, lens)
+    start = np.searchsorted(pieces.owner, np.arange(count + 1))
+    return [
+        _partial(pieces.part(slice(one, other)), lens) if other > one else nothing
+        for one, other in itertools.pairwise(start)
+    ]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Pieces:
+    """Outlines, cut where they pass from pixel to pixel.
+
+    x, y: (P,) the pixel each piece lies in, `width` and beyond for what is to the right. rise: (P,)
+    how far it goes down, signed. inner: (P,) how far into its pixel its middle lies, 0 … 1. owner:
+    (P,) object, ascending.
+    """
+
+    x: NDArray[np.int64]
+    y: NDArray[np.int64]
+    rise: FloatArray
+    inner: FloatArray
+    owner: NDArray[np.int32]
+
+    @classmethod
+    def of(
+        cls, ends: FloatArray, weight: FloatArray, owner: NDArray[np.int32], lens: Lens
+    ) -> _Pieces:
+        start, stop, of = _split(ends[:, 0], ends[:, 1], axis=1, size=lens.height)
+        middle = (start[:, 1] + stop[:, 1]) / 2
+        inside = np.flatnonzero((middle > 0) & (middle < lens.height))
+        start, stop, of = start[inside], stop[inside], of[inside]
+        start[:, 0] = np.clip(start[:, 0], 0, lens.width)
+        stop[:, 0] = np.clip(stop[:, 0], 0, lens.width)
+        start, stop, again = _split(start, stop, axis=0, size=lens.width)
+        of = of[again]
+        middle = (start + stop) / 2
+        x = np.clip(np.floor(middle[:, 0]), 0, lens.width).astype(np.int64)
+        y = np.clip(np.floor(middle[:, 1]), 0, lens.height - 1).astype(np.int64)
+        rise = (stop[:, 1] - start[:, 1]) * weight[of]
+        return cls(x, y, rise, np.clip(middle[:, 0] - x, 0, 1), owner[of])
+
+    def part(self, rows: slice) -> _Pieces:
+        """Some of them."""
+        return _Pieces(
+            self.x[rows], self.y[rows], self.rise[rows], self.inner[rows], self.owner[rows]
+        )
 
 
 def _outline_weight(
@@ -73,47 +113,27 @@ def _outline_weight(
     return total
 
 
-def _partial(ends: FloatArray, weight: FloatArray, lens: Lens) -> Partial:
-    left = int(np.clip(np.floor(ends[..., 0].min()), 0, lens.width))
-    right = int(np.clip(np.ceil(ends[..., 0].max()), 0, lens.width))
-    top = int(np.clip(np.floor(ends[..., 1].min()), 0, lens.height))
-    bottom = int(np.clip(np.ceil(ends[..., 1].max()), 0, lens.height))
-    if left >= right or top >= bottom:
-        return Partial(np.zeros(0, np.int64), np.zeros(0, np.float32))
-    width = right - left
-    sums = _accumulate(ends - (left, top), weight, width, bottom - top)
-    share = np.clip(np.abs(sums[:, :width]), 0, 1)
+def _partial(pieces: _Pieces, lens: Lens) -> Partial:
+    left, right = int(pieces.x.min()), int(pieces.x.max()) + 1
+    top, bottom = int(pieces.y.min()), int(pieces.y.max()) + 1
+    width, height = right - left + 1, bottom - top
+    cell = (pieces.y - top) * width + pieces.x - left
+    before = pieces.rise * pieces.inner
+    total = np.bincount(cell, pieces.rise - before, minlength=height * width)
+    total += np.bincount(cell + 1, before, minlength=height * width)[: height * width]
+    share = np.abs(np.cumsum(total.reshape(height, width), axis=1))
     y, x = np.nonzero((share > _CERTAIN) & (share < 1 - _CERTAIN))
+    kept = x + left < lens.width
+    y, x = y[kept], x[kept]
     return Partial((y + top) * lens.width + x + left, share[y, x].astype(np.float32))
 
 
-def _accumulate(ends: FloatArray, weight: FloatArray, width: int, height: int) -> FloatArray:
-    """(height, width + 2) signed covered area of each pixel."""
-    start, stop, weight = _split(ends[:, 0], ends[:, 1], weight, axis=1, size=height)
-    inside = (np.maximum(start[:, 1], stop[:, 1]) > 0) & (
-        np.minimum(start[:, 1], stop[:, 1]) < height
-    )
-    start, stop, weight = start[inside], stop[inside], weight[inside]
-    start[:, 0] = np.clip(start[:, 0], 0, width)
-    stop[:, 0] = np.clip(stop[:, 0], 0, width)
-    start, stop, weight = _split(start, stop, weight, axis=0, size=width)
-    middle = (start + stop) / 2
-    x = np.clip(np.floor(middle[:, 0]), 0, width).astype(np.int64)
-    y = np.clip(np.floor(middle[:, 1]), 0, height - 1).astype(np.int64)
-    rise = (stop[:, 1] - start[:, 1]) * weight
-    inner = np.clip(middle[:, 0] - x, 0, 1)
-    cell = y * (width + 2) + x
-    total = np.bincount(cell, rise * (1 - inner), minlength=height * (width + 2))
-    total += np.bincount(cell + 1, rise * inner, minlength=height * (width + 2))
-    return np.cumsum(total.reshape(height, width + 2), axis=1, dtype=np.float64)
-
-
 def _split(
-    start: FloatArray, stop: FloatArray, weight: FloatArray, axis: int, size: int
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+    start: FloatArray, stop: FloatArray, axis: int, size: int
+) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
     """Cut segments where they cross whole numbers of one axis between 0 and `size`.
 
-    What lies beyond either side stays in one piece.
+    What lies beyond either side stays in one piece. The third: which segment each is a piece of.
     """
     begin, end = start[:, axis], stop[:, axis]
     low, high = np.minimum(begin, end), np.maximum(begin, end)
@@ -129,8 +149,7 @@ def _split(
     t0 = np.where(length > 0, (lower - low[segment]) / safe, 0)
     t1 = np.where(length > 0, (upper - low[segment]) / safe, 1)
     falling = (end < begin)[segment]
-    t0, t1 = np.where(falling, 1 - t0, t0), np.where(falling, 1 - t1, t1)
-    t0, t1 = np.where(falling, t1, t0), np.where(falling, t0, t1)
+    t0, t1 = np.where(falling, 1 - t1, t0), np.where(falling, 1 - t0, t1)
     along = (stop - start)[segment]
     origin = start[segment]
-    return origin + along * t0[:, None], origin + along * t1[:, None], weight[segment]
+    return origin + along * t0[:, None], origin + along * t1[:, None], segment

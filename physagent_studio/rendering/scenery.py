@@ -33,7 +33,7 @@ class Scenery:
 
     plate: (H, W, 3) without objects and their shadows. settled: the photo around objects that
     stand still, None without a photo. lights: the sun and the sky, with their shadows. deep:
-    (h, w, 3) by how much shadows whose colour is not seen are deepened by that of the ground.
+    (3, h, w) by how much shadows whose colour is not seen are deepened by that of the ground.
     """
 
     plate: Picture
@@ -77,7 +77,7 @@ class Scenery:
         self, pixel: NDArray[np.int64], owner: NDArray[np.int32], standing: FloatArray
     ) -> NDArray[np.float32]:
         """(K,) how much of the photo still holds at pixels of objects; 0 without a photo."""
-        if self.settled is None:
+        if self.settled is None or not standing.any():
             return np.zeros(len(pixel), np.float32)
         return self.settled.shares(pixel, owner, standing)
 
@@ -89,7 +89,7 @@ class Scenery:
         standing: FloatArray,
     ) -> NDArray[np.float32]:
         """Colours (K, 3) of objects, the photo's own where they stand as it shows them."""
-        if self.settled is None:
+        if self.settled is None or not standing.any():
             return colors
         return self.settled.keep(colors, pixel, self.shares(pixel, owner, standing))
 
@@ -100,14 +100,31 @@ class Scenery:
             picture = self.settled.restore(picture, standing)
         if not shadows:
             return picture
-        first, step = self.lights[0][1].ground.shape, self.lights[0][1].ground.step
-        passing, seen = np.ones((*first, 3), np.float32), np.ones((*first, 3), np.float32)
-        for sun, cast in self.lights:
-            blocked = cast.blocked(world, 1 - standing)
+        blocked = [cast.blocked(world, 1 - standing) for _, cast in self.lights]
+        window = _shaded(blocked)
+        if window is None:
+            return picture
+        passing = np.ones((3, *blocked[0][window].shape), np.float32)
+        seen = passing.copy()
+        for (sun, _), dark in zip(self.lights, blocked, strict=True):
             # A sun whose shadows the photo shows has their colour already.
             light = seen if sun.seen else passing
-            light *= 1 - blocked[..., None] * sun.strength.astype(np.float32)
-        return lit(picture, tinted(passing, self.deep) * seen, step)
+            for channel, strength in enumerate(sun.strength.astype(np.float32)):
+                light[channel] *= 1 - dark[window] * strength
+        light = tinted(passing, self.deep[:, *window]) * seen
+        return lit(picture, light, self.lights[0][1].ground.step, window)
+
+
+def _shaded(blocked: Sequence[NDArray[np.float32]]) -> tuple[slice, slice] | None:
+    """The rows and columns of the coarse grid in which any light is blocked that can be seen."""
+    some = np.logical_or.reduce([one > _VISIBLE for one in blocked])
+    rows, columns = np.flatnonzero(some.any(1)), np.flatnonzero(some.any(0))
+    if not len(rows):
+        return None
+    return (
+        slice(max(rows[0] - 1, 0), rows[-1] + 2),
+        slice(max(columns[0] - 1, 0), columns[-1] + 2),
+    )
 
 
 def _cast(
@@ -132,17 +149,18 @@ def _free(masks: Sequence[NDArray[np.bool_] | None], shape: tuple[int, ...]) -> 
     return cv2.dilate(covered, np.ones((side, side), np.uint8)) == 0
 
 
-def lit(picture: Picture, passing: NDArray[np.float32], step: int) -> Picture:
-    """A picture (H, W, 3) times a coarse map of light (h, w, 3), where that is not 1."""
-    rows, columns = np.nonzero((passing < 1 - _VISIBLE).any(-1))
-    if not len(rows):
-        return picture
-    top, left = max(rows.min() - 1, 0), max(columns.min() - 1, 0)
-    patch = passing[top : rows.max() + 2, left : columns.max() + 2]
-    patch = cv2.resize(patch, None, fx=step, fy=step, interpolation=cv2.INTER_LINEAR)
-    y, x = top * step, left * step
+def lit(
+    picture: Picture, light: NDArray[np.float32], step: int, window: tuple[slice, slice]
+) -> Picture:
+    """A picture (H, W, 3) times a coarse map of light (3, h, w), which is that of a window of the
+
+    grid; 1 on its rim.
+    """
+    coarse = cv2.merge(list(light))
+    patch = np.asarray(cv2.resize(coarse, None, fx=step, fy=step, interpolation=cv2.INTER_LINEAR))
+    y, x = step * window[0].start, step * window[1].start
     patch = patch[: picture.shape[0] - y, : picture.shape[1] - x]
     result = picture.copy()
     part = result[y : y + patch.shape[0], x : x + patch.shape[1]]
-    part[:] = np.clip(part * patch + np.float32(0.5), 0, 255).astype(np.uint8)
+    part[:] = cv2.multiply(part, np.ascontiguousarray(patch), dtype=cv2.CV_8U)
     return result

@@ -30,6 +30,8 @@ _DIMMER = 0.5
 """By how much farther a mirror image counts with each pixel below its object: it gets fainter."""
 _SOFT = 5.0
 """Standard deviation of the blur, pixels, over which one object's shadow gives way to another's."""
+_BLURRED = 24
+"""Rows from which a blur of that width takes anything."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -105,10 +107,12 @@ class Settled:
 
     def _soft(self, weights: FloatArray) -> NDArray[np.float32]:
         """(K,) the weights, those of neighbours running into one another."""
-        whole = np.append(weights, 0)[self.near].astype(np.float32)
-        shape = (self.lens.height, self.lens.width)
-        soft = cv2.GaussianBlur(whole.reshape(shape), (0, 0), _SOFT)
-        return np.asarray(soft, np.float32).ravel()[self.pixel]
+        width = self.lens.width
+        first = max(int(self.pixel[0]) // width - _BLURRED, 0)
+        near = self.near[first * width : (int(self.pixel[-1]) // width + _BLURRED) * width]
+        whole = np.append(weights, 0).astype(np.float32)[near]
+        soft = cv2.GaussianBlur(whole.reshape(-1, width), (0, 0), _SOFT)
+        return np.asarray(soft, np.float32).ravel()[self.pixel - first * width]
 
     def shares(
         self, pixel: NDArray[np.int64], owner: NDArray[np.int32], weights: FloatArray

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.rendering.batch import Batch
+from physagent_studio.rendering.batch import Batch, Caster
 from physagent_studio.rendering.raster import NEAR, FloatArray, Lens, flat_facets, scan
 
 _TILE = 64
@@ -23,6 +23,8 @@ _FADED = 3.0
 """Shadows end at this many times the distance over which they fade to 1/e."""
 _REACH = 2.0
 """A tile spans this many bounding radii to each side of its object."""
+_NOWHERE = 1e9
+"""Metres at which there is no ground any more."""
 _BLUR = (0.8, 2.5, 6.0)
 """Standard deviations, in texels, of the three tiles between which softness is interpolated."""
 
@@ -93,8 +95,10 @@ class Shadows:
         """Prepare a lamp."""
         axes = lamp.axes
         with np.errstate(invalid="ignore"):
-            places = np.einsum("ij,hwj->ihw", axes, ground.points).astype(np.float32)
-        return cls(batch, ground, lamp, axes, np.nan_to_num(places, nan=np.inf))
+            places = (axes @ ground.points.reshape(-1, 3).T).astype(np.float32)
+        far = _NOWHERE
+        places = np.nan_to_num(places, copy=False, nan=far, posinf=far, neginf=far)
+        return cls(batch, ground, lamp, axes, places.reshape(3, *ground.shape))
 
     def blocked(self, world: FloatArray, weights: FloatArray) -> NDArray[np.float32]:
         """Share of the lamp's light (h, w) that objects keep from the ground, 0 … 1.
@@ -107,7 +111,7 @@ class Shadows:
         if not active:
             return 1 - passing
         clouds = [_Cloud.of(world[casters[i].rows] @ self.axes.T) for i in active]
-        tiles = _tiles(clouds, [casters[i].faces for i in active])
+        tiles = _tiles(clouds, [casters[i] for i in active])
         for place, (index, cloud) in enumerate(zip(active, clouds, strict=True)):
             self._shade(passing, cloud, tiles, place, float(weights[index]))
         return 1 - passing
@@ -116,31 +120,31 @@ class Shadows:
         self,
         passing: NDArray[np.float32],
         cloud: _Cloud,
-        tiles: _Tiles,
+        tiles: NDArray[np.float32],
         place: int,
         weight: float,
     ) -> None:
         """Darken the ground by one object, whose tile is number `place`."""
-        centre, reach, texel = cloud.centre, cloud.reach, cloud.texel
+        centre, reach, texel = cloud.centre, cloud.reach, np.float32(cloud.texel)
         farthest = cloud.depth / 2 + _FADED * self.lamp.reach * cloud.radius
         window = self.ground.window(self._corners(centre, reach, -cloud.depth / 2, farthest))
         x, y, along = (self.places[axis][window] for axis in range(3))
-        near = (np.abs(x - centre[0]) < reach) & (np.abs(y - centre[1]) < reach)
-        near &= (
-            np.abs(along - (centre[2] + (farthest - cloud.depth / 2) / 2))
-            < (farthest + cloud.depth / 2) / 2
-        )
-        row, column = np.nonzero(near)
-        if not len(row):
+        if not x.size:
             return
-        across = np.stack([x[row, column] - centre[0], y[row, column] - centre[1]], 1) / texel
-        at = tiles.places((across + (_TILE / 2 - 0.5)).astype(np.float32), place)
-        gap = (along[row, column] - centre[2]) / texel - at.sample(tiles.bottom)
-        shade = _soft(tiles.layers, at, np.maximum(gap, 0), self.lamp.penumbra)
+        middle, below = np.float32(_TILE / 2 - 0.5), along - np.float32(centre[2])
+        column = np.clip((x - np.float32(centre[0])) / texel + middle, -2, _TILE + 1)
+        row = np.clip((y - np.float32(centre[1])) / texel + middle, -2, _TILE + 1)
+        tile = np.ascontiguousarray(tiles[:, place * _TILE : (place + 1) * _TILE])
+        # Around the tile nothing is blocked, so that no place needs to be left out.
+        seen = cv2.remap(tile, column, row, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
+        gap = below / texel - seen[..., 3]
+        under = np.maximum(gap, 0)
+        shade = _soft(seen, under, self.lamp.penumbra)
         # Right at the surface that casts it, estimation noise must not switch the shadow off.
         shade *= np.clip(1 + gap / 3, 0, 1)
-        shade *= np.exp(-np.maximum(gap, 0) * texel / (self.lamp.reach * cloud.radius))
-        passing[window][row, column] *= (1 - weight * shade).astype(np.float32)
+        shade *= np.exp(under * np.float32(-texel / (self.lamp.reach * cloud.radius)))
+        shade *= (below > -cloud.depth / 2) & (below < farthest)
+        passing[window] *= 1 - np.float32(weight) * shade
 
     def _corners(self, centre: FloatArray, reach: float, near: float, far: float) -> FloatArray:
         """World corners (8, 3) of the space that an object at `centre` (lamp frame) can shade."""
@@ -174,63 +178,42 @@ class _Cloud:
         return 2 * self.reach / _TILE
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Places:
-    """Where (K,) samples lie on the row of tiles: flat corner, and how far to the next texel."""
+def _tiles(clouds: list[_Cloud], casters: list[Caster]) -> NDArray[np.float32]:
+    """All objects in one scan, side by side, each in texels of its own.
 
-    corner: NDArray[np.int64]
-    fx: NDArray[np.float32]
-    fy: NDArray[np.float32]
-    width: int
-
-    def sample(self, image: NDArray[np.float32]) -> NDArray:
-        flat, corner, below = image.ravel(), self.corner, self.corner + self.width
-        top = flat[corner] * (1 - self.fx) + flat[corner + 1] * self.fx
-        under = flat[below] * (1 - self.fx) + flat[below + 1] * self.fx
-        return top * (1 - self.fy) + under * self.fy
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Tiles:
-    """A row of tiles, one per object: blurred masks, and the depth of the lower surface."""
-
-    layers: list[NDArray[np.float32]]
-    bottom: NDArray[np.float32]
-
-    def places(self, at: NDArray[np.float32], tile: int) -> _Places:
-        """Texel positions (K, 2) within a tile, kept inside it."""
-        at = np.clip(at, 0, np.float32(_TILE - 1.001))
-        whole = at.astype(np.int64)
-        width = self.bottom.shape[1]
-        corner = whole[:, 1] * width + whole[:, 0] + tile * _TILE
-        return _Places(corner, at[:, 0] - whole[:, 0], at[:, 1] - whole[:, 1], width)
-
-
-def _tiles(clouds: list[_Cloud], faces: list[NDArray[np.int32]]) -> _Tiles:
-    """All objects in one scan, side by side, each in texels of its own."""
+    (tile, tile · objects, 4): the mask, blurred ever more, and the depth of the lower surface.
+    """
     width = _TILE * len(clouds)
     lens = Lens(width, _TILE, 1.0, width / 2, _TILE / 2)
     points = [(cloud.points - cloud.centre) / cloud.texel for cloud in clouds]
     for place, mine in enumerate(points):
         mine[:, 0] += _TILE * (place + 0.5) - width / 2
     first = np.cumsum([0] + [len(mine) for mine in points[:-1]])
-    joined = np.concatenate([own + start for own, start in zip(faces, first, strict=True)])
-    together = np.concatenate(points)
-    prepared = flat_facets(together[:, :2], together[:, 2], joined.astype(np.int32), _TILE)
+    joined = [own.faces + start for own, start in zip(casters, first, strict=True)]
+    closed = np.repeat([own.closed for own in casters], [len(own.faces) for own in casters])
+    together, faces = np.concatenate(points), np.concatenate(joined).astype(np.int32)
+    prepared = flat_facets(together[:, :2], together[:, 2], faces, lens, closed)
     pixel, _, depth = scan(prepared, lens)
     mask = np.zeros((_TILE, width), np.float32)
     mask.ravel()[pixel] = 1
     filled = np.zeros_like(mask)
     filled.ravel()[pixel] = depth
-    layers = [np.asarray(cv2.GaussianBlur(mask, (0, 0), sigma), np.float32) for sigma in _BLUR]
+    layers = [cv2.GaussianBlur(mask, (0, 0), sigma) for sigma in _BLUR]
     wide = np.asarray(cv2.GaussianBlur(mask, (0, 0), 4.0))
     bottom = np.asarray(cv2.GaussianBlur(filled, (0, 0), 4.0)) / np.maximum(wide, 1e-4)
-    return _Tiles(layers, np.where(mask > 0, filled, bottom).astype(np.float32))
+    whole = cv2.merge([*layers, np.where(mask > 0, filled, bottom).astype(np.float32)])
+    return np.asarray(whole, np.float32)
 
 
-def _soft(layers: list[NDArray[np.float32]], at: _Places, gap: NDArray, penumbra: float) -> NDArray:
-    """Share of the light that is blocked (K,), blurred by the distance `gap` in texels."""
-    place = np.interp(_BLUR[0] + gap * penumbra, _BLUR, (0.0, 1.0, 2.0)).astype(np.float32)
-    sharp, middle, soft = (at.sample(layer) for layer in layers)
-    first, second = np.clip(place, 0, 1), np.clip(place - 1, 0, 1)
-    return (sharp * (1 - first) + middle * first) * (1 - second) + soft * second
+def _soft(seen: NDArray, gap: NDArray, penumbra: float) -> NDArray:
+    """Share of the light that is blocked (h, w), blurred by the distance `gap` in texels.
+
+    seen: (h, w, 4) what the tile shows there.
+    """
+    sharp, middle, soft = seen[..., 0], seen[..., 1], seen[..., 2]
+    wide = gap * np.float32(penumbra)
+    first = np.clip(wide / np.float32(_BLUR[1] - _BLUR[0]), 0, 1)
+    start, length = np.float32(_BLUR[1] - _BLUR[0]), np.float32(_BLUR[2] - _BLUR[1])
+    second = np.clip((wide - start) / length, 0, 1)
+    blocked = sharp + (middle - sharp) * first
+    return blocked + (soft - blocked) * second

@@ -14,7 +14,7 @@ from physagent_studio.records.scene import Mesh, Shading
 from physagent_studio.rendering.batch import Batch, corner_normals
 from physagent_studio.rendering.light import lambert, relative
 from physagent_studio.rendering.lit import lit
-from physagent_studio.rendering.raster import FloatArray, Hits, Lens
+from physagent_studio.rendering.raster import FloatArray, Hits, Lens, between
 from physagent_studio.rendering.texture import Paint
 
 _SAME = 1e-12
@@ -76,10 +76,12 @@ class Skin:
 
     def _painted(self, hits: Hits) -> NDArray[np.float32]:
         colors = np.empty((len(hits.pixel), 3), np.float32)
-        uv = np.einsum("ki,kij->kj", hits.weights, self.batch.uv[self.batch.faces[hits.face]])
-        owner = self.batch.face_owner[hits.face]
+        uv = between(hits, self.batch.uv, self.batch.faces)
+        owner = self.batch.face_owner.astype(np.int16)[hits.face]
+        order = np.argsort(owner, kind="stable")
+        start = np.searchsorted(owner[order], np.arange(len(self.paints) + 1))
         for index, paint in enumerate(self.paints):
-            mine = np.flatnonzero(owner == index)
+            mine = order[start[index] : start[index + 1]]
             if len(mine):
                 shrink = self.detail[index] * float(hits.depth[mine].mean())
                 colors[mine] = paint.sample(uv[mine], shrink)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.benchmark.motion_prior.beside_mujoco import beside_mujoco
 from physagent_studio.benchmark.motion_prior.demo import demo_run
+from physagent_studio.benchmark.motion_prior.hostile import hostile
 from physagent_studio.benchmark.motion_prior.scenes import (
     MOTIONS,
     PLACE,
@@ -41,6 +42,7 @@ IDENTITY = (1.0, 0.0, 0.0, 0.0)
 def bench(*, cases: Path | None, out: Path | None) -> list[Row]:
     """Everything without a folder of cases; with one, its peers' configurations too."""
     rows = [*against_truth(), *occlusions(), *beside_opencv(), *exported(), *beside_mujoco()]
+    rows += hostile()
     if cases is not None:
         rows += _peers(cases)
     if out is not None:

@@ -64,12 +64,12 @@ def kitti(prior: Prior, out: Path) -> str:
 
 
 def _kitti_picture(flow: Flow) -> np.ndarray:
-    """(H, W, 3) uint16 BGR: valid, y, x."""
+    """(H, W, 3) uint16: x, y, valid."""
     coded = np.round(flow.vectors * KITTI_SCALE + KITTI_ZERO)
     told = flow.visible & (coded >= 0).all(-1) & (coded <= 65535).all(-1)
     picture = np.zeros((*told.shape, 3), np.uint16)
-    picture[..., 2], picture[..., 1] = np.moveaxis(np.clip(coded, 0, 65535), -1, 0)
-    picture[..., 0] = told
+    picture[..., 0], picture[..., 1] = np.moveaxis(np.clip(coded, 0, 65535), -1, 0)
+    picture[..., 2] = told
     return picture
 
 

@@ -10,6 +10,7 @@ normals/normals_0000.png  8 bit RGB, (n + 1) · 127.5: x right, y up, z to the c
 flow/flow_0000.npz      `flow` (H, W, 2) float32, pixels, (x, y), to the next frame;
                         `visible` (H, W) bool, whether it is still seen there (not: occluded);
                         `backward`, `backward_visible`: from the next frame to this one
+captions.json           what happens, per twenty frames
 tracks.npz              `pixels` (T, N, 2), `world` (T, N, 3), `visible` (T, N), `object` (N,)
 """
 
@@ -31,6 +32,7 @@ from physagent_studio.errors import InputError
 from physagent_studio.exchange.animation import write_glb
 from physagent_studio.exchange.files import written
 from physagent_studio.exchange.flow_colors import flow_picture
+from physagent_studio.exchange.prior.captions import captions
 from physagent_studio.exchange.prior.sink import Sink
 from physagent_studio.exchange.video import VideoFile
 from physagent_studio.program.program import PhysicalProgram
@@ -52,7 +54,7 @@ from physagent_studio.rendering.backdrop import PALETTE
 
 META = "meta.json"
 MARK = "physagent motion prior"
-FORMAT = 4
+FORMAT = 5
 OPENING = ".started.json"
 PARTS = ("frames", "ids", "depth", "flow", "normals")
 FULL_COLOUR = 0.04
@@ -107,6 +109,7 @@ def export_motion_prior(
         )
         tracked = list(_followed(scene, writer.passed(clip)))
     _write_tracks(sink, tracked)
+    sink.json("captions.json", captions(rollout))
     for name in ("rollout.npz", "scene.glb", *(f"{name}.mp4" for name in videos)):
         if (folder / name).is_file():
             sink.adopt(name)
@@ -147,33 +150,36 @@ class _Writer:
             backward=back.vectors,
             backward_visible=back.visible,
         )
-        x, y = ahead.vectors[..., 0], ahead.vectors[..., 1]
-        self.fastest = max(self.fastest, float(np.sqrt((x * x + y * y).max())))
+        low, high = float(ahead.vectors.min()), float(ahead.vectors.max())
+        if max(-low, high) > 0:
+            x, y = ahead.vectors.reshape(-1, 2).T
+            self.fastest = max(self.fastest, float(np.sqrt((x * x + y * y).max())))
         full = FULL_COLOUR * frame.ids.shape[1]
         self.videos["flow"].add(flow_picture(ahead.vectors, full))
 
     def _frame(self, number: int, frame: Frame) -> None:
-        sink = self.sink
-        sink.png(f"frames/frame_{number:04d}.png", frame.rgb[..., ::-1])
+        sink, hits = self.sink, frame.surface.hits
+        sink.png(f"frames/frame_{number:04d}.png", frame.rgb)
         kind = np.uint8 if frame.ids.max(initial=0) < 255 else np.uint16
-        sink.png(f"ids/ids_{number:04d}.png", (frame.ids.astype(np.int32) + 1).astype(kind))
-        millimetres = np.where(np.isfinite(frame.depth), frame.depth * 1000, 0)
-        near = np.where(millimetres < 65535.5, millimetres, 0).round().astype(np.uint16)
-        sink.png(f"depth/depth_{number:04d}.png", near)
+        sink.png(f"ids/ids_{number:04d}.png", (frame.ids + 1).astype(kind))
+        millimetres = np.zeros(frame.ids.shape, np.uint16)
+        near = np.round(hits.depth * 1000)
+        millimetres.ravel()[hits.pixel] = np.where(near < 65535.5, near, 0)
+        sink.png(f"depth/depth_{number:04d}.png", millimetres)
         sink.npz(f"depth/depth_{number:04d}.npz", depth=frame.depth)
-        sink.png(f"normals/normals_{number:04d}.png", _normal_picture(frame)[..., ::-1])
+        sink.png(f"normals/normals_{number:04d}.png", _normal_picture(frame))
         self.videos["video"].add(frame.rgb)
-        self.videos["masks"].add(_mask_picture(frame.ids))
+        self.videos["masks"].add(_mask_picture(frame))
         self.videos["depth"].add(self._depth_picture(frame))
 
     def _depth_picture(self, frame: Frame) -> NDArray[np.uint8]:
-        """(H, W, 3) of depths: white is near, by its reciprocal, black is far away."""
+        """(H, W) of depths: white is near, by its reciprocal, black is far away."""
         if self.behind is None:
             self.nearest = nearest_shown(frame.depth, self.background)
             self.behind = nearness(self.nearest, self.background)
-        picture, own = self.behind.copy(), frame.ids >= 0
-        picture[own] = nearness(self.nearest, frame.depth[own])
-        return np.repeat(picture[..., None], 3, axis=2)
+        picture, hits = self.behind.copy(), frame.surface.hits
+        picture.ravel()[hits.pixel] = nearness(self.nearest, hits.depth)
+        return picture
 
 
 def nearest_shown(depth: NDArray[np.float32], background: NDArray[np.float32]) -> float:
@@ -182,7 +188,7 @@ def nearest_shown(depth: NDArray[np.float32], background: NDArray[np.float32]) -
     return NEAREST * near if np.isfinite(near) else 1.0
 
 
-def nearness(nearest: float, depth: NDArray[np.float32]) -> NDArray[np.uint8]:
+def nearness(nearest: float, depth: NDArray[Any]) -> NDArray[np.uint8]:
     """Grey levels of depths, by their reciprocal: white is near, black is far away."""
     return (255 * np.clip(nearest / np.maximum(depth, 1e-6), 0, 1)).astype(np.uint8)
 
@@ -210,19 +216,20 @@ def _write_tracks(sink: Sink, tracked: list[tuple[Tracks, Tracked]]) -> None:
 
 
 def _normal_picture(frame: Frame) -> NDArray[np.uint8]:
-    """(H, W, 3) RGB: x right, y up, z to the camera; black where no object is."""
-    picture = np.zeros((*frame.ids.shape, 3), np.uint8)
-    own = frame.ids >= 0
-    normals = normals_of(frame)[own] * np.array([1.0, -1.0, -1.0], np.float32)
-    picture[own] = np.clip((normals + 1) * 127.5 + 0.5, 0, 255)
-    return picture
+    """(H, W, 3) of unit normals, x right, y up, z to the camera; 0 on the background."""
+    hits, picture = frame.surface.hits, np.zeros((frame.ids.size, 3), np.uint8)
+    normals = normals_of(frame) * np.array([1.0, -1.0, -1.0], np.float32)
+    colours = np.clip((normals + 1) * 127.5 + 0.5, 0, 255).astype(np.uint8)
+    picture[hits.pixel] = colours[hits.face]
+    return picture.reshape(*frame.ids.shape, 3)
 
 
-def _mask_picture(ids: NDArray[np.int16]) -> NDArray[np.uint8]:
+def _mask_picture(frame: Frame) -> NDArray[np.uint8]:
     """(H, W, 3) each object in its colour on black."""
-    picture, own = np.zeros((*ids.shape, 3), np.uint8), ids >= 0
-    picture[own] = np.array(PALETTE, np.uint8)[ids[own] % len(PALETTE)]
-    return picture
+    hits, picture = frame.surface.hits, np.zeros((frame.ids.size, 3), np.uint8)
+    owner = frame.ids.ravel()[hits.pixel]
+    picture[hits.pixel] = np.array(PALETTE, np.uint8)[owner % len(PALETTE)]
+    return picture.reshape(*frame.ids.shape, 3)
 
 
 def _finished(folder: Path, key: dict[str, Any]) -> bool:

@@ -43,8 +43,8 @@ def final_sim(prior: Prior, out: Path) -> str:
     sink, clip = Sink(out), _Clip(prior, WAN, LONG)
     for number, picture in enumerate(clip.pictures()):
         if number == 0:
-            sink.png("resized_input_image.png", picture[..., ::-1])
-        sink.png(f"frames/frame_{number:04d}.png", picture[..., ::-1])
+            sink.png("resized_input_image.png", picture)
+        sink.png(f"frames/frame_{number:04d}.png", picture)
     write_video(out / "simulation.mp4", clip.pictures(), 10)
     noise = warped(clip.flows(), (WAN[0] // LATENT, WAN[1] // LATENT), 32)
     sink.npy("noises.npy", np.stack([one.astype(np.float16) for one in noise]))
@@ -63,7 +63,7 @@ def wan_vace(prior: Prior, out: Path) -> str:
     for number, (picture, mask) in enumerate(zip(clip.pictures(), clip.masks(), strict=True)):
         # The first picture is kept whole: it is the photo.
         painted = mask if number else np.zeros_like(mask)
-        sink.png(f"video/frame_{number:04d}.png", picture[..., ::-1])
+        sink.png(f"video/frame_{number:04d}.png", picture)
         sink.png(f"mask/mask_{number:04d}.png", painted.astype(np.uint8) * 255)
     _manifest(sink, prior, {"fps": 16, "mask": "255 is painted, 0 is kept", "size": list(WAN)})
     return "frames and masks for Wan VACE, 81 of 832×480 at 16 a second; white is painted"
@@ -72,7 +72,7 @@ def wan_vace(prior: Prior, out: Path) -> str:
 def wan_fun(prior: Prior, out: Path) -> str:
     """A control video of depth and the first picture for Wan-Fun in ComfyUI."""
     sink, clip = Sink(out), _Clip(prior, WAN, LONG)
-    sink.png("start_image.png", next(clip.pictures())[..., ::-1])
+    sink.png("start_image.png", next(clip.pictures()))
     write_video(out / "control_depth.mp4", clip.depths(), 16)
     _manifest(sink, prior, {"fps": 16, "length": LONG, "size": list(WAN), "control": "depth"})
     return "a depth control video and the first picture for Wan-Fun, 81 frames of 832×480"
@@ -81,7 +81,7 @@ def wan_fun(prior: Prior, out: Path) -> str:
 def go_with_the_flow(prior: Prior, out: Path) -> str:
     """Warped noise, the clip and the first picture for Go-with-the-Flow on CogVideoX."""
     sink, clip = Sink(out), _Clip(prior, GWTF, SHORT)
-    sink.png("first_frame.png", next(clip.pictures())[..., ::-1])
+    sink.png("first_frame.png", next(clip.pictures()))
     write_video(out / "input.mp4", clip.pictures(), 12)
     noise = warped(clip.flows(), (GWTF[0] // LATENT, GWTF[1] // LATENT), 16)
     sink.npy("noises.npy", np.stack([one.astype(np.float16) for one in noise]))

@@ -5,22 +5,15 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-import zipfile
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.errors import InputError
 from physagent_studio.exchange.files import written
-
-_FAST = 1
-"""Level of zlib: level 6 takes three times as long and saves a seventh."""
-_TIME = (1980, 1, 1, 0, 0, 0)
-"""The same arrays give the same bytes whenever they are written."""
+from physagent_studio.exchange.prior.stretches import Stretches
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -29,6 +22,7 @@ class Sink:
 
     folder: Path
     hashes: dict[str, str] = field(default_factory=dict)
+    stretches: Stretches = field(default_factory=Stretches)
 
     def data(self, name: str, data: bytes) -> None:
         """Writes bytes. Raises InputError where the place cannot be written."""
@@ -45,23 +39,12 @@ class Sink:
         self.text(name, json.dumps(value, indent=2) + "\n")
 
     def png(self, name: str, picture: NDArray[Any]) -> None:
-        """Writes a PNG of (H, W) or of (H, W, 3) BGR, 8 or 16 bit, as it is."""
-        done, data = cv2.imencode(".png", picture)
-        if not done:
-            raise InputError(f"{name} cannot be encoded as a PNG")
-        self.data(name, data.tobytes())
+        """Writes a PNG of (H, W) or of (H, W, 3) RGB, 8 or 16 bit, as it is."""
+        self.data(name, self.stretches.png(_kind(name), picture))
 
     def npz(self, name: str, **arrays: NDArray[Any]) -> None:
         """Writes arrays as `numpy.load` reads them."""
-        out = io.BytesIO()
-        with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED, compresslevel=_FAST) as archive:
-            for key, array in arrays.items():
-                part = io.BytesIO()
-                np.lib.format.write_array(part, np.ascontiguousarray(array))
-                info = zipfile.ZipInfo(f"{key}.npy", _TIME)
-                info.compress_type = zipfile.ZIP_DEFLATED
-                archive.writestr(info, part.getvalue(), compresslevel=_FAST)
-        self.data(name, out.getvalue())
+        self.data(name, self.stretches.npz(_kind(name), arrays))
 
     def npy(self, name: str, array: NDArray[Any]) -> None:
         """Writes one array, not compressed, as generators map it into memory."""
@@ -73,3 +56,8 @@ class Sink:
         """Takes down the hash of a file that another writer has made there."""
         with open(self.folder / name, "rb") as file:
             self.hashes[name] = hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _kind(name: str) -> str:
+    """What files of a clip have in common: folder, ending, and name but for digits."""
+    return name.rstrip("0123456789.npgz") + name[-3:]

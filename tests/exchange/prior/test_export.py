@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -25,7 +26,14 @@ def test_everything_is_there_and_agrees(parts: Parts, tmp_path: Path):
     told: list[float] = []
     folder = export_motion_prior(tmp_path / "a" / "prior", *parts, 25, progress=told.append)
     names = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
-    wanted = ["meta.json", "program.yaml", "rollout.npz", "scene.glb", "tracks.npz"]
+    wanted = [
+        "captions.json",
+        "meta.json",
+        "program.yaml",
+        "rollout.npz",
+        "scene.glb",
+        "tracks.npz",
+    ]
     wanted += [f"{kind}.mp4" for kind in ("depth", "flow", "masks", "video")]
     wanted += ["depth/background.npz"]
     for t in range(FRAMES):
@@ -110,7 +118,9 @@ def test_normals_depth_of_the_ground_and_tracks(parts: Parts, tmp_path: Path):
     pixels = np.stack([x + 0.5, y + 0.5], 1).astype(np.float64)
     points = np.asarray(camera.position) + camera.rays(pixels) * frame.depth[y, x, None]
     outward = (points - rollout.positions[rollout.frame_steps()[2], 0]) / 0.25
-    found = normals_of(frame)[y, x] @ camera.matrix.T
+    hits = frame.surface.hits
+    own = hits.face[frame.ids.ravel()[hits.pixel] == 0]
+    found = normals_of(frame)[own] @ camera.matrix.T
     assert (found * outward).sum(1).min() > 0.99
     picture = cv2.imread(str(folder / "normals/normals_0002.png"))
     assert picture is not None
@@ -130,3 +140,19 @@ def test_normals_depth_of_the_ground_and_tracks(parts: Parts, tmp_path: Path):
         told = camera.project(tracks["world"][t].astype(float))[0]
         assert np.abs(told - tracks["pixels"][t]).max() < 1e-3
     assert tracks["visible"][0].all()
+
+
+def test_a_motionless_program_gives_the_same_frame_81_times(parts: Parts, tmp_path: Path):
+    scene, rollout, program = parts
+    still = replace(
+        rollout,
+        frames=81,
+        positions=np.repeat(rollout.positions[:1], 80 * rollout.steps_per_frame + 1, 0),
+        rotations=np.repeat(rollout.rotations[:1], 80 * rollout.steps_per_frame + 1, 0),
+        velocities=np.zeros((80 * rollout.steps_per_frame + 1, *rollout.velocities.shape[1:])),
+        vertices=(),
+    )
+    folder = export_motion_prior(tmp_path / "prior", scene, still, program, 25)
+    assert len({one.read_bytes() for one in (folder / "frames").iterdir()}) == 1
+    assert len(list((folder / "frames").iterdir())) == 81
+    assert not any(np.load(one)["flow"].any() for one in (folder / "flow").iterdir())

@@ -136,13 +136,13 @@ def test_a_mask_chosen_early_is_taken_after_the_closer_look(
     photo: Photo, monkeypatch: pytest.MonkeyPatch, lasts: bool
 ) -> None:
     page, go_on = photo.desk.page, threading.Event()
-    sought = segmentation.with_attached
+    sought = segmentation.full_size
 
-    def slowly(*given: Any) -> Any:
-        assert go_on.wait(PATIENCE)
-        return sought(*given)
+    def slowly(*given: Any, settled: bool = True) -> Any:
+        assert not settled or go_on.wait(PATIENCE)
+        return sought(*given, settled=settled)
 
-    monkeypatch.setattr(segmentation, "with_attached", slowly)
+    monkeypatch.setattr(segmentation, "full_size", slowly)
     monkeypatch.setattr(photo_desk, "EARLY", -1.0)
     if not lasts:
         monkeypatch.setattr(photo_desk, "SAME", 1.1)

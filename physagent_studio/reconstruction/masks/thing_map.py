@@ -107,7 +107,8 @@ class ThingMap:
 def thing_map(image: Image, grounding: Grounding) -> ThingMap | None:
     """Where a marked thing is; None where nothing was marked."""
     factor = min(1.0, WORKED_ON / max(image.shape[:2]))
-    small = cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
+    sized = cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
+    small = np.asarray(sized, np.uint8)
     marks = Marks.of(grounding, factor)
     if marks.box is not None:
         square = Square.around(marks.box, AROUND_BOX)

@@ -24,7 +24,7 @@ def test_what_is_no_heuristic_cannot_be_left_out() -> None:
 
 
 @pytest.mark.parametrize(
-    ("seed", "way", "name"), [(1002, "click", "box contours"), (1001, "box", "settled boxes")]
+    ("seed", "way", "name"), [(1002, "click", "box contours"), (1001, "box", "settled outline")]
 )
 def test_a_heuristic_that_is_left_out_changes_masks(seed: int, way: str, name: str) -> None:
     drawn = scene(seed)

@@ -28,6 +28,7 @@ from physagent_studio.reconstruction.masks.task import (
     view_of,
 )
 from physagent_studio.reconstruction.masks.thing_map import (
+    FloatArray,
     ThingMap,
     extent_of,
     seen_in,
@@ -42,6 +43,8 @@ SIDE = 240
 """Longest side in pixels of the picture on which candidates are found."""
 LEAST, LOST = 12, 0.03
 """Pixels, and share of what it had before others took theirs, below which a mask is none."""
+STACK_ROOM = 0.1
+"""By how much a stack is sought beyond what its clicks show, in its longer sides."""
 SPOT = 0.012
 """Radius of the spot in its place, as a share of the picture's longer side."""
 
@@ -145,9 +148,19 @@ class EmbeddedSegmenter:
         else:
             maps = [thing_map(image, Grounding(points=(click,))) for click in grounding.points]
             every = np.maximum.reduce([one.chance for one in maps if one is not None])
-            likely = (every > 0.5).any()
-            best = self._found(image, grounding, ThingMap(every, 1.0)) if likely else []
+            best = self._around(image, grounding, every) if (every > 0.5).any() else []
         return full_size(image, *best[0]).mask if best else None
+
+    def _around(
+        self, image: Image, grounding: Grounding, chance: FloatArray
+    ) -> list[tuple[tuple[Draft, float], View]]:
+        """What is found in a box a little wider than a map, which may end above the last layer."""
+        x0, y0, x1, y1 = extent_of(chance, grounding, image.shape)
+        wide = STACK_ROOM * max(x1 - x0, y1 - y0)
+        box = (x0 - wide, y0 - wide, x1 + wide, y1 + wide)
+        seen = thing_map(image, Grounding(box=box))
+        every = chance if seen is None else np.maximum(chance, seen.chance)
+        return self._found(image, grounding.model_copy(update={"box": box}), ThingMap(every, 1.0))
 
     def _best(self, image: Image, grounding: Grounding) -> list[tuple[tuple[Draft, float], View]]:
         """What looks like the places that were marked, best first, as it is on a view of them."""

@@ -45,8 +45,8 @@ FAINT_STEP = 10.0
 
 Features = dict[str, float]
 
-# What is left out weighs less than .1. Clicks and boxes: 199 masks each, 125 of many-part things, 42
-# of things of one colour, 32 of stacks.
+# What is left out weighs less than .1. Clicks and boxes: 199 masks each, 125 of many-part things,
+# 42 of things of one colour, 32 of stacks.
 CLICK_WEIGHTS: Mapping[str, float] = {
     "constant": 1.47,
     "score": 0.83,

@@ -79,9 +79,16 @@ FIELDS = frozenset(
         "notebook",
         "workbench",
         "ball",
+        "plane",
+        "robot",
+        "torch",
+        "cat",
     ]
 )
-"""Fields, sources, files, commands and widgets of the program itself, and what is computed."""
+"""Fields, sources, files, commands and widgets of the program itself and of the formats that it
+
+reads, modules, and what is computed.
+"""
 VERBS = frozenset(
     _listed(
         """

@@ -181,7 +181,7 @@ class _Planes:
     def __init__(self, width: int, height: int) -> None:
         self._size = (width, height)
         self._last: Picture | None = None
-        # Black: Y over a quarter as many of U and then of V.
+        # Y over a quarter as many of U and then of V; 128 is no colour.
         self._planes = np.full((height * 3 // 2, width), 128, np.uint8)
 
     def frame(self, picture: Picture) -> av.VideoFrame:

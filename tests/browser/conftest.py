@@ -15,11 +15,12 @@ import pytest
 import yaml
 from playwright.sync_api import Browser, FloatRect, Locator, Page, expect, sync_playwright
 
+from physagent_studio.agent.rules import RulePlanner
 from physagent_studio.assets import assets_dir
 from physagent_studio.session import Store
 from physagent_studio.studio import Studio, serve
 from physagent_studio.studio.pictures import jpeg_of
-from physagent_studio.workbench import Snapshot, Workbench, commands
+from physagent_studio.workbench import Snapshot, Workbench, commands, engine
 
 FLAGS = [
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
@@ -256,6 +257,12 @@ def waiting(tmp_path: Path, browser: Browser, decided_once: Path) -> Iterator[De
     root = tmp_path / "workspace"
     shutil.copytree(decided_once, root)
     yield from running(root, browser, Store(root).list()[0].id)
+
+
+@pytest.fixture
+def brief_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A repair is searched for in few runs, where only what is done with it matters."""
+    monkeypatch.setattr(engine, "RulePlanner", lambda: RulePlanner(limit=8))
 
 
 def running(

@@ -125,6 +125,7 @@ def test_an_override_takes_clicks_and_only_what_can_be(waiting: Desk) -> None:
     expect(mine).to_have_count(0)
 
 
+@pytest.mark.usefixtures("brief_search")
 def test_reject_with_a_reason_and_a_pin_is_respected(waiting: Desk) -> None:
     page = waiting.page
     proposal = waiting.proposal()

@@ -117,6 +117,7 @@ def test_words_are_understood_in_a_line_and_followed(waiting: Desk) -> None:
     assert all("start_step" in getattr(edit, "path", "") for edit in proposal.edits)
 
 
+@pytest.mark.usefixtures("brief_search")
 def test_words_that_are_not_understood_are_asked_about(waiting: Desk) -> None:
     page = waiting.page
     waiting.proposal()

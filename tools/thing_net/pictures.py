@@ -28,9 +28,10 @@ FORMS = ("ball", "block", "can", "ball", "block", "can", "ring", "tube")
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Picture:
-    """image: (H, W, 3). thing, part: (H, W) whose each pixel is, or −1. asked: of how many things
+    """A made picture and whose each of its pixels is.
 
-    the picture is; those from there on stand around.
+    image: (H, W, 3). thing, part: (H, W) whose each pixel is, by number, or −1. asked: of how many
+    things the picture is; those from there on stand around.
     """
 
     image: NDArray[np.uint8]

@@ -26,72 +26,72 @@ from physagent_studio.program import PhysicalProgram
 MAX_CLIENTS = 4
 
 
-def walks_of(program: PhysicalProgram) -> type[RuleBasedStateMachine]:
-    """The machine: each run of it is a walk of two to four clients on a new session.
-
-    `taken` counts the steps of all its runs.
-    """
-
-    class Walk(RuleBasedStateMachine):
-        taken: ClassVar[int] = 0
-
-        def __init__(self) -> None:
-            super().__init__()
-            self._folder = tempfile.TemporaryDirectory()
-            self._clients: Clients | None = None
-
-        @initialize(count=st.integers(2, MAX_CLIENTS))
-        def open(self, count: int) -> None:
-            self._clients = Clients(Path(self._folder.name), program, count)
-
-        def _act(self, client: int, *steps: str, value: int = 0) -> None:
-            assert self._clients is not None
-            for step in steps:
-                self._clients.act(client % len(self._clients.seen), step, value)
-            type(self).taken += 1
-
-        @property
-        def _can_undo(self) -> bool:
-            return self._clients is not None and self._clients.bench.snapshot().can_undo
-
-        @rule(client=_CLIENT, value=_VALUE)
-        def edit(self, client: int, value: int) -> None:
-            self._act(client, "edit", value=value)
-
-        @rule(client=_CLIENT, value=_VALUE)
-        def pin(self, client: int, value: int) -> None:
-            self._act(client, "pin", value=value)
-
-        @rule(client=_CLIENT)
-        def look(self, client: int) -> None:
-            self._act(client, "look")
-
-        @rule(client=_CLIENT, step=st.sampled_from(("undo", "redo")))
-        def undo_or_redo(self, client: int, step: str) -> None:
-            self._act(client, step)
-
-        @precondition(lambda self: self._can_undo)
-        @rule(client=_CLIENT)
-        def undo_and_redo(self, client: int) -> None:
-            assert self._clients is not None
-            before = self._clients.document()
-            self._act(client, "look", "undo", "redo")
-            assert self._clients.document() == before, "undo and redo led elsewhere"
-
-        @invariant()
-        def nothing_is_lost(self) -> None:
-            assert self._clients is None or self._clients.lost == []
-
-        def teardown(self) -> None:
-            if self._clients is not None:
-                self._clients.bench.close()
-            self._folder.cleanup()
-
-    return Walk
-
-
 _CLIENT = st.integers(0, MAX_CLIENTS - 1)
 _VALUE = st.integers(0, 39)
+
+
+class Walk(RuleBasedStateMachine):
+    """One walk of two to four clients on a new session of a program."""
+
+    program: ClassVar[PhysicalProgram]
+    taken: ClassVar[int] = 0
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._folder = tempfile.TemporaryDirectory()
+        self._clients: Clients | None = None
+
+    @initialize(count=st.integers(2, MAX_CLIENTS))
+    def open(self, count: int) -> None:
+        self._clients = Clients(Path(self._folder.name), self.program, count)
+
+    def _act(self, client: int, *steps: str, value: int = 0) -> None:
+        assert self._clients is not None
+        for step in steps:
+            self._clients.act(client % len(self._clients.seen), step, value)
+        type(self).taken += 1
+
+    @property
+    def _can_undo(self) -> bool:
+        return self._clients is not None and self._clients.bench.snapshot().can_undo
+
+    @rule(client=_CLIENT, value=_VALUE)
+    def edit(self, client: int, value: int) -> None:
+        self._act(client, "edit", value=value)
+
+    @rule(client=_CLIENT, value=_VALUE)
+    def pin(self, client: int, value: int) -> None:
+        self._act(client, "pin", value=value)
+
+    @rule(client=_CLIENT)
+    def look(self, client: int) -> None:
+        self._act(client, "look")
+
+    @rule(client=_CLIENT, step=st.sampled_from(("undo", "redo")))
+    def undo_or_redo(self, client: int, step: str) -> None:
+        self._act(client, step)
+
+    @precondition(lambda self: self._can_undo)
+    @rule(client=_CLIENT)
+    def undo_and_redo(self, client: int) -> None:
+        assert self._clients is not None
+        before = self._clients.document()
+        self._act(client, "look", "undo", "redo")
+        assert self._clients.document() == before, "undo and redo led elsewhere"
+
+    @invariant()
+    def nothing_is_lost(self) -> None:
+        assert self._clients is None or self._clients.lost == []
+
+    def teardown(self) -> None:
+        if self._clients is not None:
+            self._clients.bench.close()
+        self._folder.cleanup()
+
+
+def walks_of(program: PhysicalProgram) -> type[Walk]:
+    """The walks on a program; `taken` counts the steps of all of them."""
+    return type("WalkOfProgram", (Walk,), {"program": program, "taken": 0})
 
 
 def walking(runs: int, steps: int, **more: Any) -> settings:

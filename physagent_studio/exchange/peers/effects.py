@@ -10,7 +10,7 @@ from typing import Any
 
 from physagent_studio.exchange.peers.tree import Made, Unread, Walker, Way
 
-MOSTACTIONS = 200
+MOST_ACTIONS = 200
 """Actions that one file gives: a force that is another one at every step is not a schedule."""
 HELPERS = frozenset({"DirectionTo", "CurrentVelocityDirection", "direction_to"})
 _ARGUMENTS: Mapping[str, tuple[str, ...]] = {
@@ -94,8 +94,8 @@ class Effects:
         self._kept(action)
 
     def _kept(self, action: dict[str, Any]) -> None:
-        if len(self.told.actions) == MOSTACTIONS:
-            raise Unread(f"more than {MOSTACTIONS} actions")
+        if len(self.told.actions) == MOST_ACTIONS:
+            raise Unread(f"more than {MOST_ACTIONS} actions")
         self.told.actions.append(action)
 
     def listed(self, node: ast.AST, made: Any) -> None:

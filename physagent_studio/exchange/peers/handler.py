@@ -31,6 +31,8 @@ MAX_BYTES = 200_000
 """Bytes of a handler; the longest published one has 30,000."""
 LIMITS = Limits(seconds=0.8, memory=128 * 2**20)
 """What parsing and walking may take."""
+_REFUSED = (ArithmeticError, LookupError, TypeError, ValueError)
+"""What an operation on values of the wrong kind ends in: it is listed like what is unread."""
 _READ_METHODS = ("__init__", "custom_simulation", "build_actions", "add_entities_to_scene")
 
 
@@ -103,7 +105,7 @@ class _Reader(Effects):
             if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "object_names":
                 try:
                     said = self.walker.value(node.value)
-                except Unread:
+                except (Unread, *_REFUSED):
                     continue
                 if isinstance(said, tuple):
                     self.names = tuple(str(one) for one in said)
@@ -125,7 +127,8 @@ class _Reader(Effects):
             try:
                 if self._statement(node):
                     return True
-            except Unread as reason:
+            except (Unread, *_REFUSED) as error:
+                reason = error if isinstance(error, Unread) else Unread("values that do not fit")
                 self.note(node, f"{_head(node)} ({reason})")
                 self._forget(node, reason)
         return False

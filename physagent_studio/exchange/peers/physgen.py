@@ -73,8 +73,7 @@ def load_physgen(path: Path, names: Sequence[str] = (), prompt: str = "") -> Pee
     )
     known = {*_LOOKS_ONLY, *_READ}
     left_out = [str(key) for key in doc.data if key not in known and doc.data[key] is not None]
-    for number, info in things:
-        left_out += [f"obj_info.{number}.mass" for _ in [0] if info.get("mass") is not None]
+    left_out += [f"obj_info.{n}.mass" for n, info in things if info.get("mass") is not None]
     return PeerSetup(
         case=case,
         objects=tuple(
@@ -167,7 +166,10 @@ def _speed(path: Path, doc: PlainYaml, number: int) -> tuple[float, float]:
     """Pixels a second at the start; their first acceleration is an impulse by the mass."""
     total = [0.0, 0.0]
     for key in ("init_velocity", "init_acc"):
-        said = (doc.data.get(key) or {}).get(str(number)) if doc.data.get(key) else None
+        by_thing = doc.data.get(key) or {}
+        if not isinstance(by_thing, dict):
+            raise InputError(f"{path}, line {doc.line((key,))}: {key} must name grey levels")
+        said = by_thing.get(str(number))
         if said is None:
             continue
         if not isinstance(said, list) or len(said) != 2:

@@ -3,8 +3,8 @@
 The network (a U-Net, `assets/networks/thing_map.onnx`) is shown a square of the picture, what a
 person marked there and what it saw before, and says of each pixel how likely it belongs to the
 thing: first on the whole picture or around a box, then closer, around what it found. It was fitted
-by `tools/thing_net` on generated pictures alone, half of their things made up by chance, with
-colours turned, so that it learns how things stand out rather than what they look like.
+by `tools/thing_net` on generated pictures alone, two in five of their things made up by chance,
+with colours turned, so that it learns how things stand out rather than what they look like.
 """
 
 from __future__ import annotations
@@ -66,8 +66,10 @@ class Marks:
             tuple((click.x * factor, click.y * factor) for click in grounding.points if said(click))
             for said in (lambda click: click.label == 1, lambda click: click.label == 0)
         )
-        box = None if grounding.box is None else tuple(v * factor for v in grounding.box)
-        return cls(on, off, box)
+        if grounding.box is None:
+            return cls(on, off, None)
+        (x0, x1), (y0, y1) = sorted(grounding.box[::2]), sorted(grounding.box[1::2])
+        return cls(on, off, tuple(factor * v for v in (x0, y0, x1, y1)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,10 +95,10 @@ class Square:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ThingMap:
-    """chance: (h, w) the probability of each pixel that it belongs to the thing, 0 … 1, on the
+    """Where a thing is, on the picture with its longer side at most `WORKED_ON`.
 
-    picture with its longer side at most `WORKED_ON`. agreement: how much different looks at it
-    show the same, 0 … 1. looks: maps (h, w) of each of them.
+    chance: (h, w) the probability of each pixel that it belongs to the thing, 0 … 1. agreement: how
+    much different looks at it show the same, 0 … 1. looks: maps (h, w) of each of them.
     """
 
     chance: FloatArray
@@ -114,20 +116,15 @@ def thing_map(image: Image, grounding: Grounding) -> ThingMap | None:
         square = Square.around(marks.box, AROUND_BOX)
         first = _looked(small, marks, square, None)
         second = _looked(small, marks, square, first)
-        return ThingMap(second, _alike(first, second))
+        return ThingMap(second, soft_iou(first, second))
     if not marks.inside:
         return None
     far = [_looked(small, marks, square, None) for square in _squares(small, marks)]
     near = [_closer(small, marks, found) for found in far]
-    agreement = [float(np.mean([_alike(one, other) for other in near])) for one in near]
+    agreement = [float(np.mean([soft_iou(one, other) for other in near])) for one in near]
     sure = [expected_iou(a) * expected_iou(b) for a, b in zip(far, near, strict=True)]
     best = int(np.argmax(np.array(agreement) * sure))
     return ThingMap(_closer(small, marks, near[best]), agreement[best], tuple(near))
-
-
-def _alike(one: FloatArray, other: FloatArray) -> float:
-    """IoU of two maps, taken as sets to which pixels belong in part."""
-    return float(np.minimum(one, other).sum() / max(float(np.maximum(one, other).sum()), 1e-6))
 
 
 def extent_of(chance: FloatArray, grounding: Grounding, shape: tuple[int, ...]) -> Box:
@@ -160,17 +157,14 @@ def weighed(drafts: Sequence[Scored], chance: FloatArray, share: float = MAP_SHA
     return sorted(again, key=lambda scored: -scored[1])
 
 
-def soft_iou(mask: BoolArray, chance: FloatArray) -> float:
-    """IoU of a mask (h, w) with one of which each pixel's chance (h, w) is known, 0 … 1."""
-    shared = float(chance[mask].sum())
-    return shared / max(float(chance.sum()) + np.count_nonzero(mask) - shared, 1e-6)
+def soft_iou(one: BoolArray | FloatArray, other: FloatArray) -> float:
+    """IoU of two masks or maps (h, w), taken as sets to which pixels belong in part, 0 … 1."""
+    return float(np.minimum(one, other).sum() / max(float(np.maximum(one, other).sum()), 1e-6))
 
 
 def expected_iou(chance: FloatArray) -> float:
     """The IoU that the likelier half of a map has with the thing, if its chances are true."""
-    likely = chance > 0.5
-    shared = float(chance[likely].sum())
-    return shared / max(np.count_nonzero(likely) + float(chance[~likely].sum()), 1e-6)
+    return soft_iou(chance > 0.5, chance)
 
 
 def shown(image: Image, marks: Marks, square: Square, before: FloatArray | None) -> FloatArray:

@@ -120,10 +120,7 @@ def untouched(before: PhysicalProgram, after: PhysicalProgram, *names: str) -> N
 @pytest.mark.parametrize(
     ("name", "wrong", "right"),
     [
-        pytest.param(
-            *("yellow_cube", "floor", "table"),
-            marks=pytest.mark.xfail(reason="with its mask by the map it fits on the floor as well"),
-        ),
+        ("yellow_cube", "floor", "table"),
         ("blue_ball", "table", "floor"),
     ],
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -25,6 +26,10 @@ from physagent_studio.reconstruction.photo.regions import (
 )
 from physagent_studio.reconstruction.switches import at_work
 
+BELIEVED = 0.2
+"""Mean chance on a hole, by the map, from which it is filled."""
+LARGEST_WINDOW = 0.1
+"""Share of the mask that such a hole may have."""
 LED = 4
 """How many of the best drafts are led to the sides of the box that they miss."""
 
@@ -40,6 +45,7 @@ def found_in(view: View, task: Task, maps: Sequence[NDArray[np.float32]]) -> lis
     scorer = Scorer(view.lab, task.inside)
     drafts = box_drafts(view.small, view.lab, task, task.box, scorer)
     drafts += _solid([Draft(one > 0.5, "map", "map") for one in maps])
+    drafts = [replace(draft, mask=_without_windows(draft.mask, maps[0])) for draft in drafts]
     found = weighed(ranked(scorer, drafts, task), maps[0])
     # What a person said is no part of the thing outweighs what the map shows.
     found = [(draft, max(value - denied(draft.mask, task), 0.0)) for draft, value in found]
@@ -119,6 +125,24 @@ def _contours(
     for draft, _ in best:
         for mask in contour.again(lab, draft.mask, task.outside):
             out.append(Draft(mask & within, "box-contour-again", "contour"))
+    return out
+
+
+def _without_windows(mask: BoolArray, chance: NDArray[np.float32]) -> BoolArray:
+    """The mask with those holes filled of which a map (h, w) half believes that they belong to it.
+
+    As the windows and hub caps of a car; through a handle or a ring the map sees what is behind.
+    """
+    count, labels, stats, _ = cv2.connectedComponentsWithStats((~mask).astype(np.uint8), None, 4)
+    area = np.count_nonzero(mask)
+    rows, columns = mask.shape
+    out = mask.copy()
+    for label in range(1, count):
+        x, y, width, height, size = (int(value) for value in stats[label])
+        inside = x > 0 and y > 0 and x + width < columns and y + height < rows
+        if inside and size < LARGEST_WINDOW * area:
+            hole = labels == label
+            out[hole] = float(chance[hole].mean()) > BELIEVED
     return out
 
 

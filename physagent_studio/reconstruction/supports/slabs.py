@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,18 +17,28 @@ from physagent_studio.reconstruction.photo.regions import BoolArray, grow
 
 FloatArray = NDArray[np.float64]
 
+BESIDE = 0.012
+"""How far beside an edge is looked, in the picture's longer sides; five pixels at least."""
+WITHIN = 0.8
+"""Share of both sides of a line from which it lies on the top."""
+
+PATTERN = 3
+"""Parallel lines on a top from which they are its planks or pattern and do not end it."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Edges:
     """Edges on the top's plane: middle (N, 2), direction (N,) radians, weight (N,),
 
     inward (N, 2): unit vector across the edge to where the top goes on; zero where unclear.
+    within (N,): lines on the top itself, such as those between planks: it goes on on both sides.
     """
 
     middle: FloatArray
     angle: FloatArray
     weight: FloatArray
     inward: FloatArray
+    within: BoolArray
 
 
 def fit_slab(
@@ -91,7 +101,8 @@ def _edges_on_plane(camera: Camera, top: float, region: BoolArray, found: Segmen
     """Edges at the rim of the region, as lines on the plane of the top."""
     near = grow(region, max(4, round(0.012 * max(region.shape)))) if region.any() else ~region
     if not len(found.length):
-        return _Edges(np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros((0, 2)))
+        nothing = np.zeros(0)
+        return _Edges(np.zeros((0, 2)), nothing, nothing, np.zeros((0, 2)), nothing.astype(bool))
     share = np.linspace(0.02, 0.98, 16)[None, :, None]
     along = found.ends[:, :1] * (1 - share) + found.ends[:, 1:] * share
     columns = np.clip(along[..., 0].astype(int), 0, region.shape[1] - 1)
@@ -106,31 +117,42 @@ def _edges_on_plane(camera: Camera, top: float, region: BoolArray, found: Segmen
     delta = (second - first)[fine]
     weight = used.length[fine] * np.minimum(used.contrast[fine], 25) / 25
     middle, angle = (first + second)[fine] / 2, np.arctan2(delta[:, 1], delta[:, 0])
-    inward = _inward(camera, top, used.only(np.asarray(fine)), region, middle, angle)
-    return _Edges(middle, angle, weight, inward)
+    beside = _covered_beside(used.only(np.asarray(fine)), region)
+    inward = _inward(camera, top, used.only(np.asarray(fine)), beside, middle, angle)
+    return _Edges(middle, angle, weight, inward, np.asarray(beside.min(1) > WITHIN))
 
 
-def _inward(
-    camera: Camera,
-    top: float,
-    used: Segments,
-    region: BoolArray,
-    middle: FloatArray,
-    angle: FloatArray,
-) -> FloatArray:
-    """Across each edge, the side on which the region lies, as a direction on the plane."""
-    reach = max(5.0, 0.012 * max(region.shape))
+def _covered_beside(used: Segments, region: BoolArray) -> FloatArray:
+    """(N, 2) how much of the region lies on both sides of each edge, along its normal first."""
     share = np.linspace(0.1, 0.9, 12)[None, :, None]
     along = used.ends[:, :1] * (1 - share) + used.ends[:, 1:] * share
-    normal = np.stack([-np.sin(used.angle), np.cos(used.angle)], 1)[:, None]
+    off = max(5.0, BESIDE * max(region.shape)) * _normals(used)[:, None]
 
     def covered(points: FloatArray) -> FloatArray:
         x = np.clip(points[..., 0].astype(int), 0, region.shape[1] - 1)
         y = np.clip(points[..., 1].astype(int), 0, region.shape[0] - 1)
         return region[y, x].mean(1)
 
-    lead = covered(along + reach * normal) - covered(along - reach * normal)
-    target = used.ends.mean(1) + np.sign(lead)[:, None] * reach * normal[:, 0]
+    return np.stack([covered(along + off), covered(along - off)], 1)
+
+
+def _normals(used: Segments) -> FloatArray:
+    """(N, 2) unit vectors across edges, in the picture."""
+    return np.stack([-np.sin(used.angle), np.cos(used.angle)], 1)
+
+
+def _inward(
+    camera: Camera,
+    top: float,
+    used: Segments,
+    beside: FloatArray,
+    middle: FloatArray,
+    angle: FloatArray,
+) -> FloatArray:
+    """Across each edge, the side on which the region lies, as a direction on the plane."""
+    lead = beside[:, 0] - beside[:, 1]
+    step = max(5.0, BESIDE * max(camera.size))
+    target = used.ends.mean(1) + np.sign(lead)[:, None] * step * _normals(used)
     toward = on_plane(camera, target, top)[:, :2] - middle
     across = np.stack([-np.sin(angle), np.cos(angle)], 1)
     sign = np.sign((np.nan_to_num(toward) * across).sum(1))
@@ -147,7 +169,7 @@ def _nearer_counts_more(edges: _Edges, seeds: FloatArray) -> _Edges:
     across = np.abs(off[:, 0] * along[:, 1] - off[:, 1] * along[:, 0])
     reach = max(float(np.median(across)), 1e-6)
     weight = edges.weight / (0.5 + across / reach)
-    return _Edges(edges.middle, edges.angle, weight, edges.inward)
+    return replace(edges, weight=weight)
 
 
 def _continues(found: Segments, chosen: BoolArray) -> BoolArray:
@@ -209,13 +231,22 @@ def _limits(
         weight = edges.weight[across]
         facing = edges.inward[across] @ direction
         outward = (facing < -0.3) & (offset > inner - 0.7 * half)
-        outward |= (facing == 0) & (offset > inner + 0.5 * half)
+        unclear = (facing == 0) & (offset > inner + 0.5 * half)
+        drawn = unclear & edges.within[across]
+        # One line on it may be where its front begins; several are planks, or a pattern.
+        outward |= unclear & ~drawn if _distinct(offset[drawn]) >= PATTERN else unclear
         limits[k] = _nearest_strong(offset[outward], weight[outward], inner + 0.15 * half)
         bounded[k] = math.isfinite(limits[k])
         if not bounded[k]:
             reach = float(np.percentile(area @ direction, 99)) if len(area) else inner
             limits[k] = max(reach, inner + 0.05 * over) + 0.25 * over
     return limits, bounded
+
+
+def _distinct(offset: FloatArray) -> int:
+    """How many lines lie clearly apart."""
+    apart = np.diff(np.sort(offset)) > 0.04 * max(float(np.ptp(offset)), 0.1) if len(offset) else []
+    return len(offset[:1]) + int(np.count_nonzero(apart))
 
 
 def _past_the_picture(

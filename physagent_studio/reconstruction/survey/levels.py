@@ -13,6 +13,7 @@ from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneState
 from physagent_studio.reconstruction.camera.rays import depth_of, on_plane
 from physagent_studio.reconstruction.camera.scale import FLOOR, Heights, Measured, solve
+from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.supports import clicked as clicked_supports
 from physagent_studio.reconstruction.supports.block import Block
 from physagent_studio.reconstruction.supports.ramps import Profile
@@ -21,6 +22,8 @@ from physagent_studio.reconstruction.supports.standing import ground_pixel
 
 USUAL_TOP = 0.6
 """Height of a slab whose name says nothing, m."""
+SOMEWHERE_OVER = 0.4
+"""By how much less sure a size is of which is only known what it is over, as a share of it."""
 
 
 def heights_of(
@@ -76,24 +79,39 @@ def measured_of(
     root: Mapping[str, str],
     usual: Mapping[str, Usual],
     profiles: Mapping[str, Profile],
+    tops: Mapping[str, BoolArray],
 ) -> list[Measured]:
     """Sizes in units of the camera's height above each object's plane.
 
-    `unit` may have any height above z = 0; sizes are divided by it.
+    `unit` may have any height above z = 0; sizes are divided by it. tops: (H, W) where the tops of
+    tables are seen; what is in the air above one of them is taken to be over its middle.
     """
     above = unit.position[2]
     out: list[Measured] = []
     for name, stance in stances.items():
         foot = ground_pixel(name, stances, on, under, profiles)
+        plane = FLOOR if root[name] in (AIR, *profiles) else root[name]
+        seen = usual[name]
+        if foot is None and on[name] == AIR:
+            foot, plane = _over(stance, tops)
+            seen = replace(seen, spread=seen.spread + SOMEWHERE_OVER)
         if foot is None:
             continue
         place = on_plane(unit, [foot], 0.0)[0]
         if not np.isfinite(place).all():
             continue
         units = stance.extent * depth_of(unit, place) / unit.focal / above
-        plane = FLOOR if root[name] in (AIR, *profiles) else root[name]
-        seen = usual[name]
         if on[name] == AIR or on[name] in stances:
             seen = replace(seen, spread=seen.spread + 0.1)
         out.append(Measured(name, plane, units, seen))
     return out
+
+
+def _over(stance: Stance, tops: Mapping[str, BoolArray]) -> tuple[tuple[float, float] | None, str]:
+    """The pixel of a top that something in the air is over, half way down it, and whose it is."""
+    column, foot = round(stance.foot[0]), round(stance.foot[1])
+    for name, top in tops.items():
+        rows = np.flatnonzero(top[:, min(max(column, 0), top.shape[1] - 1)])
+        if len(rows) and rows[0] >= foot:
+            return (float(column), float(rows[0] + rows[-1]) / 2), name
+    return None, FLOOR

@@ -13,6 +13,7 @@ from physagent_studio.program.scene.state import Grounding, SceneState
 from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter, Segmenter, apart
 from physagent_studio.reconstruction.masks.stacks import alone
 from physagent_studio.reconstruction.masks.strokes import corrected
+from physagent_studio.reconstruction.masks.surface_region import with_surface
 from physagent_studio.reconstruction.supports import clicked as clicked_supports
 from physagent_studio.records.case import Case, Image
 from physagent_studio.records.scene import Candidate, Scene
@@ -43,14 +44,21 @@ def candidates_of(
         wanted = item.shape is None or item.position is None
         if wanted and not item.grounding.shows_something:
             raise InputError(f"'{item.name}' is not marked in the photo: click it, or draw a box")
-    known = known_candidates(previous, tasks)
+    kept = known_candidates(previous, tasks)
+    known = kept
     if len(known) < len(tasks) and isinstance(segmenter, EmbeddedSegmenter):
         known = segmenter.completed(case.image, tasks, known, cancelled)
     elif len(known) < len(tasks):
         fresh = segmenter.segment(case.image, tasks, cancelled)
         known = {name: fresh.get(name, known.get(name, ())) for name, _ in tasks}
     tick()
-    return known
+    tops = {item.name for item in state.supports if support_kind(item.name) == "slab"}
+    return {
+        name: with_surface(case.image, own, known[name])
+        if name in tops and name not in kept
+        else known[name]
+        for name, own in apart(tasks)
+    }
 
 
 def _clicked(state: SceneState) -> list[tuple[str, Grounding]]:
@@ -96,10 +104,6 @@ def regions_of(
             continue
         chosen = offers[min(item.grounding.candidate, len(offers) - 1)].mask
         region = corrected(image, chosen, item.grounding.strokes).copy()
-        for offer in offers[1:] if item.grounding.candidate == 0 else ():
-            # Part of a table is often taken for all of it: what is about as likely joins in.
-            if offer.score > 0.75 * offers[0].score:
-                region |= offer.mask
         for mask in masks.values():
             region &= ~mask
         out[item.name] = region

@@ -161,7 +161,11 @@ def _upon(case: Case, state: SceneState, look: Look, unit: Camera, first: Sighti
 def _heights(state: SceneState, look: Look, unit: Camera, first: Sighting, seen: _Upon) -> Heights:
     """Metres: how high the camera and all level planes are."""
     usual, profiles = first.usual, first.profiles
-    measured = measured_of(unit, look.stances, seen.on, seen.under, seen.root, usual, profiles)
+    slabs = {s.name for s in state.supports if support_kind(s.name) == "slab"}
+    tops = {name: region for name, region in look.regions.items() if name in slabs}
+    measured = measured_of(
+        unit, look.stances, seen.on, seen.under, seen.root, usual, profiles, tops
+    )
     boards = boards_of(state, look.size[1])
     shelved = shelf_rises(boards, unit, look.stances, seen.on, usual)
     boarded = {**look.offers, **{name: (mask,) for name, mask in look.tops.items()}}

@@ -32,6 +32,13 @@ def test_the_first_program_fails_and_is_repaired(tmp_path: Path) -> None:
     assert rounds[-1].passed
 
 
-@pytest.mark.parametrize("event", ["knocks_block_over", "only_the_cube", "topples_onto_cube"])
+@pytest.mark.parametrize(
+    "event",
+    [
+        "knocks_block_over",
+        pytest.param("only_the_cube", marks=pytest.mark.slow),
+        pytest.param("topples_onto_cube", marks=pytest.mark.slow),
+    ],
+)
 def test_every_other_event_happens_too(tmp_path: Path, event: str) -> None:
     assert rounds_of(tmp_path, event)[-1].passed

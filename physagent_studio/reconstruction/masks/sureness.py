@@ -20,12 +20,14 @@ from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.masks.draft_score import outline_contrast
 from physagent_studio.reconstruction.masks.ranking import fills
 from physagent_studio.reconstruction.masks.task import view_of
+from physagent_studio.reconstruction.masks.thing_map import expected_iou, soft_iou, thing_map
 from physagent_studio.reconstruction.photo.regions import (
     BoolArray,
     border_share,
     bounds,
     grow,
     iou,
+    resized,
     shrink,
     solidity,
 )
@@ -123,7 +125,19 @@ def features(
     out |= _outline(image, mask)
     out |= _form(mask, name)
     out |= _marks(mask, grounding)
+    out |= _again(image, mask)
     return out
+
+
+def _again(image: Image, mask: BoolArray) -> Features:
+    """What the network says that sees the mask's own box, as if a person had drawn it there."""
+    x0, y0, x1, y1 = (float(side) for side in bounds(mask))
+    seen = thing_map(image, Grounding(box=(x0, y0, x1, y1)))
+    if seen is None:
+        return {"seen again": 0.0, "clear": 0.0}
+    size = (seen.chance.shape[1], seen.chance.shape[0])
+    own = resized(mask, size) if size != mask.shape[::-1] else mask
+    return {"seen again": soft_iou(own, seen.chance), "clear": expected_iou(seen.chance)}
 
 
 def _agreement(mask: BoolArray, offers: Sequence[Candidate]) -> Features:

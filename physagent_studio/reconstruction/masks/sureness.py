@@ -1,8 +1,8 @@
 """How sure a mask is: the probability that it covers its thing with an IoU above .8.
 
 A logistic function of what can be measured without knowing the thing: whether the candidates agree,
-whether the outline runs along edges, whether the same colours go on beyond it, whether what it
-encloses hangs together and has a usual shape. Weights for masks from clicks and for masks from a
+what the network shows that is given the mask's own box, whether the same colours go on beyond it,
+whether what it encloses hangs together and has a usual shape. Weights for masks from clicks and for masks from a
 box were fitted by `tools/fit_sureness.py`, which also says how well they are calibrated on scenes
 that it keeps out of the fit.
 """
@@ -23,12 +23,10 @@ from physagent_studio.reconstruction.masks.task import view_of
 from physagent_studio.reconstruction.masks.thing_map import expected_iou, soft_iou, thing_map
 from physagent_studio.reconstruction.photo.regions import (
     BoolArray,
-    border_share,
     bounds,
     grow,
     iou,
     resized,
-    shrink,
     solidity,
 )
 from physagent_studio.records.case import Image
@@ -42,48 +40,48 @@ SCORE_STEP = 0.1
 """Step of the score by which a candidate is e times as likely as another."""
 OTHER_READING = 0.8
 """IoU below which a candidate is another reading of the picture."""
-FAINT_STEP = 10.0
-"""Step of colour (Lab) across an outline below which no edge is seen."""
 
 Features = dict[str, float]
 
 # What is left out weighs less than .1. Clicks and boxes: 199 masks each, 125 of many-part things,
 # 42 of things of one colour, 32 of stacks.
 CLICK_WEIGHTS: Mapping[str, float] = {
-    "constant": 1.47,
-    "score": 0.83,
-    "agreement": 1.49,
-    "rival": -1.52,
-    "larger": -2.19,
-    "smaller": -1.90,
-    "weakest": -0.70,
-    "colours go on": -2.55,
-    "faint": 0.13,
-    "mixed": 0.80,
-    "solidity": 0.99,
-    "scattered": -0.40,
-    "size": -0.50,
-    "size squared": 1.17,
-    "odd proportions": -0.34,
-    "off centre": -0.53,
+    "constant": -0.81,
+    "agreement": 0.28,
+    "rival": -1.23,
+    "larger": -1.89,
+    "smaller": -0.76,
+    "contrast": 0.30,
+    "colours go on": -1.87,
+    "mixed": -1.59,
+    "solidity": -0.23,
+    "scattered": -0.13,
+    "size": 1.33,
+    "size squared": -0.50,
+    "odd proportions": -1.89,
+    "off centre": -1.41,
+    "seen again": 4.39,
+    "clear": 1.39,
 }
 BOX_WEIGHTS: Mapping[str, float] = {
-    "constant": -1.04,
-    "score": 3.47,
-    "agreement": 0.90,
-    "rival": 0.38,
-    "larger": -1.74,
-    "smaller": -1.70,
-    "contrast": 0.20,
-    "colours go on": -4.28,
-    "mixed": -0.82,
-    "solidity": 1.76,
-    "scattered": -0.40,
-    "size": 0.73,
-    "size squared": 0.84,
-    "odd proportions": -1.84,
-    "fills box": 0.78,
-    "share of box": 1.10,
+    "constant": -2.24,
+    "score": 2.37,
+    "agreement": 0.65,
+    "rival": -0.27,
+    "larger": -0.88,
+    "smaller": 0.18,
+    "contrast": -1.07,
+    "colours go on": -2.66,
+    "mixed": -1.47,
+    "solidity": 1.80,
+    "scattered": -1.68,
+    "size": 0.91,
+    "size squared": 0.80,
+    "odd proportions": -0.34,
+    "fills box": 0.19,
+    "share of box": 0.80,
+    "seen again": 3.29,
+    "clear": 1.39,
 }
 
 
@@ -177,14 +175,12 @@ def _outline(image: Image, mask: BoolArray) -> Features:
     size = (view.lab.shape[1], view.lab.shape[0])
     small = cv2.resize(own, size, interpolation=cv2.INTER_AREA).astype(bool)
     if not small.any():
-        return {"contrast": 0.0, "weakest": 0.0, "colours go on": 1.0, "faint": 1.0, "mixed": 0.0}
-    middle, weakest = outline_contrast(view.lab, small)
+        return {"contrast": 0.0, "colours go on": 1.0, "mixed": 0.0}
+    middle, _ = outline_contrast(view.lab, small)
     inside, ring = _palettes(view.lab, small)
     return {
         "contrast": float(np.tanh(middle / 25)),
-        "weakest": float(np.tanh(weakest / 10)),
         "colours go on": float(np.sqrt(inside * ring).sum()),
-        "faint": _faint_share(view.lab, small),
         "mixed": float(1.0 - (inside**2).sum()),
     }
 
@@ -197,16 +193,6 @@ def _palettes(lab: NDArray[np.float32], mask: BoolArray) -> tuple[NDArray, NDArr
     ring = grow(mask, reach) & ~grow(mask, 2)
     inside = np.bincount(index[mask], minlength=512) / max(np.count_nonzero(mask), 1)
     return inside, np.bincount(index[ring], minlength=512) / max(np.count_nonzero(ring), 1)
-
-
-def _faint_share(lab: NDArray[np.float32], mask: BoolArray) -> float:
-    """Share of the outline across which the colour hardly changes."""
-    soft = cv2.GaussianBlur(lab, (0, 0), 1.5)
-    rim = mask & ~shrink(mask, 1)
-    kernel = np.ones((7, 7), np.uint8)
-    highest, lowest = cv2.dilate(soft, kernel), cv2.erode(soft, kernel)
-    step = np.linalg.norm(highest - lowest, axis=-1)[rim]
-    return float((step < FAINT_STEP).mean()) if step.size else 1.0
 
 
 def _form(mask: BoolArray, name: str) -> Features:
@@ -223,7 +209,6 @@ def _form(mask: BoolArray, name: str) -> Features:
     return {
         "solidity": solidity(mask),
         "scattered": 1.0 - largest / area,
-        "border": min(2.0 * border_share(mask), 1.0),
         "size": share / 2.0 + 1.0,
         "size squared": (share / 2.0 + 1.0) ** 2,
         "odd proportions": float(min(odd, 3.0) / 3.0),
@@ -239,7 +224,7 @@ def _marks(mask: BoolArray, grounding: Grounding) -> Features:
         across = np.mean([c.x for c in inside]) - (x0 + x1) / 2
         along = np.mean([c.y for c in inside]) - (y0 + y1) / 2
         off = float(np.hypot(across / max(x1 - x0, 1), along / max(y1 - y0, 1)))
-    out = {"off centre": min(off, 1.0), "more clicks": min(len(inside) - 1, 4) / 4.0}
+    out = {"off centre": min(off, 1.0)}
     if grounding.box is not None:
         left, top, right, bottom = grounding.box
         room = max((right - left) * (bottom - top), 1.0)

@@ -70,7 +70,10 @@ def heard(cancelled: Callable[[], bool], tell: Tell) -> Iterator[None]:
 
 
 class Executor(Protocol):
-    """Runs pure functions."""
+    """Runs pure functions; `width`: how many at a time, each asked for by a thread of its own."""
+
+    @property
+    def width(self) -> int: ...
 
     def submit(
         self,
@@ -86,6 +89,8 @@ class Executor(Protocol):
 
 class Inline:
     """Runs a task in this process, without limits; a task of which nobody knows ends as it will."""
+
+    width = 1
 
     def submit(
         self,

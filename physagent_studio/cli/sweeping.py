@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from physagent_studio.cli import output
 from physagent_studio.cli.guard import guarded
 from physagent_studio.errors import InputError
 
@@ -19,21 +17,10 @@ if TYPE_CHECKING:
     from physagent_studio.jobs import Executor
 
 EXECUTORS = ("inline", "processes", "ray")
-DRAWS = 50
-"""Draws of --random where --seeds does not say: a share is then known to about 7 in a hundred."""
-
-ExecutorName = Annotated[str, typer.Option(help="inline, processes, or ray (an extra).")]
-Workers = Annotated[
-    int | None, typer.Option(min=1, max=1024, help="Runs at a time; else as many as cores.")
-]
-Address = Annotated[
-    str, typer.Option(help="ray: of a running cluster (auto, ray://host:10001); else one here.")
-]
 Workspace = Annotated[
     Path | None,
     typer.Option(help="Folder of sessions; else $PHYSAGENT_HOME, else your data folder."),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON value for machines.")]
 
 
 @guarded
@@ -42,50 +29,41 @@ def sweep(
         list[str], typer.Argument(help="Programs, case folders or sessions (their best round).")
     ],
     out: Annotated[Path, typer.Option(help="Folder of results; what is in it is not run again.")],
-    grid: Annotated[
-        list[str] | None, typer.Option(help="FIELD=A:B:N, N values from A to B; again for more.")
-    ] = None,
-    random: Annotated[
-        list[str] | None, typer.Option(help="FIELD=A:B, drawn evenly; again for more.")
-    ] = None,
+    grid: Annotated[list[str] | None, typer.Option(help="FIELD=A:B:N; again for more.")] = None,
+    random: Annotated[list[str] | None, typer.Option(help="FIELD=A:B; again for more.")] = None,
     seeds: Annotated[
-        int | None,
-        typer.Option(min=1, help="Draws of --random; without it, as --robustness."),
-    ] = None,
+        int, typer.Option(min=0, help="How many draws: of --random, else as --robustness.")
+    ] = 0,
     robustness: Annotated[
-        int | None,
-        typer.Option(min=1, help="Draws of all uncertain numbers: mass, friction, pose, force."),
+        int,
+        typer.Option(min=0, help="Draws of all that is uncertain: mass, friction, pose, push."),
+    ] = 0,
+    event: Annotated[str | None, typer.Option(help="Which event of a case.")] = None,
+    executor: Annotated[str, typer.Option(help="inline, processes, or ray (an extra).")] = (
+        "processes"
+    ),
+    workers: Annotated[
+        int | None, typer.Option(min=1, max=1024, help="Runs at a time; else as many as cores.")
     ] = None,
-    event: Annotated[str | None, typer.Option(help="Of a case; else each of its events.")] = None,
-    executor: ExecutorName = "processes",
-    workers: Workers = None,
-    address: Address = "",
-    as_json: Json = False,
+    address: Annotated[
+        str, typer.Option(help="Of a Ray cluster (auto, ray://host:10001); else one here.")
+    ] = "",
     workspace: Workspace = None,
 ) -> None:
-    """Run a program many times with its numbers moved; a table and a page of what came of it."""
-    from physagent_studio.sweep.fields import span_of
-    from physagent_studio.sweep.plan import Plan
-    from physagent_studio.sweep.robustness import draw_of
-
-    grids = tuple(span_of(word, grid=True) for word in grid or ())
-    drawn = tuple(span_of(word, grid=False) for word in random or ())
-    moved = robustness is not None or (seeds is not None and not drawn)
-    count = robustness or seeds or (DRAWS if drawn else 0)
-    if robustness and (drawn or seeds):
-        raise InputError("--robustness draws what is uncertain; it goes with --grid alone")
-    if not grids and not count:
-        raise InputError("nothing is to be moved: give --grid, --random, --seeds or --robustness")
-    plan = Plan(grids, drawn, count, draw_of(0) if moved else None)
+    """Run programs many times with numbers moved; write a table and a page of what came of it."""
+    draws = robustness or seeds
+    if (random and not seeds) or (robustness and seeds):
+        raise InputError(
+            "--random goes with --seeds, which says how often it draws; not so --robustness"
+        )
+    if not grid and not draws:
+        raise InputError("nothing is to be moved: give --grid, --random with --seeds, --robustness")
     with executor_of(executor, workers, address) as pool:
-        from physagent_studio.cli.swept import swept
+        from physagent_studio.cli.swept import plan_of, swept
 
-        report = swept(targets, event, plan, pool, out, workspace, tell=_progress)
-    if as_json:
-        output.print_json(report)
-        return
-    for line in report["said"]:
-        typer.echo(line)
+        plan = plan_of(grid or [], random or [], draws)
+        for line in swept(targets, event, plan, pool, out, workspace):
+            typer.echo(line)
 
 
 @guarded
@@ -94,30 +72,21 @@ def attribute(
     round_id: Annotated[
         str | None, typer.Option("--round", help="Made by an accepted proposal; else the best.")
     ] = None,
-    executor: ExecutorName = "processes",
-    workers: Workers = None,
-    address: Address = "",
-    as_json: Json = False,
     workspace: Workspace = None,
 ) -> None:
     """Which of the changes of an accepted proposal brought the event about."""
-    from physagent_studio.cli.swept import attributed
+    with executor_of("processes", None, "") as pool:
+        from physagent_studio.cli.swept import attributed
 
-    with executor_of(executor, workers, address) as pool:
-        found = attributed(session, round_id, pool, workspace)
-    if as_json:
-        output.print_json(found)
-        return
-    typer.echo(found["said"])
-    for one in found["hunks"]:
-        share = "" if one["shapley"] is None else f"{one['shapley']:+.2f}  "
-        typer.echo(f"  {share}{'needed  ' if one['needed'] else '        '}{one['summary']}")
+        for line in attributed(session, round_id, pool, workspace):
+            typer.echo(line)
 
 
 @contextmanager
 def executor_of(name: str, workers: int | None, address: str) -> Iterator[Executor]:
     """The executor of that name, closed at the end. Raises InputError, BackendMissing."""
     from physagent_studio.jobs import Inline, Processes
+    from physagent_studio.jobs.cluster import Cluster
 
     if name not in EXECUTORS:
         raise InputError(f"--executor {name} is not known ({', '.join(EXECUTORS)})")
@@ -126,21 +95,10 @@ def executor_of(name: str, workers: int | None, address: str) -> Iterator[Execut
     if name == "inline":
         yield Inline()
         return
-    if name == "ray":
-        from physagent_studio.jobs.cluster import Cluster
-
-        made = Cluster(address, workers)
-    else:
-        made = Processes(workers or os.cpu_count() or 1, keeping=True)
+    processes = name == "processes"
+    made = Processes(workers or os.cpu_count() or 1, keeping=True) if processes else None
+    made = made or Cluster(address, workers)
     try:
         yield made
     finally:
         made.close()
-
-
-def _progress(done: int, total: int) -> None:
-    """A line that is written over on a terminal, else one for each tenth."""
-    terminal = sys.stderr.isatty()
-    if terminal or done * 10 // total > (done - 1) * 10 // total:
-        end = "\n" if done == total or not terminal else "\r"
-        print(f"{done} of {total} runs", end=end, file=sys.stderr, flush=True)

@@ -32,22 +32,23 @@ class Cluster:
 
         cores: of the one that is started here, else all. Raises BackendMissing without Ray.
         """
-        self._ray = _ray()
-        options: dict[str, Any] = {"address": address} if address else {"num_cpus": cores}
-        if not address:
-            options["include_dashboard"] = False
+        try:
+            self._ray: Any = importlib.import_module("ray")
+        except ImportError as error:
+            raise BackendMissing(
+                "the executor `ray` needs Ray: pip install 'physagent-studio[ray]'; without it"
+                " there are inline and processes"
+            ) from error
+        here = {"num_cpus": cores, "include_dashboard": False}
+        options = {"address": address} if address else here
         try:
             self._ray.init(log_to_driver=False, logging_level="error", **options)
         except (ConnectionError, ValueError, RuntimeError) as error:
             raise InputError(f"there is no Ray cluster at '{address}': {error}") from error
-        # What a task breaks is retried by who asked for it, who counts.
+        # What a task breaks is begun again by who asked for it, who counts.
         self._remote = self._ray.remote(_carried_out).options(max_retries=0)
         self._shared: OrderedDict[int, tuple[Any, Any]] = OrderedDict()
-
-    @property
-    def width(self) -> int:
-        """How many tasks it carries out at a time."""
-        return max(int(self._ray.cluster_resources().get("CPU", 1)), 1)
+        self.width = max(int(self._ray.cluster_resources().get("CPU", 1)), 1)
 
     def submit(
         self,
@@ -58,7 +59,6 @@ class Cluster:
         tell: Tell = quiet,
     ) -> Result:
         """The task's result; raises as `Processes.submit` does."""
-        errors = self._ray.exceptions
         until = time.monotonic() + START_SECONDS + PATIENCE * limits.seconds
         reference = self._remote.remote(task, *(self._known(value) for value in values))
         try:
@@ -68,13 +68,12 @@ class Cluster:
                 if time.monotonic() > until:
                     raise JobFailed("time", limits)
             kind, found = self._ray.get(reference)
-        except errors.RayError as error:
+        except self._ray.exceptions.RayError as error:
             raise JobFailed("crash", limits, type(error).__name__) from error
         except StudioError:
             self._ray.cancel(reference, force=True)
             raise
-        failure = failure_of(kind, found, task, limits)
-        if failure is not None:
+        if (failure := failure_of(kind, found, task, limits)) is not None:
             raise failure
         return found
 
@@ -92,16 +91,6 @@ class Cluster:
     def close(self) -> None:
         """Leaves the cluster; one that was started here ends."""
         self._ray.shutdown()
-
-
-def _ray() -> Any:
-    try:
-        return importlib.import_module("ray")
-    except ImportError as error:
-        raise BackendMissing(
-            "the executor `ray` needs Ray: pip install 'physagent-studio[ray]'; without it there"
-            " are inline and processes"
-        ) from error
 
 
 def _carried_out(task: Callable[..., Any], *values: Any) -> tuple[str, Any]:

@@ -125,21 +125,21 @@ def _add(data: Any, edit: AddItem) -> Edit:
         message = f"cannot add at position {index}"
         raise EditError((Problem(edit.path, message, f"0 … {len(items)}"),))
     items.insert(index, copy.deepcopy(edit.item))
-    label = label_of(edit.item)
+    label = _label(edit.item)
     return RemoveItem(path=f"{edit.path}.{index if label is None else label}")
 
 
 def _renamed(edit: SetField, parent: Any, key: Any) -> str:
     """Where the field is found after the edit: setting an id or name moves its own path."""
     head = edit.path.split(".")
-    label = label_of(parent)
+    label = _label(parent)
     if label is not None and key == ("id" if "id" in parent else "name") and len(head) >= 2:
         return ".".join([*head[:-2], label, head[-1]])
-    new = label_of(parent[key]) if isinstance(parent, list) else None
+    new = _label(parent[key]) if isinstance(parent, list) else None
     return edit.path if new is None else ".".join([*head[:-1], new])
 
 
-def label_of(item: Any) -> str | None:
+def _label(item: Any) -> str | None:
     """What names a list item in a path: its id, else its name."""
     if not isinstance(item, dict):
         return None
@@ -167,11 +167,11 @@ def _key(node: Any, part: str, here: str) -> Any:
         raise EditError((Problem(here, message, f"fields: {', '.join(node)}"),))
     if isinstance(node, list):
         for index, item in enumerate(node):
-            if label_of(item) == part:
+            if _label(item) == part:
                 return index
-        if part.isdecimal() and int(part) < len(node) and label_of(node[int(part)]) is None:
+        if part.isdecimal() and int(part) < len(node) and _label(node[int(part)]) is None:
             return int(part)
-        names = [label_of(item) or str(index) for index, item in enumerate(node)]
+        names = [_label(item) or str(index) for index, item in enumerate(node)]
         message = f"has no item '{part}'{_hint(part, names)}"
         known = ", ".join(names) or "none"
         raise EditError((Problem(here, message, f"items: {known}"),))

@@ -1,4 +1,4 @@
-"""Plots as SVG text: shares over one or two numbers, and points over a number."""
+"""Plots as SVG text: the share that holds over one or two numbers, and points over a number."""
 
 from __future__ import annotations
 
@@ -13,50 +13,29 @@ from physagent_studio.arrays import FloatArray
 WIDTH, HEIGHT = 420, 300
 LEFT, BOTTOM, TOP, RIGHT = 62, 44, 14, 14
 """Margins of the axes, px."""
+ACROSS, UP = WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
 BINS = 10
 """Cells along an axis whose values are drawn and not of a grid."""
 MOST_DOTS = 2000
 """Points of one plot; of more every so manyth is drawn."""
+Ends = tuple[float, float]
 
 
-def share_over_two(x: FloatArray, y: FloatArray, holds: FloatArray, names: tuple[str, str]) -> str:
-    """Cells coloured by the share of runs that hold; the share is written into each."""
-    across, columns = _cells(x)
-    up, rows = _cells(y)
-    wide, high = _plot_size()
-    wide, high = wide / len(across), high / len(up)
+def shares(x: FloatArray, y: FloatArray, holds: FloatArray, names: tuple[str, str]) -> str:
+    """Cells coloured by the share of runs that hold, which each says under the pointer."""
+    (columns, i), (rows, j) = _cells(x), _cells(y)
+    wide, high = ACROSS / len(columns), UP / len(rows)
     body = []
-    for i, j in sorted(set(zip(columns.tolist(), rows.tolist(), strict=True))):
-        inside = holds[(columns == i) & (rows == j)]
-        left, top = LEFT + i * wide, TOP + (len(up) - 1 - j) * high
-        told = f"{names[0]} {across[i]:.4g}, {names[1]} {up[j]:.4g}: "
-        told += f"{inside.mean():.0%} of {len(inside)}"
+    for a, b in sorted(set(zip(i.tolist(), j.tolist(), strict=True))):
+        inside = holds[(i == a) & (j == b)]
+        told = f"{columns[a]:.4g}, {rows[b]:.4g}: {inside.mean():.0%} of {len(inside)}"
         body.append(
-            f'<rect x="{left:.1f}" y="{top:.1f}" width="{wide:.1f}" height="{high:.1f}"'
-            f' fill="{_shade(float(inside.mean()))}"><title>{escape(told)}</title></rect>'
+            f'<rect x="{LEFT + a * wide:.1f}" y="{TOP + (len(rows) - 1 - b) * high:.1f}"'
+            f' width="{wide:.1f}" height="{high:.1f}" fill="{_shade(float(inside.mean()))}">'
+            f"<title>{told}</title></rect>"
         )
-    ends = ((across[0], across[-1]), (up[0], up[-1]))
-    head = (names[0], f"share that holds, with {names[1]} upwards")
-    return _framed(body, head, ends, centred=(wide / 2, high / 2))
-
-
-def share_over_one(x: FloatArray, holds: FloatArray, name: str) -> str:
-    """A bar for each value, or range of values, as high as the share of runs that hold."""
-    across, columns = _cells(x)
-    wide, high = _plot_size()
-    wide /= len(across)
-    body = []
-    for i in sorted(set(columns.tolist())):
-        share = float(holds[columns == i].mean())
-        top = TOP + (1 - share) * high
-        told = f"{name} {across[i]:.4g}: {share:.0%} of {int((columns == i).sum())}"
-        body.append(
-            f'<rect x="{LEFT + i * wide + 1:.1f}" y="{top:.1f}" width="{max(wide - 2, 1):.1f}"'
-            f' height="{share * high:.1f}" fill="{_shade(1.0)}">'
-            f"<title>{escape(told)}</title></rect>"
-        )
-    ends = ((across[0], across[-1]), (0.0, 1.0))
-    return _framed(body, (name, "share that holds"), ends, centred=(wide / 2, 0))
+    ends = ((columns[0], columns[-1]), (rows[0], rows[-1]))
+    return _framed(body, names, ends, (wide / 2, high / 2))
 
 
 def dots(x: FloatArray, y: FloatArray, holds: FloatArray, names: tuple[str, str]) -> str:
@@ -65,15 +44,16 @@ def dots(x: FloatArray, y: FloatArray, holds: FloatArray, names: tuple[str, str]
     kept = kept[:: max(len(kept) // MOST_DOTS, 1)]
     if not len(kept):
         return ""
-    low, high = float(min(y[kept].min(), 0.0)), float(max(y[kept].max(), 0.0))
-    ends = (_widened(float(x[kept].min()), float(x[kept].max())), _widened(low, high))
-    body = [_line(_at(0.0, ends[1], up=True))]
-    for index in kept:
-        across, up = _at(float(x[index]), ends[0]), _at(float(y[index]), ends[1], up=True)
-        body.append(
-            f'<circle cx="{across:.1f}" cy="{up:.1f}" r="3" fill="{_shade(float(holds[index]))}"/>'
-        )
-    return _framed(body, names, ends)
+    across, up = _ends(x[kept]), _ends(np.append(y[kept], 0.0))
+    level = TOP + UP * (1 - _share(0.0, up))
+    body = [f'<path d="M{LEFT} {level:.1f}h{ACROSS}" class="axis"/>']
+    body += [
+        f'<circle cx="{LEFT + ACROSS * _share(float(x[k]), across):.1f}"'
+        f' cy="{TOP + UP * (1 - _share(float(y[k]), up)):.1f}" r="3"'
+        f' fill="{_shade(float(holds[k]))}"/>'
+        for k in kept
+    ]
+    return _framed(body, names, (across, up), (0.0, 0.0))
 
 
 def _cells(values: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
@@ -86,22 +66,13 @@ def _cells(values: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
     return (edges[1:] + edges[:-1]) / 2, places
 
 
-def _plot_size() -> tuple[float, float]:
-    return WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
-
-
-def _widened(low: float, high: float) -> tuple[float, float]:
+def _ends(values: FloatArray) -> Ends:
+    low, high = float(values.min()), float(values.max())
     return (low, high) if high > low else (low - 0.5, high + 0.5)
 
 
-def _at(value: float, ends: tuple[float, float], *, up: bool = False) -> float:
-    wide, high = _plot_size()
-    share = (value - ends[0]) / (ends[1] - ends[0])
-    return TOP + (1 - share) * high if up else LEFT + share * wide
-
-
-def _line(y: float) -> str:
-    return f'<path d="M{LEFT} {y:.1f}H{WIDTH - RIGHT}" class="axis"/>'
+def _share(value: float, ends: Ends) -> float:
+    return (value - ends[0]) / (ends[1] - ends[0])
 
 
 def _shade(share: float) -> str:
@@ -112,27 +83,20 @@ def _shade(share: float) -> str:
 
 
 def _framed(
-    body: Sequence[str],
-    names: tuple[str, str],
-    ends: tuple[tuple[float, float], tuple[float, float]],
-    centred: tuple[float, float] = (0.0, 0.0),
+    body: Sequence[str], names: tuple[str, str], ends: tuple[Ends, Ends], inside: Ends
 ) -> str:
-    """The plot with its axes. centred: how far inside the ends are written, px."""
-    right, bottom = WIDTH - RIGHT, HEIGHT - BOTTOM
+    """The plot with its axes. inside: how far from the corners their ends are written, px."""
+    right, bottom = LEFT + ACROSS, TOP + UP
     words = [
-        (LEFT + centred[0], bottom + 16, "middle", f"{ends[0][0]:.4g}"),
-        (right - centred[0], bottom + 16, "middle", f"{ends[0][1]:.4g}"),
-        (LEFT - 6, bottom + 4 - centred[1], "end", f"{ends[1][0]:.4g}"),
-        (LEFT - 6, TOP + 4 + centred[1], "end", f"{ends[1][1]:.4g}"),
-        ((LEFT + right) / 2, HEIGHT - 8, "middle", names[0]),
+        (LEFT + inside[0], bottom + 16, "middle", f"{ends[0][0]:.4g}"),
+        (right - inside[0], bottom + 16, "middle", f"{ends[0][1]:.4g}"),
+        (LEFT - 6, bottom + 4 - inside[1], "end", f"{ends[1][0]:.4g}"),
+        (LEFT - 6, TOP + 4 + inside[1], "end", f"{ends[1][1]:.4g}"),
+        ((LEFT + right) / 2, HEIGHT - 8, "middle", escape(names[0])),
     ]
-    told = [
-        f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{escape(text)}</text>'
-        for x, y, anchor, text in words
-    ]
+    told = [f'<text x="{x}" y="{y}" text-anchor="{at}">{text}</text>' for x, y, at, text in words]
     frame = f'<path d="M{LEFT} {TOP}V{bottom}H{right}" class="axis"/>'
-    picture = f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img">'
     return (
-        f"<figure><figcaption>{escape(names[1])}</figcaption>{picture}{''.join(body)}{frame}"
-        f"{''.join(told)}</svg></figure>"
+        f"<figure><figcaption>{escape(names[1])}</figcaption>"
+        f'<svg viewBox="0 0 {WIDTH} {HEIGHT}">{"".join([*body, frame, *told])}</svg></figure>'
     )

@@ -8,7 +8,6 @@ the camera says how uncertain their places are.
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -17,13 +16,14 @@ import numpy as np
 from physagent_studio.agent.rules.planner.parameters import Knob, action_knobs, material_knobs
 from physagent_studio.arrays import FloatArray
 from physagent_studio.jobs import Executor
-from physagent_studio.program import PhysicalProgram, SceneObject, SetField
+from physagent_studio.jobs.executor import never
+from physagent_studio.program import PhysicalProgram, SceneObject, Support
 from physagent_studio.program.edits import Edit
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.materials import touch_of
 from physagent_studio.program.scene.shapes import outline_of
 from physagent_studio.sweep.carry_out import carry_out
-from physagent_studio.sweep.plan import Draw, Plan, Point, Target, planned
+from physagent_studio.sweep.plan import Plan, Point, Target, planned
 from physagent_studio.sweep.run import Ran
 
 FARTHEST = 2.0
@@ -75,17 +75,11 @@ class Uncertain:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Robustness:
-    """What came of it. draws: (N, numbers) standard deviations by which each was moved.
-
-    paths: (N, frames, objects, 3) world, m, where things were in each run that did not end early.
-    first: the check that the nearest failing draw breaks worst; its number: what sets the failing
-    draws apart most, and whether they have it lower or higher.
-    """
+    """What came of the runs. draws: (N, numbers) standard deviations by which each was moved."""
 
     runs: tuple[Ran, ...]
     numbers: tuple[Uncertain, ...]
     draws: FloatArray
-    objects: tuple[str, ...] = ()
 
     @property
     def holds(self) -> int:
@@ -94,25 +88,18 @@ class Robustness:
 
     @property
     def paths(self) -> FloatArray:
-        """The ribbon."""
-        whole = [ran.path for ran in self.runs if ran.path is not None and not ran.problem]
-        return np.array(whole)
+        """The ribbon: (N, frames, objects, 3) world, m, of each run that did not end early."""
+        return np.array([ran.path for ran in self.runs if ran.path is not None and not ran.problem])
 
     @property
     def first(self) -> str:
         """What the failing draw that moves the numbers least breaks worst; "" where all hold."""
-        far = np.linalg.norm(self.draws, axis=1)
-        failing = [index for index, ran in enumerate(self.runs) if not ran.holds]
+        far = zip(np.linalg.norm(self.draws, axis=1).tolist(), self.runs, strict=True)
+        failing = [row for row in far if not row[1].holds]
         if not failing:
             return ""
-        nearest = self.runs[min(failing, key=lambda index: far[index])]
+        nearest = min(failing, key=lambda row: row[0])[1]
         return nearest.failing[0].id if nearest.failing else "the run itself"
-
-    @property
-    def often(self) -> tuple[tuple[str, int], ...]:
-        """What fails how often, most often first."""
-        count = Counter(check.id for ran in self.runs for check in ran.failing)
-        return tuple(sorted(count.items(), key=lambda row: (-row[1], row[0])))
 
     @property
     def why(self) -> tuple[Uncertain, float] | None:
@@ -123,66 +110,53 @@ class Robustness:
         held = np.array([ran.holds for ran in self.runs], bool)
         if held.all() or not self.numbers:
             return None
-        kept = self.draws[held].mean(0) if held.any() else 0.0
-        apart = self.draws[~held].mean(0) - kept
+        apart = self.draws[~held].mean(0) - (self.draws[held].mean(0) if held.any() else 0.0)
         most = int(np.argmax(np.abs(apart)))
         return self.numbers[most], float(apart[most])
 
     @property
     def sentence(self) -> str:
-        """`holds in 46 of 50; first to break: hits, as the friction of ball is lower`."""
+        """`holds in 46 of 50; first to break: hit, where the friction of ball is lower`."""
         said = f"holds in {self.holds} of {len(self.runs)}"
-        if (why := self.why) is not None:
-            way = "higher" if why[1] > 0 else "lower"
-            said += f"; first to break: {self.first}, where the {why[0].label} is {way}"
-        return said
+        if (why := self.why) is None:
+            return said
+        way = "higher" if why[1] > 0 else "lower"
+        return f"{said}; first to break: {self.first}, where the {why[0].label} is {way}"
 
 
 def robustness(
-    target: Target,
-    executor: Executor,
-    runs: int,
-    *,
-    seed: int = 0,
-    cancelled: Callable[[], bool] = lambda: False,
+    target: Target, executor: Executor, runs: int, *, cancelled: Callable[[], bool] = never
 ) -> Robustness:
     """Runs a program that many times with its uncertain numbers moved."""
-    plan = Plan(seeds=runs, draw=draw_of(seed))
-    points = list(planned(plan, (target,)))
+    points = list(planned(Plan(seeds=runs, draw=draw), (target,)))
     found: dict[str, Ran] = {}
 
     def done(point: Point, ran: Ran) -> None:
         found[point.key] = ran
 
     carry_out(points, executor, done, cancelled=cancelled)
-    return judged(target, [found[point.key] for point in points], seed)
+    return judged(target, [found[point.key] for point in points])
 
 
-def judged(target: Target, runs: Sequence[Ran], seed: int = 0) -> Robustness:
-    """What the runs of the draws 0, 1, … of a seed come to."""
+def judged(target: Target, runs: Sequence[Ran]) -> Robustness:
+    """What the runs of the draws 0, 1, … come to."""
     numbers = uncertain(target.program)
-    draws = np.array([deviates(len(numbers), seed, index) for index in range(len(runs))])
-    objects = next((ran.objects for ran in runs if ran.objects), ())
-    return Robustness(tuple(runs), numbers, draws, objects)
+    draws = np.array([deviates(len(numbers), index) for index in range(len(runs))])
+    return Robustness(tuple(runs), numbers, draws)
 
 
-def draw_of(seed: int) -> Draw:
-    """What moves the uncertain numbers of a program, by the number of the draw."""
-
-    def draw(program: PhysicalProgram, index: int) -> tuple[tuple[Edit, ...], Mapping[str, float]]:
-        numbers = uncertain(program)
-        by = deviates(len(numbers), seed, index)
-        values = [number.moved(float(z)) for number, z in zip(numbers, by, strict=True)]
-        pairs = list(zip(numbers, values, strict=True))
-        edits = tuple(edit for number, value in pairs for edit in number.knob.edits(value))
-        return edits, {number.knob.path: value for number, value in pairs}
-
-    return draw
+def draw(program: PhysicalProgram, index: int) -> tuple[tuple[Edit, ...], Mapping[str, float]]:
+    """What moves the uncertain numbers of a program, by the number of the draw; see `Plan`."""
+    numbers = uncertain(program)
+    moved = zip(numbers, deviates(len(numbers), index).tolist(), strict=True)
+    values = {number.knob: number.moved(by) for number, by in moved}
+    edits = tuple(edit for knob, value in values.items() for edit in knob.edits(value))
+    return edits, {knob.path: value for knob, value in values.items()}
 
 
-def deviates(count: int, seed: int, index: int) -> FloatArray:
-    """(count,) standard deviations of one draw; the same for the same seed and number."""
-    drawn = np.random.default_rng((seed, index)).standard_normal(count)
+def deviates(count: int, index: int) -> FloatArray:
+    """(count,) standard deviations of one draw; the same for the same number."""
+    drawn = np.random.default_rng(index).standard_normal(count)
     return np.clip(drawn, -FARTHEST, FARTHEST)
 
 
@@ -191,42 +165,28 @@ def deviates(count: int, seed: int, index: int) -> FloatArray:
 
 def uncertain(program: PhysicalProgram) -> tuple[Uncertain, ...]:
     """Every number of a program that is known to so much only, in the program's order."""
-    found = [
-        *(_strength(knob) for knob in action_knobs(program) if knob.factor in STRENGTH),
-        *(
-            Uncertain(knob, _relative(program, knob))
-            for knob in material_knobs(program)
-            if knob.factor in RELATIVE and knob.by_ratio
-        ),
-        *_grounds(program),
-    ]
+    acts = [knob for knob in action_knobs(program) if knob.factor in STRENGTH]
+    found = [Uncertain(knob, RELATIVE["magnitude"] if knob.by_ratio else TURNED) for knob in acts]
+    for knob in (*material_knobs(program), *map(_friction, program.scene.supports)):
+        # What is exactly nothing was meant so.
+        if knob.factor in RELATIVE and knob.value > 0:
+            spread = STATED if _stated(program, knob) else RELATIVE[knob.factor]
+            found.append(Uncertain(knob, spread if knob.by_ratio else spread * knob.value))
     for item in program.scene.objects:
         found += _places(item, program.scene.camera)
     return tuple(found)
 
 
-def _strength(knob: Knob) -> Uncertain:
-    return Uncertain(knob, RELATIVE["magnitude"] if knob.by_ratio else TURNED)
-
-
-def _relative(program: PhysicalProgram, knob: Knob) -> float:
-    item = program.scene.object(knob.target)
-    field = knob.path.rpartition(".")[2]
+def _stated(program: PhysicalProgram, knob: Knob) -> bool:
+    """Whether a person or the case gave the number."""
+    item = program.scene.object(knob.target) or program.scene.support(knob.target)
     told = item is not None and item.source in ("given", "person")
-    return STATED if told and getattr(item, field, None) is not None else RELATIVE[knob.factor]
+    return told and getattr(item, knob.path.rpartition(".")[2], None) is not None
 
 
-def _grounds(program: PhysicalProgram) -> list[Uncertain]:
-    """Friction of what carries others."""
-    return [
-        Uncertain(
-            Knob(f"scene.supports.{one.name}.friction", "friction", one.name,
-                 touch_of(one).friction, 0.0, 5.0, 0.3),
-            RELATIVE["friction"],
-        )
-        for one in program.scene.supports
-        if touch_of(one).friction > 0
-    ]  # fmt: skip
+def _friction(one: Support) -> Knob:
+    now = touch_of(one).friction
+    return Knob(f"scene.supports.{one.name}.friction", "friction", one.name, now, 0.0, 5.0, 0.3)
 
 
 def _places(item: SceneObject, camera: Camera | None) -> list[Uncertain]:
@@ -234,23 +194,15 @@ def _places(item: SceneObject, camera: Camera | None) -> list[Uncertain]:
     if item.position is None or item.shape is None or item.source in ("given", "person"):
         return []
     largest = float(np.max(outline_of(item.shape).size))
-    aside = along = PLACED * largest
+    spreads = (PLACED * largest, PLACED * largest)
     if camera is not None and item.grounding.shows_something:
-        aside, along = _seen(item.position, camera)
+        spreads = _seen(item.position, camera)
     found = []
-    for axis, spread in ((0, aside), (1, along)):
-        at = item.position[axis]
-        knob = Knob(
-            f"scene.objects.{item.name}.position.{axis}", "place", item.name, at, -1e4, 1e4, 1.0,
-            by_ratio=False, write=_written(f"scene.objects.{item.name}.position.{axis}"),
-        )  # fmt: skip
+    for axis, spread in enumerate(spreads):
+        path, at = f"scene.objects.{item.name}.position.{axis}", item.position[axis]
+        knob = Knob(path, "place", item.name, at, -1e4, 1e4, 1.0, by_ratio=False)
         found.append(Uncertain(knob, min(spread, CROWDING * largest)))
     return found
-
-
-def _written(path: str) -> Callable[[float], tuple[Edit, ...]]:
-    # To a tenth of a millimetre: five digits of what is far away would be too few.
-    return lambda value: (SetField(path=path, value=round(value, 4)),)
 
 
 def _seen(position: tuple[float, float, float], camera: Camera) -> tuple[float, float]:

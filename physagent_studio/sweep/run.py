@@ -22,30 +22,24 @@ if TYPE_CHECKING:
     from physagent_studio.simulation import Simulator
 
 LIMITS = Limits(600.0, 2 * 2**30)
-"""As for a run of the loop (`workbench.tasks.SIMULATION`): grains take a minute."""
-
-
-class Touch(Frozen):
-    """The first contact of two bodies: when, s."""
-
-    a: str
-    b: str
-    seconds: float
+"""Grains are the slowest, at a minute a run."""
+SETTLED_STEPS = 2
+"""Control steps within which what stands comes to rest on what carries it: no event of the clip."""
 
 
 class Ran(Frozen):
     """What one run came to. rollout: a hash of all that moved, equal where the bits are.
 
-    problem: why there was no run, or why it ended early; such a run does not hold. lost: its worker
-    broke down every time, so that another sweep tries it again. objects and path: (frames, objects,
-    3) where things were, world, m; not kept on the disk.
+    touches: first contact of each pair, s. problem: why there was no run, or why it ended early; it
+    does not hold then. lost: its worker broke down every time, so that another sweep tries it
+    again. objects and path: (frames, objects, 3) where things were, world, m; not on the disk.
     """
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
 
     rollout: str = ""
     checks: tuple[Check, ...] = ()
-    touches: tuple[Touch, ...] = ()
+    touches: tuple[tuple[str, float], ...] = ()
     problem: str = ""
     lost: bool = False
     objects: tuple[str, ...] = ()
@@ -67,14 +61,12 @@ def ran(
     program: PhysicalProgram, meshes: Mapping[str, Mesh], drawn: Mapping[str, Drawn] | None
 ) -> Ran:
     """Runs a program and measures its contract; pure, so it may run anywhere and again."""
-    cancelled, _ = hearing()
-    rollout = _simulator().simulate(program, meshes, cancelled=cancelled)
-    alarm = rollout.blown_up
+    rollout = _simulator().simulate(program, meshes, cancelled=hearing()[0])
     return Ran(
         rollout=key_of(rollout),
         checks=measure(program, rollout, drawn),
-        touches=tuple(_touches(rollout)),
-        problem=alarm.text if alarm else "",
+        touches=_touches(rollout),
+        problem=rollout.blown_up.text if rollout.blown_up else "",
         objects=rollout.objects,
         path=rollout.positions[rollout.frame_steps()],
     )
@@ -97,17 +89,13 @@ def key_of(rollout: Rollout) -> str:
     return digest.hexdigest()
 
 
-def _touches(rollout: Rollout) -> list[Touch]:
+def _touches(rollout: Rollout) -> tuple[tuple[str, float], ...]:
     """The first contact of each pair that did not touch at the start, earliest first."""
     rows = rollout.contacts
     pairs, first = np.unique(np.column_stack([rows["a"], rows["b"]]), axis=0, return_index=True)
-    found = [
-        Touch(a=rollout.bodies[a], b=rollout.bodies[b], seconds=step * rollout.step_seconds)
-        for (a, b), step in zip(pairs.tolist(), rows["step"][first].tolist(), strict=True)
+    steps = zip(rows["step"][first].tolist(), pairs.tolist(), strict=True)
+    return tuple(
+        (f"{rollout.bodies[a]} {rollout.bodies[b]}", step * rollout.step_seconds)
+        for step, (a, b) in sorted(steps)
         if step > SETTLED_STEPS
-    ]
-    return sorted(found, key=lambda touch: (touch.seconds, touch.a, touch.b))
-
-
-SETTLED_STEPS = 2
-"""Control steps within which what stands comes to rest on what carries it: no event of the clip."""
+    )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -13,29 +12,39 @@ from physagent_studio.errors import InputError
 from physagent_studio.session.lock import Lock
 from physagent_studio.sweep.run import Ran
 
-RUNS = "runs.jsonl"
-"""The file of a sweep's folder that only grows; a line that a kill has cut off is run again."""
-
 
 class Store:
-    """The runs of a folder by key. One process writes it; what `add` returned from is kept."""
+    """The runs of a folder by key. One process writes it; what `add` returned from is kept.
+
+    Only places are held in memory. A line that a kill has cut off is dropped, and run again.
+    """
 
     def __init__(self, folder: Path) -> None:
         """Raises InputError where the folder cannot be written, or another sweep is at it."""
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            self.folder, path = folder, folder / RUNS
             self._lock = Lock(folder / ".lock")
             if not self._lock.taken:
                 raise InputError(f"another sweep (process {self._lock.holder}) writes to {folder}")
-            lines = list(_whole_lines(path))
-            self._places = {key: place for key, place, lost in lines if not lost}
-            end = sum(size for _, (_, size), _ in lines)
-            self._file = path.open("a+b")
-            # What follows the last whole line was never acknowledged.
-            self._file.truncate(end)
+            self._file = (folder / "runs.jsonl").open("a+b")
+            self._places = self._read()
         except OSError as error:
             raise InputError(f"{folder} cannot be written: {error.strerror}") from error
+
+    def _read(self) -> dict[str, tuple[int, int]]:
+        """(offset, bytes) of each whole line that another sweep need not try again."""
+        places, at = dict[str, tuple[int, int]](), 0
+        self._file.seek(0)
+        for line in self._file:
+            try:
+                found = json.loads(line)
+                if not Ran.model_validate(found["ran"]).lost:
+                    places[found["key"]] = (at, len(line))
+            except (ValueError, KeyError, TypeError, ValidationError):
+                break
+            at += len(line)
+        self._file.truncate(at)
+        return places
 
     def __contains__(self, key: str) -> bool:
         return key in self._places
@@ -44,7 +53,6 @@ class Store:
         return len(self._places)
 
     def __getitem__(self, key: str) -> Ran:
-        """The run of a key, read from the disk: a sweep of any size fits into memory."""
         at, size = self._places[key]
         line = os.pread(self._file.fileno(), size, at)
         return Ran.model_validate(json.loads(line)["ran"])
@@ -58,26 +66,10 @@ class Store:
             self._file.write(line)
             self._file.flush()
         except OSError as error:
-            raise InputError(f"{self.folder} cannot be written: {error.strerror}") from error
+            raise InputError(f"a run cannot be kept: {error.strerror}") from error
         self._places[key] = (at, len(line))
 
     def close(self) -> None:
         """Lets another sweep write here."""
         self._file.close()
         self._lock.release()
-
-
-def _whole_lines(path: Path) -> Iterator[tuple[str, tuple[int, int], bool]]:
-    """(key, (offset, bytes), lost) of each line up to the first that is not whole."""
-    if not path.exists():
-        return
-    at = 0
-    with path.open("rb") as file:
-        for line in file:
-            try:
-                found = json.loads(line)
-                lost = Ran.model_validate(found["ran"]).lost
-            except (ValueError, KeyError, TypeError, ValidationError):
-                return
-            yield found["key"], (at, len(line)), lost
-            at += len(line)

@@ -38,4 +38,4 @@ def target(text: str) -> Target:
     program = load_program(text)
     scene = reconstruct(bare_case(program, "bare"), program.scene)
     whole: PhysicalProgram = program.model_copy(update={"scene": scene.state})
-    return Target.of("bare", whole, scene)
+    return Target("bare", whole, scene)

@@ -11,7 +11,7 @@ from physagent_studio.program import SetField, apply
 from physagent_studio.program.edits import AddItem, Edit, Hunk
 from physagent_studio.sweep import Target
 from physagent_studio.sweep.attribution import attribution
-from physagent_studio.sweep.robustness import draw_of, robustness, uncertain
+from physagent_studio.sweep.robustness import draw, robustness, uncertain
 from tests.sweep.programs import slider, target
 
 
@@ -21,7 +21,6 @@ def test_what_holds_by_far_holds_in_all_and_what_just_holds_in_half() -> None:
     found = robustness(slider(0.166), Inline(), 24)
     assert 6 <= found.holds <= 18
     assert found.first == "slides"
-    assert dict(found.often)["slides"] == 24 - found.holds
 
 
 def test_it_is_said_which_number_breaks_it_first() -> None:
@@ -39,13 +38,11 @@ def test_it_is_said_which_number_breaks_it_first() -> None:
     apart = by_name["density of block"][held].mean() - by_name["density of block"][~held].mean()
     assert abs(apart) < abs(found.why[1])
     assert found.paths.shape[:2] == (40, 11)
-    assert found.objects == ("block",)
 
 
 def test_the_same_seed_draws_the_same_and_pose_is_certain_where_it_was_given() -> None:
     program = slider(0.1).program
-    edits, values = draw_of(3)(program, 7)
-    assert (edits, values) == draw_of(3)(program, 7) != draw_of(4)(program, 7)
+    assert draw(program, 7) == draw(program, 7) != draw(program, 8)
     assert not any(".position." in number.knob.path for number in uncertain(program))
     guessed = apply(program, [SetField(path="scene.objects.block.source", value="estimated")])
     placed = [one for one in uncertain(guessed) if ".position." in one.knob.path]

@@ -8,20 +8,20 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pytest
 
 from physagent_studio.errors import BackendMissing, Cancelled, EditError, InputError
+from physagent_studio.exchange.tables import write_csv, write_parquet
 from physagent_studio.jobs import Executor, Inline, Processes
 from physagent_studio.jobs.cluster import Cluster
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.sweep import Plan, Ran, Store, Target, carry_out, planned, ran
-from physagent_studio.sweep.carry_out import Task, into
+from physagent_studio.sweep import Plan, Point, Ran, Store, Target, carry_out, planned, ran
 from physagent_studio.sweep.fields import span_of
 from physagent_studio.sweep.page import write_page
-from physagent_studio.sweep.table import table_of, write_csv, write_parquet
+from physagent_studio.sweep.table import columns_of
 from tests.sweep.programs import slider
 
 carrying = importlib.import_module("physagent_studio.sweep.carry_out")
@@ -66,7 +66,9 @@ def slow(*_values: object) -> Ran:
     return Ran()
 
 
-def runs_of(plan: Plan, target: Target, executor: Executor, task: Task = ran) -> dict[str, Ran]:
+def runs_of(
+    plan: Plan, target: Target, executor: Executor, task: Callable[..., Ran] = ran
+) -> dict[str, Ran]:
     found: dict[str, Ran] = {}
 
     def done(point, one: Ran) -> None:
@@ -75,6 +77,10 @@ def runs_of(plan: Plan, target: Target, executor: Executor, task: Task = ran) ->
 
     carry_out(planned(plan, (target,)), executor, done, task=task)
     return found
+
+
+def kept(store: Store) -> Callable[[Point, Ran], None]:
+    return lambda point, one: store.add(point.key, one)
 
 
 def told(runs: Mapping[str, Ran]) -> dict[str, str]:
@@ -132,7 +138,7 @@ def test_a_sweep_goes_on_where_it_was_and_a_torn_line_is_run_again(
     block: Target, tmp_path: Path
 ) -> None:
     store = Store(tmp_path)
-    carry_out(planned(speeds(2), (block,)), Inline(), into(store))
+    carry_out(planned(speeds(2), (block,)), Inline(), kept(store))
     with pytest.raises(InputError, match="another sweep"):
         Store(tmp_path)
     store.close()
@@ -146,7 +152,7 @@ def test_a_sweep_goes_on_where_it_was_and_a_torn_line_is_run_again(
 
     store = Store(tmp_path)
     known, points = store.__contains__, planned(speeds(3), (block,))
-    carry_out(points, Inline(), into(store), known=known, task=counted)
+    carry_out(points, Inline(), kept(store), known=known, task=counted)
     # Both ends are those of the first sweep, and the last line of it was torn.
     assert len(begun) == 2
     assert len(store) == 3
@@ -172,7 +178,7 @@ def test_a_cancelled_sweep_ends_at_once(block: Target) -> None:
     [
         ("event.actions.go.speed=0:1:3", "fields: id, name"),
         ("event.actions.stop.velocity.0=0:1:3", "items: go"),
-        ("event.actions.go=0:1:3", SPEED),
+        ("event.actions.go.velocity=0:1:3", "is no number .items: 0, 1, 2"),
         (f"{SPEED}=0:501:3", "at most 500"),
     ],
 )
@@ -201,7 +207,7 @@ def test_draws_are_the_same_each_time_and_an_open_number_may_be_drawn(block: Tar
 def test_tables_and_page_hold_every_point(block: Target, tmp_path: Path) -> None:
     plan = Plan((*speeds(3).grid, span_of("scene.supports.floor.friction=0.1:0.5:2", grid=True)))
     runs = runs_of(plan, block, Inline())
-    table = table_of((point, runs[point.key]) for point in planned(plan, (block,)))
+    table = columns_of((point, runs[point.key]) for point in planned(plan, (block,)))
     write_csv(table, tmp_path / "results.csv")
     with (tmp_path / "results.csv").open() as file:
         rows = list(csv.DictReader(file))
@@ -210,10 +216,10 @@ def test_tables_and_page_hold_every_point(block: Target, tmp_path: Path) -> None
     pytest.importorskip("pyarrow")
     from pyarrow.parquet import read_table
 
-    assert write_parquet(table, tmp_path / "results.parquet")
+    write_parquet(table, tmp_path / "results.parquet")
     read = read_table(tmp_path / "results.parquet").to_pydict()
     assert read["margin slides"] == [float(row["margin slides"]) for row in rows]
-    write_page(table, tmp_path / "index.html", "Sweep", ("6 points",))
+    write_page(table, tmp_path / "index.html", ["6 points"])
     page = (tmp_path / "index.html").read_text()
     assert page.count("<rect") == 6 + 3 + 2
     assert page.count("<circle") >= 6

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from physagent_studio.agent.roles import Director, Generator, Planner, Verifier
+from physagent_studio.agent.roles import Director, Generator, Planner, Trial, Verifier
 from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.records import Case, Check, Image, Rollout, Scene
+
+Trying = Callable[[PhysicalProgram], Trial | None]
+SideBySide = Callable[[Trying, Sequence[PhysicalProgram]], list[Trial | None]]
+
+
+def in_order(work: Trying, programs: Sequence[PhysicalProgram]) -> list[Trial | None]:
+    """One after the other."""
+    return [work(program) for program in programs]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -25,7 +33,8 @@ class Bench:
     """What the loop works with; the workbench supplies it.
 
     put/get pairs keep arrays out of the state: they return and take keys. evidence renders
-    the sampled frames of a rollout, or returns () where nothing shall be rendered.
+    the sampled frames of a rollout, or returns () where nothing shall be rendered. side_by_side
+    does some work on each program, on as many cores as there are for it.
     """
 
     case: Case
@@ -39,3 +48,4 @@ class Bench:
     put_rollout: Callable[[Rollout], str]
     get_rollout: Callable[[str], Rollout]
     put_frames: Callable[[tuple[Image, ...]], str]
+    side_by_side: SideBySide = in_order

@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from physagent_studio.agent.roles import Director, Generator, Planner, Trial, Verifier
 from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.records import Case, Check, Image, Rollout, Scene
-
-Trying = Callable[[PhysicalProgram], Trial | None]
-SideBySide = Callable[[Trying, Sequence[PhysicalProgram]], list[Trial | None]]
-
-
-def in_order(work: Trying, programs: Sequence[PhysicalProgram]) -> list[Trial | None]:
-    """One after the other."""
-    return [work(program) for program in programs]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -48,4 +40,4 @@ class Bench:
     put_rollout: Callable[[Rollout], str]
     get_rollout: Callable[[str], Rollout]
     put_frames: Callable[[tuple[Image, ...]], str]
-    side_by_side: SideBySide = in_order
+    side_by_side: Callable[..., list[Trial | None]] = lambda work, programs: [*map(work, programs)]

@@ -77,16 +77,11 @@ def _dotted(columns: Columns, first: str, names: list[str]) -> list[str]:
 
 
 def telling(numbers: dict[str, FloatArray], holds: FloatArray) -> list[str]:
-    """The fields that have several values: those of a grid as they come, then the most telling."""
-    found = []
-    for place, (name, values) in enumerate(numbers.items()):
-        known = len(np.unique(values))
-        if known > 1 and np.isfinite(values).all():
-            # Few values are those of a grid: what was asked for comes before what was only moved.
-            drawn = known == len(values)
-            apart = abs(np.corrcoef(values, holds)[0, 1]) if drawn and holds.std() > 0 else 0.0
-            found.append((drawn, -apart, place, name))
-    return [name for *_, name in sorted(found)]
+    """The fields that have several values, the one that goes along with success most first."""
+    varied = [name for name, one in numbers.items() if np.isfinite(one).all() and one.std() > 0]
+    if holds.std() == 0:
+        return varied
+    return sorted(varied, key=lambda name: -abs(np.corrcoef(numbers[name], holds)[0, 1]))
 
 
 def _numbers(columns: Columns, name: str) -> FloatArray:

@@ -29,13 +29,8 @@ from physagent_studio.sweep.run import Ran
 FARTHEST = 2.0
 """Standard deviations beyond which nothing is moved: nineteen in twenty are within, and what lies
 beyond is rather another thing than an uncertain one."""
-RELATIVE = {
-    "magnitude": 0.05,
-    "density": 0.15,
-    "friction": 0.15,
-    "restitution": 0.1,
-    "rolling": 0.3,
-}
+RELATIVE = {"magnitude": 0.05, "density": 0.15, "friction": 0.15, "restitution": 0.1}
+RELATIVE |= {"rolling": 0.3}
 """Relative standard deviations. A push is as strong as a hand repeats it; densities of one material
 and its coefficients differ by this much between samples in the tables that `materials.yaml` names,
 and its rolling resistances, by its own words, by up to a factor of two."""
@@ -94,19 +89,14 @@ class Robustness:
     @property
     def first(self) -> str:
         """What the failing draw that moves the numbers least breaks worst; "" where all hold."""
-        far = zip(np.linalg.norm(self.draws, axis=1).tolist(), self.runs, strict=True)
-        failing = [row for row in far if not row[1].holds]
-        if not failing:
-            return ""
-        nearest = min(failing, key=lambda row: row[0])[1]
-        return nearest.failing[0].id if nearest.failing else "the run itself"
+        far = np.linalg.norm(self.draws, axis=1).tolist()
+        failing = [(by, ran) for by, ran in zip(far, self.runs, strict=True) if not ran.holds]
+        nearest = min(failing, key=lambda row: row[0])[1].failing if failing else ()
+        return nearest[0].id if nearest else "the run itself" * bool(failing)
 
     @property
     def why(self) -> tuple[Uncertain, float] | None:
-        """The number in which failing draws differ most, and by how many standard deviations.
-
-        None where all hold: then no number is known to matter.
-        """
+        """The number in which failing draws differ most, and by how many standard deviations."""
         held = np.array([ran.holds for ran in self.runs], bool)
         if held.all() or not self.numbers:
             return None
@@ -166,6 +156,8 @@ def deviates(count: int, index: int) -> FloatArray:
 def uncertain(program: PhysicalProgram) -> tuple[Uncertain, ...]:
     """Every number of a program that is known to so much only, in the program's order."""
     acts = [knob for knob in action_knobs(program) if knob.factor in STRENGTH]
+    # Strength and aim of a plain vector are one field; the strength, which comes first, is moved.
+    acts = list({knob.path: knob for knob in reversed(acts)}.values())[::-1]
     found = [Uncertain(knob, RELATIVE["magnitude"] if knob.by_ratio else TURNED) for knob in acts]
     for knob in (*material_knobs(program), *map(_friction, program.scene.supports)):
         # What is exactly nothing was meant so.

@@ -16,7 +16,7 @@ from physagent_studio.jobs.cluster import Cluster
 from physagent_studio.program.text.document import load_program
 from physagent_studio.reconstruction.without_photo import scene_without_photo
 from physagent_studio.sweep import Plan, Point, Ran, Target, carry_out, planned
-from physagent_studio.sweep.fields import Span
+from physagent_studio.sweep.plan import Span
 
 FASTER = 1.7
 """What two cores have to make of one, where all of it is measured."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -88,17 +88,13 @@ def executor_of(name: str, workers: int | None, address: str) -> Iterator[Execut
     from physagent_studio.jobs import Inline, Processes
     from physagent_studio.jobs.cluster import Cluster
 
-    if name not in EXECUTORS:
-        raise InputError(f"--executor {name} is not known ({', '.join(EXECUTORS)})")
-    if address and name != "ray":
-        raise InputError("--address is of a Ray cluster: give --executor ray")
+    if name not in EXECUTORS or (address and name != "ray"):
+        known = ", ".join(EXECUTORS)
+        raise InputError(f"--executor {name} is not known ({known}; --address is of ray alone)")
     if name == "inline":
         yield Inline()
         return
-    processes = name == "processes"
-    made = Processes(workers or os.cpu_count() or 1, keeping=True) if processes else None
-    made = made or Cluster(address, workers)
-    try:
+    here = name == "processes"
+    cores = workers or os.cpu_count() or 1
+    with closing(Processes(cores, keeping=True) if here else Cluster(address, workers)) as made:
         yield made
-    finally:
-        made.close()

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from physagent_studio.errors import BackendMissing, Cancelled, InputError, StudioError
-from physagent_studio.jobs.executor import JobFailed, Limits, Tell, never, quiet
+from physagent_studio.jobs.executor import JobFailed, Limits, Tell, answer_of, never, quiet
 from physagent_studio.jobs.processes import PATIENCE, START_SECONDS, failure_of
 
 Result = TypeVar("Result")
@@ -94,12 +94,5 @@ class Cluster:
 
 
 def _carried_out(task: Callable[..., Any], *values: Any) -> tuple[str, Any]:
-    """On a worker: what a process of ours would answer."""
-    try:
-        return "result", task(*values)
-    except StudioError as error:
-        return "said", error
-    except MemoryError:
-        return "memory", ""
-    except Exception as error:  # noqa: BLE001 - whatever it is, the other side is told
-        return "crash", repr(error)[:500]
+    """On a worker: what a process of ours would answer; values that the cluster keeps are there."""
+    return answer_of(task, values)

@@ -18,9 +18,8 @@ from physagent_studio.jobs import Executor
 from physagent_studio.jobs.executor import never
 from physagent_studio.program import apply
 from physagent_studio.program.edits import Hunk
-from physagent_studio.sweep.carry_out import carry_out
+from physagent_studio.sweep.carry_out import results
 from physagent_studio.sweep.plan import Point, Target, set_by_reconstruction
-from physagent_studio.sweep.run import Ran
 
 MOST_HUNKS = 8
 """Hunks up to which orders are told apart; of more each is only left out."""
@@ -31,23 +30,17 @@ ORDERS = 24
 
 
 @dataclass(frozen=True, slots=True)
-class Credit:
-    """What a hunk did. needed: the event fails without it. shapley: None for more than eight."""
-
-    hunk: Hunk
-    needed: bool
-    shapley: float | None
-
-
-@dataclass(frozen=True, slots=True)
 class Attribution:
-    """exact: whether every order was counted. before, after: whether it holds without and with."""
+    """needed: whether the event fails without a hunk. shapley: None for more than eight hunks.
 
-    credits: tuple[Credit, ...]
+    exact: whether every order was counted. before, after: whether it holds without and with all.
+    """
+
+    needed: tuple[bool, ...]
+    shapley: tuple[float, ...] | None
     exact: bool
     before: bool
     after: bool
-    runs: int
 
 
 def attribution(
@@ -67,27 +60,16 @@ def attribution(
     wanted = {frozenset[int](), everything, *(everything - {one} for one in everything)}
     wanted |= {frozenset(order[:at]) for order in orders for at in range(len(order))}
     points = {chosen: _point(target, hunks, sorted(chosen)) for chosen in wanted}
-    held: dict[str, bool] = {}
-
-    def done(point: Point, ran: Ran) -> None:
-        held[point.key] = ran.holds
-
-    carry_out(points.values(), executor, done, cancelled=cancelled)
-    worth = {chosen: held[point.key] for chosen, point in points.items()}
-    gained = dict.fromkeys(everything, 0)
+    held = results(points.values(), executor, cancelled)
+    worth = {chosen: held[point.key].holds for chosen, point in points.items()}
+    gained = [0] * len(hunks)
     for order in orders:
         for at, one in enumerate(order):
             gained[one] += worth[frozenset(order[: at + 1])] - worth[frozenset(order[:at])]
-    credits = tuple(
-        Credit(
-            hunk,
-            worth[everything] and not worth[everything - {index}],
-            gained[index] / len(orders) if orders else None,
-        )
-        for index, hunk in enumerate(hunks)
-    )
-    exact = len(hunks) <= EXACT_HUNKS
-    return Attribution(credits, exact, worth[frozenset()], worth[everything], len(held))
+    after = worth[everything]
+    needed = tuple(after and not worth[everything - {one}] for one in sorted(everything))
+    shapley = tuple(total / len(orders) for total in gained) if orders else None
+    return Attribution(needed, shapley, len(hunks) <= EXACT_HUNKS, worth[frozenset()], after)
 
 
 def _orders(count: int, seed: int) -> list[tuple[int, ...]]:

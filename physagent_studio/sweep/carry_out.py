@@ -59,6 +59,19 @@ def carry_out(
         raise Cancelled("cancelled")
 
 
+def results(
+    points: Iterable[Point], executor: Executor, cancelled: Callable[[], bool] = never
+) -> dict[str, Ran]:
+    """The runs of points by key, in memory."""
+    found: dict[str, Ran] = {}
+
+    def done(point: Point, ran: Ran) -> None:
+        found[point.key] = ran
+
+    carry_out(points, executor, done, cancelled=cancelled)
+    return found
+
+
 def _side_by_side(work: Callable[[], None], width: int, ended: Event) -> None:
     """On threads, each of which waits for one worker; where one fails the others end."""
     with ThreadPoolExecutor(width) as threads:

@@ -1,16 +1,46 @@
-"""A sweep as one page that opens anywhere: success over two numbers, margins, contact times."""
+"""A sweep as columns, and as a page: success over two numbers, margins, contact times."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from html import escape
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from physagent_studio.arrays import FloatArray
 from physagent_studio.exchange.files import written
+from physagent_studio.sweep.plan import Point
 from physagent_studio.sweep.plots import dots, shares
-from physagent_studio.sweep.table import CONTACT, MARGIN, Columns, fields_of
+from physagent_studio.sweep.run import Ran
+
+Columns = dict[str, list[Any]]
+MARGIN, CONTACT = "margin ", "contact "
+"""How the columns of margins and of times of first contacts, s, begin."""
+
+
+HEAD = ("target", "seed", "holds", "problem", "program", "rollout")
+"""The columns that every table has; what is neither of these nor of the others is what was set."""
+
+
+def columns_of(found: Iterable[tuple[Point, Ran]]) -> Columns:
+    """The columns of points and their runs, in the order of the points; None where one has none."""
+    rows = [_row(point, ran) for point, ran in found]
+    names = dict.fromkeys(name for row in rows for name in row)
+    return {name: [row.get(name) for row in rows] for name in names}
+
+
+def _row(point: Point, ran: Ran) -> dict[str, Any]:
+    program = point.program.hash if point.program else ""
+    seed = point.seed if point.seed >= 0 else None
+    told = (point.target.label, seed, ran.holds, ran.problem, program, ran.rollout)
+    row: dict[str, Any] = dict(zip(HEAD, told, strict=True))
+    # A field may be a whole number in one program and not in another.
+    row |= {path: float(value) for path, value in point.values.items()}
+    row |= {f"{MARGIN}{one.id}": one.margin for one in ran.checks if one.demanded}
+    return row | {f"{CONTACT}{pair}": seconds for pair, seconds in ran.touches}
+
 
 MOST_PLOTS = 12
 """Margins, and contact times, that a page shows of one target; the table has all of them."""
@@ -41,25 +71,21 @@ def write_page(columns: Columns, path: Path, said: list[str]) -> None:
 
 def _sections(columns: Columns) -> list[str]:
     holds = np.array(columns["holds"], float)
-    numbers = {name: _numbers(columns, name) for name in fields_of(columns)}
-    varied = telling(numbers, holds)
+    others = (*HEAD, *(name for name in columns if name.startswith((MARGIN, CONTACT))))
+    numbers = {name: _numbers(columns, name) for name in columns if name not in others}
     parts = [f"<p>{int(holds.sum())} of {len(holds)} runs hold.</p>"]
-    if not varied:
+    if not (varied := telling(numbers, holds)[:2]):
         return parts
-    first, *others = varied[:2]
-    level = np.zeros(len(holds))
-    plots = [shares(numbers[name], level, holds, (name, "share that holds")) for name in varied[:2]]
-    for second in others:
-        head = (first, f"share that holds, with {second} upwards")
-        plots.insert(0, shares(numbers[first], numbers[second], holds, head))
-    margins = [
-        name
-        for name in columns
-        # What always has to hold is called by a path, such as `physics.energy`.
-        if name.startswith(MARGIN)
-        and ("." not in name or np.nanmin(_numbers(columns, name), initial=0.0) < 0)
-    ]
-    contacts = [name for name in columns if name.startswith(CONTACT)]
+    level, first = np.zeros(len(holds)), varied[0]
+    plots = [shares(numbers[name], level, holds, (name, "share that holds")) for name in varied]
+    if len(varied) > 1:
+        head = (first, f"share that holds, with {varied[1]} upwards")
+        plots.insert(0, shares(numbers[first], numbers[varied[1]], holds, head))
+    # What always has to hold is called by a path, such as `physics.energy`: shown where it fails.
+    failing = {name for name in others if name not in HEAD and _least(columns, name) < 0}
+    margins = [name for name in others if name.startswith(MARGIN)]
+    margins = [name for name in margins if "." not in name or name in failing]
+    contacts = [name for name in others if name.startswith(CONTACT)]
     sections = {
         "What holds": plots,
         "Margins: a statement holds at nothing and above": _dotted(columns, first, margins),
@@ -68,6 +94,10 @@ def _sections(columns: Columns) -> list[str]:
     for heading, pictures in sections.items():
         parts.append(f'<h3>{heading}</h3><div class="plots">{"".join(pictures)}</div>')
     return parts
+
+
+def _least(columns: Columns, name: str) -> float:
+    return float(np.nanmin(_numbers(columns, name), initial=0.0))
 
 
 def _dotted(columns: Columns, first: str, names: list[str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""Which programs a sweep runs: grids, draws, and the uncertain numbers moved."""
+"""Which programs a sweep runs: grids of fields, draws, and the uncertain numbers moved."""
 
 from __future__ import annotations
 
@@ -12,11 +12,59 @@ from functools import cached_property
 import numpy as np
 
 from physagent_studio.contract.view import Drawn
-from physagent_studio.errors import InputError, ProgramError
-from physagent_studio.program import PhysicalProgram, apply
+from physagent_studio.errors import EditError, InputError, Problem, ProgramError
+from physagent_studio.program import PhysicalProgram, SetField, apply, value_at
 from physagent_studio.program.edits import Edit
 from physagent_studio.records import Scene
-from physagent_studio.sweep.fields import Span, checked, setting
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A field and the ends between which it is moved; steps: values of a grid, 0 where drawn."""
+
+    path: str
+    low: float
+    high: float
+    steps: int = 0
+
+    @property
+    def values(self) -> list[float]:
+        """The values of a grid, both ends among them."""
+        return np.linspace(self.low, self.high, self.steps).tolist()
+
+
+def span_of(word: str, *, grid: bool) -> Span:
+    """`FIELD=A:B:N` of a grid, or `FIELD=A:B` of what is drawn. Raises InputError."""
+    path, _, ends = word.partition("=")
+    try:
+        low, high, *rest = (float(part) for part in ends.split(":"))
+        steps = int(*rest) if grid else 0
+        if len(rest) != grid or steps < grid or not path or not math.isfinite(low + high):
+            raise ValueError(word)
+    except (ValueError, OverflowError, TypeError):
+        form = "FIELD=A:B:N" if grid else "FIELD=A:B"
+        raise InputError(f"{word} is not of the form {form}") from None
+    return Span(path.strip(), low, high, steps)
+
+
+def checked(program: PhysicalProgram, span: Span) -> None:
+    """Raises `EditError` where a field is no number of the program, or an end is not allowed."""
+    if isinstance(value_at(program, span.path), bool | str | list | dict):
+        try:
+            value_at(program, f"{span.path}.?")
+        except EditError as error:
+            # What is in it is what may be meant.
+            allowed = error.problems[0].allowed or "a field that holds a number"
+            raise EditError((Problem(span.path, "is no number", allowed),)) from None
+    for end in (span.low, span.high):
+        apply(program, (setting(program, span.path, end),))
+
+
+def setting(program: PhysicalProgram, path: str, value: float) -> SetField:
+    """The edit that sets a field; where a whole number stands it stays one."""
+    whole = isinstance(value_at(program, path), int)
+    return SetField(path=path, value=round(value) if whole else value)
+
 
 MOST_POINTS = 200_000
 """Points of one sweep; each is a row of its table."""

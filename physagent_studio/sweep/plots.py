@@ -86,12 +86,13 @@ def _framed(
     body: Sequence[str], names: tuple[str, str], ends: tuple[Ends, Ends], inside: Ends
 ) -> str:
     """The plot with its axes. inside: how far from the corners their ends are written, px."""
+    (low, high), (least, most) = ends
     right, bottom = LEFT + ACROSS, TOP + UP
     words = [
-        (LEFT + inside[0], bottom + 16, "middle", f"{ends[0][0]:.4g}"),
-        (right - inside[0], bottom + 16, "middle", f"{ends[0][1]:.4g}"),
-        (LEFT - 6, bottom + 4 - inside[1], "end", f"{ends[1][0]:.4g}"),
-        (LEFT - 6, TOP + 4 + inside[1], "end", f"{ends[1][1]:.4g}"),
+        (LEFT + inside[0], bottom + 16, "middle", f"{low:.4g}"),
+        (right - inside[0], bottom + 16, "middle", f"{high:.4g}"),
+        (LEFT - 6, bottom + 4 - inside[1], "end", f"{least:.4g}" if most > least else ""),
+        (LEFT - 6, TOP + 4 + inside[1], "end", f"{most:.4g}" if most > least else ""),
         ((LEFT + right) / 2, HEIGHT - 8, "middle", escape(names[0])),
     ]
     told = [f'<text x="{x}" y="{y}" text-anchor="{at}">{text}</text>' for x, y, at, text in words]

@@ -22,8 +22,8 @@ from physagent_studio.program.edits import Edit
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.materials import touch_of
 from physagent_studio.program.scene.shapes import outline_of
-from physagent_studio.sweep.carry_out import carry_out
-from physagent_studio.sweep.plan import Plan, Point, Target, planned
+from physagent_studio.sweep.carry_out import results
+from physagent_studio.sweep.plan import Plan, Target, planned
 from physagent_studio.sweep.run import Ran
 
 FARTHEST = 2.0
@@ -119,12 +119,7 @@ def robustness(
 ) -> Robustness:
     """Runs a program that many times with its uncertain numbers moved."""
     points = list(planned(Plan(seeds=runs, draw=draw), (target,)))
-    found: dict[str, Ran] = {}
-
-    def done(point: Point, ran: Ran) -> None:
-        found[point.key] = ran
-
-    carry_out(points, executor, done, cancelled=cancelled)
+    found = results(points, executor, cancelled)
     return judged(target, [found[point.key] for point in points])
 
 

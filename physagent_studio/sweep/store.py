@@ -59,15 +59,14 @@ class Store:
 
     def add(self, key: str, ran: Ran) -> None:
         """Keeps a run; raises InputError where the disk does not take it."""
-        kept = ran.model_dump(mode="json", exclude={"path", "objects"})
-        line = json.dumps({"key": key, "ran": kept}, separators=(",", ":")).encode() + b"\n"
-        at = self._file.seek(0, os.SEEK_END)
+        found = {"key": key, "ran": ran.model_dump(mode="json", exclude={"path", "objects"})}
+        line = json.dumps(found, separators=(",", ":")).encode() + b"\n"
         try:
+            self._places[key] = (self._file.seek(0, os.SEEK_END), len(line))
             self._file.write(line)
             self._file.flush()
         except OSError as error:
             raise InputError(f"a run cannot be kept: {error.strerror}") from error
-        self._places[key] = (at, len(line))
 
     def close(self) -> None:
         """Lets another sweep write here."""

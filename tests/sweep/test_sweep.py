@@ -19,9 +19,8 @@ from physagent_studio.jobs import Executor, Inline, Processes
 from physagent_studio.jobs.cluster import Cluster
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.sweep import Plan, Point, Ran, Store, Target, carry_out, planned, ran
-from physagent_studio.sweep.fields import span_of
-from physagent_studio.sweep.page import write_page
-from physagent_studio.sweep.table import columns_of
+from physagent_studio.sweep.page import columns_of, write_page
+from physagent_studio.sweep.plan import span_of
 from tests.sweep.programs import slider
 
 carrying = importlib.import_module("physagent_studio.sweep.carry_out")

@@ -59,7 +59,7 @@ class Uncertain:
     @property
     def label(self) -> str:
         """What it is called: `density of ball`."""
-        return f"{self.knob.factor} of {self.knob.target}"
+        return f"{self.knob.factor} of {self.knob.target}".replace("magnitude", "strength")
 
     def moved(self, deviate: float) -> float:
         """The value so many standard deviations away, within the knob's bounds."""

@@ -31,7 +31,7 @@ def test_it_is_said_which_number_breaks_it_first() -> None:
     found = robustness(slider(0.166), Inline(), 40)
     assert found.why is not None
     number, apart = found.why
-    assert number.label in ("magnitude of block", "friction of floor")
+    assert number.label in ("strength of block", "friction of floor")
     assert (apart > 0) == (number.label == "friction of floor")
     held = np.array([ran.holds for ran in found.runs])
     by_name = {one.label: found.draws[:, place] for place, one in enumerate(found.numbers)}

@@ -76,11 +76,11 @@ def _sections(columns: Columns) -> list[str]:
     parts = [f"<p>{int(holds.sum())} of {len(holds)} runs hold.</p>"]
     if not (varied := telling(numbers, holds)[:2]):
         return parts
-    level, first = np.zeros(len(holds)), varied[0]
+    first, level = varied[0], np.zeros(len(holds))
     plots = [shares(numbers[name], level, holds, (name, "share that holds")) for name in varied]
     if len(varied) > 1:
         head = (first, f"share that holds, with {varied[1]} upwards")
-        plots.insert(0, shares(numbers[first], numbers[varied[1]], holds, head))
+        plots = [shares(numbers[first], numbers[varied[1]], holds, head), *plots]
     # What always has to hold is called by a path, such as `physics.energy`: shown where it fails.
     failing = {name for name in others if name not in HEAD and _least(columns, name) < 0}
     margins = [name for name in others if name.startswith(MARGIN)]

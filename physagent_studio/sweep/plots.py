@@ -22,20 +22,24 @@ Ends = tuple[float, float]
 
 
 def shares(x: FloatArray, y: FloatArray, holds: FloatArray, names: tuple[str, str]) -> str:
-    """Cells coloured by the share of runs that hold, which each says under the pointer."""
+    """Cells coloured by the share of runs that hold, which each says under the pointer.
+
+    Where y is one value all over: bars as high as that share.
+    """
     (columns, i), (rows, j) = _cells(x), _cells(y)
-    wide, high = ACROSS / len(columns), UP / len(rows)
+    wide, high, bars = ACROSS / len(columns), UP / len(rows), len(rows) == 1
     body = []
     for a, b in sorted(set(zip(i.tolist(), j.tolist(), strict=True))):
         inside = holds[(i == a) & (j == b)]
-        told = f"{columns[a]:.4g}, {rows[b]:.4g}: {inside.mean():.0%} of {len(inside)}"
+        share = float(inside.mean())
+        tall, shade = (share * high, _shade(1.0)) if bars else (high, _shade(share))
         body.append(
-            f'<rect x="{LEFT + a * wide:.1f}" y="{TOP + (len(rows) - 1 - b) * high:.1f}"'
-            f' width="{wide:.1f}" height="{high:.1f}" fill="{_shade(float(inside.mean()))}">'
-            f"<title>{told}</title></rect>"
+            f'<rect x="{LEFT + a * wide:.1f}" y="{TOP + UP - b * high - tall:.1f}"'
+            f' width="{wide - bars:.1f}" height="{tall:.1f}" fill="{shade}"><title>'
+            f"{columns[a]:.4g}, {rows[b]:.4g}: {share:.0%} of {len(inside)}</title></rect>"
         )
-    ends = ((columns[0], columns[-1]), (rows[0], rows[-1]))
-    return _framed(body, names, ends, (wide / 2, high / 2))
+    ends = (columns[0], columns[-1]), ((0.0, 1.0) if bars else (rows[0], rows[-1]))
+    return _framed(body, names, ends, (wide / 2, 0.0 if bars else high / 2))
 
 
 def dots(x: FloatArray, y: FloatArray, holds: FloatArray, names: tuple[str, str]) -> str:
@@ -91,8 +95,8 @@ def _framed(
     words = [
         (LEFT + inside[0], bottom + 16, "middle", f"{low:.4g}"),
         (right - inside[0], bottom + 16, "middle", f"{high:.4g}"),
-        (LEFT - 6, bottom + 4 - inside[1], "end", f"{least:.4g}" if most > least else ""),
-        (LEFT - 6, TOP + 4 + inside[1], "end", f"{most:.4g}" if most > least else ""),
+        (LEFT - 6, bottom + 4 - inside[1], "end", f"{least:.4g}"),
+        (LEFT - 6, TOP + 4 + inside[1], "end", f"{most:.4g}"),
         ((LEFT + right) / 2, HEIGHT - 8, "middle", escape(names[0])),
     ]
     told = [f'<text x="{x}" y="{y}" text-anchor="{at}">{text}</text>' for x, y, at, text in words]

@@ -26,6 +26,16 @@ def trial_of(scene: Scene, bench: Bench) -> Callable[[PhysicalProgram], Trial]:
     return try_out
 
 
+def tried(try_out: Callable[[PhysicalProgram], Trial], program: PhysicalProgram) -> Trial | None:
+    """What a candidate does; None where it cannot run."""
+    try:
+        return try_out(program)
+    except Cancelled:
+        raise
+    except StudioError:
+        return None
+
+
 def without_run(program: PhysicalProgram, proposal: Proposal) -> Preview:
     """Whether the edits of a stage 1 proposal apply; the next round shows what they do."""
     if not proposal.hunks:

@@ -5,7 +5,7 @@ A rule-based agent, a language model and a person implement them alike.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -37,7 +37,8 @@ class Situation:
     """What a planner works from.
 
     try_out runs a candidate program; it raises `StudioError` for one that cannot run and
-    `Cancelled` when the person cancels. look: reconstructs a changed scene state without a run.
+    `Cancelled` when the person cancels. try_all: the same of several at a time, None for what
+    cannot run. look: reconstructs a changed scene state without a run.
     scene: the reconstruction, None before stage 1.
     """
 
@@ -49,6 +50,7 @@ class Situation:
     memory: Memory
     try_out: Callable[[PhysicalProgram], Trial]
     look: Callable[[SceneState], Scene] | None = None
+    try_all: Callable[[Sequence[PhysicalProgram]], list[Trial | None]] | None = None
 
 
 class Generator(Protocol):

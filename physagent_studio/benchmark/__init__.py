@@ -21,6 +21,7 @@ BENCHES = {
     "view": "physagent_studio.benchmark.events.view",
     "words": "physagent_studio.benchmark.events.words",
     "motion-prior": "physagent_studio.benchmark.motion_prior.bench",
+    "sweep": "physagent_studio.benchmark.sweep",
 }
 _ON_EVENTS = ("events", "ablation", "view")
 """Benches that run events of cases and take annotations, references and a choice of them."""
@@ -57,8 +58,8 @@ def run_bench(
         raise InputError("--sheets is for the bench view")
     if sheets is not None:
         options["sheets"] = sheets
-    if full and name not in ("physics", "durability"):
-        raise InputError("--full is for the benches physics, durability and safety")
+    if full and name not in ("physics", "durability", "sweep"):
+        raise InputError("--full is for the benches physics, durability, sweep and safety")
     if full:
         options["full"] = True
     if left_out and name != "reconstruction":

@@ -17,6 +17,7 @@ from physagent_studio.cli import output
 from physagent_studio.cli.guard import BAD_INPUT, guarded, our_fault
 from physagent_studio.cli.models import models
 from physagent_studio.cli.session import session as session_tools
+from physagent_studio.cli.sweeping import attribute, sweep
 from physagent_studio.errors import ProgramError
 
 app = typer.Typer(
@@ -30,6 +31,11 @@ app = typer.Typer(
 
 app.add_typer(models)
 app.add_typer(session_tools)
+app.command(
+    epilog="Example: physagent sweep program.yaml --grid event.actions.roll.velocity.0=0:2:21"
+    " --out sweep/"
+)(sweep)
+app.command(epilog="Example: physagent attribute my-case-1105")(attribute)
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON value for machines.")]
 Workspace = Annotated[

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import time
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +21,7 @@ from physagent_studio.exchange import (
     load_peer,
     read_lessons,
 )
+from physagent_studio.jobs import Processes
 from physagent_studio.records import Case, LoopState
 from physagent_studio.records.loop_state import ROLES, PolicyName
 from physagent_studio.session import Session, Store
@@ -71,8 +74,12 @@ def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
         raise InputError(f"{session.read_only}; close it there first")
     started = time.perf_counter()
     try:
-        with output.progress_control(as_json) as control:
-            desk = Desk(session, control, evidence=request.frames, agent=agent)
+        # Its processes start when a search has several candidates at a time, which few events need.
+        with (
+            output.progress_control(as_json) as control,
+            closing(Processes(os.cpu_count() or 1, keeping=True)) as searching,
+        ):
+            desk = Desk(session, control, evidence=request.frames, agent=agent, searching=searching)
             if not as_json:
                 typer.echo(f"session {session.id}")
             for role in in_order(request.by_hand):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import socket
 import threading
@@ -32,7 +33,8 @@ def serve_until_interrupted(
 ) -> None:
     """Serves on a socket that listens already; everything is kept when it ends."""
     # What crashes, hangs or is cancelled there leaves the studio as it is.
-    processes = Processes(1, keeping=True)
+    # One is at work on a session; the others start for the candidates of a search.
+    processes = Processes(os.cpu_count() or 1, keeping=True)
     apart = Processes(1, keeping=True, grace=LOOKING_ENDS)
     workbench = Workbench(store, agent=agent_name(agent), executor=processes)
     try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -69,8 +70,32 @@ def heard(cancelled: Callable[[], bool], tell: Tell) -> Iterator[None]:
         _HEARING.reset(token)
 
 
+def answer_of(task: Callable[..., Any], values: tuple[Any, ...]) -> tuple[str, Any]:
+    """What a worker answers: a result, what the task said, or how it broke down."""
+    try:
+        return "result", task(*values)
+    except StudioError as error:
+        return "said", error
+    except MemoryError:
+        return "memory", ""
+    except Exception as error:  # noqa: BLE001 - whatever it is, the other side is told
+        return "crash", crash_of(error)
+
+
+def crash_of(error: Exception) -> str:
+    """A line for the person, and where it was for the log."""
+    return f"{' '.join(repr(error)[:500].split())}\n{traceback.format_exc()[-TRACEBACK:]}"
+
+
+TRACEBACK = 10_000
+"""Characters of where a task broke down, of its end."""
+
+
 class Executor(Protocol):
-    """Runs pure functions."""
+    """Runs pure functions; `width`: how many at a time, each asked for by a thread of its own."""
+
+    @property
+    def width(self) -> int: ...
 
     def submit(
         self,
@@ -86,6 +111,8 @@ class Executor(Protocol):
 
 class Inline:
     """Runs a task in this process, without limits; a task of which nobody knows ends as it will."""
+
+    width = 1
 
     def submit(
         self,

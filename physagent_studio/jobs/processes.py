@@ -55,7 +55,7 @@ class Processes:
     """
 
     def __init__(self, width: int = 2, *, keeping: bool = False, grace: float = GRACE) -> None:
-        self._width, self._keeping, self._grace = width, keeping, grace
+        self.width, self._keeping, self._grace = width, keeping, grace
         self._modules: tuple[str, ...] = ()
         self._reset()
         atexit.register(self.close)
@@ -65,7 +65,7 @@ class Processes:
         """As new: a forked process may not speak over the lines of the one that it came from."""
         self._idle: list[_Process] = []
         self._lock = threading.Lock()
-        self._room = threading.Semaphore(self._width)
+        self._room = threading.Semaphore(self.width)
         self._open = True
 
     def submit(
@@ -90,7 +90,7 @@ class Processes:
         try:
             process = self._free()
             kind, found = process.carry_out((task, values, limits), limits, cancelled, tell)
-            failure = _failure(kind, found, task, limits)
+            failure = failure_of(kind, found, task, limits)
             if isinstance(failure, JobFailed) and self._keeping:
                 # What it keeps may be half of what it should be.
                 raise failure
@@ -152,7 +152,9 @@ class Processes:
         return _Process(self._grace if self._keeping else None)
 
 
-def _failure(kind: str, found: Any, task: Callable[..., Any], limits: Limits) -> StudioError | None:
+def failure_of(
+    kind: str, found: Any, task: Callable[..., Any], limits: Limits
+) -> StudioError | None:
     """What an answer means that is no result; where a task broke down goes to the log."""
     if kind == "result":
         return None

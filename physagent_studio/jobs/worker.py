@@ -10,19 +10,14 @@ import select
 import signal
 import socket
 import threading
-import traceback
 from pathlib import Path
 from typing import Any
 
-from physagent_studio.errors import StudioError
-from physagent_studio.jobs.executor import Limits, heard
+from physagent_studio.jobs.executor import Limits, answer_of, crash_of, heard
 from physagent_studio.jobs.letters import Kept, post, take
 
 STATISTICS = Path("/proc/self/statm")
 """Where Linux says how much address space a process has; its limit is not enforced elsewhere."""
-
-TRACEBACK = 10_000
-"""Characters of where a task broke down, of its end."""
 
 
 def main(descriptor: int, keeping: bool) -> None:
@@ -44,7 +39,7 @@ def main(descriptor: int, keeping: bool) -> None:
                 post(line, found, kept)
             except (pickle.PicklingError, TypeError, AttributeError) as error:
                 # What cannot be sent was never begun to be sent; the other side ends this process.
-                post(line, ("crash", _crash(error)))
+                post(line, ("crash", crash_of(error)))
             # What it was about may be forgotten while nothing is to be done.
             del task, values, found
 
@@ -70,20 +65,9 @@ def _carried_out(
     _limit(limits)
     try:
         with heard(cancelled.is_set, tell):
-            return "result", task(*values)
-    except StudioError as error:
-        return "said", error
-    except MemoryError:
-        return "memory", ""
-    except Exception as error:  # noqa: BLE001 - whatever it is, the other side is told
-        return "crash", _crash(error)
+            return answer_of(task, values)
     finally:
         _limit(None)
-
-
-def _crash(error: Exception) -> str:
-    """A line for the person, and where it was for the log."""
-    return f"{' '.join(repr(error)[:500].split())}\n{traceback.format_exc()[-TRACEBACK:]}"
 
 
 def _limit(limits: Limits | None) -> None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, TypeVar
@@ -66,6 +67,7 @@ class Engine:
 
     executor: who carries out the heavy steps; with processes they have the same bits, their
     crash or hang fails the step alone, and they end within a second where a person cancels.
+    searching: the one of several candidates of a search at a time, where it is another.
     answers: what a model has answered before, by question, where a session is replayed.
     simulations counts every run of the physics engine, searches and previews included.
     """
@@ -80,6 +82,7 @@ class Engine:
     members: Crew | None = None
     answers: Mapping[str, dict[str, Any]] = field(default_factory=dict)
     executor: Executor = field(default_factory=Inline)
+    searching: Executor | None = None
     _scenes: dict[str, Scene] = field(default_factory=dict)
     _drawn: dict[str, dict[str, Drawn]] = field(default_factory=dict)
 
@@ -134,7 +137,22 @@ class Engine:
             put_rollout=session.put_rollout,
             get_rollout=session.rollout,
             put_frames=session.put_frames,
+            side_by_side=self.side_by_side,
         )
+
+    def side_by_side(
+        self, work: Callable[[PhysicalProgram], Result], programs: Sequence[PhysicalProgram]
+    ) -> list[Result]:
+        """Some work on each program; heavy steps in it go to the processes for searches."""
+        pool, kept = self.searching or self.executor, self.executor
+        if pool.width == 1:
+            return [work(program) for program in programs]
+        self.executor = pool
+        try:
+            with ThreadPoolExecutor(pool.width) as threads:
+                return list(threads.map(work, programs))
+        finally:
+            self.executor = kept
 
     def reconstruct(self, state: SceneState, previous: Scene | None) -> Scene:
         """The scene of that state, from the cache where nothing changed."""
@@ -206,9 +224,11 @@ class Engine:
         self, program: PhysicalProgram, rollout: Rollout, scene: Scene
     ) -> tuple[Check, ...]:
         """Every check of a run: the contract, the physics, the view."""
-        if scene.hash not in self._drawn:
-            self._drawn = {scene.hash: self._drawing(tasks.likened, scene)}
-        return measure(program, rollout, self._drawn[scene.hash])
+        drawn = self._drawn.get(scene.hash)
+        if drawn is None:
+            drawn = self._drawing(tasks.likened, scene)
+            self._drawn = {scene.hash: drawn}
+        return measure(program, rollout, drawn)
 
     def sample(self, scene: Scene, rollout: Rollout) -> tuple[Image, ...]:
         """Every third frame of a rollout, rendered."""

@@ -41,6 +41,8 @@ class Instead:
     ) -> None:
         self.pool, self.task, self.of = pool, task, of
 
+    width = 1
+
     def submit(self, task: Callable[..., Any], *values: Any, **more: Any) -> Any:
         return self.pool.submit(self.task if task is self.of else task, *values, **more)
 

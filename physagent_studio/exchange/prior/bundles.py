@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import importlib
-import io
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
 
-from physagent_studio.errors import BackendMissing, InputError
+from physagent_studio.errors import InputError
 from physagent_studio.exchange.files import written
 from physagent_studio.exchange.prior.folder import Prior
 from physagent_studio.exchange.prior.generators import (
@@ -23,6 +19,7 @@ from physagent_studio.exchange.prior.generators import (
 )
 from physagent_studio.exchange.prior.mjcf import mjcf
 from physagent_studio.exchange.prior.sink import Sink
+from physagent_studio.exchange.tables import write_csv, write_parquet
 from physagent_studio.rendering import Flow
 
 Bundle = Callable[[Prior, Path], str]
@@ -96,27 +93,14 @@ def trajectories(prior: Prior) -> Mapping[str, np.ndarray]:
 
 def tables(prior: Prior, out: Path) -> str:
     """Trajectories as CSV."""
-    columns = trajectories(prior)
-    text = io.StringIO()
-    rows = csv.writer(text, lineterminator="\n")
-    rows.writerow(columns)
-    rows.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
-    Sink(out).text("trajectories.csv", text.getvalue())
+    columns = {name: column.tolist() for name, column in trajectories(prior).items()}
+    write_csv(columns, out / "trajectories.csv")
     return "where every object is at every step, as CSV"
 
 
 def parquet(prior: Prior, out: Path) -> str:
     """Trajectories as Parquet. Raises BackendMissing without pyarrow."""
-    try:
-        arrow: Any = importlib.import_module("pyarrow")
-        files: Any = importlib.import_module("pyarrow.parquet")
-    except ImportError as error:
-        raise BackendMissing(
-            "Parquet needs pyarrow: `pip install 'physagent-studio[tables]'`; the bundle `csv` "
-            "holds the same"
-        ) from error
-    with written(out / "trajectories.parquet") as path:
-        files.write_table(arrow.table(dict(trajectories(prior))), path)
+    write_parquet(trajectories(prior), out / "trajectories.parquet")
     return "where every object is at every step, as Parquet"
 
 

@@ -176,29 +176,32 @@ def cross_entropy(
 ) -> Candidate | None:
     """A small seeded cross-entropy search over two or three knobs.
 
-    Samples are normal around the best quarter of the last ones (Rubinstein 1999).
+    Samples are normal around the best quarter of the last ones (Rubinstein 1999). A population is
+    run as a whole, so that it is the same however many cores it is run on.
     """
     rng = np.random.default_rng(seed)
     mean, spread = np.zeros(len(knobs)), np.full(len(knobs), 2.5)
     best: Candidate | None = None
     for _ in range(rounds):
-        samples: list[tuple[Score, np.ndarray]] = []
-        for _ in range(population):
-            if search.exhausted:
-                return best
-            steps = mean + spread * rng.standard_normal(len(knobs))
-            steps = np.array([_allowed(s, bias(k)) for s, k in zip(steps, knobs, strict=True)])
-            values = tuple((k, k.shifted(float(s))) for k, s in zip(knobs, steps, strict=True))
-            found = search.turn(values)
-            if found is None:
-                continue
-            samples.append((found.score, steps))
-            if best is None or found.score < best.score:
-                best = found
-            if found.score.holds:
-                return found
-        if not samples:
+        if search.exhausted:
             return best
+        drawn = mean + spread * rng.standard_normal((population, len(knobs)))
+        steps = [
+            np.array([_allowed(s, bias(k)) for s, k in zip(row, knobs, strict=True)])
+            for row in drawn
+        ]
+        found = search.turn_all(
+            [
+                tuple((k, k.shifted(float(s))) for k, s in zip(knobs, row, strict=True))
+                for row in steps
+            ]
+        )
+        pairs = [(one, row) for one, row in zip(found, steps, strict=True) if one is not None]
+        for one, _ in pairs:
+            best = one if best is None or better(one, best) else best
+        if best is None or best.score.holds or not pairs:
+            return best
+        samples: list[tuple[Score, np.ndarray]] = [(one.score, row) for one, row in pairs]
         samples.sort(key=lambda row: row[0])
         elite = np.array([steps for _, steps in samples[: max(population // 4, 2)]])
         mean = 0.7 * elite.mean(axis=0) + 0.3 * mean

@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from physagent_studio.agent.roles import Situation
+from physagent_studio.agent.previews import tried
+from physagent_studio.agent.roles import Situation, Trial
 from physagent_studio.agent.rules.planner.factors import may_change
 from physagent_studio.agent.rules.planner.parameters import Knob
-from physagent_studio.errors import Cancelled, StudioError
+from physagent_studio.errors import StudioError
 from physagent_studio.program.edits import Edit, apply
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.records import Check, Rollout
@@ -92,6 +93,7 @@ class Search:
     dear: bool = False
     best: Candidate | None = None
     _known: dict[str, Candidate | None] = field(default_factory=dict)
+    _ahead: dict[str, Trial | None] = field(default_factory=dict)
     _rejected: frozenset[str] | None = None
 
     @property
@@ -112,20 +114,30 @@ class Search:
         edits = (*first, *(edit for knob, value in values for edit in knob.edits(value)))
         return self.run(edits, tuple(values))
 
+    def turn_all(self, many: Sequence[tuple[tuple[Knob, float], ...]]) -> list[Candidate | None]:
+        """`turn` of each, in order; what has to be run for that is run side by side."""
+        if self.situation.try_all is not None:
+            wanted = dict[str, PhysicalProgram]()
+            for values in many:
+                edits = tuple(edit for knob, value in values for edit in knob.edits(value))
+                program = self._changed(edits)
+                if program is not None and self._is_new(program.hash):
+                    wanted[program.hash] = program
+            chosen = list(wanted.values())[: self.limit - self.runs]
+            trials = self.situation.try_all(chosen)
+            self._ahead = {one.hash: trial for one, trial in zip(chosen, trials, strict=True)}
+        return [self.turn(values) for values in many]
+
     def run(
         self, edits: tuple[Edit, ...], turned: tuple[tuple[Knob, float], ...] = ()
     ) -> Candidate | None:
         """Runs the program with edits applied, unless it was run before or they touch a pin."""
-        if not edits or not may_change(self.situation, edits):
-            return None
-        try:
-            program = apply(self.situation.program, edits)
-        except StudioError:
+        if (program := self._changed(edits)) is None:
             return None
         key = program.hash
         if key in self._known:
             return self._known[key]
-        if self.exhausted or key in self.situation.memory.tried or key in self._turned_down():
+        if self.exhausted or not self._is_new(key):
             return None
         self.runs += 1
         found = self._tried(program, edits, turned)
@@ -133,6 +145,20 @@ class Search:
         if found is not None and (self.best is None or better(found, self.best)):
             self.best = found
         return found
+
+    def _changed(self, edits: tuple[Edit, ...]) -> PhysicalProgram | None:
+        """The program with edits applied; None where they may not be, or make none."""
+        if not edits or not may_change(self.situation, edits):
+            return None
+        try:
+            return apply(self.situation.program, edits)
+        except StudioError:
+            return None
+
+    def _is_new(self, key: str) -> bool:
+        """Whether nobody has run that program, or turned it down."""
+        tried = key in self._known or key in self.situation.memory.tried
+        return not tried and key not in self._turned_down()
 
     def _turned_down(self) -> frozenset[str]:
         """Hashes of the programs that rejected proposals would have made."""
@@ -152,11 +178,11 @@ class Search:
         edits: tuple[Edit, ...],
         turned: tuple[tuple[Knob, float], ...],
     ) -> Candidate | None:
-        try:
-            trial = self.situation.try_out(program)
-        except Cancelled:
-            raise
-        except StudioError:
+        if program.hash in self._ahead:
+            trial = self._ahead.pop(program.hash)
+        else:
+            trial = tried(self.situation.try_out, program)
+        if trial is None:
             return None
         checks = trial.checks
         return Candidate(program, edits, score_of(checks), checks, turned, trial.rollout)

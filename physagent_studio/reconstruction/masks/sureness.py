@@ -2,9 +2,9 @@
 
 A logistic function of what can be measured without knowing the thing: whether the candidates agree,
 what the network shows that is given the mask's own box, whether the same colours go on beyond it,
-whether what it encloses hangs together and has a usual shape. Weights for masks from clicks and for masks from a
-box were fitted by `tools/fit_sureness.py`, which also says how well they are calibrated on scenes
-that it keeps out of the fit.
+whether what it encloses hangs together and has a usual shape. Weights for masks from clicks and for
+masks from a box were fitted by `tools/fit_sureness.py`, which also says how well they are
+calibrated on scenes that it keeps out of the fit.
 """
 
 from __future__ import annotations

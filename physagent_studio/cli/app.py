@@ -313,7 +313,15 @@ def bench(
         list[str] | None, typer.Option(help="A case or case/event; again for more.")
     ] = None,
     sheets: Annotated[
-        Path | None, typer.Option(help="view: folder for a contact sheet of every event.")
+        Path | None,
+        typer.Option(help="view, paper: folder for a contact sheet of every event."),
+    ] = None,
+    events: Annotated[
+        int | None, typer.Option(help="paper: so many of its 80 events, drawn by seed.")
+    ] = None,
+    variant: Annotated[
+        list[str] | None,
+        typer.Option(help="paper: full, no_semantics or model; again for more."),
     ] = None,
     without: Annotated[
         list[str] | None,
@@ -337,6 +345,8 @@ def bench(
         full=full,
         sheets=sheets,
         left_out=tuple(without or ()),
+        count=events,
+        variants=tuple(variant or ()),
     )
     output.print_rows(name, rows, as_json)
     if not all(row.ok for row in rows):

@@ -75,7 +75,7 @@ def write_case(scene: str, folder: Path) -> Path:
     mine = [event for event in events() if event.scene == scene]
     references.mkdir(parents=True, exist_ok=True)
     for event in mine:
-        text = yaml.safe_dump({"contract": event.reference.model_dump(exclude_defaults=True)})
+        text = yaml.safe_dump({"contract": event.reference.model_dump(mode="json", exclude_none=True)})
         (references / f"{scene}__{event.name}.yaml").write_text(text, encoding="utf-8")
     case.mkdir(parents=True, exist_ok=True)
     shot = taken(scene)
@@ -86,7 +86,7 @@ def write_case(scene: str, folder: Path) -> Path:
 
 
 def _case(shot: Taken, mine: Sequence[Event]) -> dict[str, Any]:
-    """What a person clicks: once into each thing, and a box around what has many parts."""
+    """What a person gives: a click into each thing and a box around it; no box for supports."""
     height, width = shot.image.shape[:2]
     supports = {p.name: _grounding(shot, p) for p in shot.props if p.said.get("support")}
     marks = {
@@ -110,6 +110,6 @@ def _case(shot: Taken, mine: Sequence[Event]) -> dict[str, Any]:
 def _grounding(shot: Taken, prop: Prop) -> dict[str, Any]:
     mask = shot.masks[prop.name]
     said: dict[str, Any] = {"points": [[*click_on(mask), 1]]}
-    if len(prop.thing.parts) > 1 and prop.asked:
+    if prop.asked:
         said["box"] = box_around(mask)
     return said

@@ -16,8 +16,8 @@ _INTRO = """\
 # The paper's benchmark, with pictures of our own
 
 Made by `physagent bench paper --sheets FOLDER --out PAGE.md`: 27 drawn scenes and 80 events over
-the paper's five families. Each event is a picture, a click into each thing (and a box around what
-has many parts) and a sentence; it runs as a person's photograph would, at most ten rounds.
+the paper's five families. Each event is a picture, a click into each thing with a box around it,
+and a sentence; it runs as a person's photograph would, at most ten rounds.
 
 An event counts as *realised* when the agent says so (its demands, the physics and every check of
 what a viewer sees hold) and a reference contract, written from the sentence alone, holds as well.

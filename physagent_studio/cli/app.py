@@ -14,6 +14,7 @@ import typer
 from typer.main import get_command
 
 from physagent_studio.cli import output
+from physagent_studio.cli.comparing import judges
 from physagent_studio.cli.guard import BAD_INPUT, guarded, our_fault
 from physagent_studio.cli.models import models
 from physagent_studio.cli.session import session as session_tools
@@ -29,6 +30,7 @@ app = typer.Typer(
 )
 
 app.add_typer(models)
+app.add_typer(judges)
 app.add_typer(session_tools)
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON value for machines.")]
@@ -351,26 +353,3 @@ def bench(
     output.print_rows(name, rows, as_json)
     if not all(row.ok for row in rows):
         raise typer.Exit(3)
-
-
-@app.command(epilog="Example: physagent study clips/  (clips/METHOD/NAME.mp4, NAME.txt beside one)")
-@guarded
-def study(
-    folder: Annotated[
-        Path, typer.Argument(help="A folder for each method, clips of the same names in them.")
-    ],
-    figures: Annotated[
-        bool, typer.Option("--figures", help="Ask nobody: the figures of the answers so far.")
-    ] = False,
-    seed: Annotated[int, typer.Option(help="Of order and sides; keep it while a study runs.")] = 0,
-    port: Annotated[int, typer.Option(help="On loopback; 0 is any free one.")] = 0,
-    question: Annotated[str, typer.Option(help="Asked about each pair, in place of ours.")] = "",
-    browser: Annotated[bool, typer.Option(help="Open it in a browser.")] = True,
-) -> None:
-    """Ask people which of two clips is better; answers go to answers.csv in the folder."""
-    from physagent_studio.cli.study import ask, figures_of
-
-    if not figures:
-        ask(folder, seed, port, question, browser=browser)
-    for line in figures_of(folder):
-        typer.echo(line)

@@ -1,7 +1,8 @@
-"""`physagent study`: serves the page of a study until it is interrupted, then says what came out."""
+"""What `physagent study` and `physagent judge` do: people, a model or VBench compare clips."""
 
 from __future__ import annotations
 
+import sys
 import webbrowser
 from pathlib import Path
 
@@ -28,3 +29,23 @@ def ask(folder: Path, seed: int, port: int, question: str, *, browser: bool) -> 
             server.serve_forever()
         except KeyboardInterrupt:
             print()
+
+
+def judged(folder: Path, seed: int, frames: int) -> list[str]:
+    """The figures of a model's grades; says on standard error what has been judged."""
+    from physagent_studio.benchmark.judge import agreement
+    from physagent_studio.benchmark.judge.judging import judge, line_from_environment
+
+    found = []
+    for one in judge(study_of(folder, seed), line_from_environment(), frames):
+        found.append(one)
+        print(f"{one.clip}: {one.preferred or 'equal'}, {one.reason}", file=sys.stderr, flush=True)
+    return agreement.summary(found)
+
+
+def vbench_of(folder: Path, python: str) -> list[str]:
+    """VBench's scores of the methods in a folder."""
+    from physagent_studio.benchmark.judge.vbench import summary as table
+    from physagent_studio.benchmark.judge.vbench import vbench_scores
+
+    return table(vbench_scores(study_of(folder), python or sys.executable))

@@ -219,4 +219,3 @@ def _bounds(outcomes: Sequence[Outcome], lines: dict[str, Line]) -> list[Row]:
     if full.rounds is not None:
         rows.append(shown("rounds per realised event; the paper's is 3.63", round(full.rounds, 2)))
     return rows
-

@@ -75,7 +75,9 @@ def write_case(scene: str, folder: Path) -> Path:
     mine = [event for event in events() if event.scene == scene]
     references.mkdir(parents=True, exist_ok=True)
     for event in mine:
-        text = yaml.safe_dump({"contract": event.reference.model_dump(mode="json", exclude_none=True)})
+        text = yaml.safe_dump(
+            {"contract": event.reference.model_dump(mode="json", exclude_none=True)}
+        )
         (references / f"{scene}__{event.name}.yaml").write_text(text, encoding="utf-8")
     case.mkdir(parents=True, exist_ok=True)
     shot = taken(scene)

@@ -27,7 +27,9 @@ def stage_of(scene: str) -> Stage:
     props = {p.name: p for p in props_of(scene, np.random.default_rng(seed_of(scene)))}
     metres = float(said["metres"])
     asked = {name: prop for name, prop in props.items() if prop.asked}
-    objects = {name: (_solid(p, metres), _middle(p, metres), _below(p)) for name, p in asked.items()}
+    objects = {
+        name: (_solid(p, metres), _middle(p, metres), _below(p)) for name, p in asked.items()
+    }
     supports = {n: _support(p, metres) for n, p in props.items() if "support" in p.said}
     lines = {n: ("line", _ends(p, metres)) for n, p in props.items() if "landmark" in p.said}
     turns = {name: _turn(prop, props) for name, prop in asked.items()}
@@ -37,7 +39,6 @@ def stage_of(scene: str) -> Stage:
 def first_program(event: Event) -> PhysicalProgram:
     """The embedded agent's first program over the true scene."""
     stage = stage_of(event.scene)
-
 
     return RuleGenerator().first(stage.case(event.prompt), stage.reconstruct)
 

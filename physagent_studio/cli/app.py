@@ -315,19 +315,16 @@ def bench(
         list[str] | None, typer.Option(help="A case or case/event; again for more.")
     ] = None,
     sheets: Annotated[
-        Path | None,
-        typer.Option(help="view, paper: folder for a contact sheet of every event."),
+        Path | None, typer.Option(help="view, paper: folder for a contact sheet of each event.")
     ] = None,
     events: Annotated[
         int | None, typer.Option(help="paper: so many of its 80 events, drawn by seed.")
     ] = None,
     variant: Annotated[
-        list[str] | None,
-        typer.Option(help="paper: full, no_semantics or model; again for more."),
+        list[str] | None, typer.Option(help="paper: full, no_semantics or model; again for more.")
     ] = None,
     without: Annotated[
-        list[str] | None,
-        typer.Option(help="reconstruction: a heuristic of masks to leave out; again for more."),
+        list[str] | None, typer.Option(help="reconstruction: a heuristic left out; again for more.")
     ] = None,
     full: Annotated[
         bool, typer.Option("--full", help="physics, durability, safety: all of it, not a dose.")

@@ -100,9 +100,9 @@ def _questions(study: Study) -> Iterator[tuple[str, str, str]]:
     rng = np.random.default_rng(study.seed)
     for one, other in itertools.combinations(sorted(study.files), 2):
         for clip in sorted(set(study.files[one]) & set(study.files[other])):
-            pair = (one, other) if rng.random() < 0.5 else (other, one)
-            yield clip, *pair
-            yield clip, *pair[::-1]
+            first, second = (one, other) if rng.random() < 0.5 else (other, one)
+            yield clip, first, second
+            yield clip, second, first
 
 
 def _asked(study: Study, line: Line, key: tuple[str, str, str], frames: int) -> Judgement:

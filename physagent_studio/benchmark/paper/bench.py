@@ -111,9 +111,7 @@ def _outcome(event: Event, folder: Path, variants: Sequence[str]) -> Outcome:
 def _run(event: Event, folder: Path, variant: str) -> EventResult:
     """The result that is kept from before, else a run; kept at once, so that it can go on."""
     name = f"{event.scene}__{event.name}"
-    case = folder / "cases" / event.scene
-    if not (case / "case.yaml").is_file():
-        write_case(event.scene, folder)
+    case = write_case(event.scene, folder)
     reference = reference_path(folder / "references", event.scene, event.name)
     assert reference is not None
     key = _key(reference, case / "case.yaml", case / "input.png")

@@ -18,6 +18,7 @@ from physagent_studio.benchmark.paper.pictures import (
     click_on,
     ends_of,
     said_of_scenes,
+    seed_of,
     taken,
 )
 from physagent_studio.program.contract import Contract
@@ -67,24 +68,36 @@ def _contract(prompt: str, holds: Sequence[Mapping[str, Any]]) -> Contract:
 
 
 def write_case(scene: str, folder: Path) -> Path:
-    """Draws a scene and writes it as a case folder with its references beside it, once.
+    """Draws a scene and writes it as a case folder with its references beside it.
 
-    Returns the case folder, `folder`/cases/`scene`; references go to `folder`/references.
+    Returns the case folder, `folder`/cases/`scene`; references go to `folder`/references. A picture
+    that was drawn from the same lines before is left as it is.
     """
     case, references = folder / "cases" / scene, folder / "references"
     mine = [event for event in events() if event.scene == scene]
     references.mkdir(parents=True, exist_ok=True)
     for event in mine:
-        text = yaml.safe_dump(
-            {"contract": event.reference.model_dump(mode="json", exclude_none=True)}
-        )
-        (references / f"{scene}__{event.name}.yaml").write_text(text, encoding="utf-8")
+        held = {"contract": event.reference.model_dump(mode="json", exclude_none=True)}
+        path = references / f"{scene}__{event.name}.yaml"
+        path.write_text(yaml.safe_dump(held), encoding="utf-8")
+    stamp = case / "drawn_from.txt"
+    if stamp.is_file() and stamp.read_text(encoding="utf-8") == _lines(scene):
+        return case
     case.mkdir(parents=True, exist_ok=True)
     shot = taken(scene)
     cv2.imwrite(str(case / "input.png"), shot.image[..., ::-1])
     text = yaml.safe_dump(_case(shot, mine), sort_keys=False, width=1000)
     (case / "case.yaml").write_text(text, encoding="utf-8")
+    stamp.write_text(_lines(scene), encoding="utf-8")
     return case
+
+
+def _lines(scene: str) -> str:
+    """What decides about a picture and its sentences."""
+    every = said_of_scenes()
+    drawn = {"kinds": every["kinds"], "colours": every["colours"], "scene": every["scenes"][scene]}
+    told = {event.name: event.prompt for event in events() if event.scene == scene}
+    return yaml.safe_dump(drawn | {"seed": seed_of(scene), "events": told})
 
 
 def _case(shot: Taken, mine: Sequence[Event]) -> dict[str, Any]:

@@ -111,7 +111,7 @@ def ring(size: Sequence[float]) -> Form:
 
 
 def brick(size: Sequence[float], right: float = 1.0) -> Form:
-    """A block with sharp edges. right: height of its right side over that of its left, 0 a wedge."""
+    """A block with sharp edges. right: height of its right side over the left one's, 0 a wedge."""
     (x, y, z), (u, v, w) = -np.asarray(size) / 2, np.asarray(size) / 2
     low = z + right * (w - z)
     sides = (

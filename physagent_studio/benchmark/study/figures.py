@@ -1,8 +1,8 @@
 """What the answers of a study amount to: shares with intervals, strengths, raters and sides.
 
-A pair's share is exact binomial (Clopper and Pearson 1934); with more than two methods a strength is
-fitted for each so that answers follow Bradley and Terry (1952), with the intervals of the normal
-approximation at the maximum.
+A pair's share is exact binomial (Clopper and Pearson 1934). A strength is fitted for each method so
+that answers follow Bradley and Terry (1952), with the intervals of the normal approximation at the
+maximum.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ CONFIDENCE = 0.95
 HELD = 0.75
 """Share of the catch trials that a rater has to answer rightly to be counted."""
 PRIOR = 0.05
-"""Weight of the pull of strengths to 0, in answers: without one, who always wins has no strength."""
+"""Weight of the pull of strengths to 0, in answers: who always wins has none without it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +109,7 @@ def _covariance(values: FloatArray, won: np.ndarray, lost: np.ndarray) -> FloatA
     information = np.zeros((len(values), len(values)))
     for one, other, sign in ((won, won, 1), (lost, lost, 1), (won, lost, -1), (lost, won, -1)):
         np.add.at(information, (one, other), sign * weight)
-    return np.linalg.pinv(information)
+    return np.asarray(np.linalg.pinv(information), np.float64)
 
 
 def summary(answers: Sequence[Answer]) -> list[str]:

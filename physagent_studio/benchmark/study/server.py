@@ -109,8 +109,13 @@ def media_of(path: Path) -> str:
 
 
 class _Handler(BaseHTTPRequestHandler):
-    server: StudyServer
     protocol_version = "HTTP/1.1"
+
+    @property
+    def host(self) -> StudyServer:
+        """What it answers for."""
+        assert isinstance(self.server, StudyServer)
+        return self.server
 
     def do_GET(self) -> None:
         """Pages, the next trial, and clips."""
@@ -124,9 +129,9 @@ class _Handler(BaseHTTPRequestHandler):
         elif not re.match(_RATER, rater):
             self._say(HTTPStatus.NOT_FOUND, "there is no such page")
         elif parts.path == "/next":
-            self._send(json.dumps(self.server.asked(rater)).encode(), "application/json")
+            self._send(json.dumps(self.host.asked(rater)).encode(), "application/json")
         elif found := re.match(r"^/clip/(\d{1,6})/(left|right)$", parts.path):
-            path = self.server.clip(rater, int(found[1]), found[2])
+            path = self.host.clip(rater, int(found[1]), found[2])
             if path is None:
                 self._say(HTTPStatus.NOT_FOUND, "there is no such clip")
             else:
@@ -151,14 +156,14 @@ class _Handler(BaseHTTPRequestHandler):
             given = None
         if self.path != "/answer" or kind != "application/json" or given is None:
             self._say(HTTPStatus.BAD_REQUEST, "this is no answer")
-        elif not self.server.answer(given):
+        elif not self.host.answer(given):
             self._say(HTTPStatus.BAD_REQUEST, "there is no such trial")
         else:
-            self._send(json.dumps(self.server.asked(given.rater)).encode(), "application/json")
+            self._send(json.dumps(self.host.asked(given.rater)).encode(), "application/json")
 
     def _is_ours(self) -> bool:
         """Whether a request comes from the page itself: no other site may read or answer."""
-        port = self.server.server_address[1]
+        port = self.host.server_address[1]
         hosts = (f"{LOOPBACK}:{port}", f"localhost:{port}")
         origin = self.headers.get("Origin")
         ours = self.headers.get("Host") in hosts

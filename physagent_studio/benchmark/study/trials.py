@@ -1,4 +1,4 @@
-"""What each rater is asked: pairs of clips in random order and on random sides, and catch trials."""
+"""What each rater is asked: pairs of clips, order and sides by chance, and catch trials."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Study:
 
 
 def study_of(folder: Path, seed: int = 0) -> Study:
-    """The study in a folder; raises InputError where there are no two methods with a clip of a name.
+    """The study in a folder; raises InputError where no two methods have a clip of one name.
 
     A sentence is the text file of a clip's name beside it, of whichever method has one.
     """

@@ -305,9 +305,7 @@ def bench(
     name: Annotated[str, typer.Argument(help="Which bench; `physagent bench list` names them.")],
     cases: Annotated[Path | None, typer.Option(help="Folder of case folders.")] = None,
     out: Annotated[Path | None, typer.Option(help="Also write the table here, Markdown.")] = None,
-    annotations: Annotated[
-        Path | None, typer.Option(help="Folder of <case>.yaml with a person's clicks.")
-    ] = None,
+    annotations: Annotated[Path | None, typer.Option(help="Folder of a person's clicks.")] = None,
     references: Annotated[
         Path | None, typer.Option(help="Folder of <case>__<event>.yaml with reference contracts.")
     ] = None,

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import itertools
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+import av
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -17,18 +16,19 @@ from physagent_studio.agent.vlm import Ledger, load_settings
 from physagent_studio.agent.vlm.dialogue import converse
 from physagent_studio.agent.vlm.line import Line
 from physagent_studio.agent.vlm.messages import Picture, Turn
+from physagent_studio.agent.vlm.pictures import contact_sheet
 from physagent_studio.agent.vlm.prompting import prompt, quoted
 from physagent_studio.agent.vlm.wire import check_installed
-from physagent_studio.benchmark.judge.frames import sheet_of
+from physagent_studio.benchmark.study.answers import keep, read_rows
 from physagent_studio.benchmark.study.trials import Study
 from physagent_studio.errors import InputError
+from physagent_studio.records import Image
 
 FILE = "judgements.csv"
-CRITERIA = ("trajectory", "contact", "force", "material")
-HIGHEST = 4
-"""Grade of a criterion with which nothing is wrong; a clip's mean over it is its score, 0 … 1."""
 FRAMES = 12
 """Frames of a clip that are shown, evenly spread."""
+HIGHEST = 4
+"""Grade of a criterion with which nothing is wrong; a clip's mean over it is its score, 0 … 1."""
 RUBRIC = Path(__file__).with_name("rubric.md")
 
 
@@ -45,7 +45,7 @@ class Grades(BaseModel):
     @property
     def score(self) -> float:
         """Their mean, 0 … 1."""
-        return sum(getattr(self, name) for name in CRITERIA) / (HIGHEST * len(CRITERIA))
+        return (self.trajectory + self.contact + self.force + self.material) / (4 * HIGHEST)
 
 
 class Verdict(BaseModel):
@@ -61,10 +61,7 @@ class Verdict(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """One answer: methods in the order shown, their scores, and the method that was preferred.
-
-    preferred: "" where the model could not tell.
-    """
+    """One answer: methods in the order shown, their scores, and the one preferred, "" for none."""
 
     clip: str
     first: str
@@ -88,62 +85,47 @@ def judge(study: Study, line: Line, frames: int = FRAMES) -> Iterator[Judgement]
     Which order comes first is drawn by the study's seed. Each answer is in the folder's
     `judgements.csv` before the next is asked for.
     """
-    kept = {(j.clip, j.first, j.second): j for j in read_judgements(study.folder)}
-    for key in _questions(study):
-        if key not in kept:
-            kept[key] = _asked(study, line, key, frames)
-            _keep(study.folder, kept[key])
-        yield kept[key]
-
-
-def _questions(study: Study) -> Iterator[tuple[str, str, str]]:
+    path = study.folder / FILE
+    kept = {(j.clip, j.first, j.second): j for j in read_rows(path, Judgement)}
     rng = np.random.default_rng(study.seed)
-    for one, other in itertools.combinations(sorted(study.files), 2):
-        for clip in sorted(set(study.files[one]) & set(study.files[other])):
-            first, second = (one, other) if rng.random() < 0.5 else (other, one)
-            yield clip, first, second
-            yield clip, second, first
+    for clip, *pair in study.pairs():
+        order = pair if rng.random() < 0.5 else pair[::-1]
+        for first, second in (order, order[::-1]):
+            key = (clip, first, second)
+            if key not in kept:
+                kept[key] = _asked(study, line, key, frames)
+                keep(path, kept[key])
+            yield kept[key]
 
 
 def _asked(study: Study, line: Line, key: tuple[str, str, str], frames: int) -> Judgement:
-    clip, *methods = key
-    sheets = [sheet_of(study.files[method][clip], frames) for method in methods]
-    sentence = quoted(study.sentences.get(clip, "(none was given)"))
-    pictures = (Picture(sheets[0], "the first clip"), Picture(sheets[1], "the second clip"))
+    clip, first, second = key
+    words = f"The sentence:\n{quoted(study.sentences.get(clip, '(none was given)'))}"
+    pictures = [
+        Picture(sheet_of(study.files[method][clip], frames), f"the {place} clip")
+        for method, place in ((first, "first"), (second, "second"))
+    ]
     system = prompt("system", part=RUBRIC.read_text(encoding="utf-8"))
-    turns = (
-        Turn("system", (system,)),
-        Turn("user", (f"The sentence:\n{sentence}", *pictures)),
-    )
+    turns = (Turn("system", (system,)), Turn("user", (words, *pictures)))
     said = converse(line, "judge.pair", turns, Verdict, lambda verdict: verdict)
-    preferred = {"first": methods[0], "second": methods[1], "equal": ""}[said.more_real]
-    return Judgement(
-        clip, methods[0], methods[1], said.first.score, said.second.score, preferred, said.reason
-    )
+    preferred = {"first": first, "second": second, "equal": ""}[said.more_real]
+    return Judgement(*key, said.first.score, said.second.score, preferred, said.reason)
 
 
-_COLUMNS = tuple(field.name for field in fields(Judgement))
+def sheet_of(path: Path, count: int) -> Image:
+    """So many frames of a video, evenly spread, as one sheet that says nothing but the time.
 
-
-def read_judgements(folder: Path) -> list[Judgement]:
-    """What has been judged so far. Raises InputError where the file is something else."""
-    path = folder / FILE
-    if not path.is_file():
-        return []
-    with path.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    scores = ("first_score", "second_score")
+    Raises InputError where it cannot be read.
+    """
     try:
-        return [Judgement(**{**row, **{name: float(row[name]) for name in scores}}) for row in rows]
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{path} holds no judgements: {error}") from None
-
-
-def _keep(folder: Path, judgement: Judgement) -> None:
-    path = folder / FILE
-    new = not path.is_file()
-    with path.open("a", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, _COLUMNS)
-        if new:
-            writer.writeheader()
-        writer.writerow(asdict(judgement))
+        with av.open(str(path)) as container:
+            times = [float(frame.time or 0.0) for frame in container.decode(video=0)]
+            wanted = set(np.linspace(0, len(times) - 1, count).round().astype(int).tolist())
+            container.seek(0)
+            every = enumerate(container.decode(video=0))
+            frames = [frame.to_ndarray(format="rgb24") for k, frame in every if k in wanted]
+    except (OSError, IndexError, ValueError) as error:
+        raise InputError(f"{path} cannot be read as a video: {error}") from None
+    if not frames:
+        raise InputError(f"{path} has no frame")
+    return contact_sheet(frames, [f"{times[k]:.2f} s" for k in sorted(wanted)])

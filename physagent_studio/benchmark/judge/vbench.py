@@ -18,13 +18,9 @@ from physagent_studio.benchmark.study.trials import Study
 from physagent_studio.errors import BackendMissing, InputError, StudioError
 
 DIMENSIONS = (
-    "subject_consistency",
-    "background_consistency",
-    "motion_smoothness",
-    "dynamic_degree",
-    "aesthetic_quality",
-    "imaging_quality",
-)
+    "subject_consistency", "background_consistency", "motion_smoothness", "dynamic_degree",
+    "aesthetic_quality", "imaging_quality",
+)  # fmt: skip
 VIDEOS = (".mp4", ".gif")
 _THERE = "import importlib.util, sys; sys.exit(importlib.util.find_spec('vbench') is None)"
 _RUN = """\
@@ -46,49 +42,39 @@ def vbench_scores(
 ) -> dict[str, dict[str, float]]:
     """Scores of each method by dimension, from VBench in the environment of that `python`.
 
-    Raises:
-        BackendMissing: VBench is not there.
-        StudioError: it ended without results.
+    Raises BackendMissing where VBench is not there, StudioError where it ends without results.
     """
-    _must_be_there(python)
-    out = study.folder / "vbench"
-    scores = {}
-    for method in sorted(study.files):
-        told = write_input(study, method, out, dimensions)
-        done = subprocess.run(
-            [python, "-c", _RUN, str(told)], capture_output=True, text=True, check=False
-        )
-        if done.returncode:
-            last = (done.stderr.strip().splitlines() or ["no word"])[-1]
-            raise StudioError(f"VBench ended with exit code {done.returncode}: {last}")
-        scores[method] = read_output(out / f"{method}_eval_results.json")
-    return scores
-
-
-def _must_be_there(python: str) -> None:
     try:
         found = subprocess.run([python, "-c", _THERE], capture_output=True, check=False)
     except OSError as error:
         raise InputError(f"{python} cannot be started: {error.strerror}") from None
     if found.returncode:
         raise BackendMissing(
-            f"VBench is not installed for {python}; make an environment for it "
-            "(`pip install vbench`, it wants older versions than ours) and name its Python "
-            "with --python"
+            f"VBench is not installed for {python}; make an environment for it (`pip install "
+            "vbench`, it wants older versions than ours) and name its Python with --python"
         )
+    scores = {}
+    for method in sorted(study.files):
+        told = write_input(study, method, dimensions)
+        words = [python, "-c", _RUN, str(told)]
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
+        if done.returncode:
+            last = (done.stderr.strip().splitlines() or ["no word"])[-1]
+            raise StudioError(f"VBench ended with exit code {done.returncode}: {last}")
+        scores[method] = read_output(told.with_name(f"{method}_eval_results.json"))
+    return scores
 
 
-def write_input(study: Study, method: str, out: Path, dimensions: Sequence[str]) -> Path:
-    """What VBench is told about a method's clips, and the file that says it."""
+def write_input(study: Study, method: str, dimensions: Sequence[str]) -> Path:
+    """Says in a file what VBench shall do with a method's clips."""
     clips = {p.name: clip for clip, p in study.files[method].items() if p.suffix.lower() in VIDEOS}
-    if not clips:
-        raise InputError(f"VBench reads {' and '.join(VIDEOS)}; {method} has none of them")
-    strange = sorted(set(dimensions) - set(DIMENSIONS))
-    if strange:
-        known = ", ".join(DIMENSIONS)
-        raise InputError(f"VBench has no dimension {', '.join(strange)} here (known: {known})")
+    if not clips or not set(dimensions) <= set(DIMENSIONS):
+        raise InputError(
+            f"VBench reads {' and '.join(VIDEOS)} in {study.folder / method}, and of clips of "
+            f"one's own {', '.join(DIMENSIONS)}"
+        )
+    out = study.folder / "vbench"
     out.mkdir(exist_ok=True)
-    told = out / f"{method}_input.json"
     data = {
         "videos": str((study.folder / method).resolve()),
         "name": method,
@@ -96,6 +82,7 @@ def write_input(study: Study, method: str, out: Path, dimensions: Sequence[str])
         "prompts": {name: study.sentences.get(clip, "") for name, clip in sorted(clips.items())},
         "dimensions": list(dimensions),
     }
+    told = out / f"{method}_input.json"
     told.write_text(json.dumps(data, indent=1), encoding="utf-8")
     return told
 
@@ -103,18 +90,7 @@ def write_input(study: Study, method: str, out: Path, dimensions: Sequence[str])
 def read_output(path: Path) -> dict[str, float]:
     """The score of each dimension in a file that VBench wrote; raises InputError for another."""
     try:
-        return {
-            name: score for name, (score, _) in _RESULTS.validate_json(path.read_bytes()).items()
-        }
+        found = _RESULTS.validate_json(path.read_bytes())
     except (OSError, ValidationError) as error:
         raise InputError(f"{path} holds no results of VBench: {error}") from None
-
-
-def summary(scores: dict[str, dict[str, float]]) -> list[str]:
-    """The scores as lines of Markdown."""
-    names = list(dict.fromkeys(name for row in scores.values() for name in row))
-    lines = [f"| method | {' | '.join(names)} |", f"|---|{'---|' * len(names)}"]
-    return lines + [
-        f"| {method} | {' | '.join(f'{row[n]:.3f}' if n in row else '–' for n in names)} |"
-        for method, row in scores.items()
-    ]
+    return {name: score for name, (score, _) in found.items()}

@@ -1,4 +1,4 @@
-"""The answers of a study: a CSV file that every answer is added to at once."""
+"""Answers in a CSV file that every one is added to at once: of people, and of a model."""
 
 from __future__ import annotations
 
@@ -6,11 +6,14 @@ import csv
 import os
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import TypeAdapter, ValidationError
 
 from physagent_studio.benchmark.study.trials import BLANK
 from physagent_studio.errors import InputError
 
-FILE = "answers.csv"
+Row = TypeVar("Row")
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,39 +38,31 @@ class Answer:
         """The method that was chosen; `BLANK` where the blank side was."""
         return self.left if self.choice == "left" else self.right
 
-    @property
-    def other(self) -> str:
-        """The method that was not."""
-        return self.right if self.choice == "left" else self.left
-
-
-_COLUMNS = tuple(field.name for field in fields(Answer))
-
 
 def read_answers(folder: Path) -> list[Answer]:
-    """All answers so far; none where there is no file. Raises InputError for another file."""
-    path = folder / FILE
+    """All answers of people so far."""
+    return read_rows(folder / "answers.csv", Answer)
+
+
+def read_rows(path: Path, kind: type[Row]) -> list[Row]:
+    """All rows of a file; none where there is none. Raises InputError for another file."""
     if not path.is_file():
         return []
     with path.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     try:
-        return [
-            Answer(**{**row, "trial": int(row["trial"]), "seconds": float(row["seconds"])})
-            for row in rows
-        ]
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{path} holds no answers of a study: {error}") from None
+        return TypeAdapter(list[kind]).validate_python(rows)
+    except ValidationError as error:
+        raise InputError(f"{path} is another file: {error.errors()[0]['msg']}") from None
 
 
-def keep(folder: Path, answer: Answer) -> None:
-    """Adds an answer to the file; when this returns it is on the disk."""
-    path = folder / FILE
+def keep(path: Path, row: Any) -> None:
+    """Adds a row to the file; when this returns it is on the disk."""
     new = not path.is_file()
     with path.open("a", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, _COLUMNS)
+        writer = csv.DictWriter(file, [field.name for field in fields(row)])
         if new:
             writer.writeheader()
-        writer.writerow(asdict(answer))
+        writer.writerow(asdict(row))
         file.flush()
         os.fsync(file.fileno())

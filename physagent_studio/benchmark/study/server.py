@@ -8,8 +8,6 @@ from __future__ import annotations
 import json
 import re
 import threading
-from collections.abc import Mapping
-from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
@@ -22,11 +20,8 @@ from physagent_studio.benchmark.study.trials import BLANK, MEDIA, Study
 
 QUESTION = "In which clip does what the sentence says happen more as it would in the real world?"
 LOOPBACK = "127.0.0.1"
-_PAGES = {
-    "/": ("page.html", "text/html; charset=utf-8"),
-    "/page.css": ("page.css", "text/css; charset=utf-8"),
-    "/page.js": ("page.js", "text/javascript; charset=utf-8"),
-}
+_PAGES = {"/": "page.html", "/page.css": "page.css", "/page.js": "page.js"}
+_KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 _POLICY = "default-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 LONGEST_BODY = 10_000
 """Bytes of a request's body; an answer has less than a hundredth of them."""
@@ -52,7 +47,7 @@ class StudyServer(ThreadingHTTPServer):
     def __init__(self, study: Study, port: int = 0, question: str = QUESTION) -> None:
         super().__init__((LOOPBACK, port), _Handler)
         self.study, self.question = study, question
-        self.kept = {(a.rater, a.trial): a for a in read_answers(study.folder)}
+        self.kept = {(a.rater, a.trial) for a in read_answers(study.folder)}
         self.lock = threading.Lock()
 
     @property
@@ -61,25 +56,20 @@ class StudyServer(ThreadingHTTPServer):
         return f"http://{LOOPBACK}:{self.server_address[1]}/"
 
     def asked(self, rater: str) -> dict[str, Any]:
-        """The first trial that a rater has not answered, or that there is none."""
+        """The first trial that a rater has not answered; its number is None after the last."""
         trials = self.study.trials(rater)
         with self.lock:
-            done = [k for k in range(len(trials)) if (rater, k) in self.kept]
-        open_ = next((k for k in range(len(trials)) if k not in set(done)), None)
-        told: dict[str, Any] = {"done": len(done), "of": len(trials), "question": self.question}
-        if open_ is None:
+            missing = [k for k in range(len(trials)) if (rater, k) not in self.kept]
+        told: dict[str, Any] = {"done": len(trials) - len(missing), "of": len(trials)}
+        if not missing:
             return told | {"trial": None}
-        trial = trials[open_]
-        sides = {side: self._kind(trial.clip, trial.method(side)) for side in ("left", "right")}
-        return told | {
-            "trial": open_,
-            "sentence": self.study.sentences.get(trial.clip, ""),
-            **sides,
-        }
-
-    def _kind(self, clip: str, method: str) -> str:
-        """What is shown on a side: `video`, `image` or `blank`."""
-        return "blank" if method == BLANK else media_of(self.study.files[method][clip])[:5]
+        clip = trials[missing[0]].clip
+        told |= {"trial": missing[0], "question": self.question}
+        told["sentence"] = self.study.sentences.get(clip, "")
+        for side in ("left", "right"):
+            path = self.clip(rater, missing[0], side)
+            told[side] = "blank" if path is None else MEDIA[path.suffix.lower()][:5]
+        return told
 
     def answer(self, given: Given) -> bool:
         """Keeps an answer once; whether there is such a trial."""
@@ -89,10 +79,10 @@ class StudyServer(ThreadingHTTPServer):
         trial, key = trials[given.trial], (given.rater, given.trial)
         with self.lock:
             if key not in self.kept:
-                where = (trial.clip, trial.left, trial.right)
-                made = Answer(*key, *where, given.choice, round(given.seconds, 2))
-                keep(self.study.folder, made)
-                self.kept[key] = made
+                sides = (trial.clip, trial.left, trial.right)
+                made = Answer(*key, *sides, given.choice, round(given.seconds, 2))
+                keep(self.study.folder / "answers.csv", made)
+                self.kept.add(key)
         return True
 
     def clip(self, rater: str, number: int, side: str) -> Path | None:
@@ -101,11 +91,6 @@ class StudyServer(ThreadingHTTPServer):
         if number >= len(trials) or (method := trials[number].method(side)) == BLANK:
             return None
         return self.study.files[method][trials[number].clip]
-
-
-def media_of(path: Path) -> str:
-    """The media type of a clip's file."""
-    return MEDIA[path.suffix.lower()]
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -123,21 +108,18 @@ class _Handler(BaseHTTPRequestHandler):
             return
         parts = urlsplit(self.path)
         rater = parse_qs(parts.query).get("rater", [""])[0]
+        known = re.match(_RATER, rater)
+        wanted = re.match(r"^/clip/(\d{1,6})/(left|right)$", parts.path)
+        path = self.host.clip(rater, int(wanted[1]), wanted[2]) if known and wanted else None
         if parts.path in _PAGES:
-            name, kind = _PAGES[parts.path]
-            self._send(Path(__file__).with_name(name).read_bytes(), kind)
-        elif not re.match(_RATER, rater):
-            self._say(HTTPStatus.NOT_FOUND, "there is no such page")
-        elif parts.path == "/next":
+            page = Path(__file__).with_name(_PAGES[parts.path])
+            self._send(page.read_bytes(), f"{_KINDS[page.suffix]}; charset=utf-8")
+        elif known and parts.path == "/next":
             self._send(json.dumps(self.host.asked(rater)).encode(), "application/json")
-        elif found := re.match(r"^/clip/(\d{1,6})/(left|right)$", parts.path):
-            path = self.host.clip(rater, int(found[1]), found[2])
-            if path is None:
-                self._say(HTTPStatus.NOT_FOUND, "there is no such clip")
-            else:
-                self._send_part(path.read_bytes(), media_of(path))
+        elif path is not None:
+            self._send(path.read_bytes(), MEDIA[path.suffix.lower()])
         else:
-            self._say(HTTPStatus.NOT_FOUND, "there is no such page")
+            self._say(404, "there is no such page")
 
     def do_POST(self) -> None:
         """An answer; what comes back is the next trial."""
@@ -146,18 +128,15 @@ class _Handler(BaseHTTPRequestHandler):
             return
         if not length.isdigit() or int(length) > LONGEST_BODY:
             self.close_connection = True
-            self._say(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "an answer is shorter")
+            self._say(413, "an answer is shorter")
             return
-        body = self.rfile.read(int(length))
-        kind = self.headers.get("Content-Type", "")
         try:
-            given = Given.model_validate_json(body)
+            given = Given.model_validate_json(self.rfile.read(int(length)))
         except ValidationError:
             given = None
-        if self.path != "/answer" or kind != "application/json" or given is None:
-            self._say(HTTPStatus.BAD_REQUEST, "this is no answer")
-        elif not self.host.answer(given):
-            self._say(HTTPStatus.BAD_REQUEST, "there is no such trial")
+        ours = self.path == "/answer" and self.headers.get("Content-Type") == "application/json"
+        if given is None or not ours or not self.host.answer(given):
+            self._say(400, "this is no answer to a trial")
         else:
             self._send(json.dumps(self.host.asked(given.rater)).encode(), "application/json")
 
@@ -170,40 +149,23 @@ class _Handler(BaseHTTPRequestHandler):
         ours = ours and (origin is None or urlsplit(origin).netloc in hosts)
         if not ours:
             self.close_connection = True
-            self._say(HTTPStatus.FORBIDDEN, "this page answers to its own address alone")
+            self._say(403, "this page answers to its own address alone")
         return ours
 
-    def _say(self, status: HTTPStatus, text: str) -> None:
+    def _say(self, status: int, text: str) -> None:
         self._send(text.encode(), "text/plain; charset=utf-8", status)
 
-    def _send_part(self, body: bytes, kind: str) -> None:
-        """A clip, or the bytes of it that a player asks for: without them it cannot go back."""
+    def _send(self, body: bytes, kind: str, status: int = 200) -> None:
+        """All of a body, or the bytes that a player asks for: without them it cannot go back."""
         asked = re.match(r"^bytes=(\d+)-(\d*)$", self.headers.get("Range", ""))
-        if asked is None or int(asked[1]) >= len(body):
-            self._send(body, kind)
-            return
-        first, last = int(asked[1]), min(int(asked[2] or len(body)), len(body) - 1)
-        told = {"Content-Range": f"bytes {first}-{last}/{len(body)}"}
-        self._send(body[first : last + 1], kind, HTTPStatus.PARTIAL_CONTENT, told)
-
-    def _send(
-        self,
-        body: bytes,
-        kind: str,
-        status: HTTPStatus = HTTPStatus.OK,
-        more: Mapping[str, str] | None = None,
-    ) -> None:
+        told = {"Content-Type": kind, "Content-Security-Policy": _POLICY, "Accept-Ranges": "bytes"}
+        told |= {"X-Content-Type-Options": "nosniff", "Cache-Control": "no-store"}
+        if status == 200 and asked and int(asked[1]) < len(body):
+            first, last = int(asked[1]), min(int(asked[2] or len(body)), len(body) - 1)
+            told["Content-Range"] = f"bytes {first}-{last}/{len(body)}"
+            status, body = 206, body[first : last + 1]
         self.send_response(status)
-        told = {
-            "Content-Type": kind,
-            "Content-Length": str(len(body)),
-            "Content-Security-Policy": _POLICY,
-            "X-Content-Type-Options": "nosniff",
-            "Cache-Control": "no-store",
-            "Accept-Ranges": "bytes",
-            **(more or {}),
-        }
-        for name, value in told.items():
+        for name, value in {**told, "Content-Length": str(len(body))}.items():
             self.send_header(name, value)
         self.end_headers()
         self.wfile.write(body)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -50,15 +50,17 @@ class Study:
     sentences: Mapping[str, str]
     seed: int = 0
 
+    def pairs(self) -> Iterator[tuple[str, str, str]]:
+        """Every pair of clips: their name and the two methods."""
+        for one, other in itertools.combinations(sorted(self.files), 2):
+            for clip in sorted(set(self.files[one]) & set(self.files[other])):
+                yield clip, one, other
+
     def trials(self, rater: str) -> list[Trial]:
         """All trials of a rater in their order; the same for the same name and seed."""
         said = hashlib.sha256(f"{self.seed}/{rater}".encode()).digest()
         rng = np.random.default_rng(int.from_bytes(said[:8], "big"))
-        asked = [
-            (clip, *pair)
-            for pair in itertools.combinations(sorted(self.files), 2)
-            for clip in sorted(set(self.files[pair[0]]) & set(self.files[pair[1]]))
-        ]
+        asked = list(self.pairs())
         count = max(1, round(len(asked) / PER_CATCH))
         caught = rng.choice(len(asked), min(count, len(asked)), replace=False)
         asked += [(asked[k][0], asked[k][1 + int(rng.integers(2))], BLANK) for k in caught]
@@ -87,13 +89,10 @@ def study_of(folder: Path, seed: int = 0) -> Study:
             text = clip.with_suffix(".txt")
             if text.is_file():
                 sentences.setdefault(clip.stem, text.read_text(encoding="utf-8").strip())
-    if not _paired(list(files.values())):
+    study = Study(folder, files, sentences, seed)
+    if not any(study.pairs()):
         raise InputError(
             f"{folder} needs a folder for each of at least two methods, with clips of the same "
             f"names in them ({', '.join(MEDIA)})"
         )
-    return Study(folder, files, sentences, seed)
-
-
-def _paired(clips: Sequence[Mapping[str, Path]]) -> bool:
-    return any(set(one) & set(other) for one, other in itertools.combinations(clips, 2))
+    return study

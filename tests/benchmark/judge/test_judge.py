@@ -14,8 +14,9 @@ import pytest
 from physagent_studio.agent.vlm import Endpoint, Ledger, Limits
 from physagent_studio.agent.vlm.line import Line
 from physagent_studio.benchmark.judge.agreement import agreement, scores, summary
-from physagent_studio.benchmark.judge.judging import Judgement, judge, read_judgements
+from physagent_studio.benchmark.judge.judging import FILE, Judgement, judge
 from physagent_studio.benchmark.judge.vbench import read_output, vbench_scores, write_input
+from physagent_studio.benchmark.study.answers import read_rows
 from physagent_studio.benchmark.study.trials import Study, study_of
 from physagent_studio.errors import BackendMissing, InputError
 from physagent_studio.exchange import write_video
@@ -80,7 +81,7 @@ def test_a_fair_judge_is_blind_and_agrees_with_itself(study: Study, connect: Cal
         assert len(asked.pictures) == 2
         assert "good" not in json.dumps(asked.body["messages"])
         assert "The ball rolls" in asked.text("user")
-    assert [(s.method, s.mean) for s in scores(found)] == [("good", 0.75), ("poor", 0.25)]
+    assert scores(found) == {"good": (0.75, 0, 3), "poor": (0.25, 0, 3)}
     itself = agreement(found)
     assert itself is not None
     assert (itself.pairs, itself.same, itself.difference, itself.first) == (3, 1, 0, 0.5)
@@ -94,7 +95,7 @@ def test_a_judge_who_likes_what_comes_first_is_found_out(study: Study, connect: 
     assert itself is not None
     assert (itself.same, itself.first, itself.difference) == (0, 1, 0.5)
     assert itself.kappa <= 0
-    assert "preferred in 100%" in "\n".join(summary(read_judgements(study.folder)))
+    assert "preferred in 100%" in "\n".join(summary(read_rows(study.folder / FILE, Judgement)))
 
 
 def test_a_grade_off_the_scale_is_asked_again(study: Study, connect: Callable) -> None:
@@ -162,8 +163,8 @@ def test_without_vbench_one_sentence_says_so(study: Study) -> None:
 
 
 def test_other_files_and_dimensions_are_refused(study: Study, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no dimension colour"):
-        write_input(study, "good", tmp_path / "out", ("colour",))
+    with pytest.raises(InputError, match="motion_smoothness"):
+        write_input(study, "good", ("colour",))
     (tmp_path / "x.json").write_text("[1]")
     with pytest.raises(InputError, match="no results"):
         read_output(tmp_path / "x.json")

@@ -95,13 +95,19 @@ def test_the_mirrored_program_is_rejected(label: str) -> None:
     program = mirrored(first(label))
     if program is None or not has_direction(EVENTS[label]):
         pytest.skip("its sentence or its program has no direction to mirror")
-    assert not holds(EVENTS[label], resting(label, program))
+    if holds(EVENTS[label], acting(first(label), ())):
+        pytest.skip("gravity makes it, whichever way the thing is nudged before")
+    assert not holds(EVENTS[label], program)
 
 
 @every
 def test_the_right_motion_of_a_wrong_thing_is_rejected(label: str) -> None:
     for program in misplaced(first(label)):
         assert not holds(EVENTS[label], resting(label, program))
+
+
+ALIKE = ({"train_on_ramp/rolls_down", "train_on_ramp/then_hits_block"},)
+"""Events of a picture of which one may do the other too: the same roll goes farther."""
 
 
 @every
@@ -112,7 +118,7 @@ def test_the_other_events_of_the_picture_are_rejected(label: str) -> None:
             continue
         program = first(other.label)
         # A first program that does not make its own event says nothing about this one.
-        if holds(other, program):
+        if {label, other.label} not in ALIKE and holds(other, program):
             assert not holds(event, program.model_copy(update={"contract": Contract()})), other
 
 

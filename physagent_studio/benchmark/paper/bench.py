@@ -7,7 +7,6 @@ would. The first round of a run is the run without reflection: the same program,
 from __future__ import annotations
 
 import hashlib
-import os
 import tempfile
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -19,13 +18,13 @@ import numpy as np
 from pydantic import TypeAdapter
 
 import physagent_studio
-from physagent_studio.agent.vlm import load_settings
 from physagent_studio.benchmark.events.bench import tell
 from physagent_studio.benchmark.events.event_run import EventResult, EventTask, run_apart
 from physagent_studio.benchmark.events.references import reference_path
 from physagent_studio.benchmark.paper.listing import FAMILIES, Event, events, write_case
 from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
-from physagent_studio.errors import InputError, StudioError
+from physagent_studio.errors import InputError
+from physagent_studio.workbench.engine import limits_of
 
 VARIANTS = ("full", "no_semantics", "model")
 """Runs of an event; what is without reflection is read off the first round of `full`."""
@@ -71,9 +70,10 @@ def bench(
     chosen, names = chosen_events(only, count), _variants(variants)
     with ExitStack() as stack:
         folder = sheets or Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        outcomes = [_outcome(event, folder.resolve(), names) for event in chosen]
+        root = folder.resolve()
+        outcomes = [Outcome(e, {name: _run(e, root, name) for name in names}) for e in chosen]
         if out is not None:
-            write_page(out, outcomes, figures(outcomes), folder.resolve())
+            write_page(out, outcomes, root)
     return figures(outcomes)
 
 
@@ -92,20 +92,8 @@ def _variants(wanted: Sequence[str]) -> tuple[str, ...]:
     for name in wanted:
         if name not in VARIANTS:
             raise InputError(f"there is no variant '{name}' (known: {', '.join(VARIANTS)})")
-    return tuple(wanted) or VARIANTS[:2] + VARIANTS[2:] * model_is_set()
-
-
-def model_is_set() -> bool:
-    """Whether an endpoint of a model is configured for all roles."""
-    try:
-        load_settings(os.environ)
-    except StudioError:
-        return False
-    return True
-
-
-def _outcome(event: Event, folder: Path, variants: Sequence[str]) -> Outcome:
-    return Outcome(event, {name: _run(event, folder, name) for name in variants})
+    # Settings that are wrong or missing say why where a model is asked for by name.
+    return tuple(wanted) or (VARIANTS if limits_of("vlm") else VARIANTS[:2])
 
 
 def _run(event: Event, folder: Path, variant: str) -> EventResult:
@@ -129,21 +117,17 @@ def _run(event: Event, folder: Path, variant: str) -> EventResult:
 
 def _key(*files: Path) -> str:
     """Ten digits that change with what a run reads: the files, and the rooms that carry it out."""
-    digest = hashlib.sha256(_rooms())
-    for path in files:
+    digest = hashlib.sha256()
+    for path in (*_rooms(), *files):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:10]
 
 
 @cache
-def _rooms() -> bytes:
+def _rooms() -> tuple[Path, ...]:
     folder = Path(physagent_studio.__file__).parent
-    digest = hashlib.sha256()
-    for path in sorted(folder.rglob("*")):
-        room = path.relative_to(folder).parts[0]
-        if path.suffix in (".py", ".yaml", ".md") and room not in _NOT_READ:
-            digest.update(path.read_bytes())
-    return digest.digest()
+    read = (path for path in sorted(folder.rglob("*")) if path.suffix in (".py", ".yaml", ".md"))
+    return tuple(path for path in read if path.relative_to(folder).parts[0] not in _NOT_READ)
 
 
 # --- figures -----------------------------------------------------------------------------------
@@ -206,14 +190,10 @@ def _bounds(outcomes: Sequence[Outcome], lines: dict[str, Line]) -> list[Row]:
         return []
     full, once = lines["full"], lines["no_reflection"]
     results = [outcome.results["full"] for outcome in outcomes]
-    denied = sum(item.denied for item in results)
     failed = sum(bool(item.problem) for item in results)
-    rows = [
+    return [
         at_least("realised with every view check, share", full.realised / full.count, REALISED),
         at_least("reflection gains", full.share - once.share, GAIN, "points"),
-        shown("claimed, but the reference denies it", denied, "events"),
+        shown("claimed, but the reference denies it", sum(r.denied for r in results), "events"),
         at_most("events that ended by an error", failed, 0, "events"),
     ]
-    if full.rounds is not None:
-        rows.append(shown("rounds per realised event; the paper's is 3.63", round(full.rounds, 2)))
-    return rows

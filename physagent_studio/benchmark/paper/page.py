@@ -10,27 +10,20 @@ from pathlib import Path
 from physagent_studio.benchmark.events.event_run import EventResult
 from physagent_studio.benchmark.paper.bench import Line, Outcome, lines_of
 from physagent_studio.benchmark.paper.listing import FAMILIES
-from physagent_studio.benchmark.rows import Row
 
 _INTRO = """\
 # The paper's benchmark, with pictures of our own
 
-Made by `physagent bench paper --sheets FOLDER --out PAGE.md`: 27 drawn scenes and 80 events over
-the paper's five families. Each event is a picture, a click into each thing with a box around it,
-and a sentence; it runs as a person's photograph would, at most ten rounds.
-
-An event counts as *realised* when the agent says so (its demands, the physics and every check of
-what a viewer sees hold) and a reference contract, written from the sentence alone, holds as well.
-*Without reflection*: the first round of the same run. *Plain vectors*: no semantic actions, world
-vectors with start and duration. *Rounds*: until the first round that passed, of the events that
-were realised. The paper states 3.63 rounds with its loop and 5.74 without semantic actions; its
-pictures, sentences and judge are others, so that no figure here can be set beside its own as equal.
+Made by `physagent bench paper --sheets FOLDER --out PAGE.md`; docs/paper.md says what counts.
+*Without reflection*: the first round of the same run. *Rounds*: until the first that passed, of
+the events that were realised. The paper states 3.63 with its loop and 5.74 without semantic
+actions; its pictures, sentences and judge are others, so that no figure is the same as ours.
 """
 
 
-def write_page(out: Path, outcomes: Sequence[Outcome], rows: Sequence[Row], folder: Path) -> None:
+def write_page(out: Path, outcomes: Sequence[Outcome], folder: Path) -> None:
     """Writes the page, Markdown; pictures are linked where they lie below `folder`."""
-    lines = [_INTRO, *_table(outcomes), "", *_bounds(rows), "", "## Events", ""]
+    lines = [_INTRO, *_table(outcomes), "", "## Events", ""]
     for outcome in outcomes:
         lines += [*_section(outcome, out.resolve().parent, folder), ""]
     out.write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
@@ -56,15 +49,6 @@ def _share(line: Line | None) -> str:
     if line is None:
         return "–"
     return f"{line.realised} of {line.count} ({line.share:.0f} %)"
-
-
-def _bounds(rows: Sequence[Row]) -> list[str]:
-    lines = ["| figure | value | bound | |", "|---|---|---|---|"]
-    for row in rows:
-        if row.bound:
-            value = f"{row.value:.3g} {row.unit}".strip()
-            lines.append(f"| {row.name} | {value} | {row.bound} | {'✓' if row.ok else '✗'} |")
-    return lines
 
 
 def _section(outcome: Outcome, beside: Path, folder: Path) -> list[str]:

@@ -123,9 +123,10 @@ def sheet_of(path: Path, count: int) -> Image:
             wanted = set(np.linspace(0, len(times) - 1, count).round().astype(int).tolist())
             container.seek(0)
             every = enumerate(container.decode(video=0))
-            frames = [frame.to_ndarray(format="rgb24") for k, frame in every if k in wanted]
+            chosen = [frame.to_ndarray(format="rgb24") for k, frame in every if k in wanted]
     except (OSError, IndexError, ValueError) as error:
         raise InputError(f"{path} cannot be read as a video: {error}") from None
-    if not frames:
+    if not chosen:
         raise InputError(f"{path} has no frame")
+    frames = [np.asarray(frame, np.uint8) for frame in chosen]
     return contact_sheet(frames, [f"{times[k]:.2f} s" for k in sorted(wanted)])

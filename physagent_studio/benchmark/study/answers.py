@@ -51,7 +51,8 @@ def read_rows(path: Path, kind: type[Row]) -> list[Row]:
     with path.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     try:
-        return TypeAdapter(list[kind]).validate_python(rows)
+        read = TypeAdapter(kind)
+        return [read.validate_python(row) for row in rows]
     except ValidationError as error:
         raise InputError(f"{path} is another file: {error.errors()[0]['msg']}") from None
 

@@ -20,6 +20,7 @@ BENCHES = {
     "ablation": "physagent_studio.benchmark.events.ablation",
     "view": "physagent_studio.benchmark.events.view",
     "words": "physagent_studio.benchmark.events.words",
+    "paper": "physagent_studio.benchmark.paper.bench",
     "motion-prior": "physagent_studio.benchmark.motion_prior.bench",
     "sweep": "physagent_studio.benchmark.sweep",
 }
@@ -38,24 +39,31 @@ def run_bench(
     full: bool = False,
     sheets: Path | None = None,
     left_out: Sequence[str] = (),
+    count: int | None = None,
+    variants: Sequence[str] = (),
 ) -> list[Row]:
     """Runs a bench by name.
 
     cases: folder of case folders. out: a Markdown file to write. annotations, references:
     folders of clicks and of contracts per case. only: `case` or `case/event`. full: all
     of the benches of physics and durability, not a dose. sheets: folder for the contact sheets
-    of `view`. left_out: heuristics that the bench of reconstruction does without.
+    of `view` and for all that `paper` makes. left_out: heuristics that the bench of reconstruction
+    does without. count, variants: how many events of `paper`, and in which variants.
     """
     if name not in BENCHES:
         raise InputError(f"there is no bench '{name}'; benches: {', '.join(BENCHES)}")
     options: dict[str, Any] = {}
     if name in _ON_EVENTS:
         options = {"annotations": annotations, "references": references, "only": tuple(only)}
+    elif name == "paper":
+        options = {"only": tuple(only), "count": count, "variants": tuple(variants)}
     elif annotations or references or only:
         listed = " and ".join(_ON_EVENTS)
         raise InputError(f"--annotations, --references and --only are for the benches {listed}")
-    if sheets is not None and name != "view":
-        raise InputError("--sheets is for the bench view")
+    if (count is not None or variants) and name != "paper":
+        raise InputError("--events and --variant are for the bench paper")
+    if sheets is not None and name not in ("view", "paper"):
+        raise InputError("--sheets is for the benches view and paper")
     if sheets is not None:
         options["sheets"] = sheets
     if full and name not in ("physics", "durability", "sweep"):

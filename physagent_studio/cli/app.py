@@ -14,6 +14,7 @@ import typer
 from typer.main import get_command
 
 from physagent_studio.cli import output
+from physagent_studio.cli.comparing import judges
 from physagent_studio.cli.guard import BAD_INPUT, guarded, our_fault
 from physagent_studio.cli.models import models
 from physagent_studio.cli.session import session as session_tools
@@ -30,6 +31,7 @@ app = typer.Typer(
 )
 
 app.add_typer(models)
+app.add_typer(judges)
 app.add_typer(session_tools)
 app.command(
     epilog="Example: physagent sweep program.yaml --grid event.actions.roll.velocity.0=0:2:21"
@@ -309,9 +311,7 @@ def bench(
     name: Annotated[str, typer.Argument(help="Which bench; `physagent bench list` names them.")],
     cases: Annotated[Path | None, typer.Option(help="Folder of case folders.")] = None,
     out: Annotated[Path | None, typer.Option(help="Also write the table here, Markdown.")] = None,
-    annotations: Annotated[
-        Path | None, typer.Option(help="Folder of <case>.yaml with a person's clicks.")
-    ] = None,
+    annotations: Annotated[Path | None, typer.Option(help="Folder of a person's clicks.")] = None,
     references: Annotated[
         Path | None, typer.Option(help="Folder of <case>__<event>.yaml with reference contracts.")
     ] = None,
@@ -319,11 +319,16 @@ def bench(
         list[str] | None, typer.Option(help="A case or case/event; again for more.")
     ] = None,
     sheets: Annotated[
-        Path | None, typer.Option(help="view: folder for a contact sheet of every event.")
+        Path | None, typer.Option(help="view, paper: folder for a contact sheet of each event.")
+    ] = None,
+    events: Annotated[
+        int | None, typer.Option(help="paper: so many of its 80 events, drawn by seed.")
+    ] = None,
+    variant: Annotated[
+        list[str] | None, typer.Option(help="paper: full, no_semantics or model; again for more.")
     ] = None,
     without: Annotated[
-        list[str] | None,
-        typer.Option(help="reconstruction: a heuristic of masks to leave out; again for more."),
+        list[str] | None, typer.Option(help="reconstruction: a heuristic left out; again for more.")
     ] = None,
     full: Annotated[
         bool, typer.Option("--full", help="physics, durability, safety: all of it, not a dose.")
@@ -343,6 +348,8 @@ def bench(
         full=full,
         sheets=sheets,
         left_out=tuple(without or ()),
+        count=events,
+        variants=tuple(variant or ()),
     )
     output.print_rows(name, rows, as_json)
     if not all(row.ok for row in rows):

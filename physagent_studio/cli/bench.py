@@ -20,6 +20,8 @@ def measured(
     full: bool = False,
     sheets: Path | None = None,
     left_out: tuple[str, ...] = (),
+    count: int | None = None,
+    variants: tuple[str, ...] = (),
 ) -> list[Row]:
     """The rows of the bench of that name."""
     if name == "list":
@@ -39,6 +41,8 @@ def measured(
         full=full,
         sheets=sheets,
         left_out=left_out,
+        count=count,
+        variants=variants,
     )
 
 

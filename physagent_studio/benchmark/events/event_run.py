@@ -61,7 +61,9 @@ class EventResult:
     the final rollout; `reference_holds` is None without a reference or a rollout. assumed:
     landmarks whose place nobody clicked and the agent took for granted. by_itself: whether the
     reference also holds on the final scene when nothing is done, as where a thing hangs in the
-    air and falls; elsewhere it shows a scene that does not stand.
+    air and falls; elsewhere it shows a scene that does not stand. passed_in: number of the first
+    round that the agent passed, None where it passed none. at_once: whether the event was
+    realised in the first round, as without reflection.
     """
 
     label: str
@@ -76,6 +78,8 @@ class EventResult:
     assumed: tuple[str, ...] = ()
     by_itself: bool | None = None
     problem: str = ""
+    passed_in: int | None = None
+    at_once: bool = False
 
     @property
     def claimed(self) -> bool:
@@ -103,7 +107,8 @@ def run_event(task: EventTask) -> EventResult:
         variant = variant_of(task.variant)
         state = LoopState(policy="auto", budget=variant.rounds)
         session = Store(Path(home)).create(case, state)
-        desk = Desk(session, Control(), evidence=False)
+        # The embedded verifier reads numbers; a model looks at frames.
+        desk = Desk(session, Control(), evidence=variant.agent == "vlm", agent=variant.agent)
         if truth is not None:
             desk.engine = BareEngine(session, desk.case, evidence=False, truth=truth)
         started, worked = time.perf_counter(), time.process_time()
@@ -157,9 +162,15 @@ def _judged(
         own_holds=all(check.ok for check in demanded),
         assumed=tuple(mark.name for mark in marks if mark.source == "assumed"),
     )
-    if task.reference is None:
+    reference = None if task.reference is None else load_reference(task.reference)
+    passed = [number for number, item in enumerate(state.path(), 1) if _passed(item)]
+    result = replace(
+        result,
+        passed_in=passed[0] if passed else None,
+        at_once=1 in passed and _holds(reference, state.path()[0], session),
+    )
+    if reference is None:
         return result
-    reference = load_reference(task.reference)
     verdict = judge(reference, best.program, session.rollout(best.rollout))
     rows = tuple(_row(check) for check in verdict.checks if check.demanded)
     return replace(
@@ -169,6 +180,20 @@ def _judged(
         failing=verdict.failing,
         by_itself=_by_itself(reference, best, session) if verdict.holds else None,
     )
+
+
+def _passed(item: Round) -> bool:
+    """Whether the agent says of a round that the event happened, every clause tested."""
+    verdict = item.assessment
+    if verdict is None or verdict.stage != "simulation" or not verdict.passed:
+        return False
+    return not item.program.contract.untested
+
+
+def _holds(reference: Contract | None, item: Round, session: Session) -> bool:
+    if reference is None or item.rollout is None:
+        return reference is None
+    return judge(reference, item.program, session.rollout(item.rollout)).holds
 
 
 def _by_itself(reference: Contract, best: Round, session: Session) -> bool:

@@ -56,16 +56,22 @@ def names_of(group: str) -> list[str]:
     return [name for name, said in listed().items() if group in np.atleast_1d(said["group"])]
 
 
-def built(name: str, rng: np.random.Generator) -> Thing:
-    """A thing of that name whose largest side is one metre, at the origin, turned by chance."""
-    said = listed()[name]
+def built(
+    name: str, rng: np.random.Generator, said: Mapping[str, Any] | None = None, exact: bool = False
+) -> Thing:
+    """A thing of that name whose largest side is one metre, at the origin, turned by chance.
+
+    said: its parts and colours, by default those of the list. exact: as said, neither turned nor
+    stretched by chance.
+    """
+    said = said or listed()[name]
     colours = {role: drawn_colour(rng, kind) for role, kind in said["colours"].items()}
     parts: list[Part] = []
     for part in said["parts"]:
         if rng.random() < part.get("chance", 1.0):
             parts += _parts(part, colours, rng)
-    faces = said.get("faces", 180)
-    tall = (1.0, 1.0, float(np.exp(rng.normal(0, STRETCH))))
+    faces = 0 if exact else said.get("faces", 180)
+    tall = (1.0, 1.0, 1.0 if exact else float(np.exp(rng.normal(0, STRETCH))))
     thing = _each(Thing(name, tuple(parts)), lambda points: points * tall)
     thing = turned(thing, math.radians(float(rng.uniform(-faces, faces))))
     low, high = thing.bounds
@@ -101,6 +107,8 @@ def _form(said: Mapping[str, Any], rng: np.random.Generator) -> Form:
         return forms.can(size, said.get("taper", 1.0))
     if said["form"] == "ring":
         return forms.ring(size)
+    if said["form"] == "brick":
+        return forms.brick(size, said.get("right", 1.0))
     if said["form"] == "block":
         return forms.block(size, said.get("round", 0.12))
     # What is flat has to fit to other parts; only round ones stray.

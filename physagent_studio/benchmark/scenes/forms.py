@@ -110,6 +110,25 @@ def ring(size: Sequence[float]) -> Form:
     return _scaled(_wrapped(points, closed=True))
 
 
+def brick(size: Sequence[float], right: float = 1.0) -> Form:
+    """A block with sharp edges. right: height of its right side over the left one's, 0 a wedge."""
+    (x, y, z), (u, v, w) = -np.asarray(size) / 2, np.asarray(size) / 2
+    low = z + right * (w - z)
+    sides = (
+        ((x, y, w), (u, y, low), (u, v, low), (x, v, w)),
+        ((x, v, z), (u, v, z), (u, y, z), (x, y, z)),
+        ((x, v, z), (x, y, z), (x, y, w), (x, v, w)),
+        ((u, y, z), (u, v, z), (u, v, low), (u, y, low)),
+        ((x, y, z), (u, y, z), (u, y, low), (x, y, w)),
+        ((u, v, z), (x, v, z), (x, v, w), (u, v, low)),
+    )
+    # Sides share no corners, so that each is flat.
+    vertices = np.array([corner for side in sides for corner in side])
+    first = 4 * np.arange(len(sides))[:, None, None]
+    faces = (first + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
+    return _scaled(Form(vertices, faces.astype(np.int32), vertices))
+
+
 def _wrapped(points: FloatArray, closed: bool = False) -> Form:
     """A grid (R, C, 3) whose columns, and rows if closed, meet again."""
     rows, columns = points.shape[:2]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -42,8 +42,10 @@ class Paint:
     seed: int
 
 
-def drawn_colour(rng: np.random.Generator, role: str) -> FloatArray:
-    """A colour (3,) of a role."""
+def drawn_colour(rng: np.random.Generator, role: str | Sequence[float]) -> FloatArray:
+    """A colour (3,) of a role; one that is given as RGB is itself."""
+    if not isinstance(role, str):
+        return np.asarray(role, np.float64)
     hsv = [rng.uniform(*span) for span in ROLES[role]]
     pixel = np.array([[hsv]], np.float32).round().astype(np.uint8)
     return cv2.cvtColor(pixel, cv2.COLOR_HSV2RGB)[0, 0].astype(np.float64)

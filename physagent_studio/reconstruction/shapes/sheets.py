@@ -15,8 +15,9 @@ from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, gro
 FloatArray = NDArray[np.float64]
 FOOT = 0.04
 """Lowest share of a silhouette's height that may touch the ground."""
-ROUND = 1.15
-"""A body deeper than this times the round one over its silhouette has flat sides."""
+ROUND = 1.6
+"""A body deeper than this times the round one over its silhouette has flat sides; what is made a
+little deeper so that it stands stays round."""
 BEVEL, CHAMFER = (1.0, 0.5), (0.25, 0.2)
 """Width of a rounded rim, in the usual distance to the outline, and its share of the depth: of what
 is cut straight through, and of what is deeper than round."""

@@ -106,6 +106,26 @@ def covering(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
     return replace(mesh, vertices=body)
 
 
+def carved(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
+    """The mesh (body frame) without what would cover the openings that the mask shows.
+
+    A body laid out deep from its silhouette closes them behind: legs, spokes, a backrest. What
+    projects beside the mask at the first pose, front and back, is not drawn; it still collides.
+    """
+    if item.shape is None or item.shape.kind not in AS_DRAWN or not at_work("outline carving"):
+        return mesh
+    world, told = in_world(item, mesh), grow(sight.mask | ~sight.free, 1)
+    corners = sight.camera.project(world)[0][mesh.faces]
+    spots = np.concatenate([corners, corners.mean(axis=1, keepdims=True)], axis=1)
+    beside = ~_at(told, spots.reshape(-1, 2)).reshape(spots.shape[:2])
+    kept = ~(beside[:, 3] & (beside[:, :3].sum(axis=1) >= 2))
+    mask = sight.mask & sight.free
+    before, after = (
+        iou(sight.drawn(world, faces), mask) for faces in (mesh.faces, mesh.faces[kept])
+    )
+    return replace(mesh, faces=mesh.faces[kept]) if after > before + GAIN else mesh
+
+
 def _led(
     sight: Sight,
     world: FloatArray,

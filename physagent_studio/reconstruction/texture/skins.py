@@ -12,7 +12,12 @@ from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Ramp, SceneObject, SceneState, Support
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
-from physagent_studio.reconstruction.texture.outline_fitting import FloatArray, Sight, covering
+from physagent_studio.reconstruction.texture.outline_fitting import (
+    FloatArray,
+    Sight,
+    carved,
+    covering,
+)
 from physagent_studio.reconstruction.texture.projection import textured
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Mesh
@@ -38,10 +43,14 @@ def skinned(
             masks[item.name],
             camera,
             item,
-            covering(sights[item.name], item, bodies[item.name]),
+            _look(sights[item.name], item, bodies[item.name]),
         )
         for item in shown
     }
+
+
+def _look(sight: Sight, item: SceneObject, body: Mesh) -> Mesh:
+    return carved(sight, item, covering(sight, item, body))
 
 
 def sights_of(

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from physagent_studio.program.scene.state import Grounding, SceneObject, SceneState
 from physagent_studio.reconstruction.masks.draft_score import outline_contrast
-from physagent_studio.reconstruction.masks.thing_map import thing_map
-from physagent_studio.reconstruction.photo.regions import BoolArray, grow, iou, resized
+from physagent_studio.reconstruction.masks.thing_map import WORKED_ON, ThingMap, thing_map
+from physagent_studio.reconstruction.photo.regions import BoolArray, grow, iou
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Finding
 
@@ -23,6 +23,8 @@ NEAR = 1.5
 """Distance of clicks, in roots of the larger area, from which things are surely two."""
 SAME = 0.75
 """Least overlap of two masks for one thing with two names."""
+HELD_BY = 0.75
+"""Share of looks at a thing that hold clicks on another, from which they may be one."""
 SIDE = 480
 
 
@@ -38,14 +40,14 @@ def measure(state: SceneState, image: Image, masks: Mapping[str, BoolArray]) -> 
     asked = [o for o in state.objects if o.name in masks and not o.grounding.settled]
     found: list[Finding] = []
     twice: set[str] = set()
-    alone: dict[str, BoolArray | None] = {}
+    alone: dict[str, ThingMap | None] = {}
     for one, other in combinations(asked, 2):
         if not _near(one, other, masks):
             continue
         for item in (one, other):
             if item.name not in alone:
                 alone[item.name] = _alone(image, item)
-        same = _one_thing(one, other, alone)
+        same = _one_thing(one, other, alone, min(1.0, WORKED_ON / max(image.shape[:2])))
         found += same
         twice |= {one.name, other.name} if same else set()
     for item in asked:
@@ -94,26 +96,31 @@ def _boxed_apart(one: Bounds | None, other: Bounds | None) -> bool:
     return shared < SAME * area
 
 
-def _alone(image: Image, item: SceneObject) -> BoolArray | None:
-    """(H, W) what a thing's own clicks show, as if it were the only one."""
-    own = Grounding(points=tuple(c for c in item.grounding.points if c.label))
-    seen = thing_map(image, own)
-    return None if seen is None else resized(seen.chance > 0.5, (image.shape[1], image.shape[0]))
+def _alone(image: Image, item: SceneObject) -> ThingMap | None:
+    """What a thing's own clicks show, as if it were the only one."""
+    return thing_map(image, Grounding(points=tuple(c for c in item.grounding.points if c.label)))
 
 
 def _one_thing(
-    one: SceneObject, other: SceneObject, alone: Mapping[str, BoolArray | None]
+    one: SceneObject, other: SceneObject, alone: Mapping[str, ThingMap | None], factor: float
 ) -> list[Finding]:
-    """Two names for one thing: each, asked alone, gives the same mask and holds both clicks."""
+    """Two names for one thing: each, asked alone, gives the same, and nearly all looks hold both.
+
+    Things in a stack are parted by some of the looks.
+    """
     first, second = alone[one.name], alone[other.name]
     if first is None or second is None:
         return []
-    shared = iou(first, second)
-    if shared < SAME or not (_holds(first, other) and _holds(second, one)):
+    shared = iou(first.chance > 0.5, second.chance > 0.5)
+    both = min(_held(first, other, factor), _held(second, one, factor))
+    if shared < SAME or both < HELD_BY:
         return []
     text = f"{one.name} and {other.name} are clicked on the same thing; take one name away"
     return [Finding("one name", one.name, shared, SAME, "", False, "points", text)]
 
 
-def _holds(mask: BoolArray, item: SceneObject) -> bool:
-    return any(mask[int(c.y), int(c.x)] for c in item.grounding.points if c.label)
+def _held(seen: ThingMap, item: SceneObject, factor: float) -> float:
+    """The share of looks at a thing that hold a click on the other."""
+    clicks = [(int(c.y * factor), int(c.x * factor)) for c in item.grounding.points if c.label]
+    looks = (seen.chance, *seen.looks)
+    return float(np.mean([any(look[y, x] > 0.5 for y, x in clicks) for look in looks]))

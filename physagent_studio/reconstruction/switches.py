@@ -62,6 +62,7 @@ PLATES = {
 BODIES = {
     "outline fitting": "meshes are led to their masks before the photo is laid on them",
     "outline bending": "also by a thin plate along the outline",
+    "outline carving": "what projects beside the mask of a body laid out deep is not drawn",
     "light off": "light is read off round things and taken out of their textures",
     "gloss off": "gloss too",
     "round bodies": "the sides of a cube around a ball show the first one again",

@@ -204,7 +204,18 @@ def test_the_sheet_shows_six_panels(made):
 
 
 @pytest.mark.parametrize(
-    ("name", "clicked"), [("soccer_ball", 0.9), ("cube_table_edge", 0.9), ("curling", 0.75)]
+    ("name", "clicked"),
+    [
+        ("soccer_ball", 0.9),
+        ("cube_table_edge", 0.9),
+        pytest.param(
+            "curling",
+            0.9,
+            marks=pytest.mark.xfail(
+                reason="the yellow stone's cap is taken for all of it: doubted"
+            ),
+        ),
+    ],
 )
 def test_photographs_with_clicks(cases_dir: Path, name, clicked):
     case = load_case(cases_dir / name)

@@ -41,7 +41,7 @@ AROUND_BOX, AROUND_FOUND = 1.4, 1.5
 NEARER = (0.6, 0.36, 0.22, 0.14)
 """Sides of squares around clicks, as shares of the picture's longer one, that are looked at besides
 all of the picture; that leads in which the network is sure and which agrees with the others."""
-AGREED = 2 / 3
+AGREED = 0.6
 """How much it counts that looks agree, against how sure the network is at both sights of one."""
 SPREAD = 1.2
 """How many times as wide as the clicks are apart a square has to be."""

@@ -28,14 +28,18 @@ def _clicked(drawn: Lookalike) -> list[tuple[str, Grounding]]:
     ]
 
 
-@pytest.mark.parametrize(("seed", "least"), [(11, 0.9), (1, 0.8)])
-def test_books_in_a_stack_are_told_apart_by_one_click_each(seed: int, least: float) -> None:
+def _told_apart(seed: int) -> list[float]:
+    """IoU of each layer's mask from one click on each."""
     drawn = stack(seed)
     said = _clicked(drawn)
     offers = EmbeddedSegmenter().segment(drawn.image, said)
     masks = choose(offers, said, drawn.image.shape[:2])
-    together = [iou(masks[name], drawn.masks[name]) for name in masks]
-    assert min(together) > least
+    return [iou(masks[name], drawn.masks[name]) for name in masks]
+
+
+def test_books_in_a_stack_are_told_apart_by_one_click_each() -> None:
+    assert min(_told_apart(11)) > 0.9
+    assert np.mean([one for seed in range(1, 7) for one in _told_apart(seed)]) > 0.88
 
 
 @pytest.mark.parametrize("off", [0.0, 5.0])

@@ -12,7 +12,7 @@ def _clicked(mask):
 
 
 def test_a_layer_of_a_stack_leads_the_masks_on_offer():
-    drawn = stack(11)
+    drawn = stack(9)
     said = [(name, _clicked(mask)) for name, mask in drawn.masks.items()]
     name = said[1][0]
     desk = PhotoDesk()
@@ -33,7 +33,7 @@ def test_a_layer_of_a_stack_leads_the_masks_on_offer():
 
 
 def test_what_takes_long_is_shown_early_and_found_again_in_the_end(monkeypatch):
-    drawn = stack(11)
+    drawn = stack(9)
     said = [(name, _clicked(mask)) for name, mask in drawn.masks.items()]
     name = said[1][0]
     told = []

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.errors import InputError
-from physagent_studio.knowledge import support_kind
+from physagent_studio.knowledge import is_solid, support_kind
 from physagent_studio.program.scene.state import Grounding, SceneState
 from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter, Segmenter, apart
 from physagent_studio.reconstruction.masks.stacks import alone
@@ -52,7 +52,11 @@ def candidates_of(
         fresh = segmenter.segment(case.image, tasks, cancelled)
         known = {name: fresh.get(name, known.get(name, ())) for name, _ in tasks}
     tick()
-    tops = {item.name for item in state.supports if support_kind(item.name) == "slab"}
+    tops = {
+        item.name
+        for item in state.supports
+        if support_kind(item.name) == "slab" and not is_solid(item.name)
+    }
     return {
         name: with_surface(case.image, own, known[name])
         if name in tops and name not in kept

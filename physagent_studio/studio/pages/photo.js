@@ -66,10 +66,13 @@ export function startPhoto(host) {
   let whole = "", since = 0;
   function drawn() {
     const view = document.getElementById("viewer").contentWindow, names = data.objects.filter((one) => one.path).map((one) => `/objects/${one.name}`);
-    if (whole === data.session || !view?.studioDrawn) return true;
+    if (whole === data.session) return true;
+    // A viewer that is still being loaded has drawn nothing; one that cannot say so is not waited for.
+    const loaded = view?.location.href !== "about:blank" && view?.document.readyState === "complete";
+    if (!view || (loaded && !view.studioDrawn)) return true;
     since ||= performance.now();
     if (value("scene")?.switches.find((one) => one.what === "photo")?.on !== false) names.push("/around/beyond/0");
-    if (view.studioDrawn(names) || performance.now() - since > LONGEST) { [whole, since] = [data.session, 0]; return true; }
+    if (view.studioDrawn?.(names) || performance.now() - since > LONGEST) { [whole, since] = [data.session, 0]; return true; }
     setTimeout(later, 100);
     return false;
   }

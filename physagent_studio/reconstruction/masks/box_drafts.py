@@ -133,7 +133,9 @@ def _without_windows(mask: BoolArray, chance: NDArray[np.float32]) -> BoolArray:
 
     As the windows and hub caps of a car; through a handle or a ring the map sees what is behind.
     """
-    count, labels, stats, _ = cv2.connectedComponentsWithStats((~mask).astype(np.uint8), None, 4)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(
+        (~mask).astype(np.uint8), connectivity=4
+    )
     area = np.count_nonzero(mask)
     rows, columns = mask.shape
     out = mask.copy()

@@ -120,5 +120,6 @@ def attributed(
     said = [f"{item.id} {without} without its proposal, {whole} with it; shares over {way}"]
     for index, hunk in enumerate(hunks):
         share = f"{found.shapley[index]:+.2f}" if found.shapley else ""
-        said.append(f"{share:>6}  {'needed' * found.needed[index]:6}  {hunk.summary}")
+        needed = "needed" if found.needed[index] else ""
+        said.append(f"{share:>6}  {needed:6}  {hunk.summary}")
     return said

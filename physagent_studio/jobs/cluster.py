@@ -9,8 +9,16 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from physagent_studio.errors import BackendMissing, Cancelled, InputError, StudioError
-from physagent_studio.jobs.executor import JobFailed, Limits, Tell, answer_of, never, quiet
-from physagent_studio.jobs.processes import PATIENCE, START_SECONDS, failure_of
+from physagent_studio.jobs.executor import (
+    JobFailed,
+    Limits,
+    Tell,
+    answer_of,
+    failure_of,
+    never,
+    quiet,
+)
+from physagent_studio.jobs.processes import PATIENCE, START_SECONDS
 
 Result = TypeVar("Result")
 POLL_SECONDS = 0.05

@@ -14,6 +14,8 @@ from physagent_studio.errors import Cancelled, StudioError
 
 log = logging.getLogger(__name__)
 Result = TypeVar("Result")
+TRACEBACK = 10_000
+"""Characters of where a task broke down, of its end."""
 Reason = Literal["time", "memory", "crash"]
 _WORDS: dict[Reason, str] = {
     "time": "it took longer than {seconds:g} s of processor time",
@@ -87,8 +89,19 @@ def crash_of(error: Exception) -> str:
     return f"{' '.join(repr(error)[:500].split())}\n{traceback.format_exc()[-TRACEBACK:]}"
 
 
-TRACEBACK = 10_000
-"""Characters of where a task broke down, of its end."""
+def failure_of(
+    kind: str, found: Any, task: Callable[..., Any], limits: Limits
+) -> StudioError | None:
+    """What an answer means that is no result; where a task broke down goes to the log."""
+    if kind == "result":
+        return None
+    if kind == "said":
+        return found
+    if kind == "memory":
+        return JobFailed("memory", limits)
+    detail, _, trace = found.partition("\n")
+    log.error("%s broke down\n%s", task, trace)
+    return JobFailed("crash", limits, detail)
 
 
 class Executor(Protocol):
@@ -125,14 +138,8 @@ class Inline:
         """The task's result; what it raises besides a `StudioError` is a `JobFailed`."""
         if cancelled():
             raise Cancelled("cancelled")
-        try:
-            with heard(cancelled, tell):
-                return task(*values)
-        except StudioError:
-            raise
-        except MemoryError as error:
-            raise JobFailed("memory", limits) from error
-        # Broad on purpose: where it runs in a process, a fault of a task fails that step alone.
-        except Exception as error:
-            log.exception("%s broke down", task)
-            raise JobFailed("crash", limits, repr(error)) from error
+        with heard(cancelled, tell):
+            kind, found = answer_of(task, values)
+        if (failure := failure_of(kind, found, task, limits)) is not None:
+            raise failure
+        return found

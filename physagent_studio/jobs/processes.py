@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import atexit
 import json
-import logging
 import os
 import signal
 import socket
@@ -19,11 +18,18 @@ from pathlib import Path
 from typing import Any
 
 from physagent_studio.errors import Cancelled, StudioError
-from physagent_studio.jobs.executor import JobFailed, Limits, Reason, Result, Tell, never, quiet
+from physagent_studio.jobs.executor import (
+    JobFailed,
+    Limits,
+    Reason,
+    Result,
+    Tell,
+    failure_of,
+    never,
+    quiet,
+)
 from physagent_studio.jobs.letters import Kept, Meanwhile, post, take
 from physagent_studio.jobs.worker import import_all
-
-log = logging.getLogger(__name__)
 
 START = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[2]); "
@@ -150,21 +156,6 @@ class Processes:
                     return one
                 one.end()
         return _Process(self._grace if self._keeping else None)
-
-
-def failure_of(
-    kind: str, found: Any, task: Callable[..., Any], limits: Limits
-) -> StudioError | None:
-    """What an answer means that is no result; where a task broke down goes to the log."""
-    if kind == "result":
-        return None
-    if kind == "said":
-        return found
-    if kind == "memory":
-        return JobFailed("memory", limits)
-    detail, _, trace = found.partition("\n")
-    log.error("%s broke down in its process\n%s", task, trace)
-    return JobFailed("crash", limits, detail)
 
 
 class _Process:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from threading import Event, Lock
 
 from physagent_studio.errors import Cancelled, StudioError
@@ -38,18 +38,14 @@ def carry_out(
         return ended.is_set() or cancelled()
 
     def go_on() -> None:
-        try:
-            while not over():
-                with one:
-                    point = next(fresh, None)
-                if point is None:
-                    return
-                found = _attempted(point, executor, task, over)
-                with one:
-                    done(point, found)
-        except BaseException:
-            ended.set()
-            raise
+        while not over():
+            with one:
+                point = next(fresh, None)
+            if point is None:
+                return
+            found = _attempted(point, executor, task, over)
+            with one:
+                done(point, found)
 
     if executor.width == 1:
         go_on()
@@ -77,9 +73,10 @@ def _side_by_side(work: Callable[[], None], width: int, ended: Event) -> None:
     with ThreadPoolExecutor(width) as threads:
         running = [threads.submit(work) for _ in range(width)]
         try:
-            errors = [error for one in running if (error := one.exception()) is not None]
+            wait(running, return_when=FIRST_EXCEPTION)
         finally:
             ended.set()
+    errors = [error for one in running if (error := one.exception()) is not None]
     # That the others were ended is no reason of its own.
     for error in sorted(errors, key=lambda error: isinstance(error, Cancelled)):
         raise error

@@ -91,8 +91,10 @@ class Robustness:
         """What the failing draw that moves the numbers least breaks worst; "" where all hold."""
         far = np.linalg.norm(self.draws, axis=1).tolist()
         failing = [(by, ran) for by, ran in zip(far, self.runs, strict=True) if not ran.holds]
-        nearest = min(failing, key=lambda row: row[0])[1].failing if failing else ()
-        return nearest[0].id if nearest else "the run itself" * bool(failing)
+        if not failing:
+            return ""
+        nearest = min(failing, key=lambda row: row[0])[1].failing
+        return nearest[0].id if nearest else "the run itself"
 
     @property
     def why(self) -> tuple[Uncertain, float] | None:

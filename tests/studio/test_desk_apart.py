@@ -51,7 +51,7 @@ def test_a_process_that_dies_is_a_reason_and_the_next_click_is_answered(pool: Pr
     drawn = stack(11)
     said = [(name, _clicked(mask)) for name, mask in drawn.masks.items()]
     desk = DeskApart(pool)
-    pid = pool._idle[0]._process.pid
+    pid = pool.submit(os.getpid)
 
     def killed(_found: object) -> None:
         os.kill(pid, signal.SIGKILL)

@@ -106,26 +106,6 @@ def covering(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
     return replace(mesh, vertices=body)
 
 
-def carved(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
-    """The mesh (body frame) without what would cover the openings that the mask shows.
-
-    A body laid out deep from its silhouette closes them behind: legs, spokes, a backrest. What
-    projects beside the mask at the first pose, front and back, is not drawn; it still collides.
-    """
-    if item.shape is None or item.shape.kind not in AS_DRAWN or not at_work("outline carving"):
-        return mesh
-    world, told = in_world(item, mesh), grow(sight.mask | ~sight.free, 1)
-    corners = sight.camera.project(world)[0][mesh.faces]
-    spots = np.concatenate([corners, corners.mean(axis=1, keepdims=True)], axis=1)
-    beside = ~_at(told, spots.reshape(-1, 2)).reshape(spots.shape[:2])
-    kept = ~(beside[:, 3] & (beside[:, :3].sum(axis=1) >= 2))
-    mask = sight.mask & sight.free
-    before, after = (
-        iou(sight.drawn(world, faces), mask) for faces in (mesh.faces, mesh.faces[kept])
-    )
-    return replace(mesh, faces=mesh.faces[kept]) if after > before + GAIN else mesh
-
-
 def _led(
     sight: Sight,
     world: FloatArray,
@@ -205,7 +185,7 @@ def _pairs(sight: Sight, drawn: BoolArray) -> tuple[FloatArray, FloatArray] | No
     at = np.vstack([own, own[back]])
     to = np.vstack([other[there], other])
     near = np.linalg.norm(to - at, axis=1) < limit
-    near &= _at(told, at) & _at(told, to)
+    near &= looked_up(told, at) & looked_up(told, to)
     if np.count_nonzero(near) < 24:
         return None
     return at[near], to[near]
@@ -230,7 +210,8 @@ def _cut(mask: BoolArray) -> BoolArray:
     return np.pad(mask[y0:y1, x0:x1], 1)
 
 
-def _at(area: BoolArray, points: FloatArray) -> BoolArray:
+def looked_up(area: BoolArray, points: FloatArray) -> BoolArray:
+    """(N,) what a region (H, W) says at pixels (N, 2); beyond the picture, what its border says."""
     x = np.clip(points[:, 0].astype(int), 0, area.shape[1] - 1)
     y = np.clip(points[:, 1].astype(int), 0, area.shape[0] - 1)
     return np.asarray(area[y, x])

@@ -12,10 +12,10 @@ from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Ramp, SceneObject, SceneState, Support
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
+from physagent_studio.reconstruction.texture.carving import carved
 from physagent_studio.reconstruction.texture.outline_fitting import (
     FloatArray,
     Sight,
-    carved,
     covering,
 )
 from physagent_studio.reconstruction.texture.projection import textured

@@ -28,6 +28,7 @@ from physagent_studio.reconstruction.masks.foot_spill import without_spill
 from physagent_studio.reconstruction.photo.regions import BoolArray, iou
 from physagent_studio.reconstruction.shapes.inflation import inflated_mesh
 from physagent_studio.reconstruction.shapes.silhouettes import in_world, silhouette
+from physagent_studio.reconstruction.texture.carving import carved
 from physagent_studio.reconstruction.texture.outline_fitting import covering
 from physagent_studio.reconstruction.texture.skins import sights_of
 
@@ -107,6 +108,26 @@ def test_what_collides_as_it_is_drawn_keeps_its_foot() -> None:
     foot = mesh.vertices[:, 2] < low + 1e-4
     assert np.allclose(led.vertices[foot], mesh.vertices[foot])
     assert float(led.vertices[:, 2].min()) >= low - 1e-9
+
+
+def test_openings_between_legs_stay_open() -> None:
+    """A stool is as deep as it is wide; seen from above its back would close what is open."""
+    mask = np.zeros((240, 320), bool)
+    mask[80:96, 120:200] = True
+    for left in (122, 157, 192):
+        mask[96:176, left : left + 6] = True
+    shape = Inflated(size=(0.8, 0.8, 0.95), straight=True)
+    mesh = inflated_mesh(mask, CAMERA, shape)
+    item = _thing("stool", shape, 0.0, -float(mesh.vertices[:, 2].min()))
+    seen = silhouette(CAMERA, in_world(item, mesh), mesh.faces)
+    shift = np.mean(seen.nonzero(), axis=1) - np.mean(mask.nonzero(), axis=1)
+    shown = np.roll(mask, tuple(np.rint(shift).astype(int)), axis=(0, 1))
+    sights = sights_of(CAMERA, {"stool": shown}, (item,), {"stool": mesh}, ())
+    look = carved(sights["stool"], item, mesh)
+    assert iou(seen, shown) < 0.8
+    drawn = silhouette(CAMERA, in_world(item, look), look.faces)
+    assert np.count_nonzero(drawn & ~shown) < 0.03 * np.count_nonzero(shown)
+    assert np.count_nonzero(drawn & shown) > 0.97 * np.count_nonzero(seen & shown)
 
 
 def test_a_ball_stays_round() -> None:

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from physagent_studio.reconstruction.masks.foot_spill import with_missed_panels
 from physagent_studio.reconstruction.masks.ground_spill import without_ground
 
 
@@ -40,14 +39,3 @@ def test_a_dark_foot_in_a_colour_of_the_thing_stays():
     photo[gap] = (15, 15, 15)
     whole = thing | gap
     assert without_ground(photo, whole, np.zeros_like(thing))[gap].mean() > 0.95
-
-
-def test_a_ball_is_filled_up_to_its_circle_where_a_panel_is_missing():
-    rows, columns = np.indices((200, 200))
-    ball = np.hypot(columns - 100, rows - 100) < 60
-    lost = ball & (rows > 145) & (columns < 125)
-    none = np.zeros_like(ball)
-    assert with_missed_panels(ball & ~lost, none)[lost].mean() > 0.9
-    assert with_missed_panels(ball, none) is ball
-    hidden = with_missed_panels(ball & ~lost, lost)
-    assert not hidden[lost].any()

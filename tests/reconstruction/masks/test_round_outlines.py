@@ -1,0 +1,60 @@
+"""A ball's mask is led to its circle, and only where it has one."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from physagent_studio.reconstruction.masks.round_outlines import as_ball, round_outline
+from physagent_studio.reconstruction.photo.regions import BoolArray, iou
+
+NONE = np.zeros((240, 320), bool)
+
+
+def _ball(x: int = 150, y: int = 110, axes: tuple[int, int] = (50, 50)) -> BoolArray:
+    return cv2.ellipse(NONE.astype(np.uint8), (x, y), axes, 0, 0, 360, 1, -1).astype(bool)
+
+
+def _shade(mask: BoolArray) -> BoolArray:
+    x, foot = int(mask.nonzero()[1].mean()), int(mask.nonzero()[0].max())
+    drawn = cv2.ellipse(mask.astype(np.uint8), (x + 12, foot - 3), (42, 8), 0, 0, 360, 1, -1)
+    return drawn.astype(bool)
+
+
+def test_shade_leaves_and_a_lost_panel_comes_back() -> None:
+    ball = _ball()
+    lost = ball.copy()
+    lost[:, :118] = False
+    for spoilt in (_shade(ball), lost, _shade(lost)):
+        assert iou(spoilt, ball) < 0.94
+        assert iou(as_ball(spoilt, NONE), ball) > 0.96
+
+
+def test_what_is_in_front_of_a_ball_stays_in_front() -> None:
+    ball, front = _ball(), NONE.copy()
+    front[:, :115] = True
+    assert not (as_ball(ball & ~front, front) & front).any()
+
+
+def test_more_than_a_panel_was_hidden_and_is_not_filled() -> None:
+    ball = _ball()
+    seen = ball.copy()
+    seen[:, :135] = False
+    assert not (as_ball(seen, NONE) & ~seen).any()
+
+
+def test_a_clean_oval_and_what_is_not_round_stay() -> None:
+    box = NONE.copy()
+    box[60:170, 100:200] = True
+    for mask in (_ball(axes=(50, 42)), box):
+        assert as_ball(mask, NONE) is mask
+
+
+@pytest.mark.parametrize("x", [60, 265])
+def test_a_wide_lens_stretches_a_ball_beside_the_middle(x: int) -> None:
+    ball = _ball(x, 120, (49, 45))
+    found = round_outline(_shade(ball))
+    assert found is not None
+    assert found.stretch > 1
+    assert iou(as_ball(_shade(ball), NONE), ball) > 0.97

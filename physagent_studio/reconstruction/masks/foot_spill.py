@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import cv2
 import numpy as np
 
 from physagent_studio.language import SceneHints
@@ -27,6 +28,10 @@ ROUND = 0.6
 """Share of the outline that does so, at least."""
 FOOT = 0.6
 """How far below the middle a foot begins, in radii."""
+BIN = 16
+"""Width of a bin of colours, in values of 8-bit Lab."""
+RATHER = 4.0
+"""How many times as usual a colour has to be on a ball as on what seems to be before it."""
 MUCH = 0.2
 """Share of the mask from which on what sticks out is no mere shade."""
 
@@ -47,10 +52,23 @@ def sound_masks(
             out[item.name] = without_ground(photo, mask, beside)
             continue
         if shapes == ("sphere",) and at_work("ball outlines"):
-            out[item.name] = as_ball(mask, beside)
+            ball = as_ball(mask, beside & ~rather_of(photo, mask, beside))
+            out |= {name: other & ~ball for name, other in out.items() if (other & ball).any()}
+            out[item.name] = ball
         elif at_work("foot spill"):
             out[item.name] = without_spill(mask)
     return out
+
+
+def rather_of(photo: Image, mask: BoolArray, others: BoolArray) -> BoolArray:
+    """(H, W) where the colours are much rather those of a mask than those of the others'."""
+    lab = cv2.cvtColor(np.ascontiguousarray(photo), cv2.COLOR_RGB2LAB) // BIN
+    index = (lab[..., 0].astype(int) * 16 + lab[..., 1]) * 16 + lab[..., 2]
+    own, other = (
+        np.bincount(index[area], minlength=16**3) / max(np.count_nonzero(area), 1)
+        for area in (mask, others & ~mask)
+    )
+    return np.asarray((own > RATHER * other)[index])
 
 
 def without_spill(mask: BoolArray) -> BoolArray:

@@ -6,6 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
+from physagent_studio.language import hints
+from physagent_studio.program.scene.state import SceneObject
+from physagent_studio.reconstruction.masks.foot_spill import sound_masks
 from physagent_studio.reconstruction.masks.round_outlines import as_ball, round_outline
 from physagent_studio.reconstruction.photo.regions import BoolArray, iou
 
@@ -58,3 +61,22 @@ def test_a_wide_lens_stretches_a_ball_beside_the_middle(x: int) -> None:
     assert found is not None
     assert found.stretch > 1
     assert iou(as_ball(_shade(ball), NONE), ball) > 0.97
+
+
+def test_a_panel_that_another_mask_has_taken_comes_back() -> None:
+    """Its colour is the ball's; what is really in front of it has colours of its own."""
+    ball, box = _ball(), NONE.copy()
+    box[110:200, 40:300] = True
+    box &= ~ball
+    photo = np.full((240, 320, 3), 90, np.uint8)
+    photo[box], photo[ball] = (170, 120, 70), (200, 30, 30)
+    photo[ball & (np.indices(ball.shape)[1] > 150)] = (30, 60, 190)
+    taken = ball & (np.indices(ball.shape)[1] < 118)
+    objects = [SceneObject(name="ball"), SceneObject(name="box")]
+    told = hints("The ball rolls off the box.", ("ball", "box"))
+    found = sound_masks(photo, {"ball": ball & ~taken, "box": box | taken}, objects, told)
+    assert found["ball"][taken].mean() > 0.75
+    assert not (found["ball"] & found["box"]).any()
+    photo[taken] = (170, 120, 70)
+    found = sound_masks(photo, {"ball": ball & ~taken, "box": box | taken}, objects, told)
+    assert not found["ball"][taken].any()

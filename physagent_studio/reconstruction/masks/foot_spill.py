@@ -42,10 +42,10 @@ def sound_masks(
     """The masks without the ground and shade at their feet where nobody has drawn them."""
     out = dict(masks)
     for item in objects:
-        mask = masks.get(item.name)
+        mask = out.get(item.name)
         if mask is None or item.grounding.strokes:
             continue
-        others = [other for name, other in masks.items() if name != item.name]
+        others = [other for name, other in out.items() if name != item.name]
         beside = np.any(others, axis=0) if others else np.zeros_like(mask)
         shapes = told.usual(item.name).shapes
         if shapes[:1] != ("sphere",):

@@ -100,13 +100,15 @@ class _Line:
                 break
             before, shortfall = here, now
         while not self.spent and not self.holds:
-            here = self.at
+            here, known = self.at, len(self.seen)
             for end in self._ends():
                 if not self.holds and abs(end - here) > 0.1:
                     self.try_at((here + end) / 2)
                 if self.at != here:
                     break
-            if self.at == here and max(abs(end - here) for end in self._ends()) <= 0.1:
+            near = max(abs(end - here) for end in self._ends()) <= 0.1
+            # What cannot be run, or was turned down, leaves nothing to close in on.
+            if self.at == here and (near or len(self.seen) == known):
                 break
 
     def _ends(self) -> tuple[float, float]:

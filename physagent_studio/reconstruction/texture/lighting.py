@@ -59,8 +59,9 @@ FLAT = 0.10
 """Light that varies by less than this, log, over nine tenths of what is seen is none."""
 PULLS = np.array([0.0, *[0.002] * 3, *[0.008] * 5, *[0.03] * 7])
 """How strongly each term is drawn to 0, for each pixel."""
-HUE_PULL = 12.0
-"""How much more strongly the terms of the light's hue are."""
+HUE_PULL, PALE_PULL, HUELESS = 12.0, 0.4, 0.2
+"""How much more strongly the terms of the light's hue are, and on what has hardly a hue of its own
+(log): what is green on a white ball is the light of the cloth."""
 TIGHTENING = (0.6, 0.45, 0.3, 0.2)
 """How far what belongs to the thing's own colour may stray, and its hue, in the first rounds,
 log."""
@@ -152,7 +153,10 @@ def _fitted(
     share = 1 / np.maximum(ways @ towards, 0.25)
     steps = terms_of(ways[other]) - terms_of(ways[one])
     change = logs[other] - logs[one]
-    fit, sure = _followed(steps, change, np.sqrt(share[one] * share[other]))
+    hues = logs[own] - logs[own].mean(-1, keepdims=True)
+    pale = float(np.median(np.linalg.norm(hues, axis=1))) < HUELESS
+    pull = PALE_PULL if pale else HUE_PULL
+    fit, sure = _followed(steps, change, np.sqrt(share[one] * share[other]), pull)
     terms = terms_of(ways[own])
     light = terms @ fit.mean(-1)
     low, high = np.percentile(light, (5, 95))
@@ -190,12 +194,12 @@ def _pairs(inner: BoolArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def _followed(
-    steps: FloatArray, change: FloatArray, share: FloatArray
+    steps: FloatArray, change: FloatArray, share: FloatArray, hue_pull: float
 ) -> tuple[FloatArray, FloatArray]:
     """(T, 3) by which steps of the terms (N, T) come nearest to most steps of colour, log (N, 3),
 
     by weights (N,), and weights (N,) of those that are followed: where paint meets paint, colours
-    jump, and light does not.
+    jump, and light does not. hue_pull: how strongly its hue is drawn to none.
     """
     tone = change.mean(-1)
     hues = change - tone[:, None]
@@ -211,7 +215,7 @@ def _followed(
         sure /= sure.mean()
         root = steps.T * sure
         fit = np.linalg.solve(root @ steps + pull, root @ tone)[:, None] + np.linalg.solve(
-            root @ steps + HUE_PULL * pull, root @ hues
+            root @ steps + hue_pull * pull, root @ hues
         )
         rest = change - steps @ fit
         stray = rest.mean(-1)

@@ -77,7 +77,7 @@ def photo_of(paint, lamp, turn=(1.0, 0, 0, 0)):
     normals = points / BALL.radius
     ways = normals @ matrix_of(turn)
     photo = np.full((h * w, 3), (90, 110, 95), np.uint8)
-    photo[mask] = np.clip(paint(ways) * lamp(normals)[:, None] + 0.5, 0, 255)
+    photo[mask] = np.clip(paint(ways) * lamp(normals).reshape(len(ways), -1) + 0.5, 0, 255)
     return photo.reshape(h, w, 3), mask.reshape(h, w), ways
 
 
@@ -132,6 +132,29 @@ def test_a_ball_that_has_rolled_is_lit_as_before():
     still = rendered(mesh, photo, mask, (1.0, 0, 0, 0))[mask].astype(float)
     drawn = rendered(baked, photo, mask, (1.0, 0, 0, 0))[mask].astype(float)
     assert np.abs(still - photo[mask]).mean() < np.abs(drawn - photo[mask]).mean() + 2
+
+
+def test_what_is_green_on_a_white_ball_is_the_light_of_the_cloth():
+    """The hue of light from below leaves a texture that has none of its own."""
+
+    def above_cloth(normals: np.ndarray) -> np.ndarray:
+        bounce = np.maximum(-normals[:, 2:] - 0.1, 0) * np.array([0.0, 0.5, 0.15])
+        return light(normals)[:, None] * (1 - 0.4 * np.maximum(-normals[:, 2:], 0)) + bounce
+
+    def white(ways: np.ndarray) -> np.ndarray:
+        return np.full((len(ways), 3), (175.0, 170.0, 160.0))
+
+    true = white(np.zeros((1, 3)))[0]
+    photo, mask, _ = photo_of(white, above_cloth)
+    found = unlit(photo, mask, CAMERA, ITEM, mesh_of(BALL))
+    assert found is not None
+
+    def strayed(picture: np.ndarray) -> float:
+        logs = np.log(picture[mask] + 16.0) - np.log(true + 16)
+        hue = logs - logs.mean(axis=1, keepdims=True)
+        return float(np.percentile(np.linalg.norm(hue - np.median(hue, axis=0), axis=1), 90))
+
+    assert strayed(found[0]) < 0.4 * strayed(photo)
 
 
 @pytest.mark.parametrize("paint", [striped, banded, football, patched])

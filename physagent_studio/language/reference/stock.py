@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from physagent_studio.knowledge import kind_of
 from physagent_studio.language.frames import Place
 from physagent_studio.language.tokens import vocabulary as v
 from physagent_studio.language.tokens.tokens import singular
@@ -66,7 +67,15 @@ class Inventory:
     def phrases(self) -> tuple[tuple[str, ...], ...]:
         """Names of several words that would confuse a word-by-word reading."""
         things = (*self.objects, *self.supports, *self.landmarks)
-        return tuple(t.words for t in things if any(w in v.AUXILIARIES for w in t.words))
+        return tuple(t.words for t in things if _confuses(t))
+
+
+def _confuses(thing: Thing) -> bool:
+    """Whether a word of a name is an auxiliary; or a position that is none: a spinning top."""
+    kind = kind_of(thing.name) if thing.words[-1] in v.POSITIONS else None
+    names = (kind.name, *kind.synonyms) if kind is not None else ()
+    ends = any(name.endswith(f"_{thing.words[-1]}") for name in names)
+    return ends or any(word in v.AUXILIARIES for word in thing.words)
 
 
 @dataclass

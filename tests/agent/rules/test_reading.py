@@ -37,6 +37,16 @@ def test_an_adjective_that_is_part_of_a_name_tells_two_things_apart(size: str) -
     assert (frame.agent, frame.patient) == (("coin",), ("big_coin",))
 
 
+def test_a_position_that_a_kind_is_called_by_is_no_position() -> None:
+    top = (("spinning_top", 200, 200), ("wooden_block", 300, 200))
+    frame = one("The spinning top spins in place.", top)
+    assert (frame.sense, frame.patient) == ("spin", ("spinning_top",))
+    frame = one("The spinning top hits the wooden block.", top)
+    assert (frame.agent, frame.patient) == (("spinning_top",), ("wooden_block",))
+    frame = one("The top book slides to the right.", (("top_book", 200, 100), ("book", 200, 200)))
+    assert frame.patient == ("top_book",)
+
+
 def senses(reading: Reading) -> list[str]:
     return [frame.sense for frame in reading.frames]
 

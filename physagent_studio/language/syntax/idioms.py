@@ -18,7 +18,15 @@ def in_plain_words(tokens: Sequence[Token], nouns: frozenset[str]) -> Tokens:
     nouns: the words of the case's names.
     """
     found = tuple(tokens)
-    for rule in (_out_of_sight, where_it_is, _performed, _amounts, _unable, counted_from):
+    for rule in (
+        _out_of_sight,
+        where_it_is,
+        _performed,
+        _amounts,
+        _unable,
+        counted_from,
+        _after_that,
+    ):
         found = rule(found, nouns)
     return found
 
@@ -207,3 +215,19 @@ def counted_from(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
             said = _said(tokens[at], tokens[at + 2], f"counted_{texts[at + 2]}")
             return (*tokens[:at], *said, *tokens[at + 3 :])
     return tokens
+
+
+def _after_that(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
+    """ "And after that the box tips": what was told before comes first; not "after that ball"."""
+    found: list[Token] = []
+    index = 0
+    while index < len(tokens):
+        word, *rest = _texts(tokens, index, 3) + ("", "")
+        follows = rest[1] in (",", "") or rest[1] in v.DETERMINERS | v.PRONOUNS
+        if word == "after" and (rest[0] == "which" or (rest[0] in ("that", "this") and follows)):
+            found += _said(tokens[index], tokens[index + 1], "afterwards")
+            index += 2
+        else:
+            found.append(tokens[index])
+            index += 1
+    return tuple(found)

@@ -47,6 +47,18 @@ def test_a_position_that_a_kind_is_called_by_is_no_position() -> None:
     assert frame.patient == ("top_book",)
 
 
+@pytest.mark.parametrize(
+    "joint", [", and after that the", ". After that, the", ", after which the", "; after this the"]
+)
+def test_after_that_is_afterwards(joint: str) -> None:
+    said = f"The red ball rolls to the right{joint} green cup falls over."
+    first, second = read(said, stock(GAME)).frames
+    assert (first.patient, second.patient) == (("red_ball",), ("green_cup",))
+    assert second.sequel
+    other = read("After that ball hits it, the green cup falls over.", stock(GAME)).frames
+    assert not any(frame.sequel for frame in other)
+
+
 def senses(reading: Reading) -> list[str]:
     return [frame.sense for frame in reading.frames]
 

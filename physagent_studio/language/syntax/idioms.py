@@ -222,7 +222,7 @@ def _after_that(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
     found: list[Token] = []
     index = 0
     while index < len(tokens):
-        word, *rest = _texts(tokens, index, 3) + ("", "")
+        word, *rest = (*_texts(tokens, index, 3), "", "")
         follows = rest[1] in (",", "") or rest[1] in v.DETERMINERS | v.PRONOUNS
         if word == "after" and (rest[0] == "which" or (rest[0] in ("that", "this") and follows)):
             found += _said(tokens[index], tokens[index + 1], "afterwards")

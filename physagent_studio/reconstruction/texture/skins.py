@@ -10,7 +10,7 @@ import numpy as np
 from physagent_studio.program.scene.aloft import AIR
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Ramp, SceneObject, SceneState, Support
-from physagent_studio.reconstruction.photo.regions import BoolArray
+from physagent_studio.reconstruction.photo.regions import BoolArray, grow
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
 from physagent_studio.reconstruction.texture.carving import carved
 from physagent_studio.reconstruction.texture.outline_fitting import (
@@ -21,6 +21,9 @@ from physagent_studio.reconstruction.texture.outline_fitting import (
 from physagent_studio.reconstruction.texture.projection import textured
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Mesh
+
+FRINGE = 3
+"""Pixels beside another thing whose colours are not all a thing's own."""
 
 
 def skinned(
@@ -40,13 +43,25 @@ def skinned(
     return {
         item.name: textured(
             photo,
-            masks[item.name],
+            _own(item.name, masks),
             camera,
             item,
             _look(sights[item.name], item, bodies[item.name]),
         )
         for item in shown
     }
+
+
+def _own(name: str, masks: Mapping[str, BoolArray]) -> BoolArray:
+    """The mask without what other things' colours have run into, or as it is where little is left.
+
+    What they hide of it is painted from there.
+    """
+    others = [other for one, other in masks.items() if one != name and other.any()]
+    if not others:
+        return masks[name]
+    own = masks[name] & ~grow(np.any(others, axis=0), FRINGE)
+    return own if np.count_nonzero(own) > np.count_nonzero(masks[name]) / 2 else masks[name]
 
 
 def _look(sight: Sight, item: SceneObject, body: Mesh) -> Mesh:

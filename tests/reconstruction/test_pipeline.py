@@ -212,7 +212,7 @@ def test_the_sheet_shows_six_panels(made):
             "curling",
             0.9,
             marks=pytest.mark.xfail(
-                reason="the yellow stone's cap is taken for all of it: doubted"
+                reason="the yellow stone's cap is taken for all of it, without a doubt"
             ),
         ),
     ],

@@ -222,9 +222,9 @@ def _after_that(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
     found: list[Token] = []
     index = 0
     while index < len(tokens):
-        word, *rest = (*_texts(tokens, index, 3), "", "")
-        follows = rest[1] in (",", "") or rest[1] in v.DETERMINERS | v.PRONOUNS
-        if word == "after" and (rest[0] == "which" or (rest[0] in ("that", "this") and follows)):
+        word, what, following, *_ = (*_texts(tokens, index, 3), "", "")
+        ends = following in (",", "") or following in v.DETERMINERS | v.PRONOUNS
+        if word == "after" and (what == "which" or (what in ("that", "this") and ends)):
             found += _said(tokens[index], tokens[index + 1], "afterwards")
             index += 2
         else:

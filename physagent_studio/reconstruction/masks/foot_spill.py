@@ -6,7 +6,7 @@ what sticks out at its foot belongs to what it lies on; stems and leaves are lef
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import cv2
 import numpy as np
@@ -17,6 +17,7 @@ from physagent_studio.reconstruction.masks.ground_spill import without_ground
 from physagent_studio.reconstruction.masks.round_outlines import (
     NEAR,
     PIXELS,
+    ROUND,
     as_ball,
     round_outline,
 )
@@ -24,8 +25,6 @@ from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
-ROUND = 0.6
-"""Share of the outline that does so, at least."""
 FOOT = 0.6
 """How far below the middle a foot begins, in radii."""
 BIN = 16
@@ -41,9 +40,11 @@ def sound_masks(
 ) -> dict[str, BoolArray]:
     """The masks without the ground and shade at their feet where nobody has drawn them."""
     out = dict(masks)
+    drawn = {item.name for item in objects if item.grounding.strokes}
+    yielding = {item.name for item in objects} - drawn
     for item in objects:
         mask = out.get(item.name)
-        if mask is None or item.grounding.strokes:
+        if mask is None or item.name in drawn:
             continue
         others = [other for name, other in out.items() if name != item.name]
         beside = np.any(others, axis=0) if others else np.zeros_like(mask)
@@ -52,15 +53,30 @@ def sound_masks(
             out[item.name] = without_ground(photo, mask, beside)
             continue
         if shapes == ("sphere",) and at_work("ball outlines"):
-            ball = as_ball(mask, beside & ~rather_of(photo, mask, beside))
-            out |= {name: other & ~ball for name, other in out.items() if (other & ball).any()}
-            out[item.name] = ball
+            out |= _with_ball(photo, item.name, out, yielding - {item.name})
         elif at_work("foot spill"):
             out[item.name] = without_spill(mask)
     return out
 
 
-def rather_of(photo: Image, mask: BoolArray, others: BoolArray) -> BoolArray:
+def _with_ball(
+    photo: Image, name: str, masks: Mapping[str, BoolArray], yielding: Collection[str]
+) -> dict[str, BoolArray]:
+    """The mask of a ball as a sphere covers it, and those that give a panel of it back.
+
+    yielding: whose masks may; what a person has drawn is in front.
+    """
+    mask, nothing = masks[name], np.zeros_like(masks[name])
+    others = {one: other for one, other in masks.items() if one != name}
+    soft = np.any([others[one] for one in yielding if one in others] or [nothing], axis=0)
+    firm = np.any([other for one, other in others.items() if one not in yielding] or [nothing], 0)
+    ball = as_ball(mask, firm | (soft & ~_rather(photo, mask, soft)))
+    back = ball & ~mask
+    given = {one: others[one] & ~back for one in yielding if one in others}
+    return given | {name: ball}
+
+
+def _rather(photo: Image, mask: BoolArray, others: BoolArray) -> BoolArray:
     """(H, W) where the colours are much rather those of a mask than those of the others'."""
     lab = cv2.cvtColor(np.ascontiguousarray(photo), cv2.COLOR_RGB2LAB) // BIN
     index = (lab[..., 0].astype(int) * 16 + lab[..., 1]) * 16 + lab[..., 2]

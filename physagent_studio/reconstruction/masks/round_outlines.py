@@ -28,8 +28,8 @@ TRIPLES, POINTS, SETTLED = 400, 240, 5
 """Circles tried, points of the outline asked about each, and fits to those that agree."""
 RADII = (0.3, 0.8)
 """Radii of circles that are tried, in sides of the outline's box."""
-OWN = 0.6
-"""Least share of an outline that lies on the circle of a ball."""
+ROUND = 0.6
+"""Least share of an outline that lies on the circle of what is round."""
 OVAL = 0.97
 """IoU with its own ellipse from which on a mask is left as it is: it lost and took on nothing."""
 LOST = 0.15
@@ -69,7 +69,7 @@ def as_ball(mask: BoolArray, others: BoolArray) -> BoolArray:
     if len(outline) < 16 or iou(_oval(outline, mask.shape), mask) >= OVAL:
         return mask
     found = round_outline(mask)
-    if found is None or found.share < OWN:
+    if found is None or found.share < ROUND:
         return mask
     ball = found.area(mask.shape)
     lost = ball & ~mask & ~others
@@ -84,9 +84,10 @@ def round_outline(mask: BoolArray, stretches: tuple[float, ...] = STRETCHED) -> 
     stretches: how much longer than wide it may be.
     """
     outline = outline_of(mask)
-    if len(outline):
-        top, bottom = outline[:, 1].min(), outline[:, 1].max()
-        outline = outline[outline[:, 1] < bottom - LOW * (bottom - top)]
+    if not len(outline):
+        return None
+    top, bottom = outline[:, 1].min(), outline[:, 1].max()
+    outline = outline[outline[:, 1] < bottom - LOW * (bottom - top)]
     height, width = mask.shape
     rows, columns = mask.nonzero()
     middle = np.array([columns.mean(), rows.mean()]) + 0.5
@@ -171,7 +172,7 @@ def _through(triples: FloatArray) -> FloatArray:
 
 
 def _off(points: FloatArray, circles: tuple[float, float, float] | FloatArray) -> FloatArray:
-    """(M, N) how far points (N, 2) lie off circles (M, 3), 1 where they are just on it no more."""
+    """(M, N) how far points (N, 2) lie from circles (M, 3), in parts of how far they may."""
     each = np.atleast_2d(np.asarray(circles, np.float64))
     away = np.linalg.norm(points[None] - each[:, None, :2], axis=2)
     return np.abs(away - each[:, 2:]) / (NEAR * each[:, 2:] + PIXELS)

@@ -38,8 +38,6 @@ LOOK_MARGIN = 0.6
 """What of the mask's longer side the piece shows around it."""
 SCORE_STEP = 0.1
 """Step of the score by which a candidate is e times as likely as another."""
-ROOM = 0.25
-"""Room that is left beside a mask, as a share of its width or height, to see whether it goes on."""
 OTHER_READING = 0.8
 """IoU below which a candidate is another reading of the picture."""
 
@@ -130,29 +128,14 @@ def features(
 
 
 def _again(image: Image, mask: BoolArray) -> Features:
-    """What the network says that sees the mask's own box, as if a person had drawn it there, and
-
-    boxes that leave room on one side: what goes on there is seen then.
-    """
+    """What the network says that sees the mask's own box, as if a person had drawn it there."""
     x0, y0, x1, y1 = (float(side) for side in bounds(mask))
-    wide, high = ROOM * (x1 - x0), ROOM * (y1 - y0)
-    height, width = mask.shape
-    roomy = (
-        (max(x0 - wide, 0.0), y0, x1, y1),
-        (x0, max(y0 - high, 0.0), x1, y1),
-        (x0, y0, min(x1 + wide, float(width)), y1),
-        (x0, y0, x1, min(y1 + high, float(height))),
-    )
-    seen, *others = (thing_map(image, Grounding(box=box)) for box in ((x0, y0, x1, y1), *roomy))
-    assert seen is not None
+    seen = thing_map(image, Grounding(box=(x0, y0, x1, y1)))
+    if seen is None:
+        return {"seen again": 0.0, "clear": 0.0}
     size = (seen.chance.shape[1], seen.chance.shape[0])
     own = resized(mask, size) if size != mask.shape[::-1] else mask
-    held = [soft_iou(own, other.chance) for other in others if other is not None]
-    return {
-        "seen again": soft_iou(own, seen.chance),
-        "clear": expected_iou(seen.chance),
-        "held": min(held),
-    }
+    return {"seen again": soft_iou(own, seen.chance), "clear": expected_iou(seen.chance)}
 
 
 def _agreement(mask: BoolArray, offers: Sequence[Candidate]) -> Features:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from physagent_studio.language import hints
-from physagent_studio.program.scene.state import SceneObject
+from physagent_studio.program.scene.state import Grounding, SceneObject, Stroke
 from physagent_studio.reconstruction.masks.foot_spill import sound_masks
 from physagent_studio.reconstruction.masks.round_outlines import as_ball, round_outline
 from physagent_studio.reconstruction.photo.regions import BoolArray, iou
@@ -80,3 +80,29 @@ def test_a_panel_that_another_mask_has_taken_comes_back() -> None:
     photo[taken] = (170, 120, 70)
     found = sound_masks(photo, {"ball": ball & ~taken, "box": box | taken}, objects, told)
     assert not found["ball"][taken].any()
+
+
+def test_what_a_person_has_drawn_gives_nothing_back() -> None:
+    ball, box = _ball(), NONE.copy()
+    photo = np.full((240, 320, 3), 90, np.uint8)
+    photo[ball] = (200, 30, 30)
+    taken = ball & (np.indices(ball.shape)[1] < 118)
+    box[110:200, 40:300] = True
+    box = (box & ~ball) | taken
+    stroke = Stroke(points=((100.0, 110.0),))
+    objects = [
+        SceneObject(name="ball"),
+        SceneObject(name="box", grounding=Grounding(strokes=(stroke,))),
+    ]
+    told = hints("The ball rolls off the box.", ("ball", "box"))
+    found = sound_masks(photo, {"ball": ball & ~taken, "box": box}, objects, told)
+    assert found["box"] is box
+    assert not (found["ball"] & box).any()
+
+
+@pytest.mark.parametrize("rows", [0, 1, 2])
+def test_a_mask_of_nothing_or_of_a_line_stays(rows: int) -> None:
+    mask = NONE.copy()
+    mask[50 : 50 + rows, 20:100] = True
+    assert as_ball(mask, NONE) is mask
+    assert round_outline(mask) is None

@@ -25,6 +25,9 @@ WITHIN = 0.8
 PATTERN = 3
 """Parallel lines on a top from which they are its planks or pattern and do not end it."""
 
+UNSEEN_END = 0.5
+"""How much farther than what is seen of it a top goes on where no edge ends it, in its lengths."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Edges:
@@ -240,7 +243,8 @@ def _limits(
         if not bounded[k]:
             reach = float(np.percentile(area @ direction, 99)) if len(area) else inner
             limits[k] = max(reach, inner + 0.05 * over) + 0.25 * over
-    return limits, bounded
+    length = limits + np.roll(limits, 2)
+    return np.where(bounded, limits, limits + UNSEEN_END * length), bounded
 
 
 def _distinct(offset: FloatArray) -> int:

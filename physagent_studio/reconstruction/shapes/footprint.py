@@ -3,12 +3,15 @@
 Seen from above its horizon, what stands on level ground and is about rectangular shows the two
 sides of its footprint that face the camera as the lower rim of its outline. Laid onto the ground
 they are two lines at a right angle. Of all turns that one is taken whose two lines the rim is
-nearest to; where the camera or the outline does not fit, no turn is much nearer than another.
+nearest to. Where the horizon is a guess it is sought as well, for only under the right one are the
+two lines at a right angle and about as long as things that drive are.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,10 +24,21 @@ FAR = 8.0
 """Pixels beyond which a point counts as no part of a side: what is off the ground lies far back."""
 ON = 2.0
 """Pixels within which a point is on a side."""
-CLEAR = 0.5
+CLEAR = 0.6
 """Share of the usual distance that the best turn may have, to be told from the others."""
 FEWEST = 6
 """Points that a side has at least, to be seen at all."""
+TURNS = np.radians(np.arange(0.0, 90.0, 2.0))
+"""Turns that are tried, radians."""
+KNOWN, WIDEST, TRIED = 5.0, 150.0, 25
+"""Pixels: a horizon surer than the first is not sought; it is sought within twice what it may be
+off, at most within twice the second, in so many steps."""
+BELOW = 8.0
+"""Pixels by which the foot lies below any horizon that is tried."""
+LONGER, SPREAD = math.log(2.2), 0.35
+"""Length over width of what drives, its logarithm and how far that strays."""
+MISFIT = 0.35
+"""Pixels of distance that weigh as much as one standard deviation of the others."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,27 +52,80 @@ class Footprint:
     across: float
 
 
+class _Laid(NamedTuple):
+    """The rim under one horizon: its cost, the turn, lengths of both sides, how clear it is."""
+
+    cost: float
+    turn: float
+    lengths: tuple[float, float]
+    clear: bool
+    view: Camera
+
+
 def footprint_of(mask: np.ndarray, camera: Camera, height: float) -> Footprint | None:
     """How the thing of a mask (H, W) bool stands on ground at that height, m; None if unclear."""
     rim = _rim(mask)
-    if rim is None:
+    eye = camera.position[2] - height
+    if rim is None or eye <= 0:
         return None
     rows, columns = mask.shape
     pixels = rim * np.array([camera.size[0] / columns, camera.size[1] / rows])
-    rays, eye = camera.rays(pixels), np.array(camera.position, float)
-    if eye[2] <= height or (rays[:, 2] >= -1e-3).any():
+    guess = camera.horizon
+    unsure = 0.0 if camera.confirmed else min(camera.horizon_sigma or 0.0, WIDEST)
+    strays = np.linspace(-2, 2, TRIED) if unsure > KNOWN else np.zeros(1)
+    laid = [_laid(pixels, camera, guess + by * unsure, eye, by) for by in strays.tolist()]
+    best = min(filter(None, laid), key=lambda found: found.cost, default=None)
+    if best is None or not best.clear:
         return None
-    places = (eye + rays * ((height - eye[2]) / rays[:, 2])[:, None])[:, :2]
-    away = float(np.median(np.linalg.norm(places - eye[:2], axis=1)))
-    toward = eye[:2] - np.median(places, axis=0)
-    pixel = np.hypot(away, eye[2] - height) / camera.focal
-    turns = np.arange(0.0, 90.0, 1.0)
-    found = [_sides(places, toward, np.radians(turn)) for turn in turns]
-    costs = [float(np.minimum(gaps.min(axis=0), FAR * pixel).mean()) for gaps, _ in found]
+    longer = int(np.argmax(best.lengths))
+    angle = _seen_by(camera, best.view, best.turn + longer * math.pi / 2, pixels)
+    return Footprint(angle, best.lengths[longer], best.lengths[1 - longer])
+
+
+def _laid(
+    pixels: FloatArray, camera: Camera, horizon: float, eye: float, strays: float
+) -> _Laid | None:
+    """The rim (n, 2) on the ground that a camera at that height sees under a horizon, turned as
+    fits best; None where it would lie above the horizon. strays: of the horizon, in deviations."""
+    if horizon > float(pixels[:, 1].min()) - BELOW:
+        return None
+    view = Camera.from_horizon(camera.size, horizon, eye, focal=camera.focal, roll=camera.roll)
+    places = _on_ground(view, pixels)
+    if places is None:
+        return None
+    found = [_sides(places, view, turn) for turn in TURNS]
+    costs = [float(np.minimum(gaps.min(axis=0), FAR).mean()) for gaps, _ in found]
     best = int(np.argmin(costs))
-    if costs[best] > CLEAR * float(np.median(costs)):
+    lengths = _lengths(*found[best])
+    odd = (math.log(max(lengths) / min(lengths)) - LONGER) / SPREAD if min(lengths) > 0 else 0.0
+    cost = costs[best] / MISFIT + (strays**2 + odd**2) / 2
+    clear = costs[best] <= CLEAR * float(np.median(costs))
+    return _Laid(cost, float(TURNS[best]), lengths, clear, view)
+
+
+def _on_ground(view: Camera, pixels: FloatArray) -> FloatArray | None:
+    """Places (n, 2) on the ground of pixels (n, 2); None where one is not below the horizon."""
+    rays, eye = view.rays(pixels), np.array(view.position, float)
+    if (rays[:, 2] >= -1e-3).any():
         return None
-    return _measured(float(turns[best]), *found[best], ON * pixel)
+    return (eye + rays * (-eye[2] / rays[:, 2])[:, None])[:, :2]
+
+
+def _seen_by(camera: Camera, view: Camera, turn: float, pixels: FloatArray) -> float:
+    """Degrees, 0 … 180, of a direction on the ground of `view`, on the ground of `camera`: the
+    one that looks alike in the picture at the foot of the thing."""
+    foot = pixels[len(pixels) // 2]
+    place = _on_ground(view, foot[None])
+    if place is None:
+        return math.degrees(turn) % 180
+    step = 0.01 * view.position[2]
+    onward = place + step * np.array([[math.cos(turn), math.sin(turn)]])
+    ends, _ = view.project(np.column_stack([np.vstack([place, onward]), np.zeros(2)]))
+    along = (ends[1] - ends[0]) / max(float(np.linalg.norm(ends[1] - ends[0])), 1e-9)
+    here = _on_ground(camera, np.array([foot, foot + along]))
+    if here is None:
+        return math.degrees(turn) % 180
+    return math.degrees(math.atan2(*(here[1] - here[0])[::-1])) % 180
 
 
 def _rim(mask: np.ndarray) -> FloatArray | None:
@@ -81,25 +148,33 @@ def _rim(mask: np.ndarray) -> FloatArray | None:
     return np.stack([across, np.interp(across, corners[:, 0], corners[:, 1])], axis=1)
 
 
-def _sides(places: FloatArray, toward: FloatArray, turn: float) -> tuple[FloatArray, FloatArray]:
-    """(2, n) m: how far behind each of the two sides of a footprint turned by `turn` (rad) points
-    (n, 2) lie, and where along it."""
+def _sides(places: FloatArray, view: Camera, turn: float) -> tuple[FloatArray, FloatArray]:
+    """How far points (n, 2) lie behind each of the two sides of a footprint turned by `turn` (rad),
+    (2, n) pixels, and where along it, (2, n) m."""
+    toward = np.array(view.position[:2]) - np.median(places, axis=0)
+    away = float(np.linalg.norm(toward))
+    slant = math.hypot(away, view.position[2])
+    pixel = slant / view.focal
     gaps, along = [], []
     for angle in (turn, turn + np.pi / 2):
         way = np.array([np.cos(angle), np.sin(angle)])
         out = np.array([-way[1], way[0]])
         out = out if float(out @ toward) >= 0 else -out
+        # A step away from the camera is foreshortened, one across is not.
+        deep = float(out @ toward) / away
+        size = math.hypot(deep * view.position[2] / slant, math.sqrt(max(0.0, 1 - deep**2))) / pixel
         reach = places @ out
-        gaps.append(reach.max() - reach)
+        gaps.append((reach.max() - reach) * size)
         along.append(places @ way)
     return np.array(gaps), np.array(along)
 
 
-def _measured(turn: float, gaps: FloatArray, along: FloatArray, near: float) -> Footprint:
+def _lengths(gaps: FloatArray, along: FloatArray) -> tuple[float, float]:
+    """How much of each side is seen, m; 0 where there are too few points on it."""
     nearer = gaps.argmin(axis=0)
-    lengths = []
-    for side in (0, 1):
-        on = (nearer == side) & (gaps[side] < near)
-        lengths.append(float(np.ptp(along[side][on])) if int(on.sum()) >= FEWEST else 0.0)
-    longer = int(np.argmax(lengths))
-    return Footprint(turn + 90.0 * longer, lengths[longer], lengths[1 - longer])
+    first, second = (
+        float(np.ptp(along[side][on])) if int(on.sum()) >= FEWEST else 0.0
+        for side in (0, 1)
+        for on in [(nearer == side) & (gaps[side] < ON)]
+    )
+    return first, second

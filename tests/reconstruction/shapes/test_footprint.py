@@ -57,3 +57,31 @@ def test_what_stands_above_the_horizon_or_is_small_tells_nothing():
     high = car(30, np.array([0.0, 3.0])) + np.array([0, 0, 1.2])
     assert footprint_of(mask_of(high, view), view, 1.2) is None
     assert footprint_of(np.zeros((480, 832), bool), view, 0.0) is None
+
+
+@pytest.mark.parametrize("turn", [25, 40, 60, 120, 140, 155])
+@pytest.mark.parametrize("guess", [8, 32])
+def test_under_a_guessed_horizon_it_still_looks_along_its_axis(turn, guess):
+    view, wrong = camera(20), camera(guess)
+    unsure = wrong.model_copy(update={"horizon_sigma": 120.0})
+    spot = np.array([0.1, 1.0 / np.tan(np.radians(20))])
+    mask = mask_of(car(turn, spot), view)
+    found = footprint_of(mask, unsure, 0.0)
+    assert found is not None
+    seen = as_seen(found.angle, unsure, view, mask)
+    assert abs((seen - turn + 90) % 180 - 90) < 10
+
+
+def as_seen(angle: float, wrong: Camera, view: Camera, mask: np.ndarray) -> float:
+    """What a direction on the ground of one camera is on that of another, degrees."""
+    rows, columns = np.nonzero(mask)
+    foot = np.array([columns.mean(), rows.max()])
+    start = ground(wrong, foot)
+    ahead = start + 1e-3 * np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle)), 0])
+    onward = ground(view, wrong.project(ahead[None])[0][0]) - ground(view, foot)
+    return float(np.degrees(np.arctan2(onward[1], onward[0])))
+
+
+def ground(view: Camera, pixel: np.ndarray) -> np.ndarray:
+    ray = view.rays(pixel[None])[0]
+    return np.array(view.position) - ray * view.position[2] / ray[2]

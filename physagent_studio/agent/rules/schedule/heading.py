@@ -1,7 +1,8 @@
 """Which way things on wheels face, and what the prompt lets them do on their wheels.
 
-The axis is what the picture shows: the longer one of the two sides on which it is seen to stand,
-else the longer side of the reconstructed outline from above. Its front end is not measured: it is
+The axis is what the picture shows: the longer one of the two sides on which it is seen to stand;
+where one is seen only, that or the way across it, by how wide it looks beside its height; else the
+longer side of the reconstructed outline from above. Its front end is not measured: it is
 the end with which the thing goes first, as the prompt has it go, or the other one where the prompt
 has it go backwards.
 """
@@ -32,6 +33,13 @@ from physagent_studio.reconstruction.shapes.footprint import footprint_of
 
 LONG = 1.3
 """Length over width from which on the picture shows along which axis a thing lies."""
+
+LENGTHS = 2.2
+"""Length over width of what drives."""
+
+SIDEWAYS = math.cos(math.radians(75.0))
+"""Part of the way along the axis below which a thing cannot get there on its wheels: it is moved
+the way that is said."""
 
 SURE = 15.0
 """Degrees by which an axis that is read off an outline may be wrong: within them a thing faces
@@ -130,11 +138,17 @@ def _seen_axis(name: str, layout: Layout, mask: np.ndarray | None) -> FloatArray
         return None
     foot = float(layout.position(name)[2]) - layout.extent(name, -WAYS["up"])
     seen = footprint_of(mask, camera, foot)
-    # Of a thing seen straight on one side is hidden, and may be the longer one.
-    if seen is None or seen.across <= 0 or seen.along < LONG * seen.across:
+    if seen is None or seen.along < LONG * seen.across:
         return None
+    kind = kind_of(name)
     angle = math.radians(seen.angle)
-    return np.array([math.cos(angle), math.sin(angle), 0.0])
+    along = np.array([math.cos(angle), math.sin(angle), 0.0])
+    if seen.across > 0 or kind is None or kind.aspect is None:
+        return along
+    rows, columns = (np.ptp(where) + 1 for where in np.nonzero(mask))
+    # Halfway between a side and an end, both as high: what is seen of it alone is one of them.
+    side = columns / rows > 1 / (kind.aspect[0] * math.sqrt(LENGTHS))
+    return along if side else np.array([-along[1], along[0], 0.0])
 
 
 def _axis(item: SceneObject, layout: Layout) -> tuple[FloatArray, bool]:
@@ -163,7 +177,7 @@ def _facing(axis: FloatArray, way: FloatArray, keeps: bool, bound: bool) -> Floa
     way: as the prompt has it, (3,) level. keeps: whether it has to keep to its axis at all.
     bound: whether the way is exact: to a thing, down a slope.
     """
-    if not keeps:
+    if not keeps or abs(float(axis @ way)) < SIDEWAYS:
         return way
     nearer = axis if float(axis @ way) >= 0 else -axis
     close = float(nearer @ way) > math.cos(math.radians(SURE))

@@ -78,6 +78,36 @@ def test_the_two_sides_that_a_mask_shows_are_its_axis_before_any_outline():
     assert any("taken to face left and away" in flag for flag in program.scene.flags)
 
 
+def masked(stage: Stage, size: tuple[int, int]):
+    """Reconstructs as the stage does; the car's mask is a rectangle so many pixels wide, high."""
+    mask = np.zeros((480, 832), bool)
+    mask[330 - size[1] : 330, 416 - size[0] // 2 : 416 + size[0] // 2] = True
+
+    def seen(state):
+        masks = MappingProxyType({"toy_car": mask})
+        return dataclasses.replace(stage.reconstruct(state), masks=masks)
+
+    return seen
+
+
+@pytest.mark.parametrize(("size", "heading"), [((160, 70), 180), ((70, 70), 270)])
+def test_one_side_seen_is_its_side_or_its_end_by_how_wide_it_looks(size, heading):
+    stage = yard(0, SHORT)
+    prompt = "The toy car drives towards the camera." if heading == 270 else "The car drives left."
+    program = RuleGenerator().first(stage.case(prompt), masked(stage, size))
+    wheels = wheels_of(program)
+    assert off(wheels.heading, heading) < 3
+    assert not any("shows no axis" in flag for flag in program.scene.flags)
+
+
+def test_across_its_axis_nothing_drives_and_it_is_moved_the_way_that_is_said():
+    stage = yard(0, SHORT)
+    program = RuleGenerator().first(
+        stage.case("The toy car moves to the left."), masked(stage, (70, 70))
+    )
+    assert off(wheels_of(program).heading, 180) < 2
+
+
 @pytest.mark.parametrize("turn", [0, 30, 140])
 def test_the_run_keeps_its_axis_and_stays_upright(turn):
     program = program_of(yard(turn), "The toy car drives to the left.")

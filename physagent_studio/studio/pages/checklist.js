@@ -18,8 +18,10 @@ export function makeChecklist(show, focus) {
   const opened = new Set(); // groups that show what holds as well
   const folds = () => data.proposal || data.checks.some((c) => c.seen);
   let adding = false;
+  // What is chosen is kept here: the page may be drawn anew between two choices.
+  let wanted = { who: "", does: "", with: "" };
 
-  const toggle = () => { adding = !adding; show(); focus(); };
+  const toggle = () => { adding = !adding; wanted = { who: "", does: "", with: "" }; show(); focus(); };
 
   const told = (text) => dispatchEvent(new CustomEvent("told", { detail: text }));
   const set = (path, next) => edit([{ op: "set", path: `contract.${path}`, value: next }], "demanded by hand");
@@ -39,19 +41,24 @@ export function makeChecklist(show, focus) {
     const names = data.names;
     if (!names.objects.length || data.readOnly) return null;
     if (!adding) return h("button", { class: "link", type: "button", onclick: toggle }, "+ Demand something");
-    const pick = (list, label) => h("select", { "aria-label": label, class: "pick" }, list.map((one) => h("option", { value: Array.isArray(one) ? one[1] : one }, Array.isArray(one) ? one[0] : one.replaceAll("_", " "))));
-    const add = (event) => {
-      const [subject, kind, other] = [...event.target.closest(".card").querySelectorAll(".pick")].map((one) => one.value);
+    const first = { who: names.objects[0], does: STATEMENTS[0][1], with: names.places[0] };
+    const chosen = (part, known) => known.includes(wanted[part]) ? wanted[part] : first[part];
+    const pick = (list, label, part) => {
+      const values = list.map((one) => Array.isArray(one) ? one[1] : one), words = (one) => Array.isArray(one) ? one[0] : one.replaceAll("_", " ");
+      return h("select", { "aria-label": label, onchange: (e) => { wanted = { ...wanted, [part]: e.target.value }; show(); } }, list.map((one, i) => h("option", { value: values[i], selected: values[i] === chosen(part, values) }, words(one))));
+    };
+    const add = () => {
+      const subject = chosen("who", names.objects), kind = wanted.does || first.does, other = chosen("with", names.places);
       if (seen(subject, kind)) return toggle();
       if (kind === "topples" && names.round.includes(subject)) return told(`A round thing cannot fall over; demand that ${subject.replaceAll("_", " ")} moves, stops or falls.`);
       if (other === subject && STATEMENTS.find((one) => one[1] === kind)[2].other) return told("A thing cannot do that with itself; choose another one.");
-      const wanted = STATEMENTS.find((one) => one[1] === kind)[2];
-      const item = { id: `${subject}_${kind}_${names.statements.length + 1}`, kind, subject, ...wanted };
-      if (wanted.other) item.other = other;
+      const more = STATEMENTS.find((one) => one[1] === kind)[2];
+      const item = { id: `${subject}_${kind}_${names.statements.length + 1}`, kind, subject, ...more };
+      if (more.other) item.other = other;
       edit([{ op: "add", path: "contract.statements", item }], "demanded by hand");
       toggle();
     };
-    return h("div", { class: "card stack", style: "margin-top:6px", key: "demand" }, h("div", { class: "row wrap" }, pick(names.objects, "Who"), pick([...STATEMENTS, ...SEEN], "Does what"), pick(names.places, "With what")), button("Add to the checklist", add, { class: "b wide" }));
+    return h("div", { class: "card stack", style: "margin-top:6px", key: "demand" }, h("div", { class: "row wrap" }, pick(names.objects, "Who", "who"), pick([...STATEMENTS, ...SEEN], "Does what", "does"), pick(names.places, "With what", "with")), button("Add to the checklist", add, { class: "b wide" }));
   }
 
   function checklist() {

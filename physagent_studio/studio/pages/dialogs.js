@@ -186,7 +186,7 @@ export function startDialogs(host) {
         h("span", { class: "muted" }, h("b", {}, "Choose a photo"), " or drop one here · PNG, JPEG or WebP"), h("input", { type: "file", accept: "image/png,image/jpeg,image/webp", "aria-label": "Photo", onchange: (e) => take(e.target.files[0]) })) : [
         h("div", { class: "head" }, "What shall happen?"),
         h("textarea", { rows: 2, "aria-label": "Sentence", placeholder: "For example: the ball rolls to the right and hits the box", value: prompt, oninput: (e) => { prompt = e.target.value; askSoon(); show(); } }),
-        h("p", { class: "muted", style: "margin:8px 0" }, isMarked(things[at]) ? "A new drag replaces the box of " : "Drag a box around ", h("b", {}, things[at].name), isMarked(things[at]) ? "." : " in the photo.", " A click adds a point of it instead, a right click or Shift+click what does not belong to it.", isMarked(things[at]) ? "" : " What you leave out is looked for by its name."),
+        h("p", { class: "muted", style: "margin:8px 0" }, things[at].box ? "A new drag replaces the box of " : "Drag a box around ", h("b", {}, things[at].name), things[at].box ? "." : " in the photo.", " A click adds a point of it instead, a right click or Shift+click what does not belong to it.", isMarked(things[at]) ? "" : " What you leave out is looked for by its name."),
         h("div", { class: "photo", style: `cursor:crosshair;touch-action:none;margin-inline:auto;width:min(100%, ${(34 * photo.width / photo.height).toFixed(2)}vh)`, "data-photo": true, onpointerdown: press, onpointermove: pull, onpointerup: release, onpointercancel: () => { drag = null; show(); }, oncontextmenu: (e) => e.preventDefault() },
           h("img", { src: photo.url, alt: "Your photo", draggable: "false" }),
           h("svg", { viewBox: `0 0 ${photo.width} ${photo.height}`, preserveAspectRatio: "none", "pointer-events": "none" }, things.flatMap(marks), drag && isBox(drag) ? frame(sides(drag), COLORS[at % 8], "drag") : null)),
@@ -210,7 +210,7 @@ export function startDialogs(host) {
     if (!one || !isMarked(one)) return null;
     const data = { image: photo.url, size: [photo.width, photo.height] };
     return h("div", { class: "sketch-masks", role: "group", "aria-label": `Masks of ${one.name}`, key: "masks" },
-      h("p", { class: "muted", role: "status" }, (one.looking || queue.includes(one)) && !one.masks.length ? `Cutting out ${one.name}…` : one.masks.length ? ["Is the whole of ", h("b", {}, one.name), " cut out, and nothing else? Click the mask that is right, or draw the box anew."] : "Nothing stands out there; try another box."),
+      h("p", { class: "muted", role: "status" }, (one.looking || queue.includes(one)) && !one.masks.length ? `Cutting out ${one.name}…` : one.masks.length ? ["Is the whole of ", h("b", {}, one.name), " cut out, and nothing else? Click the mask that is right, or drag ", one.box ? "the box anew." : "a box around it."] : "Nothing stands out there; try another box."),
       one.masks.length ? h("div", { class: "photo-masks" }, one.masks.map((mask, i) => h("button", { key: `m${i}`, type: "button", "aria-pressed": String(i === one.candidate), "aria-label": `Mask ${i + 1} of ${one.name}`, title: i === one.candidate && one.picked ? "You said that it is right" : "It is this one", onclick: () => { one.candidate = i; one.picked = true; show(); } }, thumbnail(data, mask), h("span", { class: "n" }, i + 1)))) : null);
   }
 

@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,10 +19,14 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stab
 
 
 class Step(NamedTuple):
-    """One check: its headline and the command that makes it."""
+    """One check: its headline, the command that makes it, and whether it runs beside the others.
+
+    What tests leave of the machine while they wait for a browser is enough for one that does.
+    """
 
     name: str
     command: list[str]
+    beside: bool = False
 
 
 QUICK = ["-m", "not slow"]
@@ -50,7 +55,7 @@ def steps(pytest_words: list[str]) -> list[Step]:
     return [
         Step("ruff check", [*python, "ruff", "check", "."]),
         Step("ruff format", [*python, "ruff", "format", "--check", "."]),
-        Step("pyright", [*python, "pyright", "--pythonpath", sys.executable]),
+        Step("pyright", [*python, "pyright", "--pythonpath", sys.executable], beside=True),
         Step("lint-imports", [sys.executable, lint_imports]),
         Step("wheel", [*python, "pytest", "-q", "tests/packaging"]),
         # The big doses have a marker; words of one's own decide for themselves.
@@ -115,6 +120,23 @@ def ensure_browser() -> bool:
     return False
 
 
+class Done(NamedTuple):
+    """What came of a check; said: its words, where they were not shown at once."""
+
+    name: str
+    passed: bool
+    seconds: float
+    said: str = ""
+
+
+def carry_out(step: Step) -> Done:
+    """Makes a check; the words of one that runs beside the others are kept."""
+    out, errors = (subprocess.PIPE, subprocess.STDOUT) if step.beside else (None, None)
+    begun = time.monotonic()
+    done = subprocess.run(step.command, cwd=ROOT, text=True, check=False, stdout=out, stderr=errors)
+    return Done(step.name, done.returncode == 0, time.monotonic() - begun, done.stdout or "")
+
+
 def headline(text: str) -> None:
     """A line that the eye finds in a long log."""
     print(f"\n==== {text} {'=' * max(0, 74 - len(text))}", flush=True)
@@ -122,22 +144,28 @@ def headline(text: str) -> None:
 
 def main(pytest_words: list[str]) -> int:
     """Run all steps, print a summary, return the exit code."""
-    results: list[tuple[str, bool, float]] = []
+    results: list[Done] = []
     quick = pytest_words == ["--quick"]
     if not quick:
         headline("Chromium")
-        started = time.monotonic()
-        results.append(("Chromium", ensure_browser(), time.monotonic() - started))
+        begun = time.monotonic()
+        results.append(Done("Chromium", ensure_browser(), time.monotonic() - begun))
         print(find_browser() or "Chromium could not be installed.", flush=True)
-    for step in quick_steps() if quick else steps(pytest_words):
-        headline(step.name)
-        started = time.monotonic()
-        passed = subprocess.call(step.command, cwd=ROOT) == 0
-        results.append((step.name, passed, time.monotonic() - started))
+    wanted = quick_steps() if quick else steps(pytest_words)
+    with ThreadPoolExecutor() as pool:
+        beside = [pool.submit(carry_out, step) for step in wanted if step.beside]
+        for step in wanted:
+            if not step.beside:
+                headline(step.name)
+                results.append(carry_out(step))
+    for done in [future.result() for future in beside]:
+        headline(done.name)
+        print(done.said, flush=True)
+        results.append(done)
     headline("Summary")
-    for name, passed, seconds in results:
-        print(f"{'passed' if passed else 'FAILED':8}{name:16}{seconds:7.1f} s")
-    return 0 if all(passed for _, passed, _ in results) else 1
+    for done in results:
+        print(f"{'passed' if done.passed else 'FAILED':8}{done.name:16}{done.seconds:7.1f} s")
+    return 0 if all(done.passed for done in results) else 1
 
 
 if __name__ == "__main__":

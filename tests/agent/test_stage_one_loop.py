@@ -121,7 +121,7 @@ def untouched(before: PhysicalProgram, after: PhysicalProgram, *names: str) -> N
     ("name", "wrong", "right"),
     [
         ("yellow_cube", "floor", "table"),
-        ("blue_ball", "table", "floor"),
+        pytest.param("blue_ball", "table", "floor", marks=pytest.mark.slow),
     ],
 )
 def test_a_wrong_support_is_found_anew(name: str, wrong: str, right: str) -> None:
@@ -139,7 +139,13 @@ def test_a_wrong_support_is_found_anew(name: str, wrong: str, right: str) -> Non
     untouched(state.rounds[0].program, last, name)
 
 
-@pytest.mark.parametrize(("x", "y"), [(91.0, 133.0), (30.0, 225.0)], ids=["a box", "the floor"])
+@pytest.mark.parametrize(
+    ("x", "y"),
+    [
+        pytest.param(91.0, 133.0, id="a box"),
+        pytest.param(30.0, 225.0, id="the floor", marks=pytest.mark.slow),
+    ],
+)
 def test_a_wrong_click_goes_to_what_is_called_so(x: float, y: float) -> None:
     points = "scene.objects.yellow_ball.grounding.points"
     state, _ = repaired(
@@ -160,7 +166,10 @@ def test_a_wrong_click_goes_to_what_is_called_so(x: float, y: float) -> None:
     assert last.contract == before.contract
 
 
-@pytest.mark.parametrize(("scene", "row"), [("shapes_1", 200.0), ("shapes_3", -150.0)])
+@pytest.mark.parametrize(
+    ("scene", "row"),
+    [("shapes_1", 200.0), pytest.param("shapes_3", -150.0, marks=pytest.mark.slow)],
+)
 def test_a_wrong_camera_is_taken_from_the_picture(scene: str, row: float) -> None:
     case = load_case(SCENES / scene, None)
     start = RuleGenerator().first(case, lambda state: reconstruct(case, state))

@@ -17,6 +17,18 @@ def _browser_is_here(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("_browser_is_here")
+def test_what_runs_beside_the_others_is_told_after_them(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    beside = step("beside", "print('wrong'); raise SystemExit(2)")._replace(beside=True)
+    monkeypatch.setattr(run_all, "steps", lambda words: [beside, step("own", "print('ran')")])
+    assert run_all.main([]) == 1
+    shown = capfd.readouterr().out
+    assert shown.index("ran") < shown.index("wrong") < shown.index("==== Summary")
+    assert "FAILED  beside" in shown
+
+
+@pytest.mark.usefixtures("_browser_is_here")
 @pytest.mark.parametrize(("middle", "code"), [("pass", 0), ("raise SystemExit(3)", 1)])
 def test_one_failure_fails_the_whole_but_stops_nothing(
     middle: str, code: int, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]

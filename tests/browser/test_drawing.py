@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Frame
+from playwright.sync_api import Browser, Frame, expect
 
 from physagent_studio.program import SetField
 from physagent_studio.session import Store
@@ -119,3 +119,7 @@ def test_the_photo_stands_in_until_the_scene_is_drawn_as_a_whole(desk: Desk) -> 
     names = [f"/objects/{one.name}" for one in desk.snapshot.program.scene.objects]
     drawn = "names => document.getElementById('viewer').contentWindow.studioDrawn(names)"
     assert page.evaluate(drawn, ["/around/beyond/0", *names])
+    # Another look loads the viewer anew.
+    page.keyboard.press("d")
+    expect(page.locator("img.awaited")).to_be_visible()
+    expect(page.locator("img.awaited")).to_be_hidden()

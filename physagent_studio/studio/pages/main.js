@@ -102,7 +102,9 @@ export const theme = {
     document.documentElement.dataset.theme = name;
     const viewer = document.getElementById("viewer");
     const address = `viewer/${viewerToken}/${viewerQuery(name === "dark")}`;
-    if (viewer.getAttribute("src") !== address) viewer.src = address;
+    if (viewer.getAttribute("src") === address) return;
+    viewer.src = address;
+    dispatchEvent(new Event("viewer"));
   },
 };
 

@@ -62,17 +62,23 @@ export function startPhoto(host) {
     draw(bottom, things(chosen), about(chosen));
   }
 
-  // The photo makes way for the scene once that is drawn as a whole: nothing bare is seen before.
-  let whole = "", since = 0;
+  // The photo makes way for the scene once that is drawn as a whole: nothing bare is seen before,
+  // nor where the viewer is loaded anew in another look.
+  let whole = "", since = 0, come = "";
+  const viewer = document.getElementById("viewer");
+  viewer.addEventListener("load", () => { come = viewer.getAttribute("src"); later(); });
+  addEventListener("viewer", () => show());
   function drawn() {
-    const view = document.getElementById("viewer").contentWindow, names = data.objects.filter((one) => one.path).map((one) => `/objects/${one.name}`);
-    if (whole === data.session) return true;
+    const view = viewer.contentWindow, names = data.objects.filter((one) => one.path).map((one) => `/objects/${one.name}`);
+    const wanted = viewer.getAttribute("src"), scene = `${data.session} ${wanted}`;
+    if (whole === scene) return true;
     // A viewer that is still being loaded has drawn nothing; one that cannot say so is not waited for.
     const loaded = view?.location.href !== "about:blank" && view?.document.readyState === "complete";
-    if (!view || (loaded && !view.studioDrawn)) return true;
+    const here = come === wanted;
+    if (!view || (here && loaded && !view.studioDrawn)) return true;
     since ||= performance.now();
     if (value("scene")?.switches.find((one) => one.what === "photo")?.on !== false) names.push("/around/beyond/0");
-    if (view.studioDrawn?.(names) || performance.now() - since > LONGEST) { [whole, since] = [data.session, 0]; return true; }
+    if ((here && view.studioDrawn?.(names)) || performance.now() - since > LONGEST) { [whole, since] = [scene, 0]; return true; }
     setTimeout(later, 100);
     return false;
   }

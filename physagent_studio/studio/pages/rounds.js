@@ -129,7 +129,7 @@ export function startRounds(host, dock, { showRounds, showPlots, showPhoto }) {
   }
 
   function row(r) {
-    const words = r.stage === "reconstruction" ? (r.verdict === "failed" ? "scene does not match" : r.shown && doubtful() ? "scene to be checked" : "scene matches the photo") : r.checks ? `${r.realised} of ${r.checks}` : r.stage ? "nothing is demanded" : "in progress";
+    const words = r.stage === "reconstruction" ? (r.verdict === "failed" ? "scene does not match" : r.shown && doubtful() ? "scene to be checked" : "scene matches the photo") : r.checks ? `${r.realised} of ${r.checks}${r.unseen && r.realised === r.checks ? ", not well seen" : ""}` : r.stage ? "nothing is demanded" : "in progress";
     return h("div", { class: "row", role: "listitem", key: r.id, style: `padding-left:${r.depth * 14}px;gap:2px` },
       h("button", { class: `r grow${r.shown ? " on" : ""}${r.onPath ? "" : " off"}`, type: "button", title: r.factor ? `Proposed to change: ${r.factor}` : "", onclick: () => send({ do: "round", id: r.head ? null : r.id }) },
         h("span", { class: `dot ${r.verdict}` }, MARK[r.verdict]),

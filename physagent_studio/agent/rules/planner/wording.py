@@ -139,7 +139,7 @@ def _figure(value: object, unit: float = 1.0) -> str:
 def rationale_of(situation: Situation, start: Candidate, best: Candidate) -> str:
     """Why: the worst mismatch, the change, and what it did in the trial."""
     diagnosis = situation.assessment.diagnosis
-    why = diagnosis[0].text if diagnosis else "the event does not hold"
+    why = _said_of(diagnosis[0].text) if diagnosis else "the event does not hold"
     change = summary_of(situation.program, best.edits)
     left = best.score.failing
     was = start.score.failing
@@ -151,6 +151,12 @@ def rationale_of(situation: Situation, start: Candidate, best: Candidate) -> str
         outcome = f"then the {was} failing checks miss by {best.score.shortfall:.2g} instead of "
         outcome += f"{start.score.shortfall:.2g}"
     return f"Because {why}: {change}; {outcome}."
+
+
+def _said_of(mismatch: str) -> str:
+    """A mismatch after "because": "it is in sight: no, from 2 s on" does not read on from there."""
+    claim, denied, more = mismatch.partition(": no")
+    return f"it does not hold that {claim}{more}" if denied and more[:1] in ("", ",") else mismatch
 
 
 def question_for(situation: Situation) -> str:

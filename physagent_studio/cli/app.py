@@ -228,12 +228,21 @@ def render(
     session: Annotated[str, typer.Argument(help="A session id or a unique beginning of one.")],
     out: Annotated[Path, typer.Option(help="Where the video goes, .mp4.")],
     round_id: Annotated[str | None, typer.Option("--round", help="Else the best round.")] = None,
+    size: Annotated[str, typer.Option(help="832x480; else the photo's own.")] = "",
+    letterbox: Annotated[
+        bool, typer.Option("--letterbox", help="All of the picture in that size, not cropped.")
+    ] = False,
+    shutter: Annotated[
+        float, typer.Option(help="Motion blur: the share of a frame that it is open, 0 to 1.")
+    ] = 0.0,
     workspace: Workspace = None,
 ) -> None:
     """Write a session's clip as an H.264 video."""
-    from physagent_studio.cli.clips import render_session
+    from physagent_studio.cli.clips import render_session, size_of
+    from physagent_studio.records.clip_look import ClipLook
 
-    typer.echo(f"wrote {render_session(session, round_id, out, workspace)}")
+    look = ClipLook(size_of(size), "letterbox" if letterbox else "crop", shutter)
+    typer.echo(f"wrote {render_session(session, round_id, out, workspace, look)}")
 
 
 @app.command(epilog="Example: physagent export SESSION --out prior/  (or replay.html, or x.viser)")

@@ -11,6 +11,7 @@ from physagent_studio.cli.output import progress_control
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import BUNDLES, Prior
 from physagent_studio.exchange.generators import ComfyUI, Composite, VideoGenerator
+from physagent_studio.records.clip_look import AS_DRAWN, ClipLook
 from physagent_studio.session import Store
 from physagent_studio.workbench import commands
 from physagent_studio.workbench.desk import Desk
@@ -18,7 +19,11 @@ from physagent_studio.workbench.rendering import export_rollout, render_rollout,
 
 
 def render_session(
-    session_id: str, round_id: str | None, out: Path, workspace: Path | None
+    session_id: str,
+    round_id: str | None,
+    out: Path,
+    workspace: Path | None,
+    look: ClipLook = AS_DRAWN,
 ) -> Path:
     """The clip of a round, or of the best one, as a video."""
     if out.suffix.lower() != ".mp4":
@@ -27,7 +32,7 @@ def render_session(
     try:
         with progress_control(False) as control:
             desk = _showing(Desk(session, control), round_id)
-            return render_rollout(desk, out)
+            return render_rollout(desk, out, look)
     finally:
         session.close()
 
@@ -73,7 +78,7 @@ def generate_video(prior: Path, out: Path, size: str, endpoint: str, workflow: P
             raise InputError("--endpoint goes with --workflow, a workflow saved for ComfyUI's API")
         made = ComfyUI(endpoint, _workflow(workflow))
     else:
-        made = Composite(_size(size))
+        made = Composite(size_of(size))
     with progress_control(False) as control:
         return made.generate(found, out, cancelled=control.cancelled, progress=control.progress)
 
@@ -88,7 +93,8 @@ def _workflow(path: Path) -> dict[str, Any]:
     return found
 
 
-def _size(word: str) -> tuple[int, int] | None:
+def size_of(word: str) -> tuple[int, int] | None:
+    """Width and height of "832x480"; None of nothing. Raises InputError for anything else."""
     if not word:
         return None
     width, _, height = word.lower().replace("×", "x").partition("x")

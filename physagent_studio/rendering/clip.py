@@ -11,6 +11,7 @@ from physagent_studio.records.rollout import Rollout
 from physagent_studio.records.scene import Scene
 from physagent_studio.rendering.compositor import Compositor
 from physagent_studio.rendering.frame import Frame
+from physagent_studio.rendering.shutter import exposed
 
 
 def render_clip(
@@ -21,11 +22,13 @@ def render_clip(
     cancelled: Callable[[], bool] | None = None,
     progress: Callable[[float], None] | None = None,
     compositor: Compositor | None = None,
+    shutter: float = 0.0,
 ) -> Iterator[Frame]:
     """Render the frames of a rollout (all, or those numbered from 0 in `frames`), in order.
 
     cancelled: asked before each frame. progress: told the share done, 0 … 1. compositor: of
-    this scene, where there is one already.
+    this scene, where there is one already. shutter: for which share of the time to the next frame
+    it is open, 0 … 1; what moves meanwhile is blurred.
 
     Raises:
         InputError: the rollout is of other objects, or a frame does not exist.
@@ -41,7 +44,7 @@ def render_clip(
     for number in wanted:
         if not 0 <= number < rollout.frames:
             raise InputError(f"there is no frame {number}; the clip has 0 … {rollout.frames - 1}")
-    return _frames(compositor, rollout, wanted, cancelled, progress)
+    return _frames(compositor, rollout, wanted, cancelled, progress, shutter)
 
 
 def frame_of(compositor: Compositor, rollout: Rollout, number: int) -> Frame:
@@ -68,10 +71,13 @@ def _frames(
     wanted: list[int],
     cancelled: Callable[[], bool] | None,
     progress: Callable[[float], None] | None,
+    shutter: float,
 ) -> Iterator[Frame]:
     for done, number in enumerate(wanted):
         if cancelled is not None and cancelled():
             raise Cancelled("rendering was cancelled")
-        yield frame_of(compositor, rollout, number)
+        frame = frame_of(compositor, rollout, number)
+        moves = shutter > 0 and np.isfinite(rollout.positions).all()
+        yield exposed(compositor, rollout, frame, number, shutter) if moves else frame
         if progress is not None:
             progress((done + 1) / len(wanted))

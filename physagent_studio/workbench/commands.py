@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from physagent_studio.program import Edit, Grounding, PhysicalProgram
 from physagent_studio.records import Mesh
+from physagent_studio.records.clip_look import AS_DRAWN, ClipLook
 from physagent_studio.records.judgement import DecisionKind
 from physagent_studio.records.loop_state import PolicyName, RoleName
 
@@ -226,6 +227,7 @@ class Render:
     """Writes the shown rollout as a video."""
 
     path: Path
+    look: ClipLook = AS_DRAWN
 
 
 @dataclass(frozen=True, slots=True)

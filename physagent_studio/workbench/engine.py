@@ -29,6 +29,7 @@ from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.program.scene.state import Meshed
 from physagent_studio.reconstruction.learned.at_hand import Learned, learned_here
 from physagent_studio.records import Case, Check, Image, Mesh, Rollout, Scene
+from physagent_studio.records.clip_look import AS_DRAWN, ClipLook
 from physagent_studio.records.loop_state import RoleName
 from physagent_studio.session import Session
 from physagent_studio.workbench import tasks
@@ -236,9 +237,16 @@ class Engine:
             return ()
         return self._drawing(tasks.sampled, scene, rollout)
 
-    def film(self, path: Path, scene: Scene, rollout: Rollout, program: PhysicalProgram) -> None:
+    def film(
+        self,
+        path: Path,
+        scene: Scene,
+        rollout: Rollout,
+        program: PhysicalProgram,
+        look: ClipLook = AS_DRAWN,
+    ) -> None:
         """A rollout as a video; where it is ended, files may be left beside the path."""
-        self._drawing(tasks.filmed, path, scene, rollout, program)
+        self._drawing(tasks.filmed, path, scene, rollout, program, look)
 
     def export(self, path: Path, scene: Scene, rollout: Rollout, program: PhysicalProgram) -> None:
         """A rollout as a motion prior."""

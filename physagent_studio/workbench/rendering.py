@@ -10,11 +10,12 @@ from physagent_studio.agent.memory import lessons_of
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import write_bundles, write_lessons
 from physagent_studio.exchange.files import written
+from physagent_studio.records.clip_look import AS_DRAWN, ClipLook
 from physagent_studio.workbench import commands
 from physagent_studio.workbench.desk import Desk
 
 
-def render_rollout(desk: Desk, path: Path) -> Path:
+def render_rollout(desk: Desk, path: Path, look: ClipLook = AS_DRAWN) -> Path:
     """The rollout on view as an MP4; returns where it was written."""
     scene, rollout, _ = desk.on_view()
     if scene is None or rollout is None:
@@ -23,7 +24,7 @@ def render_rollout(desk: Desk, path: Path) -> Path:
     # What an ended process leaves lies in a folder that goes.
     with written(path) as partial, tempfile.TemporaryDirectory(dir=path.parent) as folder:
         made = Path(folder) / "clip.mp4"
-        desk.engine.film(made, scene, rollout, desk.program)
+        desk.engine.film(made, scene, rollout, desk.program, look)
         made.replace(partial)
     return path
 

@@ -19,6 +19,7 @@ from physagent_studio.jobs import Limits, hearing
 from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.program.timing import timing_of
 from physagent_studio.records import Case, Image, Mesh, Rollout, Scene
+from physagent_studio.records.clip_look import ClipLook
 
 if TYPE_CHECKING:
     from physagent_studio.contract.view import Drawn
@@ -150,16 +151,25 @@ def sampled(scene: Scene, rollout: Rollout) -> tuple[Image, ...]:
     return tuple(frame.rgb for frame in clip)
 
 
-def filmed(path: Path, scene: Scene, rollout: Rollout, program: PhysicalProgram) -> None:
+def filmed(
+    path: Path, scene: Scene, rollout: Rollout, program: PhysicalProgram, look: ClipLook
+) -> None:
     """Writes a rollout as a video."""
     from physagent_studio.exchange import write_video
+    from physagent_studio.exchange.prior.framing import Framing
     from physagent_studio.rendering import render_clip
 
     cancelled, tell = hearing()
+    camera = scene.state.camera
+    framing = look.size and camera and Framing.of(camera.size, look.size, look.way)
     clip = render_clip(
-        scene, rollout, cancelled=cancelled, progress=lambda share: tell("rendering", share)
+        scene,
+        rollout,
+        cancelled=cancelled,
+        progress=lambda share: tell("rendering", share),
+        shutter=look.shutter,
     )
-    pictures = (frame.rgb for frame in clip)
+    pictures = (framing.picture(frame.rgb) if framing else frame.rgb for frame in clip)
     write_video(path, pictures, program.clip.playback_fps, timing_of(program.clip))
 
 

@@ -232,7 +232,7 @@ class Workbench:
                 "nothing is open yet: begin with an example, a photo or an empty scene"
             )
         elif isinstance(command, commands.Render):
-            path = render_rollout(self._desk, command.path)
+            path = render_rollout(self._desk, command.path, command.look)
             self._notice("info", f"The video was written to {path}")
         elif isinstance(command, commands.Write):
             path = write_file(self._desk, command)

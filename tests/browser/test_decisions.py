@@ -7,6 +7,7 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
+import av
 import pytest
 from playwright.sync_api import Browser, expect
 
@@ -15,7 +16,7 @@ from physagent_studio.records import Hunk
 from physagent_studio.session import Store
 from physagent_studio.studio.panels.words import place
 from physagent_studio.workbench import commands
-from tests.browser.conftest import Desk, running
+from tests.browser.conftest import PATIENCE, Desk, running
 
 pytestmark = pytest.mark.browser
 
@@ -175,6 +176,12 @@ def test_a_pass_is_overruled_to_a_failure_in_my_words(waiting: Desk) -> None:
     assert waiting.snapshot.state.outcome == "realised"
     rounds = len(waiting.snapshot.state.rounds)
     expect(page.get_by_text("The event happens", exact=True)).to_be_visible()
+    waiting.button("Save it in another size, or with motion blur").click()
+    sizes = page.get_by_role("menu", name="Sizes of the video")
+    with page.expect_download(timeout=5000 * PATIENCE) as fetched:
+        sizes.get_by_role("menuitem", name="480 × 832").click()
+    with av.open(fetched.value.path()) as container:
+        assert (container.streams.video[0].width, container.streams.video[0].height) == (480, 832)
     waiting.button("Overrule").click()
     page.get_by_label("Your reason").fill("it is <i>far</i> too slow")
     waiting.button("It does not").click()

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from physagent_studio import errors
 from physagent_studio.exchange.generators.protocol import Cancelled, Progress
 from physagent_studio.exchange.prior import Prior
-from physagent_studio.exchange.prior.framing import Framing, Way
+from physagent_studio.exchange.prior.framing import Framing
 from physagent_studio.exchange.video import write_video
+from physagent_studio.records.clip_look import Way
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, Self
+from typing import Self
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.errors import InputError
+from physagent_studio.records.clip_look import Way
 from physagent_studio.rendering import Flow
 
-Way = Literal["crop", "letterbox"]
 MULTIPLE = 2
 """Sides are even, as video wants them."""
 

@@ -12,6 +12,7 @@ from physagent_studio.errors import InputError
 from physagent_studio.jobs import Executor
 from physagent_studio.program import PhysicalProgram, Support, apply
 from physagent_studio.program.scene import state as shapes
+from physagent_studio.records.clip_look import ClipLook
 from physagent_studio.studio.commands import aloft, directing, shelf
 from physagent_studio.studio.commands import mesh as mesh_actions
 from physagent_studio.studio.commands import photo as photo_actions
@@ -252,7 +253,9 @@ def _(intent: intents.Dismiss, studio: Studio, browser: int) -> None:
 def _(intent: intents.Video, studio: Studio, browser: int) -> None:
     shown = studio.snapshot
     path = output_path(studio.workbench.store, shown.session_id, shown.shown_round, ".mp4")
-    studio.workbench.post(commands.Render(path))
+    width, _, height = intent.size.partition("x")
+    size = (int(width), int(height)) if height else None
+    studio.workbench.post(commands.Render(path, ClipLook(size, intent.way, intent.shutter)))
 
 
 @carry_out.register

@@ -311,9 +311,12 @@ class Dismiss(Frozen):
 
 
 class Video(Frozen):
-    """Writes the shown clip as a video file."""
+    """Writes the shown clip as a video file, in the photo's size or another."""
 
     do: Literal["video"] = "video"
+    size: Literal["", "832x480", "480x832", "720x480", "1280x720"] = ""
+    way: Literal["crop", "letterbox"] = "crop"
+    shutter: Annotated[float, Field(ge=0, le=1)] = 0.0
 
 
 Intent = Annotated[

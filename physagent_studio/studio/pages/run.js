@@ -9,6 +9,7 @@ const ROLES = [
   ["verifier", "Verdicts", "You say whether each stage holds; what was measured is shown beside"],
   ["planner", "Repairs", "After a failure you change the program yourself"],
 ];
+const LOOKS = [["With motion blur", { shutter: 0.5 }], ...["832x480", "480x832", "720x480", "1280x720"].map((size) => [size.replace("x", " × "), { size }]), ["832 × 480, all of the picture", { size: "832x480", way: "letterbox" }]];
 const POLICIES = [["ask", "I decide"], ["ask_when", "Ask me when unsure"], ["auto", "Decide by itself"]];
 
 export function startRun(host, dialogs, more) {
@@ -96,6 +97,7 @@ const passed = (since) => { const seconds = Math.floor((Date.now() - since) / 10
 const taken = (run, save) => h("div", { class: "stack", style: "gap:4px" },
   h("div", { class: "row" },
     button("Save the video", () => save("video", { do: "video" }), { class: "b wide", title: `The clip as an MP4, over the photo: ${run.clip}` }),
+    iconButton("more", "Save it in another size, or with motion blur", (e) => openPopup(e.currentTarget, LOOKS.map(([text, look]) => [text, "", () => save("video", { do: "video", ...look })]), "Sizes of the video"), { "aria-haspopup": "menu" }),
     button("Save a replay", () => save("replay", { do: "export", kind: "html" }), { class: "b wide", title: "All rounds and the scene in one HTML file" })),
   h("p", { class: "faint num hide-narrow", style: "font-size:12px" }, run.clip));
 

@@ -437,6 +437,24 @@ def test_what_has_wheels_goes_along_its_axis(seed: int) -> None:
         assert check.ok == ok, check.text
 
 
+def test_wheels_on_a_slope_are_judged_from_above() -> None:
+    slope = np.arctan2(0.24, 0.6)
+    ramp = {"kind": "ramp", "toe": [0, 4, 0], "yaw": np.pi, "run": 0.6, "rise": 0.24, "width": 0.4}
+    cart = {
+        "name": "cart", "shape": {"kind": "box", "size": [0.2, 0.14, 0.05]}, "support": "ramp",
+        "position": [-0.3 + 0.026 * np.sin(slope), 4.0, 0.12 + 0.026 * np.cos(slope)],
+        "rotation": [np.cos(slope / 2), 0.0, np.sin(slope / 2), 0.0],
+        "wheels": {"heading": 0.0, "rolling": 0.01, "grip": 1.0},
+    }  # fmt: skip
+    supports = [{"name": "ramp", "shape": ramp}]
+    program = scene_of([cart], [], says("moves", "cart"), supports=supports)
+    rollout = simulate(program, {})
+    assert rollout.positions[-1, 0, 0] > 0.2
+    check = views(program)["view.wheels.cart"]
+    agrees(check)
+    assert check.ok, check.text
+
+
 def test_what_falls_over_need_not_stay_on_its_wheels() -> None:
     cart = at({"name": "cart", "shape": {"kind": "box", "size": [0.3, 0.3, 0.1]}}, 0.0, 0.05)
     cart |= {"wheels": {"heading": 0.0}}

@@ -55,12 +55,15 @@ def on_wheels(facts: Facts, names: tuple[str, ...]) -> list[Check]:
             continue
         turned = track.placed.matrices @ track.placed.matrices[0].T
         angle = np.radians(wheels.heading)
-        front = turned @ np.array([np.cos(angle), np.sin(angle), 0.0])
-        moves = track.speed > max(0.05, 0.1 * float(track.speed.max()))
+        # Seen from above: the heading says nothing of the slope on which it may begin.
+        front = (turned @ np.array([np.cos(angle), np.sin(angle), 0.0]))[:, :2]
+        goes = track.velocities[:, :2]
+        speed = np.linalg.norm(goes, axis=1)
+        moves = speed > max(0.05, 0.1 * float(speed.max()))
         if not moves.any():
             continue
-        along = np.abs(np.einsum("ti,ti->t", front, track.velocities)) / np.maximum(
-            np.linalg.norm(front, axis=1) * track.speed, 1e-9
+        along = np.abs(np.einsum("ti,ti->t", front, goes)) / np.maximum(
+            np.linalg.norm(front, axis=1) * speed, 1e-9
         )
         off = np.degrees(np.arccos(np.clip(along, 0, 1)))
         worst = float(np.quantile(off[moves], 0.9))

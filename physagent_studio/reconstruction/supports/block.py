@@ -56,12 +56,15 @@ class Block:
     def carries(self, camera: Camera, pixel: tuple[float, float], slack: float = SLACK) -> bool:
         """Whether a pixel shows its top or slope, or lies nearer to it than slack (pixels).
 
-        Only the camera's directions count.
+        A slope that is seen from below carries nothing that is seen. Only the camera's directions
+        count.
         """
         unit = camera.model_copy(update={"position": (0.0, 0.0, 1.0)})
-        top = FACES[self.kind][0]
-        corners, depth = unit.project(placed(CORNERS[self.kind], self)[list(top)])
-        if depth.min() <= 0:
+        top = placed(CORNERS[self.kind], self)[list(FACES[self.kind][0])]
+        corners, depth = unit.project(top)
+        across = np.cross(top[1] - top[0], top[2] - top[0])
+        above = float(across @ (np.array(unit.position) - top[0])) * np.sign(across[2])
+        if depth.min() <= 0 or above <= 0:
             return False
         outline = cv2.convexHull(corners.astype(np.float32))
         return cv2.pointPolygonTest(outline, (float(pixel[0]), float(pixel[1])), True) >= -slack

@@ -67,7 +67,7 @@ def blocks_of(
         rival = _shown(unit, profiles.get(support.name), masks, covered)
         loose = kind == "wedge" and rival is not None
         best = best_block(unit, image, masks, covered, kind, LOOSE if loose else STRICT)
-        if best is not None and kind == "box":
+        if best is not None:
             on_it = standing.get(support.name, ())
             best = best if all(_carries(best[0], camera, one) for one in on_it) else None
         if best is not None and (rival is None or best[1] > rival + DECIDEDLY):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import cv2
@@ -28,6 +29,7 @@ from physagent_studio.program.scene.state import (
 from physagent_studio.reconstruction import photo_hash, read_photo, reconstruct
 from physagent_studio.reconstruction.shapes.meshes import mesh_of, ramp_corners
 from physagent_studio.reconstruction.shapes.silhouettes import silhouette
+from physagent_studio.reconstruction.supports.block import Block, placed
 from physagent_studio.reconstruction.supports.blocks import best_block
 from physagent_studio.records.case import Case
 
@@ -141,3 +143,12 @@ def test_a_marked_top_that_is_seen_as_a_block_reaches_the_ground() -> None:
     assert table.shape.size[2] == pytest.approx(top)
     assert cube is not None
     assert cube.support == "table"
+
+
+@pytest.mark.parametrize(("yaw", "seen"), [(math.pi / 2, True), (-math.pi / 2, False), (0.0, True)])
+def test_a_slope_that_is_seen_from_below_carries_nothing(yaw: float, seen: bool) -> None:
+    wedge = Block(0.0, 3.0, (1.0, 1.0, 0.9), yaw, "wedge")
+    view = Camera.from_horizon((640, 480), 220, 1.0, focal=600)
+    middle = placed(np.array([[0.0, 0.0, 0.5]]), wedge)
+    pixel = view.project(middle)[0][0]
+    assert wedge.carries(view, (float(pixel[0]), float(pixel[1]))) == seen

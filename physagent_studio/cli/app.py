@@ -286,11 +286,20 @@ def generate(
             "{physagent:start_image} and {physagent:prompt} where ours go."
         ),
     ] = None,
+    diffusers: Annotated[
+        str, typer.Option(help="A Wan VACE pipeline, run here: its folder or its id (extra).")
+    ] = "",
+    fetch: Annotated[bool, typer.Option("--fetch", help="It may be fetched by its id.")] = False,
+    steps: Annotated[int, typer.Option(min=1, help="Of its denoising.")] = 30,
+    guidance: Annotated[float, typer.Option(help="How closely it keeps to the prompt.")] = 5.0,
+    seed: Annotated[int, typer.Option(min=0, help="Of its noise, or of the server's.")] = 0,
 ) -> None:
-    """Make a video from a motion prior: our own clip, or what a ComfyUI server makes of it."""
+    """Make a video from a motion prior: our own clip, or what Wan VACE or a server makes of it."""
     from physagent_studio.cli.clips import generate_video
+    from physagent_studio.exchange.generators import Diffusers
 
-    typer.echo(f"wrote {generate_video(prior, out, size, endpoint, workflow)}")
+    own = Diffusers(diffusers, fetch, steps, guidance, seed) if diffusers else None
+    typer.echo(f"wrote {generate_video(prior, out, size, endpoint, workflow, own, seed)}")
 
 
 @app.command(epilog="Example: physagent reconstruct my_case --sheet sheet.png")

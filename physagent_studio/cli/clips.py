@@ -10,7 +10,7 @@ from typing import Any
 from physagent_studio.cli.output import progress_control
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import BUNDLES, Prior
-from physagent_studio.exchange.generators import ComfyUI, Composite, VideoGenerator
+from physagent_studio.exchange.generators import ComfyUI, Composite, Diffusers, VideoGenerator
 from physagent_studio.records.clip_look import AS_DRAWN, ClipLook
 from physagent_studio.session import Store
 from physagent_studio.workbench import commands
@@ -67,16 +67,31 @@ def export_session(
         session.close()
 
 
-def generate_video(prior: Path, out: Path, size: str, endpoint: str, workflow: Path | None) -> Path:
-    """A video from an exported motion prior: by a ComfyUI server where one is named, else ours."""
+def generate_video(
+    prior: Path,
+    out: Path,
+    size: str = "",
+    endpoint: str = "",
+    workflow: Path | None = None,
+    own: Diffusers | None = None,
+    seed: int = 0,
+) -> Path:
+    """A video from an exported motion prior: by a ComfyUI server, by a model here, or ours.
+
+    own: the model here. seed: of the server's.
+    """
     if out.suffix.lower() != ".mp4":
         raise InputError(f"{out} would be an MP4 video under another name; call it {out.stem}.mp4")
     found = Prior.open(prior)
     made: VideoGenerator
-    if endpoint:
+    if endpoint and own is not None:
+        raise InputError("--endpoint and --diffusers are two generators; name one of them")
+    if own is not None:
+        made = own
+    elif endpoint:
         if workflow is None:
             raise InputError("--endpoint goes with --workflow, a workflow saved for ComfyUI's API")
-        made = ComfyUI(endpoint, _workflow(workflow))
+        made = ComfyUI(endpoint, _workflow(workflow), seed)
     else:
         made = Composite(size_of(size))
     with progress_control(False) as control:

@@ -38,8 +38,8 @@ def _told_apart(seed: int) -> list[float]:
 
 
 def test_books_in_a_stack_are_told_apart_by_one_click_each() -> None:
-    assert min(_told_apart(11)) > 0.9
-    assert np.mean([one for seed in range(1, 7) for one in _told_apart(seed)]) > 0.88
+    assert min(_told_apart(1)) > 0.9
+    assert np.mean([one for seed in range(1, 7) for one in _told_apart(seed)]) > 0.9
 
 
 @pytest.mark.parametrize("off", [0.0, 5.0])

@@ -247,8 +247,8 @@ def export(
     also: Annotated[
         list[str] | None,
         typer.Option(
-            help="Rewritten too, again for more: flo, kitti, csv, parquet, mjcf, final-sim, "
-            "wan-vace, wan-fun, go-with-the-flow."
+            help="Rewritten too, again for more: flo, kitti, csv, parquet, mjcf, rerun, "
+            "final-sim, wan-vace, wan-fun, go-with-the-flow."
         ),
     ] = None,
     workspace: Workspace = None,

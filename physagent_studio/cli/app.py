@@ -228,12 +228,20 @@ def render(
     session: Annotated[str, typer.Argument(help="A session id or a unique beginning of one.")],
     out: Annotated[Path, typer.Option(help="Where the video goes, .mp4.")],
     round_id: Annotated[str | None, typer.Option("--round", help="Else the best round.")] = None,
+    pbr: Annotated[
+        bool, typer.Option("--pbr", help="Path traced by Mitsuba (extra pbr); minutes to hours.")
+    ] = False,
+    samples: Annotated[
+        int, typer.Option(help="With --pbr: rays for each pixel, up to a power of four.")
+    ] = 16,
     workspace: Workspace = None,
 ) -> None:
     """Write a session's clip as an H.264 video."""
     from physagent_studio.cli.clips import render_session
 
-    typer.echo(f"wrote {render_session(session, round_id, out, workspace)}")
+    typer.echo(
+        f"wrote {render_session(session, round_id, out, workspace, samples if pbr else None)}"
+    )
 
 
 @app.command(epilog="Example: physagent export SESSION --out prior/  (or replay.html, or x.viser)")

@@ -18,16 +18,20 @@ from physagent_studio.workbench.rendering import export_rollout, render_rollout,
 
 
 def render_session(
-    session_id: str, round_id: str | None, out: Path, workspace: Path | None
+    session_id: str,
+    round_id: str | None,
+    out: Path,
+    workspace: Path | None,
+    samples: int | None = None,
 ) -> Path:
-    """The clip of a round, or of the best one, as a video."""
+    """The clip of a round, or of the best one, as a video, path traced with so many samples."""
     if out.suffix.lower() != ".mp4":
         raise InputError(f"{out} would be an MP4 video under another name; call it {out.stem}.mp4")
     session = Store(workspace).open(session_id, writing=False)
     try:
         with progress_control(False) as control:
             desk = _showing(Desk(session, control), round_id)
-            return render_rollout(desk, out)
+            return render_rollout(desk, out, samples)
     finally:
         session.close()
 

@@ -236,9 +236,21 @@ class Engine:
             return ()
         return self._drawing(tasks.sampled, scene, rollout)
 
-    def film(self, path: Path, scene: Scene, rollout: Rollout, program: PhysicalProgram) -> None:
-        """A rollout as a video; where it is ended, files may be left beside the path."""
-        self._drawing(tasks.filmed, path, scene, rollout, program)
+    def film(
+        self,
+        path: Path,
+        scene: Scene,
+        rollout: Rollout,
+        program: PhysicalProgram,
+        samples: int | None = None,
+    ) -> None:
+        """A rollout as a video; where it is ended, files may be left beside the path.
+
+        samples: for each pixel, where it is path traced.
+        """
+        limits = tasks.RENDERING if samples is None else tasks.TRACING
+        values = (path, scene, rollout, program, samples)
+        self.carry_out("the rendering", limits, tasks.filmed, *values)
 
     def export(self, path: Path, scene: Scene, rollout: Rollout, program: PhysicalProgram) -> None:
         """A rollout as a motion prior."""

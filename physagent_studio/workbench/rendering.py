@@ -14,8 +14,8 @@ from physagent_studio.workbench import commands
 from physagent_studio.workbench.desk import Desk
 
 
-def render_rollout(desk: Desk, path: Path) -> Path:
-    """The rollout on view as an MP4; returns where it was written."""
+def render_rollout(desk: Desk, path: Path, samples: int | None = None) -> Path:
+    """The rollout on view as an MP4, path traced with so many samples; returns where it lies."""
     scene, rollout, _ = desk.on_view()
     if scene is None or rollout is None:
         raise InputError("nothing was simulated yet, so there is nothing to render")
@@ -23,7 +23,7 @@ def render_rollout(desk: Desk, path: Path) -> Path:
     # What an ended process leaves lies in a folder that goes.
     with written(path) as partial, tempfile.TemporaryDirectory(dir=path.parent) as folder:
         made = Path(folder) / "clip.mp4"
-        desk.engine.film(made, scene, rollout, desk.program)
+        desk.engine.film(made, scene, rollout, desk.program, samples)
         made.replace(partial)
     return path
 

@@ -41,6 +41,8 @@ SIMULATION = Limits(600.0, 2 * 2**30)
 """Grains are the slowest, at a minute a run."""
 RENDERING = Limits(3600.0, 2 * 2**30)
 """A clip of a thousand frames takes some ten minutes."""
+TRACING = Limits(30 * 24 * 3600.0, 4 * 2**30)
+"""A path-traced frame takes a minute or, with thousands of samples, hours."""
 EVIDENCE_EVERY = 3
 """The paper shows its verifier x1, x4 … x79: every third frame from the first."""
 
@@ -150,14 +152,25 @@ def sampled(scene: Scene, rollout: Rollout) -> tuple[Image, ...]:
     return tuple(frame.rgb for frame in clip)
 
 
-def filmed(path: Path, scene: Scene, rollout: Rollout, program: PhysicalProgram) -> None:
-    """Writes a rollout as a video."""
+def filmed(
+    path: Path,
+    scene: Scene,
+    rollout: Rollout,
+    program: PhysicalProgram,
+    samples: int | None = None,
+) -> None:
+    """Writes a rollout as a video, path traced where samples for each pixel are given."""
     from physagent_studio.exchange import write_video
-    from physagent_studio.rendering import render_clip
+    from physagent_studio.rendering import Compositor, render_clip
+    from physagent_studio.rendering.pbr import PathTracer
 
     cancelled, tell = hearing()
     clip = render_clip(
-        scene, rollout, cancelled=cancelled, progress=lambda share: tell("rendering", share)
+        scene,
+        rollout,
+        cancelled=cancelled,
+        progress=lambda share: tell("rendering", share),
+        compositor=Compositor(scene) if samples is None else PathTracer(scene, samples),
     )
     pictures = (frame.rgb for frame in clip)
     write_video(path, pictures, program.clip.playback_fps, timing_of(program.clip))

@@ -45,7 +45,7 @@ class PathTracer(Compositor):
     """
 
     def __init__(self, scene: Scene, samples: int = SAMPLES, seed: int = 0) -> None:
-        """samples: rays for each pixel, 1 … 4096, rounded up to a power of four.
+        """samples: rays for each pixel, 1 … 4096, rounded up to 4, 16, 64 and so on.
 
         Raises:
             InputError: as a compositor does, or for another number of samples.
@@ -66,7 +66,9 @@ class PathTracer(Compositor):
         self._plate = _LINEAR[self._scenery.plate]
         ground = self._plate[np.isfinite(self.background_depth)]
         albedo = ground.mean(0) if len(ground) else np.full(3, 0.5)
-        self._sensor = mi.load_dict(self._seen_from(4 ** math.ceil(math.log(samples, 4) - 1e-9)))
+        self._sensor = mi.load_dict(
+            self._seen_from(4 ** max(1, math.ceil(math.log(samples, 4) - 1e-9)))
+        )
         self._lights = {name: mi.load_dict(light) for name, light in self._sun_and_sky().items()}
         self._ground = self._receivers(scene, albedo)
         self._surfaces = [self._surface(index, np.ones(3)) for index in range(len(self.names))]

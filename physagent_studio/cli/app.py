@@ -235,13 +235,20 @@ def render(
     shutter: Annotated[
         float, typer.Option(help="Motion blur: the share of a frame that it is open, 0 to 1.")
     ] = 0.0,
+    pbr: Annotated[
+        bool, typer.Option("--pbr", help="Path traced by Mitsuba (extra pbr); minutes to hours.")
+    ] = False,
+    samples: Annotated[
+        int, typer.Option(help="With --pbr: rays for each pixel, up to a power of four.")
+    ] = 16,
     workspace: Workspace = None,
 ) -> None:
     """Write a session's clip as an H.264 video."""
     from physagent_studio.cli.clips import render_session, size_of
     from physagent_studio.records.clip_look import ClipLook
 
-    look = ClipLook(size_of(size), "letterbox" if letterbox else "crop", shutter)
+    way = "letterbox" if letterbox else "crop"
+    look = ClipLook(size_of(size), way, shutter, samples if pbr else None)
     typer.echo(f"wrote {render_session(session, round_id, out, workspace, look)}")
 
 
@@ -256,8 +263,8 @@ def export(
     also: Annotated[
         list[str] | None,
         typer.Option(
-            help="Rewritten too, again for more: flo, kitti, csv, parquet, mjcf, final-sim, "
-            "wan-vace, wan-fun, go-with-the-flow."
+            help="Rewritten too, again for more: flo, kitti, csv, parquet, mjcf, rerun, "
+            "final-sim, wan-vace, wan-fun, go-with-the-flow."
         ),
     ] = None,
     workspace: Workspace = None,

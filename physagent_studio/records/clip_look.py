@@ -14,7 +14,8 @@ Way = Literal["crop", "letterbox"]
 @dataclass(frozen=True, slots=True)
 class ClipLook:
     """size: (width, height), None for the photo's own. way: how it is got to. shutter: the share
-    of the time to the next frame over which what moves is blurred, 0 … 1.
+    of the time to the next frame over which what moves is blurred, 0 … 1. samples: rays for each
+    pixel of a clip that is path traced; None where it is drawn.
 
     Raises:
         InputError: a shutter that is open for longer than a frame.
@@ -23,6 +24,7 @@ class ClipLook:
     size: tuple[int, int] | None = None
     way: Way = "crop"
     shutter: float = 0.0
+    samples: int | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.shutter <= 1:

@@ -246,7 +246,9 @@ class Engine:
         look: ClipLook = AS_DRAWN,
     ) -> None:
         """A rollout as a video; where it is ended, files may be left beside the path."""
-        self._drawing(tasks.filmed, path, scene, rollout, program, look)
+        limits = tasks.RENDERING if look.samples is None else tasks.TRACING
+        values = (path, scene, rollout, program, look)
+        self.carry_out("the rendering", limits, tasks.filmed, *values)
 
     def export(self, path: Path, scene: Scene, rollout: Rollout, program: PhysicalProgram) -> None:
         """A rollout as a motion prior."""

@@ -42,6 +42,8 @@ SIMULATION = Limits(600.0, 2 * 2**30)
 """Grains are the slowest, at a minute a run."""
 RENDERING = Limits(3600.0, 2 * 2**30)
 """A clip of a thousand frames takes some ten minutes."""
+TRACING = Limits(30 * 24 * 3600.0, 4 * 2**30)
+"""A path-traced frame takes a minute or, with thousands of samples, hours."""
 EVIDENCE_EVERY = 3
 """The paper shows its verifier x1, x4 … x79: every third frame from the first."""
 
@@ -157,7 +159,8 @@ def filmed(
     """Writes a rollout as a video."""
     from physagent_studio.exchange import write_video
     from physagent_studio.exchange.prior.framing import Framing
-    from physagent_studio.rendering import render_clip
+    from physagent_studio.rendering import Compositor, render_clip
+    from physagent_studio.rendering.pbr import PathTracer
 
     cancelled, tell = hearing()
     camera = scene.state.camera
@@ -168,6 +171,7 @@ def filmed(
         cancelled=cancelled,
         progress=lambda share: tell("rendering", share),
         shutter=look.shutter,
+        compositor=Compositor(scene) if look.samples is None else PathTracer(scene, look.samples),
     )
     pictures = (framing.picture(frame.rgb) if framing else frame.rgb for frame in clip)
     write_video(path, pictures, program.clip.playback_fps, timing_of(program.clip))

@@ -18,6 +18,7 @@ from physagent_studio.exchange.prior.generators import (
     wan_vace,
 )
 from physagent_studio.exchange.prior.mjcf import mjcf
+from physagent_studio.exchange.prior.rerun import rerun
 from physagent_studio.exchange.prior.sink import Sink
 from physagent_studio.exchange.tables import write_csv, write_parquet
 from physagent_studio.rendering import Flow
@@ -110,6 +111,7 @@ BUNDLES: Mapping[str, Bundle] = {
     "csv": tables,
     "parquet": parquet,
     "mjcf": mjcf,
+    "rerun": rerun,
     "final-sim": final_sim,
     "wan-vace": wan_vace,
     "wan-fun": wan_fun,

@@ -16,6 +16,9 @@ from physagent_studio.reconstruction.shapes.primitives import Base
 
 FloatArray = NDArray[np.float64]
 RINGS = 44
+NARROW, WIDENS = 0.12, 2.5
+"""What is narrower at an end than this share of the silhouette, and widens so many times within two
+rows, is no part of the thing."""
 
 
 def mirror_symmetry(mask: BoolArray) -> float:
@@ -77,6 +80,17 @@ def _end(half: FloatArray, slope: float) -> int:
     if slope < math.sin(math.radians(1)):
         return 0
     limit = max(1, len(half) // 2)
-    steps = np.arange(limit)
-    reached = np.flatnonzero(steps >= half[:limit] * slope)
-    return int(reached[0]) if len(reached) else limit - 1
+    spur = _spur(half[:limit], float(half.max()))
+    steps = np.arange(limit - spur)
+    reached = np.flatnonzero(steps >= half[spur:limit] * slope)
+    return spur + int(reached[0]) if len(reached) else limit - 1
+
+
+def _spur(half: FloatArray, most: float) -> int:
+    """Rows of a narrow spur at an end, from which the silhouette widens at once: shade at a foot.
+
+    What comes to a point widens row by row and has none.
+    """
+    wider = half[2:] > WIDENS * half[:-2] + 2.0
+    found = np.flatnonzero(wider & (half[:-2] < NARROW * most))
+    return int(found[-1]) + 1 if len(found) else 0

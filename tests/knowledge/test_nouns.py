@@ -46,6 +46,9 @@ SHAPES = frozenset(
 """Kinds of shapes, supports and bodies: words of the program, and what the studio calls them."""
 FIELDS = frozenset(
     [
+        # What Mitsuba calls a lamp that is round and flat, and the rim of a texture.
+        "disk",
+        "clamp",
         "camera",
         "person",
         "step",

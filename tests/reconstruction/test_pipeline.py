@@ -208,13 +208,7 @@ def test_the_sheet_shows_six_panels(made):
     [
         ("soccer_ball", 0.9),
         ("cube_table_edge", 0.9),
-        pytest.param(
-            "curling",
-            0.9,
-            marks=pytest.mark.xfail(
-                reason="the yellow stone's cap is taken for all of it, without a doubt"
-            ),
-        ),
+        ("curling", 0.9),
     ],
 )
 def test_photographs_with_clicks(cases_dir: Path, name, clicked):

@@ -35,8 +35,8 @@ KNOWN, WIDEST, TRIED = 5.0, 150.0, 25
 off, at most within twice the second, in so many steps."""
 BELOW = 8.0
 """Pixels by which the foot lies below any horizon that is tried."""
-LONGER, SPREAD = math.log(2.2), 0.35
-"""Length over width of what drives, its logarithm and how far that strays."""
+LENGTHS, SPREAD = 2.2, 0.35
+"""Length over width of what drives, and how far its logarithm strays."""
 MISFIT = 0.35
 """Pixels of distance that weigh as much as one standard deviation of the others."""
 
@@ -97,7 +97,11 @@ def _laid(
     costs = [float(np.minimum(gaps.min(axis=0), FAR).mean()) for gaps, _ in found]
     best = int(np.argmin(costs))
     lengths = _lengths(*found[best])
-    odd = (math.log(max(lengths) / min(lengths)) - LONGER) / SPREAD if min(lengths) > 0 else 0.0
+    odd = (
+        (math.log(max(lengths) / min(lengths)) - math.log(LENGTHS)) / SPREAD
+        if min(lengths) > 0
+        else 0.0
+    )
     cost = costs[best] / MISFIT + (strays**2 + odd**2) / 2
     clear = costs[best] <= CLEAR * float(np.median(costs))
     return _Laid(cost, float(TURNS[best]), lengths, clear, view)

@@ -55,7 +55,7 @@ def blocks_of(
     Where a person has marked the top, this tells that it is no board on legs.
 
     profiles: outlines of ramps by their edges; a wedge has to show decidedly better. standing: what
-    stands on each support: a box that does not carry all of it is only part of the support.
+    stands on each support: a body that does not carry all of it is only part of the support.
     """
     unit = camera.model_copy(update={"position": (0.0, 0.0, 1.0)})
     found: dict[str, Block] = {}

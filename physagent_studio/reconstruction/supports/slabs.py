@@ -26,7 +26,7 @@ PATTERN = 3
 """Parallel lines on a top from which they are its planks or pattern and do not end it."""
 
 UNSEEN_END = 0.5
-"""How much farther than what is seen of it a top goes on where no edge ends it, in its lengths."""
+"""How much farther than is seen of it a top goes on where no edge ends it, in its lengths."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -83,7 +83,7 @@ def fit_slab(
     edges = _nearer_counts_more(_edges_on_plane(camera, top, region, found), seeds)
     yaw = _main_direction(edges)
     limits, bounded = _limits(camera.position[2] - top, yaw, (seeds, halves), edges, area)
-    limits = _past_the_picture(camera, top, region, yaw, limits, bounded, beyond)
+    limits = _past_unseen_ends(camera, top, region, yaw, limits, bounded, beyond)
     return _slab(yaw, limits, top, thickness)
 
 
@@ -243,8 +243,7 @@ def _limits(
         if not bounded[k]:
             reach = float(np.percentile(area @ direction, 99)) if len(area) else inner
             limits[k] = max(reach, inner + 0.05 * over) + 0.25 * over
-    length = limits + np.roll(limits, 2)
-    return np.where(bounded, limits, limits + UNSEEN_END * length), bounded
+    return limits, bounded
 
 
 def _distinct(offset: FloatArray) -> int:
@@ -253,7 +252,7 @@ def _distinct(offset: FloatArray) -> int:
     return len(offset[:1]) + int(np.count_nonzero(apart))
 
 
-def _past_the_picture(
+def _past_unseen_ends(
     camera: Camera,
     top: float,
     region: BoolArray,
@@ -262,7 +261,7 @@ def _past_the_picture(
     bounded: BoolArray,
     beyond: float,
 ) -> FloatArray:
-    """Limits pushed out where the top leaves the picture: nobody sees it end there.
+    """Limits pushed out where no edge ends the top, from the picture's rim where it gets there.
 
     bounded: (4,) sides where an edge is seen. beyond: how far at most, m.
     """
@@ -270,15 +269,14 @@ def _past_the_picture(
     rim[:, :3] = rim[:, -3:] = True
     rim[-3:] = True
     places = _region_on_plane(camera, top, region & rim)
-    if not len(places):
-        return limits
     out = limits.copy()
     cos, sin = math.cos(yaw), math.sin(yaw)
     directions = np.array([(cos, sin), (-sin, cos), (-cos, -sin), (sin, -cos)])
-    for k, direction in enumerate(directions):
+    for k in np.flatnonzero(~bounded):
         length = limits[k] + limits[(k + 2) % 4]
-        if not bounded[k] and float((places @ direction).max()) > limits[k] - 0.3 * length:
-            out[k] = max(limits[k], float((places @ direction).max())) + min(0.5 * length, beyond)
+        farthest = float((places @ directions[k]).max(initial=-math.inf))
+        seen = max(limits[k], farthest) if farthest > limits[k] - 0.3 * length else limits[k]
+        out[k] = seen + min(UNSEEN_END * length, beyond)
     return out
 
 

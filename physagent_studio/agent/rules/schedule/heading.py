@@ -29,13 +29,10 @@ from physagent_studio.agent.rules.schedule.ramps import down_ramp, rolling_for
 from physagent_studio.agent.rules.schedule.scripts import Task
 from physagent_studio.knowledge import kind_of
 from physagent_studio.program.scene.state import SceneObject, Wheels
-from physagent_studio.reconstruction.shapes.footprint import footprint_of
+from physagent_studio.reconstruction.shapes.footprint import LENGTHS, footprint_of
 
 LONG = 1.3
 """Length over width from which on the picture shows along which axis a thing lies."""
-
-LENGTHS = 2.2
-"""Length over width of what drives."""
 
 SIDEWAYS = math.cos(math.radians(75.0))
 """Part of the way along the axis below which a thing cannot get there on its wheels: it is moved

@@ -12,7 +12,6 @@ from contextlib import contextmanager
 from physagent_studio.errors import InputError
 
 MASKS = {
-    "votes": "the first draft as the drafts that are like it see it",
     "expected gain": "other candidates by what they are expected to add",
     "variants": "other candidates with shadow or reflection, wider or tighter",
     "settled outline": "the outline settled at the size of the picture",
@@ -21,10 +20,6 @@ MASKS = {
     "ball outlines": "balls cover what spheres do",
     "foot spill": "no shade at the foot of round fruit",
     "clicks of others": "clicks on other things lie outside",
-    "box colours": "drafts from the colours inside and around a box",
-    "box contours": "drafts from contours inside a box",
-    "settled boxes": "the best drafts in a box settled by colour",
-    "box reach": "drafts led to the sides of their box",
 }
 """What the segmenter can leave out, by name, and what it does."""
 PLATES = {

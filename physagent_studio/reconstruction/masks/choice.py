@@ -7,7 +7,7 @@ all likely, each is there, instead of four readings of the likeliest.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,33 +25,22 @@ DOUBT = 0.1
 """Step of the score by which a draft is e times as likely as another."""
 WORTH = 0.004
 """Expected gain in IoU below which another draft is not worth its place."""
-ALIKE = 0.8
-"""IoU from which drafts vote with one another."""
 
 
-def agreed(
-    ranked: Sequence[Scored],
-    lab: NDArray[np.float32],
-    alike: Callable[[Sequence[Draft]], NDArray[np.float64]] = likeness,
-) -> list[Scored]:
-    """Up to four drafts that differ, the best first, each the vote of those that are like it.
+def agreed(ranked: Sequence[Scored], lab: NDArray[np.float32]) -> list[Scored]:
+    """Up to four drafts that differ, the best first.
 
-    Where methods agree, other readings of the first are offered (lab (H, W, 3)). alike: gives the
-    IoU (N, N) of any two drafts.
+    Where methods agree, other readings of the first are offered (lab (H, W, 3)).
     """
     if not ranked:
         return []
-    like = alike([draft for draft, _ in ranked])
+    like = likeness([draft for draft, _ in ranked])
     scores = np.array([value for _, value in ranked])
     out: list[Scored] = []
-    voted: list[int] = []
     for k in _hopeful(like, scores):
-        leader = ranked[k]
-        if all(like[k, other] < ALIKE for other in voted):
-            leader = _vote(ranked, like[k], k)
-            voted.append(k)
-        if _differs(leader[0], out):
-            out.append((leader[0], min(leader[1], out[-1][1]) if out else leader[1]))
+        draft, value = ranked[k]
+        if _differs(draft, out):
+            out.append((draft, min(value, out[-1][1]) if out else value))
     return _filled_up(out, lab)
 
 
@@ -76,17 +65,6 @@ def _hopeful(like: NDArray[np.float64], scores: NDArray[np.float64]) -> list[int
         chosen.append(best)
         reached = np.maximum(reached, like[best])
     return chosen
-
-
-def _vote(ranked: Sequence[Scored], like: NDArray[np.float64], k: int) -> Scored:
-    """A draft as those see it that are like it, where there are a few."""
-    leader, value = ranked[k]
-    voters = [ranked[int(other)] for other in np.flatnonzero(like > ALIKE)]
-    weight = sum(v for _, v in voters)
-    if len(voters) < 3 or weight <= 0 or not at_work("votes"):
-        return leader, value
-    share = sum(v * d.mask.astype(np.float32) for d, v in voters) / weight
-    return Draft(np.asarray(share > 0.5), leader.method, leader.family), value
 
 
 def _filled_up(chosen: list[Scored], lab: NDArray[np.float32]) -> list[Scored]:

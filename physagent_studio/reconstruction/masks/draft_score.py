@@ -33,79 +33,35 @@ class Draft:
     family: str
 
 
-class Scorer:
-    """Scores drafts of one object on one picture; what was found of a draft is kept."""
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """What a draft shows by itself, each 0 … 1: how far the colours inside are those around, how
 
-    def __init__(self, lab: NDArray[np.float32], inside: Sequence[Pixel]) -> None:
-        self.lab = lab
-        self.inside = inside
-        self.palette = _palette(lab)
-        self.known: dict[int, tuple[Draft, dict[str, float]]] = {}
-        self.shared = _Shared()
+    many clicks it covers, and how clear the weakest fifth of its outline is.
+    """
 
-    def likeness(self, drafts: Sequence[Draft]) -> FloatArray:
-        """(N, N) IoU of any two drafts."""
-        return _iou_of(self.shared.of(drafts))
-
-    def alone(self, draft: Draft) -> dict[str, float]:
-        """What a draft shows by itself, each 0 … 1."""
-        if id(draft) not in self.known:
-            local = _local(self.lab, self.palette, draft.mask)
-            values = {
-                "colour overlap": local.overlap,
-                "covered": _covered(draft.mask, self.inside),
-                "weakest": float(np.tanh(local.weakest / 10)),
-            }
-            # The draft is kept with its features, so that its id stays its own.
-            self.known[id(draft)] = (draft, values)
-        return self.known[id(draft)][1]
+    overlap: float
+    covered: float
+    weakest: float
 
 
-class _Shared:
-    """How many pixels any two drafts share; what was counted once is kept."""
-
-    def __init__(self) -> None:
-        self.drafts: dict[int, tuple[int, Draft]] = {}
-        self.packed: list[NDArray[np.uint64]] = []
-        self.counts = np.zeros((0, 0), np.int64)
-
-    def of(self, drafts: Sequence[Draft]) -> NDArray[np.int64]:
-        """(N, N) number of pixels that two of so many drafts share."""
-        before = len(self.packed)
-        for draft in drafts:
-            if id(draft) not in self.drafts:
-                # The draft is kept, so that its id stays its own.
-                self.drafts[id(draft)] = (len(self.packed), draft)
-                self.packed.append(_packed(draft.mask))
-        if len(self.packed) > before:
-            self._count(before)
-        index = np.array([self.drafts[id(draft)][0] for draft in drafts], np.int64)
-        return self.counts[np.ix_(index, index)]
-
-    def _count(self, before: int) -> None:
-        """Counts what the drafts from number `before` on share with all."""
-        every = np.stack(self.packed)
-        rows = [np.bitwise_count(row & every).sum(1, dtype=np.int64) for row in every[before:]]
-        counts = np.zeros((len(every), len(every)), np.int64)
-        counts[:before, :before] = self.counts
-        counts[before:] = rows
-        counts[:, before:] = counts[before:].T
-        self.counts = counts
-
-
-def _packed(mask: BoolArray) -> NDArray[np.uint64]:
-    """A mask's pixels as bits."""
-    bits = np.packbits(mask.ravel())
-    return np.pad(bits, (0, -len(bits) % 8)).view(np.uint64)
+def shown_by(
+    drafts: Sequence[Draft], lab: NDArray[np.float32], inside: Sequence[Pixel]
+) -> list[Shown]:
+    """What each draft shows on a view (h, w, 3), L*a*b* as 0 … 255, with clicks inside."""
+    palette = _palette(lab)
+    found = [_local(lab, palette, draft.mask) for draft in drafts]
+    return [
+        Shown(one.overlap, _covered(draft.mask, inside), float(np.tanh(one.weakest / 10)))
+        for draft, one in zip(drafts, found, strict=True)
+    ]
 
 
 def likeness(drafts: Sequence[Draft]) -> FloatArray:
     """(N, N) IoU of any two drafts."""
-    return _iou_of(_Shared().of(drafts))
-
-
-def _iou_of(shared: NDArray[np.int64]) -> FloatArray:
-    area = np.diag(shared).astype(float)
+    every = np.stack([draft.mask.ravel() for draft in drafts]).astype(np.float32)
+    shared = (every @ every.T).astype(float)
+    area = np.diag(shared)
     return shared / np.maximum(area[:, None] + area[None] - shared, 1)
 
 

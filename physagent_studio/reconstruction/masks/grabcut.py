@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar
+from collections.abc import Sequence
 
 import cv2
 import numpy as np
@@ -13,8 +11,6 @@ from scipy.ndimage import gaussian_filter
 
 from physagent_studio.reconstruction.photo.regions import BoolArray, Pixel
 
-Item = TypeVar("Item")
-Made = TypeVar("Made")
 SEED = 20
 _BINS = (16, 24, 24)
 
@@ -33,24 +29,6 @@ def cut(image: NDArray[np.uint8], trimap: NDArray[np.uint8], rounds: int = 3) ->
 
 def _inside(labels: NDArray[np.uint8]) -> BoolArray:
     return (labels == cv2.GC_FGD) | (labels == cv2.GC_PR_FGD)
-
-
-def side_by_side(
-    work: Callable[[Item], Made],
-    items: Sequence[Item],
-    cost: Callable[[Item], float] | None = None,
-) -> list[Made]:
-    """What `work` makes of each item, in their order; two at a time.
-
-    cost: how dear an item is; the dearest are begun first, so that none is waited for alone.
-    Cuts run outside of Python, and each seeds the generator of its own thread.
-    """
-    order = range(len(items))
-    if cost is not None:
-        order = sorted(order, key=lambda k: -cost(items[k]))
-    with ThreadPoolExecutor(2) as pool:
-        made = {k: pool.submit(work, items[k]) for k in order}
-        return [made[k].result() for k in range(len(items))]
 
 
 def likelihood_ratio(lab: NDArray[np.float32], inside: BoolArray, outside: BoolArray) -> NDArray:

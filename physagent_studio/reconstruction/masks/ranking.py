@@ -8,43 +8,33 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.reconstruction.masks.draft_score import Draft, Scorer
+from physagent_studio.reconstruction.masks.draft_score import Draft, shown_by
 from physagent_studio.reconstruction.masks.task import Task
-from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, iou
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 
+Box = tuple[float, float, float, float]
 DENIED = 0.5
 """What a draft loses that covers all clicks outside."""
 SPOT = 8
 """Radius of what counts as clicked, pixels of the view."""
 
 
-def ranked(scorer: Scorer, drafts: Sequence[Draft], task: Task) -> list[tuple[Draft, float]]:
-    """Drafts in the task's box with their scores, best first."""
-    assert task.box is not None
-    graded = _in_box(scorer, drafts, task, task.box)
-    order = np.argsort(-graded, kind="stable")
-    return [(drafts[int(k)], max(float(graded[k]), 0.0)) for k in order]
-
-
-def _in_box(
-    scorer: Scorer,
-    drafts: Sequence[Draft],
-    task: Task,
-    box: tuple[float, float, float, float],
-) -> NDArray[np.float64]:
-    """Estimated IoU of drafts in a box, from what each shows by itself.
+def ranked(
+    lab: NDArray[np.float32], drafts: Sequence[Draft], task: Task, box: Box
+) -> list[tuple[Draft, float]]:
+    """Drafts in a box with their estimated IoU, from what each shows by itself, best first.
 
     Four weights, regressed on the reference outlines of 14 photographs and rounded; with each
     photograph left out in turn, drafts of .85 in the mean and .935 in the median are chosen.
     """
-    out = np.zeros(len(drafts))
     area = max((box[2] - box[0]) * (box[3] - box[1]), 1.0)
-    for k, draft in enumerate(drafts):
-        own = scorer.alone(draft)
-        value = 0.2 + 0.2 * fills(draft.mask, box) + 0.3 * own["weakest"]
-        value += 0.5 * min(np.count_nonzero(draft.mask) / area, 1.0) - 0.35 * own["colour overlap"]
-        out[k] = value * own["covered"] - denied(draft.mask, task)
-    return np.clip(out, 0.0, 1.0)
+    graded: list[tuple[Draft, float]] = []
+    for draft, own in zip(drafts, shown_by(drafts, lab, task.inside), strict=True):
+        value = 0.2 + 0.2 * fills(draft.mask, box) + 0.3 * own.weakest - 0.35 * own.overlap
+        value += 0.5 * min(np.count_nonzero(draft.mask) / area, 1.0)
+        value = value * own.covered - denied(draft.mask, task)
+        graded.append((draft, float(np.clip(value, 0.0, 1.0))))
+    return sorted(graded, key=lambda scored: -scored[1])
 
 
 def denied(mask: BoolArray, task: Task) -> float:
@@ -61,20 +51,7 @@ def denied(mask: BoolArray, task: Task) -> float:
     return DENIED * float(np.mean(shares))
 
 
-def distinct(
-    ranked: Sequence[tuple[Draft, float]], count: int, alike: float
-) -> list[tuple[Draft, float]]:
-    """The first `count` drafts that overlap the earlier ones by less than `alike`."""
-    chosen: list[tuple[Draft, float]] = []
-    for draft, value in ranked:
-        if all(iou(draft.mask, other.mask) < alike for other, _ in chosen):
-            chosen.append((draft, value))
-        if len(chosen) == count:
-            break
-    return chosen
-
-
-def fills(mask: BoolArray, box: tuple[float, float, float, float]) -> float:
+def fills(mask: BoolArray, box: Box) -> float:
     """How well a mask reaches all four sides of a box, 0 … 1."""
     x0, y0, x1, y1 = bounds(mask)
     width, height = max(box[2] - box[0], 1.0), max(box[3] - box[1], 1.0)

@@ -9,6 +9,7 @@ with colours turned, so that it learns how things stand out rather than what the
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -43,6 +44,14 @@ NEARER = (0.6, 0.36, 0.22, 0.14)
 all of the picture; that leads in which the network is sure and which agrees with the others."""
 AGREED = 0.6
 """How much it counts that looks agree, against how sure the network is at both sights of one."""
+PIECES = (0.8, 0.55)
+"""Sides of overlapping squares, in longer sides of the box, in which a thing is looked at piece by
+piece at the end; what they show is averaged with what was seen of it as a whole."""
+APART, REACH = 0.5, 0.9
+"""Steps between such squares, in their sides, at most, and by how much of half of one the outermost
+lie within the box."""
+FAINT = 1e-3
+"""Weight of what was seen before among what squares show, which fades to nothing at their rims."""
 SPREAD = 1.2
 """How many times as wide as the clicks are apart a square has to be."""
 WIDER = 0.02
@@ -100,7 +109,8 @@ class ThingMap:
     """Where a thing is, on the picture with its longer side at most `WORKED_ON`.
 
     chance: (h, w) the probability of each pixel that it belongs to the thing, 0 … 1. agreement: how
-    much different looks at it show the same, 0 … 1. looks: maps (h, w) of each of them.
+    much different looks at it show the same, 0 … 1. looks: maps (h, w) of each of them, and of its
+    pieces.
     """
 
     chance: FloatArray
@@ -118,7 +128,7 @@ def thing_map(image: Image, grounding: Grounding) -> ThingMap | None:
         square = Square.around(marks.box, AROUND_BOX)
         first = _looked(small, marks, square, None)
         second = _looked(small, marks, square, first)
-        return ThingMap(second, soft_iou(first, second))
+        return _in_pieces(small, marks, ThingMap(second, soft_iou(first, second)), marks.box)
     if not marks.inside:
         return None
     far = [_looked(small, marks, square, None) for square in _squares(small, marks)]
@@ -126,7 +136,9 @@ def thing_map(image: Image, grounding: Grounding) -> ThingMap | None:
     agreement = [float(np.mean([soft_iou(one, other) for other in near])) for one in near]
     sure = [expected_iou(a) * expected_iou(b) for a, b in zip(far, near, strict=True)]
     best = int(np.argmax(np.array(agreement) ** AGREED * sure))
-    return ThingMap(_closer(small, marks, near[best]), agreement[best], tuple(near))
+    last = _closer(small, marks, near[best])
+    found = ThingMap(last, agreement[best], tuple(near))
+    return _in_pieces(small, marks, found, _extent(last, marks))
 
 
 def extent_of(chance: FloatArray, grounding: Grounding, shape: tuple[int, ...]) -> Box:
@@ -217,6 +229,46 @@ def _squares(image: Image, marks: Marks) -> list[Square]:
 def _closer(image: Image, marks: Marks, found: FloatArray) -> FloatArray:
     """What is seen when what was found is looked at again from close by."""
     return _looked(image, marks, Square.around(_extent(found, marks), AROUND_FOUND), found)
+
+
+def _in_pieces(image: Image, marks: Marks, seen: ThingMap, box: Sequence[float]) -> ThingMap:
+    """The map of a thing in a box (x0, y0, x1, y1), with its pieces looked at from closer by."""
+    maps = [seen.chance]
+    for share in PIECES:
+        side = max(share * max(box[2] - box[0], box[3] - box[1]), SMALLEST)
+        across, down = (_middles(box[k], box[k + 2], side) for k in (0, 1))
+        squares = [Square(x, y, side) for x in across for y in down]
+        maps.append(_put_together(image, marks, squares, maps[-1]))
+    chance = np.asarray(np.mean(maps, axis=0), np.float32)
+    return ThingMap(chance, seen.agreement, (*seen.looks, maps[1]))
+
+
+def _middles(low: float, high: float, side: float) -> list[float]:
+    """Middles of squares of a side that cover a stretch, the outer ones a little beyond it."""
+    inset = REACH * min(side, high - low) / 2
+    count = math.ceil((high - low) / (APART * side)) if high - low > REACH * side else 1
+    return (
+        [float(x) for x in np.linspace(low + inset, high - inset, count)]
+        if count > 1
+        else [(low + high) / 2]
+    )
+
+
+def _put_together(
+    image: Image, marks: Marks, squares: Sequence[Square], before: FloatArray
+) -> FloatArray:
+    """(H, W) what squares show, each by its middle more than by its rim; `before` beside them."""
+    total, weights = before * FAINT, np.full_like(before, FAINT)
+    rows, columns = np.ogrid[: before.shape[0], : before.shape[1]]
+    for square in squares:
+        near = [
+            np.clip(1 - 2 * np.abs(at - middle) / square.side, 0, 1)
+            for at, middle in ((rows, square.y), (columns, square.x))
+        ]
+        weight = near[0] * near[1]
+        total += weight * _looked(image, marks, square, before)
+        weights += weight
+    return np.where(weights < 20 * FAINT, before, total / weights).astype(np.float32)
 
 
 def _extent(chance: FloatArray, marks: Marks) -> Box:

@@ -3,8 +3,7 @@
 import numpy as np
 
 from physagent_studio.reconstruction.masks.choice import CANDIDATES, agreed
-from physagent_studio.reconstruction.masks.draft_score import Draft, likeness
-from physagent_studio.reconstruction.photo import closed_contours as contour
+from physagent_studio.reconstruction.masks.draft_score import Draft
 
 ROWS, COLUMNS = np.mgrid[:90, :120]
 GREY = np.full((90, 120, 3), 128, np.float32)
@@ -25,7 +24,8 @@ def test_less_likely_readings_of_another_size_come_before_more_of_the_same():
     offered = agreed(ranked, GREY)
     assert len(offered) <= CANDIDATES
     methods = [draft.method for draft, _ in offered]
-    assert methods[:3] == ["draft-0", "draft-4", "draft-5"]
+    assert methods[:2] == ["draft-0", "draft-4"]
+    assert "draft-5" in methods
     values = [value for _, value in offered]
     assert values == sorted(values, reverse=True)
 
@@ -35,11 +35,3 @@ def test_where_all_agree_variants_of_the_first_are_offered():
     offered = agreed(ranked, GREY)
     assert [draft.method for draft, _ in offered] == ["draft-0", "tighter", "wider"]
     assert agreed([], GREY) == []
-
-
-def test_an_outline_sought_around_a_mask_that_is_a_little_off():
-    lab = GREY.copy()
-    lab[_disc(20)] = (200, 150, 90)
-    found = contour.again(lab, _disc(17, 61))
-    fit = likeness([Draft(mask, "", "") for mask in (_disc(20), *found)])
-    assert fit[0, 1:].max() > 0.9

@@ -149,10 +149,9 @@ def test_the_shadow_is_offered_apart():
     shade = np.zeros(SHAPE, bool)
     shade[112:123, 62:118] = True
     own = square(60, 120)
-    first, *others = offers["box"]
-    assert (first.mask & own).sum() / (first.mask | own).sum() > 0.9
-    assert first.mask[shade].mean() < 0.1
-    assert any(one.mask[shade].mean() > 0.9 and one.mask[own].mean() > 0.9 for one in others)
+    masks = [one.mask for one in offers["box"]]
+    assert any((m & own).sum() / (m | own).sum() > 0.9 and m[shade].mean() < 0.1 for m in masks)
+    assert any(m[shade].mean() > 0.9 and m[own].mean() > 0.9 for m in masks)
 
 
 def test_a_large_photo_gives_the_same_mask(picture):

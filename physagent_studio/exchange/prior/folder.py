@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+import zipfile
+import zlib
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -21,10 +23,14 @@ from physagent_studio.rendering import Flow
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Prior:
-    """A folder that `export_motion_prior` has finished, and what its manifest says."""
+    """A folder that `export_motion_prior` has finished, and what its manifest says.
+
+    reading: told what is read of which frame; it may raise to end that.
+    """
 
     folder: Path
     meta: dict[str, Any]
+    reading: Callable[[str], None] = lambda what: None
 
     @classmethod
     def open(cls, folder: Path | str) -> Self:
@@ -53,25 +59,23 @@ class Prior:
 
     def picture(self, number: int) -> NDArray[np.uint8]:
         """(H, W, 3) RGB."""
-        return self._png(f"frames/frame_{number:04d}.png")[..., ::-1]
+        return self._png("frames/frame", number)[..., ::-1]
 
     def ids(self, number: int) -> NDArray[np.int32]:
         """(H, W) index of the object, −1 for the background."""
-        return self._png(f"ids/ids_{number:04d}.png").astype(np.int32) - 1
+        return self._png("ids/ids", number).astype(np.int32) - 1
 
     def depth(self, number: int) -> NDArray[np.float32]:
         """(H, W) m along the optical axis, inf for the background."""
-        return np.load(self.folder / f"depth/depth_{number:04d}.npz")["depth"]
+        return self._npz("depth/depth", number, "depth")[0]
 
     def flow(self, number: int) -> Flow:
         """From frame `number` to the next."""
-        found = np.load(self.folder / f"flow/flow_{number:04d}.npz")
-        return Flow(found["flow"], found["visible"])
+        return Flow(*self._npz("flow/flow", number, "flow", "visible"))
 
     def backward(self, number: int) -> Flow:
         """From the frame after `number` back to it."""
-        found = np.load(self.folder / f"flow/flow_{number:04d}.npz")
-        return Flow(found["backward"], found["backward_visible"])
+        return Flow(*self._npz("flow/flow", number, "backward", "backward_visible"))
 
     def pictures(self) -> Iterator[NDArray[np.uint8]]:
         """All of them, one at a time."""
@@ -81,8 +85,28 @@ class Prior:
         """What was simulated."""
         return load_rollout(self.folder / "rollout.npz")
 
-    def _png(self, name: str) -> NDArray[Any]:
-        found = cv2.imread(str(self.folder / name), cv2.IMREAD_UNCHANGED)
+    def png(self, stem: str, number: int) -> bytes:
+        """The file of a picture as it is, by its folder and name."""
+        try:
+            return self._place(stem, number, "png").read_bytes()
+        except OSError as error:
+            raise InputError(f"{self.folder}/{stem}_{number:04d}.png is missing") from error
+
+    def _png(self, stem: str, number: int) -> NDArray[Any]:
+        data = np.frombuffer(self.png(stem, number), np.uint8)
+        found = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if len(data) else None
         if found is None:
-            raise InputError(f"{self.folder / name} is missing or cannot be read")
+            raise InputError(f"{self.folder}/{stem}_{number:04d}.png is damaged")
         return found
+
+    def _npz(self, stem: str, number: int, *names: str) -> list[NDArray[Any]]:
+        try:
+            with np.load(self._place(stem, number, "npz"), allow_pickle=False) as found:
+                return [found[name] for name in names]
+        except (OSError, ValueError, KeyError, zipfile.BadZipFile, zlib.error) as error:
+            what = f"{self.folder}/{stem}_{number:04d}.npz"
+            raise InputError(f"{what} is missing or damaged") from error
+
+    def _place(self, stem: str, number: int, ending: str) -> Path:
+        self.reading(f"{stem.partition('/')[0]} {number + 1} of {self.frames}")
+        return self.folder / f"{stem}_{number:04d}.{ending}"

@@ -13,7 +13,7 @@ import pyarrow.parquet
 import pytest
 import yaml
 
-from physagent_studio.errors import BackendMissing, InputError
+from physagent_studio.errors import BackendMissing, Cancelled, InputError
 from physagent_studio.exchange import BUNDLES, Prior, export_motion_prior, write_bundles
 from physagent_studio.simulation.mj import mj
 from tests.exchange.prior.conftest import FRAMES, Parts
@@ -104,7 +104,9 @@ def test_what_realwonder_reads(prior: Prior):
     noise = np.load(out / "noises.npy")
     assert noise.shape == (81, 60, 104, 32)
     assert noise.dtype == np.float16
-    masks = np.load(out / "mesh_masks_downsampled.npz")["masks"]
+    # Their mesh masks are of a robot's arm: none is here, and theirs skips what is empty.
+    assert not np.load(out / "mesh_masks_downsampled.npz")["masks"].any()
+    masks = np.load(out / "points_masks_downsampled.npz")["masks"]
     assert masks.shape == (21, 60, 104)
     assert masks.dtype == bool
     assert ".pt" in said
@@ -114,9 +116,14 @@ def test_what_realwonder_reads(prior: Prior):
     middle = crate.mean(0).astype(int)
     assert seen.any()
     assert not masks[0][middle[0], middle[1]]
+    # The last is of the last frame alone; a cell counts where half of it is covered.
+    last = np.where(prior.ids(FRAMES - 1) == 0, 255, 0).astype(np.uint8)
+    shown = cv2.resize(last, (104, 60), interpolation=cv2.INTER_AREA) > 127
+    assert np.count_nonzero(shown & masks[-1]) > 0.8 * np.count_nonzero(shown | masks[-1])
     config = yaml.safe_load((out / "config.yaml").read_text())
     assert config["num_output_frames"] == 21
-    assert {"denoising_step_list", "mask_dropin_step"} <= set(config)
+    assert config["denoising_step_list"][0] < 1000
+    assert config["mask_dropin_step"] == -1
     assert len(frames_of(out / "simulation.mp4")) == 81
 
 
@@ -135,6 +142,37 @@ def test_control_inputs(prior: Prior):
     gwtf = prior.folder / "go-with-the-flow"
     assert np.load(gwtf / "noises.npy").shape == (49, 60, 90, 16)
     assert len(frames_of(gwtf / "input.mp4")) == 49
+
+
+def test_a_bundle_tells_what_it_does_and_is_whole_or_not_there(prior: Prior):
+    told: list[str] = []
+    write_bundles(prior.folder, ["flo"], progress=told.append)
+    assert told[0] == f"flo: flow 1 of {FRAMES}"
+    before = {path.name: path.read_bytes() for path in (prior.folder / "flo").iterdir()}
+    reads = iter(range(9))
+    with pytest.raises(Cancelled):
+        write_bundles(prior.folder, ["flo", "final-sim"], cancelled=lambda: next(reads) == 8)
+    assert {p.name: p.read_bytes() for p in (prior.folder / "flo").iterdir()} == before
+    kept = {path.name for path in prior.folder.iterdir()}
+    assert "final-sim" not in kept
+    assert not [name for name in kept if name.startswith(".")]
+
+    def interrupted(what: str) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_bundles(prior.folder, ["flo"], progress=interrupted)
+    assert {path.name for path in prior.folder.iterdir()} == kept
+
+
+def test_a_damaged_prior_is_said(prior: Prior):
+    path = prior.folder / "flow/flow_0001.npz"
+    path.write_bytes(path.read_bytes()[:-200])
+    with pytest.raises(InputError, match=r"flow_0001\.npz is missing or damaged"):
+        write_bundles(prior.folder, ["flo"])
+    (prior.folder / "frames/frame_0002.png").write_bytes(b"")
+    with pytest.raises(InputError, match=r"frame_0002\.png is damaged"):
+        write_bundles(prior.folder, ["wan-vace"])
 
 
 def test_what_is_no_prior_or_no_bundle_is_said(prior: Prior, tmp_path: Path):

@@ -123,9 +123,7 @@ class _Clip:
     def latent_masks(self) -> NDArray[np.bool_]:
         """(21, h, w) of what moves, four frames each and the last: what fills half of a cell."""
         width, height = (side // LATENT for side in self.framing.after)
-        cells = [
-            mask.reshape(height, LATENT, width, LATENT).mean((1, 3)) for mask in self.masks(0)
-        ]
+        cells = [mask.reshape(height, LATENT, width, LATENT).mean((1, 3)) for mask in self.masks(0)]
         groups = (np.mean(cells[at : at + 4], 0) for at in range(0, len(cells), 4))
         return np.stack([group > 0.5 for group in groups])
 

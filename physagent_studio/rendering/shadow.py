@@ -8,7 +8,7 @@ that it is dark and sharp at contact and fades as the object rises.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import cv2
@@ -68,6 +68,13 @@ class Ground:
     def shape(self) -> tuple[int, int]:
         """(h, w)."""
         return self.points.shape[0], self.points.shape[1]
+
+    def halved(self) -> Ground:
+        """Every other row and column of it."""
+        points, lens = self.points[::2, ::2], self.lens
+        height, width = points.shape[:2]
+        half = Lens(width, height, lens.focal / 2, lens.cx / 2, lens.cy / 2)
+        return replace(self, points=points, step=2 * self.step, lens=half)
 
     def window(self, corners: FloatArray) -> tuple[slice, slice]:
         """Rows and columns that world points (K, 3) span; all if one lies behind the camera."""

@@ -15,10 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.errors import InputError
-from physagent_studio.exchange.prior.export import MARK, META
+from physagent_studio.exchange.prior.export import FORMAT, MARK, META
 from physagent_studio.records.rollout import Rollout
 from physagent_studio.records.rollout_io import load_rollout
 from physagent_studio.rendering import Flow
+
+OLDEST = 4
+"""The first format with flow both ways; 5 added captions, which no bundle reads."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -44,6 +47,13 @@ class Prior:
             )
         if not isinstance(meta, dict) or meta.get("kind") != MARK:
             raise InputError(f"{folder / META} is not the manifest of a motion prior")
+        made = meta.get("made_from")
+        number = made.get("format", 0) if isinstance(made, dict) else 0
+        if not isinstance(number, int) or not OLDEST <= number <= FORMAT:
+            raise InputError(
+                f"{folder} is a motion prior of format {number}; this version reads {OLDEST} … "
+                f"{FORMAT}: export its session again"
+            )
         return cls(folder, meta)
 
     @property

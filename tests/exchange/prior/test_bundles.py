@@ -180,4 +180,13 @@ def test_what_is_no_prior_or_no_bundle_is_said(prior: Prior, tmp_path: Path):
         write_bundles(prior.folder, ["floo"])
     with pytest.raises(InputError, match="no finished motion prior"):
         write_bundles(tmp_path, ["flo"])
+    meta = json.loads((prior.folder / "meta.json").read_text())
+    for number, opens in ((4, True), (3, False), (99, False)):
+        meta["made_from"]["format"] = number
+        (prior.folder / "meta.json").write_text(json.dumps(meta))
+        if opens:
+            assert Prior.open(prior.folder).frames == FRAMES
+            continue
+        with pytest.raises(InputError, match=f"of format {number}; .* export its session again"):
+            Prior.open(prior.folder)
     assert set(BUNDLES) >= {"flo", "kitti", "csv", "parquet", "mjcf", "final-sim"}

@@ -70,7 +70,7 @@ def rollout_from_bytes(data: bytes) -> Rollout:
         with np.load(io.BytesIO(data), allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
         meta = json.loads(arrays["meta"].tobytes())
-    except (ValueError, KeyError, OSError, zipfile.BadZipFile) as error:
+    except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile) as error:
         raise InputError(f"this is not a rollout file: {error}") from error
     if meta.get("format") != FORMAT:
         raise InputError(f"rollout format {meta.get('format')} is not known; this reads {FORMAT}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import struct
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator
@@ -15,11 +16,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.errors import InputError
+from physagent_studio.exchange.files import bytes_of, text_of
 from physagent_studio.exchange.prior.export import FORMAT, MARK, META
+from physagent_studio.jobs import JobFailed, Limits, shared
 from physagent_studio.records.rollout import Rollout
-from physagent_studio.records.rollout_io import load_rollout
+from physagent_studio.records.rollout_io import rollout_from_bytes
 from physagent_studio.rendering import Flow
 
+MAX_META, MAX_ROLLOUT, MAX_PNG = 16 * 2**20, 512 * 2**20, 128 * 2**20
+"""Bytes of files that are read."""
+MAX_PIXEL = 24
+"""Bytes for each pixel of what an archive of a frame holds: 18 of flow, forward and backward."""
+LARGEST = 10_000
+"""Pixels each way, and frames."""
 OLDEST = 4
 """The first format with flow both ways; 5 added captions, which no bundle reads."""
 
@@ -40,8 +49,8 @@ class Prior:
         """Raises InputError where the folder is no finished export."""
         folder = Path(folder)
         try:
-            meta = json.loads((folder / META).read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
+            meta = json.loads(text_of(folder / META, MAX_META))
+        except (InputError, ValueError, RecursionError) as error:
             raise InputError(f"{folder} is no finished motion prior: {META} cannot be read") from (
                 error
             )
@@ -54,6 +63,10 @@ class Prior:
                 f"{folder} is a motion prior of format {number}; this version reads {OLDEST} … "
                 f"{FORMAT}: export its session again"
             )
+        size = meta.get("size")
+        numbers = [*(size if isinstance(size, list) else ()), meta.get("frames")]
+        if len(numbers) != 3 or any(type(n) is not int or not 0 < n <= LARGEST for n in numbers):
+            raise InputError(f"{folder / META} says no size and number of frames that a clip has")
         return cls(folder, meta)
 
     @property
@@ -93,25 +106,37 @@ class Prior:
 
     def rollout(self) -> Rollout:
         """What was simulated."""
-        return load_rollout(self.folder / "rollout.npz")
+        data = bytes_of(self.folder / "rollout.npz", MAX_ROLLOUT)
+        limits = Limits(0.8 + 4e-7 * len(data), 128 * 2**20 + 12 * len(data))
+        try:
+            return shared().submit(rollout_from_bytes, data, limits=limits)
+        except JobFailed as error:
+            raise InputError(f"rollout.npz in {self.folder} cannot be read: {error}") from error
 
     def png(self, stem: str, number: int) -> bytes:
         """The file of a picture as it is, by its folder and name."""
         try:
-            return self._place(stem, number, "png").read_bytes()
-        except OSError as error:
+            return bytes_of(self._place(stem, number, "png"), MAX_PNG)
+        except InputError as error:
             raise InputError(f"{self.folder}/{stem}_{number:04d}.png is missing") from error
 
     def _png(self, stem: str, number: int) -> NDArray[Any]:
         data = np.frombuffer(self.png(stem, number), np.uint8)
-        found = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if len(data) else None
+        # Its header says how large it is to be.
+        fits = bytes(data[16:24]) == struct.pack(">II", *self.size)
+        found = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if fits else None
         if found is None:
             raise InputError(f"{self.folder}/{stem}_{number:04d}.png is damaged")
         return found
 
     def _npz(self, stem: str, number: int, *names: str) -> list[NDArray[Any]]:
         try:
-            with np.load(self._place(stem, number, "npz"), allow_pickle=False) as found:
+            place = self._place(stem, number, "npz")
+            with zipfile.ZipFile(place) as archive:
+                told = sum(one.file_size for one in archive.infolist())
+            if told > MAX_PIXEL * self.size[0] * self.size[1] + 2**16:
+                raise ValueError("too large")
+            with np.load(place, allow_pickle=False) as found:
                 return [found[name] for name in names]
         except (OSError, ValueError, KeyError, zipfile.BadZipFile, zlib.error) as error:
             what = f"{self.folder}/{stem}_{number:04d}.npz"

@@ -266,7 +266,7 @@ def export(
         list[str] | None,
         typer.Option(
             help="Rewritten too, again for more: flo, kitti, csv, parquet, mjcf, rerun, "
-            "final-sim, wan-vace, wan-fun, go-with-the-flow."
+            "peer-config, final-sim, wan-vace, wan-fun, go-with-the-flow."
         ),
     ] = None,
     workspace: Workspace = None,

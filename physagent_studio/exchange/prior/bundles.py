@@ -21,6 +21,7 @@ from physagent_studio.exchange.prior.generators import (
     wan_vace,
 )
 from physagent_studio.exchange.prior.mjcf import mjcf
+from physagent_studio.exchange.prior.peer_config import peer_config
 from physagent_studio.exchange.prior.rerun import rerun
 from physagent_studio.exchange.prior.sink import Sink
 from physagent_studio.exchange.tables import write_csv, write_parquet
@@ -152,6 +153,7 @@ BUNDLES: Mapping[str, Bundle] = {
     "parquet": parquet,
     "mjcf": mjcf,
     "rerun": rerun,
+    "peer-config": peer_config,
     "final-sim": final_sim,
     "wan-vace": wan_vace,
     "wan-fun": wan_fun,

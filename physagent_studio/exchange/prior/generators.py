@@ -34,7 +34,7 @@ MOVED = 1e-3
 """Metres that a thing moves at least to count as moving."""
 SPREAD = 9
 """Pixels around what moves that a generator may paint too: soft outlines and shadows."""
-_SDEDIT = {"denoising_step_list": [800, 600, 400, 200], "mask_dropin_step": -1}
+SDEDIT = {"denoising_step_list": [800, 600, 400, 200], "mask_dropin_step": -1}
 """As most of PhysAgent's published configurations have it: noise is added to our frames up to the
 first step, so that from 1000 nothing of them would be left."""
 
@@ -54,7 +54,7 @@ def final_sim(prior: Prior, out: Path) -> str:
     # Theirs of a robot's arm, which no scene of ours has; its generator skips what is empty.
     _masks(out, "mesh_masks_downsampled", np.zeros_like(masks))
     sink.text("prompt.txt", prior.meta["prompt"] + "\n")
-    sink.text("config.yaml", yaml.safe_dump(_SDEDIT | {"num_output_frames": 21}, sort_keys=False))
+    sink.text("config.yaml", yaml.safe_dump(SDEDIT | {"num_output_frames": 21}, sort_keys=False))
     return said
 
 

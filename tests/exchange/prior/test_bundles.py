@@ -14,7 +14,13 @@ import pytest
 import yaml
 
 from physagent_studio.errors import BackendMissing, Cancelled, InputError
-from physagent_studio.exchange import BUNDLES, Prior, export_motion_prior, write_bundles
+from physagent_studio.exchange import (
+    BUNDLES,
+    Prior,
+    export_motion_prior,
+    load_peer_config,
+    write_bundles,
+)
 from physagent_studio.simulation.mj import mj
 from tests.exchange.prior.conftest import FRAMES, Parts
 
@@ -88,6 +94,18 @@ def test_mujoco_shows_every_frame_as_it_was(prior: Prior):
 def frames_of(path: Path) -> list[np.ndarray]:
     with av.open(str(path)) as container:
         return [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
+
+
+def test_a_configuration_that_is_read_back(prior: Prior):
+    write_bundles(prior.folder, ["peer-config"])
+    setup = load_peer_config(prior.folder / "peer-config/config.yaml", names=["ball", "crate"])
+    assert setup.left_out == ()
+    assert np.array_equal(setup.case.image, prior.picture(0))
+    assert setup.clip == {"frames": 81, "step_seconds": 0.01, "steps_per_frame": 4, "substeps": 10}
+    for index, (_, grounding) in enumerate(setup.case.objects):
+        (point,) = grounding.points
+        # Nobody has clicked: it lies on the thing as the first picture shows it.
+        assert prior.ids(0)[int(point.y), int(point.x)] == index
 
 
 def test_what_realwonder_reads(prior: Prior):

@@ -100,6 +100,7 @@ def test_a_configuration_that_is_read_back(prior: Prior):
     write_bundles(prior.folder, ["peer-config"])
     setup = load_peer_config(prior.folder / "peer-config/config.yaml", names=["ball", "crate"])
     assert setup.left_out == ()
+    assert setup.case.image is not None
     assert np.array_equal(setup.case.image, prior.picture(0))
     assert setup.clip == {"frames": 81, "step_seconds": 0.01, "steps_per_frame": 4, "substeps": 10}
     for index, (_, grounding) in enumerate(setup.case.objects):

@@ -23,7 +23,8 @@ from physagent_studio.records.rollout import Rollout
 from physagent_studio.records.rollout_io import rollout_from_bytes
 from physagent_studio.rendering import Flow
 
-MAX_META, MAX_ROLLOUT, MAX_PNG = 16 * 2**20, 512 * 2**20, 128 * 2**20
+MAX_META, MAX_PROGRAM = 16 * 2**20, 16 * 2**20
+MAX_ROLLOUT, MAX_PNG = 512 * 2**20, 128 * 2**20
 """Bytes of files that are read."""
 MAX_PIXEL = 24
 """Bytes for each pixel of what an archive of a frame holds: 18 of flow, forward and backward."""

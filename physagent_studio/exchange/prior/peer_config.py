@@ -9,7 +9,7 @@ import numpy as np
 import yaml
 
 from physagent_studio.exchange.files import text_of
-from physagent_studio.exchange.prior.folder import Prior
+from physagent_studio.exchange.prior.folder import MAX_PROGRAM, Prior
 from physagent_studio.exchange.prior.generators import SDEDIT
 from physagent_studio.exchange.prior.sink import Sink
 from physagent_studio.program.program import PhysicalProgram
@@ -47,7 +47,7 @@ def peer_config(prior: Prior, out: Path) -> str:
     Their format has one density and one friction for all things of a material; where ours differ
     the first one's counts, and the others are named.
     """
-    program = load_program(text_of(prior.folder / "program.yaml", 16 * 2**20))
+    program = load_program(text_of(prior.folder / "program.yaml", MAX_PROGRAM))
     data, left_out = config_of(program, prior)
     sink = Sink(out)
     sink.data("input.png", prior.png("frames/frame", 0))

@@ -21,6 +21,7 @@ from physagent_studio.exchange import (
     load_peer_config,
     write_bundles,
 )
+from physagent_studio.exchange.prior.export import nearest_shown
 from physagent_studio.simulation.mj import mj
 from tests.exchange.prior.conftest import FRAMES, Parts
 
@@ -73,6 +74,7 @@ def test_mujoco_shows_every_frame_as_it_was(prior: Prior):
     model = mj.MjModel.from_xml_path(str(prior.folder / "mjcf/scene.xml"))
     rollout = prior.rollout()
     assert model.nkey == FRAMES
+    assert model.opt.gravity.tolist() == [0, 0, -9.81]
     data = mj.MjData(model)
     for number, step in enumerate(rollout.frame_steps()):
         mj.mj_resetDataKeyframe(model, data, number)
@@ -158,9 +160,22 @@ def test_control_inputs(prior: Prior):
     control = frames_of(prior.folder / "wan-fun/control_depth.mp4")
     assert len(control) == 81
     assert control[0].shape == (480, 832, 3)
+    # White is near, by the reciprocal of depth: 208 × 120 is four times as large there.
+    depth = np.minimum(prior.depth(0), np.load(prior.folder / "depth/background.npz")["depth"])
+    wanted = np.clip(255 * nearest_shown(prior.depth(0), depth) / depth, 0, 255)
+    shown = cv2.resize(control[0][..., 0], (208, 120), interpolation=cv2.INTER_AREA)
+    assert np.abs(shown - wanted).mean() < 3
+    for index, video in ((0, "input.mp4"), (48, "input.mp4")):
+        own = frames_of(prior.folder / "go-with-the-flow" / video)[index].astype(float)
+        # 720 × 480 is a crop of the 832 × 480 that 208 × 120 becomes.
+        large = cv2.resize(prior.picture(index * 3 // 48), (832, 480))[:, 56:776]
+        assert np.abs(own - large).mean() < 4
     gwtf = prior.folder / "go-with-the-flow"
     assert np.load(gwtf / "noises.npy").shape == (49, 60, 90, 16)
     assert len(frames_of(gwtf / "input.mp4")) == 49
+    for name, rate in (("go-with-the-flow/input.mp4", 12), ("wan-fun/control_depth.mp4", 16)):
+        with av.open(str(prior.folder / name)) as container:
+            assert container.streams.video[0].average_rate == rate
 
 
 def test_a_bundle_tells_what_it_does_and_is_whole_or_not_there(prior: Prior):

@@ -47,13 +47,12 @@ class Stretches:
     ) -> tuple[bytes, list[int]]:
         """Raw deflate of flat bytes, and the checksum of each stretch."""
         before, packed, sums = self.last.get(kind, (data[:0], [], []))
-        same = _same(data, before)
         if len(before) != len(data):
-            before, packed, sums = data.copy(), [*packed], [*sums]
             count = -(-len(data) // STRETCH)
-            packed[count:], sums[count:] = (), ()
-            packed += [b""] * (count - len(packed))
-            sums += [0] * (count - len(sums))
+            before, packed, sums = np.zeros_like(data), [b""] * count, [0] * count
+            same = np.zeros(count, bool)
+        else:
+            same = _same(data, before)
         for number, start in enumerate(range(0, len(data), STRETCH)):
             if number < len(same) and same[number]:
                 continue

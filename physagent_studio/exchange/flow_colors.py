@@ -7,13 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def flow_picture(vectors: NDArray[np.float32], fastest: float) -> NDArray[np.uint8]:
+def flow_picture(
+    vectors: NDArray[np.float32], fastest: float, moving: NDArray[np.int64]
+) -> NDArray[np.uint8]:
     """(H, W, 3) uint8 RGB of vectors (H, W, 2), pixels; white stands still.
 
-    fastest: length in pixels that is shown in full colour.
+    fastest: length in pixels that is shown in full colour. moving: see `moving_pixels`.
     """
     height, width = vectors.shape[:2]
-    moving = moving_pixels(vectors)
     picture = np.full((height * width, 3), 255, np.uint8)
     if len(moving):
         x, y = vectors.reshape(-1, 2).take(moving, 0).T

@@ -150,10 +150,11 @@ class _Writer:
             backward=back.vectors,
             backward_visible=back.visible,
         )
-        x, y = ahead.vectors.reshape(-1, 2).take(moving_pixels(ahead.vectors), 0).T
+        moving = moving_pixels(ahead.vectors)
+        x, y = ahead.vectors.reshape(-1, 2).take(moving, 0).T
         self.fastest = max(self.fastest, float(np.sqrt((x * x + y * y).max(initial=0))))
         full = FULL_COLOUR * frame.ids.shape[1]
-        self.videos["flow"].add(flow_picture(ahead.vectors, full))
+        self.videos["flow"].add(flow_picture(ahead.vectors, full, moving))
 
     def _frame(self, number: int, frame: Frame) -> None:
         sink, hits = self.sink, frame.surface.hits

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import json
+import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import av
 import cv2
@@ -22,6 +24,7 @@ from physagent_studio.exchange import (
     write_bundles,
 )
 from physagent_studio.exchange.prior.export import nearest_shown
+from physagent_studio.exchange.prior.generators import _masks
 from physagent_studio.simulation.mj import mj
 from tests.exchange.prior.conftest import FRAMES, Parts
 
@@ -146,6 +149,14 @@ def test_what_realwonder_reads(prior: Prior):
     assert config["denoising_step_list"][0] < 1000
     assert config["mask_dropin_step"] == -1
     assert len(frames_of(out / "simulation.mp4")) == 81
+
+
+def test_masks_are_torch_files_where_torch_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    torch = SimpleNamespace(from_numpy=np.array, save=lambda one, path: np.save(f"{path}.npy", one))
+    monkeypatch.setitem(sys.modules, "torch", torch)
+    masks = np.arange(24).reshape(2, 3, 4) % 3 == 0
+    assert "npz" not in _masks(tmp_path, "points", masks)
+    assert np.array_equal(np.load(tmp_path / "points.pt.npy"), masks)
 
 
 def test_control_inputs(prior: Prior):

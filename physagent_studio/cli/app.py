@@ -169,10 +169,12 @@ def run(
 @app.command("import", epilog="Example: physagent import scene.xml --out program.yaml")
 @guarded
 def import_(
-    scene: Annotated[Path, typer.Argument(help="MJCF (.xml, .mjcf) or URDF (.urdf).")],
+    scene: Annotated[
+        Path, typer.Argument(help="MJCF (.xml, .mjcf), URDF (.urdf), or .glb, .obj, .ply, .stl.")
+    ],
     out: Annotated[Path, typer.Option(help="Where the program goes, .yaml.")],
 ) -> None:
-    """Turn a scene of MuJoCo into a program, and list what of it is not taken over."""
+    """Turn a scene of MuJoCo, or a textured mesh, into a program; what is left out is listed."""
     from physagent_studio.cli.programs import import_scene
 
     for line in import_scene(scene, out):
@@ -264,7 +266,7 @@ def export(
         list[str] | None,
         typer.Option(
             help="Rewritten too, again for more: flo, kitti, csv, parquet, mjcf, rerun, "
-            "final-sim, wan-vace, wan-fun, go-with-the-flow."
+            "peer-config, final-sim, wan-vace, wan-fun, go-with-the-flow."
         ),
     ] = None,
     workspace: Workspace = None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 
 import cv2
@@ -14,12 +15,26 @@ from physagent_studio.cli.targets import IMAGES
 from physagent_studio.contract import measure
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import load_case
-from physagent_studio.exchange.files import written
+from physagent_studio.exchange.files import bytes_of, written
 from physagent_studio.exchange.peers.mjcf import load_mjcf
-from physagent_studio.program import PhysicalProgram
+from physagent_studio.program import PhysicalProgram, SceneState, Support, apply
+from physagent_studio.program.scene.state import Floor
 from physagent_studio.program.text.document import dump_program
+from physagent_studio.reconstruction.backends.mesh_files import KINDS, MAX_BYTES
 from physagent_studio.records import Case
 from physagent_studio.records.rollout_io import save_rollout
+from physagent_studio.session.arrays import pack_mesh, unpack_mesh
+from physagent_studio.session.session import MESH_SUFFIX
+from physagent_studio.workbench.mesh_edits import (
+    adding,
+    forms_beside,
+    materials_beside,
+    name_for,
+    read_form,
+)
+
+USUAL = 0.3
+"""Metres across of a thing whose file says nothing that can be meant as metres."""
 
 
 def bare_case(program: PhysicalProgram, name: str) -> Case:
@@ -36,11 +51,32 @@ def bare_case(program: PhysicalProgram, name: str) -> Case:
 
 
 def import_scene(path: Path, out: Path) -> list[str]:
-    """Writes the program of an MJCF or URDF file; a line on each thing that is left out."""
+    """Writes the program of an MJCF, URDF or mesh file; a line on what is left out or guessed."""
+    if path.suffix.lower() in KINDS:
+        return _import_mesh(path, out)
     program, left_out = load_mjcf(path)
     with written(out) as partial:
         partial.write_text(dump_program(program), encoding="utf-8")
     return [*(f"not taken over: {line}" for line in left_out), f"wrote {out}"]
+
+
+def _import_mesh(path: Path, out: Path) -> list[str]:
+    """Writes a program of the form of a mesh file on the floor, and the form beside it."""
+    form = read_form(bytes_of(path, MAX_BYTES), path.name, materials_beside(path))
+    floor = SceneState(supports=(Support(name="floor", shape=Floor()),))
+    bare = PhysicalProgram(scene=floor)
+    name, longest = name_for(bare, path.stem), form.believed(USUAL)
+    body = form.body(name, longest, form.up)
+    data = pack_mesh(body)
+    asset = hashlib.sha256(data).hexdigest()
+    program = apply(bare, adding(name, body, asset, (0.0, 0.0, 0.0), "floor"))
+    stored = out.with_name(asset + MESH_SUFFIX)
+    for place, content in ((stored, data), (out, dump_program(program).encode())):
+        with written(place) as partial:
+            partial.write_bytes(content)
+    skin = "its colours" if body.texture is not None else "no colours that are read"
+    said = f"{name}: {len(body.faces)} triangles, {longest:g} m long, {form.up} up, with {skin}"
+    return [said, f"wrote {out} and, for it, {stored.name}"]
 
 
 def simulate_program(path: Path, out: Path, as_json: bool) -> int:
@@ -49,7 +85,8 @@ def simulate_program(path: Path, out: Path, as_json: bool) -> int:
     from physagent_studio.simulation import simulate
 
     program = read_program(path)
-    scene = reconstruct(bare_case(program, path.stem), program.scene)
+    forms = {name: unpack_mesh(data) for name, data in forms_beside(path, program).items()}
+    scene = reconstruct(bare_case(program, path.stem), program.scene, assets=forms)
     program = program.model_copy(update={"scene": scene.state})
     rollout = simulate(program, scene.meshes)
     try:

@@ -17,6 +17,7 @@ from physagent_studio.session import Store
 from physagent_studio.studio import desk_apart, serve
 from physagent_studio.studio.access import Access
 from physagent_studio.workbench import Snapshot, Workbench, commands, tasks
+from physagent_studio.workbench.mesh_edits import forms_beside
 
 LOOKING_ENDS = 5.0
 """Seconds in which a search for masks that nobody waits for ends by itself: what it has is kept."""
@@ -81,7 +82,8 @@ def opening_of(
         return commands.OpenSession(target)
     path = Path(target)
     if path.suffix.lower() in PROGRAMS and path.name not in ("case.yaml", "case.yml"):
-        return commands.OpenProgram(read_program(path), path.stem)
+        program = read_program(path)
+        return commands.OpenProgram(program, path.stem, forms_beside(path, program))
     case = case_of(target, event, prompt, objects, ask=False)
     if path.is_dir() or path.suffix.lower() in PROGRAMS:
         return commands.OpenCase(path, event)

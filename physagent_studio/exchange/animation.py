@@ -137,8 +137,13 @@ def _mesh(gltf: GltfWriter, name: str, mesh: Mesh, light: NDArray[np.float64] | 
         attributes["TEXCOORD_0"] = gltf.add_array(uv, VERTICES)
         light = vertex_light(mesh) if light is None else light
         if light is not None:
-            # Colours of vertices multiply linear light.
-            attributes["COLOR_0"] = gltf.add_array((light**2.2).astype(np.float32), VERTICES)
+            # Colours of vertices multiply linear light and are at most 1: what brightens more is
+            # in the texture.
+            most = max(1.0, float(light.max(initial=0)))
+            bright = np.clip(mesh.texture * most + 0.5, 0, 255).astype(np.uint8)
+            mesh = replace(mesh, texture=bright) if most > 1 else mesh
+            colours = ((light / most) ** 2.2).astype(np.float32)
+            attributes["COLOR_0"] = gltf.add_array(np.minimum(colours, 1), VERTICES)
     indices = gltf.add_array(mesh.faces.astype(np.uint32).ravel(), INDICES)
     material = _photo(gltf, name, mesh) if textured else _plain(gltf, name, mesh.color)
     primitive = {"attributes": attributes, "indices": indices, "material": material}

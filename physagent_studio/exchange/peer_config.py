@@ -59,6 +59,11 @@ _READ = """
     gravity_direction dt substeps simulated_frames_num frame_steps rigid_rho MPM_rho pbd_rho
     pbd_elastic_rho rigid_friction plane_friction MPM_E MPM_nu fixed_area vgen_prompt
 """
+_OF_MATERIALS = (
+    *("rigid_rho", "MPM_rho", "pbd_rho", "pbd_elastic_rho", "rigid_friction"),
+    *("MPM_E", "MPM_nu", "fixed_area"),
+)
+"""Keys that only some materials ask for."""
 _KNOWN = frozenset(f"{_LOOKS_ONLY} {_READ}".split())
 """Keys that are taken over, and those that only concern how pictures are made."""
 
@@ -184,14 +189,21 @@ def load_peer_config(
         event="generated" if prompt else "",
         events=(("generated", prompt),) if prompt else (),
     )
-    left_out = tuple(key for key in reader.data if key not in _KNOWN)
+    objects, clip, gravity = reader.objects(chosen), reader.clip(), reader.gravity()
+    floor_friction = reader.number("plane_friction", 0, 5)
+    # A number that none of the materials here asks for is left out too.
+    left_out = tuple(
+        key
+        for key in reader.data
+        if key not in reader.asked and (key not in _KNOWN or key in _OF_MATERIALS)
+    )
     motion, unread = reader.motion(_handler(path, handler, reader.data), len(chosen))
     return PeerSetup(
         case=case,
-        objects=reader.objects(chosen),
-        clip=reader.clip(),
-        gravity=reader.gravity(),
-        floor_friction=reader.number("plane_friction", 0, 5),
+        objects=objects,
+        clip=clip,
+        gravity=gravity,
+        floor_friction=floor_friction,
         left_out=(*left_out, *unread),
         motion=motion,
     )
@@ -218,7 +230,7 @@ class _PeerReader:
     """One configuration being read; every message carries its file and line."""
 
     def __init__(self, path: Path) -> None:
-        self.path = path
+        self.path, self.asked = path, set[str]()
         text = text_of(path, MAX_BYTES)
         # Some published files say a thing twice; their reader takes the last word.
         self.doc: PlainYaml = read_yaml(text, str(path), last_wins=True)
@@ -231,6 +243,7 @@ class _PeerReader:
 
     def number(self, key: str, low: float, high: float) -> float | None:
         """A finite number, kept within what a program allows; None where there is none."""
+        self.asked.add(key)
         value = self.data.get(key)
         if value is None:
             return None
@@ -301,6 +314,7 @@ class _PeerReader:
 
     def _pinned(self) -> str:
         """Which side is held: their `fixed_area` is [x0, x1, y0, y1] in shares from the top."""
+        self.asked.add("fixed_area")
         areas = self.data.get("fixed_area") or []
         for area in areas if isinstance(areas, list) else []:
             if not isinstance(area, list) or len(area) != 4:

@@ -70,14 +70,25 @@ def rollout_from_bytes(data: bytes) -> Rollout:
         with np.load(io.BytesIO(data), allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
         meta = json.loads(arrays["meta"].tobytes())
-    except (ValueError, KeyError, OSError, zipfile.BadZipFile) as error:
+    except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile) as error:
         raise InputError(f"this is not a rollout file: {error}") from error
     if meta.get("format") != FORMAT:
         raise InputError(f"rollout format {meta.get('format')} is not known; this reads {FORMAT}")
     said = meta.pop("sha256", None)
     del arrays["meta"]
-    if said != _digest(arrays, meta):
+    # The first rollouts had no hash.
+    if said not in (None, _digest(arrays, meta)):
         raise InputError("this rollout file is damaged: its content does not match its hash")
+    try:
+        return _rollout(meta, arrays)
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"this rollout file lacks something or is of another form: {error}") from (
+            error
+        )
+
+
+def _rollout(meta: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Rollout:
+    """What was told later than format 1 is optional."""
     return Rollout(
         program_hash=meta["program_hash"],
         objects=tuple(meta["objects"]),

@@ -22,13 +22,15 @@ from physagent_studio.records.scene import Scene
 from physagent_studio.rendering.batch import corner_normals
 from physagent_studio.rendering.compositor import Compositor
 from physagent_studio.rendering.frame import Frame, Picture, Surface
-from physagent_studio.rendering.raster import FloatArray
+from physagent_studio.rendering.raster import FloatArray, between
 
 SAMPLES = 16
 MOST_SAMPLES = 4096
 _BOUNCES, _ROUGH = 5, 0.1
 _DARKEST, _BRIGHTEST, _WHITEST = 0.3, 3.0, 0.95
 """What a texture is multiplied by so that it looks as in the photo, and what it then reflects."""
+_PARTS = 16
+"""Parts of a texture, each way, between which the light that falls on it may differ."""
 _FAR = 1000.0
 """Metres to the disk that is the sun, and half the side of floors and walls."""
 _SMOOTH = 5
@@ -39,9 +41,9 @@ class PathTracer(Compositor):
     """Renders a scene as a `Compositor` does, each thing and its shadow anew in every frame.
 
     The sun is the one that shadows in the photo tell of; sun and sky are as bright as makes level
-    ground as bright as the photo has it, and every texture reflects what makes its thing as bright
-    as the photo shows it there. Surfaces are matt but for those that the photo has shining. On the
-    processor; the same seed gives the same bits.
+    ground as bright as the photo has it, and every texture reflects what makes its thing, part by
+    part, as bright as the photo shows it there. Surfaces are matt but for those that the photo has
+    shining. On the processor; the same seed gives the same bits.
     """
 
     def __init__(self, scene: Scene, samples: int = SAMPLES, seed: int = 0) -> None:
@@ -62,7 +64,7 @@ class PathTracer(Compositor):
         super().__init__(scene)
         # What needs LLVM would end the process where the LLVM at hand does not suit.
         mi.set_variant("scalar_rgb")
-        self._mi, self._seed = mi, seed
+        self._mi, self._seed, self._in_photo = mi, seed, frozenset(scene.masks)
         self._plate = _LINEAR[self._scenery.plate]
         ground = self._plate[np.isfinite(self.background_depth)]
         albedo = ground.mean(0) if len(ground) else np.full(3, 0.5)
@@ -109,19 +111,31 @@ class PathTracer(Compositor):
         cover = self._traced(self._ground | self._things(world, kept, True), 1)
         return lit, cover[..., :1]
 
-    def _brighter(self) -> FloatArray:
-        """(N, 3) by how much textures are too dark to look as the photo shows them."""
+    def _brighter(self) -> list[FloatArray]:
+        """By how much each texture is too dark to look as the photo shows it, (3,) or (h, w, 3).
+
+        A texture cut from the photo as it is carries the photo's light. What falls on it here is
+        divided out of it, place by place, so that it is lit once.
+        """
         shown = super().frame()
         world = self._batch.placed(self._positions, self._rotations)
         lit, cover = self._lit(world, np.ones(len(self._batch.faces), bool))
-        found: FloatArray = np.ones((len(self.names), 3))
+        hits, whole = shown.surface.hits, cover[..., 0].ravel() == 1
+        uv = between(hits, self._batch.uv, self._batch.faces)
+        owner = shown.ids.ravel()[hits.pixel]
+        found: list[FloatArray] = []
         for index, paint in enumerate(self._skin.paints):
-            mine = (shown.ids == index) & (cover[..., 0] == 1)
-            if paint.levels and mine.any():
-                found[index] = _LINEAR[shown.rgb[mine]].mean(0) / np.maximum(
-                    lit[mine].mean(0), 1e-4
-                )
-        return np.clip(found, _DARKEST, _BRIGHTEST)
+            mine = (owner == index) & whole[hits.pixel]
+            if not paint.levels or not mine.any():
+                found.append(np.ones(3))
+                continue
+            pixel = hits.pixel[mine]
+            wanted, given = _LINEAR[shown.rgb.reshape(-1, 3)[pixel]], lit.reshape(-1, 3)[pixel]
+            cut = self._skin.shadings[index] is None and self.names[index] in self._in_photo
+            size = paint.levels[0].shape[:2]
+            much = _ratio(wanted, given, uv[mine], size) if cut else _mean_ratio(wanted, given)
+            found.append(np.clip(much, _DARKEST, _BRIGHTEST))
+        return found
 
     def _change(self, lit: FloatArray, cover: FloatArray) -> FloatArray:
         """(H, W, 3) how much of its light the ground keeps, continued beneath outlines."""
@@ -211,7 +225,7 @@ class PathTracer(Compositor):
         return found
 
     def _surface(self, index: int, brighter: FloatArray) -> Any:
-        """brighter: (3,) what the colours are multiplied by."""
+        """brighter: (3,) or (h, w, 3) what the colours are multiplied by."""
         paint, shading = self._skin.paints[index], self._skin.shadings[index]
         colour = _rgb(_LINEAR[np.array(paint.color, np.uint8)])
         if paint.levels:
@@ -272,6 +286,29 @@ class PathTracer(Compositor):
                 values[key] = np.ascontiguousarray(value, np.float32).ravel()
         values.update()
         return mesh
+
+
+def _mean_ratio(wanted: FloatArray, given: FloatArray) -> FloatArray:
+    """(3,) of the means of (K, 3)."""
+    return wanted.mean(0) / np.maximum(given.mean(0), 1e-4)
+
+
+def _ratio(
+    wanted: FloatArray, given: FloatArray, uv: FloatArray, size: tuple[int, int]
+) -> FloatArray:
+    """(h, w, 3) the ratio of light (K, 3) around each place of a texture, smooth over its parts.
+
+    uv: (K, 2) pixels. Where nothing is seen it becomes that of all.
+    """
+    cells = (uv / size[::-1] * _PARTS).astype(int).clip(0, _PARTS - 1)
+    parts = []
+    for light in (wanted, given):
+        grid = np.zeros((_PARTS, _PARTS, 3))
+        np.add.at(grid, (cells[:, 1], cells[:, 0]), light)
+        # As if each part had a pixel of the mean.
+        parts.append(cv2.GaussianBlur(grid, (0, 0), 1.0) + light.mean(0))
+    ratio = parts[0] / np.maximum(parts[1], 1e-4)
+    return np.asarray(cv2.resize(ratio, size[::-1], interpolation=cv2.INTER_LINEAR))
 
 
 def _pose(x: FloatArray, y: FloatArray, z: FloatArray, place: FloatArray) -> FloatArray:

@@ -166,10 +166,11 @@ def rasterise(
 
 def between(hits: Hits, values: FloatArray, faces: IntArray) -> FloatArray:
     """(K, C) at each hit, between what the corners of its face have: values (V, C)."""
-    rows = faces[hits.face]
-    found = hits.weights[:, :1] * values[rows[:, 0]]
+    # `take` is three times as fast as brackets here.
+    rows = faces.take(hits.face, 0)
+    found = hits.weights[:, :1] * values.take(rows[:, 0], 0)
     for corner in (1, 2):
-        found += hits.weights[:, corner, None] * values[rows[:, corner]]
+        found += hits.weights[:, corner, None] * values.take(rows[:, corner], 0)
     return found
 
 

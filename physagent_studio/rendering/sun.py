@@ -79,10 +79,13 @@ def estimate_sun(shading: Shading | None, batch: Batch, world: FloatArray, groun
     """
     if shading is None:
         return DEFAULT
-    around = _around(batch, world, ground)
+    # Every fourth cell: enough to compare lamps by.
+    ground = ground.halved()
+    looked_at, darkness = shading.usable[::2, ::2], shading.darkness[::2, ::2]
     everyone = np.ones(len(batch.first) - 1)
-    looked_at = shading.usable & _checkered(ground.shape)
-    grey, places = -shading.darkness.mean(-1)[looked_at], around[:, looked_at]
+    places = _around(batch, world, ground)[:, looked_at]
+    darkness = darkness[looked_at]
+    grey = -darkness.mean(-1)
     best, lamp = _AGREES, None
     for candidate in _sky():
         blocked = Shadows.of(batch, ground, candidate).blocked(world, everyone)[looked_at]
@@ -92,16 +95,10 @@ def estimate_sun(shading: Shading | None, batch: Batch, world: FloatArray, groun
     if lamp is None:
         return DEFAULT
     blocked = Shadows.of(batch, ground, lamp).blocked(world, everyone)[looked_at]
-    strength = _strength(blocked, shading.darkness[looked_at])
+    strength = _strength(blocked, darkness)
     if strength.max() < _FAINTEST:
         return DEFAULT
     return Sun(lamp, strength, True)
-
-
-def _checkered(shape: tuple[int, int]) -> NDArray[np.bool_]:
-    """Every fourth cell: enough to compare lamps by."""
-    y, x = np.indices(shape)
-    return (y % 2 == 0) & (x % 2 == 0)
 
 
 def _sky() -> list[Lamp]:

@@ -104,8 +104,12 @@ def _unpacked(source: str, target: str) -> None:
         with zipfile.ZipFile(source) as archive:
             entries = _entries(archive)
             manifest = _json(archive, MANIFEST)
-            if manifest.get("format") != FORMAT or manifest.get("schema") != SCHEMA:
-                raise InputError("the archive is of another version of this program")
+            found = manifest.get("format"), manifest.get("schema")
+            if found != (FORMAT, SCHEMA):
+                raise InputError(
+                    f"the archive is of format {found[0]} with tables {found[1]}; this version "
+                    f"reads format {FORMAT} with tables {SCHEMA}"
+                )
             rows = _json(archive, ROWS)
             files = FileStore(Path(target) / "files")
             for entry in entries:

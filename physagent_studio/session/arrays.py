@@ -154,15 +154,16 @@ def unpack_scene(data: bytes, photo: Image | None) -> Scene:
 
 
 def pack_mesh(mesh: Mesh) -> bytes:
-    """The form of an object, without its texture; equal forms have equal bytes."""
-    return pack({"vertices": mesh.vertices, "faces": mesh.faces}, {"color": mesh.color})
+    """The form of an object, with its texture if it has one; equal forms have equal bytes."""
+    arrays = {key[1:]: one for key, one in _mesh_arrays("", mesh).items()}
+    return pack(arrays, {"color": mesh.color})
 
 
 def unpack_mesh(data: bytes) -> Mesh:
     """The mesh of `pack_mesh`."""
     arrays, meta = unpack(data)
-    red, green, blue = meta["color"]
-    return Mesh(arrays["vertices"], arrays["faces"], color=(red, green, blue))
+    named = {f"/{key}": one for key, one in arrays.items()}
+    return _meshes(named, "", [""], {"colors": {"": meta["color"]}})[""]
 
 
 def _mesh_arrays(key: str, mesh: Mesh) -> dict[str, NDArray[Any]]:
@@ -183,7 +184,7 @@ def _meshes(
 ) -> MappingProxyType[str, Mesh]:
     meshes, colors = {}, meta["colors"]
     for name in names:
-        key = f"{room}/{name}"
+        key = f"{room}/{name}" if room else ""
         texture = arrays.get(f"{key}/texture")
         meshes[name] = Mesh(
             vertices=arrays[f"{key}/vertices"],

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -40,10 +40,14 @@ class OpenImage:
 
 @dataclass(frozen=True, slots=True)
 class OpenProgram:
-    """A new session from a program alone, without a photo."""
+    """A new session from a program alone, without a photo.
+
+    forms: the stored forms that it names, by asset; see `mesh_edits.forms_beside`.
+    """
 
     program: PhysicalProgram
     title: str = "program"
+    forms: Mapping[str, bytes] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,10 +6,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import TypeAdapter
 
 from physagent_studio.errors import Cancelled, InputError, StorageError, StudioError
-from physagent_studio.records import LoopState
+from physagent_studio.records import LoopState, Rollout
 from physagent_studio.session import Session, Store
 from physagent_studio.workbench import commands
 from physagent_studio.workbench.desk import Desk
@@ -115,9 +116,26 @@ def replay(
             except StudioError as error:
                 tell(str(error))
             mine = _mark(desk)
-            yield told["kind"], all(mine[key] == after[key] for key in mine)
+            same = all(mine[key] == after[key] for key in mine)
+            keys = [made[1] for made in (after["made"], mine["made"]) if len(made) > 1]
+            if not same and len(keys) == 2 and all(keys) and keys[0] != keys[1]:
+                tell(f"{told['kind']}: {_apart(source.rollout(keys[0]), fresh.rollout(keys[1]))}")
+            yield told["kind"], same
     finally:
         fresh.close()
+
+
+def _apart(before: Rollout, now: Rollout) -> str:
+    """How far a run that was done again lies from the recorded one, in words."""
+    if before.objects != now.objects or before.positions.shape != now.positions.shape:
+        return "the run is of other things or of another length than the recorded one"
+    gaps = [np.linalg.norm(now.positions - before.positions, axis=-1)]
+    for (_, old), (_, new) in zip(before.vertices, now.vertices, strict=False):
+        gaps += [np.linalg.norm(new - old, axis=-1)] if old.shape == new.shape else []
+    # What has blown up has no place.
+    most = max(float(np.nanmax(gap, initial=0)) for gap in gaps)
+    made = [", ".join(f"{a} {b}" for a, b in one.versions) for one in (before, now)]
+    return f"up to {1000 * most:.3g} mm apart; recorded with {made[0]}, done again with {made[1]}"
 
 
 def first_state(session: Session) -> LoopState:

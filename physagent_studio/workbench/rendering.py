@@ -47,4 +47,10 @@ def export_rollout(desk: Desk, folder: Path, bundles: Sequence[str] = ()) -> lis
         raise InputError("nothing was simulated yet, so there is nothing to export")
     desk.engine.export(folder, scene, rollout, desk.program)
     write_lessons(folder / "lessons.yaml", lessons_of(desk.state))
-    return write_bundles(folder, bundles)
+    control = desk.control
+    return write_bundles(
+        folder,
+        bundles,
+        cancelled=control.cancelled,
+        progress=lambda what: control.progress(f"writing {what}", None),
+    )

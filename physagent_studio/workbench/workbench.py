@@ -17,6 +17,7 @@ from physagent_studio.program.text.document import dump_program
 from physagent_studio.reconstruction.grounding.proposals import Proposed
 from physagent_studio.records import Case, Image, LoopState
 from physagent_studio.session import Session, Store
+from physagent_studio.session.session import MESH_SUFFIX
 from physagent_studio.workbench import commands, tasks
 from physagent_studio.workbench.boundary import guarded
 from physagent_studio.workbench.desk import Desk
@@ -260,7 +261,10 @@ class Workbench:
             landmarks=(),
             prompt=program.event.prompt,
         )
-        self._open(self.store.create(case, LoopState(draft=program), title=command.title))
+        session = self.store.create(case, LoopState(draft=program), title=command.title)
+        for data in command.forms.values():
+            session.files.put(data, MESH_SUFFIX)
+        self._open(session)
 
     def _reopen(self, session_id: str) -> None:
         folder = self.store.folder_of(session_id)

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 
 from physagent_studio.benchmark.motion_prior.bench import _frames, _truth, against_truth, occlusions
+from physagent_studio.benchmark.motion_prior.hostile import _files, refusal
 from physagent_studio.benchmark.motion_prior.scenes import MOTIONS
 from physagent_studio.rendering import flow_between
 
@@ -26,3 +27,14 @@ def test_truth_tells_a_wrong_flow_from_a_right_one():
         assert np.linalg.norm(wrong - truth, axis=-1)[inner].mean() > 1
     grey = [cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY) for frame in (first, second)]
     assert np.abs(grey[0].astype(int) - grey[1])[inner].mean() > 1
+
+
+def test_hostile_files_of_every_kind_are_refused_in_a_sentence():
+    kinds = set()
+    for name, data, reader in _files():
+        said = refusal(name, data, reader)
+        assert said is not None, name
+        assert 0 < len(said) < 600, name
+        assert "Traceback" not in said, name
+        kinds.add(name)
+    assert len(kinds) >= 16

@@ -5,7 +5,9 @@ from __future__ import annotations
 import io
 import json
 import struct
+from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
 import cv2
 import numpy as np
@@ -15,7 +17,7 @@ import trimesh
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import write_glb
 from physagent_studio.program.rotations import about_axis, matrix_of
-from physagent_studio.records.scene import Mesh
+from physagent_studio.records.scene import Mesh, Shading
 from physagent_studio.rendering.compositor import initial_poses
 from tests.rendering.scenes import FLOOR, ball, crate, rollout_of, scene_of, table
 
@@ -112,6 +114,24 @@ def test_texture_and_texture_coordinates(scene, tmp_path: Path):
     uv = array(document["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"])
     assert np.allclose(uv * (20, 12), mesh.uv, atol=1e-4)
     assert document["extensionsUsed"] == ["KHR_materials_unlit"]
+
+
+def test_the_light_of_the_photo_is_in_colours_of_at_most_one(scene, tmp_path: Path):
+    # The light of the photo is 1.4 everywhere, and its texture goes up to 170.
+    terms = ((float(np.log(1.4)),) + (0.0,) * 15,) * 3
+    dark = (scene.meshes["ball"].texture * (2 / 3)).astype(np.uint8)
+    lit = replace(scene.meshes["ball"], texture=dark, shading=Shading(terms, (0.0, -1.0, 0.0)))
+    scene = replace(scene, meshes=MappingProxyType(dict(scene.meshes) | {"ball": lit}))
+    write_glb(tmp_path / "a.glb", scene, moved(scene), 20)
+    document, array, binary = read(tmp_path / "a.glb")
+    colours = array(document["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"])
+    assert colours.max() <= 1
+    view = document["bufferViews"][document["images"][0]["bufferView"]]
+    data = binary[view["byteOffset"] : view["byteOffset"] + view["byteLength"]]
+    picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+    assert picture is not None
+    shown = picture[..., ::-1] * colours.mean() ** (1 / 2.2)
+    assert np.abs(shown - 1.4 * dark).max() < 1
 
 
 def test_another_reader_finds_everything_in_its_place(scene, tmp_path: Path):

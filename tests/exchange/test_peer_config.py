@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
+import re
+import shutil
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+import yaml
 
 from physagent_studio.errors import InputError
-from physagent_studio.exchange import load_case, load_peer_config
-from physagent_studio.program import PhysicalProgram, SceneObject, SceneState, Support, apply
+from physagent_studio.exchange import PeerSetup, load_case, load_peer_config
+from physagent_studio.exchange.peer_config import _BODIES
+from physagent_studio.exchange.prior.peer_config import config_of
+from physagent_studio.program import (
+    PhysicalProgram,
+    SceneObject,
+    SceneState,
+    SetField,
+    Support,
+    apply,
+)
+from physagent_studio.program.program import EventProgram
 from physagent_studio.program.scene.bodies import Soft
 
 CONFIG = """\
@@ -55,6 +68,10 @@ def test_everything_that_has_a_place(config: Path):
     assert [s.name for s in case.supports] == ["clear_ramp"]
     assert case.prompt == "A strong gust blows from the side."
     assert setup.left_out == ("foam_initial_velocity_x",)
+    config.write_text(CONFIG.replace("mpm_elastic", "mpm_sand"))
+    # Sand has no stiffness here, and nothing holds it.
+    unused = {"MPM_E", "MPM_nu", "fixed_area", "foam_initial_velocity_x"}
+    assert set(load_peer_config(config).left_out) == unused
 
     objects = tuple(SceneObject(name=name, grounding=g) for name, g in case.objects)
     scene = SceneState(objects=objects, supports=(*case.supports, Support(name="floor")))
@@ -119,3 +136,72 @@ def test_real_configurations(cases_dir: Path):
         program = apply(bare, setup.edits(bare))
         assert program.clip.frames in (81, 165)
         assert setup.case.prompt
+
+
+def scene_of(path: Path) -> tuple[PeerSetup, PhysicalProgram]:
+    setup = load_peer_config(path)
+    objects = tuple(SceneObject(name=n, grounding=g) for n, g in setup.case.objects)
+    scene = SceneState(objects=objects, supports=(*setup.case.supports, Support(name="floor")))
+    bare = PhysicalProgram(scene=scene, event=EventProgram(prompt=setup.case.prompt))
+    return setup, apply(bare, setup.edits(bare))
+
+
+CARRIED = (
+    *("all_object_points", "support_object_points", "gravity", "dt"),
+    *("substeps", "frame_steps", "simulated_frames_num", "rigid_rho", "MPM_rho"),
+    *("pbd_elastic_rho", "rigid_friction", "plane_friction"),
+)
+
+
+def flat(value: object) -> list[float]:
+    if isinstance(value, list):
+        return [number for part in value for number in flat(part)]
+    return [float(str(value))]
+
+
+def exported_and_read(path: Path, into: Path) -> tuple[list[str], dict, dict]:
+    """A configuration, what is exported of its program, and that the program is the same again."""
+    _, program = scene_of(path)
+    data, left_out = config_of(program, None)
+    shutil.copy(path.parent / "input.png", into / "input.png")
+    (into / "config.yaml").write_text(yaml.safe_dump(data))
+    again, twice = scene_of(into / "config.yaml")
+    assert twice == program
+    assert not again.left_out or again.left_out == ("fixed_area",)
+    before = yaml.safe_load(re.sub(r"(\d)e(\d)", r"\1.0e+\2", path.read_text()))
+    return left_out, before, data
+
+
+def test_exported_again_it_carries_the_same_values(config: Path, tmp_path_factory):
+    left_out, before, after = exported_and_read(config, tmp_path_factory.mktemp("again"))
+    assert left_out == []
+    assert after["material_type"] == before["material_type"]
+    for key in (*CARRIED, "MPM_E", "MPM_nu"):
+        if key in before:
+            assert flat(after[key]) == pytest.approx(flat(before[key])), key
+    assert after["vgen_prompt"] == " ".join(before["vgen_prompt"].split())
+
+
+def test_what_their_format_cannot_say_is_named(config: Path):
+    _, program = scene_of(config)
+    other = SetField(path="scene.objects.object_1.body", value={"kind": "rigid"})
+    heavy = SetField(path="scene.objects.object_2.density", value=2000.0)
+    rope = SetField(path="scene.objects.object_2.body", value={"kind": "rope"})
+    _, left_out = config_of(apply(program, [other, heavy]), None)
+    assert left_out == ["rigid_rho of object_2 (2000)"]
+    assert "rope" not in config_of(apply(program, [rope]), None)[0]["material_type"]
+    assert "object_2 is of a kind" in config_of(apply(program, [rope]), None)[1][0]
+
+
+def test_real_configurations_carry_the_same_values_again(cases_dir: Path, tmp_path: Path):
+    found = sorted(cases_dir.glob("*/peer_config.yaml"))
+    assert len(found) == 9
+    for path in found:
+        into = tmp_path / path.parent.name
+        into.mkdir()
+        _, before, after = exported_and_read(path, into)
+        for key in CARRIED:
+            if key in before and before[key] is not None:
+                assert flat(after[key]) == pytest.approx(flat(before[key])), (path, key)
+        kinds = [[_BODIES[one] for one in data["material_type"]] for data in (before, after)]
+        assert kinds[0] == kinds[1]

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -119,3 +121,34 @@ def test_a_texture_lies_as_the_compositor_lays_it():
     same = frame.rgb[inside].argmax(-1) == told.rgb[inside].argmax(-1)
     assert bright.mean() > 0.6
     assert same[bright].mean() > 0.97
+
+
+@pytest.mark.pbr
+def test_a_texture_that_carries_the_light_of_the_photo_is_lit_once():
+    pytest.importorskip("mitsuba", reason="the package mitsuba is not installed")
+    item, mesh = ball(position=(0.0, 2.6, 0.5), radius=0.5)
+    plate = np.full((*SIZE[::-1], 3), 150, np.uint8)
+    plain = scene_of([item], {"ball": replace(mesh, color=(170, 170, 170))}, [FLOOR], plate=plate)
+    tracer = PathTracer(plain, 64)
+    photo, seen = tracer.frame().rgb, Compositor(plain).frame().ids == 0
+    inner = cv2.erode(seen.astype(np.uint8), np.ones((9, 9))) > 0
+    lit = photo[inner].astype(float)
+    # It has a side in the light and one in shade.
+    assert np.ptp(np.percentile(lit, (5, 95))) > 40
+    camera = plain.state.camera
+    assert camera is not None
+    front = mesh.vertices * (1, -1, 1)
+    uv = camera.project(np.where(mesh.vertices[:, 1:2] > 0, front, mesh.vertices) + item.position)[
+        0
+    ]
+    painted = replace(mesh, uv=uv, texture=photo)
+    scene = scene_of(
+        [item], {"ball": painted}, [FLOOR], plate=plate, photo=photo, masks={"ball": seen}
+    )
+    tracer = PathTracer(scene, 64)
+    first = tracer.frame().rgb[inner]
+    assert np.abs(first - lit).mean() < 4
+    # Turned about the upright it is the same ball in the same light.
+    half = np.radians(60) / 2
+    turned = tracer.frame([(0.0, 2.6, 0.5)], [(np.cos(half), 0, 0, np.sin(half))]).rgb[inner]
+    assert np.abs(turned - lit).mean() < 8

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 from physagent_studio.benchmark.durability.bench import PROGRAM
 from physagent_studio.program import SetField
 from physagent_studio.program.text.document import load_program
+from physagent_studio.records import Rollout
+from physagent_studio.records.rollout_io import rollout_to_bytes
 from physagent_studio.session import Store
-from physagent_studio.workbench import Workbench, commands
+from physagent_studio.workbench import Workbench, commands, tasks
 from physagent_studio.workbench.journal import BEGUN, replayed
 from physagent_studio.workbench.versions import Sender, sent_by
 
@@ -80,3 +85,32 @@ def test_a_session_replays_to_the_same_bits(bench: Workbench, tmp_path: Path) ->
     bench.close()
     found = replayed(bench.store, session_id, tmp_path / "scratch", "rules")
     assert (found["commands"], found["same"], found["different"]) == (5, 5, [])
+
+
+def test_runs_that_differ_are_said_in_millimetres_and_recorded_ones_stay(
+    bench: Workbench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench.post(start(4))
+    bench.post(commands.Step())
+    assert bench.wait(60)
+    session_id, before = bench.snapshot().session_id, bench.snapshot().rollout
+    assert session_id is not None
+    assert before is not None
+    bench.close()
+    simulated = tasks.simulated
+
+    def elsewhere(*values: Any) -> Rollout:
+        run, aside = simulated(*values), np.array((0.003, 0, 0.004))
+        return replace(run, positions=run.positions + aside, versions=(("it", "9"),))
+
+    monkeypatch.setattr(tasks, "simulated", elsewhere)
+    found = replayed(bench.store, session_id, tmp_path / "scratch", "rules")
+    assert "Step" in found["different"]
+    assert any("up to 5 mm apart" in one and one.endswith("with it 9") for one in found["said"])
+    # What was recorded is what is shown, whatever runs here.
+    kept = bench.store.open(session_id, writing=False)
+    head = kept.load().current
+    assert head is not None
+    assert head.rollout is not None
+    assert rollout_to_bytes(kept.rollout(head.rollout)) == rollout_to_bytes(before)
+    kept.close()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import resource
 import tempfile
 import time
@@ -30,6 +31,9 @@ from physagent_studio.benchmark.motion_prior.scenes import (
 from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import export_motion_prior, load_peer_config
+from physagent_studio.exchange.prior.peer_config import config_of
+from physagent_studio.program import PhysicalProgram, SceneObject, SceneState, Support, apply
+from physagent_studio.program.program import EventProgram
 from physagent_studio.records import Scene
 from physagent_studio.rendering import Compositor, Flow, Frame, flow_between
 
@@ -207,12 +211,29 @@ def _first_frame(scene: Scene) -> list[Row]:
 
 
 def _peers(cases: Path) -> list[Row]:
-    """How many of the peers' configurations in a folder of cases are read, with a report each."""
-    files, read = sorted(cases.glob("*/peer_config.yaml")), 0
+    """How many of the peers' configurations in a folder of cases are read, with a report each, and
+    carry the same values when they are exported again."""
+    files, read, same = sorted(cases.glob("*/peer_config.yaml")), 0, 0
     for file in files:
         try:
-            load_peer_config(file)
+            before = _program_of(file, file)
+            read += 1
+            with tempfile.TemporaryDirectory() as folder:
+                again = Path(folder) / "config.yaml"
+                again.write_text(json.dumps(config_of(before, None)[0]), encoding="utf-8")
+                same += _program_of(again, file) == before
         except InputError:
             continue
-        read += 1
-    return [at_least("peers' configurations read", read, len(files))]
+    return [
+        at_least("peers' configurations read", read, len(files)),
+        at_least("the same values once they are exported and read again", same, len(files)),
+    ]
+
+
+def _program_of(config: Path, beside: Path) -> PhysicalProgram:
+    """What a configuration says; its picture lies beside another file."""
+    setup = load_peer_config(config, photo=beside.parent / "input.png")
+    objects = tuple(SceneObject(name=name, grounding=one) for name, one in setup.case.objects)
+    scene = SceneState(objects=objects, supports=(*setup.case.supports, Support(name="floor")))
+    bare = PhysicalProgram(scene=scene, event=EventProgram(prompt=setup.case.prompt))
+    return apply(bare, setup.edits(bare))

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import io
+import json
 import resource
+import struct
+import subprocess
+import sys
 import tempfile
 import time
+import zipfile
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -13,25 +20,45 @@ import numpy as np
 
 from physagent_studio.benchmark.rows import Row, at_least, at_most
 from physagent_studio.errors import StudioError
+from physagent_studio.exchange import Prior, load_case, load_peer_config, read_lessons
+from physagent_studio.exchange.files import bytes_of, text_of
 from physagent_studio.exchange.peers.handler import read_handler
 from physagent_studio.exchange.peers.mjcf import load_mjcf
 from physagent_studio.exchange.peers.reading import load_peer
+from physagent_studio.exchange.prior.export import FORMAT, MARK
 from physagent_studio.jobs import Limits, shared
 from physagent_studio.jobs.worker import import_all
+from physagent_studio.program.text.document import load_program
+from physagent_studio.reconstruction import read_photo
+from physagent_studio.reconstruction.backends.mesh_files import MAX_BYTES, textured_from
+from physagent_studio.session import Store
+from physagent_studio.workbench.mesh_edits import materials_beside
 
 Reader = Callable[[Path], object]
 _TASKS = (
     "physagent_studio.exchange.peers.handler",
     "physagent_studio.exchange.peers.mjcf",
+    "physagent_studio.reconstruction.backends.mesh_files",
+    "physagent_studio.session.archive",
     "mujoco",
 )
-_ZEROS = b"\0" * 2**20
+LONGEST = 300
+"""Seconds after which the trial is given up."""
+_MANY = 200
+"""Megabytes of zeros that an archive holds."""
 _CONFIG = b"all_object_points: [[[4, 4, 1]]]\nmaterial_type: [rigid]\n"
 _CSV = b"image,angle,force,coordx,coordy,width,height,caption\n"
 _SIM = b"gravity: 980\nobj_info: {3: {label: a, friction: .3}}\n"
 
 
-def _files() -> Iterator[tuple[str, bytes, Reader]]:
+@dataclass(frozen=True, slots=True)
+class Zeros:
+    """A gigabyte of zeros after some bytes, written as a hole."""
+
+    head: bytes = b""
+
+
+def _files() -> Iterator[tuple[str, bytes | Zeros, Reader]]:
     """A name, bytes and the reader that has to refuse them; None of them is read to its end."""
 
     def handler(path: Path) -> object:
@@ -43,7 +70,7 @@ def _files() -> Iterator[tuple[str, bytes, Reader]]:
     yield "handler.py", head + b"  x = " + b"(" * 100_000, handler
     yield "handler.py", b"class A(B", handler
     for name, reader in (("handler.py", handler), ("a.xml", load_mjcf), ("a.csv", load_peer)):
-        yield name, b"image,caption\n" * (name == "a.csv") + _ZEROS * 1024, reader
+        yield name, Zeros(b"image,caption\n" * (name == "a.csv")), reader
     many = "<replicate count='100000000'><geom size='1'/></replicate>"
     mesh = "<asset><mesh name='m' file='{}'/></asset>"
     inner = (
@@ -65,30 +92,137 @@ def _files() -> Iterator[tuple[str, bytes, Reader]]:
     yield "config.yaml", _CONFIG + b"dt: .nan\n", load_peer
     yield "config.yaml", _CONFIG + b"dt: &a [*a]\n", load_peer
     yield "config.yaml", _CONFIG + b"gravity_direction: [0, 0]\n", load_peer
+    yield from _of_our_own()
+
+
+def _of_our_own() -> Iterator[tuple[str, bytes | Zeros, Reader]]:
+    """The same of programs, cases, pictures, meshes, sessions, rollouts and priors."""
+
+    def mesh(path: Path) -> object:
+        data = bytes_of(path, MAX_BYTES)
+        return textured_from(data, path.name, materials_beside(path))
+
+    def program(path: Path) -> object:
+        return load_program(text_of(path, 4_000_000))
+
+    def session(path: Path) -> object:
+        return Store(path.parent / "home").import_from(path)
+
+    def prior(path: Path) -> object:
+        return Prior.open(path.parent).flow(0)
+
+    def rollout(path: Path) -> object:
+        return Prior(path.parent, {}).rollout()
+
+    readers: tuple[tuple[str, Reader], ...] = (
+        ("p.yaml", program), ("case.yaml", load_case), ("i.png", read_photo),
+        ("a.glb", mesh), ("a.obj", mesh), ("a.ply", mesh), ("a.stl", mesh),
+        ("s.physagent", session), ("rollout.npz", rollout), ("meta.json", prior),
+        ("sim.yaml", load_peer), ("config.yaml", load_peer_config), ("lessons.yaml", read_lessons),
+    )  # fmt: skip
+    for name, reader in readers:
+        yield name, Zeros(), reader
+        yield name, b"", reader
+    yield "p.yaml", b"scene: {gravity: [0, 0, .nan]}", program
+    yield "p.yaml", b"a: &a [*a, *a]", program
+    yield "case.yaml", b"image: ../../i.png\nsize: [64, 48]\n", load_case
+    yield "a.obj", b"v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3\n", mesh
+    yield "a.ply", b"ply\nformat ascii 1.0\nelement vertex 2000000000\nend_header\n", mesh
+    yield "a.glb", _glb({"accessors": [{"count": 10**9}]}), mesh
+    yield "a.glb", _glb({"buffers": [{"uri": "../../a.bin"}]}), mesh
+    yield "a.glb", _glb({"images": [{"bufferView": 9}], "bufferViews": []}), mesh
+    manifest: dict[str, bytes | int] = {
+        "manifest.json": b'{"format": 1, "schema": 2}',
+        "rows.json": b"{}",
+    }
+    yield "s.physagent", _zip(manifest | {"../../evil.png": b"x"}), session
+    yield "s.physagent", _zip(manifest | {"/etc/evil": b"x"}), session
+    yield "s.physagent", _zip(manifest | {"rows.json": _MANY}), session
+    yield "s.physagent", _zip(manifest)[:-30], session
+    yield "rollout.npz", _zip({"positions.npy": _MANY, "meta.npy": b"x"}), rollout
+    made = {"kind": MARK, "made_from": {"format": FORMAT}, "frames": 2, "size": [64, 48]}
+    yield "meta.json", json.dumps(made).encode(), prior
+    yield "meta.json", json.dumps(made | {"made_from": {"format": 99}}).encode(), prior
+
+
+def _glb(document: dict[str, object]) -> bytes:
+    text = json.dumps({"asset": {"version": "2.0"}} | document).encode()
+    text += b" " * (-len(text) % 4)
+    chunk = struct.pack("<II", len(text), 0x4E4F534A) + text
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunk)) + chunk
+
+
+def _zip(files: dict[str, bytes | int]) -> bytes:
+    """An archive of bytes, or of so many megabytes of zeros."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in files.items():
+            with archive.open(name, "w") as file:
+                for part in [data] if isinstance(data, bytes) else [bytes(2**20)] * data:
+                    file.write(part)
+    return out.getvalue()
 
 
 def hostile() -> list[Row]:
-    """How many are refused, the longest time by the clock and the most memory of a decoder."""
-    refused, slowest, count = 0, 0.0, 0
-    for name, data, reader in _files():
-        count += 1
-        with tempfile.TemporaryDirectory() as folder:
-            place = Path(folder)
-            for picture in ("input.png", "original.png", "mask.png", "a.png"):
-                cv2.imwrite(str(place / picture), np.full((48, 64, 3), 3, np.uint8))
-            (place / "a.stl").write_bytes(b"\0" * 80 + b"\xff" * 4)
-            (place / name).write_bytes(data)
-            # As in a studio that has been running: what reads is there before the file is.
-            shared().submit(import_all, _TASKS, limits=Limits(60.0, 2**40))
-            started = time.perf_counter()
-            try:
-                reader(place / name)
-            except StudioError:
-                refused += 1
-            slowest = max(slowest, time.perf_counter() - started)
-    memory = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
+    """How many are refused, the longest time by the clock, and the most memory one takes.
+
+    In a process of its own, so that the memory is of nothing else.
+    """
+    command = [sys.executable, "-m", __name__]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST, check=False)
+    try:
+        count, refused, slowest, memory = json.loads(run.stdout.splitlines()[-1])
+    except (ValueError, IndexError):
+        return [Row("hostile files", f"not measured: {run.stderr[-300:]}", "", "", False)]
     return [
         at_least(f"hostile files refused, of {count}", refused, count),
         at_most("the longest that one takes", slowest, 1.0, "s"),
-        at_most("the most memory of a process that reads one", memory, 300, "MB"),
+        at_most("the most memory that a process takes for one", memory, 300, "MB"),
     ]
+
+
+def _tried() -> tuple[int, int, float, float]:
+    """How many files, how many of them refused, the longest, s, and the most memory, MB."""
+    refused, slowest, count, grown = 0, 0.0, 0, 0
+    for name, data, reader in _files():
+        # As in a studio that has been running: what reads is there before the file is.
+        shared().submit(import_all, _TASKS, limits=Limits(60.0, 2**40))
+        before, started = _peak(), time.perf_counter()
+        refused += refusal(name, data, reader) is not None
+        slowest = max(slowest, time.perf_counter() - started)
+        grown, count = max(grown, _peak() - before), count + 1
+    shared().close()
+    child = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+    return count, refused, slowest, max(child, grown) / 1024
+
+
+def refusal(name: str, data: bytes | Zeros, reader: Reader) -> str | None:
+    """What a reader says of a file; None where it takes it."""
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder)
+        for picture in ("input.png", "original.png", "mask.png", "a.png"):
+            cv2.imwrite(str(place / picture), np.full((48, 64, 3), 3, np.uint8))
+        (place / "a.stl").write_bytes(b"\0" * 80 + b"\xff" * 4)
+        _write(place / name, data)
+        try:
+            reader(place / name)
+        except StudioError as error:
+            return str(error)
+    return None
+
+
+def _write(path: Path, data: bytes | Zeros) -> None:
+    with path.open("wb") as file:
+        if isinstance(data, Zeros):
+            file.write(data.head)
+            file.truncate(len(data.head) + 2**30)
+        else:
+            file.write(data)
+
+
+def _peak() -> int:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+
+if __name__ == "__main__":
+    print(json.dumps(_tried()))

@@ -54,7 +54,7 @@ class ComfyUI:
         progress: Progress | None = None,
     ) -> Path:
         """See `VideoGenerator`."""
-        write_bundles(prior.folder, ["wan-fun"])
+        write_bundles(prior.folder, ["wan-fun"], cancelled=cancelled)
         folder = prior.folder / "wan-fun"
         values: dict[str, Any] = {
             "prompt": prior.meta["prompt"],

@@ -65,7 +65,7 @@ class Diffusers:
         tell("loading the model", 0.0)
         pipeline = self._loaded(torch)
         tell("preparing", 0.0)
-        write_bundles(prior.folder, ["wan-vace"])
+        write_bundles(prior.folder, ["wan-vace"], cancelled=cancelled)
         said, inputs = _inputs(prior)
 
         def after_step(_: Any, number: int, time: Any, tensors: dict[str, Any]) -> dict[str, Any]:

@@ -22,7 +22,7 @@ from physagent_studio.program.text.document import validate_data
 
 MAX_BYTES, MAX_ASSETS = 4 * 2**20, 32 * 2**20
 """Bytes of the file, and of all that it names."""
-LIMITS = Limits(seconds=0.9, memory=192 * 2**20)
+LIMITS = Limits(seconds=0.7, memory=192 * 2**20)
 """What reading may take."""
 _ASSETS = (".stl", ".obj", ".msh", ".png")
 _FOLDERS = ("meshdir", "texturedir", "assetdir")

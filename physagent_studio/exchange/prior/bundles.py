@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import secrets
+import shutil
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 
-from physagent_studio.errors import InputError
+from physagent_studio.errors import Cancelled, InputError
 from physagent_studio.exchange.files import written
 from physagent_studio.exchange.prior.folder import Prior
 from physagent_studio.exchange.prior.generators import (
@@ -18,6 +21,7 @@ from physagent_studio.exchange.prior.generators import (
     wan_vace,
 )
 from physagent_studio.exchange.prior.mjcf import mjcf
+from physagent_studio.exchange.prior.peer_config import peer_config
 from physagent_studio.exchange.prior.rerun import rerun
 from physagent_studio.exchange.prior.sink import Sink
 from physagent_studio.exchange.tables import write_csv, write_parquet
@@ -28,18 +32,55 @@ KITTI_SCALE, KITTI_ZERO = 64.0, 2**15
 """KITTI's flow PNG: 64 a pixel, 0 at 2¹⁵ (Geiger et al., development kit of the flow benchmark)."""
 
 
-def write_bundles(folder: Path | str, names: Sequence[str]) -> list[str]:
-    """Writes those bundles into a finished prior; returns a line on each.
+def write_bundles(
+    folder: Path | str,
+    names: Sequence[str],
+    *,
+    cancelled: Callable[[], bool] | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> list[str]:
+    """Writes those bundles into a finished prior, each whole or not at all; a line on each.
+
+    progress: told which bundle reads what of which frame.
 
     Raises:
         InputError: the folder is no prior, or a name is not known.
         BackendMissing: a bundle needs a package that is not installed.
+        Cancelled: `cancelled` said so; bundles before the one at work stay.
     """
     unknown = [name for name in names if name not in BUNDLES]
     if unknown:
         raise InputError(f"there is no bundle '{unknown[0]}' (known: {', '.join(BUNDLES)})")
-    prior = Prior.open(folder)
-    return [f"{name}: {BUNDLES[name](prior, prior.folder / name)}" for name in names]
+    prior, said = Prior.open(folder), []
+    for name in names:
+
+        def reading(what: str, name: str = name) -> None:
+            if cancelled is not None and cancelled():
+                raise Cancelled("cancelled")
+            if progress is not None:
+                progress(f"{name}: {what}")
+
+        said.append(f"{name}: {_whole(name, replace(prior, reading=reading))}")
+    return said
+
+
+def _whole(name: str, prior: Prior) -> str:
+    """Writes a bundle beside its place and moves it there when it is done; what to know of it."""
+    place = prior.folder / name
+    # What an end of the process has left there is half a bundle.
+    for old in prior.folder.glob(f".{name}.*"):
+        shutil.rmtree(old, ignore_errors=True)
+    partial = prior.folder / f".{name}.{secrets.token_hex(4)}"
+    try:
+        partial.mkdir()
+        said = BUNDLES[name](prior, partial)
+        shutil.rmtree(place, ignore_errors=True)
+        partial.replace(place)
+    except OSError as error:
+        raise InputError(f"{place} cannot be written ({error.strerror or error})") from error
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+    return said
 
 
 def flo(prior: Prior, out: Path) -> str:
@@ -112,6 +153,7 @@ BUNDLES: Mapping[str, Bundle] = {
     "parquet": parquet,
     "mjcf": mjcf,
     "rerun": rerun,
+    "peer-config": peer_config,
     "final-sim": final_sim,
     "wan-vace": wan_vace,
     "wan-fun": wan_fun,

@@ -31,7 +31,7 @@ from physagent_studio import __version__
 from physagent_studio.errors import InputError
 from physagent_studio.exchange.animation import write_glb
 from physagent_studio.exchange.files import written
-from physagent_studio.exchange.flow_colors import flow_picture
+from physagent_studio.exchange.flow_colors import flow_picture, moving_pixels
 from physagent_studio.exchange.prior.captions import captions
 from physagent_studio.exchange.prior.sink import Sink
 from physagent_studio.exchange.video import VideoFile
@@ -150,12 +150,11 @@ class _Writer:
             backward=back.vectors,
             backward_visible=back.visible,
         )
-        low, high = float(ahead.vectors.min()), float(ahead.vectors.max())
-        if max(-low, high) > 0:
-            x, y = ahead.vectors.reshape(-1, 2).T
-            self.fastest = max(self.fastest, float(np.sqrt((x * x + y * y).max())))
+        moving = moving_pixels(ahead.vectors)
+        x, y = ahead.vectors.reshape(-1, 2).take(moving, 0).T
+        self.fastest = max(self.fastest, float(np.sqrt((x * x + y * y).max(initial=0))))
         full = FULL_COLOUR * frame.ids.shape[1]
-        self.videos["flow"].add(flow_picture(ahead.vectors, full))
+        self.videos["flow"].add(flow_picture(ahead.vectors, full, moving))
 
     def _frame(self, number: int, frame: Frame) -> None:
         sink, hits = self.sink, frame.surface.hits

@@ -34,8 +34,9 @@ MOVED = 1e-3
 """Metres that a thing moves at least to count as moving."""
 SPREAD = 9
 """Pixels around what moves that a generator may paint too: soft outlines and shadows."""
-_STEPS = [1000, 750, 500, 250]
-"""Four even denoising steps, for whoever has no list of their model's own: the file is theirs."""
+SDEDIT = {"denoising_step_list": [800, 600, 400, 200], "mask_dropin_step": -1}
+"""As most of PhysAgent's published configurations have it: noise is added to our frames up to the
+first step, so that from 1000 nothing of them would be left."""
 
 
 def final_sim(prior: Prior, out: Path) -> str:
@@ -48,12 +49,12 @@ def final_sim(prior: Prior, out: Path) -> str:
     write_video(out / "simulation.mp4", clip.pictures(), 10)
     noise = warped(clip.flows(), (WAN[0] // LATENT, WAN[1] // LATENT), 32)
     sink.npy("noises.npy", np.stack([one.astype(np.float16) for one in noise]))
-    soft = {name for name, _ in prior.rollout().vertices}
-    _masks(out, "points_masks_downsampled", clip.latent_masks(clip.moving & soft))
-    said = _masks(out, "mesh_masks_downsampled", clip.latent_masks(clip.moving - soft))
+    masks = clip.latent_masks()
+    said = _masks(out, "points_masks_downsampled", masks)
+    # Theirs of a robot's arm, which no scene of ours has; its generator skips what is empty.
+    _masks(out, "mesh_masks_downsampled", np.zeros_like(masks))
     sink.text("prompt.txt", prior.meta["prompt"] + "\n")
-    config = {"denoising_step_list": _STEPS, "mask_dropin_step": 1, "num_output_frames": 21}
-    sink.text("config.yaml", yaml.safe_dump(config, sort_keys=False))
+    sink.text("config.yaml", yaml.safe_dump(SDEDIT | {"num_output_frames": 21}, sort_keys=False))
     return said
 
 
@@ -109,24 +110,22 @@ class _Clip:
         """(H, W, 3) RGB each."""
         return (self.framing.picture(self.prior.picture(int(n))) for n in self.numbers)
 
-    def masks(self, names: set[str] | None = None, spread: int = SPREAD) -> Iterator[NDArray]:
-        """(H, W) where things of these names are, or all that move, and close around them."""
+    def masks(self, spread: int = SPREAD) -> Iterator[NDArray]:
+        """(H, W) where what moves is, and close around it."""
         objects = self.prior.meta["objects"]
-        wanted = [objects.index(n) for n in sorted(self.moving if names is None else names)]
+        wanted = [objects.index(name) for name in sorted(self.moving)]
         kernel = np.ones((2 * spread + 1, 2 * spread + 1), np.uint8)
         for number in self.numbers:
             own = np.isin(self.prior.ids(int(number)), wanted).astype(np.uint8)
             own = self.framing.labels(own)
             yield cv2.dilate(own, kernel) > 0 if spread else own > 0
 
-    def latent_masks(self, names: set[str]) -> NDArray[np.bool_]:
-        """(21, h, w) of the first frame and of every fourth after it, a cell where any pixel is."""
+    def latent_masks(self) -> NDArray[np.bool_]:
+        """(21, h, w) of what moves, four frames each and the last: what fills half of a cell."""
         width, height = (side // LATENT for side in self.framing.after)
-        kept = []
-        for number, mask in enumerate(self.masks(names, 0)):
-            if number % 4 == 0:
-                kept.append(mask.reshape(height, LATENT, width, LATENT).any((1, 3)))
-        return np.stack(kept)
+        cells = [mask.reshape(height, LATENT, width, LATENT).mean((1, 3)) for mask in self.masks(0)]
+        groups = (np.mean(cells[at : at + 4], 0) for at in range(0, len(cells), 4))
+        return np.stack([group > 0.5 for group in groups])
 
     def depths(self) -> Iterator[NDArray[np.uint8]]:
         """(H, W, 3) grey, near is white."""

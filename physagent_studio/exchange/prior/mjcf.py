@@ -9,8 +9,10 @@ import numpy as np
 import trimesh
 from trimesh.exchange.stl import export_stl
 
-from physagent_studio.exchange.prior.folder import Prior
+from physagent_studio.exchange.files import text_of
+from physagent_studio.exchange.prior.folder import MAX_PROGRAM, Prior
 from physagent_studio.exchange.prior.sink import Sink
+from physagent_studio.program.text.document import load_program
 
 
 def mjcf(prior: Prior, out: Path) -> str:
@@ -24,7 +26,9 @@ def mjcf(prior: Prior, out: Path) -> str:
     sink = Sink(out)
     root = ET.Element("mujoco", model="physagent")
     ET.SubElement(root, "compiler", angle="radian", meshdir=".", inertiafromgeom="true")
-    ET.SubElement(root, "option", timestep=f"{rollout.step_seconds:.6g}", gravity="0 0 -9.81")
+    program = load_program(text_of(prior.folder / "program.yaml", MAX_PROGRAM))
+    pull = _row(np.asarray(program.scene.gravity))
+    ET.SubElement(root, "option", timestep=f"{rollout.step_seconds:.6g}", gravity=pull)
     asset, world = ET.SubElement(root, "asset"), ET.SubElement(root, "worldbody")
     _camera(world, prior)
     found = trimesh.load(prior.folder / "scene.glb", force="scene")

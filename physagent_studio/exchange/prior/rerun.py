@@ -116,10 +116,7 @@ def _frame(rr: Any, stream: Any, prior: Prior, rollout: Rollout, number: int) ->
     """The picture, its depth, what touches since the frame before, and soft things' vertices."""
     stream.set_time(FRAME, sequence=number)
     stream.set_time(SECONDS, duration=number * float(prior.meta["seconds_per_frame"]))
-    picture, depth = (
-        (prior.folder / f"{name}_{number:04d}.png").read_bytes()
-        for name in ("frames/frame", "depth/depth")
-    )
+    picture, depth = (prior.png(name, number) for name in ("frames/frame", "depth/depth"))
     image = rr.EncodedImage(contents=picture, media_type=_PNG)
     stream.log("world/camera/picture", image, strict=True)
     far = rr.EncodedDepthImage(depth, media_type=_PNG, meter=1000.0)

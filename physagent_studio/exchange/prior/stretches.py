@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -33,24 +34,35 @@ Bytes = NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Stretches:
-    """Remembers the last file of each kind: its stretches, and what they became."""
+    """Remembers the last file of each kind: its stretches, what each became, and its checksum."""
 
-    last: dict[str, tuple[Bytes, list[bytes]]] = field(default_factory=dict)
+    last: dict[str, tuple[Bytes, list[bytes], list[int]]] = field(default_factory=dict)
 
-    def deflated(self, kind: str, data: Bytes, strategy: int = zlib.Z_DEFAULT_STRATEGY) -> bytes:
-        """Raw deflate of flat bytes."""
-        before, known = self.last.get(kind, (data[:0], []))
-        same = _same(data, before)
-        now = []
+    def deflated(
+        self,
+        kind: str,
+        data: Bytes,
+        checksum: Callable[[memoryview], int],
+        strategy: int = zlib.Z_DEFAULT_STRATEGY,
+    ) -> tuple[bytes, list[int]]:
+        """Raw deflate of flat bytes, and the checksum of each stretch."""
+        before, packed, sums = self.last.get(kind, (data[:0], [], []))
+        if len(before) != len(data):
+            count = -(-len(data) // STRETCH)
+            before, packed, sums = np.zeros_like(data), [b""] * count, [0] * count
+            same = np.zeros(count, bool)
+        else:
+            same = _same(data, before)
         for number, start in enumerate(range(0, len(data), STRETCH)):
             if number < len(same) and same[number]:
-                now.append(known[number])
                 continue
+            part = data[start : start + STRETCH]
+            before[start : start + STRETCH] = part
             packer = zlib.compressobj(_LEVEL, zlib.DEFLATED, -15, 8, strategy)
-            packed = packer.compress(data[start : start + STRETCH].data)
-            now.append(packed + packer.flush(zlib.Z_FULL_FLUSH))
-        self.last[kind] = data.copy(), now
-        return b"".join([*now, _END])
+            packed[number] = packer.compress(part.data) + packer.flush(zlib.Z_FULL_FLUSH)
+            sums[number] = checksum(part.data)
+        self.last[kind] = before, packed, sums
+        return b"".join([*packed, _END]), sums
 
     def png(self, kind: str, picture: NDArray[Any]) -> bytes:
         """A PNG of (H, W) or (H, W, 3) RGB, 8 or 16 bit."""
@@ -66,8 +78,8 @@ class Stretches:
         np.subtract(rows[:, step:], rows[:, :-step], out=filtered[:, 1 + step :])
         # What is left of a photograph repeats nothing but single values.
         way = zlib.Z_RLE if channels == 3 else zlib.Z_DEFAULT_STRATEGY
-        packed = self.deflated(kind, filtered.reshape(-1), way)
-        packed = b"\x78\x01" + packed + zlib.adler32(filtered.data).to_bytes(4, "big")
+        packed, sums = self.deflated(kind, filtered.reshape(-1), zlib.adler32, way)
+        packed = b"\x78\x01" + packed + _adler(sums, filtered.size).to_bytes(4, "big")
         depth = 8 * picture.dtype.itemsize
         head = struct.pack(">IIBBBBB", width, height, depth, _COLOURS[channels], 0, 0, 0)
         chunks = ((b"IHDR", head), (b"IDAT", packed), (b"IEND", b""))
@@ -82,9 +94,10 @@ class Stretches:
             head = np.frombuffer(_npy_head(flat), np.uint8)
             values = flat.reshape(-1).view(np.uint8)
             # The last block of the head is no end: what follows belongs to the same stream.
-            packed = self.deflated(f"{kind}/{name}/head", head)[: -len(_END)]
-            packed += self.deflated(f"{kind}/{name}", values)
-            crc, size = zlib.crc32(values.data, zlib.crc32(head.data)), len(head) + len(values)
+            packed, first = self.deflated(f"{kind}/{name}/head", head, zlib.crc32)
+            rest, sums = self.deflated(f"{kind}/{name}", values, zlib.crc32)
+            packed = packed[: -len(_END)] + rest
+            crc, size = _crc(first[0], sums, values), len(head) + len(values)
             path = f"{name}.npy".encode()
             sizes = (20, 0, 8, 0, _DATE, crc, len(packed), size, len(path), 0)
             body += [struct.pack("<IHHHHHIIIHH", 0x04034B50, *sizes), path, packed]
@@ -105,6 +118,38 @@ def _same(data: Bytes, before: Bytes) -> NDArray[np.bool_]:
     count = min(len(data), len(before)) // STRETCH
     one, other = (part[: count * STRETCH].view(np.uint64) for part in (data, before))
     return (one == other).reshape(count, STRETCH // 8).all(1)
+
+
+def _adler(sums: list[int], size: int) -> int:
+    """Adler-32 (RFC 1950) of stretches one after the other, from those of each."""
+    low, high = 1, 0
+    for number, one in enumerate(sums):
+        length = min(STRETCH, size - number * STRETCH)
+        high = (high + (one >> 16) + length * (low - 1)) % 65521
+        low = (low + (one & 0xFFFF) - 1) % 65521
+    return high << 16 | low
+
+
+def _crc(crc: int, sums: list[int], data: Bytes) -> int:
+    """CRC-32 of what has this one and then stretches, from those of each.
+
+    It is linear over the bits: that of zeros behind it tells what a stretch makes of it.
+    """
+    a, b, c, d = _behind_it()
+    whole = len(data) // STRETCH
+    for one in sums[:whole]:
+        crc = a[crc & 255] ^ b[crc >> 8 & 255] ^ c[crc >> 16 & 255] ^ d[crc >> 24] ^ one
+    return zlib.crc32(data[whole * STRETCH :].data, crc)
+
+
+@lru_cache(maxsize=1)
+def _behind_it() -> tuple[list[int], ...]:
+    """What each byte of a CRC-32 becomes by a stretch behind it, from the lowest on."""
+    zeros = bytes(STRETCH)
+    none = zlib.crc32(zeros)
+    return tuple(
+        [zlib.crc32(zeros, byte << 8 * place) ^ none for byte in range(256)] for place in range(4)
+    )
 
 
 def _chunk(name: bytes, data: bytes) -> bytes:

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from physagent_studio.errors import Problem, ProgramError
 from physagent_studio.program.program import PhysicalProgram, unsigned_zeros
 from physagent_studio.program.text.json_schema import Location, fields_at, json_schema, tags_at
+from physagent_studio.program.text.migrations import brought_up
 from physagent_studio.program.text.problems import problems_of
 from physagent_studio.program.text.yaml_nodes import Node, parse
 
@@ -36,7 +37,11 @@ def program_of(root: Node) -> PhysicalProgram:
 
 
 def validate_data(data: Any, lines: Mapping[Location, int] | None = None) -> PhysicalProgram:
-    """The program of plain data, taken strictly: no text for a number, no number for a word."""
+    """The program of plain data, taken strictly: no text for a number, no number for a word.
+
+    Data of an older version is brought to the present one first.
+    """
+    data = brought_up(data, (lines or {}).get(("version",)))
     try:
         # Strict JSON mode: lists for tuples, whole numbers for floats, and nothing else bent.
         return PhysicalProgram.model_validate_json(json.dumps(_whole(data)), strict=True)

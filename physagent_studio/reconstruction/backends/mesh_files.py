@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import io
-import json
 import struct
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from trimesh.resolvers import ZipResolver
 
 from physagent_studio.errors import InputError
 from physagent_studio.jobs import JobFailed, Limits, shared
+from physagent_studio.reconstruction.backends.mesh_skins import (
+    check_pictures,
+    glb_document,
+    sewn,
+    skin_of,
+)
 from physagent_studio.reconstruction.shapes.meshes import volume_and_centre
 from physagent_studio.records.scene import Mesh
 
@@ -22,7 +29,7 @@ MAX_ELEMENTS = 2_000_000
 """Vertices or indices that a file may promise."""
 UNREADABLE = (
     ArithmeticError, AttributeError, EOFError, LookupError, NameError,
-    NotImplementedError, RecursionError, TypeError, ValueError, struct.error,
+    NotImplementedError, OSError, RecursionError, SyntaxError, TypeError, ValueError, struct.error,
 )  # fmt: skip
 """What the parsers behind trimesh raise on bytes that are not what they promise."""
 SECONDS, SECONDS_PER_BYTE = 0.7, 2e-7
@@ -54,34 +61,60 @@ def mesh_from(data: bytes, name: str) -> tuple[NDArray[np.float64], NDArray[np.i
 
     Nothing outside of the bytes is read: a file that refers to others is refused.
     """
+    found = _read(data, name, None)
+    return found.vertices, found.faces
+
+
+def textured_from(data: bytes, name: str, beside: Mapping[str, bytes] | None = None) -> Mesh:
+    """The same with its texture, where it has one, in the file's frame and units.
+
+    beside: what an OBJ file may name, by file name: its materials and their pictures.
+    """
+    return _read(data, name, dict(beside or {}))
+
+
+def _read(data: bytes, name: str, beside: dict[str, bytes] | None) -> Mesh:
     if not name.lower().endswith(KINDS):
         raise _unknown(name)
-    if len(data) > MAX_BYTES:
+    size = len(data) + sum(len(one) for one in (beside or {}).values())
+    if size > MAX_BYTES:
         raise _too_large(name)
     if data[:2] in (b"PK", b"\x1f\x8b"):
         raise InputError(f"{name} is a compressed archive, not a mesh")
-    limits = Limits(SECONDS + SECONDS_PER_BYTE * len(data), SPARE + BYTES_PER_BYTE * len(data))
+    limits = Limits(SECONDS + SECONDS_PER_BYTE * size, SPARE + BYTES_PER_BYTE * size)
     try:
-        return shared().submit(parsed, data, name, limits=limits)
+        return shared().submit(parsed, data, name, beside, limits=limits)
     except JobFailed as error:
         raise InputError(f"{name} cannot be read as a mesh: {error}") from error
 
 
-def parsed(data: bytes, name: str) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """The task behind `mesh_from`: trusts the bytes with time and memory."""
+def parsed(data: bytes, name: str, beside: dict[str, bytes] | None = None) -> Mesh:
+    """The task behind `mesh_from`: trusts the bytes with time and memory.
+
+    beside: None to leave textures out.
+    """
     _check_promise(data, name)
-    vertices, faces = _loaded(data, name)
-    if not len(faces):
+    parts = [part for part in _loaded(data, name, beside) if len(part.faces)]
+    if not parts:
         raise InputError(f"{name} has no faces")
-    if vertices.shape[1:] != (3,) or faces.shape[1:] != (3,):
+    if any(p.vertices.shape[1:] != (3,) or p.faces.shape[1:] != (3,) for p in parts):
         raise InputError(f"{name} is not made of triangles in space")
+    first = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    vertices = np.concatenate([np.asarray(part.vertices, float) for part in parts])
+    faces = np.concatenate(
+        [np.asarray(part.faces) + start for part, start in zip(parts, first, strict=False)]
+    ).astype(np.int32)
     if not np.isfinite(vertices).all():
         raise InputError(f"{name} has a vertex that is not finite")
     if np.abs(vertices).max() > FARTHEST:
         raise InputError(f"{name} has a vertex farther than {FARTHEST:g} from its origin")
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise InputError(f"{name} has a face with a corner that does not exist")
-    return _coarse(vertices, faces)
+    places, corners, kept = _coarse(vertices, faces)
+    skin = None if beside is None else skin_of(parts, name)
+    if skin is None:
+        return Mesh(places, corners)
+    return sewn(places, corners, skin[0][kept], skin[1])
 
 
 def _unknown(name: str) -> InputError:
@@ -114,9 +147,8 @@ def _glb_elements(data: bytes, name: str) -> int:
     """Number of elements in a GLB's accessors; nothing outside of the file is referred to."""
     if data[:4] != b"glTF" or len(data) < 20:
         raise InputError(f"{name} is no GLB file")
-    length = int.from_bytes(data[12:16], "little")
     try:
-        document = json.loads(data[20 : 20 + length])
+        document = glb_document(data)
         accessors = document.get("accessors", [])
         outside = [
             b for b in document.get("buffers", []) + document.get("images", []) if "uri" in b
@@ -131,30 +163,36 @@ def _glb_elements(data: bytes, name: str) -> int:
     return count
 
 
-def _loaded(data: bytes, name: str) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+def _loaded(data: bytes, name: str, beside: dict[str, bytes] | None) -> list[trimesh.Trimesh]:
     try:
+        if beside is not None:
+            check_pictures(data, name, beside)
         loaded = trimesh.load(
             io.BytesIO(data),
             file_type=name[-3:].lower(),
-            force="mesh",
+            force="scene",
             process=False,
-            skip_materials=True,
+            skip_materials=beside is None,
+            # What it may name: these files and no others.
+            resolver=ZipResolver({name: io.BytesIO(one) for name, one in (beside or {}).items()}),
         )
+        assert isinstance(loaded, trimesh.Scene)
+        return [part for part in loaded.dump() if isinstance(part, trimesh.Trimesh)]
     except IndexError as error:
         # The parsers look vertices up by the numbers that faces give.
         missing = "something is missing in it, or a face has a corner that does not exist"
         raise InputError(f"{name} cannot be read as a mesh: {missing}") from error
     except UNREADABLE as error:
         raise InputError(f"{name} cannot be read as a mesh: {error}") from error
-    if not isinstance(loaded, trimesh.Trimesh):
-        return np.zeros((0, 3)), np.zeros((0, 3), np.int32)
-    return np.asarray(loaded.vertices, float), np.asarray(loaded.faces, np.int32)
 
 
 def _coarse(
     vertices: NDArray[np.float64], faces: NDArray[np.int32]
-) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """The mesh with its doubled vertices merged, and clustered if it is too fine."""
+) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.bool_]]:
+    """The mesh with its doubled vertices merged, and clustered if it is too fine; (F,) the faces
+
+    that are left.
+    """
     size = max(float(np.ptp(vertices, axis=0).max()), 1e-12)
     cell = size * 1e-7
     while True:
@@ -162,9 +200,9 @@ def _coarse(
         _, first, index = np.unique(grid, axis=0, return_index=True, return_inverse=True)
         merged = index.reshape(-1)[faces].astype(np.int32)
         a, b, c = merged.T
-        merged = merged[(a != b) & (b != c) & (a != c)]
-        if len(merged) <= MAX_FACES:
-            return vertices[first], merged
+        kept = (a != b) & (b != c) & (a != c)
+        if np.count_nonzero(kept) <= MAX_FACES:
+            return vertices[first], merged[kept], kept
         cell = max(cell * 1.5, size / 400)
 
 

@@ -41,8 +41,8 @@ class MeshDesk:
             self._forms.pop(next(iter(self._forms)), None)
         self._forms[browser] = form
         return {
-            "faces": len(form.faces),
-            "size": [float(f"{part:.3g}") for part in np.ptp(form.vertices, axis=0)],
+            "faces": len(form.mesh.faces),
+            "size": [float(f"{part:.3g}") for part in np.ptp(form.mesh.vertices, axis=0)],
             "longest": form.believed(usual),
             "up": form.up,
         }

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import json
+import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import av
 import cv2
@@ -13,8 +15,16 @@ import pyarrow.parquet
 import pytest
 import yaml
 
-from physagent_studio.errors import BackendMissing, InputError
-from physagent_studio.exchange import BUNDLES, Prior, export_motion_prior, write_bundles
+from physagent_studio.errors import BackendMissing, Cancelled, InputError
+from physagent_studio.exchange import (
+    BUNDLES,
+    Prior,
+    export_motion_prior,
+    load_peer_config,
+    write_bundles,
+)
+from physagent_studio.exchange.prior.export import nearest_shown
+from physagent_studio.exchange.prior.generators import _masks
 from physagent_studio.simulation.mj import mj
 from tests.exchange.prior.conftest import FRAMES, Parts
 
@@ -67,6 +77,7 @@ def test_mujoco_shows_every_frame_as_it_was(prior: Prior):
     model = mj.MjModel.from_xml_path(str(prior.folder / "mjcf/scene.xml"))
     rollout = prior.rollout()
     assert model.nkey == FRAMES
+    assert model.opt.gravity.tolist() == [0, 0, -9.81]
     data = mj.MjData(model)
     for number, step in enumerate(rollout.frame_steps()):
         mj.mj_resetDataKeyframe(model, data, number)
@@ -90,6 +101,19 @@ def frames_of(path: Path) -> list[np.ndarray]:
         return [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
 
 
+def test_a_configuration_that_is_read_back(prior: Prior):
+    write_bundles(prior.folder, ["peer-config"])
+    setup = load_peer_config(prior.folder / "peer-config/config.yaml", names=["ball", "crate"])
+    assert setup.left_out == ()
+    assert setup.case.image is not None
+    assert np.array_equal(setup.case.image, prior.picture(0))
+    assert setup.clip == {"frames": 81, "step_seconds": 0.01, "steps_per_frame": 4, "substeps": 10}
+    for index, (_, grounding) in enumerate(setup.case.objects):
+        (point,) = grounding.points
+        # Nobody has clicked: it lies on the thing as the first picture shows it.
+        assert prior.ids(0)[int(point.y), int(point.x)] == index
+
+
 def test_what_realwonder_reads(prior: Prior):
     (said,) = write_bundles(prior.folder, ["final-sim"])
     out = prior.folder / "final-sim"
@@ -104,7 +128,9 @@ def test_what_realwonder_reads(prior: Prior):
     noise = np.load(out / "noises.npy")
     assert noise.shape == (81, 60, 104, 32)
     assert noise.dtype == np.float16
-    masks = np.load(out / "mesh_masks_downsampled.npz")["masks"]
+    # Their mesh masks are of a robot's arm: none is here, and theirs skips what is empty.
+    assert not np.load(out / "mesh_masks_downsampled.npz")["masks"].any()
+    masks = np.load(out / "points_masks_downsampled.npz")["masks"]
     assert masks.shape == (21, 60, 104)
     assert masks.dtype == bool
     assert ".pt" in said
@@ -114,10 +140,23 @@ def test_what_realwonder_reads(prior: Prior):
     middle = crate.mean(0).astype(int)
     assert seen.any()
     assert not masks[0][middle[0], middle[1]]
+    # The last is of the last frame alone; a cell counts where half of it is covered.
+    last = np.where(prior.ids(FRAMES - 1) == 0, 255, 0).astype(np.uint8)
+    shown = cv2.resize(last, (104, 60), interpolation=cv2.INTER_AREA) > 127
+    assert np.count_nonzero(shown & masks[-1]) > 0.8 * np.count_nonzero(shown | masks[-1])
     config = yaml.safe_load((out / "config.yaml").read_text())
     assert config["num_output_frames"] == 21
-    assert {"denoising_step_list", "mask_dropin_step"} <= set(config)
+    assert config["denoising_step_list"][0] < 1000
+    assert config["mask_dropin_step"] == -1
     assert len(frames_of(out / "simulation.mp4")) == 81
+
+
+def test_masks_are_torch_files_where_torch_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    torch = SimpleNamespace(from_numpy=np.array, save=lambda one, path: np.save(f"{path}.npy", one))
+    monkeypatch.setitem(sys.modules, "torch", torch)
+    masks = np.arange(24).reshape(2, 3, 4) % 3 == 0
+    assert "npz" not in _masks(tmp_path, "points", masks)
+    assert np.array_equal(np.load(tmp_path / "points.pt.npy"), masks)
 
 
 def test_control_inputs(prior: Prior):
@@ -132,9 +171,53 @@ def test_control_inputs(prior: Prior):
     control = frames_of(prior.folder / "wan-fun/control_depth.mp4")
     assert len(control) == 81
     assert control[0].shape == (480, 832, 3)
+    # White is near, by the reciprocal of depth: 208 × 120 is four times as large there.
+    depth = np.minimum(prior.depth(0), np.load(prior.folder / "depth/background.npz")["depth"])
+    wanted = np.clip(255 * nearest_shown(prior.depth(0), depth) / depth, 0, 255)
+    shown = cv2.resize(control[0][..., 0], (208, 120), interpolation=cv2.INTER_AREA)
+    assert np.abs(shown - wanted).mean() < 3
+    for index, video in ((0, "input.mp4"), (48, "input.mp4")):
+        own = frames_of(prior.folder / "go-with-the-flow" / video)[index].astype(float)
+        # 720 × 480 is a crop of the 832 × 480 that 208 × 120 becomes.
+        large = cv2.resize(prior.picture(index * 3 // 48), (832, 480))[:, 56:776]
+        assert np.abs(own - large).mean() < 4
     gwtf = prior.folder / "go-with-the-flow"
     assert np.load(gwtf / "noises.npy").shape == (49, 60, 90, 16)
     assert len(frames_of(gwtf / "input.mp4")) == 49
+    for name, rate in (("go-with-the-flow/input.mp4", 12), ("wan-fun/control_depth.mp4", 16)):
+        with av.open(str(prior.folder / name)) as container:
+            assert container.streams.video[0].average_rate == rate
+
+
+def test_a_bundle_tells_what_it_does_and_is_whole_or_not_there(prior: Prior):
+    told: list[str] = []
+    write_bundles(prior.folder, ["flo"], progress=told.append)
+    assert told[0] == f"flo: flow 1 of {FRAMES}"
+    before = {path.name: path.read_bytes() for path in (prior.folder / "flo").iterdir()}
+    reads = iter(range(9))
+    with pytest.raises(Cancelled):
+        write_bundles(prior.folder, ["flo", "final-sim"], cancelled=lambda: next(reads) == 8)
+    assert {p.name: p.read_bytes() for p in (prior.folder / "flo").iterdir()} == before
+    kept = {path.name for path in prior.folder.iterdir()}
+    assert "final-sim" not in kept
+    assert not [name for name in kept if name.startswith(".")]
+
+    def interrupted(what: str) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_bundles(prior.folder, ["flo"], progress=interrupted)
+    assert {path.name for path in prior.folder.iterdir()} == kept
+
+
+def test_a_damaged_prior_is_said(prior: Prior):
+    path = prior.folder / "flow/flow_0001.npz"
+    path.write_bytes(path.read_bytes()[:-200])
+    with pytest.raises(InputError, match=r"flow_0001\.npz is missing or damaged"):
+        write_bundles(prior.folder, ["flo"])
+    (prior.folder / "frames/frame_0002.png").write_bytes(b"")
+    with pytest.raises(InputError, match=r"frame_0002\.png is damaged"):
+        write_bundles(prior.folder, ["wan-vace"])
 
 
 def test_what_is_no_prior_or_no_bundle_is_said(prior: Prior, tmp_path: Path):
@@ -142,4 +225,13 @@ def test_what_is_no_prior_or_no_bundle_is_said(prior: Prior, tmp_path: Path):
         write_bundles(prior.folder, ["floo"])
     with pytest.raises(InputError, match="no finished motion prior"):
         write_bundles(tmp_path, ["flo"])
+    meta = json.loads((prior.folder / "meta.json").read_text())
+    for number, opens in ((4, True), (3, False), (99, False)):
+        meta["made_from"]["format"] = number
+        (prior.folder / "meta.json").write_text(json.dumps(meta))
+        if opens:
+            assert Prior.open(prior.folder).frames == FRAMES
+            continue
+        with pytest.raises(InputError, match=f"of format {number}; .* export its session again"):
+            Prior.open(prior.folder)
     assert set(BUNDLES) >= {"flo", "kitti", "csv", "parquet", "mjcf", "final-sim"}

@@ -7,6 +7,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import av
 import cv2
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from physagent_studio.exchange import export_motion_prior
 from physagent_studio.program.text.document import load_program
 from physagent_studio.records.rollout_io import load_rollout
 from physagent_studio.rendering import Compositor, flow_between, frame_of, normals_of
+from physagent_studio.rendering.backdrop import PALETTE
 from tests.exchange.prior.conftest import Parts
 
 FRAMES = 4
@@ -78,6 +80,38 @@ def test_everything_is_there_and_agrees(parts: Parts, tmp_path: Path):
     assert {name: meta[name] for name in timing} == pytest.approx(timing)
     assert load_program((folder / "program.yaml").read_text()).hash == program.hash
     assert np.array_equal(load_rollout(folder / "rollout.npz").positions, rollout.positions)
+
+
+def test_the_videos_show_what_the_files_say(parts: Parts, tmp_path: Path):
+    folder = export_motion_prior(tmp_path / "prior", *parts, 25)
+    videos = {}
+    for name in ("video", "masks", "depth", "flow"):
+        with av.open(str(folder / f"{name}.mp4")) as container:
+            videos[name] = [f.to_ndarray(format="rgb24") for f in container.decode(video=0)]
+    assert [len(one) for one in videos.values()] == [FRAMES, FRAMES, FRAMES, FRAMES - 1]
+    for number in range(FRAMES):
+        rgb, ids = (
+            cv2.imread(str(folder / f"{stem}_{number:04d}.png"), cv2.IMREAD_UNCHANGED)
+            for stem in ("frames/frame", "ids/ids")
+        )
+        assert rgb is not None
+        assert ids is not None
+        assert np.abs(videos["video"][number].astype(int) - rgb[..., ::-1]).mean() < 4
+        # Away from outlines, where half as many colours as pixels are kept.
+        for index in range(3):
+            inner = cv2.erode((ids == index).astype(np.uint8), np.ones((5, 5))) > 0
+            wanted = (0, 0, 0) if index == 0 else PALETTE[index - 1]
+            assert np.abs(videos["masks"][number][inner] - np.array(wanted)).mean() < 12
+        depth = np.load(folder / f"depth/depth_{number:04d}.npz")["depth"]
+        inner = cv2.erode((ids > 0).astype(np.uint8), np.ones((5, 5))) > 0
+        grey = videos["depth"][number][..., 1][inner].astype(float)
+        product = grey * depth[inner]
+        assert product.std() / product.mean() < 0.05
+    for number, picture in enumerate(videos["flow"]):
+        moving = np.load(folder / f"flow/flow_{number:04d}.npz")["flow"].any(-1)
+        still = cv2.dilate(moving.astype(np.uint8), np.ones((9, 9))) == 0
+        assert picture[still].min() > 245
+        assert picture[cv2.erode(moving.astype(np.uint8), np.ones((9, 9))) > 0].min(-1).max() < 230
 
 
 def test_finished_export_is_left_and_a_broken_one_written_anew(parts: Parts, tmp_path: Path):

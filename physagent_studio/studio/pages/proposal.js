@@ -108,10 +108,14 @@ export function makeProposal(show, focus, mark) {
     button("Demand less", () => document.querySelector(".check .plain")?.click(), { class: "b small", title: "Open what is demanded and change or delete it" }),
     button("Write another sentence", () => dispatchEvent(new CustomEvent("new-sentence")), { class: "b small", title: "The same photo in a new session" }));
 
+  // "later: the start", "earlier: the start": both ways of a number beside its name.
+  const byNumber = (meant) => Object.entries(Object.groupBy(meant, (one) => one.say && one.text.split(": ")[1] || one.text));
+
   // Fields that words could have meant: a click chooses one of them.
   const meant = (p) => h("div", { class: "strip warn stack", role: "group", "aria-label": "What could be meant" },
     h("div", {}, p.understood ? h("b", {}, "Or did you mean:") : [h("b", {}, "Not understood for certain. "), "Did you mean one of these? Nothing was done by itself."]),
-    h("div", { class: "row wrap", style: "gap:4px" }, p.meant.map((one) => button(one.text, () => (!one.say ? mark({ kind: "object", name: value("rounds")?.names?.objects?.[0] || "" }) : send({ do: "decide", kind: "hint", proposal: p.id, reason: one.say })), { class: "b small" })),
+    byNumber(p.meant).map(([what, all]) => h("div", { class: "row wrap", style: "gap:4px" }, all.length > 1 ? h("span", { class: "grow" }, what) : null, all.map((one) => button(all.length > 1 ? one.text.slice(0, -what.length - 2) : one.text, () => (!one.say ? mark({ kind: "object", name: value("rounds")?.names?.objects?.[0] || "" }) : send({ do: "decide", kind: "hint", proposal: p.id, reason: one.say })), { class: "b small", "aria-label": one.text })))),
+    h("div", { class: "row" },
       button("Something else…", () => set("override"), { class: "b small quiet", title: "Choose whose number, which, and its new value" })));
 
   // What the planner wants to know; the answer goes to it as a hint.

@@ -9,7 +9,7 @@ from typing import Any
 from physagent_studio.contract import describe
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.records import Check, Round
-from physagent_studio.studio.panels.words import AS_WORDS, figure, spoken
+from physagent_studio.studio.panels.words import AS_WORDS, INSTEAD, figure, spoken
 
 SEEN = frozenset({"points", "mask", "camera", "geometry", "placement", "support"})
 """Kinds of what is found in the reconstruction: their sentences hold the figures already."""
@@ -72,7 +72,7 @@ def viewed(check: Check) -> tuple[str, str]:
     bound = HELD_AGAINST.search(text)
     if bound is None:
         return text, ""
-    return text[: bound.start()], "" if check.ok else f"not {in_words(bound[1], bound[2])}"
+    return text[: bound.start()], "" if check.ok else f"{INSTEAD[bound[1]]} {bound[2]}"
 
 
 def in_words(sign: str, value: str) -> str:

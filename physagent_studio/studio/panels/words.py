@@ -101,6 +101,8 @@ COUNTED = frozenset({"swings", "joints"})
 
 BOUND = re.compile(r" (≤|≥|<|>) ")
 AS_WORDS = {"≤": "at most", "≥": "at least", "<": "less than", ">": "more than"}
+INSTEAD = {"≤": "more than", "≥": "less than", "<": "at least", ">": "at most"}
+"""What is said of a figure that misses such a bound."""
 
 
 def figure(check: Check, stated: str = "") -> str:
@@ -181,7 +183,7 @@ def speaker(program: PhysicalProgram) -> Callable[[str], str]:
         text = without_paths(text)
         text = IOU.sub(lambda m: f"to {100 * float(m[1]):.0f} %", text)
         text = FRAME.sub(lambda m: f"{m[1] or 'at '}{int(m[2]) * tick:.2f} s", text)
-        text = MISSED.sub(lambda m: f"{m[1]}, not {AS_WORDS[m[2]]} {m[3]}", MINUS.sub("−", text))
+        text = MISSED.sub(lambda m: f"{m[1]}, {INSTEAD[m[2]]} {m[3]}", MINUS.sub("−", text))
         return known.sub(lambda m: m[0].replace("_", " "), text) if longest_first else text
 
     return speak

@@ -6,10 +6,10 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from physagent_studio.contract import describe
+from physagent_studio.contract import INSTEAD, describe
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.records import Check, Round
-from physagent_studio.studio.panels.words import AS_WORDS, INSTEAD, figure, spoken
+from physagent_studio.studio.panels.words import AS_WORDS, figure, spoken
 
 SEEN = frozenset({"points", "mask", "camera", "geometry", "placement", "support"})
 """Kinds of what is found in the reconstruction: their sentences hold the figures already."""

@@ -6,6 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Desk
+from tests.browser.test_layout import AMISS, themed
 
 pytestmark = pytest.mark.browser
 
@@ -38,6 +39,9 @@ def test_one_drag_a_thing(waiting: Desk, repository: Path) -> None:
         expect(page.get_by_text("Is the whole of")).to_have_count(1)
         assert waiting.box(page.locator("[data-photo]")) == picture
     expect(page.get_by_text("a box", exact=True)).to_have_count(2)
+    for dark in (False, True):
+        themed(page, (1280, 720), dark=dark)
+        assert page.evaluate(AMISS) == []
     old = waiting.snapshot.session_id
     page.get_by_role("dialog").get_by_role("button", name="Start", exact=True).click()
     waiting.until(lambda: waiting.snapshot.session_id != old, "a new session")

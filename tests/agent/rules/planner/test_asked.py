@@ -16,6 +16,7 @@ from physagent_studio.agent.rules.planner.parameters import (
 )
 from physagent_studio.benchmark.events.words import bench, outcome, program_of
 from physagent_studio.language.wishes import wishes
+from physagent_studio.program.edits import apply
 from physagent_studio.records import Case
 
 FILE = Path(__file__).parents[3] / "data" / "free_words.yaml"
@@ -121,5 +122,5 @@ def test_what_is_only_told_is_not_demanded(
     program = program_of(told["programs"][name])
     case = Case("words", None, "", tuple((o.name, o.grounding) for o in program.scene.objects),
                 (), (), "")  # fmt: skip
-    made = [edit.item for edit in demands(case, program, words) if "statements" in edit.path]
-    assert [(one["kind"], one["negated"]) for one in made] == demanded
+    made = apply(program, demands(case, program, words)).contract.statements
+    assert [(one.kind, one.negated) for one in made] == demanded

@@ -2,4 +2,4 @@
 
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.measure import MEASURES, measure, met
-from physagent_studio.contract.words import claim, describe
+from physagent_studio.contract.words import INSTEAD, claim, describe

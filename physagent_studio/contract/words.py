@@ -12,6 +12,8 @@ from physagent_studio.program.statements import SpeedBetween
 COMPOSITES = ("all_of", "any_of", "count_of", "before", "in_turn", "together")
 """Kinds that speak of other statements."""
 
+INSTEAD = {"≤": "more than", "≥": "less than", "<": "at least", ">": "at most"}
+"""What is said of a figure that misses such a bound."""
 SIDES = {
     "left": "to the left",
     "right": "to the right",

@@ -18,13 +18,23 @@ from typing import Literal
 from physagent_studio.knowledge import degrees
 from physagent_studio.language.tokens.tokens import singular, tokenise, verb_base
 from physagent_studio.language.tokens.verbs import VERBS
+from physagent_studio.language.tokens.vocabulary import CAMERA_WORDS, DIRECTIONS
 
-Kind = Literal["degree", "side", "keep", "photo", "pace"]
+Kind = Literal["degree", "side", "way", "keep", "photo", "pace"]
+Way = Literal["left", "right", "away", "toward_camera"]
+WAYS: dict[str, tuple[Way, ...]] = {
+    "forward": ("away", "toward_camera"), "backward": ("toward_camera", "away"),
+}  # fmt: skip
+"""In a picture each may be either: as who looks at it says, or as the thing does."""
+LENSES = CAMERA_WORDS | {"me"}
+DEGREES = frozenset(["more", "further", "farther", "bit", "little"])
+"""With these a side is no way by itself."""
 
 CLAUSE = re.compile(
     r"[,.;!?]+|(?<!thing )\bbut\b|\band\b|\bbecause\b|\bsince\b|\bso that\b", re.IGNORECASE
 )
 """Where one thing that is said ends and another begins; "anything but" goes on."""
+BETWEEN = re.compile(r"(\bbetween\b[^,.;!?]*?) and\b", re.IGNORECASE)
 EXCEPTED = frozenset(["but", "except", "besides", "save"])
 """After "everything" or "anything" these name what is left as it is."""
 AT_ONCE = frozenset(["at", "after", "before", "from", "in", "into", "when", "as", "now", "then",
@@ -46,8 +56,9 @@ class Wish:
     """One thing that is asked for.
 
     quantity: a key of `degrees.yaml`, for kind "degree". sign: +1 more, −1 less, 0 not said; for a
-    side +1 left, −1 right. clause: the words around it, to find out whose it is. whole: said of
-    the event or its film as a whole. air: said of wind.
+    side +1 left, −1 right, for a way +1 where it is asked for. ways: where to go. clause: the words
+    around it, to find out whose it is. whole: said of the event or its film as a whole. air: said
+    of wind.
     """
 
     kind: Kind
@@ -56,6 +67,7 @@ class Wish:
     clause: tuple[str, ...] = ()
     whole: bool = False
     air: bool = False
+    ways: tuple[Way, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +87,7 @@ def wishes(text: str) -> tuple[Wish, ...]:
 
 
 def _clauses(text: str) -> Iterator[tuple[str, ...]]:
-    for part in CLAUSE.split(text):
+    for part in CLAUSE.split(BETWEEN.sub(r"\1", text)):
         words = tuple(token.text for token in tokenise(part) if token.text[0].isalnum())
         if words:
             yield words
@@ -86,17 +98,21 @@ def _of(words: Sequence[str]) -> list[Wish]:
     told = tuple(words)
     if _is_kept(words):
         return [Wish("keep", clause=told)]
-    if any(singular(word) in known.photo for word in words) or _is_cut_out(words):
+    ways = _ways(words)
+    if (not ways and any(singular(word) in known.photo for word in words)) or _is_cut_out(words):
         return [Wish("photo", clause=told)]
     side = _side(words)
     if side is not None:
-        return [Wish("side", sign=side, clause=told)]
+        # "More to the left" is by degrees.
+        sides: tuple[Way, ...] = () if DEGREES & set(words) else ("left", "right")
+        return [Wish("side", sign=side, clause=told, ways=sides[side < 0 : 1 + (side <= 0)])]
     whole = any(word in known.whole for word in words)
     if _phrase(words, "slow", "motion") or _phrase(words, "time", "lapse"):
         return [Wish("pace", sign=-1 if "slow" in words else 1, clause=told)]
     air = any(singular(word) in known.air for word in words)
     found = _told_once(words, _degrees(words))
-    return [Wish("degree", d.quantity, _sign(words, d), told, whole, air) for d in found]
+    where = [Wish("way", sign=int(_is_asked(words)), clause=told, ways=ways)] if ways else []
+    return where + [Wish("degree", d.quantity, _sign(words, d), told, whole, air) for d in found]
 
 
 def _phrase(words: Sequence[str], *phrase: str) -> bool:
@@ -148,7 +164,13 @@ def _tells(words: Sequence[str], at: int) -> bool:
 def _side(words: Sequence[str]) -> int | None:
     """+1 left, −1 right, 0 some other way than now; None where no side is asked for."""
     known, said = degrees(), {"left": 1, "right": -1, "leftward": 1, "rightward": -1}
-    sides = [said[word] for at, word in enumerate(words) if word in said and not _tells(words, at)]
+    # "It curves to the left" may be a complaint, "too far left" is one.
+    turned = -1 if "too" in words else int(_is_asked(words) or not _is_told(words))
+    sides = [
+        turned * said[word]
+        for at, word in enumerate(words)
+        if word in said and not _tells(words, at)
+    ]
     steered = any(_base(word) in known.steering or word in known.steering for word in words)
     driven = any(_sense_is_driving(word) for word in words)
     driven = driven or any(_phrase(words, "to", "the", side) for side in ("left", "right"))
@@ -157,7 +179,32 @@ def _side(words: Sequence[str]) -> int | None:
     if sides and steered:
         return 0
     wrong = {"wrong", "other", "another", "different", "opposite"} & set(words)
-    return 0 if wrong and any(word in known.sides for word in words) else None
+    order = any(_phrase(words, "way", around) for around in ("round", "around"))
+    return 0 if wrong and not order and any(word in known.sides for word in words) else None
+
+
+def _ways(words: Sequence[str]) -> tuple[Way, ...]:
+    """Where words want a thing to go, other than to a side; both where either could be meant."""
+    for at, word in enumerate(words):
+        if word in ("away", "toward", "towards") and LENSES & set(words[at + 1 : at + 4]):
+            return ("away",) if word == "away" else ("toward_camera",)
+        # "Back" is said of versions and of time as well.
+        if word != "back" and (way := DIRECTIONS.get(word)) in WAYS:
+            return WAYS[way]
+    return ()
+
+
+def _is_asked(words: Sequence[str]) -> bool:
+    known = degrees().steering
+    named = _is_wished(words) and not (words[0].endswith("s") and _is_told(words[:1]))
+    return named or any(_base(word) in known or word in known for word in words)
+
+
+def _is_told(words: Sequence[str]) -> bool:
+    """Whether a verb of motion says what happens, "it curves"."""
+    return any(
+        _sense_is_driving(word) and word.endswith("s") and word != _base(word) for word in words
+    )
 
 
 def _is_place(words: Sequence[str]) -> bool:
@@ -233,6 +280,8 @@ def _plain_forms(word: str) -> tuple[tuple[str, bool], ...]:
     """What a word may be a form of, and whether it compares: strongly, stronger, later."""
     irregular = {"further": "far", "farther": "far"}
     found = [(word, False), (irregular.get(word, word), word in irregular)]
+    if word.endswith("ed"):  # oiled, iced
+        found.append((word[:-2] + "y", False))
     if word.endswith("ily"):
         found.append((word[:-3] + "y", False))
     if word.endswith("ly"):
@@ -269,7 +318,7 @@ def _sign(words: Sequence[str], one: _Degree) -> int:
     before = tuple(words[max(one.at - NEAR, 0) : one.at])
     denied = any(word in DENIED for word in before)
     if one.form == "noun":
-        return _turned(words, one)
+        return 0 if one.quantity == "time" else _turned(words, one)
     if one.form == "verb":
         hardly = _hardly(before)
         told = one.quantity in OF_THE_WORLD or words[one.at] == _base(words[one.at]) + "s"

@@ -55,8 +55,10 @@ class Compositor:
     changes after it is made.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, *, lit: bool = True) -> None:
         """Prepare a scene whose state is complete.
+
+        lit: False where only what is seen where matters, not its light.
 
         Raises:
             InputError: the scene has no camera, or an object without mesh or position.
@@ -84,7 +86,7 @@ class Compositor:
         world = self._batch.placed(self._positions, self._rotations)
         points = self._to_camera(world)
         plate, ground = self._backdrop(scene), self._stage.ground
-        self._scenery = Scenery.of(scene, plate, self._batch, world, points, ground, self.lens)
+        self._scenery = Scenery.of(scene, plate, self._batch, world, points, ground, self.lens, lit)
         light = self._scenery.sun.lamp.direction
         self._skin = Skin.of(self._batch, meshes, light, self._rotations, points, self.lens)
         hits = self._cast(points)

@@ -52,10 +52,12 @@ class Scenery:
         points: FloatArray,
         ground: Ground,
         lens: Lens,
+        lit: bool = True,
     ) -> Self:
-        """Prepare. world, points: (V, 3) vertices at the initial pose, world and camera frame."""
+        """Prepare. world, points: (V, 3) vertices at the initial pose, world and camera frame.
+        lit: whether the photo's light is looked for, which takes most of the time."""
         sun, sky, settled, photo = DEFAULT, CONTACT, None, scene.photo
-        if photo is not None and photo.shape == plate.shape:
+        if lit and photo is not None and photo.shape == plate.shape:
             masks = [scene.masks.get(item.name) for item in scene.state.objects]
             free = _free(masks, photo.shape[:2])
             seen = shading_around(photo, free, batch, world, ground)

@@ -19,7 +19,7 @@ def drawn_of(scene: Scene) -> dict[str, Drawn]:
         return {}
     if any(item.name not in scene.meshes or item.position is None for item in scene.state.objects):
         return {}  # Something was added by hand and is not drawn yet.
-    ids = Compositor(scene).frame(as_built=True, shadows=False).ids
+    ids = Compositor(scene, lit=False).frame(as_built=True, shadows=False).ids
     found: dict[str, Drawn] = {}
     for index, item in enumerate(scene.state.objects):
         mask = scene.masks.get(item.name)

@@ -16,6 +16,7 @@ import yaml
 from playwright.sync_api import Browser, FloatRect, Locator, Page, expect, sync_playwright
 
 from physagent_studio.agent.rules import RulePlanner
+from physagent_studio.agent.rules.planner import goal_search
 from physagent_studio.assets import assets_dir
 from physagent_studio.session import Store
 from physagent_studio.studio import Studio, serve
@@ -244,7 +245,9 @@ def fresh(tmp_path: Path, browser: Browser, hard: Hard) -> Iterator[Desk]:
 
 
 @pytest.fixture
-def drawn(tmp_path: Path, browser: Browser, decided_once: Path) -> Iterator[Desk]:
+def drawn(
+    tmp_path: Path, browser: Browser, decided_once: Path, brief_search: None
+) -> Iterator[Desk]:
     """The same, with the 3D scene drawn."""
     root = tmp_path / "workspace"
     shutil.copytree(decided_once, root)
@@ -252,7 +255,9 @@ def drawn(tmp_path: Path, browser: Browser, decided_once: Path) -> Iterator[Desk
 
 
 @pytest.fixture
-def waiting(tmp_path: Path, browser: Browser, decided_once: Path) -> Iterator[Desk]:
+def waiting(
+    tmp_path: Path, browser: Browser, decided_once: Path, brief_search: None
+) -> Iterator[Desk]:
     """A studio with a proposal that waits for a decision."""
     root = tmp_path / "workspace"
     shutil.copytree(decided_once, root)
@@ -261,8 +266,9 @@ def waiting(tmp_path: Path, browser: Browser, decided_once: Path) -> Iterator[De
 
 @pytest.fixture
 def brief_search(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A repair is searched for in few runs, where only what is done with it matters."""
+    """A repair is searched for in few runs: here only what is done with it matters."""
     monkeypatch.setattr(engine, "RulePlanner", lambda: RulePlanner(limit=8))
+    monkeypatch.setattr(goal_search, "LIMIT", 12)
 
 
 def running(

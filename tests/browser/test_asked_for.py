@@ -80,10 +80,20 @@ def test_a_doubtful_camera_is_chosen_from_three_pictures(
     waiting: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     doubt = Doubt(kind="camera", name="", probability=0.4, helps="")
-    monkeypatch.setattr(rounds, "doubts_of", lambda _scene: [doubt])
+    first, second, *_ = (one.name for one in waiting.snapshot.program.scene.objects)
+    mask = Doubt(kind="mask", name=first, probability=0.4, helps="")
+    monkeypatch.setattr(rounds, "doubts_of", lambda _scene: [doubt, mask])
+    monkeypatch.setattr(rounds, "_loose", lambda _: [{"name": second, "percent": 61}])
     waiting.proposal()
     page = waiting.page
     page.evaluate("import('/wire.js').then(w => w.send({do: 'show', what: 'ghosts', on: false}))")
+    # Each doubt is told once, with what helps.
+    expect(page.get_by_text("Is the whole of")).to_have_count(1)
+    told = page.get_by_role("group", name=re.compile("Doubtful mask of"))
+    expect(told.get_by_role("button")).to_have_text(["Look at its masks", "It is right"])
+    loose = page.get_by_role("group", name=re.compile("Loose fit of"))
+    expect(loose).to_contain_text("covers 61 % of what was cut out")
+    expect(loose.get_by_role("button", name="Try its next shape")).to_be_enabled()
     strip = page.get_by_role("group", name="Doubtful camera")
     expect(strip.locator(".cameras button")).to_have_text(["from above", "eye level", "low"])
     before = waiting.snapshot.program.scene.camera

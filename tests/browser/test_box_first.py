@@ -6,6 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Desk
+from tests.browser.test_layout import AMISS, themed
 
 pytestmark = pytest.mark.browser
 
@@ -30,7 +31,17 @@ def test_one_drag_a_thing(waiting: Desk, repository: Path) -> None:
         page.mouse.down()
         page.mouse.move(picture["x"] + x1 * scale, picture["y"] + y1 * scale, steps=4)
         page.mouse.up()
+        # What was cut out is shown at once, also while the next thing's turn comes, and the photo
+        # stays where the hand is.
+        name = next(one for one, box in BOXES.items() if box[0] == x0).replace("_", " ")
+        masks = page.get_by_role("group", name=f"Masks of {name}")
+        expect(masks.get_by_role("button")).to_have_count(4)
+        expect(page.get_by_text("Is the whole of")).to_have_count(1)
+        assert waiting.box(page.locator("[data-photo]")) == picture
     expect(page.get_by_text("a box", exact=True)).to_have_count(2)
+    for dark in (False, True):
+        themed(page, (1280, 720), dark=dark)
+        assert page.evaluate(AMISS) == []
     old = waiting.snapshot.session_id
     page.get_by_role("dialog").get_by_role("button", name="Start", exact=True).click()
     waiting.until(lambda: waiting.snapshot.session_id != old, "a new session")

@@ -267,8 +267,15 @@ def test_by_hand_to_success_then_fork_and_compare(waiting: Desk) -> None:
     expect(page.get_by_text("The event happens", exact=True)).to_be_visible()
     done = waiting.snapshot.state
     # Back to the first round, read-only, compared, then on from there.
+    shown = len(done.rounds)
+    expect(page.get_by_role("button", name=f"Compare with round {shown}")).to_have_count(0)
     page.get_by_role("button", name=re.compile("Compare with round 1")).click()
-    expect(page.get_by_text("Compared with round 1")).to_be_visible()
+    expect(page.get_by_text("Compared with round 1")).to_be_in_viewport()
+    # What was edited by hand does not go along into another branch.
+    edit = SetField(path="clip.playback_fps", value=20.0)
+    waiting.workbench.post(commands.ApplyEdits((edit,), "by hand"))
+    waiting.until(lambda: waiting.snapshot.has_draft, "the edit")
+    waiting.idle()
     page.get_by_role("list", name="History").get_by_role(
         "button", name=re.compile("Round 1")
     ).first.click()
@@ -277,6 +284,7 @@ def test_by_hand_to_success_then_fork_and_compare(waiting: Desk) -> None:
     waiting.button("Go on from here").click()
     waiting.until(lambda: waiting.snapshot.state.head == done.rounds[0].id, "the fork")
     assert len(waiting.snapshot.state.rounds) == len(done.rounds)
+    assert not waiting.snapshot.has_draft
     waiting.proposal()
 
 

@@ -156,7 +156,13 @@ def test_a_model_s_question_reasons_and_contradiction_are_shown(waiting: Desk) -
     expect(page.get_by_text("the ball was measured on the block")).to_be_visible()
     expect(page.get_by_role("list", name="Clause by clause")).to_contain_text("it stops <b>short")
     expect(page.get_by_text("How heavy is the ball?")).to_be_visible()
+    # No repair: nothing to accept or to see, and what a person can do.
     expect(desk.button("Accept")).to_have_count(0)
+    expect(page.get_by_text("See the proposed repair")).to_have_count(0)
+    expect(page.get_by_role("group", name="What you can do").get_by_role("button")).to_have_text(
+        ["Draw a mask anew", "Demand less", "Write another sentence"]
+    )
+    expect(desk.button("Give a hint")).to_be_enabled()
     page.get_by_label("Your answer").fill("80 grams")
     desk.button("Answer").click()
     desk.until(lambda: desk.snapshot.state.hints == ("80 grams",), "the answer")

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
+from physagent_studio.assets import assets_dir
+from physagent_studio.workbench import commands
 from tests.browser.conftest import Desk
 from tests.browser.in_scene import POSE, pixel_of, pose_of, pull, view_of
 
@@ -150,3 +152,30 @@ def test_handles_move_scale_and_wish(drawn: Desk) -> None:
     assert not drawn.snapshot.has_draft
     words = f"You put {name.replace('_', ' ')}"
     expect(page.get_by_role("group", name="Proposal")).to_contain_text(words)
+
+
+GLASS = """name => {
+  let found = false;
+  window.__viserMutable.nodeRefFromName[name]?.traverse((one) => {
+    found ||= one.isMesh && one.material.transparent && one.material.opacity < 0.5;
+  });
+  return found;
+}"""
+EYE = "() => window.__viserMutable.camera.position.toArray()"
+
+
+def test_things_are_seen_through_and_the_camera_is_reset_with_a_session(drawn: Desk) -> None:
+    page, view = drawn.page, view_of(drawn)
+    thing = f"/objects/{drawn.snapshot.program.scene.objects[0].name}"
+    drawn.tab("Scene")
+    for on in (True, False):
+        page.get_by_label("See-through things").set_checked(on)
+        drawn.until(lambda on=on: view.evaluate(GLASS, thing) == on, f"glass: {on}")
+    first, session = view.evaluate(EYE), drawn.snapshot.session_id
+    page.keyboard.press("t")
+    drawn.until(lambda: not np.allclose(view.evaluate(EYE), first, atol=0.1), "the view from above")
+    # The same event in another session begins at the photo's own camera again.
+    drawn.workbench.post(commands.OpenCase(assets_dir() / "demo", "only_the_cube"))
+    drawn.until(lambda: drawn.snapshot.session_id != session, "another session")
+    drawn.idle()
+    drawn.until(lambda: np.allclose(view.evaluate(EYE), first, atol=1e-2), "the photo's camera")

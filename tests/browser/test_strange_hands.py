@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
+from physagent_studio.workbench import commands
 from tests.browser.conftest import PATIENCE, Desk
 
 pytestmark = pytest.mark.browser
@@ -65,6 +66,13 @@ def test_escape_closes_forms(waiting: Desk) -> None:
         expect(page.get_by_label(field, exact=True)).to_be_visible()
         page.keyboard.press("Escape")
         expect(page.get_by_label(field, exact=True)).to_have_count(0)
+    # Nor does one follow into another session.
+    waiting.button("Reject").click()
+    page.get_by_label("Reason").fill("too strong")
+    waiting.workbench.post(commands.OpenProgram(waiting.snapshot.program, "another"))
+    waiting.until(lambda: waiting.snapshot.title == "another", "another session")
+    waiting.shown()
+    expect(page.get_by_label("Reason", exact=True)).to_have_count(0)
 
 
 def test_selecting_a_bar_shows_its_numbers_whichever_tab_is_open(waiting: Desk) -> None:

@@ -83,7 +83,8 @@ def _whole(pixels: Image | None, header: Header, name: str, factor: int = 1) -> 
     if sorted(pixels.shape[:2]) != sides:
         raise InputError(f"{name} is not of the size that its header says; save it again")
     if min(pixels.shape[:2]) < MIN_SIDE:
-        raise InputError(f"{name} is {header.width} × {header.height}; at least {MIN_SIDE} pixels")
+        size = f"{header.width} × {header.height} pixels"
+        raise InputError(f"{name} is {size}; each side needs {MIN_SIDE} at least")
     pixels = np.ascontiguousarray(pixels)
     pixels.setflags(write=False)
     return pixels

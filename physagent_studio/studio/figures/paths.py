@@ -52,7 +52,9 @@ class Hand:
         ends = time.monotonic() + PATIENCE
         while not holds():
             if time.monotonic() > ends:
-                raise TimeoutError(f"waited in vain for {what}")
+                now = self.studio.workbench.snapshot()
+                told = "; ".join((now.state.phase, *(one.text for one in now.notices)))
+                raise TimeoutError(f"waited in vain for {what}: {told}")
             self.page.wait_for_timeout(50)
 
     def idle(self) -> None:

@@ -17,6 +17,7 @@ export function startDialogs(host) {
   let at = 0;
   let prompt = "";
   let problem = "";
+  let latest = null; // the thing that was marked last: its masks stay until the next is marked
   let drag = null; // the box being drawn: { from, to }, pixels of the photo
   let ticket = 0; // of the newest question which things the sentence names
 
@@ -90,6 +91,7 @@ export function startDialogs(host) {
       if (next >= 0) at = next;
     } else one.clicks.push({ ...done.from, label: done.outside ? 0 : 1 });
     [one.masks, one.candidate, one.picked] = [[], 0, false];
+    latest = one;
     look(one);
     // A mask that was chosen is sought again: what another thing covers may not be offered now.
     for (const other of things) if (other !== one && other.candidate) look(other);
@@ -175,6 +177,7 @@ export function startDialogs(host) {
   // What could not be begun comes back as it was, with the reason.
   function refused(text) {
     sent = null;
+    text = text.replace(/\S*\b[0-9a-f]{24}\.(png|jpg|webp)/, "the photo"); // the name that it is kept by
     problem = text.charAt(0).toUpperCase() + text.slice(1);
     enter("new", "textarea");
   }
@@ -186,7 +189,7 @@ export function startDialogs(host) {
         h("span", { class: "muted" }, h("b", {}, "Choose a photo"), " or drop one here · PNG, JPEG or WebP"), h("input", { type: "file", accept: "image/png,image/jpeg,image/webp", "aria-label": "Photo", onchange: (e) => take(e.target.files[0]) })) : [
         h("div", { class: "head" }, "What shall happen?"),
         h("textarea", { rows: 2, "aria-label": "Sentence", placeholder: "For example: the ball rolls to the right and hits the box", value: prompt, oninput: (e) => { prompt = e.target.value; askSoon(); show(); } }),
-        h("p", { class: "muted", style: "margin:8px 0" }, things[at].box ? "A new drag replaces the box of " : "Drag a box around ", h("b", {}, things[at].name), things[at].box ? "." : " in the photo.", " A click adds a point of it instead, a right click or Shift+click what does not belong to it.", isMarked(things[at]) ? "" : " What you leave out is looked for by its name."),
+        h("p", { class: "muted", style: "margin:8px 0;min-height:3em" }, things[at].box ? "A new drag replaces the box of " : "Drag a box around ", h("b", {}, things[at].name), things[at].box ? "." : " in the photo.", " A click adds a point of it instead, a right click or Shift+click what does not belong to it.", isMarked(things[at]) ? "" : " What you leave out is looked for by its name."),
         h("div", { class: "photo", style: `cursor:crosshair;touch-action:none;margin-inline:auto;width:min(100%, ${(34 * photo.width / photo.height).toFixed(2)}vh)`, "data-photo": true, onpointerdown: press, onpointermove: pull, onpointerup: release, onpointercancel: () => { drag = null; show(); }, oncontextmenu: (e) => e.preventDefault() },
           h("img", { src: photo.url, alt: "Your photo", draggable: "false" }),
           h("svg", { viewBox: `0 0 ${photo.width} ${photo.height}`, preserveAspectRatio: "none", "pointer-events": "none" }, things.flatMap(marks), drag && isBox(drag) ? frame(sides(drag), COLORS[at % 8], "drag") : null)),
@@ -195,7 +198,7 @@ export function startDialogs(host) {
         h("div", { class: "stack" }, things.map((one, i) => h("div", { class: "row", key: `t${i}` },
           h("input", { type: "radio", name: "thing", checked: i === at, "aria-label": `Mark ${one.name}`, onchange: () => { at = i; show(); } }),
           h("span", { class: "dot", style: `background:${COLORS[i % 8]}` }),
-          h("input", { type: "text", value: one.name, style: "min-width:0", "aria-label": `Name ${i + 1}`, oninput: (e) => { one.name = e.target.value; one.typed = true; show(); }, onfocus: () => { if (at !== i) { at = i; show(); } }, onchange: show }),
+          h("input", { type: "text", value: one.name, style: "flex:1 1 0;min-width:0", "aria-label": `Name ${i + 1}`, oninput: (e) => { one.name = e.target.value; one.typed = true; show(); }, onfocus: () => { if (at !== i) { at = i; show(); } }, onchange: show }),
           h("span", { class: "muted num", style: "white-space:nowrap" }, one.box ? "a box" + (one.clicks.length ? `, ${say(one.clicks.length, "click")}` : "") : one.clicks.length ? say(one.clicks.length, "click") : "not marked"),
           button("Clear", () => { one.clicks = []; one.box = null; one.masks = []; one.candidate = 0; show(); }, { class: "b quiet small" }),
           things.length > 1 ? button("Remove", () => { things.splice(i, 1); at = Math.min(at > i ? at - 1 : at, things.length - 1); show(); }, { class: "b quiet small" }) : null)),
@@ -206,11 +209,11 @@ export function startDialogs(host) {
 
   // What was cut out of the thing that is being marked, and the other ways to cut it out.
   function chosen() {
-    const one = things[at];
-    if (!one || !isMarked(one)) return null;
+    const one = isMarked(things[at]) ? things[at] : latest;
+    if (!one || !things.includes(one) || !isMarked(one)) return null;
     const data = { image: photo.url, size: [photo.width, photo.height] };
     return h("div", { class: "sketch-masks", role: "group", "aria-label": `Masks of ${one.name}`, key: "masks" },
-      h("p", { class: "muted", role: "status" }, (one.looking || queue.includes(one)) && !one.masks.length ? `Cutting out ${one.name}…` : one.masks.length ? ["Is the whole of ", h("b", {}, one.name), " cut out, and nothing else? Click the mask that is right, or drag ", one.box ? "the box anew." : "a box around it."] : "Nothing stands out there; try another box."),
+      h("p", { class: "muted", role: "status" }, (one.looking || queue.includes(one)) && !one.masks.length ? `Cutting out ${one.name}…` : one.masks.length ? ["Is the whole of ", h("b", {}, one.name), " cut out, and nothing else? Click the mask that is right", one !== things[at] ? "." : one.box ? ", or drag the box anew." : ", or drag a box around it."] : "Nothing stands out there; try another box."),
       one.masks.length ? h("div", { class: "photo-masks" }, one.masks.map((mask, i) => h("button", { key: `m${i}`, type: "button", "aria-pressed": String(i === one.candidate), "aria-label": `Mask ${i + 1} of ${one.name}`, title: i === one.candidate && one.picked ? "You said that it is right" : "It is this one", onclick: () => { one.candidate = i; one.picked = true; show(); } }, thumbnail(data, mask), h("span", { class: "n" }, i + 1)))) : null);
   }
 

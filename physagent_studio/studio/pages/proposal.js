@@ -80,13 +80,14 @@ export function makeProposal(show, focus, mark) {
       h("button", { class: "plain row", type: "button", title: "Show all of it", onclick: lead }, h("span", { class: "title" }, p.gentler ? "A gentler way" : p.hunks.length ? "Proposed repair" : "The planner is stuck"), h("span", { class: "muted" }, brief(p))),
       draft ? h("div", { class: "strip warn" }, "You have edits of your own. Deciding here leaves them behind; undo brings them back.") : null,
       sent ? h("div", { class: "strip", role: "status" }, `${p.gentler && sent === "skip" ? "Kept as it is" : DONE[sent]}; what follows is worked out…`) : null,
-      h("div", { class: "row" },
+      // Keyed, so that a click on one of them never ends on what another becomes.
+      h("div", { class: "row", key: "decide" },
         !p.hunks.length ? null : button(label, () => accept(p), { class: "b main wide", disabled: taken(p).length === 0, title: "Accept (A)", "data-act": "accept" }),
         !p.hunks.length ? null : button("Edit", () => set("edit"), { "aria-pressed": String(mode === "edit"), title: "Change the numbers, then accept (E)", "data-act": "edit" }),
         p.gentler ? button("Keep as it is", () => send({ do: "decide", kind: "skip", proposal: p.id }), { title: "Nothing is changed (X)", "data-act": "reject" })
           : !p.hunks.length ? [button("Give a hint", () => set("hint"), { class: "b main wide", "aria-pressed": String(mode === "hint"), title: "Say in your words what should change" }), button("Choose a change", () => set("override"), { "aria-pressed": String(mode === "override"), title: "An action, one of its numbers, and its new value" })]
           : button("Reject", () => set("reject"), { class: "b bad", "aria-pressed": String(mode === "reject"), title: "The planner tries again, knowing why (X)", "data-act": "reject" })),
-      p.gentler ? null : h("div", { class: "row wrap", style: "gap:2px" },
+      p.gentler ? null : h("div", { class: "row wrap", style: "gap:2px", key: "otherwise" },
         !p.hunks.length ? null : button("Override", () => { set("override"); }, { class: "b quiet", "aria-pressed": String(mode === "override"), title: "Your own edits in its place" }),
         !p.hunks.length ? null : button("Hint", () => set("hint"), { class: "b quiet", "aria-pressed": String(mode === "hint"), title: "Tell the planner something" }),
         button("Skip", () => send({ do: "decide", kind: "skip", proposal: p.id }), { class: "b quiet", title: "Go on without this repair" }),
@@ -108,10 +109,14 @@ export function makeProposal(show, focus, mark) {
     button("Demand less", () => document.querySelector(".check .plain")?.click(), { class: "b small", title: "Open what is demanded and change or delete it" }),
     button("Write another sentence", () => dispatchEvent(new CustomEvent("new-sentence")), { class: "b small", title: "The same photo in a new session" }));
 
+  // "later: the start", "earlier: the start": both ways of a number beside its name.
+  const byNumber = (meant) => Object.entries(Object.groupBy(meant, (one) => one.say && one.text.split(": ")[1] || one.text));
+
   // Fields that words could have meant: a click chooses one of them.
   const meant = (p) => h("div", { class: "strip warn stack", role: "group", "aria-label": "What could be meant" },
     h("div", {}, p.understood ? h("b", {}, "Or did you mean:") : [h("b", {}, "Not understood for certain. "), "Did you mean one of these? Nothing was done by itself."]),
-    h("div", { class: "row wrap", style: "gap:4px" }, p.meant.map((one) => button(one.text, () => (!one.say ? mark({ kind: "object", name: value("rounds")?.names?.objects?.[0] || "" }) : send({ do: "decide", kind: "hint", proposal: p.id, reason: one.say })), { class: "b small" })),
+    byNumber(p.meant).map(([what, all]) => h("div", { class: "row wrap", style: "gap:4px" }, all.length > 1 ? h("span", { style: "flex:1 1 9em" }, what.replace(/^the /, "")) : null, all.map((one) => button(all.length > 1 ? one.text.slice(0, -what.length - 2) : one.text, () => (!one.say ? mark({ kind: "object", name: value("rounds")?.names?.objects?.[0] || "" }) : send({ do: "decide", kind: "hint", proposal: p.id, reason: one.say })), { class: "b small", "aria-label": one.text })))),
+    h("div", { class: "row" },
       button("Something else…", () => set("override"), { class: "b small quiet", title: "Choose whose number, which, and its new value" })));
 
   // What the planner wants to know; the answer goes to it as a hint.

@@ -81,7 +81,7 @@ export function startRounds(host, dock, { showRounds, showPlots, showPhoto }) {
         button("No, let me click", () => mark({ kind: "object", name: data.guessed[0] }), { class: "b small", title: "Select a thing below the photo, then click on the right place" })));
   }
 
-  const doubtful = () => data.doubts.length + data.loose.length > 0;
+  const doubtful = () => data.doubts.length + data.loose.length > 0 || Boolean(guessed());
 
   // A shape that covers too little of what was cut out.
   function loose() {

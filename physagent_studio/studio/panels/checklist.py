@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from physagent_studio.contract import describe
+from physagent_studio.contract import INSTEAD, describe
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.records import Check, Round
 from physagent_studio.studio.panels.words import AS_WORDS, figure, spoken
@@ -72,7 +72,7 @@ def viewed(check: Check) -> tuple[str, str]:
     bound = HELD_AGAINST.search(text)
     if bound is None:
         return text, ""
-    return text[: bound.start()], "" if check.ok else f"not {in_words(bound[1], bound[2])}"
+    return text[: bound.start()], "" if check.ok else f"{INSTEAD[bound[1]]} {bound[2]}"
 
 
 def in_words(sign: str, value: str) -> str:

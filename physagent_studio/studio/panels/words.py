@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable
 from typing import Any
 
+from physagent_studio.contract import INSTEAD
 from physagent_studio.errors import EditError
 from physagent_studio.program import AddItem, Edit, PhysicalProgram, RemoveItem, SetField, value_at
 from physagent_studio.records import Check
@@ -156,6 +157,7 @@ def short(value: Any) -> str:
 
 
 MISSED = re.compile(r"([^:;,]+?) (≤|≥|<|>) ([^:;,]+): no\b")
+AIRBORNE = re.compile(r"\bfl(?:y|(ies)) free of any contact")
 IOU = re.compile(r"\bwith IoU (\d(?:\.\d+)?)")
 MINUS = re.compile(r"(?<![\w.])-(?=\d)")
 FRAME = re.compile(r"\b(?:in |((?:at|from|until|by|to) ))frame (\d+)\b")
@@ -179,9 +181,10 @@ def speaker(program: PhysicalProgram) -> Callable[[str], str]:
 
     def speak(text: str) -> str:
         text = without_paths(text)
+        text = AIRBORNE.sub(lambda m: "stays in the air" if m[1] else "stay in the air", text)
         text = IOU.sub(lambda m: f"to {100 * float(m[1]):.0f} %", text)
         text = FRAME.sub(lambda m: f"{m[1] or 'at '}{int(m[2]) * tick:.2f} s", text)
-        text = MISSED.sub(lambda m: f"{m[1]}, not {AS_WORDS[m[2]]} {m[3]}", MINUS.sub("−", text))
+        text = MISSED.sub(lambda m: f"{m[1]}, {INSTEAD[m[2]]} {m[3]}", MINUS.sub("−", text))
         return known.sub(lambda m: m[0].replace("_", " "), text) if longest_first else text
 
     return speak

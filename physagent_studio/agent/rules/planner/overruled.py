@@ -26,10 +26,17 @@ from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.records import Case, Proposal
 
 OBLIGED = re.compile(
-    r"\b(?:has|have|needs?|ought|got|(?:is|are|was|were) (?:supposed|meant)) to\b",
+    r"\b(?:has|have|needs?|ought|got|(?:is|are|was|were)( not)? (?:supposed|meant|allowed)) to\b",
     re.IGNORECASE,
 )
 """Other ways to say "must"."""
+DENIED = re.compile(
+    r"[,.;!]*(?: and| but)?\s+(?:it|that|this|they|which)(?:(?:'s| is| was) (?:wrong|not right)"
+    r"|(?: should| must| may| shall)(?: not|n't)(?: be| have| happen)*)\W*$",
+    re.IGNORECASE,
+)
+"""After what happens: that it must not."""
+PART = re.compile(r"[,.;!?]+\s*|\bbut\b", re.IGNORECASE)
 WISHED = re.compile(r"^(?:demand|let|make|have)\b|\b(?:must|should|shall|may)\b", re.IGNORECASE)
 """What says that something is to be so; without it words may as well be a complaint."""
 DEMAND = "demand that "
@@ -97,11 +104,11 @@ def with_words(situation: Situation, made: Proposal, told: Understood, words: st
         return made
     demand = made.factor == "contract"
     line = told.line or (f"a new demand, “{words.removeprefix(DEMAND)}”" if demand else "")
-    meant = () if line and not told.open else told.meant
+    meant = told.meant
     look = ("Look at the photo", "")
-    if not line and not meant:
+    if not line:
         near = suggested(situation.program, words)
-        meant = (*near.meant, look) if near.photo else near.meant
+        meant = meant or ((*near.meant, look) if near.photo else near.meant)
         if demands(situation.case, situation.program, words):
             meant = ((f"Demand it: {words}"[:MOST_SAID], f"{DEMAND}{words}"), *meant)
     if told.photo:
@@ -111,7 +118,11 @@ def with_words(situation: Situation, made: Proposal, told: Understood, words: st
 
 def is_wished(words: str) -> bool:
     """Whether words say that something is to be so, and not only that it is."""
-    return WISHED.search(OBLIGED.sub("must", words)) is not None
+    return WISHED.search(_obliged(words)) is not None
+
+
+def _obliged(words: str) -> str:
+    return OBLIGED.sub(r"must\1", words)
 
 
 def demands(case: Case, program: PhysicalProgram, words: str) -> tuple[Edit, ...]:
@@ -122,21 +133,35 @@ def demands(case: Case, program: PhysicalProgram, words: str) -> tuple[Edit, ...
     prompt = program.event.prompt
     stock = stock_in(case, program.scene)
     layout = Layout(program.scene)
-    words = OBLIGED.sub("must", words.removeprefix(DEMAND))
-    if not words or not read(words, stock).frames:
+    words, denied = DENIED.subn("", words.removeprefix(DEMAND))
+    words = _obliged(words)
+    if words and not read(words, stock).frames:
+        words = f"it {words}"  # "Slides forward"
+    told = _told_before(words)
+    before, both = (read(f"{prompt.rstrip(' .')}. {more}", stock) for more in (told, words))
+    if len(both.not_understood) > len(before.not_understood) or both.frames == before.frames:
         return ()
-    both = read(f"{prompt.rstrip(' .')}. {words}", stock)
-    before, after = read(prompt, stock), contract_of(both, layout)
-    if len(both.not_understood) > len(before.not_understood):
-        return ()
-    known = _plain(program.contract)
-    fresh = [s for s in after.statements if _key(s.model_dump(mode="json")) not in known]
+    known = _plain(program.contract) | _plain(contract_of(before, layout))
+    after = contract_of(both, layout).statements
+    fresh = [s for s in after if _key(s.model_dump(mode="json")) not in known]
+    if denied:
+        if len(fresh) != 1 or fresh[0].negated:
+            return ()
+        fresh = [fresh[0].model_copy(update={"negated": True, "id": f"not_{fresh[0].id}"[:64]})]
     edits = tuple(_added(program.contract, fresh, words))
     try:
         apply(program, edits)
     except StudioError:
         return ()  # It speaks of a place that the scene does not have.
     return edits
+
+
+def _told_before(words: str) -> str:
+    """Of words that ask for something, what they only tell before they do: "it wobbles, but it must
+    stand" does not ask for the wobbling."""
+    parts = PART.split(words)
+    first = next((at for at, part in enumerate(parts) if is_wished(part.strip())), 0)
+    return ". ".join(part.strip() for part in parts[:first])
 
 
 def _plain(contract: Contract) -> set[str]:

@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 from physagent_studio.program.actions import (
     Action,
@@ -133,6 +135,47 @@ def _aim(action: Action) -> Iterable[Knob]:
     if vector.along is None and vector.direction not in ("up", "down"):
         yield _turned(f"{path}.azimuth", action.name, vector.azimuth)
         yield _angle(f"{path}.elevation", "elevation", action.name, vector.elevation, 85.0)
+
+
+def way_knobs(program: PhysicalProgram, way: str) -> Iterable[tuple[Action, Any, Knob]]:
+    """Actions that point another way than this level one: each with its own named one, "" where it
+    has none, and a knob whose only value is to point that way."""
+    wheeled = {item.name for item in program.scene.objects if item.wheels is not None}
+    for action in program.event.actions:
+        value: Any
+        path, vector = f"event.actions.{action.id}", _vector(action)
+        if isinstance(action, ApplyDisturbance):
+            path, aside, value = f"{path}.direction", 0.0, way
+            now = action.direction or "right"
+        elif isinstance(vector, Directed) and vector.along is None and action.name not in wheeled:
+            path, aside = f"{path}.{VECTORS[action.operator]}", vector.azimuth
+            now = vector.direction or ""
+            value = vector.model_dump(mode="json") | {
+                "direction": way, "toward": None, "azimuth": 0.0,
+            }  # fmt: skip
+        else:
+            continue
+        if not action.muted and (now != way or aside):
+            edits = (SetField(path=path, value=value),)
+            yield (
+                action,
+                now,
+                Knob(
+                    path,
+                    "direction",
+                    action.name,
+                    0.0,
+                    1.0,
+                    1.0,
+                    1.0,
+                    False,
+                    partial(_always, edits),
+                ),
+            )
+
+
+def _always(edits: tuple[Edit, ...], _: float) -> tuple[Edit, ...]:
+    return edits
 
 
 def _timing(action: Action, program: PhysicalProgram) -> Iterable[Knob]:

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Sequence
 from typing import Any
 
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.planner.trials import Candidate
+from physagent_studio.contract import INSTEAD
 from physagent_studio.errors import StudioError
 from physagent_studio.program.edits import AddItem, Edit, RemoveItem, SetField, value_at
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.timing import PACE
 from physagent_studio.records import Hunk, Proposal
+
+BOUND = re.compile(r" (≤|≥|<|>) ")
 
 
 def proposal(
@@ -95,11 +99,12 @@ def _before(program: PhysicalProgram, path: str) -> object:
 
 def _short(path: str) -> str:
     parts = path.split(".")
-    tail = [p for p in parts[3:] if p not in ("force", "velocity", "torque", "angular_velocity")]
+    tail = [p for p in parts[3:] if p not in _AROUND]
     words = [_WORDS.get(p, p.replace("_", " ")) for p in tail or parts[-1:]]
     return f"{' '.join(words)} of {parts[2]}" if len(parts) > 3 else path
 
 
+_AROUND = ("force", "velocity", "torque", "angular_velocity", "wheels")
 _WORDS = {
     "magnitude": "strength",
     "azimuth": "sideways angle",
@@ -156,7 +161,10 @@ def rationale_of(situation: Situation, start: Candidate, best: Candidate) -> str
 def _said_of(mismatch: str) -> str:
     """A mismatch after "because": "it is in sight: no, from 2 s on" does not read on from there."""
     claim, denied, more = mismatch.partition(": no")
-    return f"it does not hold that {claim}{more}" if denied and more[:1] in ("", ",") else mismatch
+    if not denied or more[:1] not in ("", ","):
+        return mismatch
+    plain = BOUND.sub(lambda m: f", {INSTEAD[m[1]]} ", claim)
+    return f"{plain}{more}" if plain != claim else f"it does not hold that {claim}{more}"
 
 
 def question_for(situation: Situation) -> str:

@@ -153,3 +153,27 @@ def test_one_menu_and_the_video_as_a_download(waiting: Desk) -> None:
     with page.expect_download(timeout=5000 * PATIENCE) as fetched:
         page.keyboard.press("Enter")
     assert fetched.value.suggested_filename.endswith(".mp4")
+
+
+def test_presenting_shows_no_ghosts_and_no_page_speaks_of_the_command_line(waiting: Desk) -> None:
+    page = waiting.page
+    waiting.proposal()
+    for tab in ("Scene", "Photo", "Program", "Inspector"):
+        waiting.tab(tab)
+        assert not re.search(r"--[a-z]|name@", page.locator("body").inner_text())
+    assert "ghosts" in waiting.studio.view.shown
+    waiting.told()
+    page.evaluate("document.activeElement?.blur?.()")
+    page.get_by_role("button", name="More: look, presenting, tour, keys").click()
+    page.get_by_role("menuitem", name=re.compile("^Present")).click()
+    waiting.until(lambda: "ghosts" not in waiting.studio.view.shown, "no ghosts")
+    page.keyboard.press("Escape")
+    waiting.until(lambda: "ghosts" in waiting.studio.view.shown, "ghosts again")
+
+
+def test_what_is_running_has_one_bar_and_one_cancel(waiting: Desk) -> None:
+    page = waiting.page
+    waiting.proposal()
+    waiting.button("Accept").click()
+    expect(page.get_by_role("button", name="Cancel", exact=True)).to_have_count(1)
+    assert page.locator("[role=status] ~ .row .bar").count() <= 1

@@ -141,7 +141,8 @@ class EmbeddedSegmenter:
     def _whole(self, image: Image, grounding: Grounding) -> BoolArray | None:
         """(H, W) all layers of a stack that are marked together; None where nothing is found.
 
-        The map of each click by itself, since the network knows of one thing at a time.
+        The map of each click by itself, since the network knows of one thing at a time. Such a map
+        ends above the layers that were not clicked, and agrees best with itself: cuts lead.
         """
         if grounding.box is not None:
             best = self._best(image, grounding)
@@ -149,6 +150,7 @@ class EmbeddedSegmenter:
             maps = [thing_map(image, Grounding(points=(click,))) for click in grounding.points]
             every = np.maximum.reduce([one.chance for one in maps if one is not None])
             best = self._around(image, grounding, every) if (every > 0.5).any() else []
+            best.sort(key=lambda one: one[0][0].method == "map")
         return full_size(image, *best[0]).mask if best else None
 
     def _around(

@@ -164,6 +164,12 @@ GLASS = """name => {
 EYE = "() => window.__viserMutable.camera.position.toArray()"
 
 
+def _steady(eyes: list[list[float]], eye: list[float]) -> bool:
+    """Whether the eye, noted with those before, has been where it is for half a second."""
+    eyes.append(eye)
+    return len(eyes) > 20 and np.allclose(eyes[-20:], eye, atol=1e-4)
+
+
 def test_things_are_seen_through_and_the_camera_is_reset_with_a_session(drawn: Desk) -> None:
     page, view = drawn.page, view_of(drawn)
     thing = f"/objects/{drawn.snapshot.program.scene.objects[0].name}"
@@ -171,7 +177,10 @@ def test_things_are_seen_through_and_the_camera_is_reset_with_a_session(drawn: D
     for on in (True, False):
         page.get_by_label("See-through things").set_checked(on)
         drawn.until(lambda on=on: view.evaluate(GLASS, thing) == on, f"glass: {on}")
-    first, session = view.evaluate(EYE), drawn.snapshot.session_id
+    page.keyboard.press("0")
+    eyes: list[list[float]] = []
+    drawn.until(lambda: _steady(eyes, view.evaluate(EYE)), "the photo's camera, at rest")
+    first, session = eyes[-1], drawn.snapshot.session_id
     page.keyboard.press("t")
     drawn.until(lambda: not np.allclose(view.evaluate(EYE), first, atol=0.1), "the view from above")
     # The same event in another session begins at the photo's own camera again.

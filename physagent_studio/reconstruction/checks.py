@@ -9,13 +9,22 @@ import numpy as np
 
 from physagent_studio.program.scene.aloft import AIR
 from physagent_studio.program.scene.camera import Camera
-from physagent_studio.program.scene.state import Ramp, SceneObject, SceneState, Slab, Support
+from physagent_studio.program.scene.state import (
+    Inflated,
+    Meshed,
+    Ramp,
+    SceneObject,
+    SceneState,
+    Slab,
+    Support,
+)
 from physagent_studio.reconstruction import consistency
 from physagent_studio.reconstruction.camera.estimate import Horizon
 from physagent_studio.reconstruction.photo.colours import colour_of, pixels_like, said_of
 from physagent_studio.reconstruction.photo.regions import BoolArray, border_share, iou
 from physagent_studio.reconstruction.placement.static_stability import beyond
 from physagent_studio.reconstruction.shapes.contact import vertical_gap
+from physagent_studio.reconstruction.shapes.meshes import mesh_of
 from physagent_studio.reconstruction.shapes.silhouettes import in_world, look
 from physagent_studio.reconstruction.supports.ramps import height_at
 from physagent_studio.records.case import Image
@@ -173,17 +182,27 @@ def _over_edge(item: SceneObject, state: SceneState, meshes: Mapping[str, Mesh])
 
 
 def gap_below(item: SceneObject, state: SceneState, meshes: Mapping[str, Mesh]) -> float | None:
-    """Height of an object over its support, m; None where it is not over it."""
-    body = meshes[item.name]
+    """Height of an object over its support, m; None where it is not over it.
+
+    Of the bodies that touch, without what only shows: a leaf of the lower one may reach past.
+    """
+    body = _solid(item, meshes)
     world = in_world(item, body)
     below = state.object(item.support or "")
     if below is not None and below.name in meshes and below.position is not None:
-        other = meshes[below.name]
+        other = _solid(below, meshes)
         return vertical_gap(world, body.faces, in_world(below, other), other.faces)
     support = state.support(item.support or "")
     if support is None or support.shape is None:
         return None
     return _over_support(world, support)
+
+
+def _solid(item: SceneObject, meshes: Mapping[str, Mesh]) -> Mesh:
+    """The body of an object as its shape says, where its numbers say it."""
+    if item.shape is None or isinstance(item.shape, Inflated | Meshed):
+        return meshes[item.name]
+    return mesh_of(item.shape)
 
 
 def _over_support(world: np.ndarray, support: Support) -> float | None:

@@ -25,6 +25,7 @@ from physagent_studio.simulation.actions.world import World
 from physagent_studio.simulation.bodies.clouds import Cloud
 from physagent_studio.simulation.bodies.convex_parts import split
 from physagent_studio.simulation.bodies.solids import Solid, solid_of
+from physagent_studio.simulation.bodies.undercarriage import on_wheels
 from physagent_studio.simulation.contacts.wheels import wheels_of
 from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.model.build import compile_model
@@ -154,16 +155,18 @@ class Simulator:
         """The structure of the scene: shapes, supports and who may be fixed; and its hash."""
         scene = program.scene
         solids = tuple(
-            self._solid(item.name, item.shape, meshes.get(item.name)) for item in scene.objects
+            on_wheels(self._solid(item.name, item.shape, meshes.get(item.name)), item)
+            for item in scene.objects
         )
         fixed = frozenset(a.name for a in program.event.actions if isinstance(a, FixObject))
         fixed |= {item.name for item in scene.objects if hangs(item)}
         parts = [mj.mj_versionString(), *sorted(fixed), "|"]
         parts += [f"floats {o.name}" for o in scene.objects if o.aloft == "floats"]
-        for item in scene.objects:
+        for item, solid in zip(scene.objects, solids, strict=True):
             assert item.shape is not None
             shape = item.shape.model_dump_json()
             parts += [item.name, shape, self._digest(meshes.get(item.name))]
+            parts += [repr(rim) for rim in solid.rims]
             if not isinstance(item.body, Rigid):
                 # Nodes, grains and pieces are compiled where they start.
                 kept = {"body", "position", "rotation", "material", "friction"}

@@ -24,16 +24,11 @@ from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.rotations import cross, matrix_of
 from physagent_studio.program.scene.state import Wall
 from physagent_studio.program.scene.state import Wheels as Given
+from physagent_studio.simulation.bodies.undercarriage import ARM, UPRIGHT, axes_of
 from physagent_studio.simulation.mj import Data
 from physagent_studio.simulation.model.model import Compiled
 from physagent_studio.simulation.model.parts import Part, RigidPart
 from physagent_studio.simulation.surfaces import FloatArray
-
-UPRIGHT = math.cos(math.radians(40))
-"""Least cosine between its own up and the normal of what carries it, standing on its wheels."""
-
-ARM = 0.3
-"""Half a wheelbase over the length: axles are about three fifths of the length apart."""
 
 Footing: TypeAlias = tuple[FloatArray, FloatArray, int, float]
 """What carries it: unit normal, point, index of the object or −1, and friction with it."""
@@ -49,17 +44,7 @@ class Wheelset:
     def __init__(
         self, part: RigidPart, given: Given, rotation: Sequence[float], extent: FloatArray
     ) -> None:
-        turn = matrix_of(list(rotation))
-        # Its own up is the axis of its body that is: what stands on a slope is turned with it.
-        axis = int(np.argmax(np.abs(turn[2])))
-        own = math.copysign(1.0, turn[2, axis]) * np.eye(3)[axis]
-        self.up = own if abs(turn[2, axis]) > UPRIGHT else turn.T @ (0.0, 0.0, 1.0)
-        x, y, z = turn @ self.up
-        angle = math.radians(given.heading)
-        ahead = np.array([math.cos(angle), math.sin(angle), 0.0])
-        # Seen from above it points along the heading, and lies across its own up.
-        ahead[2] = -(ahead[0] * x + ahead[1] * y) / z
-        self.ahead = turn.T @ (ahead / math.hypot(*ahead))
+        self.up, self.ahead = axes_of(given, rotation)
         self.arm = ARM * float(np.abs(self.ahead) @ extent)
         self.part, self.given = part, given
         self.principal = matrix_of(part.model.body_iquat[part.handle.body].tolist())

@@ -9,8 +9,10 @@ from physagent_studio.benchmark.physics.scenes import ground, program, thing
 from physagent_studio.program import Directed, SceneObject
 from physagent_studio.program.actions import ApplyForce, SetOrientation, SetPosition, SetVelocity
 from physagent_studio.program.rotations import about_axis, about_up, matrix_of, multiply
-from physagent_studio.program.scene.state import Box, Ramp, Slab, Sphere, Wheels
+from physagent_studio.program.scene.state import Box, Meshed, Ramp, Slab, Sphere, Wheels
+from physagent_studio.records.scene import Mesh
 from physagent_studio.simulation import Simulator, simulate
+from physagent_studio.simulation.surfaces import hull, mass_properties
 
 G = 9.81
 ARRAYS = ("positions", "rotations", "velocities", "angular", "contacts", "kinetic", "snapshots")
@@ -173,3 +175,27 @@ def test_a_scene_without_wheels_has_the_hash_and_key_that_it_had():
     assert bare.hash != made.hash
     assert '"wheels"' not in bare.scene.model_dump_json(exclude=bare.scene.without)
     assert '"wheels"' in made.scene.model_dump_json(exclude=made.scene.without)
+
+
+@pytest.mark.parametrize("on_wheels", [True, False])
+def test_a_body_that_is_lowest_at_one_corner_stands_on_its_wheels(on_wheels):
+    """As what is inflated from the outline of a car that is seen at an angle."""
+    x, y, low, top = 0.2, 0.1, -0.05, 0.05
+    corners = [(i * x, j * y, top) for i in (-1, 1) for j in (-1, 1)]
+    corners += [(-x, -y, low), (-x, 0, low), (0, -y, low), (x, y, 0.0)]
+    vertices = np.array(corners)
+    surface = hull(vertices, "car")
+    vertices, faces = surface
+    centre = mass_properties(surface).centre
+    mesh = Mesh(vertices - centre, faces)
+    shape = Meshed(asset="c" * 16, size=(2 * x, 2 * y, top - low))
+    item = thing("car", shape, (0.0, 0.0, float(centre[2]) - low + 1e-5))
+    if on_wheels:
+        item = item.model_copy(update={"wheels": Wheels(heading=0.0)})
+    still = Simulator().simulate(program([item], [ground()], [], seconds=1.0), {"car": mesh})
+    assert (turned(still) < 0.5) == on_wheels
+    if on_wheels:
+        go = SetVelocity(id="go", name="car", velocity=(0.8, 0.0, 0.0))
+        moved = Simulator().simulate(program([item], [ground()], [go], seconds=1.0), {"car": mesh})
+        assert turned(moved) < 1
+        assert moved.positions[-1, 0, 0] > 0.5

@@ -14,10 +14,10 @@ from physagent_studio.agent.rules.schedule.paths import arc_length, clearance, f
 from physagent_studio.contract import measure
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.scene.bodies import Granular
-from physagent_studio.program.scene.state import SceneState
+from physagent_studio.program.scene.state import Box, Floor, SceneState, Shape, Sphere
 from physagent_studio.records import Check
 from physagent_studio.simulation import simulate
-from tests.agent.rules.scenes import STAGES
+from tests.agent.rules.scenes import STAGES, Stage
 
 
 def program_of(stage_name: str, prompt: str) -> PhysicalProgram:
@@ -141,3 +141,25 @@ def test_weakness_is_of_margins_that_are_there_and_small() -> None:
     assert weakness_of([check(0.0)]) == 0
     assert weakness_of([check(-1.0, ok=False)]) == 0
     assert weakness_of([check(STURDY / 5)]) == pytest.approx(0.8)
+
+
+@pytest.mark.parametrize("seed", [5, 15, 2, 14])
+def test_the_first_of_a_chain_is_fast_enough_for_the_last(seed: int) -> None:
+    draw = np.random.default_rng(3).uniform(
+        (0.03, 0.03, 0.1, 0.3, 0.15), (0.12, 0.12, 0.4, 0.6, 0.5), (16, 5)
+    )
+    own, half, height, slim, gap = (float(value) for value in draw[seed])
+    struck: Shape = Sphere(radius=half) if seed % 2 else Box(size=(2 * half,) * 3)
+    wide, middle = slim * height, -0.6 + own + gap + half
+    last = (middle + half + gap + wide / 2, 3.0, height / 2)
+    stage = Stage(
+        "chain",
+        {
+            "white_ball": (Sphere(radius=own), (-0.6, 3.0, own), "floor"),
+            "red_thing": (struck, (middle, 3.0, half), "floor"),
+            "tall_block": (Box(size=(wide, 1.5 * wide, height)), last, "floor"),
+        },
+        {"floor": Floor(height=0.0)},
+    )
+    prompt = "The white ball hits the red thing, and the red thing knocks over the tall block."
+    assert not failing(RuleGenerator().first(stage.case(prompt), stage.reconstruct))

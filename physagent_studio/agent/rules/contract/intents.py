@@ -22,8 +22,8 @@ class Intent:
     """What one object shall do.
 
     hits: objects that it shall touch, in order. fells, shoves: those of them that shall fall over
-    for it, and that shall slide or roll on. struck_by: objects that shall touch it; untouched: how
-    many of its frames are told before that.
+    for it, and that shall slide or roll on. strikes: what those that it hits shall do. struck_by:
+    objects that shall touch it; untouched: how many of its frames are told before that.
     """
 
     name: str
@@ -31,6 +31,7 @@ class Intent:
     hits: list[str] = field(default_factory=list)
     fells: list[str] = field(default_factory=list)
     shoves: list[str] = field(default_factory=list)
+    strikes: list[Intent] = field(default_factory=list, compare=False, repr=False)
     struck_by: list[str] = field(default_factory=list)
     untouched: int = 0
 
@@ -114,6 +115,7 @@ def intents_of(reading: Reading) -> dict[str, Intent]:
                 if not found[name].hits:
                     found[name].struck_by += struck
     for one in found.values():
+        one.strikes = [found[other] for other in one.hits]
         own = {f.sense for f in one.frames if one.name in f.agent}
         for other in one.hits:
             after = {f.sense for f in found[other].frames[found[other].untouched :]}

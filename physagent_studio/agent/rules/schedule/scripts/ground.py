@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from physagent_studio.agent.rules.contract.intents import Intent
 from physagent_studio.agent.rules.contract.specs import place_name
 from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout, level, unit
@@ -26,6 +27,8 @@ OUT = 40.0
 HEAP = 0.5
 """Speed with which a heap is pushed, over that of what falls by half its own size: it collapses
 where it stands, and does not slide away whole."""
+CHAIN = 8
+"""Of things that hit one another in turn, so many are looked at for the speed of the first."""
 GLIDES = 0.08
 """Friction below which a thing goes on by itself, as a stone on ice does."""
 
@@ -238,20 +241,14 @@ def _ground_speed(task: Task, target: Place | None) -> float:
     speed = min(max(arrive, math.sqrt(2 * slowing * distance) * 1.05, 0.05), FASTEST)
     if task.intent.manner("slow", "gentle"):
         speed = max(min(speed, 0.8), 0.2)
-    return max(
-        speed,
-        *(_knocking_speed(task, hit, slowing, distance) for hit in task.intent.fells),
-        *(_shoving_speed(task, hit, slowing, distance) for hit in task.intent.shoves),
-        0.0,
-    )
+    blow = _blow(task.layout, task.intent)
+    return max(speed, _sent_off(blow, slowing, distance) if blow else 0.0)
 
 
 def _shoved_speed(task: Task, distance: float) -> float:
     """Speed at the end of a push that lasts for the whole way, enough for what it shall do."""
     speed = 2 * distance / task.seconds(PUSHED)
-    fells = (_knocking_speed(task, hit, 0.0, 0.0) for hit in task.intent.fells)
-    shoves = (_shoving_speed(task, hit, 0.0, 0.0) for hit in task.intent.shoves)
-    return min(max(speed, *fells, *shoves, 0.05), FASTEST)
+    return min(max(speed, _blow(task.layout, task.intent), 0.05), FASTEST)
 
 
 def way_to_go(task: Task) -> float:
@@ -259,30 +256,65 @@ def way_to_go(task: Task) -> float:
     return _distance(task, task.target())
 
 
-def _knocking_speed(task: Task, other: str, slowing: float, distance: float) -> float:
-    """Speed at the start that still knocks the other one over on arrival."""
-    layout = task.layout
+def _blow(layout: Layout, intent: Intent, links: int = CHAIN) -> float:
+    """Least speed with which a thing has to meet what it hits, so that all of that does its part.
+
+    links: how many of those that hit one another in turn are looked at.
+    """
+    own = intent.name
+    felled = (_knocking_speed(layout, own, other) for other in intent.fells)
+    shoved = (_shoving_speed(layout, own, other) for other in intent.shoves)
+    onward = (_handing_on(layout, own, one, links - 1) for one in intent.strikes if links > 1)
+    return max((*felled, *shoved, *onward), default=0.0)
+
+
+def _sent_off(arrives: float, slowing: float, distance: float) -> float:
+    """Speed at the start of a way against a constant deceleration that leaves `arrives`."""
+    return min(math.sqrt(arrives**2 + 2 * slowing * distance), FASTEST)
+
+
+def _knocking_speed(layout: Layout, own: str, other: str) -> float:
+    """Speed with which the other one is hit and is knocked over."""
     if layout.rolls(other):
         return 0.0
-    at = min(layout.extent(task.name, UP) + 0.0, 0.6 * layout.height(other)) or 0.05
-    width = layout.extent(other, unit(level(layout.position(other) - layout.position(task.name))))
+    at = min(layout.extent(own, UP) + 0.0, 0.6 * layout.height(other)) or 0.05
+    width = layout.extent(other, unit(level(layout.position(other) - layout.position(own))))
     knock = mech.speed_to_knock(
-        layout.mass(other), layout.height(other), width, layout.mass(task.name),
-        layout.touch(task.name, other).restitution, max(at, 0.2 * layout.height(other)),
+        layout.mass(other), layout.height(other), width, layout.mass(own),
+        layout.touch(own, other).restitution, max(at, 0.2 * layout.height(other)),
     )  # fmt: skip
-    return min(math.sqrt((1.3 * knock) ** 2 + 2 * slowing * distance), FASTEST)
+    return 1.3 * knock
 
 
-def _shoving_speed(task: Task, other: str, slowing: float, distance: float) -> float:
-    """Speed at the start with which the other one goes on visibly when it is hit."""
-    layout = task.layout
+def _shoving_speed(layout: Layout, own: str, other: str) -> float:
+    """Speed with which the other one is hit and goes on visibly."""
     if layout.rolls(other):
         return 0.0
     friction = layout.friction(other, layout.carrier(other) or layout.ground())
     after = math.sqrt(2 * mech.G * friction * 0.6 * layout.size(other))
-    own, mass = layout.mass(task.name), layout.mass(other)
-    blow = after * (own + mass) / ((1 + layout.touch(task.name, other).restitution) * own)
-    return min(math.sqrt(blow**2 + 2 * slowing * distance), FASTEST)
+    return _to_hand_on(layout, own, other, after)
+
+
+def _handing_on(layout: Layout, own: str, struck: Intent, links: int) -> float:
+    """Speed with which a thing is hit that shall then hit others as hard as they need it."""
+    other, blow = struck.name, _blow(layout, struck, links)
+    if not blow:
+        return 0.0
+    base, rolls = layout.carrier(other) or layout.ground(), layout.rolls(other)
+    slowing = mech.G * layout.friction(other, base)
+    if rolls:
+        slowing = mech.rolling_slowing(layout.touch(other, base).rolling)
+    aim = level(layout.position(struck.hits[0]) - layout.position(other))
+    after = _sent_off(blow, slowing, float(np.linalg.norm(aim)))
+    # A ball slides off and has 5/7 of its speed when it rolls.
+    return _to_hand_on(layout, own, other, after * (7 / 5 if rolls else 1.0))
+
+
+def _to_hand_on(layout: Layout, own: str, other: str, after: float) -> float:
+    """Speed of a blow that leaves the other one with the speed `after`, m/s."""
+    mass = layout.mass(own)
+    gained = (1 + layout.touch(own, other).restitution) * mass
+    return after * (mass + layout.mass(other)) / gained
 
 
 def _stopping_speed(task: Task, distance: float, friction: float) -> float:

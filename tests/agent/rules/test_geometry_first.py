@@ -149,7 +149,7 @@ def test_the_first_of_a_chain_is_fast_enough_for_the_last(seed: int) -> None:
         (0.03, 0.03, 0.1, 0.3, 0.15), (0.12, 0.12, 0.4, 0.6, 0.5), (16, 5)
     )
     own, half, height, slim, gap = (float(value) for value in draw[seed])
-    struck: Shape = Sphere(radius=half) if seed % 2 else Box(size=(2 * half,) * 3)
+    struck: Shape = Sphere(radius=half) if seed % 2 else Box(size=(2 * half, 2 * half, 2 * half))
     wide, middle = slim * height, -0.6 + own + gap + half
     last = (middle + half + gap + wide / 2, 3.0, height / 2)
     stage = Stage(

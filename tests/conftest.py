@@ -12,6 +12,20 @@ os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "2")
 ROOT = Path(__file__).resolve().parent.parent
 
 
+LONG = ("browser", "agent", "workbench", "reconstruction", "benchmark", "studio", "cli")
+"""Rooms whose tests take longest, longest first: two processes then end at the same time."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Long rooms first."""
+
+    def rank(item: pytest.Item) -> int:
+        room = item.path.relative_to(ROOT / "tests").parts[0]
+        return LONG.index(room) if room in LONG else len(LONG)
+
+    items.sort(key=rank)
+
+
 @pytest.fixture(autouse=True)
 def _own_workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """No test writes into the data folder of the person who runs it."""

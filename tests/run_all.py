@@ -33,8 +33,9 @@ QUICK = ["-m", "not slow"]
 """What pytest runs where nothing else is asked for."""
 QUICK_ROOMS = ("knowledge", "program", "contract", "records", "session", "rendering", "simulation")
 """Rooms whose tests need neither a browser nor a reconstruction, for `--quick`."""
-# Tests of one file share what is dear to make, so a file stays with one process.
-SHARED = ["-n", str(min(os.cpu_count() or 1, 4)), "--dist", "loadfile"]
+# Tests of one file share what is dear to make, so a file stays with one process. They come in the
+# order of tests/conftest.py, the long ones first: by their number the longest would come last.
+SHARED = ["-n", str(min(os.cpu_count() or 1, 4)), "--dist", "loadfile", "--no-loadscope-reorder"]
 
 
 def quick_steps() -> list[Step]:

@@ -4,11 +4,23 @@ from __future__ import annotations
 
 import math
 
+import pytest
+
 from physagent_studio.studio.figures import Figure, examples, measure_studio
 from physagent_studio.studio.figures.figure import memory, p95
 
+WORDS = (
+    "scrub to pose", "opening", "frames a second", "share of a core", "scrubs", "bar dropped",
+    "dragged bars", "memory grown over 1 rounds", "4 rounds open",
+)  # fmt: skip
+MARKED = ("after a click, 3 things, slowest", "after a box, 3 things, median")
 
-def test_every_promise_has_a_row() -> None:
+
+@pytest.mark.parametrize(
+    ("photos", "words"),
+    [(0, WORDS), pytest.param(1, (*WORDS, *MARKED), marks=pytest.mark.slow)],
+)
+def test_every_promise_has_a_row(photos: int, words: tuple[str, ...]) -> None:
     rows = measure_studio(
         scrubs=5,
         drops=2,
@@ -17,14 +29,12 @@ def test_every_promise_has_a_row() -> None:
         many=4,
         browser=False,
         watched=0.5,
-        photos=examples(None)[:1],
+        photos=examples(None)[:photos],
     )  # fmt: skip
     names = [row.name for row in rows]
     assert len(set(names)) == len(names)
-    for words in ("scrub to pose", "opening", "frames a second", "share of a core", "scrubs",
-                  "bar dropped", "dragged bars", "memory grown over 1 rounds", "4 rounds open",
-                  "after a click, 3 things, slowest", "after a box, 3 things, median"):  # fmt: skip
-        assert any(words in name for name in names), words
+    for said in words:
+        assert any(said in name for name in names), said
     assert all(math.isfinite(row.value) and row.value >= 0 and row.unit for row in rows)
 
 

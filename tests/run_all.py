@@ -35,7 +35,14 @@ QUICK_ROOMS = ("knowledge", "program", "contract", "records", "session", "render
 """Rooms whose tests need neither a browser nor a reconstruction, for `--quick`."""
 # Tests of one file share what is dear to make, so a file stays with one process. They come in the
 # order of tests/conftest.py, the long ones first: by their number the longest would come last.
-SHARED = ["-n", str(min(os.cpu_count() or 1, 4)), "--dist", "loadfile", "--no-loadscope-reorder"]
+# One more process than there are cores uses the time in which others wait for a browser.
+SHARED = [
+    "-n",
+    str(min(os.cpu_count() or 1, 4) + 1),
+    "--dist",
+    "loadfile",
+    "--no-loadscope-reorder",
+]
 
 
 def quick_steps() -> list[Step]:

@@ -139,11 +139,12 @@ def test_a_wrong_support_is_found_anew(name: str, wrong: str, right: str) -> Non
     untouched(state.rounds[0].program, last, name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("x", "y"),
     [
         pytest.param(91.0, 133.0, id="a box"),
-        pytest.param(30.0, 225.0, id="the floor", marks=pytest.mark.slow),
+        pytest.param(30.0, 225.0, id="the floor"),
     ],
 )
 def test_a_wrong_click_goes_to_what_is_called_so(x: float, y: float) -> None:
@@ -166,9 +167,10 @@ def test_a_wrong_click_goes_to_what_is_called_so(x: float, y: float) -> None:
     assert last.contract == before.contract
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "row"),
-    [("shapes_1", 200.0), pytest.param("shapes_3", -150.0, marks=pytest.mark.slow)],
+    [("shapes_1", 200.0), ("shapes_3", -150.0)],
 )
 def test_a_wrong_camera_is_taken_from_the_picture(scene: str, row: float) -> None:
     case = load_case(SCENES / scene, None)

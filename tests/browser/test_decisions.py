@@ -170,6 +170,7 @@ def test_the_verdict_can_be_overruled(waiting: Desk) -> None:
     expect(waiting.page.get_by_text("good <b>enough</b>")).to_be_visible()
 
 
+@pytest.mark.slow
 def test_a_pass_is_overruled_to_a_failure_in_my_words(waiting: Desk) -> None:
     page = waiting.page
     _accept_until_it_happens(waiting)

@@ -235,6 +235,7 @@ def test_click_or_box_choose_one_of_four_and_undo(photo: Photo) -> None:
     photo.undone()
 
 
+@pytest.mark.slow
 def test_brush_and_scissors(photo: Photo) -> None:
     page = photo.desk.page
     photo.tool("Brush")
@@ -283,6 +284,7 @@ def test_brush_and_scissors(photo: Photo) -> None:
     photo.undone()
 
 
+@pytest.mark.slow
 def test_the_horizon_is_dragged_and_a_ramp_placed_with_three_clicks(photo: Photo) -> None:
     page = photo.desk.page
     photo.tool("Horizon")
@@ -357,6 +359,7 @@ def test_the_horizon_is_dragged_and_a_ramp_placed_with_three_clicks(photo: Photo
     photo.undone()
 
 
+@pytest.mark.slow
 def test_a_size_another_shape_and_zoom(photo: Photo) -> None:
     page = photo.desk.page
     field = page.get_by_label(f"Size of {photo.name} in metres")

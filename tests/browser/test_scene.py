@@ -75,6 +75,7 @@ def test_scene_shows_selects_and_edits(drawn: Desk) -> None:
     assert np.isfinite(value).all()
 
 
+@pytest.mark.slow
 def test_handles_move_scale_and_wish(drawn: Desk) -> None:
     """What is dragged at the start is one edit each; later it is a wish, then a proposal."""
     page = drawn.page
@@ -170,6 +171,7 @@ def _steady(eyes: list[list[float]], eye: list[float]) -> bool:
     return len(eyes) > 20 and np.allclose(eyes[-20:], eye, atol=1e-4)
 
 
+@pytest.mark.slow
 def test_things_are_seen_through_and_the_camera_is_reset_with_a_session(drawn: Desk) -> None:
     page, view = drawn.page, view_of(drawn)
     thing = f"/objects/{drawn.snapshot.program.scene.objects[0].name}"

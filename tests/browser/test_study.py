@@ -68,6 +68,7 @@ def rate(page: Page, liking: float, seed: int, first: int, last: int) -> None:
             page.keyboard.press("ArrowLeft" if side == "left" else "ArrowRight")
 
 
+@pytest.mark.slow
 def test_known_biases_come_out(browser: Browser, server: StudyServer) -> None:
     count = len(server.study.trials("x"))
     for seed, rater in enumerate(("ann", "bob", "cy")):

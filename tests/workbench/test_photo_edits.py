@@ -49,6 +49,7 @@ def carry_out(workbench: Workbench, edits) -> Snapshot:
     return after
 
 
+@pytest.mark.slow
 def test_the_scene_follows_the_horizon(workbench: Workbench, before: Snapshot) -> None:
     scene = before.program.scene
     assert before.case is not None

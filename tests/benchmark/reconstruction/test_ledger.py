@@ -60,6 +60,7 @@ def test_a_rule_that_is_left_out_changes_the_background(seed, measure, name) -> 
     assert own.results(seed, drawn, own.ways[0], ())[0] == with_all
 
 
+@pytest.mark.slow
 def test_bodies_are_held_against_the_things_that_were_drawn() -> None:
     own, drawn = MEASURES["bodies"], scene(1007)
     found, asked = own.results(1007, drawn, own.ways[0], ())

@@ -15,6 +15,7 @@ BOXES = {"red_ball": (128, 300, 236, 408), "wooden_block": (462, 182, 550, 322)}
 """Corners in pixels of the demo's photo, drawn a little wide as a hand does."""
 
 
+@pytest.mark.slow
 def test_one_drag_a_thing(waiting: Desk, repository: Path) -> None:
     page = waiting.page
     waiting.button("Open…").click()

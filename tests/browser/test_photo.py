@@ -131,6 +131,7 @@ def photo(fresh: Desk) -> Photo:
     return Photo(fresh)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lasts", [True, False])
 def test_a_mask_chosen_early_is_taken_after_the_closer_look(
     photo: Photo, monkeypatch: pytest.MonkeyPatch, lasts: bool
@@ -395,6 +396,7 @@ def test_a_size_another_shape_and_zoom(photo: Photo) -> None:
     assert wide["width"] > 1.5 * narrow["width"]
 
 
+@pytest.mark.slow
 def test_a_session_from_a_photo_and_a_sentence_alone(
     fresh: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -82,6 +82,7 @@ def test_a_tilted_horizon_turns_the_camera(workbench: Workbench, before: Snapsho
     assert all(edit.path != "scene.roll" for edit in again)
 
 
+@pytest.mark.slow
 def test_a_size_scales_everything(workbench: Workbench, before: Snapshot) -> None:
     scene, case = before.program.scene, before.case
     assert case is not None

@@ -217,6 +217,7 @@ def test_an_endless_event_is_a_row(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert "had not ended" in outcome.problem
 
 
+@pytest.mark.slow
 def test_one_real_event_in_both_modes(cases_dir: Path, tmp_path: Path):
     out = tmp_path / "results.md"
     rows = run_bench("events", cases=cases_dir, out=out, only=["soccer_ball/rolls_over_line"])

@@ -29,8 +29,14 @@ PITCH_SPREAD = math.radians(8.0)
 EYE_LEVEL = 0.7
 EYE_LEVEL_SPREAD = 0.9
 """Height of a camera above what it looks at, m, and the spread of its logarithm."""
+NORMAL_LENS, DIAGONAL = 50.0, 43.27
+"""Usual focal length where nothing is known, and the diagonal of the frame that it is meant for, mm:
+the normal lens of 35 mm film. Photographs whose edges tell it have 36 to 107 mm, 62 in the middle.
+"""
 FOCAL_SPREAD = 0.4
 """Standard deviation of the logarithm of the focal length."""
+SHORTEST, LONGEST = -0.8, 1.1
+"""Logarithms of the focal lengths that are tried, as shares of the usual one."""
 
 EDGES = 0.5
 """Weight of the edges of right-angled things: edges side by side are not independent."""
@@ -77,8 +83,8 @@ class Horizon:
 
 
 def usual_focal(size: tuple[int, int]) -> float:
-    """Focal length in pixels of a 45° field of view on the shorter side."""
-    return min(size) / 2 / math.tan(math.radians(22.5))
+    """Focal length in pixels of a normal lens, for a picture of (width, height) pixels."""
+    return NORMAL_LENS / DIAGONAL * math.hypot(*size)
 
 
 def estimate(
@@ -100,7 +106,7 @@ def estimate(
     rows, columns = image.shape[:2]
     if angles is None:
         angles = right_angles.edges_by_thing(found, (columns, rows), ())
-    grid = np.arange(-3.0 * rows, 1.1 * rows, 2.0)
+    grid = np.arange(-5.0 * rows, 1.1 * rows, 2.0)
     shared = _below(grid, [item.foot for item in standing], rows, 0.02)
     shared += _below(grid, limits, rows, 0.0)
     if at_work("known sizes"):
@@ -135,7 +141,7 @@ def _factors(focal: float | None, usual: float, *, finely: bool) -> FloatArray:
     """Focal lengths to try, as shares of the usual one."""
     if focal is not None:
         return np.array([focal / usual])
-    return np.exp(np.linspace(-0.35, 1.3, 34 if finely else 12))
+    return np.exp(np.linspace(SHORTEST, LONGEST, 39 if finely else 14))
 
 
 def _right_angles(

@@ -72,7 +72,7 @@ def focal_of(state: SceneState, size: tuple[int, int], horizon: float) -> float 
     ]
     usual = usual_focal(size)
     best: tuple[float, float] | None = None
-    for focal in usual * np.geomspace(0.7, 4.0, 60):
+    for focal in usual * np.geomspace(0.35, 2.1, 60):
         roll = math.radians(state.roll)
         camera = Camera.from_horizon(size, horizon, 1.0, focal=float(focal), roll=roll)
         slants = [slant for top in tops for slant in _slants(camera, top)]

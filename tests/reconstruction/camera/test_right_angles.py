@@ -66,7 +66,7 @@ def _boxes(camera: Camera) -> tuple[np.ndarray, list[np.ndarray]]:
     return image, [seen.owner == k for k in range(len(bodies))]
 
 
-@pytest.mark.parametrize(("pitch", "focal"), [(16, 560), (28, 800), (40, 500), (70, 600)])
+@pytest.mark.parametrize(("pitch", "focal"), [(16, 560), (28, 800), (40, 500), (70, 1000)])
 def test_boxes_that_are_turned_give_pitch_and_focal_length(pitch, focal):
     camera = _camera(pitch, focal)
     image, masks = _boxes(camera)
@@ -164,3 +164,13 @@ def test_creases_of_a_box_lie_on_edges_within_its_mask():
     assert min(abs((turn + 45) % 90 - 45) for turn in turns) < 3
     blank = np.full((SIZE[1], SIZE[0], 3), np.uint8(150))
     assert Creases.within(masks[0], segments(blank)) is None
+
+
+def test_without_cues_the_lens_is_a_normal_one():
+    """50 mm on film of 36 by 24 mm, however the picture is turned."""
+    assert cues.usual_focal((3600, 2400)) == pytest.approx(5000, rel=0.001)
+    assert cues.usual_focal((2400, 3600)) == pytest.approx(5000, rel=0.001)
+    bare = np.full((480, 720, 3), 128, np.uint8)
+    alone = cues.Standing(300.0, 60.0, 0.1, 0.2, "floor")
+    found = cues.estimate(bare, segments(bare), [alone])
+    assert found.focal == pytest.approx(cues.usual_focal((720, 480)), rel=0.15)

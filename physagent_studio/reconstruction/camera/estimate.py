@@ -30,9 +30,8 @@ EYE_LEVEL = 0.7
 EYE_LEVEL_SPREAD = 0.9
 """Height of a camera above what it looks at, m, and the spread of its logarithm."""
 NORMAL_LENS, DIAGONAL = 50.0, 43.27
-"""Usual focal length where nothing is known, and the diagonal of the frame that it is meant for, mm:
-the normal lens of 35 mm film. Photographs whose edges tell it have 36 to 107 mm, 62 in the middle.
-"""
+"""Usual focal length where nothing is known, and the diagonal of the frame it is meant for, mm: the
+normal lens of 35 mm film. Photographs whose edges tell it have 36 to 107 mm, 62 in the middle."""
 FOCAL_SPREAD = 0.4
 """Standard deviation of the logarithm of the focal length."""
 SHORTEST, LONGEST = -0.8, 1.1

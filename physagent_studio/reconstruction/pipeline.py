@@ -41,6 +41,7 @@ from physagent_studio.reconstruction.shapes.offers import ranked, ranking
 from physagent_studio.reconstruction.shapes.stated_meshes import stated_mesh
 from physagent_studio.reconstruction.shapes.stems import with_parts
 from physagent_studio.reconstruction.supports import stances as layout
+from physagent_studio.reconstruction.supports.seen_ends import Shown
 from physagent_studio.reconstruction.supports.stances import Stance
 from physagent_studio.reconstruction.supports.tabletops import Top
 from physagent_studio.reconstruction.survey import landmarks, named_tops
@@ -173,7 +174,7 @@ def _look(
 ) -> Scene:
     """Every step of a reconstruction in its order; the scene's hash is the caller's."""
     sight = _seen(case, image, state, previous, segmenter, run)
-    done, placed = _put(state, sight, previous, bodies or {}, run)
+    done, placed = _put(state, image, sight, previous, bodies or {}, run)
     masks, camera = sight.masks, sight.read.camera
     run.at("textures", 0.78)
     bodies = _bodies(sight, placed, assets)
@@ -246,6 +247,7 @@ def _seen(
 
 def _put(
     state: SceneState,
+    image: Image,
     sight: _Sight,
     previous: Scene | None,
     bodies: Mapping[str, Mesh],
@@ -254,8 +256,9 @@ def _put(
     """Supports, objects and landmarks in their places: the completed state."""
     read, stances = sight.read, sight.stances
     run.at("supports", 0.5)
+    covered = np.any(list(sight.masks.values()), axis=0) if sight.masks else image[..., 0] < 0
     solid, open_supports = supports.resolve(
-        state, read, stances, sight.regions, sight.found, sight.tops
+        state, read, stances, sight.regions, sight.found, sight.tops, Shown(image, covered)
     )
     solid = basins.with_basins(solid, sight.basins, sight.masks, stances, read)
     run.at("objects", 0.55)

@@ -25,6 +25,7 @@ from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.supports import clicked as clicked_supports
 from physagent_studio.reconstruction.supports.ramps import place_ramp, three_click_ramp
+from physagent_studio.reconstruction.supports.seen_ends import Shown, to_seen_ends
 from physagent_studio.reconstruction.supports.slabs import fit_slab
 from physagent_studio.reconstruction.supports.snapping import snapped
 from physagent_studio.reconstruction.supports.stairs import with_steps
@@ -47,11 +48,13 @@ def resolve(
     regions: Mapping[str, BoolArray],
     found: Segments,
     tops: Mapping[str, Top] = MappingProxyType({}),
+    shown: Shown | None = None,
 ) -> tuple[tuple[Support, ...], tuple[str, ...]]:
     """The supports with their shapes, a floor added where there is none, and what stays open.
 
-    tops: of supports that are known by name alone. The second value are sentences about supports
-    that could not be resolved.
+    tops: of supports that are known by name alone. shown: the photo, in which the
+    ends of level tops are looked up. The second value are sentences about supports that could not
+    be resolved.
     """
     out: list[Support] = []
     flags: list[str] = []
@@ -67,6 +70,8 @@ def resolve(
         )
         if isinstance(shape, Ramp):
             shape = with_steps(support, shape)
+        if isinstance(shape, Slab) and shown is not None and _is_fitted(support, read):
+            shape = _in_view(shown, support, read, stances, regions, shape)
         if isinstance(shape, Slab) and is_rails(support.name):
             shape = shape.model_copy(update={"rail": RAIL * min(shape.size[:2])})
         if shape is None:
@@ -136,6 +141,28 @@ def _slab(
         width, height = read.camera.size
         region = np.zeros((height, width), bool)
     return fit_slab(read.camera, top, region, found, feet, halves, clicks, thickness, beyond)
+
+
+def _is_fitted(support: Support, read: Survey) -> bool:
+    """Whether the sides of a level top come from the picture's edges, not from clicked corners."""
+    clicks = sum(click.label for click in support.grounding.points)
+    return not support.grounding.marks and clicks < 4 and support.name not in read.blocks
+
+
+def _in_view(
+    shown: Shown,
+    support: Support,
+    read: Survey,
+    stances: Mapping[str, Stance],
+    regions: Mapping[str, BoolArray],
+    slab: Slab,
+) -> Slab:
+    feet = [stances[name].foot for name in stances if read.on[name] == support.name]
+    spots = np.array(feet, float).reshape(-1, 2)
+    places = on_plane(read.camera, spots, slab.position[2] + slab.size[2] / 2)[:, :2]
+    standing = places[np.isfinite(places).all(1)]
+    region = regions.get(support.name, np.zeros(shown.covered.shape, bool))
+    return to_seen_ends(shown, read.camera, slab, region, standing)
 
 
 def _wall(camera: Camera, clicks: Sequence[tuple[float, float]]) -> Wall | None:

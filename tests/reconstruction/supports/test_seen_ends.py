@@ -23,7 +23,7 @@ def _photo(wall: tuple[int, int, int]) -> tuple[np.ndarray, np.ndarray]:
     cos, sin = math.cos(TABLE.yaw), math.sin(TABLE.yaw)
     points = mesh.vertices @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]])
     mask = look(CAMERA, {"table": (points + TABLE.position, mesh.faces)}).owner == 0
-    image = np.full((SIZE[1], SIZE[0], 3), np.uint8(0)) + np.uint8(wall)
+    image = np.full((SIZE[1], SIZE[0], 3), wall, np.uint8)
     image[mask] = (170, 120, 70)
     return np.asarray(cv2.GaussianBlur(image, (0, 0), 1.0), np.uint8), mask
 

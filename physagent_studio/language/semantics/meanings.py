@@ -72,7 +72,11 @@ class Meanings(Roles):
             if (verb.verb, particle) in v.COMBINED:
                 sense = v.COMBINED[(verb.verb, particle)]
                 # "Comes crashing down on the vase": what comes down is not the vase.
-                own = kind == "act" and sense in _OWN and not verb.passive
+                own = kind in ("act", "cause") and sense in _OWN and not verb.passive
+                along = {*clause.adverbs, *(p for p, _ in clause.places)} & _ALONG
+                if verb.verb == "take" and own and along:
+                    # "The car takes off down the road".
+                    sense = "move"
                 return sense, "move" if own and not clause.objects else kind, clause.objects
         for preposition, _ in clause.places:
             if preposition == "off" and kind == "act" and (verb.verb, "off") in v.COMBINED:
@@ -129,6 +133,7 @@ class Meanings(Roles):
 
 _OWN = ("fall", "rise", "descend", "topple", "leave", "move")
 """Senses of what something does by itself, whatever the verb without its particle."""
+_ALONG = {"to", "down", "along", "across", "toward", "towards", "leftwards", "rightwards"}
 _INTO = ("into", "against", "toward", "towards", "off", "onto")
 _STANDSTILL = ("halt", "stop", "standstill", "rest")
 

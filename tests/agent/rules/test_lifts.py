@@ -17,7 +17,8 @@ from tests.agent.rules.scenes import STAGES
     [
         ("desk", "The red cube is lifted up and then drops.", ["moves", "falls"]),
         ("yard", "The trash can rises into the air and falls back down.", ["moves", "falls"]),
-        ("wind", "The paper cup is lifted.", ["moves"]),
+        ("wind", "The paper cup is lifted.", ["moves", "falls"]),
+        ("wind", "The balloon takes off and rises.", ["moves", "falls", "moves", "falls"]),
         ("lane", "The middle pin is picked up, then dropped.", ["moves", "falls"]),
     ],
 )
@@ -34,7 +35,6 @@ def test_up_and_down(stage: str, prompt: str, kinds: list[str]) -> None:
     ("stage", "prompt"),
     [
         ("desk", "The red cube is lifted up and then drops."),
-        ("wind", "The paper cup is lifted."),
         ("lane", "The middle pin is picked up, then dropped."),
     ],
 )
@@ -45,3 +45,21 @@ def test_one_proposal_makes_it_last(stage: str, prompt: str) -> None:
     proposal = RulePlanner(limit=20).propose(situation)
     assert outcome(situation, proposal) == []
     assert apply(situation.program, proposal.edits).clip.time_factor < 1.0
+
+
+@pytest.mark.parametrize(
+    "prompt", ["The balloon lifts off.", "The balloon takes off and rises straight up."]
+)
+def test_what_rises_stays_up_and_in_the_picture(prompt: str) -> None:
+    program = RuleGenerator().first(STAGES["wind"].case(prompt), STAGES["wind"].reconstruct)
+    rollout = simulate(program, {})
+    heights = rollout.positions[:, rollout.objects.index("balloon"), 2]
+    assert heights[-1] > heights.max() - 0.01 > heights[0] + 0.3
+    assert all(check.ok for check in measure(program, rollout))
+
+
+def test_what_takes_off_along_the_ground_does_not_rise() -> None:
+    prompt = "The basketball takes off to the right."
+    program = RuleGenerator().first(STAGES["court"].case(prompt), STAGES["court"].reconstruct)
+    assert {s.kind for s in program.contract.statements} == {"moves"}
+    assert all(getattr(s, "direction", None) != "up" for s in program.contract.statements)

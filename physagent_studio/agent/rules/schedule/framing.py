@@ -23,8 +23,9 @@ SAMPLES = 160
 
 
 def free_way(layout: Layout, name: str, way: FloatArray) -> float:
-    """How far a thing can go along a level unit direction (3,) and still be seen whole, on what
-    carries it and before it meets another thing, m; infinite where there is no camera."""
+    """How far a thing can go along a level or upward unit direction (3,) and still be seen whole;
+    on the level on what carries it and before it meets another thing, m; infinite without a
+    camera."""
     camera, body = layout.state.camera, layout.placed(name)
     if camera is None or body is None or body.outline is None:
         return math.inf
@@ -38,6 +39,8 @@ def free_way(layout: Layout, name: str, way: FloatArray) -> float:
     least = min(WHOLE, 0.95 * float(shares[0]))
     out = np.flatnonzero(shares < least)
     free = float(ahead[max(int(out[0]) - 1, 0)]) if len(out) else FARTHEST
+    if not np.any(way[:2]):
+        return free
     free = min(free, _before_edge(layout, name, way))
     return min(free, *(_before(layout, name, item.name, way) for item in layout.state.objects))
 

@@ -241,8 +241,19 @@ def float_down(c: Context) -> list[Spec]:
     return [*found, *(s for s in along(c) if s.kind != "contacts")]
 
 
+_ALOFT = ("rise", "hang", "stay", "spin", "turn")
+
+
 def rise(c: Context) -> list[Spec]:
-    """Goes up."""
+    """Goes up, and stays there unless more is said of it."""
+    found = _upward(c)
+    further = any(f.sense not in _ALOFT for f in c.later)
+    if further or c.frame.place("on", "onto", "in", "into", "over", "above") is not None:
+        return found
+    return [*found, spec("falls", c.subject, drop=c.length(0.3, 0.02, 0.2), negated=True)]
+
+
+def _upward(c: Context) -> list[Spec]:
     far = c.length(0.3, 0.02, 0.2)
     if c.frame.distance is not None:
         # "Is lifted 20 cm": about as high, and not to the ceiling.
@@ -268,7 +279,7 @@ def rise(c: Context) -> list[Spec]:
 
 def jump(c: Context) -> list[Spec]:
     """Leaves the ground for a moment."""
-    return [*rise(c), spec("airborne", c.subject, seconds=0.1), *along(c)]
+    return [*_upward(c), spec("airborne", c.subject, seconds=0.1), *along(c)]
 
 
 def bounce(c: Context) -> list[Spec]:

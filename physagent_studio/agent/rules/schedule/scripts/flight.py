@@ -10,6 +10,7 @@ from physagent_studio.agent.rules.contract.specs import place_name
 from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.measures import WAYS
 from physagent_studio.agent.rules.schedule import actions as act
+from physagent_studio.agent.rules.schedule.framing import good_way
 from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.program.actions import Action, Direction
 from physagent_studio.program.scene.bodies import FLUTTER, Cloth
@@ -95,9 +96,15 @@ def _over(task: Task, hurdle: str) -> Action:
 
 
 def lift(task: Task) -> list[Action]:
-    """Carried up without haste; then let go where it comes down again, else held there."""
+    """Carried up without haste; then let go where it comes down again, else held there.
+
+    What does nothing else takes most of the clip for it, and goes as far as the picture allows.
+    """
     height = max(1.2 * task.layout.size(task.name), 0.12)
     seconds = task.seconds(0.25)
+    if all(frame.sense == "rise" and frame.distance is None for frame in task.intent.frames):
+        height = max(min(good_way(task.layout, task.name, WAYS["up"]), 4 * height), height)
+        seconds = task.seconds(0.8)
     # Half of the time it gains speed, half of the time it loses it.
     gain = 4 * height / (seconds * seconds)
     half = round(seconds / 2 / task.clip.step_seconds)

@@ -20,7 +20,7 @@ from physagent_studio.exchange.peers.mjcf import load_mjcf
 from physagent_studio.program import PhysicalProgram, SceneState, Support, apply
 from physagent_studio.program.scene.state import Floor
 from physagent_studio.program.text.document import dump_program
-from physagent_studio.reconstruction.backends.mesh_files import KINDS, MAX_BYTES
+from physagent_studio.reconstruction.backends.mesh_files import KINDS, MESH
 from physagent_studio.records import Case
 from physagent_studio.records.rollout_io import save_rollout
 from physagent_studio.session.arrays import pack_mesh, unpack_mesh
@@ -62,7 +62,7 @@ def import_scene(path: Path, out: Path) -> list[str]:
 
 def _import_mesh(path: Path, out: Path) -> list[str]:
     """Writes a program of the form of a mesh file on the floor, and the form beside it."""
-    form = read_form(bytes_of(path, MAX_BYTES), path.name, materials_beside(path))
+    form = read_form(bytes_of(path, MESH.max_bytes), path.name, materials_beside(path))
     floor = SceneState(supports=(Support(name="floor", shape=Floor()),))
     bare = PhysicalProgram(scene=floor)
     name, longest = name_for(bare, path.stem), form.believed(USUAL)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -30,12 +31,19 @@ from physagent_studio.reconstruction.supports.ramps import height_at
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Finding, Mesh
 
-LEAST_IOU = 0.8
-LEAST_NAMED = 0.12
-"""Least share of a thing's pixels that may be called by the colour word in its name."""
-LARGEST_GAP = 2e-3
-LARGEST_SIGMA = 0.15
-"""Spread of the horizon that is still fine, as a share of the picture's height."""
+
+@dataclass(frozen=True, slots=True)
+class CheckSettings:
+    """What is fine of a reconstruction."""
+
+    min_iou: float = 0.8  # IoU, 0.5..1: of a placed body's silhouette with its mask
+    min_named_share: float = 0.12  # 0.02..0.5: of a thing's pixels that its colour word may call
+    max_gap_m: float = 2e-3  # 1e-4..0.01: between a thing and what it stands on
+    # 0.05..0.4: spread, of the picture's height; more is asked about
+    max_horizon_share: float = 0.15
+
+
+CHECK = CheckSettings()
 
 
 def measure(
@@ -81,9 +89,9 @@ def _camera(camera: Camera) -> Finding:
         "horizon",
         "camera",
         share,
-        LARGEST_SIGMA,
+        CHECK.max_horizon_share,
         "picture heights",
-        share <= LARGEST_SIGMA,
+        share <= CHECK.max_horizon_share,
         "camera",
         f"the horizon is {_row(camera)} ({how})",
     )
@@ -115,11 +123,13 @@ def _called(state: SceneState, image: Image, masks: Mapping[str, BoolArray]) -> 
         if mask is None or word is None or not mask.any():
             continue
         share = float(pixels_like(image, word)[mask].mean())
-        fine = share >= LEAST_NAMED
+        fine = share >= CHECK.min_named_share
         text = f"{item.name}: {share:.0%} of what was clicked may be called {word}"
         if not fine:
             text += f", most of it is {said_of(image, mask)}"
-        out.append(Finding("colour", item.name, share, LEAST_NAMED, "", fine, "points", text))
+        out.append(
+            Finding("colour", item.name, share, CHECK.min_named_share, "", fine, "points", text)
+        )
     return out
 
 
@@ -143,7 +153,14 @@ def _silhouettes(
         text = f"the shape of {item.name} covers what was cut out with IoU {value:.2f}"
         out.append(
             Finding(
-                "reprojection", item.name, value, LEAST_IOU, "", value >= LEAST_IOU, "mask", text
+                "reprojection",
+                item.name,
+                value,
+                CHECK.min_iou,
+                "",
+                value >= CHECK.min_iou,
+                "mask",
+                text,
             )
         )
         cut = border_share(mask)
@@ -160,11 +177,11 @@ def _contact(item: SceneObject, state: SceneState, meshes: Mapping[str, Mesh]) -
     gap = gap_below(item, state, meshes)
     if gap is None:
         text = f"{item.name} is not over its support {item.support}"
-        return Finding("contact", item.name, 1.0, LARGEST_GAP, "m", False, "placement", text)
-    fine = abs(gap) <= LARGEST_GAP
+        return Finding("contact", item.name, 1.0, CHECK.max_gap_m, "m", False, "placement", text)
+    fine = abs(gap) <= CHECK.max_gap_m
     text = f"{item.name} is {abs(gap) * 1000:.2f} mm {'above' if gap >= 0 else 'inside'}"
     text = f"{item.name} stands on {item.support}" if fine else f"{text} {item.support}"
-    return Finding("contact", item.name, gap, LARGEST_GAP, "m", fine, "placement", text)
+    return Finding("contact", item.name, gap, CHECK.max_gap_m, "m", fine, "placement", text)
 
 
 def _over_edge(item: SceneObject, state: SceneState, meshes: Mapping[str, Mesh]) -> Finding | None:
@@ -175,10 +192,10 @@ def _over_edge(item: SceneObject, state: SceneState, meshes: Mapping[str, Mesh])
     if support.shape.rail is not None:
         return None
     off = float(np.hypot(*beyond(item, meshes[item.name], support.shape)))
-    if off <= LARGEST_GAP:
+    if off <= CHECK.max_gap_m:
         return None
     text = f"the middle of {item.name} is seen {off:.2f} m beyond the edge of {support.name}"
-    return Finding("edge", item.name, off, LARGEST_GAP, "m", False, "support", text)
+    return Finding("edge", item.name, off, CHECK.max_gap_m, "m", False, "support", text)
 
 
 def gap_below(item: SceneObject, state: SceneState, meshes: Mapping[str, Mesh]) -> float | None:

@@ -7,6 +7,7 @@ it away is that the picture shows something that could then not be seen.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,10 +19,16 @@ from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.shapes.silhouettes import in_world, look
 from physagent_studio.records.scene import Finding, Mesh
 
-LARGEST_HIDDEN = 0.3
-"""Share of a seen object that may lie behind a support as reconstructed."""
-LARGEST_DEVIATION = 4.0
-"""Standard deviations between a stated horizon and the one that the picture's lines give."""
+
+@dataclass(frozen=True, slots=True)
+class ConsistencySettings:
+    """When parts of a picture contradict one another."""
+
+    max_hidden_share: float = 0.3  # 0.1..0.6: of a seen thing behind a support as reconstructed
+    max_horizon_sigmas: float = 4.0  # 2..8: between a stated horizon and that of the lines
+
+
+CONSISTENT = ConsistencySettings()
 
 
 def check(
@@ -48,8 +55,10 @@ def _against_lines(camera: Camera, estimate: Horizon) -> Finding:
         f"the horizon is stated at row {camera.horizon:.0f}, the picture itself has it at row"
         f" {estimate.row:.0f} ± {estimate.sigma:.0f}"
     )
-    fine = away <= LARGEST_DEVIATION
-    return Finding("stated", "camera", away, LARGEST_DEVIATION, "sigma", fine, "camera", text)
+    fine = away <= CONSISTENT.max_horizon_sigmas
+    return Finding(
+        "stated", "camera", away, CONSISTENT.max_horizon_sigmas, "sigma", fine, "camera", text
+    )
 
 
 def _standing(state: SceneState, masks: Mapping[str, BoolArray]) -> list[SceneObject]:
@@ -132,8 +141,8 @@ def _most(owners: np.ndarray, names: tuple[str, ...]) -> str:
 
 
 def _of_share(name: str, share: float, by: str) -> Finding:
-    fine = share <= LARGEST_HIDDEN
+    fine = share <= CONSISTENT.max_hidden_share
     text = f"{name} is in front of what is behind it"
     if by:
         text = f"{share:.0%} of {name} would be hidden by {by}, and the picture shows it"
-    return Finding("hidden", name, share, LARGEST_HIDDEN, "", fine, "support", text)
+    return Finding("hidden", name, share, CONSISTENT.max_hidden_share, "", fine, "support", text)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +15,23 @@ from physagent_studio.records.case import Case, Image
 from physagent_studio.records.scene import Mesh, Scene
 from physagent_studio.rendering.lit import DARK, vertex_light
 
-COLORS = ((230, 60, 50), (50, 180, 70), (60, 110, 240), (240, 190, 30), (180, 70, 210))
-_WIDTH = 560
+
+@dataclass(frozen=True, slots=True)
+class SheetSettings:
+    """How a contact sheet is drawn."""
+
+    # 0..255: of things in turn, told apart by everyone
+    colors_rgb: tuple[tuple[int, int, int], ...] = (
+        (230, 60, 50),
+        (50, 180, 70),
+        (60, 110, 240),
+        (240, 190, 30),
+        (180, 70, 210),
+    )
+    panel_px: int = 560  # 200..1200: width of a panel, of which three fit a screen
+
+
+SHEET = SheetSettings()
 
 
 def contact_sheet(scene: Scene, case: Case) -> Image:
@@ -34,7 +51,7 @@ def contact_sheet(scene: Scene, case: Case) -> Image:
         ("other view", _render(scene, _other(scene, camera), None)),
     ]
     tiles = [_labelled(name, image) for name, image in panels]
-    title = np.full((26, 3 * _WIDTH, 3), 255, np.uint8)
+    title = np.full((26, 3 * SHEET.panel_px, 3), 255, np.uint8)
     text = f"{case.name}: horizon {camera.horizon:.0f} +- {camera.horizon_sigma or 0:.0f} px, "
     text += f"height {camera.position[2]:.2f} m, scale {scene.state.scale.reference}"
     _write(title, text, (6, 18), (0, 0, 0))
@@ -42,8 +59,10 @@ def contact_sheet(scene: Scene, case: Case) -> Image:
 
 
 def _labelled(name: str, image: Image) -> Image:
-    height = round(_WIDTH * image.shape[0] / image.shape[1])
-    tile = cv2.resize(image, (_WIDTH, height), interpolation=cv2.INTER_AREA).astype(np.uint8)
+    height = round(SHEET.panel_px * image.shape[0] / image.shape[1])
+    tile = cv2.resize(image, (SHEET.panel_px, height), interpolation=cv2.INTER_AREA).astype(
+        np.uint8
+    )
     (width, _), _ = cv2.getTextSize(name, cv2.FONT_HERSHEY_SIMPLEX, 0.5, 1)
     cv2.rectangle(tile, (0, 0), (width + 14, 27), (32, 32, 32), -1)
     _write(tile, name, (7, 19), (255, 255, 255))
@@ -62,7 +81,9 @@ def _clicked(scene: Scene) -> Image:
         for click in item.grounding.points:
             spot = (int(click.x), int(click.y))
             cv2.circle(out, spot, size + 2, (255, 255, 255), -1, cv2.LINE_AA)
-            cv2.circle(out, spot, size, COLORS[index % len(COLORS)], -1, cv2.LINE_AA)
+            cv2.circle(
+                out, spot, size, SHEET.colors_rgb[index % len(SHEET.colors_rgb)], -1, cv2.LINE_AA
+            )
     return out
 
 
@@ -70,7 +91,7 @@ def _masks(scene: Scene) -> Image:
     assert scene.photo is not None
     out = (scene.photo * 0.35).astype(np.uint8)
     for index, mask in enumerate(scene.masks.values()):
-        color = np.array(COLORS[index % len(COLORS)])
+        color = np.array(SHEET.colors_rgb[index % len(SHEET.colors_rgb)])
         out[mask] = (0.5 * scene.photo[mask] + 0.5 * color).astype(np.uint8)
     return out
 
@@ -97,7 +118,7 @@ def _overlay(scene: Scene, camera: Camera) -> Image:
     seen = look(camera, _bodies(scene))
     for index, name in enumerate(_bodies(scene)):
         _outline(out, scene.masks[name], (255, 255, 255))
-        _outline(out, seen.owner == index, COLORS[index % len(COLORS)])
+        _outline(out, seen.owner == index, SHEET.colors_rgb[index % len(SHEET.colors_rgb)])
     return out
 
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import BoolArray
 from physagent_studio.errors import Cancelled
 from physagent_studio.language import hints
 from physagent_studio.program.scene.camera import Camera
@@ -54,11 +54,17 @@ from physagent_studio.reconstruction.without_photo import scene_without_photo
 from physagent_studio.records.case import Case, Image
 from physagent_studio.records.scene import Candidate, Mesh, Scene
 
-BoolArray = NDArray[np.bool_]
-SAME_ROW = 0.5
-"""Pixels within which a stated horizon is that of the camera."""
-SAME_ROLL = 1e-3
-"""Radians within which its tilt is."""
+
+@dataclass(frozen=True, slots=True)
+class SameSettings:
+    """When a stated camera is the one that was found."""
+
+    row_px: float = 0.5  # 0.1..2: states are written in rounded rows
+    roll_rad: float = 1e-3  # 1e-4..0.01: and in rounded degrees
+
+
+SAME = SameSettings()
+
 UNASKED = "by its words, nobody clicked it"
 
 
@@ -123,7 +129,7 @@ def reconstruct(
 
 def _roll_of(state: SceneState, camera: Camera) -> float:
     """Degrees by which the camera is turned, in the state's own figure where that says the same."""
-    same = abs(camera.roll - math.radians(state.roll)) < SAME_ROLL
+    same = abs(camera.roll - math.radians(state.roll)) < SAME.roll_rad
     return state.roll if same else round(math.degrees(camera.roll), 3)
 
 
@@ -132,7 +138,7 @@ def _turned(state: SceneState) -> SceneState:
     camera, row, roll = state.camera, state.horizon, math.radians(state.roll)
     if camera is None or row is None:
         return state
-    if abs(camera.horizon - row) < SAME_ROW and abs(camera.roll - roll) < SAME_ROLL:
+    if abs(camera.horizon - row) < SAME.row_px and abs(camera.roll - roll) < SAME.roll_rad:
         return state
     turned = Camera.from_horizon(
         camera.size,

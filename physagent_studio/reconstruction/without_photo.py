@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -18,11 +18,19 @@ from physagent_studio.reconstruction.shapes.stated_meshes import stated_mesh
 from physagent_studio.records.scene import Mesh, Scene
 from physagent_studio.rendering.backdrop import PALETTE
 
-SIZE = (832, 480)
-FIELD_OF_VIEW = math.radians(45)
-LOOKING_DOWN = math.radians(18)
-ROOM = 1.7
-"""How much wider than the resting things the picture is, so that motion stays in it."""
+
+@dataclass(frozen=True, slots=True)
+class ViewSettings:
+    """The camera of a scene without a photo."""
+
+    size_px: tuple[int, int] = (832, 480)  # 64..4096: width and height, a usual video's
+    field_of_view_rad: float = math.radians(45)  # 0.3..1.5: from top to bottom
+    pitch_rad: float = math.radians(18)  # 0..0.8: down, so that the ground shows
+    # 1..4: of the picture to the things at rest, so that motion stays in it
+    room_ratio: float = 1.7
+
+
+VIEW = ViewSettings()
 
 
 def scene_without_photo(state: SceneState, key: str, assets: Mapping[str, Mesh]) -> Scene:
@@ -84,15 +92,15 @@ def _bounds(state: SceneState, meshes: dict[str, Mesh]) -> tuple[np.ndarray, flo
 
 def _camera(centre: np.ndarray, half: float) -> Camera:
     """A camera that looks along +y and a little down on the things."""
-    width, height = SIZE
-    focal = height / 2 / math.tan(FIELD_OF_VIEW / 2)
-    distance = ROOM * half * focal / (height / 2)
-    down, ahead = math.sin(LOOKING_DOWN), math.cos(LOOKING_DOWN)
+    width, height = VIEW.size_px
+    focal = height / 2 / math.tan(VIEW.field_of_view_rad / 2)
+    distance = VIEW.room_ratio * half * focal / (height / 2)
+    down, ahead = math.sin(VIEW.pitch_rad), math.cos(VIEW.pitch_rad)
     forward = np.array([0, ahead, -down])
     axes = np.column_stack([[1.0, 0, 0], [0, -down, -ahead], forward])
     x, y, z = (float(v) for v in centre - distance * forward)
     return Camera(
-        size=SIZE,
+        size=VIEW.size_px,
         focal=focal,
         principal=(width / 2, height / 2),
         position=(x, y, z),

@@ -19,8 +19,7 @@ from physagent_studio.program import AddItem, Edit, PhysicalProgram
 from physagent_studio.program.scene.state import Meshed, SceneObject
 from physagent_studio.reconstruction.backends.frames import zup_from_yup
 from physagent_studio.reconstruction.backends.mesh_files import (
-    MAX_BYTES,
-    MAX_FACES,
+    MESH,
     UNREADABLE,
     body_of,
     textured_from,
@@ -86,7 +85,7 @@ def materials_beside(path: Path) -> dict[str, bytes]:
     found: dict[str, bytes] = {}
     if path.suffix.lower() != ".obj":
         return found
-    for name in _named(bytes_of(path, MAX_BYTES), b"mtllib", (".mtl",)):
+    for name in _named(bytes_of(path, MESH.max_bytes), b"mtllib", (".mtl",)):
         found |= _one(path, name)
     for data in tuple(found.values()):
         for name in _named(data, b"map_Kd", PICTURES):
@@ -104,7 +103,7 @@ def _one(path: Path, name: str) -> dict[str, bytes]:
     """A file beside another; none where the name leads elsewhere or to nothing."""
     place = path.parent / name
     whole = place.name == name and not place.is_symlink() and place.is_file()
-    return {name: bytes_of(place, MAX_BYTES)} if whole else {}
+    return {name: bytes_of(place, MESH.max_bytes)} if whole else {}
 
 
 def forms_beside(path: Path, program: PhysicalProgram) -> dict[str, bytes]:
@@ -119,7 +118,7 @@ def forms_beside(path: Path, program: PhysicalProgram) -> dict[str, bytes]:
         place = path.parent / f"{item.shape.asset}{MESH_SUFFIX}"
         if not place.is_file():
             continue
-        data = bytes_of(place, MAX_BYTES)
+        data = bytes_of(place, MESH.max_bytes)
         if hashlib.sha256(data).hexdigest() != item.shape.asset:
             raise InputError(f"{place.name} was changed after it was written")
         try:
@@ -136,7 +135,7 @@ def check_form(data: bytes) -> None:
         mesh = unpack_mesh(data)
         sound = [mesh.vertices.shape[1:] == (3,), mesh.faces.shape[1:] == (3,)]
         sound += [np.isfinite(mesh.vertices).all(), mesh.faces.min() >= 0]
-        sound += [mesh.faces.max() < len(mesh.vertices), len(mesh.faces) <= MAX_FACES]
+        sound += [mesh.faces.max() < len(mesh.vertices), len(mesh.faces) <= MESH.max_faces]
         sound += [mesh.uv is None or mesh.uv.shape == (len(mesh.vertices), 2)]
     except (*UNREADABLE, AssertionError, zipfile.BadZipFile) as error:
         raise InputError(f"it is damaged: {error}") from error

@@ -30,7 +30,7 @@ from physagent_studio.jobs import Limits, shared
 from physagent_studio.jobs.worker import import_all
 from physagent_studio.program.text.document import load_program
 from physagent_studio.reconstruction import read_photo
-from physagent_studio.reconstruction.backends.mesh_files import MAX_BYTES, textured_from
+from physagent_studio.reconstruction.backends.mesh_files import MESH, textured_from
 from physagent_studio.session import Store
 from physagent_studio.workbench.mesh_edits import materials_beside
 
@@ -99,7 +99,7 @@ def _of_our_own() -> Iterator[tuple[str, bytes | Zeros, Reader]]:
     """The same of programs, cases, pictures, meshes, sessions, rollouts and priors."""
 
     def mesh(path: Path) -> object:
-        data = bytes_of(path, MAX_BYTES)
+        data = bytes_of(path, MESH.max_bytes)
         return textured_from(data, path.name, materials_beside(path))
 
     def program(path: Path) -> object:

@@ -8,12 +8,11 @@ is y-up while its pose applies to the z-up local frame.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
-
-FloatArray = NDArray[np.float64]
 
 _CV_FROM_P3D = np.diag([-1.0, -1.0, 1.0])
 _ZUP_FROM_YUP = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])

@@ -15,12 +15,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import BoolArray
 from physagent_studio.errors import BackendMissing, InputError
 from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.masks.strokes import seeds_of
 from physagent_studio.records.case import Image
 
-BoolArray = NDArray[np.bool_]
 VERSION = 1
 RUNNERS = Path(__file__).resolve().parent / "runners"
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import struct
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -24,22 +25,29 @@ from physagent_studio.reconstruction.shapes.meshes import volume_and_centre
 from physagent_studio.records.scene import Mesh
 
 KINDS = (".glb", ".obj", ".ply", ".stl")
-MAX_BYTES = 64 * 1024 * 1024
-MAX_ELEMENTS = 2_000_000
-"""Vertices or indices that a file may promise."""
+
+
+@dataclass(frozen=True, slots=True)
+class MeshSettings:
+    """What a mesh file may ask for."""
+
+    max_bytes: int = 64 * 1024 * 1024  # 1e6..1e9: people's meshes are smaller
+    max_elements: int = 2_000_000  # count, 1e5..1e7: vertices or indices that a file may promise
+    base_s: float = 0.7  # 0.1..5: processor time to parse any mesh
+    time_per_byte_s: float = 2e-7  # 1e-8..1e-5: 10 MB of text has 3 s, five times its need
+    base_bytes: int = 128 * 2**20  # 1e7..1e9: memory to parse any mesh
+    memory_per_byte: int = 24  # bytes, 4..100: for each of the file's: numbers in text grow
+    max_coordinate: float = 1e6  # the file's unit, 1e3..1e9: farther from the origin is a mistake
+    max_faces: int = 20_000  # count, 1000..200000: finer meshes are clustered, to collide in time
+
+
+MESH = MeshSettings()
+
 UNREADABLE = (
     ArithmeticError, AttributeError, EOFError, LookupError, NameError,
     NotImplementedError, OSError, RecursionError, SyntaxError, TypeError, ValueError, struct.error,
 )  # fmt: skip
 """What the parsers behind trimesh raise on bytes that are not what they promise."""
-SECONDS, SECONDS_PER_BYTE = 0.7, 2e-7
-"""Processor time to parse a mesh: a text of 10 MB has three seconds, five times what it needs."""
-SPARE, BYTES_PER_BYTE = 128 * 2**20, 24
-"""Memory to parse a mesh, bytes, and bytes for each of the file's: numbers in text grow."""
-FARTHEST = 1e6
-"""Units from the origin within which a vertex has to lie."""
-MAX_FACES = 20_000
-"""Faces that are kept; finer meshes are simplified by clustering their vertices."""
 
 
 def read_mesh(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
@@ -51,7 +59,7 @@ def read_mesh(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
         raise _unknown(path.name)
     if not path.is_file():
         raise InputError(f"there is no mesh file at {path}")
-    if path.stat().st_size > MAX_BYTES:
+    if path.stat().st_size > MESH.max_bytes:
         raise _too_large(path.name)
     return mesh_from(path.read_bytes(), path.name)
 
@@ -77,11 +85,13 @@ def _read(data: bytes, name: str, beside: dict[str, bytes] | None) -> Mesh:
     if not name.lower().endswith(KINDS):
         raise _unknown(name)
     size = len(data) + sum(len(one) for one in (beside or {}).values())
-    if size > MAX_BYTES:
+    if size > MESH.max_bytes:
         raise _too_large(name)
     if data[:2] in (b"PK", b"\x1f\x8b"):
         raise InputError(f"{name} is a compressed archive, not a mesh")
-    limits = Limits(SECONDS + SECONDS_PER_BYTE * size, SPARE + BYTES_PER_BYTE * size)
+    limits = Limits(
+        MESH.base_s + MESH.time_per_byte_s * size, MESH.base_bytes + MESH.memory_per_byte * size
+    )
     try:
         return shared().submit(parsed, data, name, beside, limits=limits)
     except JobFailed as error:
@@ -106,8 +116,10 @@ def parsed(data: bytes, name: str, beside: dict[str, bytes] | None = None) -> Me
     ).astype(np.int32)
     if not np.isfinite(vertices).all():
         raise InputError(f"{name} has a vertex that is not finite")
-    if np.abs(vertices).max() > FARTHEST:
-        raise InputError(f"{name} has a vertex farther than {FARTHEST:g} from its origin")
+    if np.abs(vertices).max() > MESH.max_coordinate:
+        raise InputError(
+            f"{name} has a vertex farther than {MESH.max_coordinate:g} from its origin"
+        )
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise InputError(f"{name} has a face with a corner that does not exist")
     places, corners, kept = _coarse(vertices, faces)
@@ -122,7 +134,7 @@ def _unknown(name: str) -> InputError:
 
 
 def _too_large(name: str) -> InputError:
-    return InputError(f"{name} is larger than {MAX_BYTES // 2**20} MB")
+    return InputError(f"{name} is larger than {MESH.max_bytes // 2**20} MB")
 
 
 def _check_promise(data: bytes, name: str) -> None:
@@ -139,8 +151,8 @@ def _check_promise(data: bytes, name: str) -> None:
         (promised,) = struct.unpack("<I", data[80:84])
         if len(data) < 84 + 50 * promised:
             raise InputError(f"{name} is cut off")
-    if promised > MAX_ELEMENTS:
-        raise InputError(f"{name} has {promised} elements; at most {MAX_ELEMENTS} are read")
+    if promised > MESH.max_elements:
+        raise InputError(f"{name} has {promised} elements; at most {MESH.max_elements} are read")
 
 
 def _glb_elements(data: bytes, name: str) -> int:
@@ -201,7 +213,7 @@ def _coarse(
         merged = index.reshape(-1)[faces].astype(np.int32)
         a, b, c = merged.T
         kept = (a != b) & (b != c) & (a != c)
-        if np.count_nonzero(kept) <= MAX_FACES:
+        if np.count_nonzero(kept) <= MESH.max_faces:
             return vertices[first], merged[kept], kept
         cell = max(cell * 1.5, size / 400)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,15 +17,22 @@ from physagent_studio.errors import InputError
 from physagent_studio.reconstruction.photo.header import read_header
 from physagent_studio.records.scene import Mesh
 
-MAX_PIXELS = 4096 * 4096
-"""Of all pictures of a file together."""
-MAX_SIDE = 2048
-"""Pixels of a texture that are kept, each way."""
+
+@dataclass(frozen=True, slots=True)
+class SkinSettings:
+    """What the pictures of a mesh file may ask for."""
+
+    max_px: int = 4096 * 4096  # 1e6..1e8: of all pictures of a file together
+    max_side_px: int = 2048  # 256..8192: of the texture that is kept, as large as browsers draw
+    flat_px: int = 8  # 2..64: across a patch of one colour, so that neighbours do not bleed in
+    grey_rgb: tuple[int, int, int] = (160, 160, 160)  # 0..255: of what has no colour
+
+
+SKIN = SkinSettings()
+
 PICTURES = (".png", ".jpg", ".jpeg")
 _PICTURE = ("baseColorTexture", "image")
 """Where materials of glTF and of OBJ files have their colours."""
-_FLAT, _GREY = 8, (160, 160, 160)
-"""Pixels across a patch of one colour, and that of what has none."""
 
 
 def glb_document(data: bytes) -> dict[str, Any]:
@@ -46,8 +54,8 @@ def check_pictures(data: bytes, name: str, beside: Mapping[str, bytes]) -> None:
             pictures[f"picture {number} of {name}"] = data[at : at + int(view["byteLength"])]
     headers = [read_header(one, key) for key, one in pictures.items()]
     pixels = sum(one.width * one.height for one in headers)
-    if pixels > MAX_PIXELS:
-        raise InputError(f"{name} has {pixels} pixels of textures; at most {MAX_PIXELS} are read")
+    if pixels > SKIN.max_px:
+        raise InputError(f"{name} has {pixels} pixels of textures; at most {SKIN.max_px} are read")
 
 
 def skin_of(
@@ -62,7 +70,7 @@ def skin_of(
     if not any(paint is not None for paint in paints):
         return None
     distinct = {id(paint): paint for paint in paints}
-    side = MAX_SIDE // math.ceil(math.sqrt(len(distinct)))
+    side = SKIN.max_side_px // math.ceil(math.sqrt(len(distinct)))
     try:
         patches = {key: _patch(paint, side) for key, paint in distinct.items()}
     except (OSError, SyntaxError, ValueError) as error:
@@ -102,7 +110,7 @@ def _paint(part: trimesh.Trimesh) -> Any:
 def _patch(paint: Any, side: int) -> NDArray[np.uint8]:
     """A paint as a picture of at most so many pixels each way."""
     if paint is None or isinstance(paint, tuple):
-        return np.full((_FLAT, _FLAT, 3), paint or _GREY, np.uint8)
+        return np.full((SKIN.flat_px, SKIN.flat_px, 3), paint or SKIN.grey_rgb, np.uint8)
     paint.thumbnail((side, side))
     return np.asarray(paint.convert("RGB"), np.uint8)
 

@@ -7,16 +7,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Meshed, SceneObject, SceneState
 from physagent_studio.reconstruction.masks.segmenter import Segmenter
 from physagent_studio.reconstruction.pipeline import reconstruct
 from physagent_studio.records.case import Case
 from physagent_studio.records.scene import Mesh, Scene
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, slots=True)

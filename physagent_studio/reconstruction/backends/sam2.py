@@ -16,8 +16,6 @@ from physagent_studio.reconstruction.photo.reading import read_photo
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 
-CANDIDATES = 4
-
 
 @dataclass(frozen=True, slots=True)
 class Sam2Segmenter:
@@ -39,7 +37,7 @@ class Sam2Segmenter:
             name = str(entry.get("name"))
             if name not in out:
                 raise InputError(f"the result has '{name}', which was not asked for")
-            files = list(entry.get("masks", ()))[:CANDIDATES]
+            files = list(entry.get("masks", ()))[:4]
             scores = numbers(entry, "scores", len(files)) if files else np.zeros(0)
             found = [
                 Candidate(self._mask(file, image), float(np.clip(score, 0, 1)), "sam2")

@@ -11,6 +11,7 @@ import shutil
 import urllib.error
 import urllib.request
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 from urllib.parse import urlsplit
@@ -25,12 +26,18 @@ from physagent_studio.reconstruction.learned.zoo import (
     path_of,
 )
 
-SILENCE = 30.0
-"""Seconds without any byte after which a connection counts as broken."""
-ATTEMPTS = 5
-"""Connections in a row that may break without getting any further before it is given up."""
-BLOCK = 1 << 18
-"""Bytes between two reports of progress."""
+
+@dataclass(frozen=True, slots=True)
+class FetchSettings:
+    """When a connection is given up."""
+
+    silence_s: float = 30.0  # 5..120: without any byte a connection counts as broken
+    max_attempts: int = 5  # count, 1..20: connections in a row that break without getting further
+    block_bytes: int = 1 << 18  # 4096..1e7: between two reports of progress
+
+
+FETCH = FetchSettings()
+
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 """Hosts that may be asked without encryption: nobody listens on the way."""
 
@@ -50,7 +57,7 @@ def fetch(
         return path
     part, broken, reason = part_of(path), 0, ""
     furthest = _size(part)
-    while _size(part) < model.size and broken < ATTEMPTS:
+    while _size(part) < model.size and broken < FETCH.max_attempts:
         try:
             _continue(model, part, progress)
         except (OSError, http.client.HTTPException) as error:
@@ -117,7 +124,7 @@ def _continue(model: ZooModel, part: Path, progress: Progress) -> None:
     have = _size(part)
     request = urllib.request.Request(model.url, headers={"Range": f"bytes={have}-"} if have else {})
     opener = urllib.request.build_opener(_Encrypted())
-    with opener.open(request, timeout=SILENCE) as answer:
+    with opener.open(request, timeout=FETCH.silence_s) as answer:
         goes_on = answer.status == 206 and _begins_at(answer.headers.get("Content-Range", ""), have)
         if answer.status == 206 and not goes_on:
             part.unlink(missing_ok=True)
@@ -125,7 +132,7 @@ def _continue(model: ZooModel, part: Path, progress: Progress) -> None:
         # A server that begins anew is taken at its word.
         have = have if goes_on else 0
         with part.open("ab" if goes_on else "wb") as file:
-            while block := answer.read1(min(BLOCK, model.size + 1 - have)):
+            while block := answer.read1(min(FETCH.block_bytes, model.size + 1 - have)):
                 file.write(block)
                 have += len(block)
                 progress(min(have, model.size), model.size)
@@ -168,5 +175,5 @@ def _reason(error: Exception) -> str:
     if isinstance(error, urllib.error.HTTPError):
         return f"the server says {error.code} {error.reason}"
     if isinstance(error, TimeoutError):
-        return f"the server was silent for {SILENCE:g} s"
+        return f"the server was silent for {FETCH.silence_s:g} s"
     return str(getattr(error, "reason", "") or error) or type(error).__name__

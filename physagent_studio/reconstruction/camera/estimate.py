@@ -13,32 +13,32 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.reconstruction.camera import right_angles
 from physagent_studio.reconstruction.photo.line_segments import Segments, level_transitions
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
-FloatArray = NDArray[np.float64]
 
-PITCH = math.radians(9.0)
-PITCH_SPREAD = math.radians(8.0)
-"""People look down a little: prior of the pitch."""
-EYE_LEVEL = 0.7
-EYE_LEVEL_SPREAD = 0.9
-"""Height of a camera above what it looks at, m, and the spread of its logarithm."""
-NORMAL_LENS, DIAGONAL = 50.0, 43.27
-"""Usual focal length where nothing is known, and the diagonal of the frame it is meant for, mm: the
-normal lens of 35 mm film. Photographs whose edges tell it have 36 to 107 mm, 62 in the middle."""
-FOCAL_SPREAD = 0.4
-"""Standard deviation of the logarithm of the focal length."""
-SHORTEST, LONGEST = -0.8, 1.1
-"""Logarithms of the focal lengths that are tried, as shares of the usual one."""
+@dataclass(frozen=True, slots=True)
+class PriorSettings:
+    """What is expected of a camera before the picture is looked at."""
 
-EDGES = 0.5
-"""Weight of the edges of right-angled things: edges side by side are not independent."""
+    pitch_rad: float = math.radians(9.0)  # 0..0.5: people look down a little
+    pitch_spread_rad: float = math.radians(8.0)  # 0.05..0.5: a hand's tilt, about that
+    eye_level_m: float = 0.7  # 0.2..2: above what is looked at, between a hand's breadth and eyes
+    eye_level_spread_log: float = 0.9  # 0.3..2: of that height, from a table top to the ground
+    normal_lens_mm: float = 50.0  # 35..60: photos whose edges tell it have 36 to 107, 62 mid
+    film_diagonal_mm: float = 43.27  # 43..43.5: of 35 mm film, for which that lens is meant
+    focal_spread_log: float = 0.4  # 0.1..1: of focal lengths about the normal one
+    shortest_focal_log: float = -0.8  # -2..0: of the shortest one tried, over the normal one
+    longest_focal_log: float = 1.1  # 0..2: of the longest
+    right_angle_weight: float = 0.5  # weight, 0..1: edges side by side are not independent
+
+
+PRIOR = PriorSettings()
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +83,7 @@ class Horizon:
 
 def usual_focal(size: tuple[int, int]) -> float:
     """Focal length in pixels of a normal lens, for a picture of (width, height) pixels."""
-    return NORMAL_LENS / DIAGONAL * math.hypot(*size)
+    return PRIOR.normal_lens_mm / PRIOR.film_diagonal_mm * math.hypot(*size)
 
 
 def estimate(
@@ -121,7 +121,7 @@ def estimate(
             shared
             + _posture(grid, rows, usual * factor)
             + _roundness(grid, rows, usual * factor, discs)
-            - (0.5 * (math.log(factor) / FOCAL_SPREAD) ** 2 if focal is None else 0.0)
+            - (0.5 * (math.log(factor) / PRIOR.focal_spread_log) ** 2 if focal is None else 0.0)
             for factor in factors
         ]
     )
@@ -140,7 +140,9 @@ def _factors(focal: float | None, usual: float, *, finely: bool) -> FloatArray:
     """Focal lengths to try, as shares of the usual one."""
     if focal is not None:
         return np.array([focal / usual])
-    return np.exp(np.linspace(SHORTEST, LONGEST, 39 if finely else 14))
+    return np.exp(
+        np.linspace(PRIOR.shortest_focal_log, PRIOR.longest_focal_log, 39 if finely else 14)
+    )
 
 
 def _right_angles(
@@ -153,14 +155,14 @@ def _right_angles(
     pitches = right_angles.PITCHES
     for vote, focal, own in zip(votes, focals, right_angles.votes(angles, focals), strict=True):
         tilt = np.clip(np.arctan2(rows / 2 - grid, focal), pitches[0], pitches[-1])
-        vote += EDGES * CubicSpline(pitches, own)(tilt)
+        vote += PRIOR.right_angle_weight * CubicSpline(pitches, own)(tilt)
     return votes
 
 
 def _posture(grid: FloatArray, rows: int, focal: float) -> FloatArray:
     """Log prior of the pitch, with a heavy tail for views from above."""
     pitch = np.arctan2(rows / 2 - grid, focal)
-    off = (pitch - PITCH) / PITCH_SPREAD
+    off = (pitch - PRIOR.pitch_rad) / PRIOR.pitch_spread_rad
     return np.where(off > 0, -np.log1p(off**2 / 3) * 2, -0.5 * off**2)
 
 
@@ -212,8 +214,8 @@ def _eye_level(grid: FloatArray, standing: Sequence[Standing]) -> FloatArray:
         best = min((item for item in standing if item.plane == plane), key=lambda s: s.spread)
         below = np.maximum(best.foot - grid, 1.0)
         height = np.log(below * best.metres / best.extent)
-        sigma = math.hypot(EYE_LEVEL_SPREAD, best.spread)
-        votes -= 0.5 * ((height - math.log(EYE_LEVEL)) / sigma) ** 2
+        sigma = math.hypot(PRIOR.eye_level_spread_log, best.spread)
+        votes -= 0.5 * ((height - math.log(PRIOR.eye_level_m)) / sigma) ** 2
     return votes
 
 

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.camera import Camera
 
-FloatArray = NDArray[np.float64]
 
-CLEARANCE = 1e-5
-"""Things that touch are left this far apart (m), so that no engine sees a penetration."""
+@dataclass(frozen=True, slots=True)
+class RaySettings:
+    """Where rays meet things."""
+
+    # 1e-6..1e-3: things that touch stay so far apart: no engine sees them overlap
+    clearance_m: float = 1e-5
+
+
+RAY = RaySettings()
 
 
 def on_plane(camera: Camera, pixels: ArrayLike, height: float) -> FloatArray:

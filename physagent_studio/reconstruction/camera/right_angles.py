@@ -18,33 +18,36 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray
 
-FloatArray = NDArray[np.float64]
 
-ENDS = 0.6
-"""How far the end of an edge lies off the truth, pixels."""
-FINEST = math.radians(0.35)
-"""No edge tells its direction better: lenses bend, and things are not made exactly."""
-AGREE = 0.6
-"""Share of the edges of a right-angled thing that run along its own directions."""
-BENT = math.radians(12.0)
-"""Edges that turn more from end to end belong to round outlines or to dirt."""
-CLEAR = 20.0
-"""Contrast from which on an edge counts fully, grey levels."""
-LEVEL = math.radians(8.0)
-"""Ground seen at a low slant is drawn out: half of all chance edges are so nearly level."""
-ONE_LINE = 2.5
-"""Pixels by which the pieces of one line lie off it."""
-STRAY = 0.15
-"""Share of groups that are no right-angled thing at all."""
-STRAIGHT, STEEPEST = 0.25, math.radians(10.0)
-"""Share of level pictures whose upright edges were made parallel; the tilt by which it falls."""
-MOST, TURNS = 36, 14
-"""Edges that are looked at for each thing, and how many of them say how it may be turned."""
-PITCHES = np.radians(np.arange(-12.0, 88.0, 1.0))
-"""The tilts that are tried: how far down the camera looks."""
+@dataclass(frozen=True, slots=True)
+class EdgeSettings:
+    """What the edges of right-angled things are like in a picture."""
+
+    end_spread_px: float = 0.6  # 0.2..2: how far the end of an edge is read off the truth
+    # 0.001..0.02: lenses bend, and things are not made exactly
+    finest_rad: float = math.radians(0.35)
+    aligned_share: float = 0.6  # 0.3..0.9: of a right-angled thing's edges that run along it
+    max_bend_rad: float = math.radians(12.0)  # 0.05..0.4: more is a round outline or dirt
+    full_contrast_levels: float = 20.0  # 5..60: fainter edges count less
+    level_spread_rad: float = math.radians(8.0)  # 0.05..0.3: flat ground draws chance edges level
+    same_line_px: float = 2.5  # 1..5: how far the pieces of one line lie off it
+    stray_share: float = 0.15  # 0.01..0.5: of groups that are no right-angled thing at all
+    straightened_share: float = 0.25  # 0..0.5: of level pictures, with uprights made parallel
+    straightened_tilt_rad: float = math.radians(10.0)  # 0.05..0.4: by which it falls
+    max_edges: int = 36  # count, 10..100: the longest of a thing; time grows with their square
+    # -30..90: first, end and step of the tilts that are tried, from a little up to straight down
+    pitches_deg: tuple[float, float, float] = (-12.0, 88.0, 1.0)
+    max_turns: int = 14  # count, 4..36: of them that say how a thing may be turned
+
+
+EDGE = EdgeSettings()
+
+PITCHES = np.radians(np.arange(*EDGE.pitches_deg))
+"""How far down the camera may look, rad: the tilts that are tried."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -75,7 +78,7 @@ def edges_by_thing(
     owner = np.full(len(middle), -1)
     for index, mask in enumerate((*others, *things)):
         owner[_near(mask, middle) & (owner < 0)] = index
-    straight = found.bend < BENT
+    straight = found.bend < EDGE.max_bend_rad
     groups = []
     for index in (*range(len(others), len(others) + len(things)), -1):
         mine = _apart(found.only((owner == index) & straight))
@@ -85,15 +88,15 @@ def edges_by_thing(
 
 
 def _apart(found: Segments) -> Segments:
-    """The MOST longest of N edges, of pieces of one line only the longest."""
+    """The longest of N edges, of pieces of one line only the longest."""
     kept: list[int] = []
     for k, (one, other) in enumerate(found.ends):
         way = (other - one) / found.length[k]
         off = found.ends[kept] - one
         beside = np.abs(off[..., 0] * way[1] - off[..., 1] * way[0])
-        if not (beside < ONE_LINE).all(1).any():
+        if not (beside < EDGE.same_line_px).all(1).any():
             kept.append(k)
-        if len(kept) == MOST:
+        if len(kept) == EDGE.max_edges:
             break
     return found.only(np.array(kept, int))
 
@@ -111,10 +114,16 @@ def _near(mask: BoolArray, points: FloatArray, reach: int = 4) -> NDArray[np.boo
 
 
 def _edges(found: Segments, size: tuple[int, int]) -> Edges:
-    sigma = np.hypot(math.sqrt(2) * ENDS / np.maximum(found.length, 1.0), FINEST)
-    trust = AGREE * np.clip(found.contrast / CLEAR, 0.2, 1.0)
-    trust = trust * np.exp(-0.5 * (2 * found.bend / BENT) ** 2)
-    flat = math.pi / (LEVEL * math.sqrt(2 * math.pi)) * np.exp(-0.5 * (found.angle / LEVEL) ** 2)
+    sigma = np.hypot(
+        math.sqrt(2) * EDGE.end_spread_px / np.maximum(found.length, 1.0), EDGE.finest_rad
+    )
+    trust = EDGE.aligned_share * np.clip(found.contrast / EDGE.full_contrast_levels, 0.2, 1.0)
+    trust = trust * np.exp(-0.5 * (2 * found.bend / EDGE.max_bend_rad) ** 2)
+    flat = (
+        math.pi
+        / (EDGE.level_spread_rad * math.sqrt(2 * math.pi))
+        * np.exp(-0.5 * (found.angle / EDGE.level_spread_rad) ** 2)
+    )
     return Edges(found.ends - np.array(size) / 2, sigma, trust, 0.5 + 0.5 * flat)
 
 
@@ -128,10 +137,10 @@ def votes(groups: Sequence[Edges], focals: FloatArray) -> FloatArray:
     straightened = np.zeros_like(seen)
     for group in groups:
         own = np.array([_evidence(group, focal) for focal in focals])
-        own = np.logaddexp(math.log(1 - STRAY) + own, math.log(STRAY))
+        own = np.logaddexp(math.log(1 - EDGE.stray_share) + own, math.log(EDGE.stray_share))
         seen += own[:, 0]
         straightened += own[:, 1]
-    share = STRAIGHT * np.exp(-0.5 * (PITCHES / STEEPEST) ** 2)
+    share = EDGE.straightened_share * np.exp(-0.5 * (PITCHES / EDGE.straightened_tilt_rad) ** 2)
     return np.logaddexp(np.log(1 - share) + seen, np.log(share) + straightened)
 
 
@@ -145,7 +154,7 @@ def _evidence(edges: Edges, focal: float) -> FloatArray:
     run = edges.ends[:, 1] - edges.ends[:, 0]
     parallel = np.broadcast_to(_density(run[:, 0], run[:, 1], edges.sigma), upward.shape)
     flat = np.hypot(normal[..., 0], normal[..., 1])
-    chosen = slice(0, TURNS)
+    chosen = slice(0, EDGE.max_turns)
     x = -normal[:, chosen, 1] / np.maximum(flat[:, chosen], 1e-9)
     y = normal[:, chosen, 0] / np.maximum(flat[:, chosen], 1e-9)
     level = np.zeros((len(PITCHES), x.shape[1], edges.sigma.size))

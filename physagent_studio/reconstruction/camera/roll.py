@@ -13,31 +13,41 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.reconstruction.camera.estimate import Horizon, usual_focal
 from physagent_studio.reconstruction.camera.right_angles import Edges
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
-FloatArray = NDArray[np.float64]
 
-ROLLS = np.radians(np.arange(-12.0, 12.05, 0.1))
-"""Turns of the camera about its axis that are tried, and the tilts down for each."""
-PITCHES = np.radians(np.arange(-5.0, 42.0, 2.5))
-LEANING, BENT, SHORTEST = math.radians(25.0), math.radians(6.0), 0.04
-"""Edges that are looked at: lean and bend at most, and share of the diagonal at least."""
-SHARP = math.radians(0.6)
-"""Standard deviation of an edge's direction."""
-LONGEST = 0.25
-"""Share of the diagonal from which an edge counts no more for being longer."""
-EDGES, SHARE, WEIGHT = 5, 0.55, 0.4
-"""What speaks for a turn at least: edges, their share of all that were looked at, by length, and
-their length in diagonals."""
-CLEAR, LEAST = 0.6, math.radians(1.5)
-"""Share of the edges that agree with a turn up to which may agree with a level picture, and the
-least turn that is told from one."""
+@dataclass(frozen=True, slots=True)
+class RollSettings:
+    """When upright edges say that the camera was held askew."""
+
+    # -20..20: first, end and step of the turns that are tried: more is done on purpose
+    rolls_deg: tuple[float, float, float] = (-12.0, 12.05, 0.1)
+    # -10..60: the same of the tilts down: uprights tell little of how steep a view is
+    pitches_deg: tuple[float, float, float] = (-5.0, 42.0, 2.5)
+    max_lean_rad: float = math.radians(25.0)  # 0.2..0.8: more is no upright edge
+    max_bend_rad: float = math.radians(6.0)  # 0.03..0.3: more is no straight edge
+    min_edge_ratio: float = 0.04  # 0.01..0.1: length over the diagonal: shorter edges are grain
+    edge_spread_rad: float = math.radians(0.6)  # 0.003..0.03: how exactly an edge shows its lean
+    # 0.1..0.5: of the diagonal: one long edge must not outvote several
+    full_edge_ratio: float = 0.25
+    min_edges: int = 5  # count, 3..12: fewer agree by chance
+    min_share: float = 0.55  # 0.4..0.9: of all the length looked at, what has to agree
+    min_total_ratio: float = 0.4  # 0.2..2: of the diagonal, the length that has to agree
+    max_level_share: float = 0.6  # 0.3..0.9: of what agrees with a turn, what may agree with level
+    min_roll_rad: float = math.radians(1.5)  # 0.01..0.1: a smaller turn is not told from none
+
+
+ROLL = RollSettings()
+
+ROLLS = np.radians(np.arange(*ROLL.rolls_deg))
+"""Turns of the camera about its axis that are tried, rad, and the tilts down for each."""
+PITCHES = np.radians(np.arange(*ROLL.pitches_deg))
 
 
 def roll_of(found: Segments, size: tuple[int, int]) -> float:
@@ -51,19 +61,30 @@ def roll_of(found: Segments, size: tuple[int, int]) -> float:
     along = found.ends[:, 1] - found.ends[:, 0]
     along = np.where(along[:, 1:] < 0, -along, along)
     lean = np.arctan2(along[:, 0], along[:, 1])
-    looked = (np.abs(lean) < LEANING) & (found.bend < BENT) & (found.length > SHORTEST * diagonal)
-    if np.count_nonzero(looked) < EDGES:
+    looked = (
+        (np.abs(lean) < ROLL.max_lean_rad)
+        & (found.bend < ROLL.max_bend_rad)
+        & (found.length > ROLL.min_edge_ratio * diagonal)
+    )
+    if np.count_nonzero(looked) < ROLL.min_edges:
         return 0.0
-    weight = np.minimum(found.length[looked] / diagonal, LONGEST)
+    weight = np.minimum(found.length[looked] / diagonal, ROLL.full_edge_ratio)
     middle = found.ends[looked].mean(1) - np.array(size) / 2
     agree = _agreement(lean[looked], middle, usual_focal(size))
     votes = agree @ weight
     pitch, best = (int(k) for k in np.unravel_index(int(votes.argmax()), votes.shape))
     most, level = votes[pitch, best], votes[:, int(np.abs(ROLLS).argmin())].max()
-    clear = most > max(SHARE * weight.sum(), WEIGHT) and level < CLEAR * most
-    many = np.count_nonzero(agree[pitch, best] > 0.5) >= EDGES
+    clear = (
+        most > max(ROLL.min_share * weight.sum(), ROLL.min_total_ratio)
+        and level < ROLL.max_level_share * most
+    )
+    many = np.count_nonzero(agree[pitch, best] > 0.5) >= ROLL.min_edges
     roll = float(ROLLS[best])
-    return roll if clear and many and LEAST < abs(roll) < abs(ROLLS[0]) - SHARP else 0.0
+    return (
+        roll
+        if clear and many and ROLL.min_roll_rad < abs(roll) < abs(ROLLS[0]) - ROLL.edge_spread_rad
+        else 0.0
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,4 +139,4 @@ def _agreement(lean: FloatArray, middle: FloatArray, focal: float) -> FloatArray
     slope = np.tan(PITCHES)[:, None, None]
     towards = np.arctan2(-across * slope, focal - down * slope)
     off = lean - ROLLS[:, None] - towards
-    return np.exp(-0.5 * (off / SHARP) ** 2)
+    return np.exp(-0.5 * (off / ROLL.edge_spread_rad) ** 2)

@@ -12,10 +12,6 @@ from physagent_studio.program.scene.state import Scale
 from physagent_studio.reconstruction.camera.estimate import weighted_median
 
 FLOOR = "floor"
-SURE = 20.0
-"""Weight from which sizes on a plane are trusted: one thing known to 22 % and better."""
-USUAL_HEIGHT = 1.2
-"""Height of a camera above what it looks at, where nothing of known size is seen, m."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +95,8 @@ def _floor_height(
     for plane, usual in usual_tops.items():
         if plane in known:
             return known[plane][0] + usual
-    return USUAL_HEIGHT + max(usual_tops.values(), default=0.0)
+    usual_height_m = 1.2  # 0.5..2: of a camera over what it looks at
+    return usual_height_m + max(usual_tops.values(), default=0.0)
 
 
 def _top(over: tuple[float, float] | None, floor: float, usual: float, floor_known: bool) -> float:
@@ -107,9 +104,10 @@ def _top(over: tuple[float, float] | None, floor: float, usual: float, floor_kno
 
     Things whose size is well known on both planes say more than the slab's usual height.
     """
+    sure_weight = 20.0  # 1/variance, 5..100: one thing known to 22 % and better
     if over is not None and floor_known:
         top = floor - over[0]
-        sure = over[1] > SURE
+        sure = over[1] > sure_weight
         if (0.05 if sure else 0.25) * usual < top < (5 if sure else 2.5) * usual:
             return top
     return usual if usual < 0.9 * floor else 0.5 * floor

@@ -19,9 +19,6 @@ from physagent_studio.reconstruction.photo.regions import (
     without_pinholes,
 )
 
-MOST = 40
-"""How many blobs are graded."""
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Blob:
@@ -49,10 +46,11 @@ def blobs_of(lab: NDArray[np.float32], maps: Mapping[str, FloatArray]) -> list[B
         masks += _parts(np.asarray(salient > level))
     made = sorted((_blob(lab, mask) for mask in masks), key=lambda blob: -blob.contrast)
     kept: list[Blob] = []
+    max_blobs = 40  # count, 10..200: those after them stand out too little to be graded
     for blob in made:
         if all(iou(blob.mask, other.mask) < 0.6 for other in kept):
             kept.append(blob)
-        if len(kept) == MOST:
+        if len(kept) == max_blobs:
             break
     return kept
 

@@ -26,11 +26,18 @@ from physagent_studio.reconstruction.photo.regions import (
 )
 from physagent_studio.records.case import Image
 
-SIDE = 200
-"""Longest side in pixels of the picture on which blobs are found."""
-GOOD, MARGIN = 0.6, 0.15
-"""Grade of a clear proposal, and how far it must lie before the next that is still free."""
-SHOWN = 4
+
+@dataclass(frozen=True, slots=True)
+class ProposalSettings:
+    """When a place is proposed without a question."""
+
+    longest_side_px: int = 200  # 100..400: of so small a picture texture is gone
+    min_grade: float = 0.6  # grade, 0.3..0.9: of a clear proposal
+    min_lead: float = 0.15  # grade, 0.05..0.5: by which the next free place must be worse
+    max_shown: int = 4  # count, 1..9: places on offer for a thing: a person looks at all of them
+
+
+PROPOSAL = ProposalSettings()
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +68,7 @@ def propose(image: Image, wanted: Sequence[Sought]) -> tuple[Proposed, ...]:
     """
     if not wanted:
         return ()
-    factor = min(1.0, SIDE / max(image.shape[:2]))
+    factor = min(1.0, PROPOSAL.longest_side_px / max(image.shape[:2]))
     small = cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
     small = np.ascontiguousarray(small).astype(np.uint8)
     lab = cv2.cvtColor(cv2.GaussianBlur(small, (0, 0), 1.0), cv2.COLOR_RGB2LAB).astype(np.float32)
@@ -203,8 +210,12 @@ def _proposed(
     order = [int(k) for k in np.argsort(-row, kind="stable") if int(k) != first]
     free = [k for k in order if k not in taken and not _same_place(blobs[k], blobs[first])]
     rest = float(row[free[0]]) if free else 0.0
-    clear = bool(_is_told(item) and row[first] > GOOD and row[first] - rest > MARGIN)
-    spots = tuple(_spot(blobs[k], float(row[k]), factor) for k in (first, *free[: SHOWN - 1]))
+    clear = bool(
+        _is_told(item) and row[first] > PROPOSAL.min_grade and row[first] - rest > PROPOSAL.min_lead
+    )
+    spots = tuple(
+        _spot(blobs[k], float(row[k]), factor) for k in (first, *free[: PROPOSAL.max_shown - 1])
+    )
     return Proposed(item.name, spots, clear)
 
 
@@ -213,7 +224,7 @@ def _mixed_up(grades: NDArray, chosen: Mapping[int, int]) -> set[int]:
     found: set[int] = set()
     for (one, a), (other, b) in combinations(chosen.items(), 2):
         kept, swapped = grades[one, a] + grades[other, b], grades[one, b] + grades[other, a]
-        if kept - swapped < MARGIN:
+        if kept - swapped < PROPOSAL.min_lead:
             found |= {one, other}
     return found
 

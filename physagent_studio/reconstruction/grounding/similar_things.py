@@ -6,6 +6,7 @@ Where there are some beside a thing, what is filled in behind it may go over the
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -18,25 +19,31 @@ Box = tuple[int, int, int, int]
 
 SHADED = np.array([0.5, 1.0, 1.0], np.float32)
 """What differences of L*, a* and b* count for: sides of a thing are lit differently."""
-NEAR, FARTHEST, LEAST = 0.6, 30.0, 12.0
-"""How near a colour is to the thing's own: at most this part of the way to the ground around it,
-and this far; and from how far on a colour is not the ground's."""
-SPOTS, THREADS = 0.14, 0.1
-"""Widths, beside the side of a square as large as the thing, that are closed and cut."""
-AREAS, SIDES, FILLED = (0.3, 2.5), (0.6, 1.6), (0.65, 1.35)
-"""Area, width over height, and share of its box that it fills, each beside the thing's own."""
-STEPS, SHARP = (30, 80), 0.75
-"""Steps of red, green or blue that are an edge (Canny), and the share of an outline that lies on
-edges: a reflection has fewer.
-"""
-LONGEST = 900
-"""Pixels along a side at most that are looked at."""
-MOST = 12
-"""How many are found for one thing."""
-CHANGED = 12
-"""Difference of any channel from which a pixel counts as filled in anew."""
-COVERED = 0.04
-"""Share of a thing that is filled over from which it is said."""
+
+
+@dataclass(frozen=True, slots=True)
+class LikenessSettings:
+    """What looks like a marked thing."""
+
+    max_ground_share: float = 0.6  # 0.2..0.9: of the way from its colour to the ground's
+    max_distance_lab: float = 30.0  # 10..60: from its colour, where the ground's is far off
+    min_ground_lab: float = 12.0  # 4..30: what is nearer to the ground's colour is ground
+    spot_ratio: float = 0.14  # 0..0.4: over the thing's side: spots so wide are closed
+    thread_ratio: float = 0.1  # 0..0.4: over the thing's side: threads between things are cut
+    area_ratios: tuple[float, float] = (0.3, 2.5)  # 0.1..5: area over the thing's own
+    # 0.3..3: width over height, over the thing's own
+    aspect_ratios: tuple[float, float] = (0.6, 1.6)
+    # 0.3..3: share of its box that it fills, likewise
+    filled_ratios: tuple[float, float] = (0.65, 1.35)
+    canny_levels: tuple[int, int] = (30, 80)  # 10..200: steps of red, green or blue at edges
+    min_sharp_share: float = 0.75  # 0.4..1: of an outline on edges; a reflection has fewer
+    longest_side_px: int = 900  # 400..2000: more pixels show no more of colours and outlines
+    max_found: int = 12  # count, 4..50: for one thing; more of them are a texture
+    changed_levels: int = 12  # 4..40: a pixel so unlike the photo was filled in anew
+    said_share: float = 0.04  # 0.01..0.2: of a thing that is filled over, before it is said
+
+
+LIKE = LikenessSettings()
 
 
 def similar(image: Image, name: str, masks: Mapping[str, BoolArray]) -> tuple[Box, ...]:
@@ -55,7 +62,7 @@ def covered(
     free = ~np.any([*masks.values(), np.zeros(image.shape[:2], bool)], axis=0)
     filling = background[::step, ::step]
     apart = np.abs(image.astype(np.int16) - filling.astype(np.int16)).max(axis=-1)
-    filled = free & (apart > CHANGED)
+    filled = free & (apart > LIKE.changed_levels)
     told: dict[str, tuple[Box, ...]] = {}
     for name, mask in masks.items():
         x0, y0, x1, y1 = bounds(mask) if mask.any() else (0, 0, 0, 0)
@@ -63,7 +70,7 @@ def covered(
         over = [
             _box(found, step)
             for found in _found(image, name, masks)
-            if np.count_nonzero(found & filled & near) > COVERED * np.count_nonzero(found)
+            if np.count_nonzero(found & filled & near) > LIKE.said_share * np.count_nonzero(found)
         ]
         if over:
             told[name] = tuple(over)
@@ -73,8 +80,8 @@ def covered(
 def _smaller(
     image: Image, masks: Mapping[str, BoolArray]
 ) -> tuple[int, Image, dict[str, BoolArray]]:
-    """every n-th pixel of the picture and its masks, at most `LONGEST` along a side."""
-    step = -(-max(image.shape[:2]) // LONGEST)
+    """Every n-th pixel of the picture and its masks, so that no side is too long; and n."""
+    step = -(-max(image.shape[:2]) // LIKE.longest_side_px)
     parts = {name: np.ascontiguousarray(mask[::step, ::step]) for name, mask in masks.items()}
     return step, np.ascontiguousarray(image[::step, ::step]), parts
 
@@ -96,18 +103,27 @@ def _found(image: Image, name: str, masks: Mapping[str, BoolArray]) -> list[Bool
     centre = np.array([(x0 + x1) / 2, (y0 + y1) / 2])
     near = sorted(range(1, count), key=lambda k: float(np.linalg.norm(middles[k] - centre)))
     smooth = cv2.GaussianBlur(image, (0, 0), 1.0)
-    edges = grow(np.any([cv2.Canny(one, *STEPS) > 0 for one in cv2.split(smooth)], axis=0), 2)
+    edges = grow(
+        np.any([cv2.Canny(one, *LIKE.canny_levels) > 0 for one in cv2.split(smooth)], axis=0), 2
+    )
     out: list[BoolArray] = []
     for k in near:
-        if not AREAS[0] * own[0] < stats[k, cv2.CC_STAT_AREA] < AREAS[1] * own[0]:
+        if (
+            not LIKE.area_ratios[0] * own[0]
+            < stats[k, cv2.CC_STAT_AREA]
+            < LIKE.area_ratios[1] * own[0]
+        ):
             continue
         part = labels == k
         wide, high = stats[k, cv2.CC_STAT_WIDTH], stats[k, cv2.CC_STAT_HEIGHT]
         beside = np.array([wide / high, _fill(part)]) / own[1:]
-        shaped = SIDES[0] < beside[0] < SIDES[1] and FILLED[0] < beside[1] < FILLED[1]
-        if shaped and float(edges[grow(part, 1) & ~shrink(part, 1)].mean()) > SHARP:
+        shaped = (
+            LIKE.aspect_ratios[0] < beside[0] < LIKE.aspect_ratios[1]
+            and LIKE.filled_ratios[0] < beside[1] < LIKE.filled_ratios[1]
+        )
+        if shaped and float(edges[grow(part, 1) & ~shrink(part, 1)].mean()) > LIKE.min_sharp_share:
             out.append(part)
-        if len(out) == MOST:
+        if len(out) == LIKE.max_found:
             break
     return out
 
@@ -119,14 +135,14 @@ def _alike(image: Image, mask: BoolArray, taken: BoolArray) -> BoolArray:
     side = float(np.sqrt(np.count_nonzero(mask)))
     ring = _within(mask, max(6.0, side)) & ~taken
     ground = np.median(lab[ring], axis=0) if ring.any() else np.zeros(3)
-    unlike = mask & (np.linalg.norm(lab - ground, axis=-1) > LEAST)
+    unlike = mask & (np.linalg.norm(lab - ground, axis=-1) > LIKE.min_ground_lab)
     if np.count_nonzero(unlike) < np.count_nonzero(mask) / 4:
         return np.zeros_like(mask)
     own = np.median(lab[unlike], axis=0)
-    reach = min(NEAR * float(np.linalg.norm(own - ground)), FARTHEST)
+    reach = min(LIKE.max_ground_share * float(np.linalg.norm(own - ground)), LIKE.max_distance_lab)
     like = (np.linalg.norm(lab - own, axis=-1) < reach) & ~taken
     # Spots on a thing are closed, threads between things are cut.
-    for how, share in ((cv2.MORPH_CLOSE, SPOTS), (cv2.MORPH_OPEN, THREADS)):
+    for how, share in ((cv2.MORPH_CLOSE, LIKE.spot_ratio), (cv2.MORPH_OPEN, LIKE.thread_ratio)):
         edge = 2 * round(share * side / 2) + 1
         shape = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (edge, edge))
         like = cv2.morphologyEx(like.astype(np.uint8), how, shape) > 0

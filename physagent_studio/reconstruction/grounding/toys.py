@@ -9,18 +9,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from physagent_studio.knowledge import Usual
 
-LARGE = 1.0
-"""Things that are usually larger than this come as toys too, m."""
-TOY, TOY_SPREAD = 0.12, 0.5
-"""Size of a toy, m, and the spread of its logarithm."""
-DEPTHS = 0.7
-"""Spread of the logarithm of the distances of things in one picture."""
-REAL = math.log(2.0)
-"""The real thing is twice as likely before anything else is seen."""
+
+@dataclass(frozen=True, slots=True)
+class ToySettings:
+    """When a large thing is taken for a model of itself."""
+
+    min_large_m: float = 1.0  # 0.5..3: what is usually larger comes as a toy too
+    size_m: float = 0.12  # 0.05..0.3: of a toy, as a hand holds it
+    size_spread_log: float = 0.5  # 0.2..1: of toys
+    depth_spread_log: float = 0.7  # 0.3..1.5: of the distances of things in one picture
+    real_odds_log: float = math.log(2.0)  # 0..3: the real thing is twice as likely at first sight
+
+
+TOY = ToySettings()
 
 
 def as_toys(usual: Mapping[str, Usual], extents: Mapping[str, float]) -> dict[str, Usual]:
@@ -29,17 +34,19 @@ def as_toys(usual: Mapping[str, Usual], extents: Mapping[str, float]) -> dict[st
     extents: how large each thing looks, pixels along its longer side. Things whose size a person
     has given (spread of at most .02) are never toys, and speak for the rest.
     """
-    large = [n for n, u in usual.items() if u.known and u.metres >= LARGE and u.spread > 0.02]
+    large = [
+        n for n, u in usual.items() if u.known and u.metres >= TOY.min_large_m and u.spread > 0.02
+    ]
     others = [n for n, u in usual.items() if u.known and n not in large]
     if not large or not others:
         return dict(usual)
-    gain = REAL
+    gain = TOY.real_odds_log
     for name in large:
         for other in others:
             gain += _odds(usual[name], extents[name], usual[other], extents[other])
     if gain >= 0:
         return dict(usual)
-    toy = {n: replace(usual[n], metres=TOY, spread=TOY_SPREAD) for n in large}
+    toy = {n: replace(usual[n], metres=TOY.size_m, spread=TOY.size_spread_log) for n in large}
     return {**usual, **toy}
 
 
@@ -48,7 +55,7 @@ def _odds(one: Usual, seen: float, other: Usual, beside: float) -> float:
 
     def misfit(metres: float, spread: float) -> float:
         off = math.log(metres / max(seen, 1.0)) - math.log(other.metres / max(beside, 1.0))
-        variance = spread**2 + other.spread**2 + DEPTHS**2
+        variance = spread**2 + other.spread**2 + TOY.depth_spread_log**2
         return 1.5 * math.log1p(off**2 / variance / 1.5) + 0.5 * math.log(variance)
 
-    return misfit(TOY, TOY_SPREAD) - misfit(one.metres, one.spread)
+    return misfit(TOY.size_m, TOY.size_spread_log) - misfit(one.metres, one.spread)

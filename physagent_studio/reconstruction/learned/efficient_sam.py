@@ -6,6 +6,9 @@ Encoder and decoder are one network there, so every thing costs a pass over the 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from enum import IntEnum
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +19,27 @@ from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 
 NAME = "efficientsam"
-INPUT_SIDE = 1024
-"""Side in pixels of the square that the network sees, to which the picture is stretched."""
-MAX_POINTS = 6
-"""Points that the network takes at most; a box is two of them."""
-INSIDE, TOP_LEFT, BOTTOM_RIGHT, PADDING = 1.0, 2.0, 3.0, -1.0
-"""Labels of points: of the thing, the corners of a box, and places that are not used."""
-MASK_LOGIT = 0.0
-"""Logit from which a pixel is of the thing: as likely as not."""
+
+
+@dataclass(frozen=True, slots=True)
+class SamSettings:
+    """What the network takes and gives."""
+
+    input_side_px: int = 1024  # 1024..1024: the square it sees, to which the picture is stretched
+    max_points: int = 6  # count, 6..6: that it takes; a box is two of them
+    min_logit: float = 0.0  # logit, -2..2: from 0 on a pixel is as likely of the thing as not
+
+
+SAM = SamSettings()
+
+
+class _Label(IntEnum):
+    """Of points: of the thing, the corners of a box, and places that are not used."""
+
+    INSIDE = 1
+    TOP_LEFT = 2
+    BOTTOM_RIGHT = 3
+    PADDING = -1
 
 
 def proposals(network: Network, image: Image, grounding: Grounding) -> tuple[Candidate, ...]:
@@ -35,7 +51,9 @@ def proposals(network: Network, image: Image, grounding: Grounding) -> tuple[Can
     prompt = prompt_of(grounding, image.shape)
     if prompt is None:
         return ()
-    square = cv2.resize(image, (INPUT_SIDE, INPUT_SIDE), interpolation=cv2.INTER_LINEAR)
+    square = cv2.resize(
+        image, (SAM.input_side_px, SAM.input_side_px), interpolation=cv2.INTER_LINEAR
+    )
     points, labels = prompt
     logits, quality = network.run(
         {
@@ -61,14 +79,14 @@ def prompt_of(grounding: Grounding, shape: tuple[int, ...]) -> tuple[FloatArray,
     marks: list[tuple[float, float, float]] = []
     if grounding.box is not None:
         (left, right), (top, low) = sorted(grounding.box[::2]), sorted(grounding.box[1::2])
-        marks += [(left, top, TOP_LEFT), (right, low, BOTTOM_RIGHT)]
-    marks += [(click.x, click.y, INSIDE) for click in grounding.points if click.label]
+        marks += [(left, top, _Label.TOP_LEFT), (right, low, _Label.BOTTOM_RIGHT)]
+    marks += [(click.x, click.y, _Label.INSIDE) for click in grounding.points if click.label]
     if not marks:
         return None
-    points = np.zeros((1, 1, MAX_POINTS, 2), np.float32)
-    labels = np.full((1, 1, MAX_POINTS, 1), PADDING, np.float32)
-    scale = INPUT_SIDE / shape[1], INPUT_SIDE / shape[0]
-    for at, (x, y, label) in enumerate(marks[:MAX_POINTS]):
+    points = np.zeros((1, 1, SAM.max_points, 2), np.float32)
+    labels = np.full((1, 1, SAM.max_points, 1), _Label.PADDING, np.float32)
+    scale = SAM.input_side_px / shape[1], SAM.input_side_px / shape[0]
+    for at, (x, y, label) in enumerate(marks[: SAM.max_points]):
         points[0, 0, at] = x * scale[0], y * scale[1]
         labels[0, 0, at] = label
     return points, labels
@@ -76,7 +94,7 @@ def prompt_of(grounding: Grounding, shape: tuple[int, ...]) -> tuple[FloatArray,
 
 def _full_size(logit: FloatArray, shape: tuple[int, ...]) -> NDArray[np.bool_]:
     size = (shape[1], shape[0])
-    return np.asarray(cv2.resize(logit, size, interpolation=cv2.INTER_LINEAR) >= MASK_LOGIT)
+    return np.asarray(cv2.resize(logit, size, interpolation=cv2.INTER_LINEAR) >= SAM.min_logit)
 
 
 def _agrees(mask: NDArray[np.bool_], clicks: tuple[Click, ...]) -> bool:

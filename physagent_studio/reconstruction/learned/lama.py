@@ -9,25 +9,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import pairwise
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import BoolArray
 from physagent_studio.errors import Cancelled
 from physagent_studio.reconstruction.learned.network import Network
 from physagent_studio.records.case import Image
 
 NAME = "lama"
-WINDOW = 512
-"""Side in pixels of what the network sees."""
-CELL = 256
-"""Largest side in pixels of what is filled at once: at least a quarter of the window around it."""
-NEARBY = 9
-"""Pixels within which parts of a hole are filled together."""
 
-BoolArray = NDArray[np.bool_]
+
+@dataclass(frozen=True, slots=True)
+class LamaSettings:
+    """What the network sees at once."""
+
+    window_px: int = 512  # 512..512: side of its input
+    cell_px: int = 256  # 128..384: filled at once, a quarter of the window around it known
+    same_hole_px: int = 9  # 1..31: parts of a hole so near are filled together
+
+
+LAMA = LamaSettings()
+
+
 Window = tuple[slice, slice]
 
 
@@ -54,7 +61,9 @@ def inpainted(
 
 def _cells(hole: BoolArray) -> list[tuple[Window, BoolArray]]:
     """The parts of a hole: what bounds each, and its pixels (H, W)."""
-    near = cv2.dilate(hole.astype(np.uint8), np.ones((NEARBY, NEARBY), np.uint8))
+    near = cv2.dilate(
+        hole.astype(np.uint8), np.ones((LAMA.same_hole_px, LAMA.same_hole_px), np.uint8)
+    )
     count, labels = cv2.connectedComponents(near)
     out: list[tuple[Window, BoolArray]] = []
     for label in range(1, count):
@@ -71,7 +80,7 @@ def _cells(hole: BoolArray) -> list[tuple[Window, BoolArray]]:
 
 def _split(start: int, end: int) -> list[slice]:
     """A span in as few equal parts as are no longer than a cell."""
-    edges = np.linspace(start, end, math.ceil((end - start) / CELL) + 1).round().astype(int)
+    edges = np.linspace(start, end, math.ceil((end - start) / LAMA.cell_px) + 1).round().astype(int)
     return [slice(a, b) for a, b in pairwise(edges.tolist())]
 
 
@@ -79,15 +88,17 @@ def _around(cell: Window, shape: tuple[int, ...]) -> Window:
     """The window with a cell in its middle, as far as the picture goes."""
     spans = []
     for part, size in zip(cell, shape, strict=True):
-        start = min(max((part.start + part.stop - WINDOW) // 2, 0), max(size - WINDOW, 0))
-        spans.append(slice(start, min(start + WINDOW, size)))
+        start = min(
+            max((part.start + part.stop - LAMA.window_px) // 2, 0), max(size - LAMA.window_px, 0)
+        )
+        spans.append(slice(start, min(start + LAMA.window_px, size)))
     return spans[0], spans[1]
 
 
 def _filled(network: Network, part: Image, missing: BoolArray) -> Image:
     """A window of at most 512 pixels a side, its mirror image beyond the picture's edge."""
     height, width = missing.shape
-    beyond = (0, WINDOW - height, 0, WINDOW - width, cv2.BORDER_REFLECT)
+    beyond = (0, LAMA.window_px - height, 0, LAMA.window_px - width, cv2.BORDER_REFLECT)
     square = cv2.copyMakeBorder(part, *beyond)
     hole = cv2.copyMakeBorder(missing.astype(np.uint8), *beyond)
     (found,) = network.run(
@@ -95,7 +106,7 @@ def _filled(network: Network, part: Image, missing: BoolArray) -> Image:
             "image": cv2.dnn.blobFromImage(square, 1 / 255, swapRB=True),
             "mask": hole.astype(np.float32)[None, None],
         },
-        {"": (1, 3, WINDOW, WINDOW)},
+        {"": (1, 3, LAMA.window_px, LAMA.window_px)},
     )
     pixels = np.clip(np.round(found[0, ::-1]), 0, 255).astype(np.uint8)
     return pixels.transpose(1, 2, 0)[:height, :width]

@@ -10,9 +10,6 @@ import numpy as np
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.records.case import Image
 
-SIDE = 360
-"""Longest side of the picture on which they are looked for."""
-
 
 @dataclass(frozen=True, slots=True)
 class Ellipse:
@@ -34,7 +31,8 @@ def level_circles(image: Image, ignore: BoolArray | None = None) -> list[Ellipse
 
     ignore: pixels (H, W) of objects, whose own outlines do not count.
     """
-    factor = SIDE / max(image.shape[:2])
+    longest_side_px = 360  # 200..800: large ellipses show in a small picture, and dirt does not
+    factor = longest_side_px / max(image.shape[:2])
     small = cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
     lab = cv2.cvtColor(cv2.medianBlur(small, 5), cv2.COLOR_RGB2LAB)
     found: list[Ellipse] = []

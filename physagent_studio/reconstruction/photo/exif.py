@@ -8,19 +8,38 @@ from __future__ import annotations
 
 import math
 import struct
+from dataclasses import dataclass
+from enum import IntEnum
 from pathlib import Path
 
-FULL_FRAME = math.hypot(36.0, 24.0)
-"""Diagonal to which a 35 mm equivalent refers, mm."""
-_IN_35MM, _FOCAL, _EXIF = 0xA405, 0x920A, 0x8769
-_PITCH, _PITCH_UNIT, _WIDTH, _HEIGHT = 0xA20E, 0xA210, 0xA002, 0xA003
+
+class _Tag(IntEnum):
+    """Numbers that Exif gives to what is read here."""
+
+    IN_35MM = 0xA405
+    FOCAL = 0x920A
+    EXIF = 0x8769
+    PITCH = 0xA20E
+    PITCH_UNIT = 0xA210
+    WIDTH = 0xA002
+    HEIGHT = 0xA003
+
+
+@dataclass(frozen=True, slots=True)
+class FocalSettings:
+    """When a stated focal length is believed."""
+
+    film_diagonal_mm: float = math.hypot(36.0, 24.0)  # 43..44: of the film of 35 mm equivalents
+    max_shape_ratio: float = 0.02  # 0..0.1: by how much a picture that was not cut may differ
+    plausible_ratios: tuple[float, float] = (0.3, 30.0)  # 0.1..50: over the longer side; else noise
+    read_bytes: int = 1 << 20  # 65536..1e7: of the file: what it says of itself comes first
+
+
+FOCAL = FocalSettings()
+
 _BYTES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 7: 1, 9: 4, 10: 8}
 _UNITS = {2: 25.4, 3: 10.0, 4: 1.0}
 """Millimetres of the unit of a sensor's resolution."""
-_SAME_SHAPE = 0.02
-_PLAUSIBLE = (0.3, 30.0)
-"""Focal lengths as shares of the picture's longer side."""
-_MOST = 1 << 20
 
 
 def stated_focal(path: Path | str, size: tuple[int, int]) -> float | None:
@@ -30,7 +49,7 @@ def stated_focal(path: Path | str, size: tuple[int, int]) -> float | None:
     """
     try:
         with Path(path).open("rb") as stream:
-            data = stream.read(_MOST)
+            data = stream.read(FOCAL.read_bytes)
     except OSError:
         return None
     block = _block(data)
@@ -41,21 +60,21 @@ def stated_focal(path: Path | str, size: tuple[int, int]) -> float | None:
     except (struct.error, IndexError):
         return None
     focal = _focal(tags, size)
-    low, high = (share * max(size) for share in _PLAUSIBLE)
+    low, high = (share * max(size) for share in FOCAL.plausible_ratios)
     return focal if focal is not None and low < focal < high else None
 
 
 def _focal(tags: dict[int, float], size: tuple[int, int]) -> float | None:
-    stored = (tags.get(_WIDTH, 0.0), tags.get(_HEIGHT, 0.0))
+    stored = (tags.get(_Tag.WIDTH, 0.0), tags.get(_Tag.HEIGHT, 0.0))
     if min(stored) > 0:
         now, then = max(size) / min(size), max(stored) / min(stored)
-        if abs(now / then - 1) > _SAME_SHAPE:
+        if abs(now / then - 1) > FOCAL.max_shape_ratio:
             return None
-    if tags.get(_IN_35MM, 0) > 0:
-        return tags[_IN_35MM] / FULL_FRAME * math.hypot(*size)
-    unit = _UNITS.get(int(tags.get(_PITCH_UNIT, 2)))
-    if tags.get(_FOCAL, 0) > 0 and tags.get(_PITCH, 0) > 0 and unit and max(stored) > 0:
-        return tags[_FOCAL] * tags[_PITCH] / unit * max(size) / max(stored)
+    if tags.get(_Tag.IN_35MM, 0) > 0:
+        return tags[_Tag.IN_35MM] / FOCAL.film_diagonal_mm * math.hypot(*size)
+    unit = _UNITS.get(int(tags.get(_Tag.PITCH_UNIT, 2)))
+    if tags.get(_Tag.FOCAL, 0) > 0 and tags.get(_Tag.PITCH, 0) > 0 and unit and max(stored) > 0:
+        return tags[_Tag.FOCAL] * tags[_Tag.PITCH] / unit * max(size) / max(stored)
     return None
 
 
@@ -106,8 +125,8 @@ def _tags(block: bytes) -> dict[int, float]:
         return {}
     (first,) = struct.unpack_from(order + "I", block, 4)
     tags = _directory(block, first, order)
-    if _EXIF in tags:
-        tags |= _directory(block, int(tags[_EXIF]), order)
+    if _Tag.EXIF in tags:
+        tags |= _directory(block, int(tags[_Tag.EXIF]), order)
     return tags
 
 

@@ -14,10 +14,6 @@ _JPEG_FRAMES = frozenset({*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC})
 _WITHOUT_LENGTH = frozenset({0x01, *range(0xD0, 0xD8)})
 """JPEG markers that stand alone; whoever reads a length behind them looks at another header."""
 _SCAN = re.compile(rb"\xff\xda")
-MAX_SCANS = 64
-"""Scans of a JPEG picture; encoders write up to twelve."""
-MAX_SCANNED = 320_000_000
-"""Pixels times scans of a JPEG picture: each scan goes over all of it again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +93,8 @@ def _png(data: bytes, name: str) -> Header:
 
 def _jpeg(data: bytes, name: str) -> Header:
     at = 2
+    max_scanned_px = 320_000_000  # 1e8..1e9: times scans: each goes over all pixels again
+    max_scans = 64  # count, 12..200: encoders write up to twelve
     while at + 9 < len(data):
         if data[at] != 0xFF:
             break
@@ -114,7 +112,7 @@ def _jpeg(data: bytes, name: str) -> Header:
             bits, height, width, channels = struct.unpack(">BHHB", data[at + 4 : at + 10])
             scans = sum(1 for _ in _SCAN.finditer(data, at + 2 + length))
             # One scan too large is a picture too large, which says so itself.
-            if scans > MAX_SCANS or (scans > 1 and scans * width * height > MAX_SCANNED):
+            if scans > max_scans or (scans > 1 and scans * width * height > max_scanned_px):
                 raise InputError(f"{name} is a JPEG picture of {scans} scans; save it again")
             return Header("JPEG", width, height, channels, bits)
         at += 2 + length

@@ -8,11 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.records.case import Image
-
-FloatArray = NDArray[np.float64]
-HUES = 3.0
-"""By how much a* and b* are stretched before edges are looked for in them."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -44,8 +41,9 @@ def with_hues(image: Image, found: Segments, shortest: float = 0.03) -> Segments
     """The same and the edges at which colour changes and lightness does not: wood before brick."""
     lab = cv2.cvtColor(image, cv2.COLOR_RGB2LAB)
     every = [found]
+    colour_gain = 3.0  # factor, 1..6: a* and b* vary less than lightness does
     for hue in (lab[..., 1], lab[..., 2]):
-        plane = cv2.GaussianBlur((hue.astype(np.float32) - 128) * HUES + 128, (0, 0), 1.0)
+        plane = cv2.GaussianBlur((hue.astype(np.float32) - 128) * colour_gain + 128, (0, 0), 1.0)
         new = _in_plane(image, np.clip(np.round(plane), 0, 255).astype(np.uint8), shortest)
         known = np.concatenate([one.ends for one in every])
         fresh = np.array([not _runs_along(edge, known) for edge in new.ends], bool)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,20 +14,25 @@ from physagent_studio.jobs.decoders import REDUCED, decoded
 from physagent_studio.reconstruction.photo.header import Header, read_header
 from physagent_studio.records.case import Image
 
-MAX_BYTES = 64 * 1024 * 1024
-MAX_PIXELS = 24_600_000
-"""Pixels that are kept: a picture of 6048 × 4032 is read in a second and in 300 MB."""
-MAX_REDUCED = 100_000_000
-"""Pixels of a JPEG picture that is read at a half or a quarter of its size."""
-MAX_DECODED = 160 * 1024 * 1024
-"""Bytes that the decoded picture may take."""
-MIN_SIDE = 16
-SECONDS, SECONDS_PER_PIXEL = 0.3, 6e-8
-"""Processor time to decode a picture: three times what the dearest honest formats need."""
-SPARE, DECODED_BYTES = 48 * 2**20, 10
-"""Memory to decode a picture, bytes, and bytes a pixel: a progressive one keeps coefficients."""
-MAX_WORK = 640 * 2**20
-"""Bytes that decoding may need however large a picture says it is."""
+
+@dataclass(frozen=True, slots=True)
+class PhotoSettings:
+    """What a picture file may ask for."""
+
+    max_bytes: int = 64 * 1024 * 1024  # 1e6..1e9: cameras write smaller files
+    max_px: int = 24_600_000  # 1e6..1e8: 6048 × 4032 is read in a second and in 300 MB
+    # 1e7..1e9: of a JPEG picture read at a half or a quarter of its size
+    max_reduced_px: int = 100_000_000
+    max_decoded_bytes: int = 160 * 1024 * 1024  # 1e7..1e9: that the pixels may take
+    min_side_px: int = 16  # 4..64: smaller pictures show nothing to reconstruct
+    base_s: float = 0.3  # 0.1..5: processor time to decode any picture
+    time_per_pixel_s: float = 6e-8  # 1e-8..1e-6: three times the need of the dearest format
+    base_bytes: int = 48 * 2**20  # 1e7..1e9: memory to decode any picture
+    pixel_bytes: int = 10  # 3..40: a progressive picture keeps coefficients
+    max_work_bytes: int = 640 * 2**20  # 1e8..4e9: to decode, however large it says it is
+
+
+PHOTO = PhotoSettings()
 
 
 def read_photo(path: Path | str) -> tuple[Image, str]:
@@ -70,9 +75,9 @@ def reduction_of(path: Path | str) -> int:
 
 def _factor(header: Header) -> int:
     many = header.width * header.height
-    if header.format != "JPEG" or many > MAX_REDUCED:
+    if header.format != "JPEG" or many > PHOTO.max_reduced_px:
         return 1
-    return next((k for k in REDUCED if many <= MAX_PIXELS * k * k), 1)
+    return next((k for k in REDUCED if many <= PHOTO.max_px * k * k), 1)
 
 
 def _whole(pixels: Image | None, header: Header, name: str, factor: int = 1) -> Image:
@@ -82,9 +87,9 @@ def _whole(pixels: Image | None, header: Header, name: str, factor: int = 1) -> 
     sides = sorted((-(-header.width // factor), -(-header.height // factor)))
     if sorted(pixels.shape[:2]) != sides:
         raise InputError(f"{name} is not of the size that its header says; save it again")
-    if min(pixels.shape[:2]) < MIN_SIDE:
+    if min(pixels.shape[:2]) < PHOTO.min_side_px:
         size = f"{header.width} × {header.height} pixels"
-        raise InputError(f"{name} is {size}; each side needs {MIN_SIDE} at least")
+        raise InputError(f"{name} is {size}; each side needs {PHOTO.min_side_px} at least")
     pixels = np.ascontiguousarray(pixels)
     pixels.setflags(write=False)
     return pixels
@@ -102,9 +107,10 @@ def _bytes(path: Path) -> bytes:
         if not path.is_file():
             raise InputError(f"there is no picture at {path}")
         size = path.stat().st_size
-        if size > MAX_BYTES:
+        if size > PHOTO.max_bytes:
             raise InputError(
-                f"{path.name} has {size / 2**20:.0f} MB; at most {MAX_BYTES // 2**20} MB are read"
+                f"{path.name} has {size / 2**20:.0f} MB;"
+                f" at most {PHOTO.max_bytes // 2**20} MB are read"
             )
         return path.read_bytes()
     except OSError as error:
@@ -115,10 +121,10 @@ def _check(header: Header, name: str) -> None:
     width, height = header.width, header.height
     if width < 1 or height < 1:
         raise InputError(f"{name} says it is {width} × {height} pixels")
-    if width * height > MAX_PIXELS:
+    if width * height > PHOTO.max_px:
         raise InputError(
-            f"{name} is {width} × {height} pixels; at most {MAX_PIXELS // 10**6} million are read,"
-            " save it smaller"
+            f"{name} is {width} × {height} pixels;"
+            f" at most {PHOTO.max_px // 10**6} million are read, save it smaller"
         )
     if header.animated:
         raise InputError(f"{name} is an animation; give a single picture")
@@ -126,7 +132,7 @@ def _check(header: Header, name: str) -> None:
         raise InputError(f"{name} is a CMYK picture; save it as RGB")
     depth = 2 if header.bits > 8 else 1
     channels = 4 if header.alpha else 3
-    if width * height * channels * depth > MAX_DECODED:
+    if width * height * channels * depth > PHOTO.max_decoded_bytes:
         raise InputError(f"{name} is too large at {header.bits} bits a channel; save it at 8 bits")
 
 
@@ -134,8 +140,9 @@ def decoded_within(data: bytes, header: Header, name: str, factor: int = 1) -> I
     """The pixels, decoded in a process that may use as much as a picture of that header needs."""
     many, depth = header.width * header.height, 2 if header.bits > 8 else 1
     limits = Limits(
-        SECONDS + SECONDS_PER_PIXEL * many,
-        SPARE + min(MAX_WORK, len(data) + many * (DECODED_BYTES + 8 * (depth - 1))),
+        PHOTO.base_s + PHOTO.time_per_pixel_s * many,
+        PHOTO.base_bytes
+        + min(PHOTO.max_work_bytes, len(data) + many * (PHOTO.pixel_bytes + 8 * (depth - 1))),
     )
     try:
         return shared().submit(decoded, data, header.alpha, factor, limits=limits)

@@ -8,11 +8,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-BoolArray = NDArray[np.bool_]
+from physagent_studio.arrays import BoolArray
+
 FloatArray = NDArray[np.float32]
 Pixel = tuple[float, float]
-MUCH = 4.0
-"""Enlargement from which a mask is smoothed while it is small."""
 
 
 def iou(first: BoolArray, second: BoolArray) -> float:
@@ -82,7 +81,8 @@ def resized(mask: BoolArray, size: tuple[int, int]) -> BoolArray:
     """The mask at another size (width, height), its outline smoothed, not stepped."""
     factor = size[0] / mask.shape[1]
     small = mask.astype(np.float32)
-    if factor > MUCH:
+    early_factor = 4.0  # 2..10: an outline enlarged more is smoothed while it is small
+    if factor > early_factor:
         # Smoothed before it is enlarged: the same outline for a fraction of the work.
         small = cv2.GaussianBlur(small, (0, 0), 0.6)
         return np.asarray(cv2.resize(small, size, interpolation=cv2.INTER_LINEAR) > 0.5)

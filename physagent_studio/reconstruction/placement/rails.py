@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from physagent_studio.program.scene.state import SceneObject, Slab
-from physagent_studio.reconstruction.camera.rays import CLEARANCE
+from physagent_studio.reconstruction.camera.rays import RAY
 from physagent_studio.reconstruction.shapes.contact import vertical_gap
 from physagent_studio.reconstruction.shapes.meshes import support_mesh
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
@@ -28,4 +28,4 @@ def standing(item: SceneObject, mesh: Mesh, rails: Slab) -> tuple[float, float, 
     top = rails.position[2] + rails.size[2] / 2
     # Beside both ends of the rails there is nothing to stand on: it stays at their height.
     lower = gap if gap is not None else float(body[:, 2].min()) - top
-    return x, y, z - lower + CLEARANCE
+    return x, y, z - lower + RAY.clearance_m

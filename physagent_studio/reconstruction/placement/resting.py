@@ -18,7 +18,7 @@ from physagent_studio.program.scene.state import (
     Support,
     SupportShape,
 )
-from physagent_studio.reconstruction.camera.rays import CLEARANCE, on_upright_through
+from physagent_studio.reconstruction.camera.rays import RAY, on_upright_through
 from physagent_studio.reconstruction.placement import rails
 from physagent_studio.reconstruction.placement.bases import shape_of
 from physagent_studio.reconstruction.placement.static_stability import moved_in, nudged
@@ -155,11 +155,15 @@ def _resting_z(
             vertical_gap(world, mesh.faces, in_world(below, body), body.faces)
             for below, body in (done[on], *_as_high(on, done, item, mesh))
         ]
-        return item.position[2] - min((g for g in gaps if g is not None), default=0.0) + CLEARANCE
+        return (
+            item.position[2]
+            - min((g for g in gaps if g is not None), default=0.0)
+            + RAY.clearance_m
+        )
     shape = shape_of(on, supports)
     if isinstance(shape, Ramp):
-        return _on_ramp(item, mesh, shape) + CLEARANCE
-    return read.tops.get(on or "", 0.0) - lowest(mesh, item.rotation) + CLEARANCE
+        return _on_ramp(item, mesh, shape) + RAY.clearance_m
+    return read.tops.get(on or "", 0.0) - lowest(mesh, item.rotation) + RAY.clearance_m
 
 
 def _on_ramp(item: SceneObject, mesh: Mesh, ramp: Ramp) -> float:

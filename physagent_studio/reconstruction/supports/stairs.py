@@ -11,7 +11,7 @@ from physagent_studio.language.hints import told_steps
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.stairs import Tread, treads_of
 from physagent_studio.program.scene.state import Ramp, SceneObject, Support
-from physagent_studio.reconstruction.camera.rays import CLEARANCE, on_plane
+from physagent_studio.reconstruction.camera.rays import RAY, on_plane
 from physagent_studio.reconstruction.shapes.primitives import Base
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
 from physagent_studio.reconstruction.supports.stances import Stance
@@ -64,11 +64,11 @@ def standing(item: SceneObject, mesh: Mesh, stairs: Ramp) -> tuple[float, float,
     ahead, _ = _along(stairs, x, y)
     tread = _tread_at(treads_of(stairs), ahead)
     world = in_world(item, mesh)
-    z += stairs.toe[2] + tread.top - float(world[:, 2].min()) + CLEARANCE
+    z += stairs.toe[2] + tread.top - float(world[:, 2].min()) + RAY.clearance_m
     uphill = np.array([math.cos(stairs.yaw), math.sin(stairs.yaw)])
     reach = float(((world[:, :2] - np.asarray(stairs.toe[:2])) @ uphill).max())
-    if tread is not treads_of(stairs)[-1] and reach > tread.end - CLEARANCE:
-        back = reach - tread.end + CLEARANCE
+    if tread is not treads_of(stairs)[-1] and reach > tread.end - RAY.clearance_m:
+        back = reach - tread.end + RAY.clearance_m
         x, y = x - back * float(uphill[0]), y - back * float(uphill[1])
     return x, y, z
 

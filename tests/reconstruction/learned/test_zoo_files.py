@@ -109,8 +109,7 @@ def test_a_server_that_cannot_go_on_begins_anew(server, manners):
 
 
 def test_a_silent_server_is_given_up_and_what_came_is_kept(server, monkeypatch):
-    monkeypatch.setattr(zoo_files, "SILENCE", 0.2)
-    monkeypatch.setattr(zoo_files, "ATTEMPTS", 2)
+    monkeypatch.setattr(zoo_files, "FETCH", zoo_files.FetchSettings(silence_s=0.2, max_attempts=2))
     server.manners.update(breaks=0, silent=threading.Event())
     part = part_of(path_of(zoo.ZOO["lama"]))
     part.parent.mkdir(parents=True)

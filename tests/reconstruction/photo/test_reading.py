@@ -11,12 +11,7 @@ import pytest
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import case_from_image
 from physagent_studio.program.scene.state import Click, Grounding
-from physagent_studio.reconstruction.photo.reading import (
-    MAX_PIXELS,
-    photo_hash,
-    read_photo,
-    read_scaled,
-)
+from physagent_studio.reconstruction.photo.reading import PHOTO, photo_hash, read_photo, read_scaled
 
 
 def _png(path: Path, width: int, height: int, *, bits: int = 8, color: int = 2, extra: bytes = b""):
@@ -140,7 +135,7 @@ def test_a_missing_file_is_named(tmp_path):
 def test_a_jpeg_that_is_too_large_is_read_at_half_its_size(tmp_path):
     wide = np.zeros((4400, 6000, 3), np.uint8)
     wide[:, 3000:] = 200
-    assert wide.shape[0] * wide.shape[1] > MAX_PIXELS
+    assert wide.shape[0] * wide.shape[1] > PHOTO.max_px
     cv2.imwrite(str(tmp_path / "a.jpg"), wide)
     found, digest, factor = read_scaled(tmp_path / "a.jpg")
     assert found.shape == (2200, 3000, 3)

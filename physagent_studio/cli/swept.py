@@ -22,6 +22,7 @@ from physagent_studio.sweep.attribution import attribution
 from physagent_studio.sweep.page import columns_of, write_page
 from physagent_studio.sweep.plan import span_of
 from physagent_studio.sweep.robustness import draw, judged
+from physagent_studio.workbench.probing import made_by
 from physagent_studio.workbench.tasks import likened
 
 
@@ -107,13 +108,8 @@ def attributed(
     """What the hunks of the proposal that made a round brought about, a line each."""
     with closing(Sessions(workspace).open(session_id, writing=False)) as session:
         item, state = _chosen(session, round_id)
-        parent = next((one for one in state.rounds if one.id == item.parent), None)
-        origin = item.origin
-        if parent is None or origin is None or parent.proposal is None or not origin.edits:
-            raise InputError(f"round {item.id} was not made by a proposal; choose with --round")
+        parent, hunks = made_by(item, state)
         target = _of_round(session, parent)
-    taken = origin.hunks if origin.kind == "accept_hunks" else ()
-    hunks = [hunk for hunk in parent.proposal.hunks if not taken or hunk.id in taken]
     found = attribution(target, hunks, executor)
     without, whole = ("holds" if one else "fails" for one in (found.before, found.after))
     way = "every order" if found.exact else "a sample of orders"

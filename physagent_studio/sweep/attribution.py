@@ -15,7 +15,7 @@ import numpy as np
 
 from physagent_studio.errors import InputError, ProgramError
 from physagent_studio.jobs import Executor
-from physagent_studio.jobs.executor import never
+from physagent_studio.jobs.executor import never, quiet
 from physagent_studio.program import apply
 from physagent_studio.program.edits import Hunk
 from physagent_studio.sweep.carry_out import results
@@ -50,8 +50,12 @@ def attribution(
     *,
     seed: int = 0,
     cancelled: Callable[[], bool] = never,
+    tell: Callable[[float], None] = quiet,
 ) -> Attribution:
-    """Runs the program of `target`, which is without the hunks, with sets of them."""
+    """Runs the program of `target`, which is without the hunks, with sets of them.
+
+    tell: hears the share of these that have run.
+    """
     paths = [edit.path for hunk in hunks for edit in hunk.edits]
     if not hunks or any(set_by_reconstruction(target, path) for path in paths):
         raise InputError("only changes of what is simulated can be told apart, of one at least")
@@ -60,7 +64,7 @@ def attribution(
     wanted = {frozenset[int](), everything, *(everything - {one} for one in everything)}
     wanted |= {frozenset(order[:at]) for order in orders for at in range(len(order))}
     points = {chosen: _point(target, hunks, sorted(chosen)) for chosen in wanted}
-    held = results(points.values(), executor, cancelled)
+    held = results(points.values(), executor, cancelled, lambda done: tell(done / len(points)))
     worth = {chosen: held[point.key].holds for chosen, point in points.items()}
     gained = [0] * len(hunks)
     for order in orders:

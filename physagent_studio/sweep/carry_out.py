@@ -8,7 +8,7 @@ from threading import Event, Lock
 
 from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.jobs import Executor, JobFailed
-from physagent_studio.jobs.executor import never
+from physagent_studio.jobs.executor import never, quiet
 from physagent_studio.sweep.plan import Point
 from physagent_studio.sweep.run import LIMITS, Ran, ran
 
@@ -56,13 +56,17 @@ def carry_out(
 
 
 def results(
-    points: Iterable[Point], executor: Executor, cancelled: Callable[[], bool] = never
+    points: Iterable[Point],
+    executor: Executor,
+    cancelled: Callable[[], bool] = never,
+    tell: Callable[[int], None] = quiet,
 ) -> dict[str, Ran]:
-    """The runs of points by key, in memory."""
+    """The runs of points by key, in memory; `tell` hears how many there are."""
     found: dict[str, Ran] = {}
 
     def done(point: Point, ran: Ran) -> None:
         found[point.key] = ran
+        tell(len(found))
 
     carry_out(points, executor, done, cancelled=cancelled)
     return found

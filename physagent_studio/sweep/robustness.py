@@ -14,14 +14,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from physagent_studio.agent.rules.planner.parameters import Knob, action_knobs, material_knobs
-from physagent_studio.arrays import FloatArray
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.jobs import Executor
-from physagent_studio.jobs.executor import never
+from physagent_studio.jobs.executor import never, quiet
 from physagent_studio.program import PhysicalProgram, SceneObject, Support
 from physagent_studio.program.edits import Edit
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.materials import touch_of
 from physagent_studio.program.scene.shapes import outline_of
+from physagent_studio.records import Check
 from physagent_studio.sweep.carry_out import results
 from physagent_studio.sweep.plan import Plan, Target, planned
 from physagent_studio.sweep.run import Ran
@@ -82,19 +83,20 @@ class Robustness:
         return sum(ran.holds for ran in self.runs)
 
     @property
-    def paths(self) -> FloatArray:
-        """The ribbon: (N, frames, objects, 3) world, m, of each run that did not end early."""
-        return np.array([ran.path for ran in self.runs if ran.path is not None and not ran.problem])
+    def paths(self) -> tuple[FloatArray, BoolArray]:
+        """The ribbon: (N, frames, objects, 3) world, m, of each run that did not end early, and
+        (N,) whether it holds."""
+        whole = [ran for ran in self.runs if ran.path is not None and not ran.problem]
+        return np.array([ran.path for ran in whole]), np.array([ran.holds for ran in whole], bool)
 
     @property
-    def first(self) -> str:
-        """What the failing draw that moves the numbers least breaks worst; "" where all hold."""
+    def first(self) -> Check | None:
+        """What the failing draw that moves the numbers least breaks worst; None where all hold, or
+        where the run itself breaks off."""
         far = np.linalg.norm(self.draws, axis=1).tolist()
         failing = [(by, ran) for by, ran in zip(far, self.runs, strict=True) if not ran.holds]
-        if not failing:
-            return ""
-        nearest = min(failing, key=lambda row: row[0])[1].failing
-        return nearest[0].id if nearest else "the run itself"
+        nearest = min(failing, key=lambda row: row[0])[1].failing if failing else ()
+        return nearest[0] if nearest else None
 
     @property
     def why(self) -> tuple[Uncertain, float] | None:
@@ -113,15 +115,21 @@ class Robustness:
         if (why := self.why) is None:
             return said
         way = "higher" if why[1] > 0 else "lower"
-        return f"{said}; first to break: {self.first}, where the {why[0].label} is {way}"
+        breaks = self.first.id if self.first else "the run itself"
+        return f"{said}; first to break: {breaks}, where the {why[0].label} is {way}"
 
 
 def robustness(
-    target: Target, executor: Executor, runs: int, *, cancelled: Callable[[], bool] = never
+    target: Target,
+    executor: Executor,
+    runs: int,
+    *,
+    cancelled: Callable[[], bool] = never,
+    tell: Callable[[float], None] = quiet,
 ) -> Robustness:
-    """Runs a program that many times with its uncertain numbers moved."""
+    """Runs a program that many times with its uncertain numbers moved; `tell` hears the share."""
     points = list(planned(Plan(seeds=runs, draw=draw), (target,)))
-    found = results(points, executor, cancelled)
+    found = results(points, executor, cancelled, lambda done: tell(done / runs))
     return judged(target, [found[point.key] for point in points])
 
 

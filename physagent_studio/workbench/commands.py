@@ -12,6 +12,7 @@ from physagent_studio.records import Mesh
 from physagent_studio.records.clip_look import AS_DRAWN, ClipLook
 from physagent_studio.records.judgement import DecisionKind
 from physagent_studio.records.loop_state import PolicyName, RoleName
+from physagent_studio.workbench.probing import Looked
 
 if TYPE_CHECKING:
     from physagent_studio.workbench.desk import Desk
@@ -213,6 +214,13 @@ class Redo:
 
 
 @dataclass(frozen=True, slots=True)
+class Probe:
+    """Looks into what is on view by running it many times; nothing is changed."""
+
+    what: Looked
+
+
+@dataclass(frozen=True, slots=True)
 class ShowCollisions:
     """Whether snapshots hold what the engine collides."""
 
@@ -276,6 +284,7 @@ Command = (
     | Unpin
     | Undo
     | Redo
+    | Probe
     | ShowCollisions
     | Rename
     | Render

@@ -23,6 +23,7 @@ from physagent_studio.workbench import commands, deciding, mesh_edits, photo_edi
 from physagent_studio.workbench.engine import AgentName, Control, Engine, limits_of
 from physagent_studio.workbench.meter import Meter
 from physagent_studio.workbench.phases import RUNNING
+from physagent_studio.workbench.probing import Probed, probed
 from physagent_studio.workbench.program_texts import read_program
 from physagent_studio.workbench.snapshot import Attempt
 from physagent_studio.workbench.trial import OnView, Trial
@@ -61,6 +62,7 @@ class Desk:
         self.problems: tuple[Problem, ...] = ()
         self.text: str | None = None
         self.trial = Trial(session, self.engine)
+        self._probed = Probed()
 
     # --- what is on view ---------------------------------------------------------------------
 
@@ -98,6 +100,11 @@ class Desk:
     def outlines(self, scene: Scene) -> Mapping[str, tuple[Mesh, ...]] | None:
         """What the engine collides in a scene; None where something is still open."""
         return self.trial.outlines(self.program, scene)
+
+    @property
+    def probed(self) -> Probed | None:
+        """What was found by looking into the program on view."""
+        return self._probed if self._probed.program == self.program.hash else None
 
     def attempt(self, edits: tuple[Edit, ...]) -> Attempt:
         """What edits under the pointer would make: run from their first step, nothing stored."""
@@ -359,6 +366,10 @@ class Desk:
     def _move(self, state: LoopState | None) -> None:
         if state is not None:
             self.state, self.shown, self.text, self.problems = state, None, None, ()
+
+    @handle.register
+    def _(self, command: commands.Probe) -> None:
+        self._probed = probed(self, command.what, self._probed)
 
     @handle.register
     def _(self, command: commands.Rename) -> None:

@@ -141,11 +141,16 @@ class Engine:
             side_by_side=self.side_by_side,
         )
 
+    @property
+    def pool(self) -> Executor:
+        """Who carries out several runs at a time."""
+        return self.searching or self.executor
+
     def side_by_side(
         self, work: Callable[[PhysicalProgram], Result], programs: Sequence[PhysicalProgram]
     ) -> list[Result]:
         """Some work on each program; heavy steps in it go to the processes for searches."""
-        pool, kept = self.searching or self.executor, self.executor
+        pool, kept = self.pool, self.executor
         if pool.width == 1:
             return [work(program) for program in programs]
         self.executor = pool
@@ -225,11 +230,13 @@ class Engine:
         self, program: PhysicalProgram, rollout: Rollout, scene: Scene
     ) -> tuple[Check, ...]:
         """Every check of a run: the contract, the physics, the view."""
-        drawn = self._drawn.get(scene.hash)
-        if drawn is None:
-            drawn = self._drawing(tasks.likened, scene)
-            self._drawn = {scene.hash: drawn}
-        return measure(program, rollout, drawn)
+        return measure(program, rollout, self.likeness(scene))
+
+    def likeness(self, scene: Scene) -> Mapping[str, Drawn]:
+        """How like the photograph each thing of a scene is drawn."""
+        if scene.hash not in self._drawn:
+            self._drawn = {scene.hash: self._drawing(tasks.likened, scene)}
+        return self._drawn[scene.hash]
 
     def sample(self, scene: Scene, rollout: Rollout) -> tuple[Image, ...]:
         """Every third frame of a rollout, rendered."""

@@ -10,6 +10,7 @@ from physagent_studio.errors import Problem
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.records import Case, Check, LoopState, Mesh, Rollout, Scene
 from physagent_studio.workbench.meter import Spending
+from physagent_studio.workbench.probing import Probed
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +47,7 @@ class Snapshot:
     collisions: outlines of what the engine collides by name, of objects in the body frame, of
     supports in the world; None where nobody asked for them. version: of the document, which
     commands carry. locked: why nothing of the session can be changed here, "" where it can.
+    probed: what was found by running the program on view many times, where somebody asked.
     """
 
     revision: int
@@ -73,6 +75,7 @@ class Snapshot:
     locked: str = ""
     attempt: Attempt | None = None
     collisions: Mapping[str, tuple[Mesh, ...]] | None = None
+    probed: Probed | None = None
 
 
 def differ_by_attempt(old: Snapshot, new: Snapshot) -> bool:

@@ -336,6 +336,7 @@ class Workbench:
                 yaml_text=dump_program(program) if desk.text is None else desk.text,
                 yaml_problems=desk.problems,
                 collisions=collisions,
+                probed=desk.probed,
                 notices=self._snapshot.notices,
                 can_undo=desk.session.can_undo,
                 can_redo=desk.session.can_redo,

@@ -15,7 +15,7 @@ from physagent_studio.program import SetField, value_at
 from physagent_studio.records import Hunk
 from physagent_studio.session import Store
 from physagent_studio.studio.panels.words import place
-from physagent_studio.workbench import commands
+from physagent_studio.workbench import commands, probing
 from tests.browser.conftest import PATIENCE, Desk, running
 
 pytestmark = pytest.mark.browser
@@ -58,6 +58,32 @@ def test_accept_only_some_hunks(two_hunks: Desk) -> None:
     for edit in kept.edits:
         assert value_at(second.program, edit.path) == edit.value
     assert value_at(second.program, dropped.edits[0].path) is None
+
+
+def test_it_is_shown_what_each_change_is_to_thank_for_and_how_sturdy_it_is(
+    two_hunks: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(probing, "RUNS", 6)
+    page = two_hunks.page
+    two_hunks.proposal()
+    two_hunks.button("Accept").click()
+    two_hunks.until(lambda: len(two_hunks.snapshot.state.rounds) == 2, "a second round")
+    two_hunks.idle()
+    page.get_by_role("button", name="Which of these changes brought it about?").click()
+    shares = page.get_by_role("list", name="What brought it about").get_by_role("listitem")
+    expect(shares).to_have_count(2)
+    expect(shares.first).to_contain_text("needed100 %")
+    expect(shares.last).to_contain_text("0 %")
+    sturdy = page.get_by_role("group", name="How sturdy it is")
+    sturdy.get_by_role("button").click()
+    expect(sturdy).to_contain_text(re.compile(r"Holds in \d of 6 runs"))
+    probed = two_hunks.snapshot.probed
+    assert probed is not None
+    assert probed.sturdiness is not None
+    assert f"Holds in {probed.sturdiness.holds} of 6" in sturdy.inner_text()
+    # Another round is another program.
+    page.get_by_role("button", name=re.compile("Round 1")).click()
+    expect(sturdy).to_have_count(0)
 
 
 @pytest.fixture

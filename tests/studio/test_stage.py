@@ -14,7 +14,7 @@ from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.scene import state as shapes
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.text.document import load_program
-from physagent_studio.records import Mesh, Round
+from physagent_studio.records import Check, Mesh, Round
 from physagent_studio.session import Store
 from physagent_studio.studio.archive import fits, with_ghosts
 from physagent_studio.studio.guard import open_server, stop_server
@@ -22,7 +22,10 @@ from physagent_studio.studio.scene.deforming import colours_of
 from physagent_studio.studio.scene.places import held_at
 from physagent_studio.studio.scene.stage import Hands, Stage
 from physagent_studio.studio.view import View
+from physagent_studio.sweep import Ran
+from physagent_studio.sweep.robustness import Robustness
 from physagent_studio.workbench import Snapshot, Workbench, commands
+from physagent_studio.workbench.probing import Probed
 
 PROGRAM = """
 scene:
@@ -40,6 +43,9 @@ event:
   actions: [{operator: FixObject, id: hold, name: ball, start_step: 0, duration: 20}]
 clip: {frames: 11}
 """
+
+HELD = Check(id="a", text="moves", ok=True, measured=1, threshold=0, unit="m", margin=0)
+CHECKS = (HELD, HELD.model_copy(update={"ok": False}), HELD)
 
 
 @pytest.fixture(scope="module")
@@ -185,3 +191,17 @@ def test_a_picture_comes_down_to_its_main_colours() -> None:
     assert {colours[owner[0]], colours[owner[1]]} == {(200, 20, 20), (20, 20, 200)}
     plain = Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]], np.int32), color=(1, 2, 3))
     assert colours_of(plain)[0] == [(1, 2, 3)]
+
+
+def test_all_runs_of_a_moved_program_are_a_ribbon_in_two_colours(
+    stage: Stage, server: viser.ViserServer, snapshot: Snapshot
+) -> None:
+    assert snapshot.rollout is not None
+    way = np.linspace(0.0, 1.0, 11)[:, None, None] * np.ones((1, 2, 3))
+    runs = tuple(Ran(objects=snapshot.rollout.objects, path=way, checks=(one,)) for one in CHECKS)
+    probed = Probed(sturdiness=Robustness(runs, (), np.zeros((3, 0))))
+    stage.draw(replace(snapshot, probed=probed), View(), None)
+    held, broken = (_node(server, f"/ribbon/{kind}/ball") for kind in ("held", "broken"))
+    assert len(held.points) == 2 * len(broken.points) == 20
+    stage.draw(snapshot, View(), None)
+    assert not [name for name in _nodes(server) if name.startswith("/ribbon")]

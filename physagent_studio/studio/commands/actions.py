@@ -190,6 +190,11 @@ def _(intent: intents.Role, studio: Studio, browser: int) -> None:
 
 
 @carry_out.register
+def _(intent: intents.LookInto, studio: Studio, browser: int) -> None:
+    studio.workbench.post(commands.Probe(intent.what))
+
+
+@carry_out.register
 def _(intent: intents.Budget, studio: Studio, browser: int) -> None:
     studio.workbench.post(commands.SetBudget(intent.rounds))
 

@@ -23,6 +23,7 @@ from physagent_studio.studio.intents.directing import DirectingIntent, Hide, Mea
 from physagent_studio.studio.intents.mesh import MeshIntent
 from physagent_studio.studio.intents.photo import PhotoIntent, Ticket
 from physagent_studio.studio.intents.shelf import ListSessions, Present, ShelfIntent
+from physagent_studio.workbench.probing import Looked
 
 Id = Annotated[str, Field(min_length=1, max_length=200)]
 Label = Annotated[str, Field(max_length=200)]
@@ -164,6 +165,13 @@ class Role(Frozen):
     do: Literal["role"] = "role"
     name: RoleName
     on: bool
+
+
+class LookInto(Frozen):
+    """Runs what is on view many times, to say how sturdy it is or what brought it about."""
+
+    do: Literal["probe"] = "probe"
+    what: Looked
 
 
 class Budget(Frozen):
@@ -321,7 +329,8 @@ class Video(Frozen):
 
 Intent = Annotated[
     Play | Scrub | Speed | Loop | Select | Show | Look | Bookmark | Viewer | Compare
-    | StepOn | Cancel | DecideOn | Overrule | Policy | Role | Budget | PinFact | ShowRound | Fork
+    | StepOn | Cancel | DecideOn | Overrule | Policy | Role | LookInto | Budget | PinFact
+    | ShowRound | Fork
     | Change | Remove | Try | Wish | Retime | WriteText | DropDraft | Undo
     | OpenKnown | OpenBare | NamesIn | NewCase | RenameTo | Dismiss | Video | ShelfIntent
     | PhotoIntent | MeshIntent | DirectingIntent | AloftIntent,

@@ -1,6 +1,6 @@
-// Result: gentler or harder, slower or faster, and where the camera may have been held.
+// Result: gentler or harder, slower or faster, how sturdy, and how the camera may have been held.
 
-import { h } from "./dom.js";
+import { button, h } from "./dom.js";
 import { attempt, dropAttempt, endAttempt, on, retime, send, value } from "./wire.js";
 
 const WIDEST = 3; // how many times stronger, or weaker, one drag may make the event
@@ -61,6 +61,31 @@ export function makeSliders(show) {
 
   on("attempt", () => { if (effort || pace !== null) show(); });
   return draw;
+}
+
+// In how many runs it holds where its numbers are a little other, and what breaks it first.
+export function sturdiness(found, busy) {
+  if (!found) return null;
+  const known = found.holds !== null, share = (100 * (found.holds || 0)) / found.runs;
+  const go = () => send({ do: "probe", what: "sturdiness" });
+  return h("div", { class: "sliders", role: "group", "aria-label": "How sturdy it is", key: "sturdiness" },
+    !known ? h("div", { class: "row" }, h("span", { class: "grow muted" }, "Would it hold if things were a little different?"), button(`Run it ${found.runs} times`, go, { class: "b small", disabled: busy, title: "Each time with weight, friction, places and pushes moved a little, within what nobody knows for certain" }))
+      : [h("div", { class: "row" }, h("b", { class: "num grow" }, `Holds in ${found.holds} of ${found.runs} runs`), h("span", { class: "bar tally", "aria-hidden": "true" }, h("i", { style: `width:${share}%` }))),
+        found.reason ? h("p", { class: "muted" }, "First to break: ", found.reason, ".") : h("p", { class: "muted" }, "Weight, friction, places and pushes may all be a little different."),
+        h("p", { class: "faint" }, found.reason ? "All runs are drawn in the scene; those that fail in orange." : "All runs are drawn in the scene.")]);
+}
+
+// What each change of an accepted proposal is to thank for.
+export function credit(found, busy) {
+  if (!found) return null;
+  if (!found.known) return h("button", { class: "link", type: "button", disabled: busy, title: "Runs it again with only some of them, in every order", onclick: () => send({ do: "probe", what: "credit" }) }, "Which of these changes brought it about?");
+  const told = !found.after ? "Run again, it does not hold with all of them." : found.before ? "It happens without any of them as well." : found.exact ? "" : "Shares are taken from a sample of orders.";
+  return h("div", { class: "credit stack", role: "list", "aria-label": "What brought it about", key: "credit" },
+    h("p", { class: "muted" }, "What each change is to thank for"),
+    found.rows.map((one) => h("div", { class: "hunk", role: "listitem" },
+      h("div", { class: "row" }, h("span", { class: "grow" }, one.summary), one.needed ? h("span", { class: "chip ok", title: "Without it the event does not happen" }, "needed") : null, one.percent === null ? null : h("b", { class: "num" }, `${String(one.percent).replace("-", "−")} %`)),
+      one.percent === null ? null : h("div", { class: "bar" }, h("i", { style: `width:${Math.max(0, Math.min(100, one.percent))}%` })))),
+    told ? h("p", { class: "faint" }, told) : null);
 }
 
 // Where a horizon lies in a photo that was taken so: a share of its height from the top.

@@ -3,11 +3,11 @@
 import { makeChecklist } from "./checklist.js";
 import { makeByHand } from "./by_hand.js";
 import { button, draw, h, icon, say } from "./dom.js";
-import { cameras, makeSliders } from "./result.js";
+import { cameras, credit, makeSliders, sturdiness } from "./result.js";
 import { moment } from "./time.js";
 import { makeProposal } from "./proposal.js";
 import { makeStrip } from "./strip.js";
-import { on, scrub, send } from "./wire.js";
+import { on, scrub, send, value } from "./wire.js";
 
 const SAYS = { reconstruction: ["it does not match", "it matches"], simulation: ["it does not happen", "it happens"] };
 const MARK = { ok: "✓", failed: "✕", open: "…" };
@@ -52,6 +52,7 @@ export function startRounds(host, dock, { showRounds, showPlots, showPhoto }) {
       guessed(),
       doubted(),
       shown && (data.draft || shown.stage === "simulation") ? sliders(data.readOnly) : null,
+      shown ? sturdiness(data.sturdiness, busy()) : null,
       shown && !data.draft ? strip.show(shown) : null,
       checklist.draw(data),
       data.notUnderstood.length ? h("div", { class: "strip warn", style: "margin-top:8px" }, "Not understood: ", data.notUnderstood.join("; ")) : null,
@@ -81,6 +82,7 @@ export function startRounds(host, dock, { showRounds, showPlots, showPhoto }) {
         button("No, let me click", () => mark({ kind: "object", name: data.guessed[0] }), { class: "b small", title: "Select a thing below the photo, then click on the right place" })));
   }
 
+  const busy = () => Boolean(value("run")?.busy);
   const doubtful = () => data.doubts.length + data.loose.length > 0 || Boolean(guessed());
 
   // A shape that covers too little of what was cut out.
@@ -153,7 +155,8 @@ export function startRounds(host, dock, { showRounds, showPlots, showPhoto }) {
       h("div", { class: "row" },
         h("span", { class: "title grow" }, said),
         data.readOnly ? null : h("button", { class: "link", type: "button", "aria-expanded": String(overruling === shown.id), onclick: toggle }, "Overrule")),
-      changes(shown),
+      data.credit?.known ? null : changes(shown),
+      credit(data.credit, busy()),
       shown.override ? h("p", { class: "muted" }, `Your verdict: ${SAYS[shown.stage][Number(shown.override.passed)]}${shown.override.words ? ` (“${shown.override.words}”)` : ""}. The checks said: ${SAYS[shown.stage][Number(shown.machine)]}.`) : null,
       shown.contradiction ? h("div", { class: "strip warn", style: "margin-top:6px" }, h("b", {}, "Verdict and measurement disagree. "), shown.contradiction) : null,
       overruling === shown.id && !data.readOnly ? h("div", { class: "stack card", style: "margin-top:8px" },
@@ -214,8 +217,9 @@ export function startRounds(host, dock, { showRounds, showPlots, showPhoto }) {
     event.preventDefault();
     event.stopPropagation();
   }, true);
-  let session = null;
+  let session = null, worked = false;
   on("run", (run) => {
+    if (worked !== busy()) { worked = busy(); show(); }
     if (run.session === session) return;
     session = run.session;
     [overruling, words] = ["", ""];

@@ -15,6 +15,7 @@ from physagent_studio.records.loop_state import best_of
 from physagent_studio.studio.panels.checklist import checklist_of, demands_of
 from physagent_studio.studio.panels.compared import comparison_of
 from physagent_studio.studio.panels.fields import SPOKEN, fields_of
+from physagent_studio.studio.panels.probes import credit_of, sturdiness_of
 from physagent_studio.studio.panels.words import (
     all_spoken,
     edit_row,
@@ -74,6 +75,8 @@ def state_of(snapshot: Snapshot, compared: Round | None = None) -> dict[str, Any
         "readOnly": snapshot.read_only,
         "draft": snapshot.has_draft,
         "shown": None if shown is None else _details(shown, snapshot),
+        "sturdiness": sturdiness_of(snapshot),
+        "credit": credit_of(shown, snapshot),
         "checks": checklist_of(snapshot.checks, snapshot.program, shown, draft=snapshot.has_draft),
         "notUnderstood": list(snapshot.program.contract.not_understood),
         "untested": [clause.text for clause in snapshot.program.contract.untested],

@@ -10,12 +10,16 @@ from numpy.typing import NDArray
 
 from physagent_studio.program.rotations import angle_between, matrices_of
 from physagent_studio.records import Mesh, Rollout
+from physagent_studio.sweep.robustness import Robustness
 
 EARLIER, PREVIEW = (150, 154, 162), (18, 184, 166)
 TRIED = (245, 158, 11)
+BROKEN = (224, 92, 32)
 NEAR_METRES, NEAR_RADIANS = 0.004, 0.03
 """A ghost this close to the thing itself is not drawn, since both would flicker."""
 
+LEAST_WAY = 0.01
+"""What goes less far, m, has no path worth drawing."""
 QUIET = 0.2
 """How much a ghost hides of what is behind it: it is seen, and the thing itself stands out."""
 
@@ -29,12 +33,13 @@ class Ghosts:
         self._server = server
         self._ghosts: dict[str, tuple[Rollout, dict[str, viser.MeshHandle]]] = {}
         self._trails: dict[str, tuple[Rollout, dict[str, viser.LineSegmentsHandle]]] = {}
+        self._ribbon: Robustness | None = None
 
     def clear(self) -> None:
         """Removes all of them."""
-        for name in ("/ghosts", "/trails"):
+        for name in ("/ghosts", "/trails", "/ribbon"):
             self._server.scene.remove_by_name(name)
-        self._ghosts, self._trails = {}, {}
+        self._ghosts, self._trails, self._ribbon = {}, {}, None
 
     def set_ghost(
         self, key: str, rollout: Rollout | None, color: Color, meshes: dict[str, Mesh]
@@ -88,6 +93,29 @@ class Ghosts:
         else:
             self._trails[key] = (rollout, handles)
 
+    def set_ribbon(self, sturdy: Robustness | None, colors: Mapping[str, Color]) -> None:
+        """Shows where the things go in all runs of a program whose numbers are a little moved.
+
+        Runs that fail are drawn in the colour of what is broken; None takes the ribbon away.
+        """
+        if sturdy is self._ribbon:
+            return
+        self._ribbon = sturdy
+        self._server.scene.remove_by_name("/ribbon")
+        if sturdy is None or not sturdy.runs[0].objects:
+            return
+        paths, held = sturdy.paths
+        for at, name in enumerate(sturdy.runs[0].objects):
+            own = ("held", held, pale(colors[name]))
+            for kind, which, color in (own, ("broken", ~held, BROKEN)):
+                lines = paths[which][:, :, at]
+                if len(lines) and np.linalg.norm(lines - lines[:, :1], axis=2).max() > LEAST_WAY:
+                    parts = np.stack([lines[:, :-1], lines[:, 1:]], axis=2).reshape(-1, 2, 3)
+                    self._server.scene.add_line_segments(
+                        f"/ribbon/{kind}/{name}", parts.astype(np.float32), colors=color,
+                        thickness=1.2, thickness_units="screen",
+                    )  # fmt: skip
+
     def pose(self, step: int, now: Rollout | None) -> None:
         """Moves the shades to a step."""
         for rollout, handles in self._ghosts.values():
@@ -110,6 +138,12 @@ def paths_of(rollout: Rollout) -> dict[str, NDArray[np.float32]]:
     return found
 
 
+def pale(color: Color) -> Color:
+    """The colour half way to white: many lines of it beside one another are a band."""
+    red, green, blue = ((part + 255) // 2 for part in color)
+    return red, green, blue
+
+
 def _covers(ghost: Rollout, now: Rollout | None, name: str, step: int) -> bool:
     """Whether the thing itself stands where its ghost would."""
     if now is None or name not in now.objects:
@@ -126,4 +160,4 @@ def moves(rollout: Rollout, at: int) -> bool:
     path = rollout.positions[:, at]
     turned = matrices_of(rollout.rotations[[0, -1], at])
     far = float(np.linalg.norm(path - path[0], axis=1).max())
-    return far > 0.01 or bool(np.trace(turned[0].T @ turned[1]) < 2.9)
+    return far > LEAST_WAY or bool(np.trace(turned[0].T @ turned[1]) < 2.9)

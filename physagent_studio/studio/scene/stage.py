@@ -98,6 +98,8 @@ class Stage:
             self._ghosts.set_trail("now", snapshot.rollout if trails else None, own)
             self._ghosts.set_trail("preview", preview if trails else None, PREVIEW)
             self._ghosts.set_trail("earlier", earlier if trails else None, EARLIER)
+            sturdy = snapshot.probed.sturdiness if snapshot.probed and trails else None
+            self._ghosts.set_ribbon(sturdy, own)
             self._set_attempt(snapshot)
             self._collisions.show(
                 snapshot.collisions if "collisions" in view.shown else None,

@@ -1,8 +1,7 @@
 """The studio: a view over snapshots and a sender of commands, in the browser.
 
-A click on a page (`pages/*.js`, sent by `wire.js`) arrives as an intent (`intents`), becomes
-edits or a command (`commands`, `workbench.photo_edits`), and comes back as state for the
-`panels`.
+A click on a page (`pages/*.js`, sent by `wire.js`) is read and carried out by `commands`,
+becomes edits or a command (`workbench.photo_edits`), and comes back as state for the `panels`.
 """
 
 from typing import TYPE_CHECKING, Any

@@ -14,6 +14,7 @@ import time
 import webbrowser
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import viser
@@ -25,7 +26,7 @@ from physagent_studio.jobs import Executor, Inline, shared
 from physagent_studio.program import Edit
 from physagent_studio.studio.access import Access
 from physagent_studio.studio.archive import Archive
-from physagent_studio.studio.commands.actions import Offer, carry_out
+from physagent_studio.studio.commands import program, read_letter
 from physagent_studio.studio.commands.mesh import MeshDesk
 from physagent_studio.studio.commands.sketch import Sketches
 from physagent_studio.studio.desk_apart import DeskApart
@@ -33,7 +34,6 @@ from physagent_studio.studio.finder import Finder
 from physagent_studio.studio.first_scene import Act, Waiting
 from physagent_studio.studio.guard import close_client, open_server, stop_server, token_of
 from physagent_studio.studio.hub import Hub
-from physagent_studio.studio.intents import every as intents
 from physagent_studio.studio.library import Library
 from physagent_studio.studio.painter import Painter
 from physagent_studio.studio.panels.words import without_paths
@@ -47,6 +47,10 @@ from physagent_studio.workbench.versions import Sender, sent_by
 
 TICK = 1 / 31
 """Seconds between two frames of playback: thirty a second, and one to spare."""
+
+
+Offer = tuple[str, dict[str, Any]]
+"""What a notice offers: the words on its button, and the message that it sends."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -139,8 +143,7 @@ class Studio:
         if not ends:
             self.workbench.try_out(edits or None)
         elif edits:
-            change = intents.Change(edits=edits, reason=reason)
-            self._guarded(None, lambda: carry_out(change, self, -1))
+            self._guarded(None, lambda: program.change(self, -1, edits, reason))
         else:
             self.workbench.try_out(None)
 
@@ -148,8 +151,7 @@ class Studio:
         """A thing was dragged to where it should be now; called on the studio's thread."""
         if ends:
             x, y, z = (float(f"{part:.4g}") for part in position)
-            wish = intents.Wish(name=name, position=(x, y, z))
-            self._guarded(None, lambda: carry_out(wish, self, -1))
+            self._guarded(None, lambda: program.wish(self, -1, name, (x, y, z)))
 
     def _let_go(self) -> None:
         """A tab that is closed in the middle of a drag ends what it tried."""
@@ -264,19 +266,19 @@ class Studio:
         for word in ('"do":"scrub"', '"do":"try"', '"keep":false'):
             if word in item.text and any(word in one.text for one in later):
                 return
-        intent, seen = intents.read_letter(item.text)
+        asked, seen = read_letter(item.text)
         watches = self.hub.role(item.browser) == "viewer"
-        if watches and not isinstance(intent, intents.WATCHING):
+        if watches and asked.may != "watch":
             raise InputError("you are here to watch; whoever has the other address changes things")
-        if item.browser in self.presenting and not isinstance(intent, intents.LOOKING):
+        if item.browser in self.presenting and asked.may == "change":
             raise InputError("this page presents and changes nothing; Escape ends that")
 
         def refused(text: str) -> None:
-            self.answer(item.browser, getattr(intent, "ticket", None), text)
+            self.answer(item.browser, asked.ticket, text)
             self.say(item.browser, "error", text)
 
         with sent_by(Sender(item.browser, seen, refused, len(item.text))):
-            carry_out(intent, self, item.browser)
+            asked.carry_out(self, item.browser)
 
     def _accept(self, snapshot: Snapshot) -> None:
         if snapshot.session_id != self.snapshot.session_id:
@@ -299,7 +301,7 @@ class Studio:
         self.painter.publish_library(self.library.listing(self.snapshot))
         self.hub.publish("version", self.snapshot.version)
 
-    # --- for carry_out -------------------------------------------------------------------------
+    # --- for what is asked ---------------------------------------------------------------------
 
     def set_view(self, view: View) -> None:
         """Takes over a view and draws what it changes."""

@@ -1,13 +1,19 @@
-"""Commands: what a person or a program may ask of the workbench, as frozen values."""
+"""Commands: what a person or a program may ask of the workbench, as frozen values.
+
+The bounds of fields hold for what comes from a browser.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
 
 from physagent_studio.program import Edit, Grounding, PhysicalProgram
+from physagent_studio.program.base import Text
 from physagent_studio.records import Mesh
 from physagent_studio.records.clip_look import AS_DRAWN, ClipLook
 from physagent_studio.records.judgement import DecisionKind
@@ -17,6 +23,7 @@ from physagent_studio.workbench.probing import Looked
 if TYPE_CHECKING:
     from physagent_studio.workbench.desk import Desk
 
+Short = Annotated[str, Field(min_length=1, max_length=200)]
 Writer = Callable[["Desk"], bytes]
 """Makes the bytes of a file from the open session."""
 
@@ -149,14 +156,14 @@ class DiscardDraft:
 class ShowRound:
     """Shows a round read-only; None shows the head."""
 
-    id: str | None
+    id: Short | None
 
 
 @dataclass(frozen=True, slots=True)
 class ForkFrom:
     """Moves the head to a round; what is decided there makes a new branch."""
 
-    id: str
+    id: Short
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,7 +171,7 @@ class OverruleVerdict:
     """A person's verdict on the head, recorded beside the machine's."""
 
     passed: bool
-    words: str = ""
+    words: Text = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,9 +191,9 @@ class TakeRole:
 
 @dataclass(frozen=True, slots=True)
 class SetBudget:
-    """How many rounds the path may have; 1 … 100."""
+    """How many rounds the path may have."""
 
-    rounds: int
+    rounds: Annotated[int, Field(ge=1, le=100)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,7 +238,7 @@ class ShowCollisions:
 class Rename:
     """Gives the session another title."""
 
-    title: str
+    title: Short
 
 
 @dataclass(frozen=True, slots=True)
@@ -255,7 +262,7 @@ class Write:
 class DismissNotice:
     """Removes a notice."""
 
-    id: int
+    id: Annotated[int, Field(ge=0, le=2**53)]
 
 
 Command = (

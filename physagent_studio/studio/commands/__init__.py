@@ -1,1 +1,13 @@
-"""What each intent does: a change of the view or a command; `actions` is the door."""
+"""Everything that a browser may ask for; importing this knows all of it."""
+
+from physagent_studio.studio.commands import (
+    directing,
+    looking,
+    measuring,
+    mesh,
+    photo,
+    program,
+    sessions,
+    sketch,
+)
+from physagent_studio.studio.commands.asking import read_letter

@@ -1,27 +1,30 @@
-"""How an event goes as a whole: gentler or harder, slower or faster, and a thing *this way*."""
+"""How an event goes as a whole: gentler or harder, slower or faster, a thing *this way*, and how a
+thing is held when it begins."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import JsonValue
+from pydantic import Field, JsonValue
 
 from physagent_studio.agent.rules.planner.parameters import action_knobs
 from physagent_studio.errors import InputError
 from physagent_studio.program import Action, AddItem, Directed, Edit, PhysicalProgram, SetField
+from physagent_studio.program.base import Name, Pixel
+from physagent_studio.program.scene.aloft import Carriage
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.program.timing import retimed
-from physagent_studio.studio.commands.measuring import measure
-from physagent_studio.studio.intents import directing as asked
+from physagent_studio.studio.commands.asking import asked
+from physagent_studio.studio.commands.program import Pace, carry, open_program
 from physagent_studio.workbench import commands
+from physagent_studio.workbench.aloft_edits import carriage_edits, ground_edits, height_edits
 
 if TYPE_CHECKING:
-    from physagent_studio.studio.commands.actions import Studio
+    from physagent_studio.studio.studio import Studio
 
 STRAIGHT_UP = 1e-3
 """A line of sight, m, that goes less far along the ground points nowhere on it."""
@@ -29,38 +32,54 @@ FIRST_PUSH = {"magnitude": 1.0, "quantity": "target_speed", "direction": "right"
 """What a thing is given that nothing pushes yet when it is told to go somewhere: m/s."""
 
 
-def scale(intent: asked.Scale, studio: Studio, browser: int) -> None:
-    """All efforts together, or the pace; under the pointer it is only tried."""
+@asked("scale")
+def scale(
+    studio: Studio,
+    browser: int,
+    effort: Annotated[float, Field(ge=0.1, le=10)] = 1.0,
+    pace: Pace | None = None,
+    keep: bool = False,
+) -> None:
+    """All efforts of the event by one ratio, or another pace; only tried unless `keep`."""
     program = open_program(studio)
-    if intent.keep and intent.pace is not None:
-        studio.workbench.post(commands.Retime(intent.pace))
+    if keep and pace is not None:
+        studio.workbench.post(commands.Retime(pace))
         return
-    edits = retimed(program, intent.pace) if intent.pace else scaled(program, intent.effort)
-    if not edits and intent.keep:
+    edits = retimed(program, pace) if pace else scaled(program, effort)
+    if not edits and keep:
         raise InputError("nothing pushes or moves a thing here, so there is no effort to change")
-    carry(studio, edits, "gentler" if intent.effort < 1 else "harder", keep=intent.keep)
+    carry(studio, edits, "gentler" if effort < 1 else "harder", keep=keep)
 
 
-def aim(intent: asked.AimAt, studio: Studio, browser: int) -> None:
-    """A thing goes where an arrow in the photo points."""
-    program = open_program(studio)
-    edits = aimed(program, intent.name, intent.end)
-    carry(studio, edits, f"{intent.name.replace('_', ' ')} goes this way", keep=intent.keep)
+@asked("aim")
+def aim(studio: Studio, browser: int, name: Name, end: Pixel, keep: bool = False) -> None:
+    """A thing goes towards a pixel of the photo; only tried unless `keep`."""
+    edits = aimed(open_program(studio), name, end)
+    carry(studio, edits, f"{name.replace('_', ' ')} goes this way", keep=keep)
 
 
-def open_program(studio: Studio) -> PhysicalProgram:
-    """The program on view, where it may be edited."""
-    if studio.snapshot.read_only:
-        raise InputError("an earlier round is open read-only; go on from here to edit it")
-    return studio.snapshot.program
+@asked("hold")
+def hold(studio: Studio, browser: int, name: Name, how: Carriage) -> None:
+    """A thing stands, hangs, floats, or nothing holds it."""
+    edits = carriage_edits(open_program(studio), studio.snapshot.state.pinned, name, how)
+    if edits:
+        carry(studio, edits, f"{name.replace('_', ' ')} {how}", keep=True)
 
 
-def carry(studio: Studio, edits: tuple[Edit, ...], reason: str, *, keep: bool) -> None:
-    """Makes an edit, or under the pointer only tries it."""
-    if keep:
-        studio.workbench.post(commands.ApplyEdits(edits, reason))
-    else:
-        studio.workbench.try_out(edits)
+@asked("ground")
+def ground(studio: Studio, browser: int, name: Name, end: Pixel, keep: bool = False) -> None:
+    """The ground below a thing in the air is seen at that pixel; only tried unless `keep`."""
+    edits = ground_edits(open_program(studio), name, end)
+    carry(studio, edits, f"ground line of {name.replace('_', ' ')}", keep=keep)
+
+
+@asked("raise")
+def lift(
+    studio: Studio, browser: int, name: Name, height: Annotated[float, Field(ge=0, le=1e4)]
+) -> None:
+    """A thing so many metres above the ground, in its place in the photo."""
+    edits = height_edits(open_program(studio), name, height)
+    carry(studio, edits, f"height of {name.replace('_', ' ')}", keep=True)
 
 
 def scaled(program: PhysicalProgram, ratio: float) -> tuple[Edit, ...]:
@@ -128,25 +147,3 @@ def _free(name: str, program: PhysicalProgram) -> str:
     taken = {one.id for one in program.event.actions}
     names = (name[:60], *(f"{name[:57]}_{number}" for number in range(2, 400)))
     return next(one for one in names if one not in taken)
-
-
-def hide(intent: asked.Hide, studio: Studio, browser: int) -> None:
-    """Hides a thing, or all others; hidden again it comes back."""
-    hidden = studio.view.hidden
-    if intent.how == "none":
-        hidden = frozenset[str]()
-    elif intent.how == "only":
-        others = {item.name for item in studio.snapshot.program.scene.objects} - {intent.name}
-        hidden = frozenset() if hidden == others else frozenset(others)
-    else:
-        hidden = hidden ^ {intent.name}
-    studio.set_view(replace(studio.view, hidden=hidden))
-
-
-ACTIONS: dict[type, Callable[..., None]] = {
-    asked.Scale: scale,
-    asked.AimAt: aim,
-    asked.Measure: measure,
-    asked.Hide: hide,
-}
-"""What each intent does."""

@@ -7,26 +7,28 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import JsonValue
 
 from physagent_studio.errors import InputError
+from physagent_studio.program.base import Pixel
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.forms import Floor
-from physagent_studio.studio.intents import directing as asked
+from physagent_studio.studio.commands.asking import asked
 from physagent_studio.workbench import Snapshot
 
 if TYPE_CHECKING:
-    from physagent_studio.studio.commands.actions import Studio
+    from physagent_studio.studio.studio import Studio
 
 FloatArray = NDArray[np.float64]
 GRAZING = 1e-12
 """Determinant below which a ray runs along a face and meets it nowhere."""
 
 
-def measure(intent: asked.Measure, studio: Studio, browser: int) -> None:
-    """Tells the page that asks how far two pixels are apart, in metres."""
-    a, b = (point_at(studio.snapshot, pixel) for pixel in (intent.a, intent.b))
-    apart = b - a
-    told = {
+@asked("measure", "look")
+def measure(studio: Studio, browser: int, a: Pixel, b: Pixel) -> None:
+    """How far two pixels of the photo are apart in the scene, metres; nothing is changed."""
+    apart = point_at(studio.snapshot, b) - point_at(studio.snapshot, a)
+    told: JsonValue = {
         "metres": round(float(np.linalg.norm(apart)), 4),
         "up": round(float(apart[2]), 4),
         "along": round(float(np.linalg.norm(apart[:2])), 4),

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import base64
 import binascii
-from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
+from pydantic import Field
 
 from physagent_studio.errors import InputError
-from physagent_studio.studio.intents import mesh as intents_mesh
+from physagent_studio.studio.commands.asking import FileText, Id, Ticket, asked
+from physagent_studio.studio.commands.program import open_program
 from physagent_studio.studio.panels.spots import spot_of
 from physagent_studio.studio.view import Selection
 from physagent_studio.workbench import commands
 from physagent_studio.workbench.mesh_edits import Form, name_for, read_form
 
 if TYPE_CHECKING:
-    from physagent_studio.studio.commands.actions import Studio
+    from physagent_studio.studio.studio import Studio
 
 FILE_BYTES = 16 * 2**20
 """Largest file that fits into a message of the browser's, bytes."""
@@ -58,39 +59,36 @@ class MeshDesk:
         self._forms.pop(browser, None)
 
 
-def read_mesh(intent: intents_mesh.ReadMesh, studio: Studio, browser: int) -> None:
-    """Reads a mesh file; the page hears of it on `mesh`."""
+@asked("read_mesh")
+def read_mesh(studio: Studio, browser: int, file: Id, data: FileText, ticket: Ticket) -> None:
+    """What is in a mesh file (base64 of its bytes); the page hears of it on `mesh`."""
     desk, usual = studio.mesh_desk, spot_of(studio.snapshot.program, studio.view.selection).size
 
     def find() -> dict[str, Any]:
         try:
-            data = base64.b64decode(intent.data, validate=True)
+            raw = base64.b64decode(data, validate=True)
         except binascii.Error as error:
             raise InputError("the file did not arrive whole; try again") from error
-        if len(data) > FILE_BYTES:
-            size = len(data) / 2**20
-            raise InputError(f"{intent.file} has {size:.1f} MB; at most 16 are allowed")
-        return desk.read(browser, data, intent.file, usual)
+        if len(raw) > FILE_BYTES:
+            raise InputError(f"{file} has {len(raw) / 2**20:.1f} MB; at most 16 are allowed")
+        return desk.read(browser, raw, file, usual)
 
-    studio.finder.ask(browser, "mesh", intent.ticket, find)
+    studio.finder.ask(browser, "mesh", ticket, find)
 
 
-def add_mesh(intent: intents_mesh.AddMesh, studio: Studio, browser: int) -> None:
-    """Sets down what was read, and selects it."""
-    snapshot = studio.snapshot
-    if snapshot.read_only:
-        raise InputError("an earlier round is open read-only; go on from here to edit it")
+@asked("add_mesh")
+def add_mesh(
+    studio: Studio,
+    browser: int,
+    name: Id,
+    longest: Annotated[float, Field(ge=0.001, le=1000)],
+    up: Literal["y", "z"],
+) -> None:
+    """Sets down what was read last, `longest` m long, on the chosen support or the ground."""
+    program = open_program(studio)
     form = studio.mesh_desk.form(browser)
-    name = name_for(snapshot.program, intent.name)
-    spot = spot_of(snapshot.program, studio.view.selection)
-    body = form.body(name, intent.longest, intent.up)
-    studio.workbench.post(commands.AddMesh(name, body, spot.foot, spot.on))
+    name = name_for(program, name)
+    spot = spot_of(program, studio.view.selection)
+    studio.workbench.post(commands.AddMesh(name, form.body(name, longest, up), spot.foot, spot.on))
     studio.mesh_desk.forget(browser)
     studio.set_view(replace(studio.view, selection=Selection("object", name)))
-
-
-ACTIONS: dict[type, Callable[..., None]] = {
-    intents_mesh.ReadMesh: read_mesh,
-    intents_mesh.AddMesh: add_mesh,
-}
-"""What each intent does."""

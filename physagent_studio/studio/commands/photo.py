@@ -4,26 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field
 
 from physagent_studio.errors import InputError
-from physagent_studio.program import Edit, apply
+from physagent_studio.program import Edit, Grounding, apply
+from physagent_studio.program.base import Name, Pixel, Pixels, Tilt
+from physagent_studio.program.scene.state import FormKind
 from physagent_studio.reconstruction.grounding.similar_things import covered, similar
-from physagent_studio.records import Case, Image, ShapeOffer
+from physagent_studio.records import Case, Image
+from physagent_studio.studio.commands.asking import Ticket, asked
+from physagent_studio.studio.commands.program import open_program
 from physagent_studio.studio.desk_apart import LOOKING
 from physagent_studio.studio.first_scene import marked, unwritten
 from physagent_studio.studio.guesses import disproved
-from physagent_studio.studio.intents import photo as intents_photo
 from physagent_studio.workbench import Snapshot, commands, photo_edits
 
 if TYPE_CHECKING:
-    from physagent_studio.studio.commands.actions import Studio
+    from physagent_studio.studio.studio import Studio
 
 
-def find_masks(intent: intents_photo.FindMasks, studio: Studio, browser: int) -> None:
-    """Looks for the candidate masks; the page hears of them on `masks`."""
+@asked("masks")
+def find_masks(
+    studio: Studio, browser: int, name: Name, grounding: Grounding, ticket: Ticket
+) -> None:
+    """The candidate masks that a grounding would give; the page hears of them on `masks`."""
     case, image = _photo(studio.snapshot)
-    name, grounding = intent.name, intent.grounding
     scene = marked(studio.snapshot)
     desk, shown = studio.photo_desk, studio.snapshot.scene
     out = {name, *disproved(scene, shown, name, grounding)}
@@ -35,48 +42,56 @@ def find_masks(intent: intents_photo.FindMasks, studio: Studio, browser: int) ->
         return desk.masks(image, name, [*said, (name, grounding)], shown, whole, stop, early)
 
     def early(found: dict[str, Any]) -> None:
-        studio.finder.tell_early(browser, "masks", intent.ticket, found)
+        studio.finder.tell_early(browser, "masks", ticket, found)
 
     studio.finder.ask(
-        browser, "masks", intent.ticket, partial(find, whole=False), partial(find, whole=True)
+        browser, "masks", ticket, partial(find, whole=False), partial(find, whole=True)
     )
 
 
-def find_edge(intent: intents_photo.FindEdge, studio: Studio, browser: int) -> None:
-    """Looks for the way along edges; the page hears of it on `edge`."""
+@asked("edge")
+def find_edge(studio: Studio, browser: int, start: Pixel, end: Pixel, ticket: Ticket) -> None:
+    """The way along the picture's edges from an anchor to the pointer, told on `edge`."""
     _, image = _photo(studio.snapshot)
-    desk, start, end = studio.photo_desk, intent.start, intent.end
-    studio.finder.ask(browser, "edge", intent.ticket, lambda: desk.way(image, start, end))
+    desk = studio.photo_desk
+    studio.finder.ask(browser, "edge", ticket, lambda: desk.way(image, start, end))
 
 
-def take_mask(intent: intents_photo.TakeMask, studio: Studio, browser: int) -> None:
-    """Takes a mask over into the program."""
-    case, _ = _photo(studio.snapshot)
-    name, grounding = intent.name, intent.grounding
+@asked("mask")
+def take_mask(
+    studio: Studio, browser: int, name: Name, grounding: Grounding, layer: bool = False
+) -> None:
+    """The grounding of an object or support as the person wants it; a new name is an object.
 
-    def edits_of(s: Snapshot) -> tuple[Edit, ...]:
+    layer: what is wanted is the layer of a stack that the clicks on all of the stack give.
+    """
+
+    def edits_of(s: Snapshot, case: Case) -> tuple[Edit, ...]:
         wrong = disproved(s.program.scene, s.scene, name, grounding)
         if wrong:
-            _ask_for(studio, browser, name, sorted(wrong))
+            _ask_for(studio, browser, name, min(wrong))
         return photo_edits.mask_edits(
-            s.program, case, s.state.pinned, name, grounding, layer=intent.layer, wrong=wrong
+            s.program, case, s.state.pinned, name, grounding, layer=layer, wrong=wrong
         )
 
     _post(studio, edits_of, f"mask of {name}")
 
 
-def _ask_for(studio: Studio, browser: int, name: str, wrong: list[str]) -> None:
+def _ask_for(studio: Studio, browser: int, name: str, wrong: str) -> None:
     """Asks for the first of the things whose place another has taken."""
-    spoken, other = name.replace("_", " "), wrong[0].replace("_", " ")
+    spoken, other = name.replace("_", " "), wrong.replace("_", " ")
     text = f"The words had found {other} where {spoken} is: mark {other} as well."
-    choose = {"do": "select", "kind": "object", "name": wrong[0]}
+    choose = {"do": "select", "kind": "object", "name": wrong}
     studio.say(browser, "info", text, (f"Choose {other}", choose))
 
 
-def find_alike(intent: intents_photo.FindAlike, studio: Studio, browser: int) -> None:
-    """Looks for unmarked things like a marked one; the page hears of them on `like`."""
+@asked("like")
+def find_alike(
+    studio: Studio, browser: int, ticket: Ticket, name: Annotated[str, Field(max_length=64)] = ""
+) -> None:
+    """What looks like a thing and is not marked, told on `like`; name "": what the fill covers."""
     _, image = _photo(studio.snapshot)
-    scene, name = studio.snapshot.scene, intent.name
+    scene = studio.snapshot.scene
     named = {item.name for item in studio.snapshot.program.scene.objects}
     masks = {} if scene is None else {n: m for n, m in scene.masks.items() if n in named}
 
@@ -89,83 +104,93 @@ def find_alike(intent: intents_photo.FindAlike, studio: Studio, browser: int) ->
         found = studio.apart.submit(covered, image, scene.plate, masks, limits=LOOKING)
         return {"name": "", "found": found}
 
-    studio.finder.ask(browser, "like", intent.ticket, find)
+    studio.finder.ask(browser, "like", ticket, find)
 
 
-def mark_alike(intent: intents_photo.MarkAlike, studio: Studio, browser: int) -> None:
-    """Marks things in boxes, each a thing of its own, as one step of undo."""
-    case, _ = _photo(studio.snapshot)
+@asked("alike")
+def mark_alike(
+    studio: Studio,
+    browser: int,
+    name: Name,
+    boxes: Annotated[tuple[tuple[Pixels, Pixels, Pixels, Pixels], ...], Field(max_length=16)],
+) -> None:
+    """Things in these boxes are like the thing of that name, each one of its own."""
 
-    def edits_of(s: Snapshot) -> tuple[Edit, ...]:
-        return photo_edits.alike_edits(s.program, case, s.state.pinned, intent.name, intent.boxes)
+    def edits_of(s: Snapshot, case: Case) -> tuple[Edit, ...]:
+        return photo_edits.alike_edits(s.program, case, s.state.pinned, name, boxes)
 
-    _post(studio, edits_of, f"things like {intent.name}")
-
-
-def set_horizon(intent: intents_photo.SetHorizon, studio: Studio, browser: int) -> None:
-    """Moves the horizon."""
-    case, _ = _photo(studio.snapshot)
-    _post(
-        studio,
-        lambda s: photo_edits.horizon_edits(
-            s.program, case, s.state.pinned, intent.row, intent.roll
-        ),
-        "horizon",
-    )
+    _post(studio, edits_of, f"things like {name}")
 
 
-def set_size(intent: intents_photo.SetSize, studio: Studio, browser: int) -> None:
-    """Sets the size of an object, and with it all metres."""
-    case, _ = _photo(studio.snapshot)
-    name, metres = intent.name, intent.metres
-    _post(
-        studio,
-        lambda s: photo_edits.size_edits(s.program, case, s.state.pinned, name, metres),
-        f"size of {name}",
-    )
+@asked("horizon")
+def set_horizon(
+    studio: Studio,
+    browser: int,
+    row: Pixels,
+    roll: Tilt | None = None,
+) -> None:
+    """The horizon's row in the middle column, pixels.
+
+    roll: degrees by which it rises to the right; None leaves that as it is.
+    """
+
+    def edits_of(s: Snapshot, case: Case) -> tuple[Edit, ...]:
+        return photo_edits.horizon_edits(s.program, case, s.state.pinned, row, roll)
+
+    _post(studio, edits_of, "horizon")
 
 
-def place_ramp(intent: intents_photo.PlaceRamp, studio: Studio, browser: int) -> None:
-    """Places a ramp."""
-    case, _ = _photo(studio.snapshot)
-    marks = (intent.toe, intent.foot, intent.top)
-    name = intent.name or ""
-    _post(
-        studio,
-        lambda s: photo_edits.ramp_edits(s.program, case, s.state.pinned, name, marks),
-        "ramp",
-    )
+@asked("size")
+def set_size(
+    studio: Studio, browser: int, name: Name, metres: Annotated[float, Field(gt=0, le=1e4)]
+) -> None:
+    """How large an object is, m, and with it everything."""
+
+    def edits_of(s: Snapshot, case: Case) -> tuple[Edit, ...]:
+        return photo_edits.size_edits(s.program, case, s.state.pinned, name, metres)
+
+    _post(studio, edits_of, f"size of {name}")
 
 
-def switch_form(intent: intents_photo.SwitchForm, studio: Studio, browser: int) -> None:
-    """Fits another kind of shape."""
-    _photo(studio.snapshot)
-    name, kind = intent.name, intent.kind
-    _post(
-        studio,
-        lambda s: photo_edits.form_edits(s.program, s.state.pinned, name, kind, _offers(s, name)),
-        f"shape of {name}",
-    )
+@asked("ramp")
+def place_ramp(
+    studio: Studio, browser: int, toe: Pixel, foot: Pixel, top: Pixel, name: Name | None = None
+) -> None:
+    """A ramp by three clicks; without a name a new one."""
+
+    def edits_of(s: Snapshot, case: Case) -> tuple[Edit, ...]:
+        marks = (toe, foot, top)
+        return photo_edits.ramp_edits(s.program, case, s.state.pinned, name or "", marks)
+
+    _post(studio, edits_of, "ramp")
 
 
-def _offers(snapshot: Snapshot, name: str) -> tuple[ShapeOffer, ...]:
-    """The shapes that were fitted to an object's mask, best first."""
-    return () if snapshot.scene is None else snapshot.scene.shapes.get(name, ())
+@asked("form")
+def switch_form(studio: Studio, browser: int, name: Name, kind: FormKind | None = None) -> None:
+    """Another kind of shape for an object; None is the next one."""
+
+    def edits_of(s: Snapshot, case: Case) -> tuple[Edit, ...]:
+        offers = () if s.scene is None else s.scene.shapes.get(name, ())
+        return photo_edits.form_edits(s.program, s.state.pinned, name, kind, offers)
+
+    _post(studio, edits_of, f"shape of {name}")
 
 
-def _post(studio: Studio, edits_of: Callable[[Snapshot], tuple[Edit, ...]], reason: str) -> None:
+def _post(
+    studio: Studio, edits_of: Callable[[Snapshot, Case], tuple[Edit, ...]], reason: str
+) -> None:
     """Checks a group of edits while the person still looks, then has it carried out."""
     snapshot = studio.snapshot
+    case, _ = _photo(snapshot)
     if unwritten(snapshot):
         if snapshot.busy is None:
             raise InputError(f"the {reason} needs a scene to belong to: press Start to make one")
         # What it changes is being made now.
         studio.once_written(lambda: _post(studio, edits_of, reason))
         return
-    if snapshot.read_only:
-        raise InputError("an earlier round is open read-only; go on from here to edit it")
-    edits = edits_of(snapshot)
-    apply(snapshot.program, edits)
+    program = open_program(studio)
+    edits = edits_of(snapshot, case)
+    apply(program, edits)
     studio.workbench.post(commands.ApplyEdits(edits, reason))
 
 
@@ -173,17 +198,3 @@ def _photo(snapshot: Snapshot) -> tuple[Case, Image]:
     if snapshot.case is None or snapshot.case.image is None:
         raise InputError("this program has no photo")
     return snapshot.case, snapshot.case.image
-
-
-ACTIONS: dict[type, Callable[..., None]] = {
-    intents_photo.FindMasks: find_masks,
-    intents_photo.FindEdge: find_edge,
-    intents_photo.FindAlike: find_alike,
-    intents_photo.MarkAlike: mark_alike,
-    intents_photo.TakeMask: take_mask,
-    intents_photo.SetHorizon: set_horizon,
-    intents_photo.SetSize: set_size,
-    intents_photo.PlaceRamp: place_ramp,
-    intents_photo.SwitchForm: switch_form,
-}
-"""What each intent does."""

@@ -5,19 +5,22 @@ from __future__ import annotations
 import base64
 import binascii
 import hashlib
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field
 
 from physagent_studio.errors import InputError
 from physagent_studio.jobs import Executor
+from physagent_studio.program import Grounding
+from physagent_studio.program.base import Name
 from physagent_studio.reconstruction import read_photo
 from physagent_studio.records import Image
+from physagent_studio.studio.commands.asking import FileText, Ticket, asked
 from physagent_studio.studio.desk_apart import DeskApart
-from physagent_studio.studio.intents import photo as asked
 
 if TYPE_CHECKING:
-    from physagent_studio.studio.commands.actions import Studio
+    from physagent_studio.studio.studio import Studio
 
 PHOTO_BYTES = 16 * 2**20
 SIGNATURES = {b"\x89PNG": ".png", b"\xff\xd8\xff": ".jpg", b"RIFF": ".webp"}
@@ -68,21 +71,28 @@ def kept_photo(text: str, folder: Path) -> Path:
     return path
 
 
-def sketch(intent: asked.Sketch, studio: Studio, browser: int) -> None:
-    """Keeps the photo, so that masks can be looked for before there is a session."""
-    path = kept_photo(intent.photo, studio.workbench.store.root / "photos")
+@asked("sketch")
+def sketch(studio: Studio, browser: int, photo: FileText) -> None:
+    """A photo (base64) that a new session may be made of: kept to look for masks in."""
+    path = kept_photo(photo, studio.workbench.store.root / "photos")
     studio.sketches.keep(browser, path)
 
 
-def masks(intent: asked.SketchMasks, studio: Studio, browser: int) -> None:
-    """Looks for the masks of one thing; the page hears of them on `sketch`."""
+@asked("sketch_masks")
+def masks(
+    studio: Studio,
+    browser: int,
+    name: Name,
+    said: Annotated[tuple[tuple[Name, Grounding], ...], Field(max_length=100)],
+    ticket: Ticket,
+) -> None:
+    """The candidate masks of a thing in that photo; the page hears of them on `sketch`.
+
+    said: all things that are marked in it.
+    """
 
     def find() -> dict[str, Any]:
         image, desk = studio.sketches.desk(browser)
-        return desk.masks(image, intent.name, list(intent.said), whole=False)
+        return desk.masks(image, name, list(said), whole=False)
 
-    studio.finder.ask(browser, "sketch", intent.ticket, find)
-
-
-ACTIONS: dict[type, Callable[..., None]] = {asked.Sketch: sketch, asked.SketchMasks: masks}
-"""What each intent does."""
+    studio.finder.ask(browser, "sketch", ticket, find)

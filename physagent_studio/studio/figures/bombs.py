@@ -24,8 +24,8 @@ from physagent_studio.reconstruction.backends.mesh_files import mesh_from
 from physagent_studio.reconstruction.photo.header import Header
 from physagent_studio.reconstruction.photo.reading import decoded_within, read_photo
 from physagent_studio.session import Store, archive
+from physagent_studio.studio.commands import read_letter
 from physagent_studio.studio.figures.figure import Figure
-from physagent_studio.studio.intents.every import read_intent
 from physagent_studio.workbench.program_texts import read_program
 
 SLOWEST, LARGEST = 1000.0, 300.0
@@ -136,8 +136,8 @@ def _bombs() -> Iterator[tuple[str, bytes | str, Callable[[bytes | str, Path], o
     yield "YAML of 300,000 values", "- a\n" * 300_000, lambda text, _: read_yaml(str(text), "b")
     yield "program of 100,000 values", "- a\n" * 62_000, lambda text, _: read_program(str(text))
     deep, digits = "[" * 100_000, '{"do": "scrub", "frame": 1' + "0" * 10_000 + "}"
-    yield "JSON nested 100,000 deep", deep, lambda text, _: read_intent(str(text))
-    yield "JSON number of 10,000 digits", digits, lambda text, _: read_intent(str(text))
+    yield "JSON nested 100,000 deep", deep, lambda text, _: read_letter(str(text))
+    yield "JSON number of 10,000 digits", digits, lambda text, _: read_letter(str(text))
 
 
 def bombs() -> list[Figure]:

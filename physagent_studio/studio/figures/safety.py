@@ -22,6 +22,7 @@ from websockets.typing import Origin
 
 from physagent_studio.errors import StudioError
 from physagent_studio.studio.access import Access
+from physagent_studio.studio.commands import read_letter
 from physagent_studio.studio.figures.bombs import bombs
 from physagent_studio.studio.figures.figure import Figure, memory, p95
 from physagent_studio.studio.figures.soak import soaked
@@ -33,7 +34,6 @@ from physagent_studio.studio.figures.wire import (
     running,
     settle,
 )
-from physagent_studio.studio.intents.every import read_letter
 from physagent_studio.studio.studio import Studio
 
 EDIT = {"op": "set", "path": "event.actions.go_ball_0.start_step", "value": 3}
@@ -41,7 +41,7 @@ LETTERS: tuple[dict[str, Any], ...] = (
     {"do": "edit", "edits": [EDIT], "reason": "bench", "ticket": 1},
     {"do": "pin", "path": "clip.frames", "on": True},
     {"do": "budget", "rounds": 12},
-    {"do": "policy", "name": "ask"},
+    {"do": "policy", "policy": "ask"},
     {"do": "rename", "title": "bench"},
     {"do": "undo", "forward": False},
     {"do": "scrub", "frame": 12},

@@ -66,7 +66,7 @@ export function startRun(host, dialogs, more) {
           button("Run to the end", () => send({ do: "step", all: true }), { class: "b wide", disabled: mine || run.readOnly, title: "Decides by itself, round after round" }))),
       run.session ? h("div", { class: "row wrap", style: "margin-top:10px" },
         h("label", { class: "row", style: "flex:1 1 82px" },
-          h("select", { value: run.policy, "aria-label": "Who decides", title: "Who decides on proposals", onchange: (e) => send({ do: "policy", name: e.target.value }) },
+          h("select", { value: run.policy, "aria-label": "Who decides", title: "Who decides on proposals", onchange: (e) => send({ do: "policy", policy: e.target.value }) },
             POLICIES.map(([key, text]) => h("option", { value: key }, text)))),
         h("label", { class: "row", style: "gap:5px" }, h("span", { class: "muted" }, "Rounds"),
           h("span", { class: "num" }, `${run.used} of`),
@@ -88,7 +88,7 @@ function roles(run, unfolded, unfold) {
     h("button", { class: "link", type: "button", "aria-expanded": String(unfolded), onclick: unfold, title: "Roles that you take over for good: the program waits for you there" }, `By hand: ${["decisions", ...mine].join(", ")}`),
     unfolded ? h("div", { class: "row wrap", role: "group", "aria-label": "What I do myself" },
       ROLES.map(([role, text, title]) => h("button", { class: "b small", key: role, type: "button", title: role === "generator" && run.started ? "The first program has run already" : title,
-        disabled: role === "generator" && run.started && !chosen(role), "aria-pressed": String(chosen(role)), onclick: () => send({ do: "role", name: role, on: !chosen(role) }) }, text))) : null);
+        disabled: role === "generator" && run.started && !chosen(role), "aria-pressed": String(chosen(role)), onclick: () => send({ do: "role", role, on: !chosen(role) }) }, text))) : null);
 }
 
 const passed = (since) => { const seconds = Math.floor((Date.now() - since) / 1000); return seconds < 2 ? "" : `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}`; };

@@ -7,7 +7,7 @@ import pytest
 from physagent_studio.errors import ProgramError
 from physagent_studio.program import apply
 from physagent_studio.program.text.document import load_program
-from physagent_studio.studio.commands.removing import removing
+from physagent_studio.studio.commands.program import removing
 
 PROGRAM = load_program("""
 scene:

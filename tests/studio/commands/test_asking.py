@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import re
+from importlib.resources import files
 from typing import Any
 
 import pytest
@@ -12,27 +14,42 @@ from hypothesis import strategies as st
 
 from physagent_studio.errors import InputError
 from physagent_studio.program import SetField
-from physagent_studio.studio.intents import every as intents
-from physagent_studio.studio.intents.every import read_intent
+from physagent_studio.studio.commands import asking, read_letter
+from physagent_studio.studio.commands.asking import Asked
+
+
+def read(text: str) -> Asked:
+    return read_letter(text)[0]
 
 
 @pytest.mark.parametrize(
-    ("text", "kind"),
+    ("text", "values"),
     [
-        ('{"do":"play"}', intents.Play),
-        ('{"do":"scrub","frame":3}', intents.Scrub),
-        ('{"do":"step","all":true}', intents.StepOn),
-        ('{"do":"decide","kind":"reject","proposal":"p1","reason":"no"}', intents.DecideOn),
-        ('{"do":"round","id":null}', intents.ShowRound),
+        ('{"do":"play"}', {"on": None, "once": False}),
+        ('{"do":"scrub","frame":3,"seen":7}', {"frame": 3}),
+        ('{"do":"step","all":true}', {"all": True}),
+        ('{"do":"overrule","passed":true}', {"passed": True, "words": ""}),
+        ('{"do":"round","id":null}', {"id": None}),
     ],
 )
-def test_known_intents(text: str, kind: type) -> None:
-    assert isinstance(read_intent(text), kind)
+def test_what_is_known_comes_with_its_values(text: str, values: dict[str, Any]) -> None:
+    assert read(text).form.model_dump() == values
 
 
 def test_edits_are_the_programs_own_models() -> None:
     text = '{"do":"edit","edits":[{"op":"set","path":"a.b","value":[1,2,3]}],"ticket":4}'
-    assert read_intent(text).edits == (SetField(path="a.b", value=[1, 2, 3]),)
+    found = read(text)
+    assert dict(found.form)["edits"] == (SetField(path="a.b", value=[1, 2, 3]),)
+    assert found.ticket == 4
+
+
+def test_a_page_that_presents_or_watches_is_told_what_it_may() -> None:
+    may = {do: known.may for do, known in asking._KNOWN.items()}
+    assert {do for do, one in may.items() if one == "watch"} == {"viewer", "look", "bookmark"}
+    page = (files("physagent_studio.studio") / "pages/wire.js").read_text()
+    listed = re.search(r"const LOOKING = new Set\((.+?)\)", page)
+    assert listed is not None
+    assert set(json.loads(listed[1])) == {do for do, one in may.items() if one != "change"}
 
 
 @pytest.mark.parametrize(
@@ -61,7 +78,7 @@ def test_edits_are_the_programs_own_models() -> None:
 )
 def test_refused_with_a_sentence(text: str) -> None:
     with pytest.raises(InputError) as refused:
-        read_intent(text)
+        read(text)
     assert 5 < len(str(refused.value)) < 500
 
 
@@ -83,10 +100,10 @@ kinds = st.sampled_from(
      "proposal", "objects", "photo", "prompt"]), json_values, max_size=6))  # fmt: skip
 def test_any_value_is_bounded_or_refused(kind: str, rest: dict[str, Any]) -> None:
     try:
-        intent = read_intent(json.dumps({"do": kind, **rest}))
+        intent = read(json.dumps({"do": kind, **rest}))
     except InputError:
         return
-    for number in _numbers(intent.model_dump(mode="json", exclude={"edits"})):
+    for number in _numbers(intent.form.model_dump(mode="json", exclude={"edits"})):
         assert math.isfinite(number)
         assert abs(number) <= 2**53
 
@@ -109,10 +126,10 @@ def test_likes_and_ground_lines_are_asked_for() -> None:
         '{"do": "ground", "name": "apple", "end": [3, 4]}',
         '{"do": "raise", "name": "apple", "height": 1.5}',
     ):
-        assert read_intent(text).do in text
+        assert read(text).do in text
     for text in (
         '{"do": "hold", "name": "apple", "how": "sinks"}',
         '{"do": "raise", "name": "apple", "height": -1}',
     ):
         with pytest.raises(InputError):
-            read_intent(text)
+            read(text)

@@ -1,1 +1,0 @@
-"""Everything that a browser may ask for, as closed and bounded models; `every` lists them."""

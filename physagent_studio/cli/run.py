@@ -25,7 +25,6 @@ from physagent_studio.jobs import Processes
 from physagent_studio.records import Case, LoopState
 from physagent_studio.records.loop_state import ROLES, PolicyName
 from physagent_studio.session import Session, Store
-from physagent_studio.workbench.asking import asked_about, save_candidates
 from physagent_studio.workbench.commands import (
     Advance,
     ApplyEdits,
@@ -35,7 +34,7 @@ from physagent_studio.workbench.commands import (
 )
 from physagent_studio.workbench.desk import Desk
 from physagent_studio.workbench.journal import carry_out
-from physagent_studio.workbench.report import report_of
+from physagent_studio.workbench.report import asked_about, report_of, save_candidates
 
 _POLICIES: dict[str, PolicyName] = {"auto": "auto", "ask": "ask", "ask_when": "ask_when"}
 

@@ -14,7 +14,7 @@ from physagent_studio.cli.files import read_program
 from physagent_studio.cli.targets import PROGRAMS, agent_name, case_of, is_session, parse_objects
 from physagent_studio.jobs import Processes
 from physagent_studio.session import Store
-from physagent_studio.studio import desk_apart, serve
+from physagent_studio.studio import photo_desk, serve
 from physagent_studio.studio.access import Access
 from physagent_studio.workbench import Snapshot, Workbench, commands, tasks
 from physagent_studio.workbench.mesh_edits import forms_beside
@@ -58,7 +58,7 @@ def _once_marked(apart: Processes) -> Callable[[Snapshot], None]:
         nonlocal wanted
         if wanted and snapshot.scene is not None:
             wanted = False
-            apart.warm(*desk_apart.MODULES)
+            apart.warm(*photo_desk.MODULES)
 
     wanted = True
     return look

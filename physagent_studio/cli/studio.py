@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 
 from physagent_studio.assets import data_folder
 from physagent_studio.errors import InputError
-from physagent_studio.studio.access import Access
-from physagent_studio.studio.doorway import listening
+from physagent_studio.studio.access import Access, listening
 
 if TYPE_CHECKING:
     from physagent_studio.workbench import commands

@@ -21,8 +21,7 @@ from physagent_studio.records import Case, Image, LoopState, Mesh, Round, Scene
 from physagent_studio.records.rollout import Rollout
 from physagent_studio.records.rollout_io import rollout_from_bytes, rollout_to_bytes
 from physagent_studio.session import arrays
-from physagent_studio.session.files import FileStore
-from physagent_studio.session.lock import Lock
+from physagent_studio.session.files import FileStore, Lock
 from physagent_studio.session.schema import SCHEMA, TABLES, connect, linked, migrate, reported
 from physagent_studio.session.stored_round import RoundReader
 

@@ -31,7 +31,7 @@ from viser.infra import WebsockMessageHandler
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
-from physagent_studio.studio.access import Access, Role
+from physagent_studio.studio.access import Access, Role, listening
 from physagent_studio.studio.door import (
     SLOW_PATHS,
     SOCKET_PATH,
@@ -42,7 +42,6 @@ from physagent_studio.studio.door import (
     cookies_of,
     path_of,
 )
-from physagent_studio.studio.doorway import listening
 
 MAX_MESSAGE = 24 * 2**20
 """Largest message that a browser may send, bytes: a photo of 16 MB in base64."""

@@ -7,8 +7,8 @@ from typing import Any
 
 import viser
 
-from physagent_studio.studio.archive import Archive, earlier_round, fits, with_ghosts
 from physagent_studio.studio.hub import Hub
+from physagent_studio.studio.library import Archive, earlier_round, fits, with_ghosts
 from physagent_studio.studio.panels import (
     inspector,
     photo,
@@ -19,7 +19,7 @@ from physagent_studio.studio.panels import (
     scene,
     timeline,
 )
-from physagent_studio.studio.panels.pacing import Pacings
+from physagent_studio.studio.panels.timeline import Pacings
 from physagent_studio.studio.panels.words import without_paths
 from physagent_studio.studio.scene.cameras import Cameras
 from physagent_studio.studio.scene.places import poses_at

@@ -7,5 +7,4 @@ to it that each is carried out once, `store` keeps them in a folder, `table` and
 
 from physagent_studio.sweep.carry_out import carry_out
 from physagent_studio.sweep.plan import Plan, Point, Target, planned
-from physagent_studio.sweep.run import Ran, ran
-from physagent_studio.sweep.store import Store
+from physagent_studio.sweep.run import Ran, Store, ran

@@ -21,12 +21,21 @@ from physagent_studio.session import Session
 from physagent_studio.session.session import now
 from physagent_studio.workbench import commands, deciding, mesh_edits, photo_edits
 from physagent_studio.workbench.engine import AgentName, Control, Engine, limits_of
-from physagent_studio.workbench.meter import Meter
-from physagent_studio.workbench.phases import RUNNING
 from physagent_studio.workbench.probing import Probed, probed
 from physagent_studio.workbench.program_texts import read_program
-from physagent_studio.workbench.snapshot import Attempt
+from physagent_studio.workbench.snapshot import Attempt, Meter
 from physagent_studio.workbench.trial import OnView, Trial
+
+RUNNING = {
+    "generate": "reading the photo and the sentence",
+    "reconstruct": "reconstructing the scene",
+    "simulate": "simulating",
+    "judge": "judging",
+    "propose": "searching for a repair",
+    "ease": "looking for a gentler way",
+    "decide": "deciding",
+}
+"""Phase → what is being done in it."""
 
 
 class Desk:

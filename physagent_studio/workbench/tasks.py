@@ -33,7 +33,7 @@ MODULES = (
     "physagent_studio.reconstruction",
     "physagent_studio.simulation",
     "physagent_studio.rendering",
-    "physagent_studio.workbench.likeness",
+    "physagent_studio.contract.view",
 )
 """What a process for these tasks imports before the first one comes."""
 RECONSTRUCTION = Limits(600.0, 4 * 2**30)
@@ -46,6 +46,9 @@ TRACING = Limits(30 * 24 * 3600.0, 4 * 2**30)
 """A path-traced frame takes a minute or, with thousands of samples, hours."""
 EVIDENCE_EVERY = 3
 """The paper shows its verifier x1, x4 … x79: every third frame from the first."""
+
+LEAST_PIXELS = 60
+"""A mask of fewer pixels tells nothing of a silhouette."""
 
 
 @lru_cache(maxsize=1)
@@ -132,10 +135,32 @@ _COMPOSITOR: dict[str, Compositor] = {}
 
 
 def likened(scene: Scene) -> dict[str, Drawn]:
-    """How like the photograph each thing is drawn."""
-    from physagent_studio.workbench.likeness import drawn_of
+    """How like the photograph each thing is drawn that the photo shows and the scene draws.
 
-    return drawn_of(scene)
+    Nothing without a photo, a camera or the looks of everything in it.
+    """
+    from physagent_studio.contract.view import Drawn
+    from physagent_studio.rendering import Compositor
+
+    if scene.photo is None or scene.state.camera is None or not scene.state.objects:
+        return {}
+    if any(item.name not in scene.meshes or item.position is None for item in scene.state.objects):
+        return {}  # Something was added by hand and is not drawn yet.
+    ids = Compositor(scene, lit=False).frame(as_built=True, shadows=False).ids
+    found: dict[str, Drawn] = {}
+    for index, item in enumerate(scene.state.objects):
+        mask = scene.masks.get(item.name)
+        if mask is None or mask.shape != ids.shape or int(mask.sum()) < LEAST_PIXELS:
+            continue
+        drawn = ids == index
+        both, either = int((mask & drawn).sum()), int((mask | drawn).sum())
+        jump = float(np.hypot(*(_middle(drawn) - _middle(mask)))) if drawn.any() else np.inf
+        found[item.name] = Drawn(both / max(either, 1), jump)
+    return found
+
+
+def _middle(mask: np.ndarray) -> np.ndarray:
+    return np.argwhere(mask).mean(axis=0)
 
 
 def sampled(scene: Scene, rollout: Rollout) -> tuple[Image, ...]:

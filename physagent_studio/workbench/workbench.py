@@ -7,6 +7,7 @@ import queue
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 from physagent_studio.errors import Cancelled, InputError, ProgramError, StudioError
 from physagent_studio.exchange import load_case
@@ -20,12 +21,10 @@ from physagent_studio.session import Session, Store
 from physagent_studio.session.session import MESH_SUFFIX
 from physagent_studio.workbench import commands, tasks
 from physagent_studio.workbench.boundary import guarded
-from physagent_studio.workbench.desk import Desk
+from physagent_studio.workbench.desk import RUNNING, Desk
 from physagent_studio.workbench.engine import AgentName, Control
 from physagent_studio.workbench.journal import CHANGING, carry_out, interrupted
 from physagent_studio.workbench.naming import case_in_words, with_proposals
-from physagent_studio.workbench.phases import INTERRUPTED, RUNNING
-from physagent_studio.workbench.queued import OVERTAKEN, TRY, Marker, Posted, Try, attempted
 from physagent_studio.workbench.rendering import render_rollout, write_file
 from physagent_studio.workbench.snapshot import Attempt, Notice, Snapshot
 from physagent_studio.workbench.versions import (
@@ -37,6 +36,12 @@ from physagent_studio.workbench.versions import (
 )
 
 Subscriber = Callable[[Snapshot], None]
+OVERTAKEN = Attempt()
+"""Stands for an attempt that something newer has ended: nothing is shown of it."""
+INTERRUPTED = (
+    "What was going on when this was closed ({what}: {phase}) was cut short. Everything before it"
+    " is kept; Step does it again."
+)
 
 
 class Workbench:
@@ -59,7 +64,7 @@ class Workbench:
         self._executor = executor or Inline()
         self._evidence = evidence
         self._agent: AgentName = agent
-        self._queue: queue.Queue[Posted | Marker | Try | None] = queue.Queue()
+        self._queue: queue.Queue[Callable[[], None] | None] = queue.Queue()
         self.versions = Versions()
         self.backlog = Backlog()
         self._cancel = threading.Event()
@@ -91,7 +96,7 @@ class Workbench:
                 self._overtaken.set()
         sender = present_sender()
         self.backlog.add(sender)
-        self._queue.put(Posted(command, sender))
+        self._queue.put(lambda: self._carry_out(command, sender))
 
     def try_out(self, edits: tuple[Edit, ...] | None) -> None:
         """Runs edits that are still under the pointer, and shows it as `Snapshot.attempt`.
@@ -102,7 +107,7 @@ class Workbench:
             waiting = bool(self._wanted)
             self._wanted[:] = [edits]
         if not waiting:
-            self._queue.put(TRY)
+            self._queue.put(self._try)
 
     def cancel(self) -> None:
         """Stops what is running now; what was acknowledged stays."""
@@ -128,7 +133,7 @@ class Workbench:
     def wait(self, timeout: float = 60.0) -> bool:
         """Whether everything posted so far was carried out within `timeout` seconds."""
         done = threading.Event()
-        self._queue.put(Marker(done))
+        self._queue.put(done.set)
         return done.wait(timeout)
 
     def close(self) -> None:
@@ -140,15 +145,9 @@ class Workbench:
     # --- the worker --------------------------------------------------------------------------
 
     def _work(self) -> None:
-        while (command := self._queue.get()) is not None:
-            if isinstance(command, Marker):
-                command.done.set()
-                continue
+        while (act := self._queue.get()) is not None:
             self._cancel.clear()
-            if isinstance(command, Try):
-                self._try()
-                continue
-            self._carry_out(command)
+            act()
         if self._desk is not None:
             self._desk.session.close()
 
@@ -163,12 +162,15 @@ class Workbench:
             self._trying = edits = self._wanted.pop()
             self._overtaken.clear()
         desk = self._desk
+
+        def attempt() -> Attempt | None:
+            try:
+                return None if edits is None or desk is None else desk.attempt(edits)
+            except Cancelled:
+                return OVERTAKEN
+
         try:
-            found = guarded(
-                lambda: None if edits is None or desk is None else attempted(desk, edits),
-                lambda text: Attempt(problem=text),
-                "an attempt",
-            )
+            found = guarded(attempt, lambda text: Attempt(problem=text), "an attempt")
         finally:
             with self._lock:
                 self._trying = None
@@ -176,28 +178,29 @@ class Workbench:
             return
         self._publish(replace(self._snapshot, attempt=found, busy=None, progress=None))
 
-    def _carry_out(self, posted: Posted) -> None:
+    def _carry_out(self, command: commands.Command, sender: Sender) -> None:
         """Any failure becomes a notice instead of a dead worker."""
-        name = f"command {type(posted.command).__name__}"
-        guarded(lambda: self._tried(posted), lambda text: self._notice("error", text), name)
-        self.backlog.add(posted.sender, -1)
+        name = f"command {type(command).__name__}"
+        tried = partial(self._tried, command, sender)
+        guarded(tried, lambda text: self._notice("error", text), name)
+        self.backlog.add(sender, -1)
         self._publish_desk()
 
-    def _tried(self, posted: Posted) -> None:
+    def _tried(self, command: commands.Command, sender: Sender) -> None:
         """A command, with what a failure of it means where that is no error to be told."""
         try:
-            if isinstance(posted.command, CHANGING):
-                self.versions.check(posted.sender)
+            if isinstance(command, CHANGING):
+                self.versions.check(sender)
             before = self._document()
             try:
-                self._dispatch(posted.command, posted.sender)
+                self._dispatch(command, sender)
             finally:
                 if self._document() != before:
-                    self.versions.changed(posted.sender, posted.command)
+                    self.versions.changed(sender, command)
         except Stale as error:
-            if posted.sender.refused is None:
+            if sender.refused is None:
                 raise
-            posted.sender.refused(str(error))
+            sender.refused(str(error))
         except Cancelled:
             self._notice("info", "Cancelled. Everything up to here is kept.")
         except ProgramError as error:

@@ -20,7 +20,7 @@ from physagent_studio.agent.rules.planner import goal_search
 from physagent_studio.assets import assets_dir
 from physagent_studio.session import Store
 from physagent_studio.studio import Studio, serve
-from physagent_studio.studio.pictures import jpeg_of
+from physagent_studio.studio.site import jpeg_of
 from physagent_studio.workbench import Snapshot, Workbench, commands, engine
 
 FLAGS = [

@@ -13,7 +13,7 @@ from physagent_studio.benchmark.reconstruction.lookalikes import stack
 from physagent_studio.errors import StudioError
 from physagent_studio.jobs import Inline, Processes
 from physagent_studio.program.scene.state import Click, Grounding
-from physagent_studio.studio.desk_apart import DeskApart
+from physagent_studio.studio.photo_desk import DeskApart
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from physagent_studio.studio.figures import Figure, examples, measure_studio
-from physagent_studio.studio.figures.figure import memory, p95
+from physagent_studio.studio.figures.wire import memory, p95
 
 WORDS = (
     "scrub to pose", "opening", "frames a second", "share of a core", "scrubs", "bar dropped",

@@ -14,8 +14,7 @@ from physagent_studio.program import Support
 from physagent_studio.program.scene import state as shapes
 from physagent_studio.records import Mesh, Shading
 from physagent_studio.studio.scene.glb import before_film_curve, glb_of
-from physagent_studio.studio.scene.outline import edges_of
-from physagent_studio.studio.scene.primitives import mesh_of_support
+from physagent_studio.studio.scene.primitives import edges_of, mesh_of_support
 
 
 def _film_curve(srgb: np.ndarray, strength: float) -> np.ndarray:

@@ -9,7 +9,7 @@ import pytest
 
 from physagent_studio.program import Camera, SceneObject
 from physagent_studio.program.scene.state import Wheels
-from physagent_studio.studio.panels.goings import ways_of
+from physagent_studio.studio.panels.photo import ways_of
 
 
 @pytest.mark.parametrize(("heading", "sign"), [(0.0, 1), (180.0, -1)])

@@ -18,9 +18,8 @@ from websockets.typing import Origin, Subprotocol
 
 from physagent_studio.errors import InputError
 from physagent_studio.studio import guard
-from physagent_studio.studio.door import VIEWER_SCRIPTS
+from physagent_studio.studio.door import VIEWER_SCRIPTS, Page
 from physagent_studio.studio.guard import open_server, stop_server
-from physagent_studio.studio.responses import Page
 
 TOKEN = "0123456789abcdef"
 PROTOCOL = [Subprotocol(f"viser-v{viser.__version__}")]

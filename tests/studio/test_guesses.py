@@ -11,7 +11,7 @@ import numpy as np
 from physagent_studio.program import PhysicalProgram, SetField
 from physagent_studio.program.scene.state import Click, Grounding, SceneObject, SceneState
 from physagent_studio.records import Case, Scene
-from physagent_studio.studio.guesses import disproved, stale_spots, without_stale
+from physagent_studio.studio.first_scene import disproved, stale_spots, without_stale
 from physagent_studio.workbench import photo_edits
 
 

@@ -16,8 +16,8 @@ from physagent_studio.program.text.document import load_program
 from physagent_studio.session import Store
 from physagent_studio.studio.guard import open_server, stop_server
 from physagent_studio.studio.panels import plots, timeline
-from physagent_studio.studio.scene.colours import _lab, apart, colours_of
-from physagent_studio.studio.scene.labels import GAP, LETTER, LINE, VALUE, VIEW_WIDTH, Labels
+from physagent_studio.studio.scene.marks import GAP, LETTER, LINE, VALUE, VIEW_WIDTH, Labels
+from physagent_studio.studio.scene.places import _lab, apart, colours_of
 from physagent_studio.studio.scene.stage import Hands, Stage
 from physagent_studio.studio.view import View
 from physagent_studio.workbench import Snapshot, Workbench, commands

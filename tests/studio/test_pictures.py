@@ -14,8 +14,7 @@ from physagent_studio.program.text.document import load_program
 from physagent_studio.records import LoopState
 from physagent_studio.session import Store
 from physagent_studio.studio.library import Library
-from physagent_studio.studio.pictures import FACE, WIDTH, Pictures, strip_of, tag_of
-from physagent_studio.studio.site import Site
+from physagent_studio.studio.site import FACE, WIDTH, Pictures, Site, strip_of, tag_of
 from physagent_studio.workbench import Snapshot, Workbench, commands
 
 

@@ -14,8 +14,7 @@ from physagent_studio.jobs import Processes
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.text.document import load_program
 from physagent_studio.session import Store
-from physagent_studio.studio.recording import record, recorded
-from physagent_studio.studio.replay import replay_of
+from physagent_studio.studio.replay import record, recorded, replay_of
 from physagent_studio.workbench import Snapshot, Workbench, commands, tasks
 
 

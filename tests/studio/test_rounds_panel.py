@@ -24,8 +24,8 @@ from physagent_studio.program.text.document import load_program
 from physagent_studio.program.timing import retimed
 from physagent_studio.records import Assessment, Check, Decision, LoopState, Proposal, Round
 from physagent_studio.session import Store
+from physagent_studio.studio.panels.checklist import _lines as compared_lines
 from physagent_studio.studio.panels.checklist import checklist_of, demands_of, merged, viewed
-from physagent_studio.studio.panels.compared import _lines as compared_lines
 from physagent_studio.studio.panels.rounds import (
     HISTORY,
     asked_about,

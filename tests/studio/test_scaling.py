@@ -8,8 +8,8 @@ import pytest
 from physagent_studio.program import EventProgram, PhysicalProgram, SceneObject, SceneState, apply
 from physagent_studio.program.scene import state as shapes
 from physagent_studio.records import Mesh
+from physagent_studio.studio.scene.handles import factors_of, pulled, scaled, scaling
 from physagent_studio.studio.scene.primitives import mesh_of_object
-from physagent_studio.studio.scene.scaling import factors_of, pulled, scaled, scaling
 
 
 def test_the_end_of_the_line_follows_the_pointer() -> None:

@@ -10,7 +10,7 @@ import pytest
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.forms import Floor, Ramp, Slab
 from physagent_studio.program.scene.state import Support
-from physagent_studio.studio.panels.seen_edges import seen_edges
+from physagent_studio.studio.panels.photo import seen_edges
 
 CAMERA = Camera.from_horizon((800, 600), 200, 1.5)
 RAMP = Ramp(toe=(-0.5, 3.0, 0.0), yaw=0.0, run=1.0, rise=0.5, width=0.6)

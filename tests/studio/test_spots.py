@@ -6,7 +6,7 @@ import pytest
 
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.text.document import load_program
-from physagent_studio.studio.panels.spots import spot_of
+from physagent_studio.studio.panels.scene import spot_of
 from physagent_studio.studio.view import Selection
 
 FLOOR = "{name: floor, shape: {kind: floor, height: -0.5}}"

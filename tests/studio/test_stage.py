@@ -16,8 +16,8 @@ from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.text.document import load_program
 from physagent_studio.records import Check, Mesh, Round
 from physagent_studio.session import Store
-from physagent_studio.studio.archive import fits, with_ghosts
 from physagent_studio.studio.guard import open_server, stop_server
+from physagent_studio.studio.library import fits, with_ghosts
 from physagent_studio.studio.scene.deforming import colours_of
 from physagent_studio.studio.scene.places import held_at
 from physagent_studio.studio.scene.stage import Hands, Stage

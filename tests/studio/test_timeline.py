@@ -14,8 +14,7 @@ from physagent_studio.program.timing import PACE, clip_at
 from physagent_studio.records import Check
 from physagent_studio.session import Store
 from physagent_studio.simulation import simulate
-from physagent_studio.studio.panels.pacing import Pacings, choice_of, pace_of
-from physagent_studio.studio.panels.timeline import state_of
+from physagent_studio.studio.panels.timeline import Pacings, choice_of, pace_of, state_of
 from physagent_studio.workbench import Snapshot, Workbench, commands
 
 PROGRAM = """

@@ -7,7 +7,7 @@ from pathlib import Path
 from physagent_studio.agent.vlm import CallRecord, Limits
 from physagent_studio.records import Case, LoopState
 from physagent_studio.session import Store
-from physagent_studio.workbench.meter import Meter
+from physagent_studio.workbench.snapshot import Meter
 
 CASE = Case(
     name="x", image=None, image_hash="", objects=(), supports=(), landmarks=(), prompt="It falls."

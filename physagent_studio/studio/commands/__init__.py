@@ -3,11 +3,9 @@
 from physagent_studio.studio.commands import (
     directing,
     looking,
-    measuring,
     mesh,
     photo,
     program,
     sessions,
-    sketch,
 )
 from physagent_studio.studio.commands.asking import read_letter

@@ -13,7 +13,7 @@ from pydantic import Field
 from physagent_studio.errors import InputError
 from physagent_studio.studio.commands.asking import FileText, Id, Ticket, asked
 from physagent_studio.studio.commands.program import open_program
-from physagent_studio.studio.panels.spots import spot_of
+from physagent_studio.studio.panels.scene import spot_of
 from physagent_studio.studio.view import Selection
 from physagent_studio.workbench import commands
 from physagent_studio.workbench.mesh_edits import Form, name_for, read_form

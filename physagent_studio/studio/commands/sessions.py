@@ -24,7 +24,7 @@ from physagent_studio.studio.commands.asking import (
     asked,
     posted,
 )
-from physagent_studio.studio.commands.sketch import kept_photo
+from physagent_studio.studio.commands.photo import kept_photo
 from physagent_studio.studio.library import output_path
 from physagent_studio.studio.replay import recording_of, replay_of
 from physagent_studio.workbench import commands

@@ -25,7 +25,7 @@ from physagent_studio.reconstruction.photo.header import Header
 from physagent_studio.reconstruction.photo.reading import decoded_within, read_photo
 from physagent_studio.session import Store, archive
 from physagent_studio.studio.commands import read_letter
-from physagent_studio.studio.figures.figure import Figure
+from physagent_studio.studio.figures.wire import Figure
 from physagent_studio.workbench.program_texts import read_program
 
 SLOWEST, LARGEST = 1000.0, 300.0

@@ -18,8 +18,7 @@ from physagent_studio.assets import assets_dir
 from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.masks.choice import CANDIDATES
 from physagent_studio.records import Scene
-from physagent_studio.studio.figures.figure import Figure
-from physagent_studio.studio.figures.wire import open_page, settle, until
+from physagent_studio.studio.figures.wire import Figure, open_page, settle, until
 from physagent_studio.studio.studio import Studio
 from physagent_studio.workbench import commands
 

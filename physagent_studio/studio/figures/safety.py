@@ -24,13 +24,15 @@ from physagent_studio.errors import StudioError
 from physagent_studio.studio.access import Access
 from physagent_studio.studio.commands import read_letter
 from physagent_studio.studio.figures.bombs import bombs
-from physagent_studio.studio.figures.figure import Figure, memory, p95
-from physagent_studio.studio.figures.soak import soaked
+from physagent_studio.studio.figures.measure import soaked
 from physagent_studio.studio.figures.wire import (
     TOKEN,
+    Figure,
     Wire,
+    memory,
     open_page,
     open_viewer,
+    p95,
     running,
     settle,
 )

@@ -1,14 +1,19 @@
-"""A page and a viewer as a browser has them, over the wire, without a browser."""
+"""What is measured with: values with bounds, many balls that drift, a session of many rounds, and a
+page and a viewer as a browser has them, over the wire, without a browser."""
 
 from __future__ import annotations
 
 import contextlib
 import json
+import resource
+import statistics
+import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,11 +24,89 @@ from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 from websockets.typing import Origin, Subprotocol
 
+from physagent_studio.program import EventProgram, PhysicalProgram, SceneObject, SceneState, Support
+from physagent_studio.program.actions import SetVelocity
+from physagent_studio.program.scene import state as shapes
+from physagent_studio.program.scene.aloft import AIR
+from physagent_studio.records import LoopState
 from physagent_studio.session import Store
 from physagent_studio.studio.access import Access
-from physagent_studio.studio.figures.scenes import drifting
 from physagent_studio.studio.studio import Studio, serve
 from physagent_studio.workbench import Workbench, commands
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A measured value with the bound that it has to keep: below it, or (`above`) not below."""
+
+    name: str
+    value: float
+    unit: str
+    bound: float
+    above: bool = False
+
+    @property
+    def ok(self) -> bool:
+        """Whether the bound is kept."""
+        return self.value >= self.bound if self.above else self.value <= self.bound
+
+
+def p95(seconds: Sequence[float]) -> float:
+    """The 95th percentile, ms."""
+    return statistics.quantiles(seconds, n=20)[-1] * 1000
+
+
+def memory() -> float:
+    """Memory in use by this process, MB; its peak where the system tells nothing else."""
+    status = Path("/proc/self/statm")
+    if status.exists():
+        return int(status.read_text().split()[1]) * resource.getpagesize() / 2**20
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (2**20 if sys.platform == "darwin" else 2**10)
+
+
+def drifting(count: int) -> PhysicalProgram:
+    """Balls that drift without weight, so that every one has another pose on every frame."""
+    names = [f"ball_{n}" for n in range(count)]
+    objects = tuple(
+        SceneObject(
+            name=name,
+            shape=shapes.Sphere(radius=0.05),
+            position=((n % 10) * 0.2 - 0.9, 1.5 + (n // 10) * 0.2, 1.0),
+            support=AIR,
+            material="rubber",
+        )
+        for n, name in enumerate(names)
+    )
+    drift = tuple(SetVelocity(id=f"go_{name}", name=name, velocity=(0.3, 0, 0)) for name in names)
+    floor = Support(name="floor", shape=shapes.Floor(), material="wood")
+    return PhysicalProgram(
+        scene=SceneState(objects=objects, supports=(floor,), gravity=(0.0, 0.0, 0.0)),
+        event=EventProgram(prompt="Balls drift to the right.", actions=drift),
+    )
+
+
+def lengthen(store: Store, session_id: str, rounds: int) -> None:
+    """Makes a session of one round into one of many: a chain of rounds with its programs."""
+    session = store.open(session_id)
+    state: LoopState = session.load()
+    first = state.rounds[0]
+    chain = [first]
+    for number in range(2, rounds + 1):
+        prompt = f"{first.program.event.prompt} ({number})"
+        event = first.program.event.model_copy(update={"prompt": prompt})
+        program = first.program.model_copy(update={"event": event})
+        update = {
+            "id": f"r{number}",
+            "number": number,
+            "parent": chain[-1].id,
+            "program": program,
+        }
+        chain.append(first.model_copy(update=update))
+    longer = state.model_copy(update={"rounds": tuple(chain), "head": chain[-1].id})
+    session.save(longer, checkpoint="many rounds")
+    session.close()
+
 
 TOKEN = "00000000000000000000beef"
 HEAD = 16

@@ -14,9 +14,8 @@ from physagent_studio.contract import describe
 from physagent_studio.program import MATERIALS, PhysicalProgram
 from physagent_studio.program.scene.aloft import carriage_of, in_air
 from physagent_studio.program.timing import PACE
-from physagent_studio.studio.panels.forms import Form
-from physagent_studio.studio.panels.pacing import choice_of
-from physagent_studio.studio.panels.seeds import seeds_for
+from physagent_studio.studio.panels.forms import Form, seeds_for
+from physagent_studio.studio.panels.timeline import choice_of
 from physagent_studio.studio.panels.words import OPERATORS, number, plain, spoken
 from physagent_studio.studio.scene.places import poses_at
 from physagent_studio.studio.view import View

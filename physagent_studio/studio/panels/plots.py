@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from physagent_studio.records import Rollout
-from physagent_studio.studio.scene.colours import colours_of
+from physagent_studio.studio.scene.places import colours_of
 from physagent_studio.workbench import Snapshot
 
 POINTS = 160

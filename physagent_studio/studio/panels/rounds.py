@@ -12,10 +12,14 @@ from physagent_studio.program import AddItem, PhysicalProgram
 from physagent_studio.program.timing import PACE
 from physagent_studio.records import Assessment, LoopState, Proposal, Round, doubts_of
 from physagent_studio.records.loop_state import best_of
-from physagent_studio.studio.panels.checklist import checklist_of, demands_of
-from physagent_studio.studio.panels.compared import comparison_of
+from physagent_studio.studio.panels.checklist import (
+    checklist_of,
+    comparison_of,
+    credit_of,
+    demands_of,
+    sturdiness_of,
+)
 from physagent_studio.studio.panels.fields import SPOKEN, fields_of
-from physagent_studio.studio.panels.probes import credit_of, sturdiness_of
 from physagent_studio.studio.panels.words import (
     all_spoken,
     edit_row,
@@ -24,7 +28,7 @@ from physagent_studio.studio.panels.words import (
     plain,
     speaker,
 )
-from physagent_studio.studio.pictures import strip_of
+from physagent_studio.studio.site import strip_of
 from physagent_studio.workbench import Snapshot
 
 DECIDED = {

@@ -7,8 +7,8 @@ from typing import Any
 
 from physagent_studio.agent.by_hand import turn_of
 from physagent_studio.studio.library import Output
-from physagent_studio.studio.panels.pacing import length_in_words
 from physagent_studio.studio.panels.rounds import OUTCOMES, RECENT
+from physagent_studio.studio.panels.timeline import length_in_words
 from physagent_studio.workbench import Snapshot, Spending
 
 PHASES = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -10,10 +11,9 @@ from numpy.typing import NDArray
 
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.records import Scene
-from physagent_studio.studio.scene.labels import VALUE, Labels
-from physagent_studio.studio.scene.outline import edges_of
+from physagent_studio.studio.scene.marks import VALUE, Labels
 from physagent_studio.studio.scene.places import small
-from physagent_studio.studio.scene.primitives import mesh_of_support
+from physagent_studio.studio.scene.primitives import edges_of, mesh_of_support
 
 FloatArray = NDArray[np.float64]
 GREY = (120, 130, 145)
@@ -129,3 +129,22 @@ class Furniture:
             font_screen_scale=VALUE, anchor="bottom-center",
         )  # fmt: skip
         return [arrow, label]
+
+
+SKY, GROUND, STRENGTH = (255, 255, 255), (190, 182, 172), 1.55
+SIDE, SIDE_STRENGTH = (6.0, -1.5, 3.0), 1.5
+"""What stands in for the sky: all of it, and its bright side, a place that shines towards the
+origin, world, m. Chosen so that colours look as they did under viser's own."""
+
+
+def light(scene: viser.SceneApi) -> None:
+    """Lights a scene without a photographed sky and without shadows."""
+    scene.configure_environment_map(None)
+    scene.configure_default_lights(cast_shadow=False)
+    # The light's own up is y; the world's is z.
+    half = math.sqrt(0.5)
+    scene.add_light_hemisphere(
+        "/light/sky", sky_color=SKY, ground_color=GROUND, intensity=STRENGTH,
+        wxyz=(half, half, 0, 0),
+    )  # fmt: skip
+    scene.add_light_directional("/light/side", intensity=SIDE_STRENGTH, position=SIDE)

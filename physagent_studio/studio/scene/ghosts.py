@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.program.rotations import angle_between, matrices_of
 from physagent_studio.records import Mesh, Rollout
+from physagent_studio.studio.scene.primitives import edges_of
 from physagent_studio.sweep.robustness import Robustness
 
 EARLIER, PREVIEW = (150, 154, 162), (18, 184, 166)
@@ -161,3 +162,45 @@ def moves(rollout: Rollout, at: int) -> bool:
     turned = matrices_of(rollout.rotations[[0, -1], at])
     far = float(np.linalg.norm(path - path[0], axis=1).max())
     return far > LEAST_WAY or bool(np.trace(turned[0].T @ turned[1]) < 2.9)
+
+
+Outlines = Mapping[str, tuple[Mesh, ...]]
+WIRE = (236, 72, 153)
+Poses = Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]]
+
+
+class Collisions:
+    """Owned by the stage; called by the studio's one thread."""
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        self._server = server
+        self._shown: Outlines | None = None
+        self._moving: dict[str, viser.LineSegmentsHandle] = {}
+
+    def clear(self) -> None:
+        """Removes all of them."""
+        self._server.scene.remove_by_name("/collisions")
+        self._shown, self._moving = None, {}
+
+    def show(
+        self, outlines: Mapping[str, tuple[Mesh, ...]] | None, objects: frozenset[str]
+    ) -> None:
+        """Draws the outlines; those of `objects` move, the others stand in the world."""
+        if outlines is self._shown:
+            return
+        self.clear()
+        self._shown = outlines
+        for name, meshes in (outlines or {}).items():
+            # An edge that is hardly one is drawn too: a ball has no other.
+            lines = np.concatenate([edges_of(mesh, angle=1.0) for mesh in meshes])
+            handle = self._server.scene.add_line_segments(
+                f"/collisions/{name}", lines, colors=WIRE, thickness=1.2, thickness_units="screen"
+            )
+            if name in objects:
+                self._moving[name] = handle
+
+    def pose(self, poses: Poses) -> None:
+        """Moves the outlines to where the objects are."""
+        for name, handle in self._moving.items():
+            if name in poses:
+                handle.position, handle.wxyz = poses[name]

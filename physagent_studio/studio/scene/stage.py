@@ -17,17 +17,19 @@ from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.records import Mesh, Rollout
 from physagent_studio.studio.guard import put
-from physagent_studio.studio.scene.collisions import Collisions
-from physagent_studio.studio.scene.colours import colours_of
 from physagent_studio.studio.scene.deforming import Deforming
-from physagent_studio.studio.scene.furniture import Furniture
-from physagent_studio.studio.scene.ghosts import EARLIER, PREVIEW, TRIED, Ghosts
+from physagent_studio.studio.scene.furniture import Furniture, light
+from physagent_studio.studio.scene.ghosts import EARLIER, PREVIEW, TRIED, Collisions, Ghosts
 from physagent_studio.studio.scene.glb import glb_of
 from physagent_studio.studio.scene.handles import Edited, Handles, Held, Later, Wished
-from physagent_studio.studio.scene.labels import NAME, Labels
-from physagent_studio.studio.scene.lights import light
-from physagent_studio.studio.scene.marks import Marks
-from physagent_studio.studio.scene.places import Poses, centre_and_size, held_at, poses_at
+from physagent_studio.studio.scene.marks import NAME, Labels, Marks
+from physagent_studio.studio.scene.places import (
+    Poses,
+    centre_and_size,
+    colours_of,
+    held_at,
+    poses_at,
+)
 from physagent_studio.studio.scene.primitives import mesh_of_object
 from physagent_studio.studio.view import View
 from physagent_studio.workbench import Snapshot

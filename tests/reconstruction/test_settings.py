@@ -23,10 +23,13 @@ DONE = (
     "reconstruction/grounding",
     "reconstruction/learned",
     "reconstruction/photo",
+    "reconstruction/placement",
+    "reconstruction/supports",
+    "reconstruction/survey",
 )
 """Packages without a bare number. The list only grows, until all of both rooms are in it."""
 WITH_UNIT = re.compile(
-    r".+_(px|rad|deg|m|mm|s|mps|kg|n|steps|levels|rgb|lab|log|shares?|ratios?|factor|sigmas|bytes)"
+    r".+_(px|rad|deg|m|mm|s|mps|kg|n|count|steps|levels|rgb|lab|log|shares?|ratios?|factor|sigmas|bytes)"
 )
 """Names of fields that end in their unit; other fields say it before their range."""
 SAID = re.compile(r"(?:([^:,]+), )?(-?[\d.e-]+?)\.\.(-?[\d.e-]+): (.+)")

@@ -12,8 +12,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneObject
@@ -22,23 +22,27 @@ from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, gro
 from physagent_studio.reconstruction.supports.stances import Stance
 from physagent_studio.reconstruction.survey.survey import Survey
 
-FloatArray = NDArray[np.float64]
-LEVEL = 0.999
-"""Least upward part of the own axis of what stands level."""
-FOOT_PIXELS, FOOT_SHARE = 2.5, 0.04
-"""Doubt of the row of a foot: in pixels, and as a share of the height that is seen."""
-EDGES = (1.5, 0.6)
-"""Doubt of a height and of a mean width in the picture, pixels."""
-SAME, LEAST, MOST = 0.3, 0.015, 0.12
-"""Doubt of the logarithm of a size among its like, over the spread of the kind; its bounds."""
-UNLIKE = 0.18
-"""Logarithm by which the proportions of two silhouettes may differ."""
-TOO_FAR = 3.0
-"""How many standard deviations a size may be off and still be taken to be the same."""
-WORTH = 2e-3
-"""Smallest change of a depth, as a share of it, that is made."""
-BESIDE = 0.2
-"""Share of its outline along which another thing may touch one whose height counts."""
+
+@dataclass(frozen=True, slots=True)
+class AlikeSettings:
+    """When things of one name are taken to be equally large."""
+
+    min_upward: float = 0.999  # cosine, 0.99..1: of the own axis of what stands level
+    foot_px: float = 2.5  # 0.5..8: doubt of the row of a foot
+    foot_share: float = 0.04  # 0..0.2: the same, of the height that is seen
+    # 0.2..5: of a height and of a mean width, which many rows tell
+    size_doubts_px: tuple[float, float] = (1.5, 0.6)
+    same_share: float = 0.3  # 0.1..1: of a kind's spread, that of its like in one picture
+    min_spread_log: float = 0.015  # 0.005..0.05: no two things are made more alike
+    # 0.05..0.4: what is called the same and differs more is not the same
+    max_spread_log: float = 0.12
+    max_shape_log: float = 0.18  # 0.05..0.5: by which two silhouettes' proportions may differ
+    max_sigmas: float = 3.0  # 2..5: a size that is farther off is another size
+    min_change_share: float = 2e-3  # 0..0.01: of a depth: less is not seen
+    max_touching_share: float = 0.2  # 0..0.5: of an outline beside others: more of it may be hidden
+
+
+ALIKE = AlikeSettings()
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +70,7 @@ class Stood:
     @property
     def doubt(self) -> float:
         """Standard deviation of the row of its foot, pixels."""
-        return max(FOOT_PIXELS, FOOT_SHARE * self.pixels[0])
+        return max(ALIKE.foot_px, ALIKE.foot_share * self.pixels[0])
 
     @property
     def pixels(self) -> tuple[float, float]:
@@ -104,7 +108,9 @@ def shared_places(
     stood, camera = [], read.camera
     for item in order:
         name, stance, usual = item.name, stances[item.name], read.usual[item.name]
-        level = matrix_of(put[name].rotation)[2, 2] > LEVEL and read.on[name] in read.tops
+        level = (
+            matrix_of(put[name].rotation)[2, 2] > ALIKE.min_upward and read.on[name] in read.tops
+        )
         if not (level and usual.known and seen_whole(name, masks)):
             continue
         fixed = item.shape is not None or item.position is not None
@@ -133,7 +139,7 @@ def shared_distances(things: Iterable[Stood]) -> dict[str, float]:
 def _like(members: list[Stood]) -> list[Stood]:
     """Those whose silhouettes have the proportions of most."""
     middle = float(np.median([one.proportion for one in members]))
-    return [one for one in members if abs(one.proportion - middle) <= UNLIKE]
+    return [one for one in members if abs(one.proportion - middle) <= ALIKE.max_shape_log]
 
 
 def _shared(members: list[Stood]) -> dict[str, float]:
@@ -144,7 +150,13 @@ def _shared(members: list[Stood]) -> dict[str, float]:
     """
     if len(members) < 2 or all(one.fixed for one in members):
         return {}
-    same = float(np.clip(SAME * min(one.spread for one in members), LEAST, MOST))
+    same = float(
+        np.clip(
+            ALIKE.same_share * min(one.spread for one in members),
+            ALIKE.min_spread_log,
+            ALIKE.max_spread_log,
+        )
+    )
     count = len(members)
     sizes = np.array([one.sizes for one in members])
     gains = np.array([one.gains for one in members])
@@ -153,19 +165,19 @@ def _shared(members: list[Stood]) -> dict[str, float]:
         rows[k, k] = 1 / (1e-6 if one.fixed else one.doubt)
         for axis in range(2):
             at = count + 2 * k + axis
-            doubt = math.hypot(same, EDGES[axis] / one.pixels[axis])
+            doubt = math.hypot(same, ALIKE.size_doubts_px[axis] / one.pixels[axis])
             rows[at, k], rows[at, count + axis] = gains[k, axis] / doubt, -1 / doubt
             values[at] = -sizes[k, axis] / doubt
     found = np.linalg.lstsq(rows, values, rcond=None)[0]
     off = _misfits(rows @ found - values, count)
-    if off.max() > TOO_FAR:
+    if off.max() > ALIKE.max_sigmas:
         return _shared([one for k, one in enumerate(members) if k != int(off.argmax())])
     below = np.array([one.below for one in members])
     factors = below / np.maximum(below - found[:count], 0.2 * below)
     return {
         one.name: float(factor)
         for one, factor in zip(members, factors, strict=True)
-        if abs(factor - 1) > WORTH and not one.fixed
+        if abs(factor - 1) > ALIKE.min_change_share and not one.fixed
     }
 
 
@@ -198,4 +210,4 @@ def seen_whole(name: str, masks: Mapping[str, BoolArray]) -> bool:
     if not others:
         return True
     beside = np.any(others, axis=0) & around
-    return int(np.count_nonzero(beside)) <= BESIDE * int(np.count_nonzero(around))
+    return int(np.count_nonzero(beside)) <= ALIKE.max_touching_share * int(np.count_nonzero(around))

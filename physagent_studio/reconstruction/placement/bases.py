@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -26,12 +27,22 @@ from physagent_studio.reconstruction.supports.stances import Stance
 from physagent_studio.reconstruction.survey.survey import Survey
 from physagent_studio.records.scene import Mesh
 
-FLAT_TOPPED, WIDE = ("box", "cylinder", "frustum"), 1.6
-"""Forms with a level top, and how much wider it is where a thing may stand anywhere on it."""
-INNER = 0.3
-"""How far from the middle of a ramp things stand at most, as a share of its width."""
-HOLD_ON_OBJECT = 0.6
-"""How strongly something on an object is taken to stand right above that object's middle."""
+FLAT_TOPPED = ("box", "cylinder", "frustum")
+"""Forms with a level top."""
+
+
+@dataclass(frozen=True, slots=True)
+class BaseSettings:
+    """Where things stand on others."""
+
+    # 0.1..0.5: of the ramp's width: a foot read beyond that would fall off
+    max_aside_share: float = 0.3
+    # 1..4: over a thing's width: on tops so wide it may stand anywhere
+    min_wide_ratio: float = 1.6
+    hold_weight: float = 0.6  # weight, 0..1: that what is on an object is right above its middle
+
+
+BASE = BaseSettings()
 
 
 def base_of(
@@ -58,7 +69,7 @@ def base_of(
         x = float(on_upright(read.camera, [stance.foot], below.position[1])[0, 0])
         # Round things balance only right above each other; flat ones may be shifted.
         round_both = is_round(read, stance.name) and below.shape.kind != "box"
-        hold = 1.0 if round_both else HOLD_ON_OBJECT
+        hold = 1.0 if round_both else BASE.hold_weight
         return Base(x, below.position[1], z, hold, below=_lying(below))
     shape = shape_of(on, supports)
     if isinstance(shape, Ramp) and shape.steps:
@@ -86,7 +97,7 @@ def _on_a_wide_top(
     width = stance.width * metres_per_pixel(camera, spot)
     narrow = float(min(cv2.minAreaRect(rim)[1]))
     inside = cv2.pointPolygonTest(cv2.convexHull(rim), (float(spot[0]), float(spot[1])), False)
-    if narrow < WIDE * width or inside < 0:
+    if narrow < BASE.min_wide_ratio * width or inside < 0:
         return None
     return Base(float(spot[0]), float(spot[1]), top)
 
@@ -108,7 +119,7 @@ def _in_the_vessel(stance: Stance, camera: Camera, below: SceneObject, mesh: Mes
         return Base(float(lands[0]), float(lands[1]), floor)
     # Its foot is hidden by the near side.
     x = float(on_upright(camera, [stance.foot], float(middle[1]))[0, 0])
-    return Base(x, float(middle[1]), floor, HOLD_ON_OBJECT)
+    return Base(x, float(middle[1]), floor, BASE.hold_weight)
 
 
 def _is_within(spot: np.ndarray, middle: np.ndarray, room: float) -> bool:
@@ -140,9 +151,11 @@ def _on_the_ramp(stance: Stance, camera: Camera, ramp: Ramp) -> Base:
     if ramp.plateau > 0 and (not np.isfinite(spot).all() or (spot - toe) @ ahead > ramp.run):
         spot = on_plane(camera, [stance.foot], ramp.toe[2] + ramp.rise)[0]
     across = float((spot - toe) @ side) if np.isfinite(spot).all() else math.inf
-    if abs(across) > INNER * ramp.width:
+    if abs(across) > BASE.max_aside_share * ramp.width:
         # The plane along the ramp, as near to where the ray meets it as the ramp goes.
-        across = math.copysign(INNER * ramp.width, across if math.isfinite(across) else side[1])
+        across = math.copysign(
+            BASE.max_aside_share * ramp.width, across if math.isfinite(across) else side[1]
+        )
         spot = on_upright_through(camera, [stance.foot], toe + across * side, side)[0]
     if not np.isfinite(spot).all():
         spot = toe + ahead * ramp.run / 2

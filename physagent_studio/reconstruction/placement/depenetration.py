@@ -7,19 +7,12 @@ from itertools import combinations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.boards import is_hollow
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
 from physagent_studio.records.scene import Mesh
-
-FloatArray = NDArray[np.float64]
-SLIGHT = 0.02
-"""Overlap, as a share of the narrower width, that is left: round things tuck in under others."""
-ROUNDS = 4
-GAP = 1e-3
-"""Distance that things moved apart keep, m."""
 
 
 def moved_apart(
@@ -32,7 +25,8 @@ def moved_apart(
     """
     shifts = {name: np.zeros(2) for name in items}
     worlds = {name: in_world(items[name], meshes[name]) for name in items}
-    for _ in range(ROUNDS):
+    max_rounds = 4  # count, 1..20: each may push a thing into the next
+    for _ in range(max_rounds):
         settled = True
         for one, other in combinations(items, 2):
             far, near = (one, other) if _depth(items[one]) > _depth(items[other]) else (other, one)
@@ -106,6 +100,8 @@ def _push(mover: FloatArray, fixed: FloatArray) -> FloatArray | None:
                 if best is None or depth < best[0]:
                     best = (float(depth), sign * normal)
     narrow = min(float(np.ptp(hull, axis=0).min()) for hull in hulls)
-    if best is None or best[0] < SLIGHT * narrow:
+    slight_share = 0.02  # 0..0.1: of the narrower width: round things tuck in under others
+    if best is None or best[0] < slight_share * narrow:
         return None
-    return best[1] * (best[0] + GAP)
+    gap_m = 1e-3  # 1e-5..0.01: that things moved apart keep
+    return best[1] * (best[0] + gap_m)

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.aloft import AIR
@@ -23,7 +22,7 @@ from physagent_studio.reconstruction.camera.rays import (
 from physagent_studio.reconstruction.grounding.same_kind import alike, kind_name
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
-from physagent_studio.reconstruction.placement.alike_sizes import shared_places
+from physagent_studio.reconstruction.placement.alike_sizes import ALIKE, shared_places
 from physagent_studio.reconstruction.placement.bases import (
     base_of,
     is_in_round_stack,
@@ -50,12 +49,6 @@ from physagent_studio.reconstruction.supports.stances import Stance
 from physagent_studio.reconstruction.survey.survey import Survey
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh, ShapeOffer
-
-FloatArray = NDArray[np.float64]
-BORNE_OUT = 0.03
-"""How much of its cover (IoU) a thing may lose where it is made as large as its like."""
-LEVEL = 0.999
-"""Least upward part of the body's own axis on level ground."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -124,7 +117,8 @@ def _as_large(
     """
     kinds = {name: one.chosen for name, one in done.items()}
     moved = _placed(order, replace(ground, held=held), kinds, tick)
-    lost = {kind_name(n) for n in held if moved[n].form.iou < done[n].form.iou - BORNE_OUT}
+    max_loss = 0.03  # IoU, 0..0.2: of its mask, where a thing is made as large as its like
+    lost = {kind_name(n) for n in held if moved[n].form.iou < done[n].form.iou - max_loss}
     if not lost:
         return moved
     kept = {name: spot for name, spot in held.items() if kind_name(name) not in lost}
@@ -149,7 +143,7 @@ def _apart(
 
 def _is_level(item: SceneObject) -> bool:
     """Whether it stands or lies as on level ground."""
-    return matrix_of(item.rotation)[2, 2] > LEVEL or lies(item.rotation)
+    return matrix_of(item.rotation)[2, 2] > ALIKE.min_upward or lies(item.rotation)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -30,11 +30,6 @@ from physagent_studio.reconstruction.supports.ramps import height_at
 from physagent_studio.reconstruction.survey.survey import Survey
 from physagent_studio.records.scene import Mesh
 
-LEVEL = 0.08
-"""Difference of heights, as a share of them, up to which two things carry a third together."""
-FLATTEST = 0.15
-"""Least sine of the angle under which a slope is seen, to tell where on it a ball lies."""
-
 
 def settled(
     item: SceneObject,
@@ -99,11 +94,17 @@ def _as_high(
     """What else a thing may stand on: others as high as what it stands on, that it reaches over."""
     top, own = _top_of(*done[on]), in_world(item, mesh)
     found = []
+    # 0.01..0.3: of their height: two things so alike carry a third together
+    same_height_share = 0.08
     for name, (other, body) in done.items():
         world = in_world(other, body)
         tall = float(np.ptp(world[:, 2]))
         shared = np.minimum(own.max(0), world.max(0)) - np.maximum(own.min(0), world.min(0))
-        if name != on and abs(_top_of(other, body) - top) < LEVEL * tall and (shared[:2] > 0).all():
+        if (
+            name != on
+            and abs(_top_of(other, body) - top) < same_height_share * tall
+            and (shared[:2] > 0).all()
+        ):
             found.append((other, body))
     return found
 
@@ -127,7 +128,9 @@ def _ball_on_slope(
     normal /= np.linalg.norm(normal)
     pixel, _ = camera.project(np.array([item.position]))
     ray = camera.rays(pixel)[0]
-    if -float(ray @ normal) < FLATTEST * float(np.linalg.norm(ray)):
+    # sine, 0.02..0.5: of the view of a slope, to tell where on it a ball lies
+    min_slant_sine = 0.15
+    if -float(ray @ normal) < min_slant_sine * float(np.linalg.norm(ray)):
         return None
     middle = np.asarray(under.toe) + ball.radius * normal
     spot = on_upright_through(camera, pixel, middle, normal)[0]

@@ -4,23 +4,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.state import SceneObject, Slab
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh
 
-FloatArray = NDArray[np.float64]
-INSIDE = 0.08
-"""How far inside what carries it a centre of mass has to lie, as a share of that one's width."""
-TOP = 0.03
-"""Share of a body's height, from above, that carries."""
-OVERHANG = 0.5
-"""Largest share of its width by which a thing may be held to hang over a seen edge."""
+
+@dataclass(frozen=True, slots=True)
+class StabilitySettings:
+    """When what is seen at rest would stay."""
+
+    inside_share: float = 0.08  # 0..0.3: of what carries it: how far in a centre of mass has to lie
+    top_share: float = 0.03  # 0.005..0.1: of a body's height, from above, that carries
+    max_overhang_share: float = 0.5  # 0..1: of a thing's width, over a seen edge
+
+
+STABILITY = StabilitySettings()
 
 
 def nudged(
@@ -44,7 +49,7 @@ def nudged(
     narrow = float(min(cv2.minAreaRect(top)[1]))
     if len(hull) < 3 or narrow <= 0:
         return item.position
-    need = INSIDE * narrow
+    need = STABILITY.inside_share * narrow
     middle = hull[:, 0].mean(0).astype(float)
     spot = np.array([x, y])
     if cv2.pointPolygonTest(hull, (x, y), True) >= need:
@@ -59,13 +64,13 @@ def nudged(
 
 def _top(world: FloatArray) -> FloatArray:
     high = float(world[:, 2].max())
-    return world[world[:, 2] > high - TOP * float(np.ptp(world[:, 2]))][:, :2]
+    return world[world[:, 2] > high - STABILITY.top_share * float(np.ptp(world[:, 2]))][:, :2]
 
 
 def beyond(item: SceneObject, mesh: Mesh, slab: Slab) -> FloatArray:
     """(2,) how far a thing would have to be moved level, x and y of the world, to lie on a slab.
 
-    mesh: body frame. Zero where its middle is `INSIDE` of its width within the edges.
+    mesh: body frame. Zero where its middle is far enough within the edges.
     """
     assert item.position is not None
     cos, sin = math.cos(slab.yaw), math.sin(slab.yaw)
@@ -73,7 +78,7 @@ def beyond(item: SceneObject, mesh: Mesh, slab: Slab) -> FloatArray:
     own = (in_world(item, mesh)[:, :2] - slab.position[:2]) @ axes.T
     place = (np.asarray(item.position[:2]) - slab.position[:2]) @ axes.T
     reach = np.array(slab.size[:2]) / 2
-    room = reach - np.minimum(INSIDE * np.ptp(own, axis=0), reach)
+    room = reach - np.minimum(STABILITY.inside_share * np.ptp(own, axis=0), reach)
     return (np.clip(place, -room, room) - place) @ axes
 
 
@@ -86,7 +91,7 @@ def moved_in(item: SceneObject, mesh: Mesh, slab: Slab) -> tuple[float, float, f
     x, y, z = item.position
     step = beyond(item, mesh, slab)
     wide = float(np.ptp(in_world(item, mesh)[:, :2], axis=0).max())
-    if float(np.hypot(*step)) > OVERHANG * wide:
+    if float(np.hypot(*step)) > STABILITY.max_overhang_share * wide:
         return item.position
     return x + float(step[0]), y + float(step[1]), z
 
@@ -105,8 +110,11 @@ def reaching(slab: Slab, standing: Iterable[tuple[SceneObject, Mesh]]) -> Slab:
         width = np.ptp(own, axis=0)
         assert item.position is not None
         place = (np.asarray(item.position[:2]) - slab.position[:2]) @ axes.T
-        wanted_low, wanted_high = place - INSIDE * width, place + INSIDE * width
-        near = OVERHANG * width
+        wanted_low, wanted_high = (
+            place - STABILITY.inside_share * width,
+            place + STABILITY.inside_share * width,
+        )
+        near = STABILITY.max_overhang_share * width
         low = np.where((wanted_low < low) & (low - wanted_low < near), wanted_low, low)
         high = np.where((wanted_high > high) & (wanted_high - high < near), wanted_high, high)
     if np.allclose(high - low, slab.size[:2], rtol=0, atol=1e-12):

@@ -33,13 +33,6 @@ from physagent_studio.reconstruction.supports.stances import Stance
 from physagent_studio.reconstruction.supports.tabletops import Top
 from physagent_studio.reconstruction.survey.survey import Survey, is_ground
 
-RAIL = 0.06
-"""Width of a rail over the outer width of the pair."""
-BOARD = 0.05
-"""Thickness of a table top, m."""
-UNSEEN = 0.25
-"""How far a table that nobody clicked goes on outside the picture, m."""
-
 
 def resolve(
     state: SceneState,
@@ -58,6 +51,8 @@ def resolve(
     """
     out: list[Support] = []
     flags: list[str] = []
+    unseen_m = 0.25  # 0..1: how far a top that nobody clicked goes on outside the picture
+    rail_ratio = 0.06  # 0.02..0.2: over the outer width of the pair
     for support in state.supports:
         if support.shape is not None or support.name in read.basins:
             out.append(support)
@@ -66,14 +61,14 @@ def resolve(
         shape = (
             _shape(support, read, stances, regions, found)
             if top is None
-            else _slab(support, read, stances, {support.name: top.region}, top.edges, (), UNSEEN)
+            else _slab(support, read, stances, {support.name: top.region}, top.edges, (), unseen_m)
         )
         if isinstance(shape, Ramp):
             shape = with_steps(support, shape)
         if isinstance(shape, Slab) and shown is not None and _is_fitted(support, read):
             shape = _in_view(shown, support, read, stances, regions, shape)
         if isinstance(shape, Slab) and is_rails(support.name):
-            shape = shape.model_copy(update={"rail": RAIL * min(shape.size[:2])})
+            shape = shape.model_copy(update={"rail": rail_ratio * min(shape.size[:2])})
         if shape is None:
             flags.append(
                 f"support '{support.name}' is not resolved: click the corners of a table, or the"
@@ -118,7 +113,8 @@ def _board(support: Support, read: Survey) -> tuple[float, float]:
     """Height of a level support's top and thickness of what lies under it, m."""
     top = read.tops.get(support.name, 0.0)
     solid = is_solid(support.name) or support.name in read.blocks
-    return top, top if solid else min(BOARD, top)
+    board_m = 0.05  # 0.01..0.1: as thick as table tops are
+    return top, top if solid else min(board_m, top)
 
 
 def _slab(

@@ -7,17 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from physagent_studio.program.rotations import about_axis, matrix_of, multiply, quaternion_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Ramp, SupportShape
 from physagent_studio.reconstruction.shapes.forms import Form
 from physagent_studio.reconstruction.shapes.primitives import Base
-
-FloatArray = NDArray[np.float64]
-ENDS = 0.03
-"""Share of a slope at either end on which a thing is not taken to lie on the slope."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +48,9 @@ def tilt_of(base: Base, shape: SupportShape | None, shapes: Sequence[str]) -> Ti
         return None
     cos, sin = math.cos(shape.yaw), math.sin(shape.yaw)
     along = (base.x - shape.toe[0]) * cos + (base.y - shape.toe[1]) * sin
-    if not ENDS * shape.run < along < (1 - ENDS) * shape.run:
+    # 0..0.2: of a slope at either end, where a thing lies on the edge, not on the slope
+    end_share = 0.03
+    if not end_share * shape.run < along < (1 - end_share) * shape.run:
         return None
     slope = math.atan2(shape.rise, shape.run)
     return Tilt(about_axis((sin, -cos, 0.0), slope), (base.x, base.y, base.z))

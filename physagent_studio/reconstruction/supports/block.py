@@ -9,27 +9,25 @@ from typing import Literal
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Ramp, Slab
 
-FloatArray = NDArray[np.float64]
-
 BOX = np.array(list(itertools.product((-0.5, 0.5), (-0.5, 0.5), (0.0, 1.0))))
-BOX_FACES = ((1, 3, 7, 5), (4, 6, 7, 5), (0, 2, 3, 1), (2, 6, 7, 3), (0, 4, 5, 1))
 WEDGE = np.array(
     [(-0.5, -0.5, 0), (-0.5, 0.5, 0), (0.5, -0.5, 0), (0.5, 0.5, 0), (0.5, -0.5, 1), (0.5, 0.5, 1)]
 )
-WEDGE_FACES = ((0, 1, 5, 4), (2, 3, 5, 4), (0, 2, 4), (1, 3, 5))
-"""Corners of a unit box and of a unit wedge that rises along +x, and the corners of every face but
-the bottom, in turn."""
+"""Corners of a unit box and of a unit wedge that rises along +x."""
 Kind = Literal["box", "wedge", "slope"]
 """A slope is a wedge of which only the upper side is in the region: its sides are in the shade."""
 CORNERS = {"box": BOX, "wedge": WEDGE, "slope": WEDGE[[0, 1, 5, 4]]}
-FACES = {"box": BOX_FACES, "wedge": WEDGE_FACES, "slope": ((0, 1, 2, 3),)}
-SLACK = 3.0
-"""A foot this near to a top still stands on it, pixels."""
+FACES = {
+    "box": ((1, 3, 7, 5), (4, 6, 7, 5), (0, 2, 3, 1), (2, 6, 7, 3), (0, 4, 5, 1)),
+    "wedge": ((0, 1, 5, 4), (2, 3, 5, 4), (0, 2, 4), (1, 3, 5)),
+    "slope": ((0, 1, 2, 3),),
+}
+"""The corners of every face but the bottom, in turn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +51,7 @@ class Block:
             position=(self.x * height, self.y * height, size[2] / 2), size=size, yaw=self.yaw
         )
 
-    def carries(self, camera: Camera, pixel: tuple[float, float], slack: float = SLACK) -> bool:
+    def carries(self, camera: Camera, pixel: tuple[float, float], slack: float = 3.0) -> bool:
         """Whether a pixel shows its top or slope, or lies nearer to it than slack (pixels).
 
         A slope that is seen from below carries nothing that is seen. Only the camera's directions

@@ -35,39 +35,54 @@ from physagent_studio.reconstruction.supports.block import (
 )
 from physagent_studio.records.case import Image
 
-WORKING = 200
-"""Longer side of the picture that a fit works on, pixels."""
-LEAST_RISE = 0.08
-"""Lower things (shares of the camera's height) may as well be a board on legs."""
-EDGES = 0.4
-"""Weight of the edges beside the overlap."""
-FOUR_SIDED = 0.88
-"""Least share of a region's hull that four corners of it span, for a slope."""
-REFINED, TRIED = 6, 4
-"""How many of the best beginnings are refined, and how many of those once more."""
-_TURNS = (-0.6, -0.35, -0.15, 0.0, 0.15, 0.35, 0.6)
-_ALL_WAYS = (0.0, math.pi, math.pi / 2, -math.pi / 2)
+
+@dataclass(frozen=True, slots=True)
+class FitSettings:
+    """How the outline of a box or a wedge is fitted."""
+
+    # 100..400: of the picture that a fit works on; time grows with its square
+    longest_side_px: int = 200
+    min_rise_ratio: float = 0.08  # 0.02..0.3: over the camera's height: less may be a board on legs
+    # weight, 0..1: of the edges beside the overlap: outlines alone are ambiguous
+    edge_weight: float = 0.4
+    min_four_sided_share: float = 0.88  # 0.7..1: of a slope's hull that four of its corners span
+    refined_count: int = 6  # 2..20: beginnings that are refined, the best ones
+    finished_count: int = 4  # 1..10: of them, those that are refined at full sharpness
+    # -0.8..0.8: tried from each side, since a fit turns no farther by itself
+    turns_rad: tuple[float, ...] = (-0.6, -0.35, -0.15, 0.0, 0.15, 0.35, 0.6)
+    # -3.2..3.2: in which a wedge may rise
+    ways_rad: tuple[float, float, float, float] = (0.0, math.pi, math.pi / 2, -math.pi / 2)
+
+
+FIT = FitSettings()
+
 _ALONG = np.linspace(0.05, 0.95, 24)[:, None]
 """Where on an edge it is looked at."""
 _MIDDLES = {"box": BOX.mean(0), "wedge": WEDGE.mean(0), "slope": WEDGE.mean(0)}
-_QUARTERS: dict[Kind, tuple[float, ...]] = {"box": (0.0,), "wedge": _ALL_WAYS, "slope": _ALL_WAYS}
+_QUARTERS: dict[Kind, tuple[float, ...]] = {
+    "box": (0.0,),
+    "wedge": FIT.ways_rad,
+    "slope": FIT.ways_rad,
+}
 
 
 def fitted(fit: Fit, least: tuple[float, float]) -> FloatArray | None:
     """The parameters that fit a region, or None where it is no box on the ground."""
-    if fit.filled() < least[0] - 0.02 or (fit.kind == "slope" and fit.four_sided() < FOUR_SIDED):
+    if fit.filled() < least[0] - 0.02 or (
+        fit.kind == "slope" and fit.four_sided() < FIT.min_four_sided_share
+    ):
         return None
-    starts = sorted(fit.beginnings(), key=fit.cost)[:REFINED]
+    starts = sorted(fit.beginnings(), key=fit.cost)[: FIT.refined_count]
     if not starts:
         return None
     coarse = replace(fit, reach=4.0)
     starts += _snug(fit, coarse, starts)
     # Edges draw from far at first, then decide.
     rough = sorted((_refined(coarse, start, 250) for start in starts), key=coarse.cost)
-    best = min((_refined(fit, start, 400) for start in rough[:TRIED]), key=fit.cost)
+    best = min((_refined(fit, start, 400) for start in rough[: FIT.finished_count]), key=fit.cost)
     block = fit.block(best)
     seen = fit.overlap(block) >= least[0] and fit.on_edges(block) >= least[1]
-    return best if seen and LEAST_RISE <= block.size[2] <= 0.97 else None
+    return best if seen and FIT.min_rise_ratio <= block.size[2] <= 0.97 else None
 
 
 def _snug(fit: Fit, coarse: Fit, starts: Sequence[FloatArray]) -> list[FloatArray]:
@@ -108,7 +123,7 @@ class Fit:
         cls, camera: Camera, image: Image, region: BoolArray, covered: BoolArray, kind: Kind
     ) -> Fit:
         """The fit of a region, everything shrunk to working size; the camera at height 1."""
-        scale = min(1.0, WORKING / max(region.shape))
+        scale = min(1.0, FIT.longest_side_px / max(region.shape))
         size = (round(region.shape[1] * scale), round(region.shape[0] * scale))
         small = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
         edges = cv2.Canny(cv2.GaussianBlur(small, (3, 3), 0), 40, 100)
@@ -160,7 +175,7 @@ class Fit:
         x, y = float(ends[:, 0].mean()), float(ends[:, 1].mean())
         found = []
         for quarter, turn, rise, depth in itertools.product(
-            _QUARTERS[self.kind], _TURNS, (0.12, 0.25, 0.45, 0.7), (0.4, 0.8, 1.6)
+            _QUARTERS[self.kind], FIT.turns_rad, (0.12, 0.25, 0.45, 0.7), (0.4, 0.8, 1.6)
         ):
             # A box that is turned looks wider than it is.
             length = width / (math.cos(turn) + depth * abs(math.sin(turn)))
@@ -196,7 +211,7 @@ class Fit:
             return 2.0
         block = self.block(values)
         pixels = self._pixels(block)
-        return 1.0 - self._overlap(pixels) - EDGES * self._on_edges(block, pixels)
+        return 1.0 - self._overlap(pixels) - FIT.edge_weight * self._on_edges(block, pixels)
 
     def overlap(self, block: Block) -> float:
         """IoU of the box's outline and the region, where nothing stands in front."""

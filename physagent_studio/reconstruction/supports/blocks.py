@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
@@ -24,21 +25,25 @@ from physagent_studio.reconstruction.supports.ramps import Profile, place_ramp
 from physagent_studio.reconstruction.supports.stances import Stance
 from physagent_studio.records.case import Image
 
-STRICT = (0.95, 0.75)
-"""A box fits whose outline covers the region this well (IoU), with this share of its visible edges
-on edges of the picture. Parts of larger tops come to .94 and, by chance, to .65."""
-LOOSE = (0.88, 0.55)
-"""The same for a ramp that its edges alone explain badly."""
-DECIDEDLY = 0.3
-"""How much better a wedge has to cover the region than the ramp by its edges."""
-CLEAR = (0.95, 0.85)
-"""A slope that covers its region so well, edges so near, needs no other region."""
-WHOLE = 0.06
-"""What a region gains that is e times as large."""
-LEAST_AREA = 0.004
-"""Share of the picture that a region must cover."""
-LARGEST_CUT = 0.03
-"""Share of the outline that may lie on the border of the picture: it has to be seen whole."""
+
+@dataclass(frozen=True, slots=True)
+class BlockSettings:
+    """When a region is a box or a wedge that is seen whole."""
+
+    # 0.5..1: of region covered and edges on edges; tops' parts reach .94, .65
+    min_strict_shares: tuple[float, float] = (0.95, 0.75)
+    # 0.5..1: the same for a ramp that its edges alone explain badly
+    min_loose_shares: tuple[float, float] = (0.88, 0.55)
+    min_gain: float = 0.3  # IoU, 0.05..0.6: of a wedge over the ramp by its edges
+    # 0.5..1: a slope that fits so well needs no other region
+    clear_shares: tuple[float, float] = (0.95, 0.85)
+    # per log, 0..0.3: what a region gains by being larger: parts fit well too
+    log_size_weight: float = 0.06
+    min_area_share: float = 0.004  # 0.001..0.05: of the picture: smaller regions show no corners
+    max_cut_share: float = 0.03  # 0..0.2: of the outline on the picture's border
+
+
+BLOCK = BlockSettings()
 
 
 def blocks_of(
@@ -66,11 +71,18 @@ def blocks_of(
         masks = offers.get(support.name, ())
         rival = _shown(unit, profiles.get(support.name), masks, covered)
         loose = kind == "wedge" and rival is not None
-        best = best_block(unit, image, masks, covered, kind, LOOSE if loose else STRICT)
+        best = best_block(
+            unit,
+            image,
+            masks,
+            covered,
+            kind,
+            BLOCK.min_loose_shares if loose else BLOCK.min_strict_shares,
+        )
         if best is not None:
             on_it = standing.get(support.name, ())
             best = best if all(_carries(best[0], camera, one) for one in on_it) else None
-        if best is not None and (rival is None or best[1] > rival + DECIDEDLY):
+        if best is not None and (rival is None or best[1] > rival + BLOCK.min_gain):
             found[support.name] = best[0]
     return found
 
@@ -142,7 +154,7 @@ def best_block(
     masks: Sequence[BoolArray],
     covered: BoolArray,
     kind: Kind = "box",
-    least: tuple[float, float] = STRICT,
+    least: tuple[float, float] = BLOCK.min_strict_shares,
 ) -> tuple[Block, float] | None:
     """The box or wedge that one of several masks of a support shows best, and how well (IoU).
 
@@ -162,14 +174,20 @@ def best_block(
         values = fitted(fit, least) if size > enough and _is_whole(region) else None
         if values is None:
             continue
-        cost = fit.cost(values) - (WHOLE * math.log(size) if kind == "wedge" else 0.0)
+        cost = fit.cost(values) - (
+            BLOCK.log_size_weight * math.log(size) if kind == "wedge" else 0.0
+        )
         if cost < cheapest:
             block, cheapest = fit.block(values), cost
             best = (block, fit.overlap(block))
-            if kind == "wedge" and best[1] > CLEAR[0] and fit.on_edges(block) > CLEAR[1]:
+            if (
+                kind == "wedge"
+                and best[1] > BLOCK.clear_shares[0]
+                and fit.on_edges(block) > BLOCK.clear_shares[1]
+            ):
                 enough = max(enough, size - 1)
     return best
 
 
 def _is_whole(region: BoolArray) -> bool:
-    return region.mean() > LEAST_AREA and border_share(region) <= LARGEST_CUT
+    return region.mean() > BLOCK.min_area_share and border_share(region) <= BLOCK.max_cut_share

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.knowledge import (
     RISER,
     Usual,
@@ -26,14 +26,19 @@ from physagent_studio.reconstruction.camera.scale import FLOOR, Heights, Measure
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.supports.ramps import Profile
 
-FloatArray = NDArray[np.float64]
 
-BORDER = 4.0
-"""Clicks this near to the border (pixels) show where an edge leaves the picture."""
-SQUARE = 0.1
-"""Mean |cos| of corners up to which they pass for right angles."""
-TOY = 0.7
-"""Spread of the logarithm of the height of a step, where it may be one of a toy."""
+@dataclass(frozen=True, slots=True)
+class ClickedSettings:
+    """How marks of a support are read."""
+
+    border_px: float = 4.0  # 1..10: a click so near shows where an edge leaves the picture
+    max_mean_cosine: float = 0.1  # cosine, 0.02..0.3: of corners that pass for right angles
+    # 0.2..1.2: models of stairs are about as common in pictures as stairs
+    stair_spread_log: float = 0.7
+
+
+CLICKED = ClickedSettings()
+
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -78,7 +83,7 @@ def focal_of(state: SceneState, size: tuple[int, int], horizon: float) -> float 
         slants = [slant for top in tops for slant in _slants(camera, top)]
         if slants and (best is None or float(np.mean(slants)) < best[0]):
             best = (float(np.mean(slants)), float(focal))
-    return best[1] if best is not None and best[0] < SQUARE else None
+    return best[1] if best is not None and best[0] < CLICKED.max_mean_cosine else None
 
 
 def _slants(camera: Camera, corners: Sequence[Pixel]) -> list[float]:
@@ -142,7 +147,9 @@ def on_one_floor(
             continue
         if name in steps:
             # Models of stairs are about as common in pictures as stairs.
-            out.append(Measured(name, FLOOR, share, Usual(RISER * steps[name], TOY)))
+            out.append(
+                Measured(name, FLOOR, share, Usual(RISER * steps[name], CLICKED.stair_spread_log))
+            )
         elif usual is not None:
             out.append(Measured(name, FLOOR, share, Usual(usual, 0.4 if name in loose else 0.2)))
     return out
@@ -244,7 +251,7 @@ def _main_turn(places: FloatArray, corners: Sequence[Pixel], size: tuple[int, in
 def _cut_sides(click: Pixel, size: tuple[int, int]) -> set[str]:
     x, y = click
     near = {"left": x, "right": size[0] - 1 - x, "upper": y, "lower": size[1] - 1 - y}
-    return {side for side, distance in near.items() if distance <= BORDER}
+    return {side for side, distance in near.items() if distance <= CLICKED.border_px}
 
 
 def _wall(camera: Camera, feet: Sequence[Pixel]) -> Wall | None:

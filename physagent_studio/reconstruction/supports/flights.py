@@ -25,21 +25,29 @@ from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Ramp, SceneState
 from physagent_studio.reconstruction.camera.rays import on_plane
 from physagent_studio.reconstruction.photo.regions import BoolArray, border_share
-from physagent_studio.reconstruction.supports.block import BOX, BOX_FACES, Block, FloatArray, placed
-from physagent_studio.reconstruction.supports.block_fit import EDGES, Fit
+from physagent_studio.reconstruction.supports.block import BOX, FACES, Block, FloatArray, placed
+from physagent_studio.reconstruction.supports.block_fit import FIT, Fit
 from physagent_studio.records.case import Image
 
-GUESSES = (3, 4, 5, 2)
-"""Numbers of steps that are tried where nobody has told it."""
-MOST = 12
-LEAST = 0.8
-"""Overlap (IoU) of the outline of all steps that is asked for."""
-LARGEST_CUT = 0.15
-"""Share of the outline that may lie on the picture's border."""
-REFINED = 4
-"""How many of the best beginnings are refined for each number of steps."""
-_TURNS = (-0.45, 0.0, 0.45)
-_RISES, _DEPTHS = (0.4, 0.8), (0.5, 1.0, 2.0)
+
+@dataclass(frozen=True, slots=True)
+class FlightSettings:
+    """How a flight of steps is fitted."""
+
+    # 2..12: of steps, where nobody has told it: the likeliest first
+    guesses_count: tuple[int, int, int, int] = (3, 4, 5, 2)
+    max_steps: int = 12  # count, 4..40: single steps that were clicked; more are no single steps
+    min_overlap: float = 0.8  # IoU, 0.6..0.95: with the outline of all steps
+    max_cut_share: float = 0.15  # 0..0.3: of the outline on the picture's border
+    refined_count: int = 4  # 1..12: beginnings that are refined for each number of steps
+    turns_rad: tuple[float, float, float] = (-0.45, 0.0, 0.45)  # -0.8..0.8: tried from each side
+    # 0.1..1.5: heights tried, over what the outline says
+    rise_ratios: tuple[float, float] = (0.4, 0.8)
+    # 0.2..4: depths tried, over the width
+    depth_ratios: tuple[float, float, float] = (0.5, 1.0, 2.0)
+
+
+FLIGHT = FlightSettings()
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +112,7 @@ def flights_of(
         marked = item.grounding.marks or sum(c.label for c in item.grounding.points) == 3
         if item.shape is None and is_stairs(item.name) and not marked and offers.get(item.name):
             steps = told_steps(item.name) or told
-            counts = (steps,) if steps is not None else GUESSES
+            counts = (steps,) if steps is not None else FLIGHT.guesses_count
             flight = flight_of(unit, image, offers[item.name][:1], covered, counts)
             if flight is not None:
                 whole[item.name] = flight
@@ -124,7 +132,7 @@ def single_steps(state: SceneState, offers: Mapping[str, Sequence[BoolArray]]) -
         and offers.get(item.name)
         and is_step(item.name)
     ]
-    if not 2 <= len(names) <= MOST:
+    if not 2 <= len(names) <= FLIGHT.max_steps:
         return []
     return sorted(names, key=lambda name: -float(np.argwhere(offers[name][0])[:, 0].mean()))
 
@@ -144,13 +152,13 @@ def flight_of(
     labels = np.zeros(covered.shape, np.uint8)
     for index, mask in enumerate(masks):
         labels[mask & ~covered & (labels == 0)] = index + 1
-    if not labels.any() or border_share(labels > 0) > LARGEST_CUT:
+    if not labels.any() or border_share(labels > 0) > FLIGHT.max_cut_share:
         return None
     rough: list[tuple[float, _FlightFit, FloatArray]] = []
     for count in counts:
         fit = _FlightFit.of(camera, image, labels, covered, count, len(masks) > 1)
         far = replace(fit, reach=4.0)
-        for start in sorted(fit.beginnings(), key=far.cost)[:REFINED]:
+        for start in sorted(fit.beginnings(), key=far.cost)[: FLIGHT.refined_count]:
             values = _refined(far, start, 160)
             rough.append((fit.cost(values), fit, values))
     if not rough:
@@ -159,7 +167,7 @@ def flight_of(
     sharp = [(fit, _refined(fit, values, 400)) for _, fit, values in rough[:2]]
     fit, best = min(sharp, key=lambda one: one[0].cost(one[1]))
     found = fit.flight(best)
-    return found if fit.drawn(found)[1] >= LEAST else None
+    return found if fit.drawn(found)[1] >= FLIGHT.min_overlap else None
 
 
 def _refined(fit: _FlightFit, start: FloatArray, runs: int) -> FloatArray:
@@ -212,7 +220,9 @@ class _FlightFit:
         middle = ends.mean(0)
         tall = wide * (foot - top) / max(right - left, 1)
         found = []
-        for quarter, turn, rise, deep in itertools.product(range(4), _TURNS, _RISES, _DEPTHS):
+        for quarter, turn, rise, deep in itertools.product(
+            range(4), FLIGHT.turns_rad, FLIGHT.rise_ratios, FLIGHT.depth_ratios
+        ):
             yaw = quarter * math.pi / 2 + turn
             length, width = (wide, deep * wide) if quarter % 2 == 0 else (deep * wide, wide)
             shrink = 1 / (math.cos(turn) + abs(math.sin(turn)) * min(width, length) / wide)
@@ -234,7 +244,7 @@ class _FlightFit:
             return 2.0
         edges, whole, apart = self.drawn(self.flight(values))
         overlap = 0.5 * (whole + apart) if self.single else whole
-        return 1.0 - overlap - EDGES * edges
+        return 1.0 - overlap - FIT.edge_weight * edges
 
     def drawn(self, flight: Flight) -> tuple[float, float, float]:
         """Share of edges on edges of the picture, overlap (IoU) of all, and of each step."""
@@ -288,7 +298,7 @@ def _edges(block: Block) -> list[tuple[int, int]]:
     looks = (True, own[0] > half_length, own[0] < -half_length, own[1] > half_width)
     looks = (*looks, own[1] < -half_width)
     found: dict[tuple[int, int], None] = {}
-    for corners, visible in zip(BOX_FACES, looks, strict=True):
+    for corners, visible in zip(FACES["box"], looks, strict=True):
         if visible:
             for a, b in zip(corners, (*corners[1:], corners[0]), strict=True):
                 found[(min(a, b), max(a, b))] = None

@@ -7,15 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.stairs import profile_of, treads_of
 from physagent_studio.program.scene.state import Ramp
 from physagent_studio.reconstruction.camera.rays import on_plane, on_upright_through
 from physagent_studio.reconstruction.photo.line_segments import Segments, joined
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,27 +12,32 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Slab
 from physagent_studio.reconstruction.camera.rays import on_plane
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow
 from physagent_studio.records.case import Image
 
-FloatArray = NDArray[np.float64]
-NEAR, FAR = 0.004, 0.016
-"""Distances from a corner between which is looked, in the picture's longer sides."""
-ALIKE = 10.0
-"""Steps of colour (Lab) up to which the picture is the same on both sides of a corner, and from
-which it is unlike the top."""
-PLAIN = 2.0
-"""How many times farther from the top's colours it must be than from those outside."""
-STEPS = 40
-"""Places for a side, from where it is to the middle of what stands there."""
-END, BESIDE, SURE = 0.08, 3.0, 0.6
-"""Part of a top that is its end, as a share of its reach; how far beside the mask's outline there
-colours are compared, pixels; and the share of it that must be a step."""
+
+@dataclass(frozen=True, slots=True)
+class EndSettings:
+    """When a top ends where its mask does."""
+
+    # 0.001..0.02: over the longer side: what is looked at begins so far off a corner
+    near_ratio: float = 0.004
+    far_ratio: float = 0.016  # 0.005..0.05: and ends so far off, before another thing begins
+    same_colour_lab: float = 10.0  # 4..20: steps up to which two places are of one surface
+    # 1..5: how much farther it is from the top's colours than from the outside's
+    min_farther_ratio: float = 2.0
+    steps_count: int = 40  # 10..200: places of a side on the way in
+    end_share: float = 0.08  # 0.02..0.3: of its reach: the part that is its end
+    beside_px: float = 3.0  # 1..8: off the mask's outline, where colours are compared
+    min_step_share: float = 0.6  # 0.4..1: of the end that must be a step of colour
+
+
+END = EndSettings()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -93,20 +98,24 @@ def _ends(
     x, y = points.T
     leaves = (x <= 3) | (y <= 3) | (x >= columns - 4) | (y >= rows - 4)
     free = ~leaves & ~grow(covered, 4)[y.astype(int), x.astype(int)]
-    sides = [points + sign * BESIDE * across for sign in (1, -1)]
+    sides = [points + sign * END.beside_px * across for sign in (1, -1)]
     clipped = [np.clip(side, 0, (columns - 1, rows - 1)).astype(int) for side in sides]
     step = np.linalg.norm(
         lab[clipped[0][:, 1], clipped[0][:, 0]] - lab[clipped[1][:, 1], clipped[1][:, 0]], axis=1
     )
-    is_end = free & (step > ALIKE)
+    is_end = free & (step > END.same_colour_lab)
     places = on_plane(camera, points + 0.5, top)[:, :2]
     fine = np.isfinite(places).all(1)
     out = np.full(4, np.inf)
     for k, way in enumerate(ways):
         along = places[fine] @ way
         reach = float(np.percentile(along, 99.5)) if len(along) else math.inf
-        last = along > reach - END * float(np.ptp(along)) if len(along) else along > 0
-        if last.any() and not leaves[fine][last].any() and is_end[fine][last].mean() > SURE:
+        last = along > reach - END.end_share * float(np.ptp(along)) if len(along) else along > 0
+        if (
+            last.any()
+            and not leaves[fine][last].any()
+            and is_end[fine][last].mean() > END.min_step_share
+        ):
             out[k] = reach
     return out
 
@@ -128,7 +137,7 @@ def _to_seen_corners(
         for j in ((k + 1) % 4, (k + 3) % 4):
             if is_near[j]:
                 continue
-            for place in np.linspace(out[k], inner[k], STEPS, endpoint=False):
+            for place in np.linspace(out[k], inner[k], END.steps_count, endpoint=False):
                 corner = np.append(place * ways[k] + limits[j] * ways[j], top)
                 if not _is_beside(lab, own, camera, corner, ways[[k, j]]):
                     out[k] = place
@@ -148,13 +157,13 @@ def _is_beside(
     inward = pixels[1:] - pixels[0]
     inward = (inward / np.linalg.norm(inward, axis=1, keepdims=True)).sum(0)
     inward /= max(float(np.hypot(*inward)), 1e-9)
-    off = np.linspace(NEAR, FAR, 8)[:, None] * max(camera.size) * inward
+    off = np.linspace(END.near_ratio, END.far_ratio, 8)[:, None] * max(camera.size) * inward
     inside, outside = _colours(lab, pixels[0] + off), _colours(lab, pixels[0] - off)
     if not len(inside) or not len(outside):
         return False
     apart = float(np.linalg.norm(inside.mean(0) - outside.mean(0)))
     strange = float(np.quantile(np.linalg.norm(own - inside.mean(0), axis=1), 0.2))
-    return apart < ALIKE < strange and strange > PLAIN * apart
+    return apart < END.same_colour_lab < strange and strange > END.min_farther_ratio * apart
 
 
 def _colours(lab: FloatArray, places: FloatArray) -> FloatArray:

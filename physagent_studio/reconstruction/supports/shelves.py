@@ -13,11 +13,6 @@ from physagent_studio.program.scene.state import SceneState
 from physagent_studio.reconstruction.camera.scale import FLOOR
 from physagent_studio.reconstruction.supports.stances import Stance
 
-NEAR = 0.35
-"""How far a foot may be seen from the board it stands on, as a share of the way to the next one."""
-LEAST = 0.02
-"""Least difference of rows, as a share of the picture's height, between two boards."""
-
 
 def boards_of(state: SceneState, rows: int) -> dict[str, tuple[float, float]]:
     """Supports that are boards of one shelf, the lowest first, with the pixel that was clicked.
@@ -33,7 +28,8 @@ def boards_of(state: SceneState, rows: int) -> dict[str, tuple[float, float]]:
             found[item.name] = (float(x), float(y))
     found = dict(sorted(found.items(), key=lambda pair: -pair[1][1]))
     heights = np.array([y for _, y in found.values()])
-    apart = len(found) > 1 and float(np.diff(-heights).min()) > LEAST * rows
+    min_rows_ratio = 0.02  # 0.005..0.1: over the picture's height: two boards so near are one
+    apart = len(found) > 1 and float(np.diff(-heights).min()) > min_rows_ratio * rows
     return found if apart else {}
 
 
@@ -48,7 +44,9 @@ def on_boards(
     if not boards:
         return out
     rows = np.array([y for _, y in boards.values()])
-    reach = NEAR * float(np.abs(np.diff(rows)).min())
+    # 0.1..0.5: of the way to the next board: a foot so near stands on this one
+    near_board_share = 0.35
+    reach = near_board_share * float(np.abs(np.diff(rows)).min())
     for name, stance in stances.items():
         item = state.object(name)
         if on[name] not in (FLOOR, *boards) or (item is not None and item.support is not None):

@@ -7,26 +7,29 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Slab
 from physagent_studio.reconstruction.camera.rays import metres_per_pixel, on_plane
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow
 
-FloatArray = NDArray[np.float64]
 
-BESIDE = 0.012
-"""How far beside an edge is looked, in the picture's longer sides; five pixels at least."""
-WITHIN = 0.8
-"""Share of both sides of a line from which it lies on the top."""
+@dataclass(frozen=True, slots=True)
+class SlabSettings:
+    """How the edges of a top are read."""
 
-PATTERN = 3
-"""Parallel lines on a top from which they are its planks or pattern and do not end it."""
+    # 0.004..0.04: over the longer side: how far beside an edge is looked
+    beside_ratio: float = 0.012
+    min_both_share: float = 0.8  # 0.5..1: of both sides on the top, from which a line lies on it
+    # count, 2..6: parallel lines on a top that are its planks and do not end it
+    min_pattern: int = 3
+    # 0..2: over the seen length: how far a top goes on where no edge ends it
+    unseen_end_ratio: float = 0.5
 
-UNSEEN_END = 0.5
-"""How much farther than is seen of it a top goes on where no edge ends it, in its lengths."""
+
+SLAB = SlabSettings()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -122,14 +125,14 @@ def _edges_on_plane(camera: Camera, top: float, region: BoolArray, found: Segmen
     middle, angle = (first + second)[fine] / 2, np.arctan2(delta[:, 1], delta[:, 0])
     beside = _covered_beside(used.only(np.asarray(fine)), region)
     inward = _inward(camera, top, used.only(np.asarray(fine)), beside, middle, angle)
-    return _Edges(middle, angle, weight, inward, np.asarray(beside.min(1) > WITHIN))
+    return _Edges(middle, angle, weight, inward, np.asarray(beside.min(1) > SLAB.min_both_share))
 
 
 def _covered_beside(used: Segments, region: BoolArray) -> FloatArray:
     """(N, 2) how much of the region lies on both sides of each edge, along its normal first."""
     share = np.linspace(0.1, 0.9, 12)[None, :, None]
     along = used.ends[:, :1] * (1 - share) + used.ends[:, 1:] * share
-    off = max(5.0, BESIDE * max(region.shape)) * _normals(used)[:, None]
+    off = max(5.0, SLAB.beside_ratio * max(region.shape)) * _normals(used)[:, None]
 
     def covered(points: FloatArray) -> FloatArray:
         x = np.clip(points[..., 0].astype(int), 0, region.shape[1] - 1)
@@ -154,7 +157,7 @@ def _inward(
 ) -> FloatArray:
     """Across each edge, the side on which the region lies, as a direction on the plane."""
     lead = beside[:, 0] - beside[:, 1]
-    step = max(5.0, BESIDE * max(camera.size))
+    step = max(5.0, SLAB.beside_ratio * max(camera.size))
     target = used.ends.mean(1) + np.sign(lead)[:, None] * step * _normals(used)
     toward = on_plane(camera, target, top)[:, :2] - middle
     across = np.stack([-np.sin(angle), np.cos(angle)], 1)
@@ -237,7 +240,7 @@ def _limits(
         unclear = (facing == 0) & (offset > inner + 0.5 * half)
         drawn = unclear & edges.within[across]
         # One line on it may be where its front begins; several are planks, or a pattern.
-        outward |= unclear & ~drawn if _distinct(offset[drawn]) >= PATTERN else unclear
+        outward |= unclear & ~drawn if _distinct(offset[drawn]) >= SLAB.min_pattern else unclear
         limits[k] = _nearest_strong(offset[outward], weight[outward], inner + 0.15 * half)
         bounded[k] = math.isfinite(limits[k])
         if not bounded[k]:
@@ -276,7 +279,7 @@ def _past_unseen_ends(
         length = limits[k] + limits[(k + 2) % 4]
         farthest = float((places @ directions[k]).max(initial=-math.inf))
         seen = max(limits[k], farthest) if farthest > limits[k] - 0.3 * length else limits[k]
-        out[k] = seen + min(UNSEEN_END * length, beyond)
+        out[k] = seen + min(SLAB.unseen_end_ratio * length, beyond)
     return out
 
 

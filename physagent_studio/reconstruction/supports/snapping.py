@@ -4,22 +4,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.knowledge import support_kind
 from physagent_studio.program.base import Pixel
 from physagent_studio.program.scene.state import Mark, Support
 from physagent_studio.reconstruction.photo.line_segments import Segments
+from physagent_studio.reconstruction.supports.clicked import CLICKED
 
-FloatArray = NDArray[np.float64]
-REACH = 0.012
-"""How far an edge may lie from the clicked one, as a share of the picture's longer side."""
-BENT = math.radians(5.0)
-COVERED = 0.25
-"""Least share of a clicked edge along which the picture's edge is seen."""
-BORDER = 4.0
+
+@dataclass(frozen=True, slots=True)
+class SnapSettings:
+    """How far a clicked corner is drawn."""
+
+    reach_ratio: float = 0.012  # 0.003..0.04: over the longer side: a hand is a few pixels off
+    max_turn_rad: float = math.radians(5.0)  # 0.02..0.2: between the clicked edge and the picture's
+    min_seen_share: float = 0.25  # 0.1..0.8: of a clicked edge along which the picture's is seen
+
+
+SNAP = SnapSettings()
 
 
 def snapped(support: Support, found: Segments, size: tuple[int, int]) -> Support:
@@ -32,7 +38,7 @@ def snapped(support: Support, found: Segments, size: tuple[int, int]) -> Support
     corners = support.grounding.marked("top")
     if len(corners) < 3 or support_kind(support.name) != "slab":
         return support
-    reach = max(REACH * max(size), 4.0)
+    reach = max(SNAP.reach_ratio * max(size), 4.0)
     sides = [
         _edge_near(np.array(one), np.array(other), found, reach)
         for one, other in zip(corners, [*corners[1:], corners[0]], strict=True)
@@ -57,7 +63,7 @@ def _edge_near(
     along = np.clip((found.ends - one) @ way, 0, length)
     shared = np.abs(along[:, 1] - along[:, 0])
     own = (found.ends[:, 1] - found.ends[:, 0]) / found.length[:, None]
-    parallel = np.abs(own @ normal) < math.sin(BENT)
+    parallel = np.abs(own @ normal) < math.sin(SNAP.max_turn_rad)
     near = parallel & (np.abs(off).max(1) < reach) & (shared > 0.1 * length)
     if not near.any():
         return None
@@ -65,7 +71,7 @@ def _edge_near(
     weight = shared * np.minimum(found.contrast, 40) * np.exp(-np.abs(off).mean(1) / reach)
     best = int(np.flatnonzero(near)[weight[near].argmax()])
     same = near & (np.abs(off.mean(1) - off[best].mean()) < 2.0)
-    if float(shared[same].sum()) < COVERED * length:
+    if float(shared[same].sum()) < SNAP.min_seen_share * length:
         return None
     points = found.ends[same].reshape(-1, 2)
     weights = np.repeat(shared[same], 2)
@@ -99,7 +105,7 @@ def _corner(
 
 def _at_the_border(corner: FloatArray, size: tuple[int, int]) -> bool:
     x, y = corner
-    return min(x, y, size[0] - 1 - x, size[1] - 1 - y) <= BORDER
+    return min(x, y, size[0] - 1 - x, size[1] - 1 - y) <= CLICKED.border_px
 
 
 def _with_top(support: Support, corners: Sequence[FloatArray]) -> Support:

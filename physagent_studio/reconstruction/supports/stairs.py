@@ -17,9 +17,6 @@ from physagent_studio.reconstruction.shapes.silhouettes import in_world
 from physagent_studio.reconstruction.supports.stances import Stance
 from physagent_studio.records.scene import Mesh
 
-MOST = 40
-"""Steps at most that are guessed from a height."""
-
 
 def with_steps(support: Support, ramp: Ramp) -> Ramp:
     """The ramp as stairs, where its name says so: a step for each edge that was clicked.
@@ -31,7 +28,8 @@ def with_steps(support: Support, ramp: Ramp) -> Ramp:
         return ramp
     edges = len(support.grounding.marked("top"))
     count = edges if edges > 1 else told_steps(support.name) or round(ramp.rise / RISER)
-    return ramp.model_copy(update={"steps": min(max(count, 2), MOST)})
+    max_guessed_steps = 40  # count, 10..100: from a height: more are a mistake of the height
+    return ramp.model_copy(update={"steps": min(max(count, 2), max_guessed_steps)})
 
 
 def base_on(stance: Stance, camera: Camera, stairs: Ramp) -> Base:

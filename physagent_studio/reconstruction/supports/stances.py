@@ -26,8 +26,6 @@ _ORDER |= {"middle": 10, "centre": 10, "center": 10, "fourth": 4, "fifth": 5, "s
 _ORDER |= {"lower": 20, "bottom": 21, "lowest": 21, "bottommost": 21}
 """Words that say where in a stack a thing is, from above."""
 TOLD_NOTHING = SceneHints()
-FOOT, NOTCHED = 0.2, 0.9
-"""Share of a thing's height that is its foot; how much of it lies within another's outline."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,8 +185,10 @@ def _is_notched(mask: BoolArray, other: BoolArray) -> bool:
     hull = cv2.fillConvexPoly(np.zeros(mask.shape, np.uint8), cv2.convexHull(corners), 1)
     _, y0, _, y1 = bounds(mask)
     low = mask.copy()
-    low[: y1 - max(3, round(FOOT * (y1 - y0)))] = False
-    return float(hull[low].mean()) > NOTCHED
+    foot_share = 0.2  # 0.05..0.5: of a thing's height, from below
+    low[: y1 - max(3, round(foot_share * (y1 - y0)))] = False
+    min_within_share = 0.9  # 0.6..1: of the foot, within another's outline
+    return float(hull[low].mean()) > min_within_share
 
 
 def _across_gap(

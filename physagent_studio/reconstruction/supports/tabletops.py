@@ -16,37 +16,42 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow
 from physagent_studio.reconstruction.supports.stances import Stance
 from physagent_studio.records.case import Image
 
-FloatArray = NDArray[np.float64]
-LONG = 0.06
-"""Shortest edge that is looked at, as a share of the picture's longer side."""
-STRAIGHT, OVER = 0.12, 0.15
-"""Greatest bend of an edge, rad, of up to that share of the picture's longer side; longer ones may
-bend as much more as they are longer."""
-SPACING = 3.0
-"""Pixels between the places along a line that are looked at."""
-LIGHTNESS = 0.5
-"""Weight of a step in lightness: one top is lit and shaded."""
-LIKE, STEP = 14.0, 6.0
-"""Steps of colour (Lab, lightness weighted): up to which a pixel is like the top; from which a
-line is an edge there."""
-RING = 0.1
-"""Width of what counts as around a foot, as a share of the thing's width."""
-COMMON = 0.3
-"""Share of the colours around a foot that each is like that counts."""
-ENDS = 0.7
-"""Least share of a line that is an edge, of where the top is on its near side."""
-SEEN, LEAST = 0.5, 0.09
-"""Least part of the segment itself that is an edge; least length along its line, as a share of the
-picture's longer side."""
-SHORT, WHOLE = 0.04, 0.6
-"""Least length where an edge is more than that share of what other lines have left of its line."""
-HANGING = 0.1
-"""How far the middle of a base may be seen beyond an edge, as a share of the thing's width."""
+
+@dataclass(frozen=True, slots=True)
+class TopSettings:
+    """Which lines of the picture end a top that nobody clicked."""
+
+    # 0.02..0.2: over the longer side: shorter edges are grain and things
+    min_edge_ratio: float = 0.06
+    max_bend_rad: float = 0.12  # 0.05..0.4: of an edge as long as the next field says
+    # 0.05..0.5: over the longer side: longer edges may bend the more
+    bend_length_ratio: float = 0.15
+    spacing_px: float = 3.0  # 1..10: between the places along a line that are looked at
+    lightness_weight: float = 0.5  # weight, 0..1: of steps in lightness: one top is lit and shaded
+    like_lab: float = 14.0  # 6..30: up to which a pixel is like the top
+    min_step_lab: float = 6.0  # 2..15: from which a line is an edge there
+    ring_ratio: float = 0.1  # 0.03..0.4: over a thing's width: what is around its foot
+    # 0.1..0.6: of the colours there that one has to be like: bits of floor are not
+    min_common_share: float = 0.3
+    # 0.5..1: of a line that is an edge, where the top is on its near side
+    min_end_share: float = 0.7
+    min_own_share: float = 0.5  # 0.3..1: of the segment itself that is an edge
+    # 0.03..0.3: over the longer side: length of the edge along its line
+    min_line_ratio: float = 0.09
+    # 0.01..0.1: the same, where the edge is all that is left of its line
+    min_whole_ratio: float = 0.04
+    whole_share: float = 0.6  # 0.4..1: of what other lines have left, from which it is
+    # 0..0.3: over a thing's width: of its base's middle, seen past an edge
+    max_overhang_ratio: float = 0.1
+
+
+TOP = TopSettings()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -82,7 +87,7 @@ def top_around(
     # A short side is seen to be whole only once the long ones have cut off the rest of its line.
     for k in [*_able(found, free), *_able(found, free)]:
         line = _line(found.ends[k], bases)
-        if k in kept or ((bases @ line[:2] + line[2]) < -HANGING * widths).any():
+        if k in kept or ((bases @ line[:2] + line[2]) < -TOP.max_overhang_ratio * widths).any():
             continue
         if _ends_here(lab, line, found.ends[k], looks, free, inside):
             kept.append(k)
@@ -93,8 +98,10 @@ def top_around(
 def _able(found: Segments, free: BoolArray) -> list[int]:
     """Edges that may be looked at, longest first: straight, long, and not those of things."""
     side = max(free.shape)
-    straight = found.bend < STRAIGHT * np.maximum(1.0, found.length / (OVER * side))
-    able = straight & (found.length > LONG * side) & _clear(found.ends, free)
+    straight = found.bend < TOP.max_bend_rad * np.maximum(
+        1.0, found.length / (TOP.bend_length_ratio * side)
+    )
+    able = straight & (found.length > TOP.min_edge_ratio * side) & _clear(found.ends, free)
     order = np.argsort(-found.length, kind="stable")
     return [int(k) for k in order if able[k]]
 
@@ -103,7 +110,7 @@ def _smooth_lab(image: Image) -> FloatArray:
     """(H, W, 3) colours without grain, lightness weighted."""
     sigma = 0.002 * max(image.shape[:2])
     lab = cv2.cvtColor(cv2.GaussianBlur(image, (0, 0), sigma), cv2.COLOR_RGB2LAB).astype(float)
-    return lab * (LIGHTNESS, 1.0, 1.0)
+    return lab * (TOP.lightness_weight, 1.0, 1.0)
 
 
 def _around_feet(lab: FloatArray, stances: Sequence[Stance], covered: BoolArray) -> FloatArray:
@@ -111,7 +118,7 @@ def _around_feet(lab: FloatArray, stances: Sequence[Stance], covered: BoolArray)
     looks = []
     for stance in stances:
         x0, _, x1, y1 = stance.box
-        reach = max(8, round(RING * (x1 - x0)))
+        reach = max(8, round(TOP.ring_ratio * (x1 - x0)))
         ring = np.zeros(covered.shape, bool)
         top = max(0, y1 - max(4, round(0.15 * stance.height)))
         ring[top : y1 + reach, max(0, x0 - reach) : x1 + reach] = True
@@ -124,7 +131,7 @@ def _around_feet(lab: FloatArray, stances: Sequence[Stance], covered: BoolArray)
 def _usual(looks: FloatArray) -> FloatArray:
     """Of colours (N, 3) those that many others are like: a bit of floor seen there is no top."""
     off = np.linalg.norm(looks[:, None] - looks[None], axis=2)
-    return looks[(off < LIKE).mean(1) > COMMON] if len(looks) else looks
+    return looks[(off < TOP.like_lab).mean(1) > TOP.min_common_share] if len(looks) else looks
 
 
 def _clear(ends: FloatArray, free: BoolArray) -> NDArray[np.bool_]:
@@ -166,15 +173,15 @@ def _ends_here(
     off = np.linalg.norm(near[:, None] - looks[None], axis=2).min(1)
     step = np.linalg.norm(near - far, axis=1)
     seen &= beyond
-    edge = seen & (off < LIKE) & (step > STEP)
-    on = seen & (off < STEP) & (step < STEP)
+    edge = seen & (off < TOP.like_lab) & (step > TOP.min_step_lab)
+    on = seen & (off < TOP.min_step_lab) & (step < TOP.min_step_lab)
     share = ((spots - ends[0]) @ (ends[1] - ends[0])) / float(np.sum((ends[1] - ends[0]) ** 2))
     own = (share > 0) & (share < 1) & _beside(lab, spots, line[:2], strip, free)[1]
     # A side of a top that is seen flat is short: it does where it is all that is left of its line.
-    least = SHORT if edge.sum() > WHOLE * seen.sum() else LEAST
-    long = edge.sum() * SPACING > least * max(free.shape)
-    clear = (edge & own).sum() > SEEN * own.sum()
-    return bool(long and clear and edge.sum() >= ENDS * (edge | on).sum())
+    least = TOP.min_whole_ratio if edge.sum() > TOP.whole_share * seen.sum() else TOP.min_line_ratio
+    long = edge.sum() * TOP.spacing_px > least * max(free.shape)
+    clear = (edge & own).sum() > TOP.min_own_share * own.sum()
+    return bool(long and clear and edge.sum() >= TOP.min_end_share * (edge | on).sum())
 
 
 def _across_picture(line: FloatArray, size: tuple[int, ...]) -> FloatArray:
@@ -191,7 +198,7 @@ def _across_picture(line: FloatArray, size: tuple[int, ...]) -> FloatArray:
         return np.zeros((0, 2))
     first = np.array(inside[0])
     last = np.array(max(inside, key=lambda p: float(np.hypot(*(np.array(p) - first)))))
-    count = max(2, int(np.hypot(*(last - first)) / SPACING))
+    count = max(2, int(np.hypot(*(last - first)) / TOP.spacing_px))
     return first + np.linspace(0.01, 0.99, count)[:, None] * (last - first)
 
 

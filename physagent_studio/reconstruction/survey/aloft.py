@@ -12,13 +12,6 @@ from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.supports.stances import Stance
 from physagent_studio.records.case import Image
 
-STRONG = 0.7
-"""Share of the picture's width along which the far end of the ground has to show."""
-MARGIN = 0.02
-"""How far above the end of the ground a foot has to be seen, as a share of the picture's height."""
-UNLIKE = 5.0
-"""Least difference of colour (CIE Lab) between the ground and what is behind it."""
-
 
 def before_no_ground(
     image: Image, stances: Mapping[str, Stance], covered: BoolArray
@@ -31,10 +24,15 @@ def before_no_ground(
     pairs = [(s, stances[s.over]) for s in stances.values() if s.over and s.over in stances]
     if not pairs:
         return frozenset()
-    step = MARGIN * image.shape[0]
-    lines = [y for y, strength in level_transitions(image) if strength > STRONG]
+    # 0..0.1: over the picture's height: feet nearer to that end are on the ground
+    margin_ratio = 0.02
+    step = margin_ratio * image.shape[0]
+    # 0.4..1: of the picture, along which the far end of the ground has to show
+    min_width_share = 0.7
+    lines = [y for y, strength in level_transitions(image) if strength > min_width_share]
     lab = cv2.cvtColor(image.astype(np.float32) / 255, cv2.COLOR_RGB2LAB)
     found = set()
+    min_step_lab = 5.0  # 2..20: between the ground and what is behind it
     for upper, lower in pairs:
         foot = upper.foot[1] + step
         for line in (y for y in lines if foot < y < lower.foot[1]):
@@ -44,7 +42,7 @@ def before_no_ground(
             if behind is None or ground is None or around is None:
                 continue
             apart = float(np.linalg.norm(behind - ground))
-            if apart > UNLIKE and np.linalg.norm(around - behind) < 0.5 * apart:
+            if apart > min_step_lab and np.linalg.norm(around - behind) < 0.5 * apart:
                 found.add(upper.name)
     return frozenset(found)
 

@@ -6,13 +6,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.reconstruction.photo.line_segments import joined, segments
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.records.case import Image
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,16 +31,14 @@ class Frame:
         return self.foot - (self.corners[2][1] + self.corners[3][1]) / 2
 
 
-SHORTEST = 0.015
-"""Posts are thin and broken by what is behind them: short edges count, share of the diagonal."""
-
-
 def find_frame(image: Image, ignore: BoolArray) -> Frame | None:
     """The strongest frame: a level bar with a post under each of its ends.
 
     ignore: pixels (H, W) of objects, whose edges do not count.
     """
-    found = segments(image, SHORTEST)
+    # 0.005..0.05: over the diagonal: posts are thin and broken by what is behind
+    min_edge_ratio = 0.015
+    found = segments(image, min_edge_ratio)
     found = found.only(found.contrast > 15)
     size = (image.shape[1], image.shape[0])
     free = ~_on(found.ends.mean(1), ignore) if len(found.length) else np.zeros(0, bool)

@@ -19,12 +19,25 @@ from physagent_studio.reconstruction.survey.frames import Frame
 from physagent_studio.reconstruction.survey.painted_lines import Stripe
 
 Pixels = tuple[tuple[float, float], ...]
-FAINT, RIVAL = 0.12, 0.6
-"""Strength of a painted line below which it is none; share of it from which another rivals it."""
-BELOW = 0.03
-"""Share of the picture's height by which a line on the ground lies below the horizon."""
-ALIKE, NARROW, WIDE = 8.0, 0.06, 2.0
-"""Degrees between a lane's sides on the ground, and its width over its length, least and most."""
+
+
+@dataclass(frozen=True, slots=True)
+class LandmarkSettings:
+    """Which stripes and lanes of the ground are taken for a landmark."""
+
+    min_strength: float = 0.12  # strength, 0.03..0.5: a fainter line is none
+    # 0.3..0.95: of the best one's strength, from which another might be meant
+    rival_share: float = 0.6
+    # 0..0.2: over the picture's height: lines nearer to it are far-off edges
+    below_horizon_ratio: float = 0.03
+    max_lane_angle_deg: float = 8.0  # 2..20: between a lane's sides on the ground
+    # 0.01..0.3: width over length: a narrower one is a stripe with two edges
+    min_lane_ratio: float = 0.06
+    max_lane_ratio: float = 2.0  # 0.5..5: width over length: wider ones are no lanes
+
+
+LANDMARK = LandmarkSettings()
+
 UNASKED = "by its words, nobody clicked it"
 
 
@@ -109,12 +122,12 @@ def _on_ground(
 ) -> list[Pixels]:
     """Pixels of a line, or of the corners of a lane, that rival one another; the best first."""
     named = words_of(landmark.name)
-    least = camera.horizon + BELOW * camera.size[1]
+    least = camera.horizon + LANDMARK.below_horizon_ratio * camera.size[1]
     word = next((word for word in named if word in colour_bounds()), None)
     free = [
         stripe
         for stripe in lines
-        if stripe.strength >= FAINT
+        if stripe.strength >= LANDMARK.min_strength
         and min(y for _, y in stripe.ends) > least
         and np.isfinite(on_plane(camera, stripe.ends, height)).all()
         and (word is None or _is_called(stripe, word))
@@ -126,7 +139,7 @@ def _on_ground(
         if landmark.kind == "line":
             graded = [(grade, _midline(corners)) for grade, corners in graded]
     graded.sort(key=lambda row: -row[0])
-    rivals = [pixels for grade, pixels in graded if grade > RIVAL * graded[0][0]]
+    rivals = [pixels for grade, pixels in graded if grade > LANDMARK.rival_share * graded[0][0]]
     return rivals if landmark.kind != "point" else [(_mean(pixels),) for pixels in rivals]
 
 
@@ -162,7 +175,10 @@ def _lanes(lines: Sequence[Stripe], camera: Camera, height: float) -> list[tuple
         angle = np.degrees(np.arctan2(abs(cross), float(along @ beside)))
         normal = np.array([-along[1], along[0]]) / max(length, 1e-9)
         gap = float(np.abs((b.mean(0) - a.mean(0)) @ normal))
-        if angle > ALIKE or not NARROW < gap / max(length, 1e-9) < WIDE:
+        if (
+            angle > LANDMARK.max_lane_angle_deg
+            or not LANDMARK.min_lane_ratio < gap / max(length, 1e-9) < LANDMARK.max_lane_ratio
+        ):
             continue
         ends = other.ends[::-1] if turned else other.ends
         corners = (one.ends[0], one.ends[1], ends[1], ends[0])

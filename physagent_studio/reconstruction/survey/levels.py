@@ -20,11 +20,6 @@ from physagent_studio.reconstruction.supports.ramps import Profile
 from physagent_studio.reconstruction.supports.stances import Stance
 from physagent_studio.reconstruction.supports.standing import ground_pixel
 
-USUAL_TOP = 0.6
-"""Height of a slab whose name says nothing, m."""
-SOMEWHERE_OVER = 0.4
-"""By how much less sure a size is of which is only known what it is over, as a share of it."""
-
 
 def heights_of(
     state: SceneState,
@@ -65,9 +60,10 @@ def _given_tops(state: SceneState) -> dict[str, float]:
 def _usual_tops(state: SceneState) -> dict[str, float]:
     """Level planes above the floor: the tops of slabs, given or usual."""
     tops = _given_tops(state)
+    usual_top_m = 0.6  # 0.2..1.2: of a slab whose name says nothing, between bench and counter
     for support in state.supports:
         if support.shape is None and support_kind(support.name) == "slab":
-            tops[support.name] = support_height(support.name) or USUAL_TOP
+            tops[support.name] = support_height(support.name) or usual_top_m
     return tops
 
 
@@ -88,13 +84,14 @@ def measured_of(
     """
     above = unit.position[2]
     out: list[Measured] = []
+    aloft_spread_log = 0.4  # 0..1: less sure where it is only known what a thing is over
     for name, stance in stances.items():
         foot = ground_pixel(name, stances, on, under, profiles)
         plane = FLOOR if root[name] in (AIR, *profiles) else root[name]
         seen = usual[name]
         if foot is None and on[name] == AIR:
             foot, plane = _over(stance, tops)
-            seen = replace(seen, spread=seen.spread + SOMEWHERE_OVER)
+            seen = replace(seen, spread=seen.spread + aloft_spread_log)
         if foot is None:
             continue
         place = on_plane(unit, [foot], 0.0)[0]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import BoolArray
 from physagent_studio.errors import InputError
 from physagent_studio.knowledge import is_solid, support_kind
 from physagent_studio.program.scene.state import Grounding, SceneState
@@ -17,8 +17,6 @@ from physagent_studio.reconstruction.masks.surface_region import with_surface
 from physagent_studio.reconstruction.supports import clicked as clicked_supports
 from physagent_studio.records.case import Case, Image
 from physagent_studio.records.scene import Candidate, Scene
-
-BoolArray = NDArray[np.bool_]
 
 
 def candidates_of(

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.knowledge import (
     is_rails,
     is_solid,
@@ -25,12 +25,6 @@ from physagent_studio.reconstruction.supports.tabletops import Top, top_around
 from physagent_studio.reconstruction.survey.sighting import Look, unit_camera
 from physagent_studio.reconstruction.survey.survey import first_sight
 from physagent_studio.records.case import Case
-
-FloatArray = NDArray[np.float64]
-SAME = 0.5
-"""Overlap from which a mask for a click on a table and the top that its edges bound are one."""
-CORNERS = 4
-"""Clicks that are corners."""
 
 
 def unclicked(state: SceneState) -> tuple[Support, ...]:
@@ -72,11 +66,15 @@ def with_tops(case: Case, state: SceneState, look: Look) -> tuple[Look, dict[str
         top = _top(look, unit, edges, loose)
         if top is not None:
             found[support.name] = top
+    min_overlap = 0.5  # IoU, 0.3..0.9: from which a clicked mask and a bounded top are one
     for support in clicked:
         own = [stance for name, stance in look.stances.items() if first.on[name] == support.name]
         top = _top(look, unit, edges, own)
         masks = look.offers[support.name]
-        if top is not None and max(iou(mask & ~look.covered, top.region) for mask in masks) > SAME:
+        if (
+            top is not None
+            and max(iou(mask & ~look.covered, top.region) for mask in masks) > min_overlap
+        ):
             found[support.name] = top
     tops = {name: top.region for name, top in found.items()}
     return replace(look, regions={**look.regions, **tops}, tops=tops), found
@@ -84,6 +82,7 @@ def with_tops(case: Case, state: SceneState, look: Look) -> tuple[Look, dict[str
 
 def _clicked(state: SceneState, look: Look) -> list[Support]:
     """Level tops that were clicked, without corners, and on which things may stand."""
+    corner_clicks = 4  # count, 3..4: so many clicks on a top are its corners
     return [
         item
         for item in state.supports
@@ -92,7 +91,7 @@ def _clicked(state: SceneState, look: Look) -> list[Support]:
         and not is_solid(item.name)
         and not is_rails(item.name)
         and not item.grounding.marks
-        and sum(click.label for click in item.grounding.points) < CORNERS
+        and sum(click.label for click in item.grounding.points) < corner_clicks
         and look.offers.get(item.name)
     ]
 

@@ -9,22 +9,26 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.reconstruction.photo.line_segments import joined, segments
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow
 from physagent_studio.records.case import Image
 
-FloatArray = NDArray[np.float64]
-SIDE = 720
-"""Longest side of the picture on which they are looked for."""
-WIDTHS = (2.0, 3.0, 4.5, 6.5, 9.0, 13.0)
-"""Widths of stripes in pixels of that picture."""
-STEP = 8.0
-"""Least step of colour (Lab, 0 … 255 each) between a stripe and either side of it."""
-SEEN = 0.7
-"""Share of a stripe's length on which it has to be seen."""
-MOST = 12
-ALONG = 48
-"""Samples along a stripe."""
+
+@dataclass(frozen=True, slots=True)
+class StripeSettings:
+    """What a painted line looks like."""
+
+    longest_side_px: int = 720  # 360..1440: of the picture in which stripes are looked for
+    # 1..30: of stripes there, each about 1.4 times the one before
+    widths_px: tuple[float, ...] = (2.0, 3.0, 4.5, 6.5, 9.0, 13.0)
+    min_step_levels: float = 8.0  # 3..30: of Lab, to either side
+    min_seen_share: float = 0.7  # 0.4..1: of its length on which it shows; the rest may be worn
+    max_stripes: int = 12  # count, 4..40: the clearest; the rest is pattern
+    samples_count: int = 48  # 16..200: along a stripe
+
+
+STRIPE = StripeSettings()
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +49,7 @@ def painted_lines(image: Image, covered: BoolArray | None = None) -> list[Stripe
 
     covered: pixels (H, W) of objects, whose own stripes do not count.
     """
-    factor = min(1.0, SIDE / max(image.shape[:2]))
+    factor = min(1.0, STRIPE.longest_side_px / max(image.shape[:2]))
     small = cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
     small = np.ascontiguousarray(small).astype(np.uint8)
     taken = np.zeros(small.shape[:2], bool)
@@ -60,7 +64,7 @@ def painted_lines(image: Image, covered: BoolArray | None = None) -> list[Stripe
         if stripe is not None:
             found.append(stripe)
     found.sort(key=lambda stripe: -stripe.strength)
-    return [_scaled(stripe, 1 / factor) for stripe in _each_once(found)[:MOST]]
+    return [_scaled(stripe, 1 / factor) for stripe in _each_once(found)[: STRIPE.max_stripes]]
 
 
 def _stripe(
@@ -76,19 +80,19 @@ def _stripe(
     if reach < 12:
         return None
     normal = np.array([-way[1], way[0]]) / reach
-    middle = start + np.linspace(0.03, 0.97, ALONG)[:, None] * way
+    middle = start + np.linspace(0.03, 0.97, STRIPE.samples_count)[:, None] * way
     column = np.clip(middle[:, 0].round().astype(int), 0, taken.shape[1] - 1)
     row = np.clip(middle[:, 1].round().astype(int), 0, taken.shape[0] - 1)
     free = ~taken[row, column]
     if free.mean() < 0.5:
         return None
     best: tuple[float, float, float] | None = None
-    for width in WIDTHS:
+    for width in STRIPE.widths_px:
         for side in (-1, 1):
             step = _steps(lab, middle[free], normal, side * width / 2, width)
-            seen = float((step > STEP).mean())
+            seen = float((step > STRIPE.min_step_levels).mean())
             value = float(np.median(step)) * seen
-            if seen > SEEN and (best is None or value > best[0]):
+            if seen > STRIPE.min_seen_share and (best is None or value > best[0]):
                 best = value, side * width / 2, width
     if best is None:
         return None

@@ -30,9 +30,6 @@ from physagent_studio.reconstruction.survey.landmarks import Shown
 from physagent_studio.reconstruction.survey.painted_lines import painted_lines
 from physagent_studio.records.case import Case, Image
 
-GOAL_HEIGHT, GOAL_SPREAD = 2.3, 0.15
-"""Goals are 2.44 m high, smaller ones 2 m."""
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Look:
@@ -118,9 +115,11 @@ class Sighting:
             out.append(camera_cues.Standing(row, stance.extent, size.metres, size.spread, plane))
         marks = seen_by(" ".join(mark.name for mark in state.landmarks))
         frame = self.shown.frame
+        goal_m = 2.3  # 1.8..2.6: high: goals are 2.44, smaller ones 2
+        goal_spread_log = 0.15  # 0.05..0.4: of that
         if frame is not None and "measured_frame" in marks:
             out.append(
-                camera_cues.Standing(frame.foot, frame.height, GOAL_HEIGHT, GOAL_SPREAD, FLOOR)
+                camera_cues.Standing(frame.foot, frame.height, goal_m, goal_spread_log, FLOOR)
             )
         return out
 

@@ -29,7 +29,7 @@ from physagent_studio.program.scene.state import (
 from physagent_studio.reconstruction import photo_hash, reconstruct
 from physagent_studio.reconstruction.shapes.meshes import mesh_of, support_mesh, volume_and_centre
 from physagent_studio.reconstruction.shapes.silhouettes import silhouette
-from physagent_studio.reconstruction.supports.block import BOX, BOX_FACES, placed
+from physagent_studio.reconstruction.supports.block import BOX, FACES, placed
 from physagent_studio.reconstruction.supports.flights import Flight, flight_of
 from physagent_studio.reconstruction.supports.ramps import height_at
 from physagent_studio.reconstruction.supports.stairs import with_steps
@@ -167,7 +167,7 @@ def _steps_drawn(flight):
             if sign * (own[0] * math.cos(way) + own[1] * math.sin(way)) > half:
                 seen.append((face, 170 if along else 140))
         for face, tone in seen:
-            corners = np.round(pixels[list(BOX_FACES[face])]).astype(np.int32)
+            corners = np.round(pixels[list(FACES["box"][face])]).astype(np.int32)
             cv2.fillConvexPoly(image, corners, (tone, tone - 20, tone - 50))
             cv2.fillConvexPoly(numbers, corners, index + 1)
     noise = np.random.default_rng(1).normal(0, 2, image.shape)

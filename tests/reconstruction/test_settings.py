@@ -17,6 +17,14 @@ import physagent_studio
 
 PACKAGE = Path(physagent_studio.__file__).parent
 DONE = (
+    "agent/rules",
+    "agent/rules/contract",
+    "agent/rules/contract/senses",
+    "agent/rules/planner",
+    "agent/rules/scene",
+    "agent/rules/schedule",
+    "agent/rules/schedule/scripts",
+    "agent/rules/verifier",
     "reconstruction",
     "reconstruction/backends",
     "reconstruction/camera",
@@ -59,8 +67,9 @@ def bare_numbers(tree: ast.Module) -> Iterator[str]:
     for node in tree.body:
         if isinstance(node, ast.Assign | ast.AnnAssign):
             targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-            parts = node.value.elts if isinstance(node.value, ast.Tuple) else [node.value]
-            name = ast.unparse(targets[0])
+            name, parts = ast.unparse(targets[0]), [node.value]
+            if isinstance(targets[0], ast.Tuple) and isinstance(node.value, ast.Tuple):
+                parts = node.value.elts
             if any(is_number(part) for part in parts) and name != "VERSION":
                 yield name
 

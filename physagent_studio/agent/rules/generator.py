@@ -205,7 +205,7 @@ def _contract(reading: Reading, layout: Layout, clip: Clip) -> Contract:
 
 def _once_raised(contract: Contract, reading: Reading, layout: Layout) -> Contract:
     """What is said of things that are raised first is asked for from then on."""
-    raised, wait = raised_places(reading, layout), act.FIRST_STEP + act.RISES
+    raised, wait = raised_places(reading, layout), act.STEPS.first_step + act.STEPS.rise_steps
     if not raised:
         return contract
     return contract.model_copy(

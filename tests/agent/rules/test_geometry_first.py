@@ -7,7 +7,7 @@ import pytest
 
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.agent.rules.planner.costs import cost_of
-from physagent_studio.agent.rules.planner.trials import STURDY, weakness_of
+from physagent_studio.agent.rules.planner.trials import TRIAL, weakness_of
 from physagent_studio.agent.rules.scene.footing import with_hold
 from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.agent.rules.schedule.paths import arc_length, clearance, free_turn
@@ -137,10 +137,10 @@ def check(margin: float, *, ok: bool = True) -> Check:
 
 
 def test_weakness_is_of_margins_that_are_there_and_small() -> None:
-    assert weakness_of([check(1.0), check(STURDY)]) == 0
+    assert weakness_of([check(1.0), check(TRIAL.sturdy_margin)]) == 0
     assert weakness_of([check(0.0)]) == 0
     assert weakness_of([check(-1.0, ok=False)]) == 0
-    assert weakness_of([check(STURDY / 5)]) == pytest.approx(0.8)
+    assert weakness_of([check(TRIAL.sturdy_margin / 5)]) == pytest.approx(0.8)
 
 
 @pytest.mark.parametrize("seed", [5, 15, 2, 14])

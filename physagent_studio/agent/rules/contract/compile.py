@@ -17,7 +17,7 @@ from physagent_studio.agent.rules.contract.sequence import (
     matched,
     over_then_on,
 )
-from physagent_studio.agent.rules.contract.specs import Context, Spec, any_of, place_name
+from physagent_studio.agent.rules.contract.specs import SPEC, Context, Spec, any_of, place_name
 from physagent_studio.agent.rules.contract.statements import Statements
 from physagent_studio.agent.rules.contract.untold import untold
 from physagent_studio.agent.rules.scene.measures import Layout
@@ -32,8 +32,6 @@ _BLOWS = words_of("hit push kick fall land knock throw")
 _BY_ITSELF = words_of("fall leave slip jump bounce rise land flip spin break reach enter descend")
 """What is denied of everything else where only one thing does it."""
 _COMING_DOWN = words_of("fall leave slip descend topple land")
-BEGINNING = 12
-"""Steps at the beginning in which what "does not move until …" is still, and must be so."""
 
 
 def contract_of(reading: Reading, layout: Layout) -> Contract:
@@ -117,7 +115,12 @@ class _Draft:
             return False
         build = SENSES.get(following[0].sense)
         for subject in frame.patient:
-            first = {"subject": subject, "distance": 0.05, "tilt": 15.0, "to_step": BEGINNING}
+            first = {
+                "subject": subject,
+                "distance": 0.05,
+                "tilt": 15.0,
+                "to_step": SPEC.still_steps,
+            }
             self.told.state(Spec("stays", first), frame.clause)
             other = (*following[0].patient, subject)[0]
             told = list(build(self._context(index + 1, following[0], other))) if build else []
@@ -243,7 +246,7 @@ class _Draft:
         for one in (part for group in groups for part in denied(group, touched)):
             if one.kind == "moves" and not {"direction", "toward"} & set(one.fields):
                 still = {"subject": one.fields["subject"], "distance": 0.05, "tilt": 15.0}
-                still |= {"to_step": BEGINNING} if first else {}
+                still |= {"to_step": SPEC.still_steps} if first else {}
                 self.told.state(Spec("stays", still), clause)
             else:
                 self.told.state(one.opposite(), clause)

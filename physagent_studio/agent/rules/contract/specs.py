@@ -12,8 +12,16 @@ from physagent_studio.agent.rules.scene.measures import Layout, level, named_way
 from physagent_studio.language import EventFrame, Place, Reading
 from physagent_studio.program.actions import Direction
 
-START = 20
-"""Steps at the beginning in which "it stands on …" has to be seen."""
+
+@dataclass(frozen=True, slots=True)
+class SpecSettings:
+    """When what holds at the beginning has to be seen."""
+
+    start_steps: int = 20  # 5..60: in which "it stands on …" has to hold
+    still_steps: int = 12  # 5..40: in which what "does not move until …" has to be still
+
+
+SPEC = SpecSettings()
 
 
 @dataclass(frozen=True)

@@ -48,8 +48,6 @@ OF_THINGS = frozenset({"weight", "friction", "rolling", "bounciness"})
 OF_ACTIONS = ("magnitude", "timing", "duration", "elevation", "direction")
 OFFERED = ("magnitude", "timing", "density", "friction", *OF_ACTIONS[2:])
 """Factors that are offered where words name an action, and where they name a thing."""
-MOST_OFFERED = 6
-"""More numbers than these would hide what they offer."""
 OPPOSITE = {
     "left": "right", "right": "left", "away": "toward_camera", "toward_camera": "away",
 }  # fmt: skip
@@ -110,7 +108,8 @@ class Understood:
     @property
     def shown(self) -> tuple[Change, ...]:
         """What could be meant, each way by itself, as many as there are buttons."""
-        both = [each for one in self.open[:MOST_OFFERED] for each in _both_ways(one)]
+        max_offered = 6  # count, 2..12: more numbers would hide what they offer
+        both = [each for one in self.open[:max_offered] for each in _both_ways(one)]
         return tuple({in_words(one): one for one in both}.values())
 
 

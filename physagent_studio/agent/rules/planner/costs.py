@@ -19,14 +19,12 @@ from physagent_studio.program.scene.bodies import (
 )
 from physagent_studio.program.scene.state import SceneObject
 
-UNIT = 24 * 320
-"""Degrees of freedom times control steps of one unit."""
-
 
 def cost_of(program: PhysicalProgram) -> float:
     """Units of one run of the program, at least 1."""
     freedoms = sum(_freedoms(item) for item in program.scene.objects)
-    return max(freedoms * program.clip.steps / UNIT, 1.0)
+    unit_steps = 24 * 320  # 1000..100000: of degrees of freedom: four rigid bodies for a usual clip
+    return max(freedoms * program.clip.steps / unit_steps, 1.0)
 
 
 def _freedoms(item: SceneObject) -> int:

@@ -24,12 +24,19 @@ from physagent_studio.records import Rollout
 
 VIEW = ("framing", "pace", "heading", "stirs")
 """Codes of mismatches of the view."""
-SPARE = 0.9
-"""Part of what would just do that is aimed at."""
-FACTORS = (0.25, 1 / 3, 0.4, 0.5, 2 / 3, 0.8, 1.0)
-"""Time factors that are chosen by themselves."""
-COMFORT = 0.6
-"""Part of the clip that a motion shall fill."""
+
+
+@dataclass(frozen=True, slots=True)
+class DirectingSettings:
+    """How much gentler or slower a clip is made at once."""
+
+    spare_share: float = 0.9  # 0.7..1: of what would just do, that is aimed at
+    # factor, 0.1..1: that are chosen by themselves, as people name them
+    time_factors: tuple[float, ...] = (0.25, 1 / 3, 0.4, 0.5, 2 / 3, 0.8, 1.0)
+    comfort_share: float = 0.6  # 0.3..1: of the clip that a motion shall fill
+
+
+DIRECTING = DirectingSettings()
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,8 +148,11 @@ def _plans(shown: Shown, program: PhysicalProgram) -> Iterator[tuple[float, floa
 
 
 def _gentler(shown: Shown) -> Iterator[tuple[float, float, float]]:
-    slow = min(1.0, SPARE / shown.haste) if shown.haste > 1 else 1.0
-    nearer, much_nearer = SPARE * shown.kept**0.5, SPARE * shown.kept
+    slow = min(1.0, DIRECTING.spare_share / shown.haste) if shown.haste > 1 else 1.0
+    nearer, much_nearer = (
+        DIRECTING.spare_share * shown.kept**0.5,
+        DIRECTING.spare_share * shown.kept,
+    )
     gentle = min(slow, nearer) if shown.kept < 1 else slow
     if gentle < 1:
         yield gentle, 1.0, 1.0
@@ -159,8 +169,8 @@ def _slower(shown: Shown, program: PhysicalProgram) -> Iterator[tuple[float, flo
     now = program.clip.time_factor
     if not shown.sudden or now <= SLOWEST:
         return
-    slow = min(1.0, SPARE / shown.haste) if shown.haste > 1 else 1.0
-    stretch = min(shown.fills / COMFORT, 1.0) if shown.fills < FILLS else 1.0
+    slow = min(1.0, DIRECTING.spare_share / shown.haste) if shown.haste > 1 else 1.0
+    stretch = min(shown.fills / DIRECTING.comfort_share, 1.0) if shown.fills < FILLS else 1.0
     both = min(slow, stretch)
     for wanted in dict.fromkeys((both, 1.4 * both, slow, stretch, 0.7 * both)):
         factor = _named_factor(now * wanted)
@@ -168,14 +178,14 @@ def _slower(shown: Shown, program: PhysicalProgram) -> Iterator[tuple[float, flo
             continue
         yield 1.0, 1.0, factor / now
         if shown.kept < 1:
-            yield SPARE * shown.kept**0.5, 1.0, factor / now
+            yield DIRECTING.spare_share * shown.kept**0.5, 1.0, factor / now
         if (left := min(1.0, slow * now / factor)) < 1:
             yield left, 1.0, factor / now
 
 
 def _named_factor(factor: float) -> float:
     """The slowest of the usual factors that is not faster than this."""
-    return max((f for f in FACTORS if f <= factor + 1e-9), default=SLOWEST)
+    return max((f for f in DIRECTING.time_factors if f <= factor + 1e-9), default=SLOWEST)
 
 
 def replanned(

@@ -5,26 +5,32 @@ What things do and how far they go stays as it was; only how hard they are drive
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.planner.costs import cost_of
 from physagent_studio.agent.rules.planner.directing import replanned
 from physagent_studio.agent.rules.planner.factors import may_change
-from physagent_studio.agent.rules.planner.trials import STURDY, Candidate, Search
+from physagent_studio.agent.rules.planner.trials import TRIAL, Candidate, Search
 from physagent_studio.agent.rules.planner.wording import proposal
 from physagent_studio.contract.view import acting_objects
 from physagent_studio.program.edits import Edit
 from physagent_studio.records import Check, Proposal, Rollout
 
-RUNS = 10
-"""Most candidate runs of one easing, where a run costs one unit (`costs`)."""
-WORTH = 0.9
-"""Nearer than this the ratio of the efforts is not settled."""
-LEAST = 0.5
-"""No easing goes below this part of the efforts at once."""
-SAME_WAY = 0.85
-"""Part of its way, at least, that each acting thing still goes."""
+
+@dataclass(frozen=True, slots=True)
+class EasingSettings:
+    """How far a program is made gentler."""
+
+    max_runs: int = 10  # count, 3..50: of one easing, where a run costs one unit
+    settled_ratio: float = 0.9  # 0.7..0.99: of two efforts, from which it is not settled further
+    min_ratio: float = 0.5  # 0.2..0.9: of the efforts, below which none goes at once
+    min_way_share: float = 0.85  # 0.5..1: of its way that each acting thing still goes
+
+
+EASING = EasingSettings()
 
 
 class Easing:
@@ -32,10 +38,10 @@ class Easing:
 
     def ease(self, situation: Situation) -> Proposal:
         """A gentler program; without hunks where there is none."""
-        search = Search(situation, max(int(RUNS / cost_of(situation.program)), 1))
-        low, high, best = LEAST, 1.0, None
+        search = Search(situation, max(int(EASING.max_runs / cost_of(situation.program)), 1))
+        low, high, best = EASING.min_ratio, 1.0, None
         # By halving: the lowest ratio of the speeds with which everything still holds.
-        while high / low > 1 / WORTH and not search.exhausted:
+        while high / low > 1 / EASING.settled_ratio and not search.exhausted:
             ratio = (low * high) ** 0.5
             edits = replanned(situation.program, ratio, 1.0, 1.0)
             if not edits or not may_change(situation, edits):
@@ -59,7 +65,9 @@ def _is_as_good(situation: Situation, found: Candidate) -> bool:
         return False
     before = {c.id: c.margin for c in situation.assessment.checks if c.demanded}
     weaker = any(
-        c.margin < min(STURDY, before.get(c.id, STURDY)) for c in found.checks if c.demanded
+        c.margin < min(TRIAL.sturdy_margin, before.get(c.id, TRIAL.sturdy_margin))
+        for c in found.checks
+        if c.demanded
     )
     shorter = _filled(found.checks) < _filled(situation.assessment.checks) - 0.02
     return not weaker and not shorter and _goes_as_far(situation, situation.rollout, found.rollout)
@@ -73,7 +81,9 @@ def _filled(checks: tuple[Check, ...]) -> float:
 def _goes_as_far(situation: Situation, before: Rollout, now: Rollout) -> bool:
     names = acting_objects(situation.program)
     return all(
-        _way(now, name) >= SAME_WAY * _way(before, name) for name in before.objects if name in names
+        _way(now, name) >= EASING.min_way_share * _way(before, name)
+        for name in before.objects
+        if name in names
     )
 
 

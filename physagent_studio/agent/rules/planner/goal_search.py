@@ -32,15 +32,31 @@ from physagent_studio.program.actions import ApplyAngledForce, ApplyForce, SetVe
 from physagent_studio.records import Proposal, Rollout
 
 Run = Callable[[PhysicalProgram], Rollout]
-LIMIT = 48
-"""Most candidate runs of one wish."""
-NEAR, SHARE = 0.005, 0.02
-"""A wish is met within so many m, or within this share of the way asked for."""
-STRENGTH, TURN, RAISE = 0.25, math.radians(6), math.radians(5)
-"""What one stride is: a ratio of strength (logarithm), a turn about +z, and one upwards."""
+
+
+@dataclass(frozen=True, slots=True)
+class GoalSettings:
+    """How a wish for a place is sought."""
+
+    max_runs: int = 48  # count, 10..200: of one wish
+    near_m: float = 0.005  # 0.001..0.05: of the place, where the wish is met
+    near_share: float = 0.02  # 0.005..0.1: of the way asked for: a long way is met less exactly
+    strength_stride_log: float = 0.25  # 0.05..1: of a strength: a quarter more or less is seen
+    turn_stride_rad: float = math.radians(6)  # 0.02..0.5: about the vertical
+    # strides, -5..5: of strength and of turn, looked at first: one is near, three is far
+    probe_strides: tuple[int, int, int, int] = (1, -1, 3, -3)
+    raise_stride_rad: float = math.radians(
+        5
+    )  # 0.02..0.5: upwards, where little decides what is passed over
+
+
+GOAL = GoalSettings()
+
 PROBES = (
-    (0, 0, 0), *((way, 0, 0) for way in (1, -1, 3, -3)), *((0, way, 0) for way in (1, -1, 3, -3)),
-)  # fmt: skip
+    (0, 0, 0),
+    *((way, 0, 0) for way in GOAL.probe_strides),
+    *((0, way, 0) for way in GOAL.probe_strides),
+)
 """Strides of strength, turn and raise that are looked at first."""
 
 
@@ -72,7 +88,7 @@ class _Search:
         except StudioError:
             return None
         key = program.hash
-        if key not in self.known and self.runs < LIMIT:
+        if key not in self.known and self.runs < GOAL.max_runs:
             self.runs += 1
             self.known[key] = self._measured(program)
             found = self.known[key]
@@ -151,7 +167,10 @@ def _knobs(action: Action) -> Knobs:
     if isinstance(action, ApplyAngledForce):
         return lambda x: (
             SetField(path=f"{base}.magnitude", value=_neat(action.magnitude * _ratio(x[0]))),
-            SetField(path=f"{base}.angle", value=_neat(action.angle + math.degrees(TURN) * x[1])),
+            SetField(
+                path=f"{base}.angle",
+                value=_neat(action.angle + math.degrees(GOAL.turn_stride_rad) * x[1]),
+            ),
         )
     assert isinstance(action, SetVelocity | ApplyForce)
     name = "velocity" if isinstance(action, SetVelocity) else "force"
@@ -162,8 +181,8 @@ def _knobs(action: Action) -> Knobs:
 
 
 def _directed(path: str, value: Directed, x: FloatArray) -> tuple[Edit, ...]:
-    azimuth = (value.azimuth + math.degrees(TURN) * x[1] + 180.0) % 360.0 - 180.0
-    elevation = min(max(value.elevation + math.degrees(RAISE) * x[2], -85.0), 85.0)
+    azimuth = (value.azimuth + math.degrees(GOAL.turn_stride_rad) * x[1] + 180.0) % 360.0 - 180.0
+    elevation = min(max(value.elevation + math.degrees(GOAL.raise_stride_rad) * x[2], -85.0), 85.0)
     edits = [SetField(path=f"{path}.magnitude", value=_neat(value.magnitude * _ratio(x[0])))]
     if x[1] != 0:
         edits.append(SetField(path=f"{path}.azimuth", value=_neat(azimuth)))
@@ -175,8 +194,8 @@ def _directed(path: str, value: Directed, x: FloatArray) -> tuple[Edit, ...]:
 def turned(vector: Sequence[float], x: FloatArray) -> list[JsonValue]:
     """A vector, scaled, turned about +z and raised by strides."""
     length = math.sqrt(sum(part * part for part in vector)) * _ratio(x[0])
-    heading = math.atan2(vector[1], vector[0]) + TURN * x[1]
-    raised = math.atan2(vector[2], math.hypot(vector[0], vector[1])) + RAISE * x[2]
+    heading = math.atan2(vector[1], vector[0]) + GOAL.turn_stride_rad * x[1]
+    raised = math.atan2(vector[2], math.hypot(vector[0], vector[1])) + GOAL.raise_stride_rad * x[2]
     raised = min(max(raised, -math.pi / 2), math.pi / 2)
     flat = length * math.cos(raised)
     parts = (flat * math.cos(heading), flat * math.sin(heading), length * math.sin(raised))
@@ -184,7 +203,7 @@ def turned(vector: Sequence[float], x: FloatArray) -> list[JsonValue]:
 
 
 def _ratio(strides: float) -> float:
-    return math.exp(STRENGTH * strides)
+    return math.exp(GOAL.strength_stride_log * strides)
 
 
 def _neat(value: float) -> float:
@@ -208,7 +227,7 @@ def _close_in(search: _Search, knobs: Knobs, probes: Sequence[Sequence[float]]) 
     free = 3 if abs(float(here[2])) > max(0.02, 0.3 * float(np.linalg.norm(here))) else 2
     corners = best[:free] + np.vstack([np.zeros(free), np.eye(free)])
     near = _near(search.program, search.wish)
-    options = {"initial_simplex": corners, "maxfev": LIMIT, "xatol": 0.1, "fatol": near}
+    options = {"initial_simplex": corners, "maxfev": GOAL.max_runs, "xatol": 0.1, "fatol": near}
     minimize(size, best[:free], method="Nelder-Mead", options=options)
 
 
@@ -245,8 +264,11 @@ def _near(program: PhysicalProgram, wish: Wish) -> float:
     """How near is near enough, m."""
     item = program.scene.object(wish.name)
     if item is None or item.position is None:
-        return NEAR
-    return max(NEAR, SHARE * float(np.linalg.norm(np.subtract(wish.position, item.position))))
+        return GOAL.near_m
+    return max(
+        GOAL.near_m,
+        GOAL.near_share * float(np.linalg.norm(np.subtract(wish.position, item.position))),
+    )
 
 
 def _told(search: _Search, start: float) -> Proposal:

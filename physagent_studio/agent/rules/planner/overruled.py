@@ -41,10 +41,6 @@ WISHED = re.compile(r"^(?:demand|let|make|have)\b|\b(?:must|should|shall|may)\b"
 """What says that something is to be so; without it words may as well be a complaint."""
 DEMAND = "demand that "
 """Begins words that are a demand and nothing else."""
-MOST_SAID = 80
-"""Letters of a button at most."""
-REACHES = (1.0, 2.0, 3.0)
-"""How far a wished-for number is turned, in strides of its knob; the least that changes it."""
 
 
 def heard(situation: Situation) -> str:
@@ -106,11 +102,12 @@ def with_words(situation: Situation, made: Proposal, told: Understood, words: st
     line = told.line or (f"a new demand, “{words.removeprefix(DEMAND)}”" if demand else "")
     meant = told.meant
     look = ("Look at the photo", "")
+    max_said = 80  # letters, 40..200: a button holds no more
     if not line:
         near = suggested(situation.program, words)
         meant = meant or ((*near.meant, look) if near.photo else near.meant)
         if demands(situation.case, situation.program, words):
-            meant = ((f"Demand it: {words}"[:MOST_SAID], f"{DEMAND}{words}"), *meant)
+            meant = ((f"Demand it: {words}"[:max_said], f"{DEMAND}{words}"), *meant)
     if told.photo:
         meant = (look, *meant)
     return made.model_copy(update={"understood": line, "meant": meant})
@@ -203,7 +200,9 @@ def _turned(situation: Situation, search: Search, told: Understood) -> Candidate
     """All that is certain, turned its way: as little as what is demanded allows."""
     free = [one for one in told.changes if may_change(situation, one.knob.edits(one.knob.value))]
     best: Candidate | None = None
-    for reach in REACHES if free else ():
+    # strides, 0.5..5: by which a wished-for number is turned; the least that does
+    reach_strides = (1.0, 2.0, 3.0)
+    for reach in reach_strides if free else ():
         found = search.turn([(one.knob, one.knob.shifted(one.sign * reach)) for one in free])
         if found is not None and found.score.holds:
             return found

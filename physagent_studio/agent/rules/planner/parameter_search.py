@@ -11,10 +11,6 @@ from physagent_studio.agent.rules.planner.parameters import Knob
 from physagent_studio.agent.rules.planner.trials import Candidate, Score, Search, better
 from physagent_studio.program.edits import Edit
 
-SETTLE_RUNS = 3
-"""Runs that a search spends on making sturdy, or smaller, what already holds."""
-
-
 # --- one factor ----------------------------------------------------------------------------------
 
 
@@ -119,7 +115,8 @@ class _Line:
 
     def settled(self) -> Candidate:
         """What holds, made sturdy, or smaller where it is sturdy already, in a few more runs."""
-        self.until = self.search.runs + (1 if self.search.dear else SETTLE_RUNS)
+        settle_runs = 3  # count, 1..10: on making sturdy, or smaller, what already holds
+        self.until = self.search.runs + (1 if self.search.dear else settle_runs)
         while not self.spent:
             target = self._sturdier() if self._weak else self._smaller()
             if target is None or target in self.seen:

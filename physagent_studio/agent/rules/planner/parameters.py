@@ -113,7 +113,7 @@ def _strength(action: Action) -> Iterable[Knob]:
     elif (vector := _vector(action)) is not None:
         path = f"{base}.{VECTORS[action.operator]}"
         if isinstance(vector, Directed):
-            fastest = BELIEVABLE if vector.quantity == "target_speed" else math.inf
+            fastest = RANGE.max_speed_mps if vector.quantity == "target_speed" else math.inf
             yield _ratio(f"{path}.magnitude", "magnitude", action.name, vector.magnitude, fastest)
         else:
             yield _scaled_vector(path, action.name, vector)
@@ -193,8 +193,24 @@ def _timing(action: Action, program: PhysicalProgram) -> Iterable[Knob]:
     yield Knob(path, "timing", action.name, at, 0, latest, stride, by_ratio=False, whole=True)
 
 
-BELIEVABLE = 12.0
-"""No search sends a thing off faster than this, m/s, unless it is so already."""
+@dataclass(frozen=True, slots=True)
+class ParameterSettings:
+    """How far a search may go and a viewer still believe it."""
+
+    max_speed_mps: float = 12.0  # 5..40: with which a thing is sent off, unless it is so already
+    max_aside_deg: float = 35.0  # 10..60: of a push, from where the sentence has it point
+    # 2..20: by which a thing may be rougher or smoother than its material
+    friction_factor: float = 6.0
+    min_friction: float = 0.01  # ratio, 0..0.05: on ice: of runners, and of stones that are swept
+    slick_friction: float = 0.1  # ratio, 0.02..0.2: up to which a support is as slippery as ice
+    density_factor: float = 4.0  # 1.5..10: by which it may be denser or lighter: filled, or hollow
+    max_askew_deg: float = 12.0  # 3..30: of a front that is not known, elsewhere
+    min_rolling: float = 0.005  # ratio, 0.001..0.02: resistance of wheels on a smooth track
+    max_rolling: float = 0.4  # ratio, 0.2..1: of wheels that are held back
+    rough_rolling: float = 0.12  # ratio, 0.05..0.3: of long grass or sand, the roughest there is
+
+
+RANGE = ParameterSettings()
 
 
 def _ratio(path: str, factor: str, target: str, value: float, most: float = math.inf) -> Knob:
@@ -211,13 +227,9 @@ def _angle(path: str, factor: str, target: str, value: float, limit: float = 360
     return Knob(path, factor, target, value, low, high, 4.0, by_ratio=False)
 
 
-ASIDE = 35.0
-"""Degrees by which no search turns a push away from where the sentence has it point."""
-
-
 def _turned(path: str, target: str, value: float) -> Knob:
     """A turn away from a named way or an aim, as far as nobody would call it another way."""
-    low, high = min(value, 0.0) - ASIDE, max(value, 0.0) + ASIDE
+    low, high = min(value, 0.0) - RANGE.max_aside_deg, max(value, 0.0) + RANGE.max_aside_deg
     return Knob(path, "direction", target, value, low, high, 4.0, by_ratio=False)
 
 
@@ -243,22 +255,12 @@ def _turned_vector(path: str, target: str, vector: tuple[float, float, float]) -
     return Knob(path, "direction", target, heading, heading - 180, heading + 180, 4.0, False, write)
 
 
-SLIPPERY = 6.0
-"""How many times more slippery or rougher than its material a thing may be made."""
-SLIPPING = 0.01
-"""Least friction of what lies on something as slippery as ice: runners, stones that are swept."""
-SLICK = 0.1
-"""Friction of a support up to which it is as slippery as that."""
-LIKELY = 4.0
-"""How many times denser or lighter than its material a thing may be made: hollow, or filled."""
-
-
 def _least_friction(program: PhysicalProgram, item: SceneObject, usual: float) -> float:
     if item.wheels is not None:
         return usual
     below = program.scene.support(item.support or "")
-    slick = below is not None and friction_between(below, below) <= SLICK
-    return SLIPPING if slick else usual / SLIPPERY
+    slick = below is not None and friction_between(below, below) <= RANGE.slick_friction
+    return RANGE.min_friction if slick else usual / RANGE.friction_factor
 
 
 def material_knobs(program: PhysicalProgram) -> list[Knob]:
@@ -271,9 +273,10 @@ def material_knobs(program: PhysicalProgram) -> list[Knob]:
         found += [
             Knob(f"{base}.friction", "friction", item.name, max(friction, 0.005),
                  min(_least_friction(program, item, row.friction), max(friction, 0.005)),
-                 min(max(row.friction * SLIPPERY, friction), 5.0), 0.3),
+                 min(max(row.friction * RANGE.friction_factor, friction), 5.0), 0.3),
             Knob(f"{base}.density", "density", item.name, density,
-                 min(row.density / LIKELY, density), max(row.density * LIKELY, density), 0.4),
+                 min(row.density / RANGE.density_factor, density),
+                 max(row.density * RANGE.density_factor, density), 0.4),
             Knob(f"{base}.restitution", "restitution", item.name, touch.restitution, 0.0, 0.95,
                  0.15, by_ratio=False),
         ]  # fmt: skip
@@ -292,25 +295,21 @@ def _rolling_knobs(item: SceneObject) -> Iterable[Knob]:
     base = f"scene.objects.{item.name}"
     if item.wheels is None:
         own = touch_of(item).rolling
-        low, high, path = max(0.1 * own, 0.0005), max(10 * own, ROUGHEST), f"{base}.rolling"
+        low, high, path = (
+            max(0.1 * own, 0.0005),
+            max(10 * own, RANGE.rough_rolling),
+            f"{base}.rolling",
+        )
     else:
         own, path = item.wheels.rolling, f"{base}.wheels.rolling"
-        low, high = min(FREEST, max(own, 0.001)), max(4 * own, BRAKED)
+        low, high = min(RANGE.min_rolling, max(own, 0.001)), max(4 * own, RANGE.max_rolling)
     if item.wheels is not None or is_round(item):
         own = max(own, 0.001)
         yield Knob(path, "rolling", item.name, own, low, high, 0.6)
     if item.wheels is not None and not item.wheels.known:
         at, path = item.wheels.heading, f"{base}.wheels.heading"
-        low, high = at - ASKEW, at + ASKEW
+        low, high = at - RANGE.max_askew_deg, at + RANGE.max_askew_deg
         yield Knob(path, "direction", item.name, at, low, high, 4.0, by_ratio=False)
-
-
-ASKEW = 12.0
-"""Degrees by which a front that is not known may be taken to point elsewhere."""
-FREEST, BRAKED = 0.005, 0.4
-"""Resistances of wheels between which a search goes: on a smooth track, and held back."""
-ROUGHEST = 0.12
-"""Resistance of long grass or sand: what rolls on nothing rougher loses no more than that."""
 
 
 def is_round(item: SceneObject) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.planner.asked import Understood, keeping, understood
@@ -31,16 +31,18 @@ from physagent_studio.agent.rules.planner.wording import (
 from physagent_studio.program.edits import Edit
 from physagent_studio.records import Proposal
 
-BETTER = 0.02
-"""Least improvement of the margins, relative, that is worth a proposal."""
+
+@dataclass(frozen=True, slots=True)
+class PlannerSettings:
+    """When a search goes on, and what it may cost."""
+
+    min_gain_share: float = 0.02  # 0..0.2: of the margins, that is worth a proposal
+    many_unseen: int = 3  # checks, 2..6: of the view that fail, from which the director comes first
+    min_runs: int = 6  # count, 2..20: that a search may always make, however dear they are
+    dear_units: float = 5.0  # cost, 2..20: of a run, from which it is dear
 
 
-MANY_UNSEEN = 3
-"""Failed checks of the view from which on the director comes first, whatever else fails."""
-FEWEST = 6
-"""Runs that a search may always make, however dear they are."""
-DEAR = 5.0
-"""Units from which on a run is dear."""
+PLANNER = PlannerSettings()
 
 
 class RulePlanner:
@@ -79,8 +81,8 @@ class RulePlanner:
         """A budget of units: what the first proposals did not find is worth less and less."""
         cost = cost_of(situation.program)
         units = self.limit / (1 + 0.5 * len(situation.memory.entries))
-        least = min(self.limit, FEWEST)
-        return Search(situation, max(int(units / cost), least), dear=cost > DEAR)
+        least = min(self.limit, PLANNER.min_runs)
+        return Search(situation, max(int(units / cost), least), dear=cost > PLANNER.dear_units)
 
     def _searched(self, situation: Situation, search: Search) -> Candidate | None:
         """Factor after factor, then several together, then other actions, verified facts last."""
@@ -99,7 +101,7 @@ class RulePlanner:
     ) -> Candidate | None:
         codes = {m.code for m in situation.assessment.diagnosis}
         unseen = sum(m.code in VIEW for m in situation.assessment.diagnosis)
-        if not verified and (codes <= set(VIEW) or unseen >= MANY_UNSEEN):
+        if not verified and (codes <= set(VIEW) or unseen >= PLANNER.many_unseen):
             found = self._restructured(situation, search, bias, direct(situation))
             if found is not None:
                 return found
@@ -180,7 +182,7 @@ def _seed(situation: Situation) -> int:
 def _worth(new: Score, old: Score) -> bool:
     if new.failing != old.failing:
         return new.failing < old.failing
-    return new.shortfall < old.shortfall - BETTER * max(old.shortfall, 0.05)
+    return new.shortfall < old.shortfall - PLANNER.min_gain_share * max(old.shortfall, 0.05)
 
 
 def _proposal(situation: Situation, start: Candidate, best: Candidate, search: Search) -> Proposal:

@@ -10,7 +10,7 @@ import numpy as np
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.agent.rules.schedule import actions as act
-from physagent_studio.agent.rules.schedule.paths import TURNS, arc_length
+from physagent_studio.agent.rules.schedule.paths import PATH, arc_length
 from physagent_studio.program.actions import Action, ApplyAngledForce, ApplyForce, Directed
 from physagent_studio.program.edits import AddItem, Edit, RemoveItem, SetField
 from physagent_studio.program.statements import Contacts
@@ -76,7 +76,7 @@ def _other_arcs(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit
         if start is None or not isinstance(force, Directed) or abs(force.azimuth) < 1.0:
             continue
         turn = 2 * abs(force.azimuth)
-        for other in (t for t in TURNS if abs(t - turn) > 4.0):
+        for other in (t for t in PATH.turns_deg if abs(t - turn) > 4.0):
             longer = arc_length(1.0, other) / arc_length(1.0, turn)
             base = f"event.actions.{bend.id}"
             room = situation.program.clip.steps - bend.start_step

@@ -16,16 +16,15 @@ from physagent_studio.reconstruction.photo.colours import colour_of, places_of
 from physagent_studio.records import Finding, Proposal
 
 Repair = tuple[str, str, tuple[Edit, ...]]
-LOOKS = 6
-"""Most reconstructions that one proposal looks at; none of them is simulated."""
 
 
 def repair_scene(situation: Situation) -> Proposal:
     """The first untried repair of the worst failed finding, or a question."""
     failing = _failing(situation)
+    max_looks = 6  # count, 1..20: reconstructions of one proposal; none of them is simulated
     for finding in failing:
         fresh = [row for row in _repairs(finding, situation) if _is_fresh(situation, row[2])]
-        chosen = _best(situation, fresh[:LOOKS])
+        chosen = _best(situation, fresh[:max_looks])
         if chosen is not None:
             factor, words, edits = chosen
             why = f"Because {finding.text}: {words}."

@@ -18,10 +18,17 @@ from physagent_studio.program.edits import Edit, apply
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.records import Check, Rollout
 
-LIMIT = 200
-"""Most candidate runs of one proposal."""
-STURDY = 0.05
-"""Margin, in the statement's own measure, from which on a little noise no longer matters."""
+
+@dataclass(frozen=True, slots=True)
+class TrialSettings:
+    """How many programs are tried, and what is sturdy."""
+
+    max_runs: int = 200  # count, 20..1000: of one proposal
+    # the statement's measure, 0.01..0.2: from here noise does not matter
+    sturdy_margin: float = 0.05
+
+
+TRIAL = TrialSettings()
 
 
 @dataclass(frozen=True, order=True)
@@ -37,7 +44,7 @@ class Score:
         return self.failing == 0
 
 
-WORST = Score(10_000, 1e9)
+WORST = Score(failing=10_000, shortfall=1e9)
 
 
 def weakness_of(checks: Iterable[Check]) -> float:
@@ -46,8 +53,8 @@ def weakness_of(checks: Iterable[Check]) -> float:
     A margin of exactly nothing is that of a count, or of what is not judged: no search moves it.
     """
     held = [c.margin for c in checks if c.demanded and c.ok and not c.always_on]
-    short = (STURDY - margin for margin in held if 0 < margin < STURDY)
-    return round(sum(short) / STURDY, 4)
+    short = (TRIAL.sturdy_margin - margin for margin in held if 0 < margin < TRIAL.sturdy_margin)
+    return round(sum(short) / TRIAL.sturdy_margin, 4)
 
 
 def score_of(checks: Iterable[Check]) -> Score:
@@ -88,7 +95,7 @@ class Search:
     """
 
     situation: Situation
-    limit: int = LIMIT
+    limit: int = TRIAL.max_runs
     runs: int = 0
     dear: bool = False
     best: Candidate | None = None

@@ -11,12 +11,6 @@ from physagent_studio.language import EventFrame, Reading
 from physagent_studio.program.scene.bodies import Body, Breakable, Cloth, Granular, Soft
 from physagent_studio.program.scene.plants import plant_body
 
-GRAINS = 120
-"""Enough to be seen to flow, few enough that a search can run them many times."""
-
-FLAG_CLOTH = 0.0008
-"""m: with the density of fabric 200 g/m², as bunting weighs."""
-
 
 def bodies_for(reading: Reading, layout: Layout) -> dict[str, Body]:
     """Bodies by object name, only for objects that have to bend, break, flow or sway."""
@@ -39,14 +33,16 @@ def bodies_for(reading: Reading, layout: Layout) -> dict[str, Body]:
 
 def _body(frame: EventFrame, name: str, layout: Layout) -> Body | None:
     sense = frame.sense
+    grains_count = 120  # 50..400: enough to be seen to flow, few enough to be run many times
     if sense in ("collapse", "spread", "knock_over") and is_loose(name):
-        return Granular(grains=GRAINS, cohesion=0.01)
+        return Granular(grains=grains_count, cohesion=0.01)
     if sense in ("collapse", "break", "crush"):
         return Breakable(cuts=(3, 1, 3), release_impulse=round(_blow(frame, name, layout), 4))
+    flag_m = 0.0008  # 0.0003..0.003: thick: of fabric that is 200 g/m², as bunting weighs
     if sense in ("wind", "sway", "bend") and is_flag(name):
         # It streams away from its pole, which is where the wind comes from.
         side = "right" if frame.direction == "left" else "left"
-        return Cloth(pinned=side, thickness=FLAG_CLOTH)
+        return Cloth(pinned=side, thickness=flag_m)
     if sense in ("wind", "sway", "bend") and is_sheet(name):
         return Cloth(pinned="top")
     if sense in ("wind", "sway", "bend", "lean") and grows(name):

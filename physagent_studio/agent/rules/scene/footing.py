@@ -107,10 +107,6 @@ def with_hold(state: SceneState) -> SceneState:
     return state.model_copy(update={"objects": objects}) if objects != state.objects else state
 
 
-INSIDE = 0.05
-"""How far inside the edge the middle of a thing is at least, as a part of its size."""
-
-
 def _held_in(item: SceneObject, layout: Layout) -> SceneObject:
     if item.source in ("given", "person") or item.position is None or item.shape is None:
         return item
@@ -119,9 +115,10 @@ def _held_in(item: SceneObject, layout: Layout) -> SceneObject:
     if not isinstance(shape, Slab):
         return item
     spot = np.array(item.position, float)
+    inside_share = 0.05  # 0..0.3: of a thing's size: how far in from the edge its middle is
     for _ in range(2):
         for out, middle in _edges(shape, layout.state.landmark(f"{carrier}_edge")):
-            beyond = float((spot - middle) @ out) + INSIDE * layout.size(item.name)
+            beyond = float((spot - middle) @ out) + inside_share * layout.size(item.name)
             if 0 < beyond < layout.size(item.name):
                 spot = spot - out * beyond
     if np.allclose(spot, item.position, atol=1e-6):

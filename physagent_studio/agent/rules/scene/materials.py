@@ -10,9 +10,6 @@ from physagent_studio.language.hints import called
 from physagent_studio.language.tokens.tokens import singular
 from physagent_studio.program.scene.state import SceneObject
 
-ADJECTIVES = 3
-"""Words before a noun among which its adjectives are: "the small red wooden box"."""
-
 
 def made_of(name: str, prompt: str) -> str | None:
     """The row of the materials table for a thing of that name, as the prompt describes it.
@@ -53,7 +50,8 @@ def _adjectives(own: Sequence[str], prompt: str) -> list[str]:
     """Words said right before the name's noun, the nearest first."""
     text = [singular(word) for word in re.findall(r"[a-z]+", prompt.lower())]
     found: list[str] = []
+    max_adjectives = 3  # words, 1..5: before a noun: "the small red wooden box"
     for index, word in enumerate(text):
         if own and word == own[-1]:
-            found += reversed(text[max(0, index - ADJECTIVES) : index])
+            found += reversed(text[max(0, index - max_adjectives) : index])
     return found

@@ -32,10 +32,6 @@ from physagent_studio.program.scene.state import (
 )
 
 WAYS: dict[Direction, FloatArray] = {way: np.array(v) for way, v in DIRECTIONS.items()}
-LEVEL = math.sin(math.radians(5))
-"""Greatest upward part of an axis that counts as level."""
-LONG = 0.7
-"""Least length over width of what is round and cannot stand on its edge as a disc does."""
 OPPOSITE: dict[Direction, Direction] = {
     "left": "right", "right": "left", "up": "down", "down": "up", "away": "toward_camera",
     "toward_camera": "away",
@@ -155,7 +151,14 @@ class Layout:
         along = float(outline.support([axis])[0] @ axis)
         across = np.roll(axis, 1)
         wide = float(outline.support([across])[0] @ across)
-        return abs(float(matrix_of(item.rotation)[2] @ axis)) < LEVEL and along > LONG * wide
+        # 0.3..2: length over width of what cannot stand on its edge as a disc does
+        min_roller_ratio = 0.7
+        # sine, 0.02..0.2: of an axis that counts as level
+        max_level_sine = math.sin(math.radians(5))
+        return (
+            abs(float(matrix_of(item.rotation)[2] @ axis)) < max_level_sine
+            and along > min_roller_ratio * wide
+        )
 
     def lies_flat(self, name: str) -> bool:
         """Whether the way in which it is thinnest is about upright, or it is as thick any way."""

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 
-G = 9.81
+from physagent_studio.program.scene.state import SceneState
+
+G: float = -SceneState.model_fields["gravity"].default[2]
+"""Gravity where a program says nothing of it, m/s²."""
 
 
 def speed_to_stop(distance: float, friction: float) -> float:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from physagent_studio.agent.rules.scene import mechanics as mech
@@ -20,18 +22,22 @@ from physagent_studio.program.actions import (
     SetAngularVelocity,
 )
 from physagent_studio.program.base import Position
+from physagent_studio.program.program import Clip
 from physagent_studio.program.rotations import matrix_of
 
-PUSH_STEPS = 12
-KICK_STEPS = 4
-RISES = 80
-"""Steps that it takes to raise what the sentence has in the air and the photo does not."""
-STEP_SECONDS = 0.01
-"""Control step of a first program, s."""
-HANGS = 20
-"""Steps for which what falls is first seen where it hung."""
-FIRST_STEP = 4
-"""Actions begin one frame after the clip, so that it is seen how things stood."""
+
+@dataclass(frozen=True, slots=True)
+class StepSettings:
+    """How long what scripts do takes."""
+
+    push_steps: int = 12  # 4..40: of a push by hand
+    kick_steps: int = 4  # 1..10: of a blow
+    rise_steps: int = 80  # 40..160: in which a thing is raised that the photo shows on the ground
+    hang_steps: int = 20  # 5..60: for which what falls is first seen where it hung
+    first_step: int = 4  # steps, 0..20: one frame in, so that it is seen how things stood
+
+
+STEPS = StepSettings()
 
 
 def toward_or_along(
@@ -64,8 +70,8 @@ def push(
     name: str,
     force: Directed,
     *,
-    start: int = FIRST_STEP,
-    duration: int = PUSH_STEPS,
+    start: int = STEPS.first_step,
+    duration: int = STEPS.push_steps,
     when: Condition | None = None,
     point: Position | None = None,
     label: str = "push",
@@ -87,7 +93,7 @@ def spin(
     axis: FloatArray,
     speed: float,
     *,
-    start: int = FIRST_STEP,
+    start: int = STEPS.first_step,
     duration: int = 2,
     when: Condition | None = None,
     label: str = "spin",
@@ -145,17 +151,17 @@ def hold(name: str, steps: int) -> FixObject:
 
 
 def raised(name: str, height: float) -> list[Action]:
-    """Lifted from where it stands and at rest again after `RISES` steps, so many m higher.
+    """Lifted from where it stands and at rest again after a while, so many m higher.
 
     Half of the time it gains speed, half of the time it loses it.
     """
-    half = RISES // 2
-    gain = height / (half * STEP_SECONDS) ** 2
+    half = STEPS.rise_steps // 2
+    gain = height / (half * Clip().step_seconds) ** 2
     return [
         push(
             name,
             toward_or_along(mech.G + share, way="up", quantity="acceleration"),
-            start=FIRST_STEP + late,
+            start=STEPS.first_step + late,
             duration=half,
             label=label,
         )

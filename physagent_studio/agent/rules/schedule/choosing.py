@@ -29,15 +29,11 @@ def schedule(reading: Reading, layout: Layout, clip: Clip) -> tuple[Action, ...]
     layout = layout.with_places(raised)
     for task in tasks_of(reading, layout, clip):
         wait = steps_to_wait(task.intent, reading, clip)
-        wait += act.FIRST_STEP + act.RISES if task.name in raised else 0
+        wait += act.STEPS.first_step + act.STEPS.rise_steps if task.name in raised else 0
         for action in script_for(task)(task):
             later = _later(action, wait)
             actions += [a for a in [_fitted(later, clip, actions)] if a is not None]
     return tuple(actions[:500])
-
-
-TURN = 80
-"""Steps that what is told to come next waits for what comes before."""
 
 
 def steps_to_wait(intent: Intent, reading: Reading, clip: Clip) -> int:
@@ -47,19 +43,20 @@ def steps_to_wait(intent: Intent, reading: Reading, clip: Clip) -> int:
     if own is None:
         return 0
     if own.delay is not None:
-        return min(int(own.delay / clip.step_seconds), clip.steps - 2 * act.PUSH_STEPS)
+        return min(int(own.delay / clip.step_seconds), clip.steps - 2 * act.STEPS.push_steps)
     index = next((i for i, f in enumerate(reading.frames) if f is own), 0)
     earlier = [f for f in reading.frames[:index] if not f.negated]
     alone = not any(intent.name in (*f.patient, *f.agent) for f in earlier)
     if not alone or intent.struck_by:
         return 0
     following = reading.frames[index + 1 : index + 2]
+    turn_steps = 80  # 30..200: that what is told to come next waits for what comes before
     if own.link == "before" or (following and following[0].link == "after"):
-        return TURN
+        return turn_steps
     if not own.sequel:
         return 0
     before = sum(f.sequel for f in earlier) + 1
-    return min(TURN * before, clip.steps // 2)
+    return min(turn_steps * before, clip.steps // 2)
 
 
 def _later(action: Action, steps: int) -> Action:
@@ -326,7 +323,7 @@ def _nothing(task: Task) -> list[Action]:
     """Gravity does it; what hangs in the air is seen to hang before it falls."""
     if task.layout.carrier(task.name) is not None or _is_struck_in_air(task):
         return []
-    return [act.hold(task.name, act.HANGS)]
+    return [act.hold(task.name, act.STEPS.hang_steps)]
 
 
 def _is_struck_in_air(task: Task) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,15 +12,19 @@ from physagent_studio.contract.picture import shares_of
 from physagent_studio.program.scene.shapes import Placed, stretched
 from physagent_studio.program.scene.state import Slab
 
-WHOLE = 0.85
-"""Part of its outline that is to be seen where a motion ends."""
-GOOD_PART = 0.7
-"""Part of the free way that a motion without an aim of its own takes."""
-FARTHEST = 12.0
-"""No motion is planned to go farther than this, m."""
-LENGTHS = 8.0
-"""Nor farther than this many times the thing's own size."""
-SAMPLES = 160
+
+@dataclass(frozen=True, slots=True)
+class FramingSettings:
+    """How far a motion may go and still be seen."""
+
+    min_seen_share: float = 0.85  # 0.5..1: of an outline, where a motion ends
+    good_share: float = 0.7  # 0.3..1: of the free way that a motion without an aim takes
+    max_way_m: float = 12.0  # 3..50: of any planned motion
+    max_lengths: float = 8.0  # own sizes, 2..20: likewise: small things would be lost to the eye
+    samples_count: int = 160  # 40..500: along the way
+
+
+FRAMING = FramingSettings()
 
 
 def free_way(layout: Layout, name: str, way: FloatArray) -> float:
@@ -29,16 +34,16 @@ def free_way(layout: Layout, name: str, way: FloatArray) -> float:
     camera, body = layout.state.camera, layout.placed(name)
     if camera is None or body is None or body.outline is None:
         return math.inf
-    ahead = np.linspace(0.0, FARTHEST, SAMPLES) ** 2 / FARTHEST
-    here = stretched(body, SAMPLES)
+    ahead = np.linspace(0.0, FRAMING.max_way_m, FRAMING.samples_count) ** 2 / FRAMING.max_way_m
+    here = stretched(body, FRAMING.samples_count)
     moved = Placed(
         body.outline, positions=here.positions + ahead[:, None] * way, matrices=here.matrices
     )
     shares = shares_of(moved, camera)
     # What the frame cuts off already may stay as it is.
-    least = min(WHOLE, 0.95 * float(shares[0]))
+    least = min(FRAMING.min_seen_share, 0.95 * float(shares[0]))
     out = np.flatnonzero(shares < least)
-    free = float(ahead[max(int(out[0]) - 1, 0)]) if len(out) else FARTHEST
+    free = float(ahead[max(int(out[0]) - 1, 0)]) if len(out) else FRAMING.max_way_m
     if not np.any(way[:2]):
         return free
     free = min(free, _before_edge(layout, name, way))
@@ -49,7 +54,7 @@ def good_way(layout: Layout, name: str, way: FloatArray) -> float:
     """The way that a motion takes of which nobody says how far it goes, m."""
     free = free_way(layout, name, way)
     size = layout.size(name)
-    return min(max(GOOD_PART * free, 0.3 * size), LENGTHS * size)
+    return min(max(FRAMING.good_share * free, 0.3 * size), FRAMING.max_lengths * size)
 
 
 def _before_edge(layout: Layout, name: str, way: FloatArray) -> float:

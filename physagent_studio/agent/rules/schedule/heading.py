@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,25 +32,32 @@ from physagent_studio.knowledge import kind_of
 from physagent_studio.program.scene.state import SceneObject, Wheels
 from physagent_studio.reconstruction.shapes.footprint import LENGTHS, footprint_of
 
-LONG = 1.3
-"""Length over width from which on the picture shows along which axis a thing lies."""
 
-SIDEWAYS = math.cos(math.radians(75.0))
-"""Part of the way along the axis below which a thing cannot get there on its wheels: it is moved
-the way that is said."""
+@dataclass(frozen=True, slots=True)
+class HeadingSettings:
+    """Which way wheels face, and how freely they turn."""
 
-SURE = 15.0
-"""Degrees by which an axis that is read off an outline may be wrong: within them a thing faces
-what it is said to get to."""
+    min_long_ratio: float = 1.3  # 1.1..2: length over width of what shows which way it lies
+    # cosine, 0..0.7: of axis and way; below, it is moved, not driven
+    min_along_cosine: float = math.cos(math.radians(75.0))
+    # 5..30: of an axis read off an outline: it may face what it drives to
+    axis_error_deg: float = 15.0
+    # ratio, 0.005..0.05: resistance of small wheels on a hard floor, .01 to .03
+    usual_rolling: float = 0.02
+    caster_grip: float = 0.02  # ratio, 0.005..0.1: what goes any way has no more across than along
+    # sine, 0.2..0.6: of a direction along a named way, for it to be said
+    min_named_sine: float = math.sin(math.radians(22.5))
+    stop_share: float = 0.5  # 0.2..0.9: of the clip, in which it comes to rest where it shall
+    min_rolling: float = 0.01  # ratio, 0.002..0.05: of a free-running toy
+    max_rolling: float = 0.3  # ratio, 0.1..1: of one that is braked
+
+
+HEADING = HeadingSettings()
+
 
 OFF_ITS_WHEELS = ("drift", "spin", "turn", "turn_around", "curve", "circle", "flip", "tip_over")
 """Senses in which a thing leaves its axis. Wheels that hold would hinder them, so it gets none: it
 slides and turns as its material lets it, from the beginning of the clip on."""
-
-USUAL = 0.02
-"""Resistance of small wheels on a hard floor, force over weight (tables give .01 to .03)."""
-CASTERS = 0.02
-"""Grip of wheels that swivel: what goes any way has no more across than along."""
 
 
 def with_wheels(
@@ -90,9 +98,9 @@ def _wheels(
     front = -goes if backwards else goes
     heading = round(math.degrees(math.atan2(front[1], front[0])), 1) % 360
     rolling = None if task is None else rolling_for(task) or _rolling_to_stop(task)
-    wheels = Wheels(heading=heading, rolling=USUAL if rolling is None else rolling)
+    wheels = Wheels(heading=heading, rolling=HEADING.usual_rolling if rolling is None else rolling)
     if kind.wheels == "any_way":
-        return wheels.model_copy(update={"known": True, "grip": CASTERS}), ()
+        return wheels.model_copy(update={"known": True, "grip": HEADING.caster_grip}), ()
     why = _reason(way is not None, backwards, shown)
     text = f"which way {item.name} faces is not seen in the picture; taken to face {_said(front)}"
     return wheels, (f"{text}, {why}",)
@@ -100,12 +108,10 @@ def _wheels(
 
 def _said(way: FloatArray) -> str:
     """A level unit direction in words: one named way, or two where it lies well between them."""
-    parts = [level(way) * np.eye(3)[axis] for axis in (0, 1) if abs(way[axis]) > ASLANT]
+    parts = [
+        level(way) * np.eye(3)[axis] for axis in (0, 1) if abs(way[axis]) > HEADING.min_named_sine
+    ]
     return " and ".join(named_way(part).replace("_", " the ") for part in parts)
-
-
-ASLANT = math.sin(math.radians(22.5))
-"""Least part of a direction along a named way for which that way is said."""
 
 
 def _reason(goes: bool, backwards: bool, shown: bool) -> str:
@@ -135,7 +141,7 @@ def _seen_axis(name: str, layout: Layout, mask: np.ndarray | None) -> FloatArray
         return None
     foot = float(layout.position(name)[2]) - layout.extent(name, -WAYS["up"])
     seen = footprint_of(mask, camera, foot)
-    if seen is None or seen.along < LONG * seen.across:
+    if seen is None or seen.along < HEADING.min_long_ratio * seen.across:
         return None
     kind = kind_of(name)
     angle = math.radians(seen.angle)
@@ -161,10 +167,10 @@ def _axis(item: SceneObject, layout: Layout) -> tuple[FloatArray, bool]:
     best = int(np.argmin(wide * across))
     if wide[best] < across[best]:
         best = (best + 90) % 180
-    shown = bool(wide[best] > LONG * across[best])
+    shown = bool(wide[best] > HEADING.min_long_ratio * across[best])
     if item.shape is not None and item.shape.kind == "inflated":
         # Its depth is a guess: as wide as high it may as well be seen from behind.
-        shown = shown and bool(wide[best] > LONG * layout.height(name))
+        shown = shown and bool(wide[best] > HEADING.min_long_ratio * layout.height(name))
     return ways[best], shown
 
 
@@ -174,10 +180,10 @@ def _facing(axis: FloatArray, way: FloatArray, keeps: bool, bound: bool) -> Floa
     way: as the prompt has it, (3,) level. keeps: whether it has to keep to its axis at all.
     bound: whether the way is exact: to a thing, down a slope.
     """
-    if not keeps or abs(float(axis @ way)) < SIDEWAYS:
+    if not keeps or abs(float(axis @ way)) < HEADING.min_along_cosine:
         return way
     nearer = axis if float(axis @ way) >= 0 else -axis
-    close = float(nearer @ way) > math.cos(math.radians(SURE))
+    close = float(nearer @ way) > math.cos(math.radians(HEADING.axis_error_deg))
     return way if bound and close else nearer
 
 
@@ -200,19 +206,11 @@ def _way(task: Task) -> tuple[FloatArray | None, bool]:
     return None, False
 
 
-STOPS_BY = 0.5
-"""Share of the clip in which a thing on wheels comes to rest that shall."""
-
-
 def _rolling_to_stop(task: Task) -> float | None:
     """Resistance with which it is at rest half through the clip where it shall stop on level
     ground: way d in time t needs 2 d / t². None where it shall not, or hits something first."""
     stops = task.intent.has("stop", "settle") or task.ends_short
     if not stops or task.intent.hits or task.layout.downhill(task.name) is not None:
         return None
-    slowing = 2 * scripts.way_to_go(task) / task.seconds(STOPS_BY) ** 2
-    return round(min(max(slowing / mech.G, LEAST), MOST), 4)
-
-
-LEAST, MOST = 0.01, 0.3
-"""Resistances of a free-running toy and of one that is braked, force over weight."""
+    slowing = 2 * scripts.way_to_go(task) / task.seconds(HEADING.stop_share) ** 2
+    return round(min(max(slowing / mech.G, HEADING.min_rolling), HEADING.max_rolling), 4)

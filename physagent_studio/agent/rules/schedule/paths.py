@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from physagent_studio.agent.rules.scene.measures import FloatArray, Layout, level, unit
 
-TURNS = (24.0, 36.0, 48.0, 60.0, 75.0, 90.0, 110.0, 130.0, 150.0, 170.0)
-"""By how much a curved path turns on its way to a target, degrees; the flattest first."""
+
+@dataclass(frozen=True, slots=True)
+class PathSettings:
+    """Which arcs lead around what stands in the way."""
+
+    # 10..180: of a curved path to its target, the flattest first
+    turns_deg: tuple[float, ...] = (24.0, 36.0, 48.0, 60.0, 75.0, 90.0, 110.0, 130.0, 150.0, 170.0)
+
+
+PATH = PathSettings()
 
 
 def free_turn(
@@ -22,7 +31,7 @@ def free_turn(
     clearance where none is free.
     """
     needed = 0.02 + 0.1 * layout.size(name)
-    gaps = {turn: clearance(layout, name, goal, sign * turn, spared) for turn in TURNS}
+    gaps = {turn: clearance(layout, name, goal, sign * turn, spared) for turn in PATH.turns_deg}
     free = [turn for turn, gap in gaps.items() if gap >= needed]
     return free[0] if free else max(gaps, key=lambda turn: (gaps[turn], -turn))
 

@@ -62,15 +62,8 @@ def rolling_for(task: Task) -> float | None:
     if task.intent.has("stop", "settle", "slow") or task.ends_short:
         return round(min(_stopping_friction(task), 1.0), 4)
     slowly = task.intent.manner("slow", "gentle")
-    return round(SLOWLY * math.tan(slope_of(task)), 4) if slowly else None
-
-
-SLOWLY = 0.7
-"""Share of the pull of a slope that is used up by what goes down it slowly."""
-FIRM = 1.3
-"""Least friction of what shall stop on a slope, as a multiple of what just holds it there."""
-STOP_AT = 0.7
-"""Where on the slope a thing stops that shall stop "near the lower end", as a part of the way."""
+    slow_share = 0.7  # 0.3..0.95: of the pull of the slope that is used up
+    return round(slow_share * math.tan(slope_of(task)), 4) if slowly else None
 
 
 def _stopping_friction(task: Task) -> float:
@@ -88,7 +81,8 @@ def _stopping(task: Task) -> tuple[float, float]:
     not there yet to get it over the flat part, so the speed has to."""
     flat, slope = ways_ahead(task)
     said = any(frame.share is not None for frame in task.intent.frames)
-    share = task.share if said and task.share is not None and task.ends_short else STOP_AT
+    stop_share = 0.7  # 0.5..1: of the way down, where "near the lower end" is
+    share = task.share if said and task.share is not None and task.ends_short else stop_share
     angle, way = slope_of(task), share * slope
     speed = least = float(np.clip(2 * (flat + way) / task.seconds(0.5), 0.1, 1.5))
     friction = 0.0
@@ -96,8 +90,9 @@ def _stopping(task: Task) -> tuple[float, float]:
         energy = speed**2 / 2 + mech.G * math.sin(angle) * way
         friction = energy / (mech.G * (flat + math.cos(angle) * way))
         speed = min(max(least, 1.2 * mech.speed_to_stop(flat, friction)), 2.0)
+    firm_ratio = 1.3  # 1.05..2: over the friction that just holds a thing there
     # On a slope that nearly bears it a thing slides on for ever, or not at all.
-    if friction < (firm := FIRM * math.tan(angle)):
+    if friction < (firm := firm_ratio * math.tan(angle)):
         friction = firm
         lost = firm * (flat + math.cos(angle) * way) - math.sin(angle) * way
         speed = min(math.sqrt(2 * mech.G * lost), 2.0)

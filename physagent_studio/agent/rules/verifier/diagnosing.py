@@ -63,10 +63,6 @@ CODES: dict[str, tuple[str, str]] = {
 """Code where the plain statement fails, and where its negation does."""
 
 
-BEGINNING = 40
-"""Statements over no more steps than these speak of how things are when the clip begins."""
-
-
 def mismatches(
     program: PhysicalProgram, rollout: Rollout, checks: tuple[Check, ...]
 ) -> tuple[Mismatch, ...]:
@@ -140,7 +136,8 @@ def _mismatch(
     if check.kind == "view":
         return _told(check, view_code(check), check.text, subject_of(check, rollout))
     subject, other = str(getattr(statement, "subject", "") or ""), _other(statement)
-    if kind == "contacts" and (getattr(statement, "to_step", None) or 1000) <= BEGINNING:
+    beginning_steps = 40  # 10..80: statements over no more speak of how the clip begins
+    if kind == "contacts" and (getattr(statement, "to_step", None) or 1000) <= beginning_steps:
         # How things stood in the photo: no force can put that right.
         return _told(check, "wrong_start", check.text, subject, other)
     if isinstance(statement, Covers) and not negated and (check.measured or 0.0) > statement.high:

@@ -16,9 +16,6 @@ from physagent_studio.records import (
     SceneEvidence,
 )
 
-ROUGH_IOU = 0.35
-"""Least overlap of a drawn object with its mask that still shows the right thing in place."""
-
 
 class RuleVerifier:
     """Passes a stage only when everything that is demanded of it holds."""
@@ -72,8 +69,9 @@ def _only_reported(finding: Finding, guessed: bool) -> bool:
     it; a camera that somebody gave has to fit. A silhouette that is only rough still has the
     thing in its place.
     """
+    min_rough_iou = 0.35  # IoU, 0.2..0.7: with its mask, that shows the right thing in place
     if finding.name == "reprojection":
-        return finding.measured >= ROUGH_IOU
+        return finding.measured >= min_rough_iou
     return finding.kind == "camera" and guessed
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from physagent_studio.agent.rules import RulePlanner
 from physagent_studio.agent.rules.planner.directing import (
-    FACTORS,
+    DIRECTING,
     direct,
     is_sudden,
     replanned,
@@ -128,7 +128,7 @@ def test_what_only_rolls_is_never_shown_in_slow_motion() -> None:
 def test_what_falls_is_shown_in_one_of_the_usual_slow_motions() -> None:
     factors = factors_of(FALLS)
     assert min(factors) < 1.0
-    assert all(any(abs(f - usual) < 1e-3 for usual in FACTORS) for f in factors)
+    assert all(any(abs(f - usual) < 1e-3 for usual in DIRECTING.time_factors) for f in factors)
     assert min(factors_of(struck())) < 1.0
 
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 
 from physagent_studio.agent.rules import Easing
-from physagent_studio.agent.rules.planner.easing import LEAST, RUNS, SAME_WAY
-from physagent_studio.agent.rules.planner.trials import STURDY
+from physagent_studio.agent.rules.planner.easing import EASING
+from physagent_studio.agent.rules.planner.trials import TRIAL
 from physagent_studio.program import PhysicalProgram, SetField, apply, value_at
 from physagent_studio.records import Memory, Proposal
 from tests.agent.rules.filmed import BALL, failing, filmed, push, rolling, situation_of, try_out
@@ -54,7 +54,7 @@ def test_the_speeds_are_lowered_and_everything_still_holds(
 ) -> None:
     gentle = apply(hard, eased.edits)
     assert eased.factor == "easing"
-    assert LEAST * speed_of(hard) <= speed_of(gentle) < 0.95 * speed_of(hard)
+    assert EASING.min_ratio * speed_of(hard) <= speed_of(gentle) < 0.95 * speed_of(hard)
     assert failing(gentle) == []
 
 
@@ -62,14 +62,14 @@ def test_margins_that_were_sturdy_stay_sturdy(hard: PhysicalProgram, eased: Prop
     before, after = margins(hard), margins(apply(hard, eased.edits))
     assert before.keys() == after.keys()
     for check, margin in before.items():
-        assert after[check] >= min(STURDY, margin), check
+        assert after[check] >= min(TRIAL.sturdy_margin, margin), check
 
 
 def test_each_goes_nearly_as_far(hard: PhysicalProgram, eased: Proposal) -> None:
     runs = [try_out(one).rollout for one in (hard, apply(hard, eased.edits))]
     for index in range(len(runs[0].objects)):
         before, after = (abs(r.positions[:, index] - r.positions[0, index]).max() for r in runs)
-        assert after >= 0.9 * SAME_WAY * before
+        assert after >= 0.9 * EASING.min_way_share * before
 
 
 def test_only_how_hard_it_is_pushed_is_changed(hard: PhysicalProgram, eased: Proposal) -> None:
@@ -81,7 +81,7 @@ def test_only_how_hard_it_is_pushed_is_changed(hard: PhysicalProgram, eased: Pro
 
 
 def test_it_costs_few_runs(eased: Proposal) -> None:
-    assert 0 < eased.simulations <= RUNS
+    assert 0 < eased.simulations <= EASING.max_runs
 
 
 def test_the_same_program_is_eased_alike(hard: PhysicalProgram, eased: Proposal) -> None:

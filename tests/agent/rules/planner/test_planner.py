@@ -10,7 +10,7 @@ import pytest
 
 from physagent_studio.agent.roles import Situation, Trial
 from physagent_studio.agent.rules import RuleGenerator, RulePlanner, RuleVerifier
-from physagent_studio.agent.rules.planner.parameters import ROUGHEST, material_knobs
+from physagent_studio.agent.rules.planner.parameters import RANGE, material_knobs
 from physagent_studio.agent.rules.planner.repairs import structural
 from physagent_studio.contract import measure
 from physagent_studio.program import Directed, PhysicalProgram, SetField, apply, value_at
@@ -253,7 +253,7 @@ def test_what_rolls_on_too_long_is_stopped_by_what_it_rolls_on() -> None:
     assert isinstance(edit, SetField)
     assert edit.path == "scene.objects.ball.rolling"
     assert isinstance(edit.value, float)
-    assert 0 < edit.value <= ROUGHEST
+    assert 0 < edit.value <= RANGE.rough_rolling
 
 
 def test_only_what_is_round_has_a_resistance_to_rolling() -> None:

@@ -8,13 +8,7 @@ import numpy as np
 import pytest
 
 from physagent_studio.agent.rules.scene.measures import Layout
-from physagent_studio.agent.rules.schedule.framing import (
-    GOOD_PART,
-    LENGTHS,
-    WHOLE,
-    free_way,
-    good_way,
-)
+from physagent_studio.agent.rules.schedule.framing import FRAMING, free_way, good_way
 from physagent_studio.program import SceneState
 from physagent_studio.program.scene.state import Floor, SceneObject, Slab, Sphere, Support
 from tests.agent.rules.scenes import CAMERA
@@ -56,7 +50,7 @@ def test_more_is_seen_at_the_end_than_has_to_be() -> None:
     # The part of a disc of radius 0.1 that a rim at that distance from its middle leaves.
     part = np.clip(ahead / 0.1, -1, 1)
     share = 1 - (np.arccos(part) - part * np.sqrt(1 - part**2)) / np.pi
-    assert share >= WHOLE - 0.02
+    assert share >= FRAMING.min_seen_share - 0.02
 
 
 def test_what_the_rim_cuts_off_already_may_stay_so() -> None:
@@ -94,8 +88,10 @@ def test_a_good_way_is_a_part_of_the_free_one_and_no_journey(seed: int) -> None:
     x = float(np.random.default_rng(seed).uniform(0.5, 2.0))
     layout = layout_of(ball("ball", x, 6.0))
     free, size = free_way(layout, "ball", RIGHT), layout.size("ball")
-    assert good_way(layout, "ball", RIGHT) == pytest.approx(min(GOOD_PART * free, LENGTHS * size))
-    assert good_way(layout, "ball", AWAY) <= LENGTHS * size
+    assert good_way(layout, "ball", RIGHT) == pytest.approx(
+        min(FRAMING.good_share * free, FRAMING.max_lengths * size)
+    )
+    assert good_way(layout, "ball", AWAY) <= FRAMING.max_lengths * size
 
 
 def test_a_good_way_is_seen_even_where_there_is_little_room() -> None:

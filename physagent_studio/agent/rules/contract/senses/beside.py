@@ -5,7 +5,7 @@ from __future__ import annotations
 from physagent_studio.agent.rules.contract.senses.extents import extents
 from physagent_studio.agent.rules.contract.senses.whereabouts import is_ground
 from physagent_studio.agent.rules.contract.specs import (
-    START,
+    SPEC,
     Context,
     Spec,
     any_of,
@@ -40,7 +40,7 @@ def _beginning(c: Context) -> list[Spec]:
     """ "The ball behind the box rolls …"."""
     rows = [(r, p) for r, p in c.frame.begins if r in SIDES and _is_thing(c, p)]
     return [
-        spec("side_of", c.subject, other=place_name(p), side=SIDES[r], to_step=START)
+        spec("side_of", c.subject, other=place_name(p), side=SIDES[r], to_step=SPEC.start_steps)
         for r, p in rows
     ]
 
@@ -59,7 +59,7 @@ def _sides(c: Context) -> list[Spec]:
         found.append(
             spec(
                 "side_of", c.subject, other=place_name(place), side=SIDES[relation],
-                at_end=ends or None, to_step=START if first else None,
+                at_end=ends or None, to_step=SPEC.start_steps if first else None,
             )
         )  # fmt: skip
     return found

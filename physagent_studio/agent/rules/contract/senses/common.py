@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from physagent_studio.agent.rules.contract.intents import met
 from physagent_studio.agent.rules.contract.senses.whereabouts import is_ground
 from physagent_studio.agent.rules.contract.specs import (
@@ -17,9 +19,18 @@ from physagent_studio.agent.rules.contract.specs import (
 from physagent_studio.language import EventFrame
 from physagent_studio.program.actions import Direction
 
-FLAT_TILT = 20.0
-OVER_TILT = 160.0
-SIDE_TILT = 60.0
+
+@dataclass(frozen=True, slots=True)
+class PostureSettings:
+    """How far a thing is turned that ends in a posture."""
+
+    flat_deg: float = 20.0  # 5..40: up to which it stands or lies flat
+    over_deg: float = 160.0  # 120..180: from which it is upside down, and as flat
+    # 45..80: from which it lies on its side; leaning against things included
+    side_deg: float = 60.0
+
+
+POSTURE = PostureSettings()
 
 
 def travel(c: Context) -> list[Spec]:
@@ -164,17 +175,17 @@ def posture(c: Context) -> list[Spec]:
     """How it ends."""
     if c.layout.rolls(c.subject):
         return []
-    flat = spec("upright", c.subject, tilt=FLAT_TILT)
+    flat = spec("upright", c.subject, tilt=POSTURE.flat_deg)
     if c.frame.posture == "flat" and not c.layout.lies_flat(c.subject):
-        return [spec("topples", c.subject, tilt=90.0 - FLAT_TILT)]
+        return [spec("topples", c.subject, tilt=90.0 - POSTURE.flat_deg)]
     if c.frame.posture == "flat":
-        return [any_of(flat, spec("topples", c.subject, tilt=OVER_TILT))]
+        return [any_of(flat, spec("topples", c.subject, tilt=POSTURE.over_deg))]
     if c.frame.posture == "upright":
         return [flat]
     if c.frame.posture in ("supine", "prone"):
-        return [spec("topples", c.subject, tilt=SIDE_TILT), *sideways_fall(c)]
+        return [spec("topples", c.subject, tilt=POSTURE.side_deg), *sideways_fall(c)]
     if c.frame.posture == "side":
-        return [spec("topples", c.subject, tilt=SIDE_TILT)]
+        return [spec("topples", c.subject, tilt=POSTURE.side_deg)]
     return [spec("topples", c.subject, tilt=135.0)] if c.frame.posture == "inverted" else []
 
 

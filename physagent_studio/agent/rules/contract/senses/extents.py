@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from physagent_studio.agent.rules.contract.specs import Context, Spec, spec
 from physagent_studio.language.tokens.vocabulary import words_of
+from physagent_studio.program.program import Clip
 
-STEP_SECONDS = 0.01
 _TRAVELS = words_of("move slide drift roll push pull slip fly reverse dislodge kick")
 _FALLS_ON = words_of("fall land bounce jump topple flip descend collapse leave float")
 _HITS = words_of("hit knock knock_over crush")
@@ -62,7 +62,7 @@ def _not_earlier(c: Context) -> list[Spec]:
     """ "After 1 second the mug tips over": until then it is still."""
     if c.frame.delay is None or c.earlier:
         return []
-    steps = int(0.8 * c.frame.delay / STEP_SECONDS)
+    steps = int(0.8 * c.frame.delay / Clip().step_seconds)
     return [spec("stays", c.subject, distance=0.05, tilt=15.0, to_step=steps)] if steps > 1 else []
 
 

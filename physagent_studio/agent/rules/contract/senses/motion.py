@@ -19,7 +19,7 @@ from physagent_studio.agent.rules.contract.senses.whereabouts import (
 )
 from physagent_studio.agent.rules.contract.senses.yielding import wind
 from physagent_studio.agent.rules.contract.specs import (
-    START,
+    SPEC,
     Context,
     Spec,
     any_of,
@@ -273,7 +273,7 @@ def _upward(c: Context) -> list[Spec]:
     below = c.frame.place("off", "from")
     if below is None or below.kind in ("landmark", "group"):
         return found
-    lifted = spec("contacts", c.subject, other=below.name, to_step=START)
+    lifted = spec("contacts", c.subject, other=below.name, to_step=SPEC.start_steps)
     return [*found, lifted, spec("airborne", c.subject, seconds=0.12)]
 
 

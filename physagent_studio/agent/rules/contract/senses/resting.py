@@ -5,13 +5,10 @@ from __future__ import annotations
 import math
 
 from physagent_studio.agent.rules.contract.senses.common import posture, quality, rolls, still
-from physagent_studio.agent.rules.contract.specs import START, Context, Spec, place_name, spec
+from physagent_studio.agent.rules.contract.specs import SPEC, Context, Spec, place_name, spec
 from physagent_studio.language import EventFrame
 from physagent_studio.language.tokens.vocabulary import words_of
 from physagent_studio.program.scene.state import Ramp, Support
-
-END = 0.5
-"""How far from an end of a slope is near it, as a share of the slope's length."""
 
 
 def stop(c: Context) -> list[Spec]:
@@ -47,9 +44,10 @@ def stop(c: Context) -> list[Spec]:
     name = place_name(place) if place is not None else None
     near = c.length(2.0, 0.1, 0.6) if name is not None else None
     ramp = c.layout.ramp_below(c.subject)
+    near_end_share = 0.5  # 0.1..0.6: of a slope's length: near its lower end is in the lower half
     if near and place is not None and ramp is not None and ramp.name == place.name:
         # "Near the lower end" is in the lower half.
-        near = round(min(near, END * _slope_length(ramp)), 4)
+        near = round(min(near, near_end_share * _slope_length(ramp)), 4)
     found = [spec("stops", c.subject, near=name, distance=near)]
     if place is not None and ramp is not None and ramp.name == place.name:
         found.append(spec("reaches", c.subject, other=place.name))
@@ -124,13 +122,13 @@ def be(c: Context) -> list[Spec]:
         if place.kind == "group" or place.name == c.subject:
             continue
         if relation in ("on", "in", "atop") and place.kind != "landmark":
-            found.append(spec("contacts", c.subject, other=place.name, to_step=START))
+            found.append(spec("contacts", c.subject, other=place.name, to_step=SPEC.start_steps))
         elif relation in ("above", "over") and place.kind != "landmark" and not place.part:
             found.append(spec("contacts", c.subject, other=place.name, to_step=3, negated=True))
     if not found and c.frame.sense in ("rest", "stack", "be") and not c.frame.manner:
         carrier = c.layout.carrier(c.subject)
         if carrier is not None:
-            found.append(spec("contacts", c.subject, other=carrier, to_step=START))
+            found.append(spec("contacts", c.subject, other=carrier, to_step=SPEC.start_steps))
     return [*found, *quality(c)]
 
 
@@ -154,4 +152,4 @@ def stack(c: Context) -> list[Spec]:
     carrier = c.layout.carrier(c.subject)
     if carrier is None:
         return be(c)
-    return [spec("contacts", c.subject, other=carrier, to_step=START)]
+    return [spec("contacts", c.subject, other=carrier, to_step=SPEC.start_steps)]

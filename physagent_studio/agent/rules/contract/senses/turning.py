@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from physagent_studio.agent.rules.contract.senses.common import (
+    POSTURE,
     arrival,
     posture,
     siblings,
@@ -13,14 +14,12 @@ from physagent_studio.agent.rules.contract.senses.common import (
 from physagent_studio.agent.rules.contract.senses.whereabouts import along
 from physagent_studio.agent.rules.contract.specs import Context, Spec, any_of, before, spec
 
-SIDE_TILT = 60.0
-
 
 def topple(c: Context) -> list[Spec]:
     """Falls over, onto its side where that is said."""
     if c.layout.rolls(c.subject):
         return [spec("moves", c.subject, distance=c.length(0.5, 0.02, 0.2))]
-    tilt = SIDE_TILT if c.frame.posture == "side" else 45.0
+    tilt = POSTURE.side_deg if c.frame.posture == "side" else 45.0
     over = spec("topples", c.subject, tilt=tilt)
     found = [over]
     if c.frame.posture == "side":

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from physagent_studio.agent.rules.contract.senses.remaining import is_container, is_last
 from physagent_studio.agent.rules.contract.specs import (
-    START,
+    SPEC,
     Context,
     Spec,
     any_of,
@@ -35,7 +35,7 @@ def along(c: Context) -> list[Spec]:
         elif relation in ("over", "along") and place.kind == "support" and not place.part:
             found += _along_support(c, relation, place)
         elif relation == "near" and _begins_near(c, place):
-            found.append(spec("contacts", c.subject, other=place.name, to_step=START))
+            found.append(spec("contacts", c.subject, other=place.name, to_step=SPEC.start_steps))
         elif relation == "toward" and is_ground(c, place):
             found += _onto(c, "on", place)
         elif relation == "along" and place.kind == "object" and place.name != c.subject:
@@ -52,7 +52,7 @@ def along(c: Context) -> list[Spec]:
             found += downstairs(c, steps)
         elif relation in ("down", "object") and is_slope(c, place):
             found += [
-                spec("contacts", c.subject, other=place.name, to_step=START + 10),
+                spec("contacts", c.subject, other=place.name, to_step=SPEC.start_steps + 10),
                 spec("falls", c.subject, drop=c.length(0.3, 0.02, 0.1)),
             ]
     return found
@@ -158,7 +158,7 @@ def off(c: Context, place: Place) -> list[Spec]:
         grounded = below is None or below == c.layout.ground()
         return [] if grounded else [spec("leaves", c.subject, other=below)]
     if is_ground(c, place):
-        return [spec("contacts", c.subject, other=place.name, to_step=START)]
+        return [spec("contacts", c.subject, other=place.name, to_step=SPEC.start_steps)]
     if place.kind == "landmark" or place.name == c.subject:
         return []
     carrier = c.layout.carrier(c.subject)
@@ -207,7 +207,7 @@ def _onto(c: Context, relation: str, place: Place) -> list[Spec]:
         return [spec("reaches", c.subject, other=name)]
     if not elsewhere and relation == "on":
         # Where it already is ("a ball on the grass rolls"): how it begins.
-        return [spec("contacts", c.subject, other=place.name, to_step=START)]
+        return [spec("contacts", c.subject, other=place.name, to_step=SPEC.start_steps)]
     return [spec("contacts", c.subject, other=place.name)]
 
 
@@ -221,4 +221,4 @@ def _begins_near(c: Context, place: Place) -> bool:
 def _in_stack(c: Context) -> list[Spec]:
     """ "In a stack": it stands on the next lower one of the objects, else on its support."""
     below = c.layout.carrier(c.subject)
-    return [spec("contacts", c.subject, other=below, to_step=START)] if below else []
+    return [spec("contacts", c.subject, other=below, to_step=SPEC.start_steps)] if below else []

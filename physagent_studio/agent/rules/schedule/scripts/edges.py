@@ -52,7 +52,7 @@ def _tumble(task: Task, way: FloatArray, distance: float, speed: float, start: i
     height = float(task.layout.position(task.name)[2] - task.layout.ground_height())
     fall = mech.time_to_fall(height)
     rate = mech.spin_for_flip(360.0 * counts[0] - 180.0, fall)
-    away = start + act.PUSH_STEPS + int(distance / max(speed, 0.1) / task.clip.step_seconds)
+    away = start + act.STEPS.push_steps + int(distance / max(speed, 0.1) / task.clip.step_seconds)
     axis = np.cross(UP, way)
     steps = min(away, task.clip.steps - 5)
     return [act.spin(task.name, axis, rate, start=steps, duration=3, label="flip")]

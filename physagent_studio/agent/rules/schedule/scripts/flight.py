@@ -29,7 +29,7 @@ def through_air(task: Task) -> list[Action]:
         speed = 4.0 if not task.intent.manner("gentle", "slow") else 2.0
         way = task.way() or "away"
         force = act.toward_or_along(speed, way=way, elevation=0.0 if way == "up" else 35.0)
-        return [act.push(task.name, force, duration=act.KICK_STEPS, label="kick")]
+        return [act.push(task.name, force, duration=act.STEPS.kick_steps, label="kick")]
     layout = task.layout
     distance = task.distance_to(target)
     rise = float(layout.position(place_name(target))[2] - layout.position(task.name)[2])
@@ -47,7 +47,7 @@ def through_air(task: Task) -> list[Action]:
     if elevation < 10.0:
         speed, elevation = mech.launch(distance, rise, seconds * 1.4)
     force = act.toward_or_along(speed, toward=place_name(target), elevation=elevation)
-    return [act.push(task.name, force, duration=act.KICK_STEPS, label="kick")]
+    return [act.push(task.name, force, duration=act.STEPS.kick_steps, label="kick")]
 
 
 def leap(task: Task) -> list[Action]:
@@ -64,7 +64,7 @@ def leap(task: Task) -> list[Action]:
     elevation = 65.0 if way not in (None, "up") else 0.0
     named = way if way not in (None, "up") else "up"
     force = act.toward_or_along(speed, way=named, elevation=elevation)
-    return [act.push(task.name, force, duration=act.KICK_STEPS, label="jump")]
+    return [act.push(task.name, force, duration=act.STEPS.kick_steps, label="jump")]
 
 
 def _hops(task: Task) -> int:
@@ -92,7 +92,7 @@ def _over(task: Task, hurdle: str) -> Action:
         toward=hurdle,
         elevation=math.degrees(math.atan2(upward, forward)),
     )
-    return act.push(task.name, force, duration=act.KICK_STEPS, label="jump")
+    return act.push(task.name, force, duration=act.STEPS.kick_steps, label="jump")
 
 
 def lift(task: Task) -> list[Action]:
@@ -112,7 +112,7 @@ def lift(task: Task) -> list[Action]:
         act.toward_or_along(mech.G + share, way="up", quantity="acceleration")
         for share in (gain, -gain, 0.0)
     )
-    first = act.FIRST_STEP
+    first = act.STEPS.first_step
     actions: list[Action] = [
         act.push(task.name, up, start=first, duration=half, label="lift"),
         act.push(task.name, slow, start=first + half, duration=half, label="slow"),

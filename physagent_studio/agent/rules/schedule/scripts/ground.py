@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,24 +14,30 @@ from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.framing import free_way, good_way
 from physagent_studio.agent.rules.schedule.paths import arc_length, clearance, free_turn
-from physagent_studio.agent.rules.schedule.scripts.task import FASTEST, UP, Task
+from physagent_studio.agent.rules.schedule.scripts.task import TASK, UP, Task
 from physagent_studio.language import Place
 from physagent_studio.program.actions import Action, Directed, Direction
 from physagent_studio.program.scene.state import Slab
 
-PUSHED = 0.5
-"""Longest part of the clip for which something is pushed along."""
-ARRIVES = 0.6
-"""Part of the clip after which a thing is where it shall be."""
-OUT = 40.0
-"""No thing leaves the picture that would have to go farther than so many of its sizes."""
-HEAP = 0.5
-"""Speed with which a heap is pushed, over that of what falls by half its own size: it collapses
-where it stands, and does not slide away whole."""
-CHAIN = 8
-"""Of things that hit one another in turn, so many are looked at for the speed of the first."""
-GLIDES = 0.08
-"""Friction below which a thing goes on by itself, as a stone on ice does."""
+
+@dataclass(frozen=True, slots=True)
+class GroundSettings:
+    """How things are sent along the ground."""
+
+    max_push_share: float = 0.5  # 0.2..1: of the clip, for which a thing is pushed along
+    arrive_share: float = 0.6  # 0.3..0.9: of the clip, after which it is where it shall be
+    max_out_sizes: float = 40.0  # own sizes, 10..100: to leave the picture; farther, it stays in it
+    # 0.2..1: over that of a fall by half its size: a heap collapses on the spot
+    heap_speed_ratio: float = 0.5
+    # count, 2..20: of things that hit one another, looked at for the first's speed
+    max_links: int = 8
+    # ratio, 0.02..0.15: below which a thing goes on, as a stone on ice does
+    max_glide_friction: float = 0.08
+    # cosine, 0.9..1: of what lies ahead of wheels, within 15 degrees
+    min_ahead_cosine: float = math.cos(math.radians(15.0))
+
+
+GROUND = GroundSettings()
 
 
 def along_ground(task: Task) -> list[Action]:
@@ -57,9 +64,11 @@ def _push_steps(task: Task, target: Place | None, speed: float) -> int:
     blow and what rolls by itself are short.
     """
     if not _is_shoved(task, target):
-        return act.PUSH_STEPS
-    seconds = min(2 * _distance(task, target) / max(speed, 0.05), task.seconds(PUSHED))
-    return max(round(seconds / task.clip.step_seconds), act.PUSH_STEPS)
+        return act.STEPS.push_steps
+    seconds = min(
+        2 * _distance(task, target) / max(speed, 0.05), task.seconds(GROUND.max_push_share)
+    )
+    return max(round(seconds / task.clip.step_seconds), act.STEPS.push_steps)
 
 
 def _is_shoved(task: Task, target: Place | None) -> bool:
@@ -67,10 +76,10 @@ def _is_shoved(task: Task, target: Place | None) -> bool:
     wheels, whether it drives: coasting it would stand still long before the clip is over."""
     if task.wheels is not None:
         coasting = math.sqrt(2 * _distance(task, target) / (mech.G * task.wheels.rolling))
-        return coasting < task.seconds(PUSHED) and not task.intent.hits
+        return coasting < task.seconds(GROUND.max_push_share) and not task.intent.hits
     sliding = not task.layout.rolls(task.name)
     sent = task.intent.has("kick", "throw", "hit", "strike", "slip") or bool(task.intent.struck_by)
-    glides = task.ground_friction() < GLIDES
+    glides = task.ground_friction() < GROUND.max_glide_friction
     rigid = (item := task.layout.state.object(task.name)) is not None and item.body.kind == "rigid"
     return sliding and rigid and not sent and not glides
 
@@ -81,7 +90,9 @@ def _distance(task: Task, target: Place | None) -> float:
         return task.far
     if task.intent.manner("offscreen"):
         free = free_way(task.layout, task.name, _heading(task))
-        return min(free, OUT * task.layout.size(task.name)) + 1.5 * task.layout.size(task.name)
+        return min(
+            free, GROUND.max_out_sizes * task.layout.size(task.name)
+        ) + 1.5 * task.layout.size(task.name)
     if target is not None:
         distance = task.way_to(target)
         if task.intent.hits:
@@ -146,17 +157,13 @@ def way_ahead(task: Task) -> FloatArray:
     return np.array([cos * x - sin * y, sin * x + cos * y, 0.0])
 
 
-AHEAD = math.cos(math.radians(15.0))
-"""What lies less than 15 degrees off its axis is ahead of a thing on wheels."""
-
-
 def _on_wheels(task: Task, axis: FloatArray, target: Place | None, speed: float) -> Directed:
     """A push along its axis, to what lies ahead or straight on."""
     if target is not None and target.kind == "object" and task.passes() is None:
         place = place_name(target)
         if (
             float(unit(level(task.layout.position(place) - task.layout.position(task.name))) @ axis)
-            > AHEAD
+            > GROUND.min_ahead_cosine
         ):
             return act.toward_or_along(speed, toward=place)
     return act.toward_or_along(speed, vector=axis)
@@ -222,7 +229,7 @@ def _ground_speed(task: Task, target: Place | None) -> float:
     item = task.layout.state.object(task.name)
     if item is not None and item.body.kind == "granular":
         # A heap is pushed over; faster, and all of its grains fly off together.
-        return HEAP * math.sqrt(mech.G * size)
+        return GROUND.heap_speed_ratio * math.sqrt(mech.G * size)
     friction = task.ground_friction()
     rolls = task.layout.rolls(task.name)
     slowing = mech.rolling_slowing(task.ground_rolling()) if rolls else mech.G * friction
@@ -232,13 +239,13 @@ def _ground_speed(task: Task, target: Place | None) -> float:
     if task.passes() is not None:
         distance *= 1.6
     # What is told no end rolls on for the whole clip, and shall still be seen then.
-    share = ARRIVES if target is not None or task.intent.hits else 0.95
+    share = GROUND.arrive_share if target is not None or task.intent.hits else 0.95
     arrive = mech.speed_to_arrive(distance, task.seconds(share), slowing)
     if _is_shoved(task, target):
         return _shoved_speed(task, distance)
     if (task.intent.has("stop", "settle") or task.ends_short) and not rolls:
         return _stopping_speed(task, distance, friction)
-    speed = min(max(arrive, math.sqrt(2 * slowing * distance) * 1.05, 0.05), FASTEST)
+    speed = min(max(arrive, math.sqrt(2 * slowing * distance) * 1.05, 0.05), TASK.max_speed_mps)
     if task.intent.manner("slow", "gentle"):
         speed = max(min(speed, 0.8), 0.2)
     blow = _blow(task.layout, task.intent)
@@ -247,8 +254,8 @@ def _ground_speed(task: Task, target: Place | None) -> float:
 
 def _shoved_speed(task: Task, distance: float) -> float:
     """Speed at the end of a push that lasts for the whole way, enough for what it shall do."""
-    speed = 2 * distance / task.seconds(PUSHED)
-    return min(max(speed, _blow(task.layout, task.intent), 0.05), FASTEST)
+    speed = 2 * distance / task.seconds(GROUND.max_push_share)
+    return min(max(speed, _blow(task.layout, task.intent), 0.05), TASK.max_speed_mps)
 
 
 def way_to_go(task: Task) -> float:
@@ -256,7 +263,7 @@ def way_to_go(task: Task) -> float:
     return _distance(task, task.target())
 
 
-def _blow(layout: Layout, intent: Intent, links: int = CHAIN) -> float:
+def _blow(layout: Layout, intent: Intent, links: int = GROUND.max_links) -> float:
     """Least speed with which a thing has to meet what it hits, so that all of that does its part.
 
     links: how many of those that hit one another in turn are looked at.
@@ -270,7 +277,7 @@ def _blow(layout: Layout, intent: Intent, links: int = CHAIN) -> float:
 
 def _sent_off(arrives: float, slowing: float, distance: float) -> float:
     """Speed at the start of a way against a constant deceleration that leaves `arrives`."""
-    return min(math.sqrt(arrives**2 + 2 * slowing * distance), FASTEST)
+    return min(math.sqrt(arrives**2 + 2 * slowing * distance), TASK.max_speed_mps)
 
 
 def _knocking_speed(layout: Layout, own: str, other: str) -> float:
@@ -379,7 +386,9 @@ def _curved(
     rolling = 1.4 if task.layout.rolls(task.name) else 1.0
     force = task.layout.mass(task.name) * mech.arc_acceleration(speed, distance, turn) * rolling
     steps = int(distance / max(speed, 0.1) / task.clip.step_seconds)
-    duration = int(np.clip(steps - act.PUSH_STEPS, 10, task.clip.steps - 2 * act.PUSH_STEPS))
+    duration = int(
+        np.clip(steps - act.STEPS.push_steps, 10, task.clip.steps - 2 * act.STEPS.push_steps)
+    )
     aim = target if target is not None and target.kind != "support" else None
     way = None if aim is not None else ("away" if task.layout.rolls(task.name) else task.way())
     start = act.push(
@@ -392,6 +401,10 @@ def _curved(
     return [
         start,
         act.bend(
-            task.name, force, 90.0 * sign, start=act.FIRST_STEP + act.PUSH_STEPS, duration=duration
+            task.name,
+            force,
+            90.0 * sign,
+            start=act.STEPS.first_step + act.STEPS.push_steps,
+            duration=duration,
         ),
     ]

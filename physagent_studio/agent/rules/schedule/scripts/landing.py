@@ -62,16 +62,13 @@ def past_what_is_below(task: Task) -> list[Action]:
     gap = task.layout.gap(task.name, other)
     seconds = mech.time_to_fall(max(gap if math.isfinite(gap) else 0.5, 0.05))
     force = act.toward_or_along(1.5 * max(beside, 0.05) / seconds, way=_way(task))
-    return [act.push(task.name, force, start=0, duration=act.KICK_STEPS)]
-
-
-HELD_STEPS = 24
-"""Steps that a thing stays where it is before what carried it is gone."""
+    return [act.push(task.name, force, start=0, duration=act.STEPS.kick_steps)]
 
 
 def let_go(task: Task) -> list[Action]:
     """Held where it was for a moment, then it falls: what carried it has been taken away."""
-    return [act.hold(task.name, HELD_STEPS)]
+    held_steps = 24  # 5..60: that a thing stays before what carried it is gone
+    return [act.hold(task.name, held_steps)]
 
 
 def up_ramp(task: Task) -> list[Action]:
@@ -102,7 +99,7 @@ def rock(task: Task) -> list[Action]:
         ApplyDisturbance(
             id=f"rock_{task.name}"[:64],
             name=task.name,
-            start_step=act.FIRST_STEP,
+            start_step=act.STEPS.first_step,
             model="side",
             amplitude=round(force, 4),
             direction="right",

@@ -26,8 +26,17 @@ from physagent_studio.program.program import Clip
 from physagent_studio.program.scene.state import Ramp, Wheels
 
 UP = WAYS["up"]
-FASTEST = 8.0
-"""No first program sends a thing along the ground faster than this, m/s."""
+
+
+@dataclass(frozen=True, slots=True)
+class TaskSettings:
+    """How far and how fast a first program sends things."""
+
+    max_speed_mps: float = 8.0  # 3..20: along the ground
+    short_share: float = 0.75  # 0.4..0.95: of the way, gone by what stops before a thing
+
+
+TASK = TaskSettings()
 
 
 @dataclass(frozen=True)
@@ -49,7 +58,7 @@ class Task:
     def delay(self) -> int:
         """Steps by which it starts later than the first of its row."""
         together = any(f.timing == "together" for f in self.intent.frames)
-        return act.FIRST_STEP + (0 if together else self.rank * 25)
+        return act.STEPS.first_step + (0 if together else self.rank * 25)
 
     @property
     def wheels(self) -> Wheels | None:
@@ -115,7 +124,7 @@ class Task:
         """The part of a way that it shall cover, its middle; more than 1 for all of it."""
         said = next((f.share for f in self.intent.frames if f.share is not None), None)
         if said is None:
-            return SHORT if self._stops_short() else None
+            return TASK.short_share if self._stops_short() else None
         return sum(said) / 2 if said[1] <= 1 else 1.05
 
     def _stops_short(self) -> bool:
@@ -232,8 +241,6 @@ class Task:
 
 
 ENDING = ("stop", "settle", "end", "rest")
-SHORT = 0.75
-"""The part of the way that is gone by what stops before a thing."""
 SIDE_WAYS: dict[str, Direction] = {
     "behind": "away", "in_front": "toward_camera", "left_of": "left", "right_of": "right",
 }  # fmt: skip

@@ -99,7 +99,7 @@ def turn_back(task: Task) -> list[Action]:
         return there_and_back(task)
     steps = 45
     when = act.on_contact(task.name, layout.ground(), 5) if ramp is not None else None
-    start = act.FIRST_STEP if when is not None else int(0.4 * task.clip.steps)
+    start = act.STEPS.first_step if when is not None else int(0.4 * task.clip.steps)
     turned = act.spin(
         task.name, UP, math.radians(170.0) / (steps * task.clip.step_seconds), start=start,
         duration=steps, when=when, label="turn",

@@ -14,8 +14,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.agent.crew import Crew
 from physagent_studio.agent.roles import Situation
-from physagent_studio.agent.rules import RuleGenerator, RulePlanner
+from physagent_studio.agent.rules import RuleGenerator, RulePlanner, RuleVerifier
 from physagent_studio.program.actions import (
     Action,
     ApplyAngledForce,
@@ -68,6 +69,11 @@ class PlainPlanner:
         ]
         kept = tuple(hunk for hunk in hunks if hunk.edits)
         return proposal.model_copy(update={"hunks": kept})
+
+
+def plain_crew() -> Crew:
+    """The embedded agent with plain vectors alone."""
+    return Crew(PlainGenerator(), RuleVerifier(), PlainPlanner())
 
 
 def _plain_edits(edits: Sequence[Edit], program: PhysicalProgram) -> tuple[Edit, ...]:

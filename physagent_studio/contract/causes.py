@@ -6,8 +6,7 @@ import numpy as np
 
 from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.contract.facts import Facts
-from physagent_studio.contract.outcome import bounded
-from physagent_studio.contract.track import Window
+from physagent_studio.contract.track import Window, bounded
 from physagent_studio.contract.words import number
 from physagent_studio.program.actions import FixObject
 from physagent_studio.program.scene.bodies import DEFORMABLE

@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Sequence
 
 from physagent_studio.contract.facts import Facts
-from physagent_studio.contract.outcome import Outcome, bounded, opposite, unmeasurable
+from physagent_studio.contract.track import Outcome, bounded, opposite, unmeasurable
 from physagent_studio.program.contract import (
     AllOf,
     AnyOf,

@@ -10,9 +10,8 @@ from physagent_studio.contract import change, motion, relations, touch
 from physagent_studio.contract.always import always_on
 from physagent_studio.contract.composites import composed
 from physagent_studio.contract.facts import Facts
-from physagent_studio.contract.outcome import Outcome, bounded, opposite, unmeasurable
 from physagent_studio.contract.places import lands_in, passes_over
-from physagent_studio.contract.track import Window
+from physagent_studio.contract.track import Outcome, Window, bounded, opposite, unmeasurable
 from physagent_studio.contract.view import Drawn, view_checks
 from physagent_studio.contract.words import MEASURED, SIDES, claim, compared, window_text
 from physagent_studio.program.contract import Before, Composite, Statement

@@ -1,4 +1,4 @@
-"""What is said to a model and what comes back, independent of any wire format."""
+"""What is said to a model, what comes back and what can go wrong, whatever the wire format."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import json
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from physagent_studio.errors import StudioError
 from physagent_studio.records import Image
 
 
@@ -85,3 +86,27 @@ class Answer:
     finish: str = "stop"
     refusal: str = ""
     usage: Usage = field(default_factory=Usage)
+
+
+class VlmError(StudioError):
+    """Root: the model gave nothing that can be used. The roles turn it into a legal outcome."""
+
+
+class BudgetSpent(VlmError):
+    """A limit on calls, tokens or money is reached; nothing more is sent."""
+
+
+class Unreachable(VlmError):
+    """The server cannot be reached, refuses the request, or keeps failing after the retries."""
+
+
+class NoAnswer(VlmError):
+    """The model was asked again as often as is allowed and its reply is still not valid."""
+
+
+class TapeMiss(VlmError):
+    """Replaying, and this call was not recorded."""
+
+
+class Invalid(VlmError):
+    """One reply that is not accepted; `str(error)` is the exact message the model gets back."""

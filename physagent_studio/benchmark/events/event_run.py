@@ -10,15 +10,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import cv2
+import numpy as np
 from pydantic import TypeAdapter
 
+from physagent_studio.agent.vlm.pictures import contact_sheet
 from physagent_studio.benchmark.events.plain_vectors import plain_crew
 from physagent_studio.benchmark.events.references import judge, load_reference
-from physagent_studio.benchmark.events.sheets import write_sheet
 from physagent_studio.errors import StudioError
 from physagent_studio.exchange import annotated, load_case
 from physagent_studio.program.contract import Contract
-from physagent_studio.records import Check, LoopState, Round
+from physagent_studio.records import Check, Image, LoopState, Rollout, Round, Scene
+from physagent_studio.rendering import Compositor, frame_of
 from physagent_studio.session import Session, Store
 from physagent_studio.simulation import simulate
 from physagent_studio.workbench.desk import Desk
@@ -254,3 +257,25 @@ def _safely(task: EventTask) -> EventResult:
 
 if __name__ == "__main__":
     _main()
+
+
+FRAMES = 8
+"""Frames of a sheet, evenly spread from the first to the last."""
+COLUMNS, WIDTH = 4, 480
+"""Pictures in a row, and their width in pixels."""
+
+
+def sheet_of(scene: Scene, rollout: Rollout) -> Image:
+    """Eight frames of a clip with their numbers."""
+    compositor = Compositor(scene)
+    numbers = np.linspace(0, rollout.frames - 1, FRAMES).round().astype(int)
+    frames = [frame_of(compositor, rollout, int(number)).rgb for number in numbers]
+    labels = [f"frame {number} of {rollout.frames - 1}" for number in numbers]
+    return contact_sheet(frames, labels, COLUMNS, WIDTH)
+
+
+def write_sheet(path: Path, scene: Scene, rollout: Rollout, sentence: str) -> None:
+    """Writes the sheet as PNG, and the sentence beside it as text."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    cv2.imwrite(str(path), sheet_of(scene, rollout)[:, :, ::-1])
+    path.with_suffix(".txt").write_text(sentence + "\n", encoding="utf-8")

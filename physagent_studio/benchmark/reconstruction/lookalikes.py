@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.benchmark.reconstruction.synthetic import LIGHT, backdrop
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Box, Cylinder, Shape
@@ -19,8 +20,6 @@ from physagent_studio.reconstruction import mesh_of
 from physagent_studio.reconstruction.shapes.silhouettes import look
 from physagent_studio.records.case import Image
 
-BoolArray = NDArray[np.bool_]
-FloatArray = NDArray[np.float64]
 SIZE = (832, 480)
 PAPER = np.array([212.0, 203.0, 186.0])
 COVER = 0.012

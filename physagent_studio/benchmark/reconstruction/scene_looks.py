@@ -9,8 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.benchmark.reconstruction.plates import steps_of
-from physagent_studio.benchmark.reconstruction.truth import TrueMasks
+from physagent_studio.benchmark.reconstruction.synthetic import TrueMasks
 from physagent_studio.benchmark.scenes import Pictured
 from physagent_studio.benchmark.scenes.catalogue import turned_in_place
 from physagent_studio.program.rotations import about_up, matrix_of
@@ -24,7 +25,6 @@ from physagent_studio.reconstruction.shapes.silhouettes import in_world, silhoue
 from physagent_studio.reconstruction.switches import without
 from physagent_studio.records.case import Case, Image
 
-FloatArray = NDArray[np.float64]
 Results = dict[tuple[int, str, str], float]
 SHADE = 8.0
 """Grey levels by which what a thing shades or is mirrored in differs from the empty picture."""

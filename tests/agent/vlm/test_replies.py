@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from pydantic import BaseModel, TypeAdapter
 
 from physagent_studio.agent.vlm import forms, prompting, reference
-from physagent_studio.agent.vlm.failures import Invalid
-from physagent_studio.agent.vlm.parsing import parse_object
+from physagent_studio.agent.vlm.dialogue import parse_object
+from physagent_studio.agent.vlm.messages import Invalid
 from physagent_studio.agent.vlm.schema import strict_schema, without_nulls
 from physagent_studio.program import Action, Statement
 from tests.agent.vlm import scripted

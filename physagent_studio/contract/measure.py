@@ -111,11 +111,9 @@ def _honest(outcome: Outcome, facts: Facts, window: Window) -> Outcome:
     if facts.complete or decided or (facts.last > window.last):
         return outcome
     margin = min(outcome.margin, -1.0)
-    return replace(outcome, margin=margin, note=_ending(facts), measurable=False)
-
-
-def _ending(facts: Facts) -> str:
-    return f"the run ended at step {facts.last}"
+    return replace(
+        outcome, margin=margin, note=f"the run ended at step {facts.last}", measurable=False
+    )
 
 
 def _negated(statement: Statement, outcome: Outcome, facts: Facts) -> Outcome:

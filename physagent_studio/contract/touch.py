@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from physagent_studio.arrays import FloatArray
 from physagent_studio.contract.facts import Facts
-from physagent_studio.contract.outlines import inside_depth
 from physagent_studio.contract.places import (
     Place,
     distance_to,
@@ -22,6 +21,7 @@ from physagent_studio.contract.track import (
     Track,
     Window,
     bounded,
+    inside_depth,
     slowness,
     unmeasurable,
     worst,

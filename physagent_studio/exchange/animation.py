@@ -1,4 +1,7 @@
-"""Exports a rollout as animated binary glTF 2.0: textured objects that move, supports, camera."""
+"""Exports a rollout as animated binary glTF 2.0: textured objects that move, supports, camera.
+
+Source: Khronos glTF 2.0 specification, sections 3.6 (accessors) and 4.4 (GLB).
+"""
 
 from __future__ import annotations
 
@@ -61,7 +64,8 @@ def write_glb(path: Path | str, scene: Scene, rollout: Rollout, fps: float) -> N
         for target, sampler in tracks:
             channels.append({"sampler": len(samplers), "target": {"node": node, "path": target}})
             samplers.append(sampler)
-    children += [_still(gltf, name, mesh) for name, mesh in scene.support_meshes.items()]
+    for name, mesh in scene.support_meshes.items():
+        children.append(gltf.add("nodes", {"name": name, "mesh": _mesh(gltf, name, mesh)}))
     if scene.state.camera is not None:
         children.append(_camera(gltf, scene.state.camera))
     root = gltf.add("nodes", {"name": "world", "rotation": _Y_UP, "children": children})
@@ -122,10 +126,6 @@ def _deforming(
     times = gltf.add_array((keys / fps).astype(np.float32))
     output = gltf.add_array(weights.ravel().astype(np.float32))
     return node, [("weights", {"input": times, "output": output})]
-
-
-def _still(gltf: GltfWriter, name: str, mesh: Mesh) -> int:
-    return gltf.add("nodes", {"name": name, "mesh": _mesh(gltf, name, mesh)})
 
 
 def _mesh(gltf: GltfWriter, name: str, mesh: Mesh, light: NDArray[np.float64] | None = None) -> int:

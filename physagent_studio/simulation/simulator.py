@@ -28,10 +28,9 @@ from physagent_studio.simulation.bodies.undercarriage import on_wheels
 from physagent_studio.simulation.contacts.wheels import wheels_of
 from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.model.build import compile_model
-from physagent_studio.simulation.model.collision import outlines, substeps_for
+from physagent_studio.simulation.model.collision import outlines, settle, substeps_for
 from physagent_studio.simulation.model.model import Compiled, configure
 from physagent_studio.simulation.model.parts import part_of
-from physagent_studio.simulation.model.settle import settle
 from physagent_studio.simulation.stepping.engine import run
 from physagent_studio.simulation.stepping.measure import rollout_of, with_alarms, with_vertices
 from physagent_studio.simulation.stepping.resume import first_effect, restore, setting_key

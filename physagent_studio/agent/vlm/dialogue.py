@@ -10,8 +10,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from physagent_studio.agent.vlm.line import Line
-from physagent_studio.agent.vlm.messages import Answer, Invalid, NoAnswer, Question, Turn
-from physagent_studio.agent.vlm.prompting import prompt
+from physagent_studio.agent.vlm.messages import Answer, Invalid, NoAnswer, Question, Turn, prompt
 from physagent_studio.agent.vlm.schema import strict_schema, without_nulls
 from physagent_studio.errors import ProgramError
 from physagent_studio.program.text.problems import problems_of

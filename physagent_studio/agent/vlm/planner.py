@@ -12,8 +12,7 @@ from physagent_studio.agent.vlm import facts, paths, reference
 from physagent_studio.agent.vlm.dialogue import converse
 from physagent_studio.agent.vlm.forms import EventPlan, PlannedEdit, PlannedHunk, ScenePlan
 from physagent_studio.agent.vlm.line import Line
-from physagent_studio.agent.vlm.messages import Invalid, Turn, VlmError
-from physagent_studio.agent.vlm.prompting import prompt, quoted
+from physagent_studio.agent.vlm.messages import Invalid, Turn, VlmError, prompt, quoted
 from physagent_studio.program import AddItem, Edit, MoveItem, RemoveItem, SetField, apply
 from physagent_studio.records import Assessment, Hunk, Memory, MemoryEntry, Proposal
 

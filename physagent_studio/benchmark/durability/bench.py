@@ -165,7 +165,7 @@ def cancelled(root: Path, times: int) -> list[Row]:
             command = _command(kind, workbench, store, begun, ended)
             workbench.post(command)
             time.sleep(rng.uniform(0.1, LONGEST[kind]))
-            doing[_doing(workbench)] += 1
+            doing[(workbench.snapshot().busy or "nothing").rpartition(": ")[2]] += 1
             began = time.perf_counter()
             workbench.cancel()
             workbench.wait(PATIENCE)
@@ -205,10 +205,6 @@ def _command(
     workbench.post(commands.OpenSession(store.duplicate(begun) if running else ended))
     workbench.wait(PATIENCE)
     return commands.Run() if running else commands.Render(store.root / "clip.mp4")
-
-
-def _doing(workbench: Workbench) -> str:
-    return (workbench.snapshot().busy or "nothing").rpartition(": ")[2]
 
 
 PAGE = 4096 + 24

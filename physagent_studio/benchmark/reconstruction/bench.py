@@ -28,6 +28,7 @@ from physagent_studio.benchmark.reconstruction.many_parts import many_part_rows
 from physagent_studio.benchmark.reconstruction.plates import plate_rows
 from physagent_studio.benchmark.reconstruction.synthetic import Drawn, TrueMasks, scene
 from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
+from physagent_studio.benchmark.scenes.pictures import boxed
 from physagent_studio.exchange import load_case
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Click, Grounding, Ramp, SceneObject, SceneState
@@ -286,8 +287,4 @@ def _mask_scores(
 
 def _boxed(grounding: Grounding, mask: BoolArray) -> Grounding:
     """The clicks with a box drawn by hand: 4 % wider than the object on each side."""
-    rows, columns = np.nonzero(mask)
-    pad_x, pad_y = 0.04 * np.ptp(columns) + 1, 0.04 * np.ptp(rows) + 1
-    low = (float(columns.min() - pad_x), float(rows.min() - pad_y))
-    high = (float(columns.max() + pad_x), float(rows.max() + pad_y))
-    return grounding.model_copy(update={"box": (*low, *high)})
+    return grounding.model_copy(update={"box": boxed(mask).box})

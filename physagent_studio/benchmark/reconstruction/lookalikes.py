@@ -60,7 +60,11 @@ def stack(seed: int, alike: bool = False) -> Lookalike:
         yaw = turn + float(rng.uniform(-0.08, 0.08))
         place = (x + rng.uniform(-0.03, 0.03), y + rng.uniform(-0.03, 0.03), height)
         color = tone + rng.normal(0, 12, 3) if alike else rng.uniform(30, 230, 3)
-        pieces = _book(size, bool(rng.random() < 0.5)) if books else _block(size)
+        pieces = (
+            _book(size, bool(rng.random() < 0.5))
+            if books
+            else [("block", Box(size=size), (0.0, 0.0, high / 2))]
+        )
         for kind, shape, middle in pieces:
             body = _placed(shape, middle, yaw, place)
             paper = kind == "paper"
@@ -70,10 +74,6 @@ def stack(seed: int, alike: bool = False) -> Lookalike:
 
 
 _Piece = tuple[str, Shape, tuple[float, float, float]]
-
-
-def _block(size: tuple[float, float, float]) -> list[_Piece]:
-    return [("block", Box(size=size), (0.0, 0.0, size[2] / 2))]
 
 
 def _book(size: tuple[float, float, float], left: bool) -> list[_Piece]:

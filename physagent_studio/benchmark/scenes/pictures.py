@@ -311,7 +311,7 @@ def _subjects(
             name = f"{said_of(image, clicked)} {name}"
         out.append(
             Subject(
-                name.strip().replace(" ", "_"), mask, Grounding(points=(spot,)), _box(mask), thing
+                name.strip().replace(" ", "_"), mask, Grounding(points=(spot,)), boxed(mask), thing
             )
         )
     return tuple(out)
@@ -333,7 +333,7 @@ def _click(rng: np.random.Generator, mask: BoolArray, part: NDArray[np.int64]) -
     return Click(x=float(columns[near]), y=float(rows[near]))
 
 
-def _box(mask: BoolArray) -> Grounding:
+def boxed(mask: BoolArray) -> Grounding:
     """A box as a hand draws it around a mask, a little wide."""
     rows, columns = mask.nonzero()
     pad_x, pad_y = WIDER * np.ptp(columns) + 1, WIDER * np.ptp(rows) + 1

@@ -1,4 +1,8 @@
-"""Programs as text: strict YAML in, readable YAML out, older versions brought up to this one."""
+"""Programs as text: strict YAML in, readable YAML out, older versions brought up to this one.
+
+Within a version fields are only added, and what a program does not say has its default: so far all
+programs that were ever written are of version 1.
+"""
 
 from __future__ import annotations
 
@@ -169,10 +173,6 @@ def _string(dumper: yaml.SafeDumper, value: str) -> yaml.ScalarNode:
     return dumper.represent_scalar("tag:yaml.org,2002:str", value, style=style)
 
 
-def _number(dumper: yaml.SafeDumper, value: float) -> yaml.ScalarNode:
-    return _plain_scalar(dumper, repr(value))
-
-
 def _plain_scalar(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
     # The tag of the resolver above, so that the emitter writes it without quotes or tag.
     return dumper.represent_scalar("tag:physagent:not-a-word", text)
@@ -215,7 +215,7 @@ def _has_text(value: Any) -> bool:
 
 
 _Dumper.add_representer(str, _string)
-_Dumper.add_representer(float, _number)
+_Dumper.add_representer(float, lambda dumper, value: _plain_scalar(dumper, repr(value)))
 _Dumper.add_representer(int, lambda dumper, value: _plain_scalar(dumper, str(value)))
 _Dumper.add_representer(
     bool, lambda dumper, value: _plain_scalar(dumper, "true" if value else "false")

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from physagent_studio.program.base import IDENTITY
 from physagent_studio.program.rotations import about_up, multiply
 from physagent_studio.program.scene import forms
 from physagent_studio.program.scene.boards import Size3, open_box
 from physagent_studio.records import Mesh
 from physagent_studio.simulation.bodies.carving import carved
-from physagent_studio.simulation.bodies.primitives import Primitive
 from physagent_studio.simulation.bodies.vessel import rising, solid_slices, vessel
 from physagent_studio.simulation.surfaces import (
     FloatArray,
@@ -28,6 +28,20 @@ from physagent_studio.simulation.surfaces import (
     together,
     welded,
 )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Primitive:
+    """kind: sphere, ellipsoid, box, cylinder or capsule; size: MuJoCo's half sizes, m.
+
+    place, turn: pose of the piece in the body frame, m and wxyz.
+    """
+
+    kind: str
+    size: tuple[float, float, float]
+    place: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    turn: tuple[float, float, float, float] = IDENTITY
+
 
 CONVEX_ENOUGH = 0.9
 """Volume over hull volume from which on the hull stands for the body."""

@@ -1,4 +1,10 @@
-"""Raw engine states → the rollout's arrays, energies, alarms and impulses of contacts."""
+"""Raw engine states → the rollout's arrays, energies, alarms and impulses of contacts.
+
+Readings tell what a contact does at single engine steps; a body that rolls over its edges is hit
+and let go many times in between. But the momentum that an object gains over a control step, less
+that of its weight, is exactly what its contacts gave it. Where it touches one thing alone, that
+is the impulse of this contact.
+"""
 
 from __future__ import annotations
 

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import math
 
-from physagent_studio.program.actions import After, OnContact, When, duration_of
+from physagent_studio.program.actions import (
+    Action,
+    After,
+    FixObject,
+    OnContact,
+    When,
+    duration_of,
+)
 from physagent_studio.program.contract import Statement
 from physagent_studio.program.edits import Edit, SetField
 from physagent_studio.program.program import Clip, PhysicalProgram
@@ -43,16 +50,21 @@ def clip_at(clip: Clip, factor: float) -> Clip:
     )
 
 
-def retimed(program: PhysicalProgram, factor: float) -> tuple[Edit, ...]:
+def retimed(
+    program: PhysicalProgram, factor: float, *, skip: float = 0.0, frames: int | None = None
+) -> tuple[Edit, ...]:
     """The edits that give a program another time factor, to be applied together.
 
     All starts, durations and windows keep their seconds; what reached beyond the shorter clip
-    ends with it. An action that would begin after the end begins on the last step.
+    ends with it. An action that would begin after the end begins on the last step. skip: seconds
+    by which everything is earlier, at most `wait_of`. frames: of the clip, else as many as now.
     """
     clip = clip_at(program.clip, factor)
+    clip = clip.model_copy(update={"frames": frames or clip.frames})
     ratio = program.clip.step_seconds / clip.step_seconds
+    earlier = round(skip / clip.step_seconds)
     found: list[Edit] = []
-    for field in ("step_seconds", "steps_per_frame", "substeps"):
+    for field in ("frames", "step_seconds", "steps_per_frame", "substeps"):
         if getattr(clip, field) != getattr(program.clip, field):
             found.append(SetField(path=f"clip.{field}", value=getattr(clip, field)))
     for action in program.event.actions:
@@ -60,27 +72,45 @@ def retimed(program: PhysicalProgram, factor: float) -> tuple[Edit, ...]:
         whole = action.start_step + duration_of(action) >= program.clip.steps
         start = round(action.start_step * ratio)
         if action.when is None:
-            start = min(start, clip.steps - 1)
+            start = min(max(start - earlier, 0), clip.steps - 1)
             found += _changed(f"{base}.start_step", action.start_step, start)
         else:
             found += _condition(base, action.when, ratio, clip.steps)
         if hasattr(action, "duration"):
-            length = max(round(duration_of(action) * ratio), 1)
+            length = max(round(duration_of(action) * ratio) - earlier * _holds(action), 1)
             if action.when is None:
                 room = clip.steps - start
                 length = room if whole else min(length, room)
             found += _changed(f"{base}.duration", duration_of(action), length)
     for statement in program.contract.statements:
-        found += _window(f"contract.statements.{statement.id}", statement, ratio, clip.steps)
+        base = f"contract.statements.{statement.id}"
+        found += _window(base, statement, ratio, clip.steps, earlier)
     return tuple(found)
 
 
-def _window(base: str, statement: Statement, ratio: float, last: int) -> list[Edit]:
+def wait_of(program: PhysicalProgram) -> float:
+    """Seconds that pass at the beginning of a program without anything being done but held."""
+    waits = [
+        duration_of(action) if _holds(action) else action.start_step
+        for action in program.event.actions
+        if action.when is None
+    ]
+    return min(waits, default=0) * program.clip.step_seconds
+
+
+def _holds(action: Action) -> bool:
+    return isinstance(action, FixObject) and action.when is None and action.start_step == 0
+
+
+def _window(
+    base: str, statement: Statement, ratio: float, last: int, earlier: int = 0
+) -> list[Edit]:
     found: list[Edit] = []
     for field in ("from_step", "to_step"):
         step = getattr(statement, field)
         if step is not None:
-            found += _changed(f"{base}.{field}", step, min(round(step * ratio), last))
+            moved = max(round(step * ratio) - earlier, 1 if step else 0)
+            found += _changed(f"{base}.{field}", step, min(moved, last))
     return found
 
 

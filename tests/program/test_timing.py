@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from physagent_studio.program import Clip, PhysicalProgram, apply, apply_with_inverse
 from physagent_studio.program.actions import When, duration_of
-from physagent_studio.program.timing import ENGINE_STEP, FASTEST, SLOWEST, clip_at, retimed
+from physagent_studio.program.timing import ENGINE_STEP, FASTEST, SLOWEST, clip_at, retimed, wait_of
 
 factors = st.floats(SLOWEST, FASTEST).map(lambda value: round(value, 3))
 PLAIN = Clip()
@@ -178,3 +178,17 @@ def test_quarters_keep_the_control_step(factor: float) -> None:
     clip = clip_at(PLAIN, factor)
     assert clip.step_seconds == pytest.approx(PLAIN.step_seconds)
     assert clip.steps_per_frame == round(PLAIN.steps_per_frame * factor)
+
+
+def test_what_is_held_first_is_let_go_sooner_and_all_that_follows_with_it() -> None:
+    hold = {"id": "hold", "operator": "FixObject", "name": "ball", "duration": 40}
+    force = {"operator": "ApplyForce", "force": [1, 0, 0], "duration": 10}
+    push = {"id": "push", "name": "ball", "start_step": 60} | force
+    program = PhysicalProgram.model_validate(
+        {"scene": {"objects": [{"name": "ball"}]}, "event": {"actions": [hold, push]}}
+    )
+    assert wait_of(program) == pytest.approx(0.4)
+    sooner = apply(program, retimed(program, 1.0, skip=0.3, frames=41))
+    first, second = sooner.event.actions
+    assert (sooner.clip.frames, sooner.clip.time_factor) == (41, 1.0)
+    assert (duration_of(first), second.start_step, duration_of(second)) == (10, 30, 10)

@@ -6,6 +6,7 @@ and how much slower the clip; a handful of such programs is tried before any num
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -14,12 +15,12 @@ import numpy as np
 from physagent_studio.agent.roles import Situation
 from physagent_studio.contract import Facts
 from physagent_studio.contract.picture import sight_of
-from physagent_studio.contract.view import FILLS, INSIDE, acting_objects, subject_of
+from physagent_studio.contract.view import FILLS, INSIDE, acting_objects, pacing_of, subject_of
 from physagent_studio.errors import StudioError
 from physagent_studio.program.actions import ApplyForce, Directed, SetVelocity
 from physagent_studio.program.edits import Edit, SetField, apply
 from physagent_studio.program.program import PhysicalProgram
-from physagent_studio.program.timing import PACE, SLOWEST, retimed
+from physagent_studio.program.timing import PACE, SLOWEST, retimed, wait_of
 from physagent_studio.records import Rollout
 
 VIEW = ("framing", "pace", "heading", "stirs")
@@ -34,6 +35,10 @@ class DirectingSettings:
     # factor, 0.1..1: that are chosen by themselves, as people name them
     time_factors: tuple[float, ...] = (0.25, 1 / 3, 0.4, 0.5, 2 / 3, 0.8, 1.0)
     comfort_share: float = 0.6  # 0.3..1: of the clip that a motion shall fill
+    lead_frames: int = 6  # frames, 2..20: that show how things stand before anything moves
+    tail_frames: int = 8  # frames, 4..40: that show how things are when all is over
+    min_frames: int = 41  # frames, 17..81: of a clip that is cut to its event
+    blow_seconds: float = 0.06  # s, 0.02..0.2: a push shorter than this is a blow, and stays one
 
 
 DIRECTING = DirectingSettings()
@@ -203,7 +208,8 @@ def replanned(
             field = "force" if isinstance(action, ApplyForce) else "velocity"
             value = float(f"{vector.magnitude * gentler:.5g}")
             edits.append(SetField(path=f"{base}.{field}.magnitude", value=value))
-        if longer != 1 and isinstance(action, ApplyForce) and speeds:
+        blow = getattr(action, "duration", 0) * program.clip.step_seconds < DIRECTING.blow_seconds
+        if longer != 1 and isinstance(action, ApplyForce) and speeds and not blow:
             room = program.clip.steps - (action.start_step if action.when is None else 0)
             value = max(min(round(action.duration * longer), room), 1)
             edits.append(SetField(path=f"{base}.duration", value=value))
@@ -214,3 +220,24 @@ def replanned(
     except StudioError:
         return ()
     return (*edits, *retimed(changed, changed.clip.time_factor * slower))
+
+
+def trimmed(program: PhysicalProgram, rollout: Rollout, decided: int) -> tuple[Edit, ...]:
+    """Edits with which the clip begins and ends with what is seen in it; () where it does so.
+
+    It waits for a moment at most, where nothing but the schedule has it wait, and shows for
+    a moment how things are when all is over. decided: the frame by which all has happened.
+    """
+    pacing = pacing_of(Facts.of(program, rollout))
+    if pacing is None or pacing.first is None or pacing.last is None:
+        return ()
+    clip = program.clip
+    frame = clip.steps_per_frame * clip.step_seconds
+    wait = max(int(wait_of(program) / frame) - 1, 0)
+    skip = min(max(pacing.first - DIRECTING.lead_frames, 0), wait)
+    after = max(DIRECTING.tail_frames, round(0.15 * pacing.last))
+    needed = max(pacing.last + after, decided + 4) - skip
+    frames = min(max(4 * math.ceil(needed / 4) + 1, DIRECTING.min_frames), clip.frames)
+    if not skip and frames > clip.frames - DIRECTING.tail_frames:
+        return ()
+    return retimed(program, clip.time_factor, skip=skip * frame, frames=frames)

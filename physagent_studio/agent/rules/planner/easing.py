@@ -11,11 +11,18 @@ import numpy as np
 
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.planner.costs import cost_of
-from physagent_studio.agent.rules.planner.directing import replanned
+from physagent_studio.agent.rules.planner.directing import (
+    DIRECTING,
+    pace_is_pinned,
+    replanned,
+    trimmed,
+)
 from physagent_studio.agent.rules.planner.factors import may_change
 from physagent_studio.agent.rules.planner.trials import TRIAL, Candidate, Search
 from physagent_studio.agent.rules.planner.wording import proposal
-from physagent_studio.contract.view import acting_objects
+from physagent_studio.contract import Facts
+from physagent_studio.contract.picture import sight_of
+from physagent_studio.contract.view import INSIDE, acting_objects, pacing_of
 from physagent_studio.program.edits import Edit
 from physagent_studio.records import Check, Proposal, Rollout
 
@@ -26,7 +33,9 @@ class EasingSettings:
 
     max_runs: int = 10  # count, 3..50: of one easing, where a run costs one unit
     settled_ratio: float = 0.9  # 0.7..0.99: of two efforts, from which it is not settled further
-    min_ratio: float = 0.5  # 0.2..0.9: of the efforts, below which none goes at once
+    min_ratio: float = 0.25  # 0.1..0.9: of the efforts, below which none goes at once
+    times_as_long: tuple[float, ...] = (1.0, 3.0)  # ratio, 1..6: of how long a push lasts, tried
+    soon_frames: int = 9  # frames, 4..20: by then something moves, unless it began later before
     min_way_share: float = 0.85  # 0.5..1: of its way that each acting thing still goes
 
 
@@ -34,29 +43,61 @@ EASING = EasingSettings()
 
 
 class Easing:
-    """Lowers efforts and speeds of a program that holds, while all margins stay."""
+    """Lowers efforts and speeds of a program that holds, while all margins stay, and has the clip
+    begin and end with its event."""
 
     def ease(self, situation: Situation) -> Proposal:
         """A gentler program; without hunks where there is none."""
         search = Search(situation, max(int(EASING.max_runs / cost_of(situation.program)), 1))
-        low, high, best = EASING.min_ratio, 1.0, None
-        # By halving: the lowest ratio of the speeds with which everything still holds.
+        best, told = None, ""
+        for longer in EASING.times_as_long:
+            found = self._gentlest(situation, search, longer)
+            if found is not None and (best is None or _is_clearer(found[1], best)):
+                ratio, best = found
+                told = f"It happens as well with {100 * ratio:.0f} % of the speeds"
+                told += f" and {longer:.0f} times as long a push" if longer > 1 else ""
+                told += f": the gentlest of {search.runs} tried that holds everything. "
+        best, cut = self._trimmed(situation, search, best)
+        if best is None:
+            why = f"nothing gentler holds everything ({search.runs} tried)"
+            return _told(situation, why, search, confidence=1.0)
+        told += "The clip begins and ends with what happens in it." if cut else ""
+        return _told(situation, told.strip(), search, best.edits, confidence=0.9)
+
+    def _gentlest(
+        self, situation: Situation, search: Search, longer: float
+    ) -> tuple[float, Candidate] | None:
+        """By halving: the lowest ratio of the speeds with which everything still holds, where the
+        pushes last so many times as long."""
+        low, high, best = EASING.min_ratio / longer, 1.0, None
         while high / low > 1 / EASING.settled_ratio and not search.exhausted:
             ratio = (low * high) ** 0.5
-            edits = replanned(situation.program, ratio, 1.0, 1.0)
+            edits = replanned(situation.program, ratio, longer, 1.0)
             if not edits or not may_change(situation, edits):
                 break
             found = search.run(edits)
             if found is not None and _is_as_good(situation, found):
-                best, high = found, ratio
+                best, high = (ratio, found), ratio
             else:
                 low = ratio
-        if best is None:
-            why = f"nothing gentler holds everything ({search.runs} tried)"
-            return _told(situation, why, search, confidence=1.0)
-        why = f"It happens as well with {100 * high:.0f} % of the speeds: the gentlest of "
-        why += f"{search.runs} tried that holds everything."
-        return _told(situation, why, search, best.edits, confidence=0.9)
+        return best
+
+    def _trimmed(
+        self, situation: Situation, search: Search, best: Candidate | None
+    ) -> tuple[Candidate | None, bool]:
+        """The best program, or the present one, without a wait before and an empty end after what
+        happens, and whether that is another one."""
+        program = situation.program if best is None else best.program
+        rollout = situation.rollout if best is None else best.rollout
+        if rollout is None or pace_is_pinned(situation):
+            return best, False
+        decided = _decided(situation.assessment.checks if best is None else best.checks)
+        cut = trimmed(program, rollout, decided)
+        edits = (*(best.edits if best else ()), *cut)
+        search.limit += 1
+        found = search.run(edits) if cut and may_change(situation, edits) else None
+        holds = found is not None and found.score.holds
+        return (found, True) if holds else (best, False)
 
 
 def _is_as_good(situation: Situation, found: Candidate) -> bool:
@@ -70,7 +111,27 @@ def _is_as_good(situation: Situation, found: Candidate) -> bool:
         if c.demanded
     )
     shorter = _filled(found.checks) < _filled(situation.assessment.checks) - 0.02
-    return not weaker and not shorter and _goes_as_far(situation, situation.rollout, found.rollout)
+    alike = _is_seen_as_well(situation, found, situation.rollout)
+    return not weaker and not shorter and alike
+
+
+def _is_clearer(one: Candidate, other: Candidate) -> bool:
+    """Whether more of the clip shows it happen, where little does, else whether it is slower."""
+    most = DIRECTING.comfort_share
+    fuller = min(_filled(one.checks), most) - min(_filled(other.checks), most)
+    return fuller > 0.03 or (fuller > -0.03 and _haste(one) < EASING.settled_ratio * _haste(other))
+
+
+def _haste(found: Candidate) -> float:
+    """The farthest step from frame to frame of what acts, parts of the width."""
+    return max(
+        (c.measured or 0.0 for c in found.checks if c.id.startswith("view.pace.")), default=0.0
+    )
+
+
+def _decided(checks: tuple[Check, ...]) -> int:
+    """The frame by which all that is demanded has happened."""
+    return next((int(c.measured or 0) for c in checks if c.id == "view.in_time"), 0)
 
 
 def _filled(checks: tuple[Check, ...]) -> float:
@@ -78,18 +139,28 @@ def _filled(checks: tuple[Check, ...]) -> float:
     return next((c.measured or 0.0 for c in checks if c.id == "view.fills"), 1.0)
 
 
-def _goes_as_far(situation: Situation, before: Rollout, now: Rollout) -> bool:
-    names = acting_objects(situation.program)
-    return all(
-        _way(now, name) >= EASING.min_way_share * _way(before, name)
-        for name in before.objects
-        if name in names
-    )
+def _is_seen_as_well(situation: Situation, found: Candidate, before: Rollout) -> bool:
+    """Whether each goes as far in the picture, and something moves as soon."""
+    assert found.rollout is not None
+    now, was = Facts.of(found.program, found.rollout), Facts.of(situation.program, before)
+    names = [name for name in before.objects if name in acting_objects(situation.program)]
+    far = all(_way(now, name) >= EASING.min_way_share * _way(was, name) for name in names)
+    return far and _first(now) <= max(_first(was), EASING.soon_frames)
 
 
-def _way(rollout: Rollout, name: str) -> float:
-    path = rollout.positions[:, rollout.objects.index(name)]
-    return float(np.linalg.norm(path - path[0], axis=1).max())
+def _first(facts: Facts) -> int:
+    """The first frame on which something is seen to move."""
+    pacing = pacing_of(facts)
+    return 0 if pacing is None or pacing.first is None else pacing.first
+
+
+def _way(facts: Facts, name: str) -> float:
+    """How far it gets from where it began while it is in the picture, m."""
+    rows = np.minimum(facts.rollout.frame_steps(), facts.last)
+    path = facts.rollout.positions[rows, facts.rollout.objects.index(name)]
+    sight = sight_of(facts, name)
+    seen = sight.share >= INSIDE if sight is not None else np.ones(len(path), bool)
+    return float(np.linalg.norm(path - path[0], axis=1)[seen].max(initial=0.0))
 
 
 def _told(

@@ -6,7 +6,8 @@ import numpy as np
 
 from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.contract.facts import Facts
-from physagent_studio.contract.track import Window, bounded
+from physagent_studio.contract.outcome import bounded
+from physagent_studio.contract.track import Window
 from physagent_studio.contract.words import number
 from physagent_studio.program.actions import FixObject
 from physagent_studio.program.scene.bodies import DEFORMABLE
@@ -64,7 +65,7 @@ def energy(facts: Facts) -> Check:
 
     Not judged where something is elastic, see `Rollout`.
     """
-    if any(item.body.kind in DEFORMABLE for item in facts.program.scene.objects):
+    if _stores_energy(facts):
         text = "energy rises only where an action does work: {answer}, not judged: elastic bodies"
         return physics_check("energy", text + " keep energy that is not recorded", 0.0)
     kinetic, potential = facts.rollout.kinetic, facts.rollout.potential
@@ -109,6 +110,10 @@ def _any_action(facts: Facts) -> BoolArray:
             end = facts.rollout.steps if span.end is None else span.end
             acted[span.start : end + 2] = True
     return acted
+
+
+def _stores_energy(facts: Facts) -> bool:
+    return any(item.body.kind in DEFORMABLE for item in facts.program.scene.objects)
 
 
 # --- causes ----------------------------------------------------------------------------------

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.arrays import FloatArray
-
+FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 ROWS, COLUMNS = 14, 26
 """Points of a grid along and around a body."""

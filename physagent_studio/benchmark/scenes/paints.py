@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
-from physagent_studio.arrays import FloatArray
+FloatArray = NDArray[np.float64]
 
 ROLES = {
     "any": ((0, 180), (20, 235), (50, 245)),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from physagent_studio.language.syntax.measures import ROUGHLY, UNITS
+from physagent_studio.language.syntax.measures import LENGTHS, ROUGHLY, UNITS
 from physagent_studio.language.tokens import vocabulary as v
 from physagent_studio.language.tokens.tokens import Token, is_number, singular, verb_base
 from physagent_studio.language.tokens.vocabulary import words_of
@@ -26,6 +26,8 @@ def in_plain_words(tokens: Sequence[Token], nouns: frozenset[str]) -> Tokens:
         _unable,
         counted_from,
         _after_that,
+        _more_and_more,
+        _back_to_a_side,
     ):
         found = rule(found, nouns)
     return found
@@ -83,12 +85,23 @@ def _amounts(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
     return tuple(out)
 
 
+def is_plain(number: str) -> bool:
+    """Whether a number is written in figures."""
+    return number.replace(".", "", 1).isdigit()
+
+
 _TURNS = words_of("turn rotation revolution spin")
 
 
 def _amount(words: tuple[str, ...], nouns: frozenset[str]) -> tuple[int, tuple[str, ...]]:
     """How many of the words an amount takes, and what it is in plainer ones; (0, ()) for none."""
     first, second, third, fourth = (*words, *[""] * 4)[:4]
+    about = 1 if first in ROUGHLY else 0
+    number, unit, each, second_of = (*words[about:], *[""] * 4)[:4]
+    if is_number(number) and singular(unit) in LENGTHS and each in ("per", "a", "each"):
+        speed = f"{float(number) * LENGTHS[singular(unit)]:.4g}" if is_plain(number) else ""
+        if speed and second_of == "second":
+            return 4 + about, (speed, "m/s")
     if first in ROUGHLY and is_number(second) and singular(third) in UNITS:
         return 3, (second, third)
     if (first, second) in (("half", "a"), ("half", "an")) and singular(third) in UNITS:
@@ -230,4 +243,36 @@ def _after_that(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
         else:
             found.append(tokens[index])
             index += 1
+    return tuple(found)
+
+
+_GRADUALLY = {"slower": "slows", "faster": "accelerates", "quicker": "accelerates"}
+
+
+def _more_and_more(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
+    """ "Rolls slower and slower": and slows."""
+    found = tokens
+    for at in range(len(tokens) - 3, 0, -1):
+        one, link, other = _texts(found, at, 3)
+        if one == other and link == "and" and one in _GRADUALLY:
+            said = _said(found[at], found[at + 2], "and", _GRADUALLY[one])
+            found = (*found[:at], *said, *found[at + 3 :])
+    return found
+
+
+_HAULED = words_of("drag pull push shove tug tow haul nudge draw")
+
+
+def _back_to_a_side(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
+    """ "Is pulled back to the right": to the right, which says which way that is.
+
+    What goes or bounces back by itself turns round, and keeps its word.
+    """
+    found: list[Token] = []
+    for at, token in enumerate(tokens):
+        aim = _texts(tokens, at + 1, 3)
+        sided = aim[:2] == ("to", "the") and aim[2:] in (("left",), ("right",))
+        hauled = at > 0 and verb_base(tokens[at - 1].text) in _HAULED
+        if not (token.text == "back" and sided and hauled):
+            found.append(token)
     return tuple(found)

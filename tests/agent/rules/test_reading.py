@@ -405,3 +405,27 @@ def test_what_is_fixed_is_not_moved_by_another_thing(prompt: str, word: str) -> 
     reading = read(prompt, stock((("ball", 100, 300),), "crate"))
     assert word in reading.not_understood
     assert all(frame.sense == "strike" for frame in reading.frames)
+
+
+@pytest.mark.parametrize(
+    ("prompt", "sense"),
+    [
+        ("The red ball rolls slower and slower and stops.", "slow"),
+        ("The red ball rolls faster and faster.", "accelerate"),
+    ],
+)
+def test_more_and_more_so_is_a_change_of_speed(prompt: str, sense: str) -> None:
+    reading = read(prompt, stock(GAME))
+    assert [f.sense for f in reading.frames][:2] == ["roll", sense]
+    assert not reading.not_understood
+
+
+@pytest.mark.parametrize("words", ["10 cm per second", "about 10 cm a second", "0.1 m per second"])
+def test_a_speed_may_be_written_out(words: str) -> None:
+    frame = one(f"The red ball rolls to the left at {words}.")
+    assert frame.speed == pytest.approx(0.1)
+
+
+def test_what_is_hauled_back_to_a_side_goes_there_and_what_bounces_back_turns_round() -> None:
+    assert one("The blue box is dragged back to the right.").direction == "right"
+    assert one("The red ball bounces back to the left.").direction == "backward"

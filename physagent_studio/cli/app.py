@@ -19,7 +19,7 @@ from physagent_studio.cli.guard import BAD_INPUT, guarded, our_fault
 from physagent_studio.cli.models import models
 from physagent_studio.cli.session import session as session_tools
 from physagent_studio.cli.sweeping import attribute, sweep
-from physagent_studio.errors import ProgramError
+from physagent_studio.errors import InputError, ProgramError
 
 app = typer.Typer(
     name="physagent",
@@ -327,9 +327,12 @@ def reconstruct(
 @guarded
 def sessions(as_json: Json = False, workspace: Workspace = None) -> None:
     """List the sessions of the workspace, last changed first."""
-    from physagent_studio.cli.sessions import list_sessions
+    from physagent_studio.session import Store
 
-    output.print_sessions(list_sessions(workspace), as_json)
+    store = Store(workspace)
+    if store.root.exists() and not store.root.is_dir():
+        raise InputError(f"{store.root} is a file; a workspace is a folder")
+    output.print_sessions(store.list(), as_json)
 
 
 @app.command(epilog="Example: physagent bench physics --json")

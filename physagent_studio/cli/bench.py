@@ -3,47 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from physagent_studio.benchmark import BENCHES, run_bench
 from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
 from physagent_studio.errors import InputError
 
 
-def measured(
-    name: str,
-    *,
-    cases: Path | None,
-    out: Path | None,
-    annotations: Path | None,
-    references: Path | None,
-    only: tuple[str, ...],
-    full: bool = False,
-    sheets: Path | None = None,
-    left_out: tuple[str, ...] = (),
-    count: int | None = None,
-    variants: tuple[str, ...] = (),
-) -> list[Row]:
-    """The rows of the bench of that name."""
+def measured(name: str, **options: Any) -> list[Row]:
+    """The rows of the bench of that name; options: as `run_bench` takes them."""
     if name == "list":
         return [shown(bench, f"physagent bench {bench}") for bench in (*BENCHES, *_OF_STUDIO)]
     if name in _OF_STUDIO:
-        return _studio(name, cases, full)
+        return _studio(name, options["cases"], options["full"])
     if name not in BENCHES:
         known = ", ".join((*BENCHES, *_OF_STUDIO))
         raise InputError(f"there is no bench '{name}'; benches: {known}")
-    return run_bench(
-        name,
-        cases=cases,
-        out=out,
-        annotations=annotations,
-        references=references,
-        only=only,
-        full=full,
-        sheets=sheets,
-        left_out=left_out,
-        count=count,
-        variants=variants,
-    )
+    return run_bench(name, **options)
 
 
 _OF_STUDIO = ("studio", "safety")

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -28,13 +29,8 @@ def render_session(
     """The clip of a round, or of the best one, as a video."""
     if out.suffix.lower() != ".mp4":
         raise InputError(f"{out} would be an MP4 video under another name; call it {out.stem}.mp4")
-    session = Store(workspace).open(session_id, writing=False)
-    try:
-        with progress_control(False) as control:
-            desk = _showing(Desk(session, control), round_id)
-            return render_rollout(desk, out, look)
-    finally:
-        session.close()
+    with _showing(session_id, round_id, workspace) as desk:
+        return render_rollout(desk, out, look)
 
 
 def export_session(
@@ -55,16 +51,13 @@ def export_session(
             f"--also {(unknown or list(bundles))[0]}: a motion prior, which is a folder, can also "
             f"be {', '.join(BUNDLES)}"
         )
-    session = Store(workspace).open(session_id, writing=False)
-    try:
-        with progress_control(False) as control:
-            desk = _showing(Desk(session, control), round_id)
-            if page:
-                return [f"wrote {_write(desk, out)}"]
-            said = export_rollout(desk, out, bundles)
-            return [f"wrote {out}", *said]
-    finally:
-        session.close()
+    with _showing(session_id, round_id, workspace) as desk:
+        if not page:
+            return [f"wrote {out}", *export_rollout(desk, out, bundles)]
+        from physagent_studio.studio.replay import recording_of, replay_of
+
+        writer = replay_of if out.suffix.lower() == ".html" else recording_of
+        return [f"wrote {write_file(desk, commands.Write(out, '', writer))}"]
 
 
 def generate_video(
@@ -118,16 +111,16 @@ def size_of(word: str) -> tuple[int, int] | None:
     return int(width), int(height)
 
 
-def _write(desk: Desk, out: Path) -> Path:
-    from physagent_studio.studio.replay import recording_of, replay_of
-
-    writer = replay_of if out.suffix.lower() == ".html" else recording_of
-    return write_file(desk, commands.Write(out, "", writer))
-
-
-def _showing(desk: Desk, round_id: str | None) -> Desk:
-    best = desk.state.best
-    if round_id is None and best is None:
-        raise InputError(f"session {desk.session.id} has no simulated round yet")
-    desk.handle(commands.ShowRound(round_id or (best.id if best else None)))
-    return desk
+@contextmanager
+def _showing(session_id: str, round_id: str | None, workspace: Path | None) -> Iterator[Desk]:
+    """A session with that round, or its best one, on view."""
+    with (
+        Store(workspace).open(session_id, writing=False) as session,
+        progress_control(False) as control,
+    ):
+        desk = Desk(session, control)
+        best = desk.state.best
+        if round_id is None and best is None:
+            raise InputError(f"session {session.id} has no simulated round yet")
+        desk.handle(commands.ShowRound(round_id or (best.id if best else None)))
+        yield desk

@@ -76,11 +76,8 @@ def export_one(
     """Write the whole session to one file, which `import` takes in elsewhere."""
     from physagent_studio.session import Session, archive
 
-    one = Session(_folder(session_id, workspace), writing=False)
-    try:
+    with Session(_folder(session_id, workspace), writing=False) as one:
         typer.echo(f"wrote {archive.export(one, out)}")
-    finally:
-        one.close()
 
 
 @session.command("import", epilog="Example: physagent session import a.physagent")

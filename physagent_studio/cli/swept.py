@@ -75,7 +75,7 @@ def _target(word: str, event: str | None, sessions: Sessions) -> Target:
     """The program that a word means: a file's, a session's best, the first of a case."""
     path = Path(word)
     if is_session(word, sessions):
-        with closing(sessions.open(word, writing=False)) as session:
+        with sessions.open(word, writing=False) as session:
             return _of_round(session, _chosen(session, None)[0])
     if path.suffix.lower() in PROGRAMS and path.stem != "case":
         program, label = read_program(path), path.stem
@@ -106,7 +106,7 @@ def attributed(
     session_id: str, round_id: str | None, executor: Executor, workspace: Path | None
 ) -> list[str]:
     """What the hunks of the proposal that made a round brought about, a line each."""
-    with closing(Sessions(workspace).open(session_id, writing=False)) as session:
+    with Sessions(workspace).open(session_id, writing=False) as session:
         item, state = _chosen(session, round_id)
         parent, hunks = made_by(item, state)
         target = _of_round(session, parent)

@@ -205,8 +205,7 @@ def _is_whole(files: FileStore, key: str) -> bool:
 
 def vacuum(folder: Path) -> tuple[int, int]:
     """Removes the files that nothing refers to and packs the database: (files, bytes) freed."""
-    session = _own(folder, keep=True)
-    try:
+    with _own(folder, keep=True) as session:
         kept, count, size = referred(session._db), 0, 0
         for path in (folder / "files").glob("*"):
             if path.name not in kept:
@@ -216,8 +215,6 @@ def vacuum(folder: Path) -> tuple[int, int]:
         session._db.execute("VACUUM")
         session._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
         return count, size + max(before - (folder / "session.db").stat().st_size, 0)
-    finally:
-        session.close()
 
 
 def _own(folder: Path, *, keep: bool = False) -> Session:
@@ -234,15 +231,12 @@ def _own(folder: Path, *, keep: bool = False) -> Session:
 
 def audit(folder: Path) -> list[dict[str, Any]]:
     """The log of a session: who did what and when, with the hashes of programs."""
-    session = Session(folder, writing=False)
-    try:
+    with Session(folder, writing=False) as session:
         return [
             {("decided" if key == "kind" else key): value for key, value in payload.items()}
             | {"at": at, "kind": kind, "author": author}
             for at, kind, author, payload in session.log()
         ]
-    finally:
-        session.close()
 
 
 def rows_of(session: Session) -> str:

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from physagent_studio.errors import InputError, StorageError
 from physagent_studio.records import Case, Image, LoopState, Mesh, Round, Scene
@@ -309,6 +309,12 @@ class Session:
         self._reader.close()
         if self._lock is not None:
             self._lock.release()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_why: object) -> None:
+        self.close()
 
     def _why_not(self) -> str:
         if self._lock is None:

@@ -101,12 +101,9 @@ class Store:
 
     def photo(self, session_id: str) -> bytes | None:
         """The session's photo as it was stored, PNG; None for a session without one."""
-        session = self.open(session_id, writing=False)
-        try:
+        with self.open(session_id, writing=False) as session:
             key = session.meta("image")
             return session.files.get(key) if key else None
-        finally:
-            session.close()
 
     def duplicate(self, session_id: str) -> str:
         """Copies a session under a new id, which is returned."""
@@ -177,8 +174,7 @@ class Store:
 
 
 def _info(path: Path, changed: float) -> SessionInfo:
-    session = Session(path.parent, writing=False)
-    try:
+    with Session(path.parent, writing=False) as session:
         rounds, outcome = session.summary()
         return SessionInfo(
             id=session.id,
@@ -189,5 +185,3 @@ def _info(path: Path, changed: float) -> SessionInfo:
             modified=datetime.fromtimestamp(changed, UTC).isoformat(timespec="seconds"),
             image=session.meta("image") or "",
         )
-    finally:
-        session.close()

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, dataclass_transform
 
 from pydantic import Field
 
@@ -28,16 +28,22 @@ Writer = Callable[["Desk"], bytes]
 """Makes the bytes of a file from the open session."""
 
 
-@dataclass(frozen=True, slots=True)
-class OpenCase:
+@dataclass_transform(frozen_default=True)
+class Command:
+    """Base of all commands: each is a frozen dataclass."""
+
+    def __init_subclass__(cls) -> None:
+        dataclass(frozen=True)(cls)
+
+
+class OpenCase(Command):
     """A new session from a case folder; event None takes its first."""
 
     folder: Path
     event: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class OpenImage:
+class OpenImage(Command):
     """A new session from a photo, a sentence, and clicks or a box per object name."""
 
     path: Path
@@ -46,8 +52,7 @@ class OpenImage:
     title: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class OpenProgram:
+class OpenProgram(Command):
     """A new session from a program alone, without a photo.
 
     forms: the stored forms that it names, by asset; see `mesh_edits.forms_beside`.
@@ -58,33 +63,28 @@ class OpenProgram:
     forms: Mapping[str, bytes] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
-class OpenSession:
+class OpenSession(Command):
     """Reopens a stored session."""
 
     id: str
 
 
-@dataclass(frozen=True, slots=True)
-class Advance:
+class Advance(Command):
     """Goes on by another policy than the session's, or only until a phase: how one is begun."""
 
     policy: PolicyName | None = None
     until: str = "done"
 
 
-@dataclass(frozen=True, slots=True)
-class Step:
+class Step(Command):
     """Goes on until a person has to decide or the loop ends; a draft becomes a round first."""
 
 
-@dataclass(frozen=True, slots=True)
-class Run:
+class Run(Command):
     """Goes on until the loop ends, deciding by policy `auto` whatever the session's policy."""
 
 
-@dataclass(frozen=True, slots=True)
-class Decide:
+class Decide(Command):
     """A person's decision on the proposal of that id; another id than the current is ignored."""
 
     kind: DecisionKind
@@ -95,24 +95,21 @@ class Decide:
     author: str = "person"
 
 
-@dataclass(frozen=True, slots=True)
-class ApplyEdits:
+class ApplyEdits(Command):
     """Hand edits of the program: they go to the draft, which is simulated at once."""
 
     edits: tuple[Edit, ...]
     reason: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Retime:
+class Retime(Command):
     """Another time factor for the clip, 0.25 … 4, its schedule kept in seconds, and both numbers
     that hold it pinned: a draft like any hand edit."""
 
     factor: float
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class AddMesh:
+class AddMesh(Command):
     """A new object with the form `body` (body frame, m), set down with its lowest point on `foot`.
 
     foot: world, m. support: what it stands on there; None for nothing in particular.
@@ -124,8 +121,7 @@ class AddMesh:
     support: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Wish:
+class Wish(Command):
     """The object should be at `position`, world, m, on the step: becomes a proposal."""
 
     name: str
@@ -133,124 +129,106 @@ class Wish:
     step: int
 
 
-@dataclass(frozen=True, slots=True)
-class ApplyText:
+class ApplyText(Command):
     """Replaces the program by a YAML text; on a problem nothing changes."""
 
     text: str
 
 
-@dataclass(frozen=True, slots=True)
-class ValidateText:
+class ValidateText(Command):
     """Checks a YAML text and shows its problems; nothing changes."""
 
     text: str
 
 
-@dataclass(frozen=True, slots=True)
-class DiscardDraft:
+class DiscardDraft(Command):
     """Drops the draft; the round's own program is current again."""
 
 
-@dataclass(frozen=True, slots=True)
-class ShowRound:
+class ShowRound(Command):
     """Shows a round read-only; None shows the head."""
 
     id: Short | None
 
 
-@dataclass(frozen=True, slots=True)
-class ForkFrom:
+class ForkFrom(Command):
     """Moves the head to a round; what is decided there makes a new branch."""
 
     id: Short
 
 
-@dataclass(frozen=True, slots=True)
-class OverruleVerdict:
+class OverruleVerdict(Command):
     """A person's verdict on the head, recorded beside the machine's."""
 
     passed: bool
     words: Text = ""
 
 
-@dataclass(frozen=True, slots=True)
-class SetPolicy:
+class SetPolicy(Command):
     """Who decides from now on."""
 
     policy: PolicyName
 
 
-@dataclass(frozen=True, slots=True)
-class TakeRole:
+class TakeRole(Command):
     """A person plays this role from now on, or (`on` false) the agent does again."""
 
     role: RoleName
     on: bool = True
 
 
-@dataclass(frozen=True, slots=True)
-class SetBudget:
+class SetBudget(Command):
     """How many rounds the path may have."""
 
     rounds: Annotated[int, Field(ge=1, le=100)]
 
 
-@dataclass(frozen=True, slots=True)
-class Pin:
+class Pin(Command):
     """The agent never changes this path of the program."""
 
     path: str
 
 
-@dataclass(frozen=True, slots=True)
-class Unpin:
+class Unpin(Command):
     """The agent may change this path again."""
 
     path: str
 
 
-@dataclass(frozen=True, slots=True)
-class Undo:
+class Undo(Command):
     """One step back."""
 
 
-@dataclass(frozen=True, slots=True)
-class Redo:
+class Redo(Command):
     """One step forward."""
 
 
-@dataclass(frozen=True, slots=True)
-class Probe:
+class Probe(Command):
     """Looks into what is on view by running it many times; nothing is changed."""
 
     what: Looked
 
 
-@dataclass(frozen=True, slots=True)
-class ShowCollisions:
+class ShowCollisions(Command):
     """Whether snapshots hold what the engine collides."""
 
     on: bool
 
 
-@dataclass(frozen=True, slots=True)
-class Rename:
+class Rename(Command):
     """Gives the session another title."""
 
     title: Short
 
 
-@dataclass(frozen=True, slots=True)
-class Render:
+class Render(Command):
     """Writes the shown rollout as a video."""
 
     path: Path
     look: ClipLook = AS_DRAWN
 
 
-@dataclass(frozen=True, slots=True)
-class Write:
+class Write(Command):
     """Writes a file of the session; upper rooms bring the writer, which may be cancelled."""
 
     path: Path
@@ -258,43 +236,7 @@ class Write:
     writer: Writer
 
 
-@dataclass(frozen=True, slots=True)
-class DismissNotice:
+class DismissNotice(Command):
     """Removes a notice."""
 
     id: Annotated[int, Field(ge=0, le=2**53)]
-
-
-Command = (
-    OpenCase
-    | OpenImage
-    | OpenProgram
-    | OpenSession
-    | Advance
-    | Step
-    | Run
-    | Decide
-    | ApplyEdits
-    | Retime
-    | AddMesh
-    | Wish
-    | ApplyText
-    | ValidateText
-    | DiscardDraft
-    | ShowRound
-    | ForkFrom
-    | OverruleVerdict
-    | SetPolicy
-    | TakeRole
-    | SetBudget
-    | Pin
-    | Unpin
-    | Undo
-    | Redo
-    | Probe
-    | ShowCollisions
-    | Rename
-    | Render
-    | Write
-    | DismissNotice
-)

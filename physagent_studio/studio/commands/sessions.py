@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import textwrap
-from contextlib import closing
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
@@ -141,7 +140,7 @@ def rename(studio: Studio, browser: int, key: Id, title: Title) -> None:
     if name == studio.snapshot.session_id:
         studio.workbench.post(commands.Rename(title))
     else:
-        with closing(studio.workbench.store.open(name)) as session:
+        with studio.workbench.store.open(name) as session:
             session.rename(title)
     relist(studio, browser)
 
@@ -152,7 +151,7 @@ def duplicate(studio: Studio, browser: int, key: Id) -> None:
     store = studio.workbench.store
     name = studio.library.session_of(key)
     titles = {one.title for one in store.list()}
-    with closing(store.open(store.duplicate(name))) as copy:
+    with store.open(store.duplicate(name)) as copy:
         stem, number = copy.title[:190], 2
         while (title := f"{stem} ({number})") in titles:
             number += 1

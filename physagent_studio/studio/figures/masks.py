@@ -5,8 +5,7 @@ from __future__ import annotations
 import json
 import statistics
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,7 @@ from physagent_studio.assets import assets_dir
 from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.masks.choice import CANDIDATES
 from physagent_studio.records import Scene
-from physagent_studio.studio.figures.wire import Figure, open_page, settle, until
+from physagent_studio.studio.figures.wire import Figure, open_page, running, settle, until
 from physagent_studio.studio.studio import Studio
 from physagent_studio.workbench import commands
 
@@ -28,8 +27,6 @@ SOON, LATER = 1.0, 2.0
 WIDER = 0.04
 """By how much a box that a hand draws is wider than the thing, on each side."""
 
-Running = Callable[[commands.Command], AbstractContextManager[Studio]]
-
 
 def examples(cases: Path | None) -> list[Path]:
     """The cases in a folder; those that the package comes with where none is given."""
@@ -38,7 +35,7 @@ def examples(cases: Path | None) -> list[Path]:
     return sorted(path.parent for path in cases.glob("*/case.yaml"))
 
 
-def four_masks(folders: Sequence[Path], running: Running) -> list[Figure]:
+def four_masks(folders: Sequence[Path]) -> list[Figure]:
     """Seconds from asking to four masks on the wire, over all things in some cases.
 
     Where finding takes longer, four are shown early; those that stand in the end are timed as well.

@@ -6,11 +6,9 @@ import gc
 import json
 import random
 import statistics
-import tempfile
 import threading
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +16,10 @@ from websockets.sync.connection import Connection
 
 from physagent_studio.assets import assets_dir
 from physagent_studio.program import SetField
-from physagent_studio.session import Store
 from physagent_studio.studio.figures.browser import in_a_browser
 from physagent_studio.studio.figures.masks import four_masks
 from physagent_studio.studio.figures.wire import (
+    PATIENCE,
     Figure,
     Wire,
     drifting,
@@ -34,12 +32,9 @@ from physagent_studio.studio.figures.wire import (
     settle,
     until,
 )
-from physagent_studio.studio.studio import Studio, serve
-from physagent_studio.workbench import Workbench, commands
+from physagent_studio.workbench import commands
 
 OBJECTS = 50
-PATIENCE = 600.0
-"""Seconds for a scene to be made, or run, on a machine that is not idle."""
 
 
 def measure_studio(
@@ -59,33 +54,18 @@ def measure_studio(
     """
     return [
         *_motion(scrubs, watched),
-        *four_masks(photos, _running),
+        *four_masks(photos),
         *_demo(drops, dragged, browser),
         _rounds(rounds),
         _opening(many),
     ]
 
 
-@contextmanager
-def _running(command: commands.Command | None = None) -> Iterator[Studio]:
-    with tempfile.TemporaryDirectory() as folder:
-        workbench = Workbench(Store(Path(folder)), evidence=False)
-        if command is not None:
-            workbench.post(command)
-            workbench.wait(PATIENCE)
-        studio = serve(workbench, port=0)
-        try:
-            yield studio
-        finally:
-            studio.stop()
-            workbench.close()
-
-
 # --- playing and scrubbing ---------------------------------------------------------------------
 
 
 def _motion(scrubs: int, watched: float) -> list[Figure]:
-    with _running(commands.OpenProgram(drifting(OBJECTS), "bench")) as studio:
+    with running(commands.OpenProgram(drifting(OBJECTS), "bench")) as studio:
         opened = time.perf_counter()
         with open_page(studio) as page, open_viewer(studio) as viewer:
             until(page, "timeline")
@@ -132,7 +112,7 @@ def _play(page: Connection, wire: Wire, seconds: float) -> tuple[float, float]:
 
 
 def _demo(drops: int, dragged: int, browser: bool) -> list[Figure]:
-    with _running(commands.OpenCase(assets_dir() / "demo", "knocks_block_over")) as studio:
+    with running(commands.OpenCase(assets_dir() / "demo", "knocks_block_over")) as studio:
         studio.workbench.post(commands.Step())
         studio.workbench.wait(PATIENCE)
         action = studio.workbench.snapshot().program.event.actions[0].id
@@ -178,7 +158,7 @@ def _drop(page: Connection, wire: Wire, action: str, step: int) -> float:
 
 def _rounds(rounds: int) -> Figure:
     """Hand-made rounds one after the other; what they leave in memory besides themselves."""
-    with _running(commands.OpenProgram(drifting(8), "bench")) as studio:
+    with running(commands.OpenProgram(drifting(8), "bench")) as studio:
         workbench = studio.workbench
         with open_page(studio) as page, open_viewer(studio) as viewer:
             Wire(page)
@@ -204,7 +184,7 @@ def _listed(value: Any) -> int:
 
 
 def _opening(rounds: int) -> Figure:
-    with _running(commands.OpenProgram(drifting(3), "bench")) as studio:
+    with running(commands.OpenProgram(drifting(3), "bench")) as studio:
         workbench = studio.workbench
         workbench.post(commands.Step())
         workbench.wait(60)

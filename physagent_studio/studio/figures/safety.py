@@ -29,6 +29,7 @@ from physagent_studio.studio.figures.wire import (
     TOKEN,
     Figure,
     Wire,
+    drifting,
     memory,
     open_page,
     open_viewer,
@@ -37,6 +38,7 @@ from physagent_studio.studio.figures.wire import (
     settle,
 )
 from physagent_studio.studio.studio import Studio
+from physagent_studio.workbench import commands
 
 EDIT = {"op": "set", "path": "event.actions.go_ball_0.start_step", "value": 3}
 LETTERS: tuple[dict[str, Any], ...] = (
@@ -190,7 +192,7 @@ def _broken(rng: random.Random) -> bytes:
 def _logins() -> list[Figure]:
     """The matrix of tokens, origins, hosts and roles; each row is 1 where it went as it has to."""
     public = "https://demo.example/studio"
-    with running(Access.to("127.0.0.1", public)) as studio:
+    with running(access=Access.to("127.0.0.1", public)) as studio:
         port, tokens = studio._server.get_port(), studio.access.tokens
         own = {"Host": f"127.0.0.1:{port}"}
 
@@ -262,7 +264,8 @@ def _crowd() -> list[Figure]:
     Alone and beside them in turns, since what else the machine does changes both.
     """
     alone, beside, shares, grown = list[float](), list[float](), list[float](), 0.0
-    with running(objects=20) as studio, open_page(studio) as page:
+    drift = commands.OpenProgram(drifting(20), "bench")
+    with running(drift) as studio, open_page(studio) as page:
         wire, port = Wire(page), studio._server.get_port()
         settle(studio)
         _scrubs(page, wire)

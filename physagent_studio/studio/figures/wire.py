@@ -109,6 +109,8 @@ def lengthen(store: Store, session_id: str, rounds: int) -> None:
 
 
 TOKEN = "00000000000000000000beef"
+PATIENCE = 600.0
+"""Seconds for a scene to be made, or run, on a machine that is not idle."""
 HEAD = 16
 """Bytes before the compressed part of what viser sends; the second eight are its length."""
 
@@ -149,12 +151,14 @@ def settle(studio: Studio) -> None:
 
 
 @contextmanager
-def running(access: Access | None = None, objects: int = 3) -> Iterator[Studio]:
-    """A studio with a program of that many things, and a session of its own."""
+def running(
+    command: commands.Command | None = None, *, access: Access | None = None
+) -> Iterator[Studio]:
+    """A studio in which that was opened, else three things that drift; a workspace of its own."""
     with tempfile.TemporaryDirectory() as folder:
         workbench = Workbench(Store(Path(folder)), evidence=False)
-        workbench.post(commands.OpenProgram(drifting(objects), "bench"))
-        workbench.wait(120)
+        workbench.post(command or commands.OpenProgram(drifting(3), "bench"))
+        workbench.wait(PATIENCE)
         studio = serve(workbench, access, port=0)
         try:
             yield studio

@@ -15,7 +15,7 @@ from typer.main import get_command
 
 from physagent_studio.cli import output
 from physagent_studio.cli.comparing import judges
-from physagent_studio.cli.guard import BAD_INPUT, guarded, our_fault
+from physagent_studio.cli.guard import BAD_INPUT, Json, Workspace, guarded, our_fault
 from physagent_studio.cli.models import models
 from physagent_studio.cli.session import session as session_tools
 from physagent_studio.cli.sweeping import attribute, sweep
@@ -39,11 +39,6 @@ app.command(
 )(sweep)
 app.command(epilog="Example: physagent attribute my-case-1105")(attribute)
 
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON value for machines.")]
-Workspace = Annotated[
-    Path | None,
-    typer.Option(help="Folder of sessions; else $PHYSAGENT_HOME, else your data folder."),
-]
 Agent = Annotated[
     str, typer.Option(help="rules (embedded, offline) or vlm (a model; see docs/vlm.md).")
 ]

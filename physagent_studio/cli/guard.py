@@ -1,4 +1,4 @@
-"""The boundary of the command line: errors become one sentence and an exit code."""
+"""The boundary of the command line: errors become one sentence and an exit code; what many take."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import functools
 import os
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from types import TracebackType
-from typing import ParamSpec, TypeVar
+from typing import Annotated, ParamSpec, TypeVar
 
 import typer
 
@@ -16,6 +17,11 @@ from physagent_studio.jobs import JobFailed
 
 P = ParamSpec("P")
 R = TypeVar("R")
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON value for machines.")]
+Workspace = Annotated[
+    Path | None,
+    typer.Option(help="Folder of sessions; else $PHYSAGENT_HOME, else your data folder."),
+]
 
 OUR_FAULT, BAD_INPUT, NOT_REALISED, WAITING, CANCELLED = 1, 2, 3, 4, 130
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from physagent_studio.cli import output
-from physagent_studio.cli.guard import NOT_REALISED, guarded
+from physagent_studio.cli.guard import NOT_REALISED, Json, guarded
 from physagent_studio.errors import InputError
 
 if TYPE_CHECKING:
@@ -21,7 +21,6 @@ models = typer.Typer(
     no_args_is_help=True,
 )
 Name = Annotated[str | None, typer.Argument(help="efficientsam or lama; without it both.")]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON value for machines.")]
 
 
 @models.command("list", epilog="Example: physagent models list")

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from physagent_studio.cli import output
-from physagent_studio.cli.guard import NOT_REALISED, guarded
+from physagent_studio.cli.guard import NOT_REALISED, Json, Workspace, guarded
 
 session = typer.Typer(
     name="session",
@@ -18,11 +18,6 @@ session = typer.Typer(
     no_args_is_help=True,
 )
 Id = Annotated[str, typer.Argument(help="A session id or a unique beginning of one.")]
-Workspace = Annotated[
-    Path | None,
-    typer.Option(help="Folder of sessions; else $PHYSAGENT_HOME, else your data folder."),
-]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON value for machines.")]
 
 
 def _folder(session_id: str, workspace: Path | None) -> Path:

@@ -10,17 +10,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from physagent_studio.cli.guard import guarded
+from physagent_studio.cli.guard import Workspace, guarded
 from physagent_studio.errors import InputError
 
 if TYPE_CHECKING:
     from physagent_studio.jobs import Executor
 
 EXECUTORS = ("inline", "processes", "ray")
-Workspace = Annotated[
-    Path | None,
-    typer.Option(help="Folder of sessions; else $PHYSAGENT_HOME, else your data folder."),
-]
 
 
 @guarded

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import BoolArray
 from physagent_studio.program import Grounding, Landmark, SceneState, Support
 from physagent_studio.program.scene.state import Scale
 from physagent_studio.records import (
@@ -119,7 +120,7 @@ def unpack_scene(data: bytes, photo: Image | None) -> Scene:
     arrays, meta = unpack(data)
     shape = tuple(meta["mask_shape"] or (0, 0))
 
-    def mask(key: str) -> NDArray[np.bool_]:
+    def mask(key: str) -> BoolArray:
         return np.unpackbits(arrays[key], count=shape[0] * shape[1]).reshape(shape).astype(bool)
 
     candidates = {

@@ -22,15 +22,14 @@ from functools import lru_cache
 from typing import Any, get_type_hints
 
 import msgspec
-import numpy as np
 import viser
 import websockets.asyncio.server as listener
-from numpy.typing import NDArray
 from viser import _messages
 from viser.infra import WebsockMessageHandler
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.studio.access import Access, Role, listening
 from physagent_studio.studio.door import (
     SLOW_PATHS,
@@ -124,8 +123,8 @@ def token_of(server: viser.ViserServer, client: viser.ClientHandle) -> str:
 
 def put(
     handle: viser.SceneNodeHandle,
-    position: NDArray[np.float64] | None,
-    rotation: NDArray[np.float64] | None,
+    position: FloatArray | None,
+    rotation: FloatArray | None,
 ) -> None:
     """Sets position, m, or rotation, wxyz, of a node that is known to have moved.
 

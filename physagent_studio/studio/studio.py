@@ -16,11 +16,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
 import viser
-from numpy.typing import NDArray
 from pydantic import JsonValue
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.errors import InputError
 from physagent_studio.jobs import Executor, Inline, shared
 from physagent_studio.program import Edit
@@ -146,7 +145,7 @@ class Studio:
         else:
             self.workbench.try_out(None)
 
-    def _wished(self, name: str, position: NDArray[np.float64], ends: bool) -> None:
+    def _wished(self, name: str, position: FloatArray, ends: bool) -> None:
         """A thing was dragged to where it should be now; called on the studio's thread."""
         if ends:
             x, y, z = (float(f"{part:.4g}") for part in position)

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Collection
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import JsonValue
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.errors import InputError
 from physagent_studio.program import Edit, PhysicalProgram, SetField
 from physagent_studio.program.base import Pixel
@@ -23,7 +23,6 @@ from physagent_studio.program.scene.shapes import Placed, lowest, place_object, 
 from physagent_studio.program.scene.state import Floor, SceneObject, SceneState
 from physagent_studio.workbench.photo_edits import opened_objects
 
-FloatArray = NDArray[np.float64]
 AT_EYE_LEVEL = 0.02
 """Sine of the angle below or above the camera's level under which height says nothing of depth."""
 NEAREST, FARTHEST = 0.02, 50.0

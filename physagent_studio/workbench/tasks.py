@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.jobs import Limits, hearing
 from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.program.timing import timing_of
@@ -112,7 +112,7 @@ def viewed(scene: Scene) -> Image:
     return Compositor(scene).frame(positions, rotations, as_built=True).rgb
 
 
-def _initial(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _initial(scene: Scene) -> tuple[FloatArray, FloatArray]:
     objects = scene.state.objects
     return (
         np.array([item.position for item in objects], float),

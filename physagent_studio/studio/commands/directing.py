@@ -8,10 +8,10 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, JsonValue
 
 from physagent_studio.agent.rules.planner.parameters import action_knobs
+from physagent_studio.arrays import FloatArray
 from physagent_studio.errors import InputError
 from physagent_studio.program import Action, AddItem, Directed, Edit, PhysicalProgram, SetField
 from physagent_studio.program.base import Name, Pixel
@@ -137,7 +137,7 @@ def _turned(action: Action, degrees: float) -> Iterator[Edit]:
             yield SetField(path=path, value=_rotated(np.array(value, float), degrees))
 
 
-def _rotated(vector: NDArray[np.float64], degrees: float) -> list[JsonValue]:
+def _rotated(vector: FloatArray, degrees: float) -> list[JsonValue]:
     flat, angle = math.hypot(vector[0], vector[1]), math.radians(degrees)
     parts = (flat * math.cos(angle), flat * math.sin(angle), float(vector[2]))
     return [float(f"{part:.5g}") for part in parts]

@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, JsonValue
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.errors import InputError
 from physagent_studio.program.base import Pixel
 from physagent_studio.program.rotations import matrix_of
@@ -143,7 +143,6 @@ def present(studio: Studio, browser: int, on: bool) -> None:
         studio.presenting.discard(browser)
 
 
-FloatArray = NDArray[np.float64]
 GRAZING = 1e-12
 """Determinant below which a ray runs along a face and meets it nowhere."""
 

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from websockets.sync.connection import Connection
 
+from physagent_studio.arrays import BoolArray
 from physagent_studio.assets import assets_dir
 from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.masks.choice import CANDIDATES
@@ -76,7 +76,7 @@ def _asked(studio: Studio) -> Iterator[tuple[str, str, Grounding]]:
 
 def _box(scene: Scene | None, name: str) -> tuple[float, float, float, float] | None:
     """A box (x0, y0, x1, y1) around what the scene takes for a thing, pixels."""
-    mask: NDArray[np.bool_] | None = None if scene is None else scene.masks.get(name)
+    mask: BoolArray | None = None if scene is None else scene.masks.get(name)
     if mask is None or not mask.any():
         return None
     rows, columns = np.nonzero(mask)

@@ -7,8 +7,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.knowledge import support_kind
 from physagent_studio.program.scene.aloft import in_air
 from physagent_studio.program.scene.camera import Camera
@@ -35,7 +35,7 @@ def ways_of(item: SceneObject, snapshot: Snapshot) -> dict[str, Any] | None:
     middle = np.array(place)
     reach = LONG * float(np.linalg.norm(middle - np.array(camera.position)))
 
-    def pixel(point: NDArray[np.float64]) -> list[float] | None:
+    def pixel(point: FloatArray) -> list[float] | None:
         pixels, depth = camera.project(point[None])
         return [round(float(part), 1) for part in pixels[0]] if depth[0] > 0 else None
 
@@ -53,7 +53,7 @@ def ways_of(item: SceneObject, snapshot: Snapshot) -> dict[str, Any] | None:
     }
 
 
-def _driven(item: SceneObject, snapshot: Snapshot) -> NDArray[np.float64] | None:
+def _driven(item: SceneObject, snapshot: Snapshot) -> FloatArray | None:
     """The level direction of what first drives a thing; None where nothing does."""
     for action in snapshot.program.event.actions:
         value = getattr(action, "force", None) or getattr(action, "velocity", None)
@@ -66,11 +66,10 @@ def _driven(item: SceneObject, snapshot: Snapshot) -> NDArray[np.float64] | None
     return None
 
 
-def _level(angle: float) -> NDArray[np.float64]:
+def _level(angle: float) -> FloatArray:
     return np.array([math.cos(angle), math.sin(angle), 0.0])
 
 
-FloatArray = NDArray[np.float64]
 NEAR = 0.01
 """What is nearer to the camera is cut off, as a share of how far its farthest corner is."""
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program import PhysicalProgram, Support
 from physagent_studio.program.rotations import about_up, matrix_of
 from physagent_studio.program.scene.shapes import outline_of
@@ -20,7 +20,6 @@ from physagent_studio.studio.panels.words import number, speaker
 from physagent_studio.studio.view import Selection, View
 from physagent_studio.workbench import Snapshot
 
-FloatArray = NDArray[np.float64]
 GRID = (-0.8, -0.4, 0.0, 0.4, 0.8)
 """Places on a top that are looked at, in halves of its length and width from its middle."""
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program import Action, Directed, duration_of
 from physagent_studio.program.actions import ApplyForce, SetVelocity
 from physagent_studio.program.rotations import matrix_of
@@ -16,7 +16,6 @@ from physagent_studio.simulation.actions.vectors import support_centre, unit_of
 from physagent_studio.studio.panels.words import number
 from physagent_studio.workbench import Snapshot
 
-FloatArray = NDArray[np.float64]
 VELOCITY_SECONDS = 0.25
 """A velocity's arrow reaches where the object would be after this time."""
 WEIGHT_METRES = 0.25

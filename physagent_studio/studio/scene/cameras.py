@@ -9,8 +9,8 @@ from operator import is_
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program import Camera, PhysicalProgram
 from physagent_studio.program.scene.forms import Floor
 from physagent_studio.program.scene.state import Support
@@ -19,7 +19,6 @@ from physagent_studio.studio.scene.glb import glb_of
 from physagent_studio.studio.scene.places import centre_and_size
 from physagent_studio.studio.scene.surround import beyond_of, seen_of
 
-FloatArray = NDArray[np.float64]
 Files = tuple[bytes, ...]
 """Binary glTF."""
 ON_ITS_WAY = 10.0

@@ -14,6 +14,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.records import Mesh, Rollout
 
 COLOURS, TURNS = 8, 6
@@ -33,7 +34,7 @@ class Deforming:
         self._rollout: Rollout | None = None
         self._frame = -1
         self._parts: dict[str, list[tuple[NDArray[np.int64], viser.MeshHandle]]] = {}
-        self._paths: dict[str, NDArray[np.float64]] = {}
+        self._paths: dict[str, FloatArray] = {}
 
     @property
     def names(self) -> frozenset[str]:
@@ -77,7 +78,7 @@ class Deforming:
                 handle.vertices = now[rows]
 
     def _make(
-        self, name: str, mesh: Mesh, points: NDArray[np.float64]
+        self, name: str, mesh: Mesh, points: FloatArray
     ) -> list[tuple[NDArray[np.int64], viser.MeshHandle]]:
         parts = []
         colours, owner = colours_of(mesh, 1 if self._dressed else COLOURS)

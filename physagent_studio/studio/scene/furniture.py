@@ -7,15 +7,14 @@ from collections.abc import Callable
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.records import Scene
 from physagent_studio.studio.scene.marks import VALUE, Labels
 from physagent_studio.studio.scene.places import small
 from physagent_studio.studio.scene.primitives import edges_of, mesh_of_support
 
-FloatArray = NDArray[np.float64]
 GREY = (120, 130, 145)
 
 

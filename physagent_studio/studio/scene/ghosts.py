@@ -8,6 +8,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.rotations import angle_between, matrices_of
 from physagent_studio.records import Mesh, Rollout
 from physagent_studio.studio.scene.primitives import edges_of
@@ -166,7 +167,7 @@ def moves(rollout: Rollout, at: int) -> bool:
 
 Outlines = Mapping[str, tuple[Mesh, ...]]
 WIRE = (236, 72, 153)
-Poses = Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]]
+Poses = Mapping[str, tuple[FloatArray, FloatArray]]
 
 
 class Collisions:

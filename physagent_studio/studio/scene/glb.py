@@ -20,6 +20,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.records import Image, Mesh
 from physagent_studio.rendering.lit import vertex_light
 
@@ -34,11 +35,11 @@ _BRIGHTEST = 0.92  # linear; beyond it the inverse grows without bound and 8 bit
 EXPOSURE = 1 / 0.6
 
 
-def _linear(srgb: NDArray[np.float64]) -> NDArray[np.float64]:
+def _linear(srgb: FloatArray) -> FloatArray:
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
-def _srgb(linear: NDArray[np.float64]) -> NDArray[np.float64]:
+def _srgb(linear: FloatArray) -> FloatArray:
     return np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
 
 

@@ -11,16 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 from pydantic import JsonValue
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program import Edit, SceneObject, SetField
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene import state as shapes
 from physagent_studio.program.scene.aloft import in_air
 from physagent_studio.records import Mesh
 
-FloatArray = NDArray[np.float64]
 LEAST, MOST = 0.1, 10.0
 """What one pull may make of a length."""
 
@@ -110,7 +109,6 @@ def scaling(item: SceneObject, mesh: Mesh, factors: FloatArray) -> tuple[Edit, .
     return tuple(edits)
 
 
-FloatArray = NDArray[np.float64]
 Later = Callable[[Callable[[], None], int | None, bool], None]
 """Has something done by the studio's thread; may be called from any thread. With it the number of
 the 3D view whose hand does it, and whether that lets go."""

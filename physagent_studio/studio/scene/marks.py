@@ -10,9 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 from pydantic import JsonValue
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program import SetField
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.studio.scene.arrows import Arrow, action_arrows, velocity_arrows
@@ -20,7 +20,6 @@ from physagent_studio.studio.scene.handles import Edited, Later
 from physagent_studio.studio.view import View
 from physagent_studio.workbench import Snapshot
 
-FloatArray = NDArray[np.float64]
 Box = tuple[float, float, float, float]
 """Left, top, right and bottom, pixels of the view."""
 
@@ -70,7 +69,6 @@ class Labels:
         return None
 
 
-FloatArray = NDArray[np.float64]
 ACTION, VELOCITY, CONTACT = (230, 81, 40), (47, 111, 237), (226, 160, 20)
 REACH = 25.0
 """Longest arrow that a drag may make, m; beyond it the pointer has left the scene."""

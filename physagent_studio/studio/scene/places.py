@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.actions import FixObject
 from physagent_studio.program.scene.aloft import hangs
@@ -16,7 +17,7 @@ from physagent_studio.records import Mesh
 from physagent_studio.studio.scene.primitives import color_of
 from physagent_studio.workbench import Snapshot
 
-Poses = dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]
+Poses = dict[str, tuple[FloatArray, FloatArray]]
 """Object name → position, m, and rotation, wxyz."""
 
 
@@ -50,7 +51,7 @@ def poses_at(snapshot: Snapshot, step: int) -> Poses:
     return poses
 
 
-def centre_and_size(program: PhysicalProgram) -> tuple[NDArray[np.float64], float]:
+def centre_and_size(program: PhysicalProgram) -> tuple[FloatArray, float]:
     """Middle of the objects, world, m, and a length that suits their spread."""
     places = [np.array(o.position) for o in program.scene.objects if o.position is not None]
     if not places:
@@ -95,7 +96,7 @@ def own_colours(names: Sequence[str], meshes: Mapping[str, Mesh]) -> dict[str, C
 def apart(colours: tuple[Color, ...]) -> tuple[Color, ...]:
     """The same colours, clearer, and where two are alike the later one lighter or darker."""
     levels = np.arange(DARKEST, LIGHTEST + 1, STEP)
-    taken: list[NDArray[np.float64]] = []
+    taken: list[FloatArray] = []
     for colour in colours:
         lab = _lab(colour) * [1.0, CLEARER, CLEARER]
         lab[0] = np.clip(lab[0], DARKEST, LIGHTEST)
@@ -107,12 +108,12 @@ def apart(colours: tuple[Color, ...]) -> tuple[Color, ...]:
     return tuple(_rgb(lab) for lab in taken)
 
 
-def _lab(colour: Color) -> NDArray[np.float64]:
+def _lab(colour: Color) -> FloatArray:
     pixel = np.array(colour, np.float32).reshape(1, 1, 3) / 255
     return cv2.cvtColor(pixel, cv2.COLOR_RGB2LAB)[0, 0].astype(np.float64)
 
 
-def _rgb(lab: NDArray[np.float64]) -> Color:
+def _rgb(lab: FloatArray) -> Color:
     pixel = cv2.cvtColor(lab.astype(np.float32).reshape(1, 1, 3), cv2.COLOR_LAB2RGB)[0, 0]
     red, green, blue = (round(float(part) * 255) for part in np.clip(pixel, 0, 1))
     return red, green, blue

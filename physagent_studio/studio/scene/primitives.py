@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from trimesh.creation import box, capsule, cylinder, icosphere, revolve, torus
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program import SceneObject, Support
 from physagent_studio.program.rotations import about_up, matrix_of
 from physagent_studio.program.scene import state as scene
@@ -125,7 +125,7 @@ def _mesh(made: trimesh.Trimesh, color: tuple[int, int, int]) -> Mesh:
     )
 
 
-def edges_of(mesh: Mesh, angle: float = 25.0) -> NDArray[np.float64]:
+def edges_of(mesh: Mesh, angle: float = 25.0) -> FloatArray:
     """(E, 2, 3) segments where two faces meet at more than `angle` degrees, or only one is."""
     corners = np.unique(mesh.vertices.round(9), axis=0, return_inverse=True)
     points, index = corners[0], corners[1].reshape(-1)

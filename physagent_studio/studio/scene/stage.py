@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.records import Mesh, Rollout
@@ -77,10 +77,10 @@ class Stage:
         self._made_from: tuple[object, ...] = ()
         self._objects: dict[str, viser.GlbHandle] = {}
         self._labels: dict[str, viser.LabelHandle] = {}
-        self._boxes: dict[str, NDArray[np.float64]] = {}
+        self._boxes: dict[str, FloatArray] = {}
         self._meshes: dict[str, Mesh] = {}
-        self._sent: tuple[list[str], NDArray[np.float64], NDArray[np.float64]] | None = None
-        self._extent: tuple[object, NDArray[np.float64], float] | None = None
+        self._sent: tuple[list[str], FloatArray, FloatArray] | None = None
+        self._extent: tuple[object, FloatArray, float] | None = None
         server.scene.world_axes.visible = False
         light(server.scene)
 
@@ -262,7 +262,7 @@ class Stage:
 
     # --- measures ----------------------------------------------------------------------------
 
-    def _measured(self, program: PhysicalProgram) -> tuple[NDArray[np.float64], float]:
+    def _measured(self, program: PhysicalProgram) -> tuple[FloatArray, float]:
         objects = program.scene.objects
         if self._extent is None or self._extent[0] is not objects:
             self._extent = (objects, *centre_and_size(program))

@@ -12,10 +12,10 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.program import Camera
 from physagent_studio.records import Image, Mesh
 
-FloatArray = NDArray[np.float64]
 ACROSS, UP = 16, 40
 """Cells of the dome across one width of the photo, and from straight below to straight above."""
 RINGS = 26
@@ -132,7 +132,7 @@ def _in_soft(pixels: FloatArray, camera: Camera, soft: Image) -> FloatArray:
     return np.clip(pixels * (size / np.array(camera.size)), 2.0, size - 2.0)
 
 
-def _in_photo(camera: Camera, points: FloatArray, margin: float) -> NDArray[np.bool_]:
+def _in_photo(camera: Camera, points: FloatArray, margin: float) -> BoolArray:
     pixels, depth = camera.project(points)
     width, rows = camera.size
     inside = (pixels > -margin) & (pixels < np.array([width, rows]) + margin)

@@ -69,7 +69,7 @@ export function sturdiness(found, busy) {
   const known = found.holds !== null, share = (100 * (found.holds || 0)) / found.runs;
   const go = () => send({ do: "probe", what: "sturdiness" });
   return h("div", { class: "sliders", role: "group", "aria-label": "How sturdy it is", key: "sturdiness" },
-    !known ? h("div", { class: "row" }, h("span", { class: "grow muted" }, "Would it hold if things were a little different?"), button(`Run it ${found.runs} times`, go, { class: "b small", disabled: busy, title: "Each time with weight, friction, places and pushes moved a little, within what nobody knows for certain" }))
+    !known ? h("div", { class: "row" }, h("span", { class: "grow muted" }, "How sturdy is it?"), button(`Run it ${found.runs} times`, go, { class: "b small", disabled: busy, title: "Each time with weight, friction, places and pushes moved a little, within what nobody knows for certain" }))
       : [h("div", { class: "row" }, h("b", { class: "num grow" }, `Holds in ${found.holds} of ${found.runs} runs`), h("span", { class: "bar tally", "aria-hidden": "true" }, h("i", { style: `width:${share}%` }))),
         found.reason ? h("p", { class: "muted" }, "First to break: ", found.reason, ".") : h("p", { class: "muted" }, "Weight, friction, places and pushes may all be a little different."),
         h("p", { class: "faint" }, found.reason ? "All runs are drawn in the scene; those that fail in orange." : "All runs are drawn in the scene.")]);

@@ -46,7 +46,7 @@ export function startTimeline(host, inspect) {
       h("span", { class: "num clip", title: `Seconds of the event, and the frame that is on view; in the video this is at ${head.video.toFixed(2)} s`, "data-frame": head.frame }, `${head.seconds.toFixed(2)} s`, h("span", { class: "muted" }, ` · frame ${head.frame} of ${head.frames - 1}`)),
       h("span", { class: "grow" }),
       zoom > 1 ? button("1:1", () => zoomBy(1 / zoom), { class: "b small quiet", "aria-label": "Whole clip", title: "Show the whole clip (Ctrl and wheel, + and − zoom)" }) : null,
-      button("+", () => zoomBy(1.5), { class: "b small quiet hide-medium", "aria-label": "Zoom in", style: "flex:none", title: "Zoom in (Ctrl and wheel, + and −)" }),
+      button("Zoom", () => zoomBy(1.5), { class: "b small quiet hide-medium", "aria-label": "Zoom in", style: "flex:none", title: "Zoom in (Ctrl and wheel, + and −)" }),
       button("+ Action", (e) => openMenu(e, addItems()), { class: "b small", disabled: !data || data.readOnly || !data.lanes.length, "aria-label": "Add an action" }));
   }
 

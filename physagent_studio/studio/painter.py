@@ -7,13 +7,13 @@ from typing import Any
 
 import viser
 
+from physagent_studio.program.text.document import dump_program
 from physagent_studio.studio.hub import Hub
 from physagent_studio.studio.library import Archive, earlier_round, fits, with_ghosts
 from physagent_studio.studio.panels import (
     inspector,
     photo,
     plots,
-    program,
     rounds,
     run,
     scene,
@@ -71,7 +71,7 @@ class Painter:
             )
         text = (snapshot.session_id, snapshot.program, snapshot.yaml_problems)
         if self._changed("program", (*text, snapshot.read_only, snapshot.has_draft)):
-            self._hub.publish("program", program.state_of(snapshot))
+            self._hub.publish("program", text_of(snapshot))
         self._hub.publish("scene", scene.state_of(snapshot, view))
         self._hub.publish("attempt", attempt_of(snapshot))
         with_photo = "photo" in view.shown
@@ -128,6 +128,22 @@ def playhead_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
         "ready": snapshot.rollout is not None,
         "selection": {"kind": view.selection.kind, "name": view.selection.name},
         "compare": view.compare,
+    }
+
+
+def text_of(snapshot: Snapshot) -> dict[str, Any]:
+    """The program's YAML text, its problems at their lines, and whether it may be applied."""
+    return {
+        "session": snapshot.session_id,
+        # Of the program itself; a text that somebody only had checked is not it.
+        "text": dump_program(snapshot.program),
+        "problems": [
+            {"line": one.line, "path": one.path, "message": one.message, "allowed": one.allowed}
+            for one in snapshot.yaml_problems
+        ],
+        "readOnly": snapshot.read_only,
+        "draft": snapshot.has_draft,
+        "hash": snapshot.program.hash,
     }
 
 

@@ -27,14 +27,13 @@ from physagent_studio.studio.access import Access
 from physagent_studio.studio.commands import program, read_letter
 from physagent_studio.studio.commands.mesh import MeshDesk
 from physagent_studio.studio.commands.photo import Sketches
-from physagent_studio.studio.finder import Finder
 from physagent_studio.studio.first_scene import Act, Waiting
 from physagent_studio.studio.guard import close_client, open_server, stop_server, token_of
 from physagent_studio.studio.hub import Hub
 from physagent_studio.studio.library import Archive, Library
 from physagent_studio.studio.painter import Painter
 from physagent_studio.studio.panels.words import without_paths
-from physagent_studio.studio.photo_desk import DeskApart
+from physagent_studio.studio.photo_desk import DeskApart, Finder
 from physagent_studio.studio.scene.stage import Hands
 from physagent_studio.studio.site import Site
 from physagent_studio.studio.view import Selection, View, advance

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from typing import Any
 
-from physagent_studio.studio.finder import Finder
+from physagent_studio.studio.photo_desk import Finder
 
 
 def _finder() -> tuple[Finder, list[dict[str, Any]], threading.Semaphore]:

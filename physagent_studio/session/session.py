@@ -289,10 +289,6 @@ class Session:
         """Stores evidence frames and returns their key."""
         return self.files.put(arrays.pack_frames(frames), ".npz")
 
-    def frames(self, key: str) -> tuple[Image, ...]:
-        """Stored evidence frames, RGB."""
-        return arrays.unpack_frames(self.files.get(key))
-
     def meta(self, key: str) -> str | None:
         """A stored fact about the session."""
         row = self._db.execute("SELECT value FROM meta WHERE key = ?", (key,)).fetchone()

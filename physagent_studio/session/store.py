@@ -76,10 +76,6 @@ class Store:
                 continue
         return tuple(sorted(found, key=lambda item: item.modified, reverse=True))
 
-    def delete(self, session_id: str) -> None:
-        """Removes a session and its files for good."""
-        shutil.rmtree(self.folder_of(session_id))
-
     def discard(self, session_id: str) -> str:
         """Takes a session out of the list; for a week `restore` brings it back. Returns its id."""
         source = self.folder_of(session_id)

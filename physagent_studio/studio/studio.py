@@ -113,11 +113,6 @@ class Studio:
         """What to open in a browser."""
         return self.access.link(self._server.get_port())
 
-    @property
-    def viewer_address(self) -> str:
-        """What somebody opens who may only watch; "" where everybody may do everything."""
-        return self.access.link(self._server.get_port(), "viewer") if self.access.guarded else ""
-
     def stop(self) -> None:
         """Ends serving; what the workbench holds is untouched."""
         self._unsubscribe()

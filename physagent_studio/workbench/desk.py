@@ -69,7 +69,6 @@ class Desk:
         self.meter = Meter(session, limits_of(agent))
         self.shown: str | None = None
         self.problems: tuple[Problem, ...] = ()
-        self.text: str | None = None
         self.trial = Trial(session, self.engine)
         self._probed = Probed()
 
@@ -268,14 +267,10 @@ class Desk:
     @handle.register
     def _(self, command: commands.ApplyText) -> None:
         self._require_head("edit")
-        self.text = command.text
-        draft = self._parsed(command.text)
-        self._draft(draft, "program text")
-        self.text = None
+        self._draft(self._parsed(command.text), "program text")
 
     @handle.register
     def _(self, command: commands.ValidateText) -> None:
-        self.text = command.text
         self._parsed(command.text)
 
     def _parsed(self, text: str) -> PhysicalProgram:
@@ -314,7 +309,7 @@ class Desk:
     def _(self, command: commands.DiscardDraft) -> None:
         if self.state.draft is not None:
             self._save(self.state.model_copy(update={"draft": None}), "discard draft")
-        self.text, self.problems = None, ()
+        self.problems = ()
 
     @handle.register
     def _(self, command: commands.ShowRound) -> None:
@@ -374,7 +369,7 @@ class Desk:
 
     def _move(self, state: LoopState | None) -> None:
         if state is not None:
-            self.state, self.shown, self.text, self.problems = state, None, None, ()
+            self.state, self.shown, self.problems = state, None, ()
 
     @handle.register
     def _(self, command: commands.Probe) -> None:

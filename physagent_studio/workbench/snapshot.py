@@ -104,7 +104,7 @@ class Snapshot:
     revision: grows with every change. attempt: while something is dragged, what would come of it.
     collisions: outlines of what the engine collides by name, of objects in the body frame, of
     supports in the world; None where nobody asked for them. version: of the document, which
-    commands carry. locked: why nothing of the session can be changed here, "" where it can.
+    commands carry.
     probed: what was found by running the program on view many times, where somebody asked.
     """
 
@@ -121,7 +121,6 @@ class Snapshot:
     shown_round: str | None = None
     read_only: bool = False
     has_draft: bool = False
-    yaml_text: str = ""
     yaml_problems: tuple[Problem, ...] = ()
     busy: str | None = None
     progress: float | None = None
@@ -130,7 +129,6 @@ class Snapshot:
     can_redo: bool = False
     spending: Spending = field(default_factory=Spending)
     version: int = 0
-    locked: str = ""
     attempt: Attempt | None = None
     collisions: Mapping[str, tuple[Mesh, ...]] | None = None
     probed: Probed | None = None

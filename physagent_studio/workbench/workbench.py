@@ -14,7 +14,6 @@ from physagent_studio.exchange import load_case
 from physagent_studio.jobs import Executor, Inline
 from physagent_studio.language.sought import Sought
 from physagent_studio.program import Edit
-from physagent_studio.program.text.document import dump_program
 from physagent_studio.reconstruction.grounding.proposals import Proposed
 from physagent_studio.records import Case, Image, LoopState
 from physagent_studio.session import Session, Store
@@ -336,7 +335,6 @@ class Workbench:
                 shown_round=shown.id if shown else None,
                 read_only=desk.shown is not None,
                 has_draft=desk.state.draft is not None,
-                yaml_text=dump_program(program) if desk.text is None else desk.text,
                 yaml_problems=desk.problems,
                 collisions=collisions,
                 probed=desk.probed,
@@ -345,7 +343,6 @@ class Workbench:
                 can_redo=desk.session.can_redo,
                 spending=desk.meter.read(),
                 version=self.versions.number,
-                locked=desk.session.read_only,
             )
         )
 

@@ -41,7 +41,8 @@ class Visitor:
 
     def enter(self, role: str) -> str:
         """Comes in with the token of a role; what the cookie says besides its value."""
-        address = self.studio.address if role == "editor" else self.studio.viewer_address
+        port = self.studio._server.get_port()
+        address = self.studio.access.link(port, "editor" if role == "editor" else "viewer")
         status, headers, _ = self.get(address.partition(str(self.proxy.port))[2])
         assert status == 200
         self.cookie, _, rest = (headers["Set-Cookie"] or "").partition(";")

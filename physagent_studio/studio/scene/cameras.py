@@ -157,11 +157,6 @@ class Cameras:
             self._eyes[number] = replace(eye, view="free", size=size)
             self._backdrop(number)
 
-    def view_of(self, number: int) -> str:
-        """The name of a browser's view; "free" once the person has moved it."""
-        eye = self._eyes.get(number)
-        return "free" if eye is None else eye.view
-
     def keep(self, number: int, slot: int) -> bool:
         """Remembers the camera under a number."""
         if (eye := self._eyes.get(number)) is None:

@@ -72,10 +72,7 @@ def state_of(snapshot: Snapshot, compared: Round | None = None) -> dict[str, Any
     scene = snapshot.program.scene
     found = {
         **_history(loop, snapshot.shown_round),
-        "phase": loop.phase,
         "turn": "" if snapshot.read_only else turn_of(loop) or "",
-        "outcome": OUTCOMES[loop.outcome],
-        "realised": loop.outcome == "realised",
         "readOnly": snapshot.read_only,
         "draft": snapshot.has_draft,
         "shown": None if shown is None else _details(shown, snapshot),
@@ -116,7 +113,6 @@ def _doubts(snapshot: Snapshot) -> list[dict[str, Any]]:
             "kind": doubt.kind,
             "name": doubt.name,
             "percent": round(100 * doubt.probability),
-            "helps": doubt.helps,
             "grounding": plain(groundings[doubt.name]) if doubt.kind == "mask" else None,
         }
         for doubt in doubts_of(snapshot.scene)
@@ -221,8 +217,6 @@ def _row(
         "realised": sum(check.ok for check in demands),
         "checks": len(demands),
         "unseen": _unseen(assessment),
-        "score": None if assessment is None else number(assessment.score),
-        "author": item.author,
         "factor": _spoken(item.proposal.factor) if item.proposal else "",
         "decided": decided_words(item),
         "by": item.decision.author if item.decision else "",
@@ -280,20 +274,7 @@ def _details(item: Round, snapshot: Snapshot) -> dict[str, Any]:
         ],
         "findings": _findings(item, snapshot),
         "override": None if override is None else plain(override),
-        "simulations": item.simulations,
-        "author": item.author,
         "changes": _changes(item, snapshot.state),
-        "rejected": [
-            {"rationale": proposal.rationale, "reason": decision.reason}
-            for proposal, decision in item.rejected
-        ],
-        "decision": None
-        if item.decision is None
-        else {
-            "kind": decided_words(item),
-            "author": item.decision.author,
-            "reason": item.decision.reason,
-        },
     }
 
 
@@ -341,7 +322,6 @@ def _proposal(loop: LoopState, snapshot: Snapshot) -> dict[str, Any] | None:
         "understood": proposal.understood,
         "meant": [{"text": text, "say": say} for text, say in proposal.meant],
         "about": asked_about(proposal, head),
-        "author": proposal.author,
         "simulations": proposal.simulations,
         "hunks": _hunks(proposal, head.program),
         "preview": None

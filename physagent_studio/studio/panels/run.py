@@ -48,7 +48,6 @@ def state_of(snapshot: Snapshot, outputs: Sequence[Output] = ()) -> dict[str, An
         "session": snapshot.session_id,
         "title": snapshot.title,
         "prompt": snapshot.program.event.prompt or (case.prompt if case else ""),
-        "event": case.event if case else "",
         "busy": None if snapshot.busy is None else STEPS.get(snapshot.busy, snapshot.busy),
         "progress": snapshot.progress,
         "phase": loop.phase,

@@ -145,7 +145,6 @@ def state_of(snapshot: Snapshot, pacing: Pacing | None = None) -> dict[str, Any]
         "stepSeconds": clip.step_seconds,
         "stepsPerFrame": clip.steps_per_frame,
         "frames": clip.frames,
-        "fps": clip.playback_fps,
         "readOnly": snapshot.read_only,
         "pace": pace_of(clip, pacing, rollout, snapshot.state.pinned),
         "lanes": [

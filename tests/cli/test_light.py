@@ -12,7 +12,6 @@ HEAVY = ("mujoco", "viser", "scipy", "trimesh", "physagent_studio.reconstruction
     "module",
     [
         "physagent_studio.cli.app",
-        "physagent_studio.cli.sessions",
         "physagent_studio.cli.studio",
         "physagent_studio.program",
     ],

@@ -45,7 +45,7 @@ SAME = 0.75
 class PhotoDesk:
     """What the tools keep between two questions: candidates of the last clicks, the last anchor.
 
-    Lives in the process of `desk_apart`, which one thread asks.
+    Lives in a process of its own, which one thread asks.
     """
 
     def __init__(self) -> None:

@@ -34,10 +34,11 @@ DONE = (
     "reconstruction/placement",
     "reconstruction/supports",
     "reconstruction/survey",
+    "reconstruction/texture",
 )
 """Packages without a bare number. The list only grows, until all of both rooms are in it."""
 WITH_UNIT = re.compile(
-    r".+_(px|rad|deg|m|mm|s|mps|kg|n|count|steps|levels|rgb|lab|log|shares?|ratios?|factor|sigmas|bytes)"
+    r".+_(px|rad|deg|m|mm|s|mps|kg|n|count|steps|levels|rgb|lab|log|percent|shares?|ratios?|factor|sigmas|bytes)"
 )
 """Names of fields that end in their unit; other fields say it before their range."""
 SAID = re.compile(r"(?:([^:,]+), )?(-?[\d.e-]+?)\.\.(-?[\d.e-]+): (.+)")
@@ -55,7 +56,7 @@ def is_number(value: ast.expr | None) -> bool:
             return is_number(one)
         case ast.BinOp(left=left, right=right):
             return is_number(left) and is_number(right)
-        case ast.Call(func=ast.Attribute(attr="array" | "diag")):
+        case ast.Call(func=ast.Attribute(attr="array" | "diag" | "eye")):
             return False
         case ast.Tuple(elts=parts) | ast.List(elts=parts) | ast.Call(args=parts):
             return bool(parts) and all(is_number(part) for part in parts)

@@ -7,9 +7,9 @@ of the whole block would lay several sides over one another.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Box, SceneObject
@@ -17,11 +17,6 @@ from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.shapes.meshes import mesh_of
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh
-
-FloatArray = NDArray[np.float64]
-BORDER, FAR_BORDER = 0.06, 0.2
-"""Share of a side at its rim that is not copied, to its opposite and to others: the neighbouring
-side shines through there, and what is beneath."""
 
 
 def opposite_sides(
@@ -46,6 +41,9 @@ def opposite_sides(
     facing = _facing(eye, np.asarray(shape.size) / 2)
     chosen = np.zeros(len(mesh.faces), bool)
     shown = mesh.vertices.copy()
+    # 0..0.2: of a side at its rim that is not copied: its neighbour shines through
+    border_share = 0.06
+    far_border_share = 0.2  # 0..0.5: the same, copied to other sides than the opposite one
     for axis in range(3):
         for way in (-1.0, 1.0):
             if facing[axis] == way:
@@ -57,7 +55,10 @@ def opposite_sides(
             sought[:, [axis, source]] = sought[:, [source, axis]]
             sought[:, source] = facing[source]
             near = KDTree(places[other]).query(sought)[1]
-            drawn, border = mesh.vertices[other], BORDER if source == axis else FAR_BORDER
+            drawn, border = (
+                mesh.vertices[other],
+                border_share if source == axis else far_border_share,
+            )
             shown[np.flatnonzero(own)] = drawn[near] + border * (drawn.mean(0) - drawn[near])
             chosen[: len(block.faces)] |= (whole == axis) & (sign == way)
     return chosen, shown

@@ -12,7 +12,7 @@ from physagent_studio.reconstruction.photo.regions import BoolArray, iou
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.reconstruction.texture.outline_fitting import (
-    GAIN,
+    FITTING,
     FloatArray,
     Sight,
     looked_up,
@@ -21,10 +21,6 @@ from physagent_studio.records.scene import Mesh
 
 CARVED = ("inflated", "revolved")
 """Kinds made from the rows or the outline of a mask, which fill what it leaves open."""
-HALVINGS = 4
-"""How often a face across the mask's outline is divided, at most."""
-FINE = 1.5
-"""Pixels: faces with shorter edges are not divided any more."""
 
 
 def carved(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
@@ -37,14 +33,15 @@ def carved(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
         return mesh
     told = sight.mask | ~sight.free
     finer = mesh
-    for _ in range(HALVINGS):
+    max_halvings = 4  # count, 1..8: of a face across the mask's outline; each doubles the work
+    for _ in range(max_halvings):
         pixels = sight.camera.project(in_world(item, finer))[0]
         finer = _halved(finer, _across(told, pixels, finer.faces))
     world = in_world(item, finer)
     kept = looked_up(told, sight.camera.project(world)[0][finer.faces].mean(axis=1))
     mask = sight.mask & sight.free
     before, after = (iou(sight.drawn(world, f), mask) for f in (finer.faces, finer.faces[kept]))
-    return replace(finer, faces=finer.faces[kept]) if after > before + GAIN else mesh
+    return replace(finer, faces=finer.faces[kept]) if after > before + FITTING.min_gain else mesh
 
 
 def _across(told: BoolArray, pixels: FloatArray, faces: NDArray[np.int32]) -> BoolArray:
@@ -52,7 +49,8 @@ def _across(told: BoolArray, pixels: FloatArray, faces: NDArray[np.int32]) -> Bo
     corners = pixels[faces]
     spots = np.concatenate([corners, (corners + np.roll(corners, 1, axis=1)) / 2], axis=1)
     inside = looked_up(told, spots.reshape(-1, 2)).reshape(spots.shape[:2])
-    wide = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1) > FINE
+    fine_px = 1.5  # 0.5..4: faces with shorter edges are not divided any more
+    wide = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1) > fine_px
     return np.asarray(inside.any(axis=1) & ~inside.all(axis=1) & wide)
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Box, SceneObject
@@ -13,19 +15,21 @@ from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, gro
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
-FloatArray = NDArray[np.float64]
-SEEN = 0.3
-"""Share of a side that is seen from which the photo shows it."""
-BESIDE = 0.05
-"""How far from a covered side its colour is looked for, in the thing's smaller extent."""
-LEAK = 0.015
-"""Width of the outline's ring in which others shine through, in the same."""
-STEP = 24
-"""Grey levels within which colours are one."""
-FEWEST = 12
-"""Pixels that tell a colour."""
-GRAIN = 0.6
-"""How much of its colour's own unevenness is kept."""
+
+@dataclass(frozen=True, slots=True)
+class HiddenSettings:
+    """How a covered side is painted."""
+
+    min_seen_share: float = 0.3  # 0.1..0.8: of a side, from which the photo shows it
+    beside_ratio: float = 0.05  # 0.01..0.2: over the smaller extent: where its colour is looked for
+    # 0..0.05: over the same: the outline's ring in which others shine through
+    leak_ratio: float = 0.015
+    same_levels: int = 24  # 8..64: within which colours are one
+    min_px: int = 12  # 4..100: that tell a colour
+    grain_share: float = 0.6  # 0..1: of its colour's own unevenness that is kept
+
+
+HIDDEN = HiddenSettings()
 
 
 def covered_painted(
@@ -44,7 +48,7 @@ def covered_painted(
         return picture
     x0, y0, x1, y1 = bounds(mask)
     size = min(x1 - x0, y1 - y0)
-    core = shrink(mask, max(1, round(LEAK * size)))
+    core = shrink(mask, max(1, round(HIDDEN.leak_ratio * size)))
     rows, columns = picture.shape[:2]
     window = (slice(top, top + rows), slice(left, left + columns))
     result = picture.copy()
@@ -53,16 +57,16 @@ def covered_painted(
         place = camera.project(corners)[0] - (left, top)
         cv2.fillConvexPoly(side, np.round(place * 16).astype(np.int32), 1, shift=4)
         area = side.astype(bool)
-        if not area.any() or mask[window][area].mean() > SEEN:
+        if not area.any() or mask[window][area].mean() > HIDDEN.min_seen_share:
             continue
-        beside = core[window] & grow(area, max(3, round(BESIDE * size)))
+        beside = core[window] & grow(area, max(3, round(HIDDEN.beside_ratio * size)))
         colour = _commonest(photo[window][beside])
         if colour is None:
             continue
         painted = grow(area, 2) & ~core[window]
         usual, stray = colour
         # The same picture each time: a seed that depends on nothing.
-        noise = np.random.default_rng(0).normal(0, GRAIN * stray, (rows, columns))
+        noise = np.random.default_rng(0).normal(0, HIDDEN.grain_share * stray, (rows, columns))
         noise = cv2.GaussianBlur(noise, (0, 0), 0.8)
         filled = np.clip(usual + noise[..., None] + 0.5, 0, 255).astype(np.uint8)
         result = np.where(painted[..., None], filled, result)
@@ -89,15 +93,15 @@ def _towards(camera: Camera, item: SceneObject) -> list[FloatArray]:
 
 def _commonest(colours: Image) -> tuple[FloatArray, float] | None:
     """The colour (3,) that most of them (N, 3) have, and how they stray from it; None for few."""
-    if len(colours) < FEWEST:
+    if len(colours) < HIDDEN.min_px:
         return None
     values = colours.astype(np.float64)
-    bins, group = np.unique(colours // STEP, axis=0, return_inverse=True)
+    bins, group = np.unique(colours // HIDDEN.same_levels, axis=0, return_inverse=True)
     most = np.bincount(group.reshape(-1), minlength=len(bins)).argmax()
     usual = values[group.reshape(-1) == most].mean(0)
     near = np.ones(len(values), bool)
     for _ in range(4):
-        near = np.abs(values - usual).max(1) < STEP
+        near = np.abs(values - usual).max(1) < HIDDEN.same_levels
         if not near.any():
             return usual, 0.0
         usual = values[near].mean(0)

@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.forms import (
@@ -44,42 +45,44 @@ from physagent_studio.rendering.lit import (
 )
 from physagent_studio.rendering.raster import Lens, rasterise
 
-FloatArray = NDArray[np.float64]
-LEAST_PIXELS = 150
-"""Below this nothing is told."""
-MOST_PIXELS = 8000
-APART, MOST_PAIRS = (0.06, 0.12, 0.24), 2000
-"""How far apart the pixels are that are compared, in the thing's width, and how many are, for each
-distance and direction, at most."""
-EXPLAINED = 0.4
-"""Least share of how colours change, where they do not jump, that light must explain."""
-ONE_LAMP = 0.3
-"""Least part of what light varies that is as under a single lamp: wide bands of paint are not."""
-FLAT = 0.10
-"""Light that varies by less than this, log, over nine tenths of what is seen is none."""
-PULLS = np.array([0.0, *[0.002] * 3, *[0.008] * 5, *[0.03] * 7])
-"""How strongly each term is drawn to 0, for each pixel."""
-HUE_PULL, PALE_PULL, HUELESS = 12.0, 0.4, 0.2
-"""How much more strongly the terms of the light's hue are, and on what has hardly a hue of its own
-(log): what is green on a white ball is the light of the cloth."""
-TIGHTENING = (0.6, 0.45, 0.3, 0.2)
-"""How far what belongs to the thing's own colour may stray, and its hue, in the first rounds,
-log."""
-SHADY, CALMED = 0.75, 0.8
-"""Light below which what the photo shows is not taken at its word, and by how much
-at the least."""
-SHINE, WHITENED, MOST_GLOSS = 0.16, 0.15, 0.20
-"""By how much gloss is brighter than the light, log; how much of its saturation the thing loses
-there, and what share of what is seen gloss covers at most."""
-COLOURED, PALE = 0.12, 130.0
-"""Saturation, log, below which a thing is grey, and grey levels beyond which that is white."""
-LAMP = 170
-"""Least white in the middle of a spot, grey levels."""
-AROUND, LEAST_SPOT, RIM = 0.7, 0.0004, 0.015
-"""Share of what lies around a spot of gloss that has the thing's hue, its least share of what is
-seen, and the width of its soft rim, in the thing's width."""
-GLOSS_SIDE = (16, 160)
-"""Pixels across its picture."""
+
+@dataclass(frozen=True, slots=True)
+class LightingSettings:
+    """When light is read off a thing and taken out of its look."""
+
+    min_px: int = 150  # 50..1000: below this nothing is told
+    max_px: int = 8000  # 1000..50000: that are looked at; more tell no more of so smooth a light
+    # 0.02..0.5: over the thing's width: how far apart the pixels of a pair are
+    pair_ratios: tuple[float, float, float] = (0.06, 0.12, 0.24)
+    max_pairs: int = 2000  # count, 200..20000: for each distance and direction
+    min_explained_share: float = 0.4  # 0.1..0.9: of how colours change without jumps, that is light
+    # 0..0.8: of what light varies, as under one lamp: wide bands of paint are not
+    min_lamp_share: float = 0.3
+    min_range_log: float = 0.10  # 0.02..0.4: over nine tenths of what is seen; less is no light
+    # 0..0.2: for each pixel: how strongly each term is drawn to 0, fine ones the more
+    pulls_share: tuple[float, ...] = (0.0, *[0.002] * 3, *[0.008] * 5, *[0.03] * 7)
+    hue_pull_factor: float = 12.0  # 1..50: how much more strongly the terms of the light's hue are
+    # 0..5: the same on pale things: green on a white ball is the cloth's light
+    pale_pull_factor: float = 0.4
+    max_pale_log: float = 0.2  # 0.05..0.5: up to which a thing has hardly a hue of its own
+    # 0..1: how far what is the thing's own colour may stray in the first rounds
+    strays_log: tuple[float, float, float, float] = (0.6, 0.45, 0.3, 0.2)
+    shady_ratio: float = 0.75  # 0.4..1: light below which the photo is not taken at its word
+    calmed_share: float = 0.8  # 0..1: by which it is calmed in the darkest light
+    min_gloss_log: float = 0.16  # 0.05..0.5: by which gloss is brighter than the light
+    min_whiter_share: float = 0.15  # 0..0.6: of its saturation, that a thing loses in gloss
+    max_gloss_share: float = 0.20  # 0.05..0.5: of what is seen; more is paint
+    min_saturation_log: float = 0.12  # 0.03..0.4: below which a thing is grey
+    white_levels: float = 130.0  # 90..220: beyond which what is grey is white
+    lamp_levels: int = 170  # 120..250: least white in the middle of a spot of gloss
+    min_own_share: float = 0.7  # 0.4..1: of what lies around a spot, in the thing's own hue
+    min_spot_share: float = 0.0004  # 0..0.01: of what is seen; smaller spots are noise
+    rim_ratio: float = 0.015  # 0..0.05: over the thing's width: the soft rim of a spot
+    # 8..512: least and most, across the picture of the gloss
+    gloss_side_px: tuple[int, int] = (16, 160)
+
+
+LIGHTING = LightingSettings()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -104,7 +107,7 @@ def unlit(
     towards = np.asarray(camera.position) - np.asarray(item.position)
     towards /= np.linalg.norm(towards)
     inner &= (seen.normals @ towards) > math.cos(FARTHEST)
-    if np.count_nonzero(inner) < LEAST_PIXELS:
+    if np.count_nonzero(inner) < LIGHTING.min_px:
         return None
     terms = _fitted(photo, seen.normals, inner, towards)
     if terms is None:
@@ -148,23 +151,27 @@ def _fitted(
     one, other = _pairs(inner)
     logs = np.log(photo.reshape(-1, 3).astype(np.float64) + DARK)
     ways = normals.reshape(-1, 3)
-    own = np.flatnonzero(inner)[:: max(1, np.count_nonzero(inner) // MOST_PIXELS)]
+    own = np.flatnonzero(inner)[:: max(1, np.count_nonzero(inner) // LIGHTING.max_px)]
     # Of what is seen aslant there are few pixels for much surface.
     share = 1 / np.maximum(ways @ towards, 0.25)
     steps = terms_of(ways[other]) - terms_of(ways[one])
     change = logs[other] - logs[one]
     hues = logs[own] - logs[own].mean(-1, keepdims=True)
-    pale = float(np.median(np.linalg.norm(hues, axis=1))) < HUELESS
-    pull = PALE_PULL if pale else HUE_PULL
+    pale = float(np.median(np.linalg.norm(hues, axis=1))) < LIGHTING.max_pale_log
+    pull = LIGHTING.pale_pull_factor if pale else LIGHTING.hue_pull_factor
     fit, sure = _followed(steps, change, np.sqrt(share[one] * share[other]), pull)
     terms = terms_of(ways[own])
     light = terms @ fit.mean(-1)
     low, high = np.percentile(light, (5, 95))
     tone = change.mean(-1)
     left = tone - steps @ fit.mean(-1)
-    if high - low < FLAT or (sure @ left**2) > (1 - EXPLAINED) * (sure @ tone**2):
+    if high - low < LIGHTING.min_range_log or (sure @ left**2) > (
+        1 - LIGHTING.min_explained_share
+    ) * (sure @ tone**2):
         return None
-    if _spread(terms[:, :4] @ fit[:4].mean(-1), share[own]) < ONE_LAMP * _spread(light, share[own]):
+    if _spread(terms[:, :4] @ fit[:4].mean(-1), share[own]) < LIGHTING.min_lamp_share * _spread(
+        light, share[own]
+    ):
         return None
     fit[0] -= np.median(terms @ fit, axis=0)
     # Nothing may become brighter than white without its light.
@@ -179,7 +186,7 @@ def _pairs(inner: BoolArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     rows, columns = np.nonzero(inner)
     width = min(np.ptp(rows), np.ptp(columns)) + 1
     one, other = [], []
-    for apart in APART:
+    for apart in LIGHTING.pair_ratios:
         far = max(2, round(apart * width))
         for down, right in ((0, far), (far, 0), (far, far), (far, -far)):
             first = (rows + down < inner.shape[0]) & (columns + right < inner.shape[1])
@@ -187,7 +194,7 @@ def _pairs(inner: BoolArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
             y, x = rows[first], columns[first]
             both = inner[y + down, x + right]
             y, x = y[both], x[both]
-            step = max(1, len(y) // MOST_PAIRS)
+            step = max(1, len(y) // LIGHTING.max_pairs)
             one.append(numbers[y, x][::step])
             other.append(numbers[y + down, x + right][::step])
     return np.concatenate(one), np.concatenate(other)
@@ -205,9 +212,9 @@ def _followed(
     hues = change - tone[:, None]
     fit, sure = np.zeros((steps.shape[1], 3)), share
     stray, off = tone, np.linalg.norm(hues, axis=1)
-    pull = len(tone) * np.diag(PULLS)
+    pull = len(tone) * np.diag(LIGHTING.pulls_share)
     pull[0, 0] = 1.0
-    for width in (*TIGHTENING, *[0.0] * 6):
+    for width in (*LIGHTING.strays_log, *[0.0] * 6):
         bounds = (width or max(1.5 * float(np.median(np.abs(v))), 0.03) for v in (stray, off))
         sure = share.copy()
         for value, bound in zip((stray, off), bounds, strict=True):
@@ -237,9 +244,13 @@ def _without(photo: Image, seen: Seen, own: BoolArray, shading: Shading) -> Imag
     tone = (logs - usual).mean(-1, keepdims=True)
     hue = logs - usual - tone
     # In what is dark, hues are noise, and what has some other light there would be far too bright.
-    dim = np.clip((SHADY - light.mean(-1, keepdims=True)) / (SHADY - LOWEST), 0, 1)
-    tone = np.where(tone > 0, (1 - CALMED * dim) * tone, tone)
-    plain = np.exp(usual + tone + (1 - CALMED * dim) * hue) - DARK
+    dim = np.clip(
+        (LIGHTING.shady_ratio - light.mean(-1, keepdims=True)) / (LIGHTING.shady_ratio - LOWEST),
+        0,
+        1,
+    )
+    tone = np.where(tone > 0, (1 - LIGHTING.calmed_share * dim) * tone, tone)
+    plain = np.exp(usual + tone + (1 - LIGHTING.calmed_share * dim) * hue) - DARK
     result = photo.copy()
     result[own] = np.clip(plain + 0.5, 0, 255).astype(np.uint8)
     return result
@@ -254,7 +265,7 @@ def _without_gloss(
         return plain, shading
     rows, columns = np.nonzero(own)
     size = min(np.ptp(rows), np.ptp(columns))
-    wide = grow(spots, max(2, round(RIM * size))) & own
+    wide = grow(spots, max(2, round(LIGHTING.rim_ratio * size))) & own
     radius = max(3, round(0.15 * math.sqrt(np.count_nonzero(wide))))
     part = (slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1))
     # What lies around the thing is no part of it.
@@ -265,7 +276,7 @@ def _without_gloss(
     shaded = lit(shading, clean[wide].astype(np.float64), seen.normals[wide])
     room = 255 - shaded
     more = ((photo[wide] - shaded) * room).sum(-1) / np.maximum((room**2).sum(-1), 1)
-    across = int(np.clip(0.9 * size, *GLOSS_SIDE))
+    across = int(np.clip(0.9 * size, *LIGHTING.gloss_side_px))
     gloss = _spread_out(seen.normals[own], np.clip(more, 0, 1), wide[own], shading, across)
     return clean, replace(shading, gloss=gloss)
 
@@ -284,14 +295,20 @@ def _spots(photo: Image, plain: Image, own: BoolArray) -> BoolArray:
     paint = np.median(hues[inner], axis=0)
     off = np.linalg.norm(hues - paint, axis=-1)
     length = float(np.linalg.norm(paint))
-    if length < COLOURED and usual > math.log(PALE + DARK):
+    if length < LIGHTING.min_saturation_log and usual > math.log(LIGHTING.white_levels + DARK):
         # On what is white, gloss is not told from paint, and little of it is seen.
         return none
-    whiter = np.linalg.norm(hues, axis=-1) < (1 - WHITENED) * max(length, COLOURED)
-    bright = inner & (tone - usual > max(SHINE, 2.5 * stray)) & whiter
+    whiter = np.linalg.norm(hues, axis=-1) < (1 - LIGHTING.min_whiter_share) * max(
+        length, LIGHTING.min_saturation_log
+    )
+    bright = inner & (tone - usual > max(LIGHTING.min_gloss_log, 2.5 * stray)) & whiter
     usually = off < max(3 * float(np.median(off[inner])), 0.15)
     spots = _among_its_own(bright, inner, usually, photo.min(-1))
-    return spots if np.count_nonzero(spots) < MOST_GLOSS * np.count_nonzero(inner) else none
+    return (
+        spots
+        if np.count_nonzero(spots) < LIGHTING.max_gloss_share * np.count_nonzero(inner)
+        else none
+    )
 
 
 def _among_its_own(
@@ -304,13 +321,13 @@ def _among_its_own(
     count, labels, stats, _ = cv2.connectedComponentsWithStats(bright.astype(np.uint8))
     kept = np.zeros(bright.shape, bool)
     for index in range(1, count):
-        if stats[index, cv2.CC_STAT_AREA] < LEAST_SPOT * np.count_nonzero(inner):
+        if stats[index, cv2.CC_STAT_AREA] < LIGHTING.min_spot_share * np.count_nonzero(inner):
             continue
         patch = labels == index
-        if white[patch].max() < LAMP:
+        if white[patch].max() < LIGHTING.lamp_levels:
             continue
         ring = grow(patch, 5) & ~grow(patch, 2) & inner & ~bright
-        if ring.any() and usual[ring].mean() > AROUND:
+        if ring.any() and usual[ring].mean() > LIGHTING.min_own_share:
             kept |= patch
     return kept
 

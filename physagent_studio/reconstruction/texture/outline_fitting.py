@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import RBFInterpolator
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneObject
@@ -23,30 +24,33 @@ from physagent_studio.reconstruction.shapes.silhouettes import in_world, silhoue
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh
 
-FloatArray = NDArray[np.float64]
-REACH = 0.12
-"""How far outlines may be led at most, as a share of the thing's extent in the picture (√area)."""
-LEAST_IOU = 0.6
-"""What covers its mask less stands elsewhere, or is another thing than the mask shows."""
-ENOUGH = 0.98
-"""What covers its mask so well is left as it is."""
-GAIN = 0.002
-"""Least gain in IoU for which a map with more freedom is taken."""
-POINTS = 160
-"""Points of an outline that are compared."""
-ROUNDS = 5
-"""Maps that are found one upon the other, each from where the last has led."""
+
+@dataclass(frozen=True, slots=True)
+class FittingSettings:
+    """How far what is drawn is led to its mask."""
+
+    reach_ratio: float = 0.12  # 0.03..0.3: over √area: how far outlines may be led
+    # IoU, 0.3..0.9: what covers its mask less stands elsewhere, or is another thing
+    min_iou: float = 0.6
+    enough_iou: float = 0.98  # IoU, 0.9..1: what covers its mask so well is left as it is
+    min_gain: float = 0.002  # IoU, 0..0.02: for which a map with more freedom is taken
+    points_count: int = 160  # 40..600: of an outline that are compared
+    # count, 1..20: maps found one upon the other, each from where the last has led
+    max_rounds: int = 5
+    # weight, 0.1..10: against bending, of kinds that `STIFF` does not name
+    stiffness_weight: float = 1.0
+    slide_share: float = 0.08  # 0..0.3: of the body's extent, that a foot may slide on its support
+    # 0..0.1: of the seen area, that may turn over; more tears the look
+    max_flipped_share: float = 0.01
+    # 0.2..3: over its lowest point up to which a body touches its support
+    touching_px: float = 0.75
+
+
+FITTING = FittingSettings()
+
 STIFF = {"revolved": 20.0, "cylinder": 10.0, "frustum": 10.0, "capsule": 10.0}
-PLIANT = 1.0
-"""How stiff a kind's outline is against being led on its own, and that of others is."""
 FLAT = ("box",)
 """Kinds whose straight edges stay straight."""
-SLIDE = 0.08
-"""How far a foot may slide on its support, as a share of the body's extent."""
-FLIPPED = 0.01
-"""Share of the seen area whose faces may turn over; a map that does more tears the look."""
-TOUCHING = 0.75
-"""Pixels over its lowest point up to which a body touches what it stands on."""
 WHOLE = ("sphere", "ellipsoid")
 """What rolls stays round: it is moved and scaled as a whole alone."""
 AS_DRAWN = ("inflated",)
@@ -85,18 +89,18 @@ def covering(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
     depth = sight.camera.project(first)[1]
     mask = sight.mask & sight.free
     best, value = first, iou(sight.drawn(first, mesh.faces), mask)
-    if not LEAST_IOU <= value < ENOUGH or depth.min() <= 0:
+    if not FITTING.min_iou <= value < FITTING.enough_iou or depth.min() <= 0:
         return mesh
-    stiff = STIFF.get(item.shape.kind, PLIANT)
+    stiff = STIFF.get(item.shape.kind, FITTING.stiffness_weight)
     for stiffness in (math.inf, stiff) if at_work("outline bending") else (math.inf,):
         world = best
-        for _ in range(ROUNDS):
+        for _ in range(FITTING.max_rounds):
             moved = _led(sight, world, first, mesh.faces, item.shape.kind, stiffness)
             if moved is None:
                 break
             world = moved
             found = iou(sight.drawn(world, mesh.faces), mask)
-            if found > value + GAIN and _whole(sight.camera, first, world, mesh.faces):
+            if found > value + FITTING.min_gain and _whole(sight.camera, first, world, mesh.faces):
                 best, value = world, found
         if item.shape.kind in WHOLE:
             break
@@ -132,7 +136,7 @@ def _led(
     else:
         led, scale = _bent(at, to, pixels, stiffness), 1.0
     start = sight.camera.project(first)[0]
-    most = REACH * math.sqrt(np.count_nonzero(sight.mask))
+    most = FITTING.reach_ratio * math.sqrt(np.count_nonzero(sight.mask))
     off = led - start
     far = np.linalg.norm(off, axis=1, keepdims=True)
     led = start + off * np.minimum(1.0, most / np.maximum(far, 1e-9))
@@ -152,7 +156,7 @@ def _standing(sight: Sight, first: FloatArray, moved: FloatArray, as_drawn: bool
     height = first @ sight.up
     low = float(height.min())
     pixel = float(sight.camera.project(first)[1].mean()) / sight.camera.focal
-    foot = height <= low + TOUCHING * pixel
+    foot = height <= low + FITTING.touching_px * pixel
     rise = moved @ sight.up - height
     out = moved.copy()
     # On the support a vertex goes where its pixel lies on it, but not far.
@@ -161,7 +165,7 @@ def _standing(sight: Sight, first: FloatArray, moved: FloatArray, as_drawn: bool
     down = ray @ sight.up
     share = np.divide(-rise[foot], down, out=np.zeros_like(down), where=np.abs(down) > 1e-9)
     slide = share[:, None] * ray
-    most = SLIDE * float(np.ptp(first, axis=0).max())
+    most = FITTING.slide_share * float(np.ptp(first, axis=0).max())
     slide *= np.minimum(1, most / np.maximum(np.linalg.norm(slide, axis=1), 1e-9))[:, None]
     out[foot] = moved[foot] + slide
     if as_drawn:
@@ -180,7 +184,7 @@ def _pairs(sight: Sight, drawn: BoolArray) -> tuple[FloatArray, FloatArray] | No
     told[:2], told[-2:], told[:, :2], told[:, -2:] = False, False, False, False
     own, other = _outline(drawn), _outline(mask)
     away = np.linalg.norm(own[:, None] - other[None], axis=2)
-    limit = REACH * math.sqrt(np.count_nonzero(mask))
+    limit = FITTING.reach_ratio * math.sqrt(np.count_nonzero(mask))
     there, back = away.argmin(1), away.argmin(0)
     at = np.vstack([own, own[back]])
     to = np.vstack([other[there], other])
@@ -192,7 +196,7 @@ def _pairs(sight: Sight, drawn: BoolArray) -> tuple[FloatArray, FloatArray] | No
 
 
 def _outline(mask: BoolArray) -> FloatArray:
-    """Points (≤ POINTS, 2), evenly along the outlines of a region, pixel edges."""
+    """Points (N, 2), evenly along the outlines of a region and not too many, pixel edges."""
     found, _ = cv2.findContours(
         cv2.resize(_cut(mask).astype(np.uint8), None, fx=2, fy=2, interpolation=cv2.INTER_NEAREST),
         cv2.RETR_EXTERNAL,
@@ -201,7 +205,9 @@ def _outline(mask: BoolArray) -> FloatArray:
     points = np.vstack([part[:, 0] for part in found]).astype(float)
     x0, y0, _, _ = bounds(mask)
     points = (points + 0.5) / 2 - 1 + np.array([x0, y0])
-    every = np.linspace(0, len(points), min(POINTS, len(points)), endpoint=False).astype(int)
+    every = np.linspace(
+        0, len(points), min(FITTING.points_count, len(points)), endpoint=False
+    ).astype(int)
     return points[every]
 
 
@@ -299,4 +305,6 @@ def _whole(camera: Camera, first: FloatArray, world: FloatArray, faces: NDArray[
         (ux, uy), (vx, vy) = (b - a).T, (c - a).T
         areas.append(ux * vy - uy * vx)
     turned = (areas[0] * areas[1] < 0) & (np.abs(areas[0]) > 0.05)
-    return bool(np.abs(areas[0])[turned].sum() <= FLIPPED * np.abs(areas[0]).sum())
+    return bool(
+        np.abs(areas[0])[turned].sum() <= FITTING.max_flipped_share * np.abs(areas[0]).sum()
+    )

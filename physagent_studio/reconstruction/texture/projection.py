@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from enum import IntEnum
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneObject
@@ -21,16 +23,37 @@ from physagent_studio.reconstruction.texture.straight_sides import carried_back
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Mesh
 
-FloatArray = NDArray[np.float64]
-RING = 0.05
-"""Width of the outline's outer ring, as a share of the outline's smaller extent."""
-THIN_RING = 0.012
-"""The same where what is shown is seen well."""
-_SEEN, _MIRRORED, _LED, _COPIED, _CARRIED = 0, 1, 2, 3, 4
-RINGS = {_MIRRORED: RING, _LED: THIN_RING, _CARRIED: THIN_RING}
+
+@dataclass(frozen=True, slots=True)
+class ProjectionSettings:
+    """How wide a rim is not taken from the photo."""
+
+    # 0..0.2: over the smaller extent: the outline's outer ring, where others shine through
+    ring_ratio: float = 0.05
+    thin_ring_ratio: float = 0.012  # 0..0.1: the same where what is shown is seen well
+    # 0..0.05: over the longer side: of what is carried back along straight sides
+    blur_ratio: float = 0.01
+
+
+PROJECTION = ProjectionSettings()
+
+
+class _Look(IntEnum):
+    """Where the look of a face comes from."""
+
+    SEEN = 0
+    MIRRORED = 1
+    LED = 2
+    COPIED = 3
+    CARRIED = 4
+
+
+RINGS = {
+    _Look.MIRRORED: PROJECTION.ring_ratio,
+    _Look.LED: PROJECTION.thin_ring_ratio,
+    _Look.CARRIED: PROJECTION.thin_ring_ratio,
+}
 """The rings that give way to what lies inside of them."""
-CALM = 0.01
-"""Blur of what is carried back along straight sides, in the longer side of the picture's part."""
 
 
 def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, mesh: Mesh) -> Mesh:
@@ -61,14 +84,14 @@ def _painted(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, m
     whole = round_textured(camera, item, mesh, mask, (texture, origin))
     if whole is not None:
         return whole
-    kinds = np.where(_unseen(camera, item, mesh), _MIRRORED, _SEEN)
+    kinds = np.where(_unseen(camera, item, mesh), _Look.MIRRORED, _Look.SEEN)
     elsewhere = _elsewhere(camera, item, mask, mesh)
     for which, (chosen, _) in elsewhere.items():
         kinds[chosen] = which
     vertices, faces, source, kind = _split(mesh, kinds)
     place, turn = np.asarray(item.position), matrix_of(item.rotation).T
     world = vertices @ turn + place
-    shown = np.where((kind == _MIRRORED)[:, None], _mirrored(camera, world, place), world)
+    shown = np.where((kind == _Look.MIRRORED)[:, None], _mirrored(camera, world, place), world)
     for which, (_, places) in elsewhere.items():
         shown = np.where((kind == which)[:, None], places[source] @ turn + place, shown)
     uv = camera.project(shown)[0]
@@ -76,11 +99,11 @@ def _painted(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, m
         uv[kind == which] = _folded(uv[kind == which], mask, ring)
     edge = np.array([texture.shape[1], texture.shape[0]])
     uv = np.clip(uv - origin, 0.5, edge - 0.5)
-    if (kind == _CARRIED).any():
+    if (kind == _Look.CARRIED).any():
         # Single pixels would be drawn out to stripes, or stand for a whole end.
-        calm = cv2.GaussianBlur(texture, (0, 0), CALM * float(edge.max()))
+        calm = cv2.GaussianBlur(texture, (0, 0), PROJECTION.blur_ratio * float(edge.max()))
         texture = np.hstack([texture, np.asarray(calm, np.uint8)])
-        uv[kind == _CARRIED, 0] += edge[0]
+        uv[kind == _Look.CARRIED, 0] += edge[0]
     return Mesh(vertices, faces, uv, texture)
 
 
@@ -89,14 +112,14 @@ def _elsewhere(
 ) -> dict[int, tuple[BoolArray, FloatArray]]:
     """By kind the faces (F,) that show what is elsewhere on the body, and where (V, 3) that is."""
     found = {
-        _LED: turned_sides(camera, item, mesh.vertices, mesh.faces),
-        _COPIED: opposite_sides(camera, item, mesh),
-        _CARRIED: hidden_caps(camera, item, mesh.vertices, mesh.faces),
+        _Look.LED: turned_sides(camera, item, mesh.vertices, mesh.faces),
+        _Look.COPIED: opposite_sides(camera, item, mesh),
+        _Look.CARRIED: hidden_caps(camera, item, mesh.vertices, mesh.faces),
     }
     straight = carried_back(camera, item, mask, mesh)
     if straight is not None:
         sides, back, places = straight
-        found |= {_CARRIED: (sides, places), _COPIED: (back, places)}
+        found |= {_Look.CARRIED: (sides, places), _Look.COPIED: (back, places)}
     return {kind: own for kind, own in found.items() if own is not None}
 
 

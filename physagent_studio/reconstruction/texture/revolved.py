@@ -8,10 +8,12 @@ either side from there back to the middle, so that it goes on without a seam to 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.forms import Capsule, Cylinder, Frustum, Inflated, Revolved
@@ -19,22 +21,27 @@ from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.switches import at_work
 
-FloatArray = NDArray[np.float64]
-SHOWN = math.radians(68.0)
-"""Angle about the axis, from the view, within which the photo is shown as it is."""
-WELL = math.cos(math.radians(70.0))
-"""Cosine between surface and view from which it is so beyond that: on shoulders seen from above."""
-SIDE = 0.3
-"""How much of a normal points away from the axis on a side; caps and bottoms are no sides."""
-BODY = 1.08
-"""How far from the axis the body itself reaches at most, in its radii; beyond that are parts."""
-DEEP = 0.6
-"""How deep for its width what has no form of its own is, at least, to be taken for round."""
-EVEN, BESIDE = 0.95, 0.06
-"""Cosine between a flat end and the axis, at least, and how far beside the end its colour is looked
-for, in the body's height."""
-STEEP = math.sin(math.radians(20.0))
-"""Sine of the angle between axis and view below which the view is along it."""
+
+@dataclass(frozen=True, slots=True)
+class RevolvedSettings:
+    """What of a body round about an axis the photo shows well."""
+
+    # 0.8..1.5: about the axis, from the view, within which it shows as it is
+    shown_rad: float = math.radians(68.0)
+    # cosine, 0.1..0.7: of surface and view: so it does on shoulders seen from above
+    min_facing_cosine: float = math.cos(math.radians(70.0))
+    # cosine, 0.1..0.7: of a normal and the way out; caps and bottoms are no sides
+    min_outward_cosine: float = 0.3
+    body_ratio: float = 1.08  # 1..1.3: over the radius: beyond that are handles and other parts
+    min_depth_ratio: float = 0.6  # 0.3..1: over the width, of what may be taken for round
+    min_end_cosine: float = 0.95  # cosine, 0.8..1: of a flat end and the axis
+    # 0.01..0.2: over the height: beside an end, where its colour is looked for
+    beside_ratio: float = 0.06
+    # sine, 0.1..0.7: of axis and view; below, the view is along the axis
+    min_axis_sine: float = math.sin(math.radians(20.0))
+
+
+REVOLVED = RevolvedSettings()
 
 
 def turned_sides(
@@ -48,7 +55,7 @@ def turned_sides(
     if profile is None or not at_work("turned sides"):
         return None
     eye = (np.asarray(camera.position) - np.asarray(item.position)) @ matrix_of(item.rotation)
-    if math.hypot(*eye[:2]) < STEEP * float(np.linalg.norm(eye)):
+    if math.hypot(*eye[:2]) < REVOLVED.min_axis_sine * float(np.linalg.norm(eye)):
         return None
     front = math.atan2(eye[1], eye[0])
     corners = vertices[faces]
@@ -59,11 +66,16 @@ def turned_sides(
     outward = (normal[:, :2] * middle[:, :2]).sum(1) / np.maximum(away, 1e-12)
     view = eye - middle
     facing = (normal * view).sum(1) / np.maximum(np.linalg.norm(view, axis=1), 1e-12)
-    beyond = np.abs(_azimuth(middle, front)) > SHOWN
-    body = (away < BODY * np.interp(middle[:, 2], *profile)) & (
+    beyond = np.abs(_azimuth(middle, front)) > REVOLVED.shown_rad
+    body = (away < REVOLVED.body_ratio * np.interp(middle[:, 2], *profile)) & (
         (middle[:, 2] >= profile[0][0]) & (middle[:, 2] <= profile[0][-1])
     )
-    chosen = body & (outward > SIDE) & beyond & (facing < WELL)
+    chosen = (
+        body
+        & (outward > REVOLVED.min_outward_cosine)
+        & beyond
+        & (facing < REVOLVED.min_facing_cosine)
+    )
     return chosen, _led_around(vertices, front)
 
 
@@ -85,9 +97,9 @@ def hidden_caps(
     side = np.sign(eye[2] - (low + high) / 2)
     # The end that the camera does not look upon.
     end = low if side > 0 else high
-    level = end + side * BESIDE * (high - low)
-    flat = (normal[:, 2] * -side > EVEN) & (
-        np.abs(corners[..., 2] - end).max(1) < BESIDE * (high - low)
+    level = end + side * REVOLVED.beside_ratio * (high - low)
+    flat = (normal[:, 2] * -side > REVOLVED.min_end_cosine) & (
+        np.abs(corners[..., 2] - end).max(1) < REVOLVED.beside_ratio * (high - low)
     )
     front = eye[:2] / max(float(np.hypot(*eye[:2])), 1e-9) * np.interp(level, heights, radii)
     shown = np.tile(np.array([*front, level]), (len(vertices), 1))
@@ -103,8 +115,8 @@ def _azimuth(points: FloatArray, front: float) -> FloatArray:
 def _led_around(vertices: FloatArray, front: float) -> FloatArray:
     """Points (V, 3) of the body turned to where the same height is seen well."""
     turn = _azimuth(vertices, front)
-    back = SHOWN * (np.pi - np.abs(turn)) / (np.pi - SHOWN)
-    led = front + np.where(np.abs(turn) > SHOWN, np.sign(turn) * back, turn)
+    back = REVOLVED.shown_rad * (np.pi - np.abs(turn)) / (np.pi - REVOLVED.shown_rad)
+    led = front + np.where(np.abs(turn) > REVOLVED.shown_rad, np.sign(turn) * back, turn)
     away = np.hypot(vertices[:, 0], vertices[:, 1])
     return np.stack([away * np.cos(led), away * np.sin(led), vertices[:, 2]], 1)
 
@@ -124,7 +136,7 @@ def _profile(item: SceneObject, vertices: FloatArray) -> tuple[FloatArray, Float
     if (
         isinstance(shape, Inflated)
         and not shape.flat
-        and min(shape.size[:2]) > DEEP * max(shape.size[:2])
+        and min(shape.size[:2]) > REVOLVED.min_depth_ratio * max(shape.size[:2])
     ):
         away = np.hypot(vertices[:, 0], vertices[:, 1])
         return np.array([vertices[:, 2].min(), vertices[:, 2].max()]), np.full(2, away.max())

@@ -12,12 +12,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from enum import IntEnum
 from typing import Self
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Revolved, SceneObject
@@ -33,48 +35,54 @@ from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Mesh
 from physagent_studio.rendering.texture import bilinear
 
-FloatArray = NDArray[np.float64]
 FloatImage = NDArray[np.float32]
-OFF = 0.05
-"""How far vertices may be off a round outline, in radii: what has stems is no ball."""
-LEAST = 0.72
-"""How near to its middle the outline of a round thing may come, in radii."""
-SHOWN = (60.0, 70.0)
-"""Angle from the view within which the photo itself is shown, and beyond which no longer, °."""
-NARROW = 8
-"""How narrow the zones are in which two sides pass into one another."""
-WIDE = 1.3
-"""Half the extent of a side's picture, in its distance from the middle of the body."""
-SIDE = (16, 256)
-"""Pixels across such a picture, at least and at most."""
-LIT = 62.0
-"""Angle from the view within which the photo tells how light falls on the body, °."""
-DARK = 16.0
-"""Added to colours before their log is taken, grey levels."""
-SPOT = 8.0
-"""Percentile below which what is dark on it is a spot that is there once."""
-GLOSS = 92.0
-"""Percentile beyond which what is bright on the body is gloss, and stays on the first side."""
-KNEE = 1.5
-"""In times of those two, how far detail comes at most."""
-SPAN, DETAIL = 2.0, 160
-"""Half the extent of the picture of what is repeated, in its distance from the middle of the body,
-and pixels across it."""
-SEEN_WELL = math.cos(math.radians(LIT))
-STRANGE, MUCH, MANY, WIDEST_CAP = 0.3, 4.0, 0.8, 45.0
-"""Least detail that is there once, log, and in times of what is usual on the body; from how much
-of that on a body is of several colours, as it is where its cap reaches farther down, °."""
-PAINTED = 0.45
-"""Detail that is there once, log, from which on a body is painted in patches, not of one colour."""
-TURN = 75.0
-"""Angle about the axis, from the view, within which a cap is shown as the photo shows it, °."""
-SEEN_CAP, LEVEL_CAP = math.sin(math.radians(4.0)), math.cos(math.radians(35.0))
-"""Cosines between axis and view: below the first a top is not seen, beyond the second it is seen
-from above."""
-FLATTEST = math.cos(math.radians(85.0))
-"""The least between surface and view at which something is still told."""
-OFTEN, LEAST_CAP, SOFT = 0.25, 8.0, 10.0
-"""Share of a circle about the axis that is strange on a cap; its least extent and its rim, °."""
+
+
+@dataclass(frozen=True, slots=True)
+class BallSettings:
+    """How the sides of a ball are painted from its first one."""
+
+    max_off_ratio: float = 0.05  # 0.01..0.2: over the radius: what has stems is no ball
+    # 0.5..1: over the radius: how near to its middle an outline may come
+    min_outline_ratio: float = 0.72
+    # 40..85: from the view: the photo itself within the first, not beyond the second
+    shown_deg: tuple[float, float] = (60.0, 70.0)
+    # exponent, 2..20: how narrow the zones are in which sides pass into one another
+    zone_power: int = 8
+    # 1..2: over the middle's distance: half the extent of a side's picture
+    side_half_ratio: float = 1.3
+    side_px: tuple[int, int] = (16, 256)  # 8..512: across such a picture, least and most
+    lit_deg: float = 62.0  # 45..75: from the view within which the photo tells how light falls
+    # 4..40: added to colours before their log, so that dark noise stays small
+    dark_levels: float = 16.0
+    spot_percent: float = 8.0  # %, 1..20: below it what is dark is a spot that is there once
+    # %, 80..99: beyond it what is bright is gloss and stays on the first side
+    gloss_percent: float = 92.0
+    knee_ratio: float = 1.5  # 1..3: over those two: how far detail comes
+    # 1..4: over the middle's distance: half the picture of what is repeated
+    span_ratio: float = 2.0
+    detail_px: int = 160  # 64..400: across it
+    min_strange_log: float = 0.3  # 0.1..0.8: of detail that is there once
+    strange_factor: float = 4.0  # 2..10: of what is usual on the body, likewise
+    # 0.4..1.5: of such detail, from which a body is of several colours
+    many_colours_log: float = 0.8
+    widest_cap_deg: float = 45.0  # 20..80: farther down reaches a second colour, no cap
+    painted_log: float = 0.45  # 0.2..1: of such detail, from which a body is painted in patches
+    cap_turn_deg: float = 75.0  # 45..85: about the axis, within which a cap shows as in the photo
+    # cosine, 0..0.3: of axis and view; below, a top is not seen
+    min_cap_cosine: float = math.sin(math.radians(4.0))
+    # cosine, 0.6..1: beyond, it is seen from above and needs no turning
+    max_cap_cosine: float = math.cos(math.radians(35.0))
+    # cosine, 0.02..0.3: of surface and view, at which something is told
+    min_facing_cosine: float = math.cos(math.radians(85.0))
+    min_cap_share: float = 0.25  # 0.1..0.6: of a circle about the axis that is strange on a cap
+    min_cap_deg: float = 8.0  # 2..20: smaller caps are stems
+    soft_deg: float = 10.0  # 2..20: width of a cap's rim
+
+
+BALL = BallSettings()
+
+SEEN_WELL = math.cos(math.radians(BALL.lit_deg))
 
 # x is right and y up as the camera sees the body, z looks at the camera.
 _FIRST = np.eye(3)
@@ -86,7 +94,12 @@ _SIDES = {
     "back": np.array([[-1, 0, 0], [0, 1, 0], [0, 0, -1]], float),
 }
 """By which map each side's directions become those of the first one."""
-_PART = -1
+
+
+class _Side(IntEnum):
+    """What belongs to no side of the body: stems and leaves."""
+
+    PART = -1
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -152,24 +165,28 @@ class _Ball:
         angle = np.degrees(np.arccos(np.clip(ways[:, 2], -1, 1)))
         if self.patterned:
             return self._photographed(_led_inward(ways))
-        first = np.clip((SHOWN[1] - angle) / (SHOWN[1] - SHOWN[0]), 0, 1)[:, None]
+        first = np.clip(
+            (BALL.shown_deg[1] - angle) / (BALL.shown_deg[1] - BALL.shown_deg[0]), 0, 1
+        )[:, None]
         detail, total = np.zeros((len(ways), 3)), np.zeros((len(ways), 1))
         for fold in (_FIRST, *_SIDES.values()):
             own = ways @ fold.T
-            weight = np.maximum(own[:, 2:] - math.cos(math.radians(LIT)), 0) ** NARROW
+            weight = (
+                np.maximum(own[:, 2:] - math.cos(math.radians(BALL.lit_deg)), 0) ** BALL.zone_power
+            )
             detail += weight * _bent(self._repeated(own), self.least, self.most)
             total += weight
-        others = np.exp(self._tone(ways) + detail / np.maximum(total, 1e-12)) - DARK
+        others = np.exp(self._tone(ways) + detail / np.maximum(total, 1e-12)) - BALL.dark_levels
         if self.cap > 0:
             around, off = self._led_around(ways)
-            capped = np.clip((self.cap + SOFT - off) / SOFT, 0, 1)[:, None]
+            capped = np.clip((self.cap + BALL.soft_deg - off) / BALL.soft_deg, 0, 1)[:, None]
             others = capped * self._photographed(around) + (1 - capped) * others
         return first * self._photographed(ways) + (1 - first) * others
 
     def _repeated(self, ways: FloatArray) -> FloatArray:
         """Detail (N, 3) that may be there several times, in directions of the first side."""
         flat = ways[:, :2] / np.maximum(ways[:, 2:], 0.2)
-        where = (flat / SPAN + 1) / 2 * len(self.detail) - 0.5
+        where = (flat / BALL.span_ratio + 1) / 2 * len(self.detail) - 0.5
         return bilinear(self.detail, where).astype(np.float64)
 
     def _usual(self, mask: BoolArray) -> tuple[FloatImage, bool]:
@@ -177,7 +194,9 @@ class _Ball:
 
         and whether what stands out there is a pattern.
         """
-        y, x = ((np.indices((DETAIL, DETAIL)) + 0.5) / DETAIL * 2 - 1) * SPAN
+        y, x = (
+            (np.indices((BALL.detail_px, BALL.detail_px)) + 0.5) / BALL.detail_px * 2 - 1
+        ) * BALL.span_ratio
         ways = np.stack([x.ravel(), y.ravel(), np.ones(x.size)], 1)
         ways /= np.linalg.norm(ways, axis=1, keepdims=True)
         detail = self._detail(ways)
@@ -203,7 +222,7 @@ class _Ball:
         """Directions (N, 3) turned about the axis to where they are seen, angles (N,) to it, °."""
         axis, front, side = self._poles()
         turn = np.arctan2(ways @ side, ways @ front)
-        limit = math.radians(TURN)
+        limit = math.radians(BALL.cap_turn_deg)
         back = limit * (np.pi - np.abs(turn)) / (np.pi - limit)
         turn = np.where(np.abs(turn) > limit, np.sign(turn) * back, turn)
         along = np.clip(ways @ axis, -1, 1)
@@ -214,7 +233,7 @@ class _Ball:
     def capped(self, mask: BoolArray) -> Self:
         """The same, knowing how far something that is there once reaches down from its top."""
         axis, front, side = self._poles()
-        if not SEEN_CAP < axis[2] < LEVEL_CAP:
+        if not BALL.min_cap_cosine < axis[2] < BALL.max_cap_cosine:
             return self
         turn = np.radians(np.linspace(-60, 60, 13))
         flat = np.cos(turn)[:, None] * front + np.sin(turn)[:, None] * side
@@ -222,14 +241,14 @@ class _Ball:
         for angle in range(4, 72, 4):
             off = math.radians(angle)
             ways = math.cos(off) * axis + math.sin(off) * flat
-            ways = ways[(ways[:, 2] > FLATTEST) & self._within(ways, mask)]
+            ways = ways[(ways[:, 2] > BALL.min_facing_cosine) & self._within(ways, mask)]
             if not len(ways):
                 continue
-            rest = np.log(self._photographed(ways) + DARK) - self._tone(ways)
-            if (np.abs(rest).mean(-1) > self.strange).mean() < OFTEN:
+            rest = np.log(self._photographed(ways) + BALL.dark_levels) - self._tone(ways)
+            if (np.abs(rest).mean(-1) > self.strange).mean() < BALL.min_cap_share:
                 break
             cap = float(angle)
-        return replace(self, cap=cap if cap >= LEAST_CAP else 0.0)
+        return replace(self, cap=cap if cap >= BALL.min_cap_deg else 0.0)
 
     def _within(self, ways: FloatArray, mask: BoolArray) -> BoolArray:
         """(N,) whether directions (N, 3) of the first side are seen in the mask (H, W)."""
@@ -240,12 +259,12 @@ class _Ball:
 
     def _detail(self, ways: FloatArray) -> FloatArray:
         """What the photo shows (N, 3) beside the light, log, in directions of the first side."""
-        return np.log(self._photographed(ways) + DARK) - terms_of(ways) @ self.light
+        return np.log(self._photographed(ways) + BALL.dark_levels) - terms_of(ways) @ self.light
 
     def _tone(self, ways: FloatArray) -> FloatArray:
         """The log of the body's colour in its light (N, 3), evener the farther from the view."""
         angle = np.arccos(np.clip(ways[:, 2], -1, 1))
-        limit = math.radians(LIT)
+        limit = math.radians(BALL.lit_deg)
         flat = ways[:, :2] / np.maximum(np.linalg.norm(ways[:, :2], axis=1, keepdims=True), 1e-9)
         near = np.minimum(angle, limit)[:, None]
         seen = np.column_stack([flat * np.sin(near), np.cos(near)])
@@ -262,7 +281,7 @@ class _Ball:
         share = (np.arange(24) + 0.5) / 24
         around = np.linspace(0, 2 * np.pi, 48, endpoint=False)
         # Evenly spread over the cap that the camera sees well.
-        up = np.repeat(1 - share * (1 - math.cos(math.radians(LIT))), len(around))
+        up = np.repeat(1 - share * (1 - math.cos(math.radians(BALL.lit_deg))), len(around))
         flat = np.sqrt(1 - up**2)
         turn = np.tile(around, len(share))
         ways = np.stack([flat * np.cos(turn), flat * np.sin(turn), up], 1)
@@ -270,15 +289,17 @@ class _Ball:
         if np.count_nonzero(inside) < 40:
             return self
         ways = ways[inside]
-        tone = np.log(self._photographed(ways) + DARK)
+        tone = np.log(self._photographed(ways) + BALL.dark_levels)
         fit = fitted(terms_of(ways), tone)
         rest = tone - terms_of(ways) @ fit
         mean = (terms_of(ways) @ fit).mean(0)
-        least, most = np.percentile(rest, (SPOT, GLOSS), axis=0)
-        strange = max(STRANGE, MUCH * float(np.median(np.abs(rest).mean(-1))))
+        least, most = np.percentile(rest, (BALL.spot_percent, BALL.gloss_percent), axis=0)
+        strange = max(
+            BALL.min_strange_log, BALL.strange_factor * float(np.median(np.abs(rest).mean(-1)))
+        )
         lit = replace(self, light=fit, mean=mean, least=least, most=most, strange=strange)
         detail, patterned = lit._usual(mask)
-        return replace(lit, detail=detail, patterned=patterned or strange > PAINTED)
+        return replace(lit, detail=detail, patterned=patterned or strange > BALL.painted_log)
 
 
 def _led_inward(ways: FloatArray) -> FloatArray:
@@ -287,7 +308,7 @@ def _led_inward(ways: FloatArray) -> FloatArray:
     So patches of paint go on over the rim and stay patches, if larger ones.
     """
     angle = np.arccos(np.clip(ways[:, 2], -1, 1))
-    rim = math.radians(SHOWN[1])
+    rim = math.radians(BALL.shown_deg[1])
     led = np.where(angle > rim, rim * (np.pi - angle) / (np.pi - rim), angle)
     flat = ways[:, :2] / np.maximum(np.linalg.norm(ways[:, :2], axis=1, keepdims=True), 1e-9)
     return np.column_stack([flat * np.sin(led)[:, None], np.cos(led)])
@@ -295,7 +316,7 @@ def _led_inward(ways: FloatArray) -> FloatArray:
 
 def _bent(values: FloatArray, least: FloatArray, most: FloatArray) -> FloatArray:
     """Values (N, 3) drawn in towards least < 0 and most > 0 (3,), without flats where they end."""
-    bound = KNEE * np.where(values < 0, np.minimum(least, -1e-6), np.maximum(most, 1e-6))
+    bound = BALL.knee_ratio * np.where(values < 0, np.minimum(least, -1e-6), np.maximum(most, 1e-6))
     return np.where(np.isfinite(bound), bound * np.tanh(values / bound), values)
 
 
@@ -315,15 +336,15 @@ def round_textured(
     if body is None:
         return None
     radii, outline = body
-    if outline[:, 1].min() < LEAST:
+    if outline[:, 1].min() < BALL.min_outline_ratio:
         return None
     unit = mesh.vertices / radii
     away = np.linalg.norm(unit, axis=1)
     upright = unit[:, 2] / np.maximum(away, 1e-12)
-    beside = away - np.interp(upright, *outline.T) > OFF
+    beside = away - np.interp(upright, *outline.T) > BALL.max_off_ratio
     ball = _Ball.of(camera, item, radii, outline, crop).lit(mask)
     ball = ball.capped(mask) if isinstance(item.shape, Revolved) and at_work("caps") else ball
-    if beside.any() and (ball.strange > MANY or ball.cap > WIDEST_CAP):
+    if beside.any() and (ball.strange > BALL.many_colours_log or ball.cap > BALL.widest_cap_deg):
         # A body of several colours with a handle on it: its front says little of its other sides.
         return None
     turned = mesh.vertices @ matrix_of(item.rotation).T
@@ -333,7 +354,7 @@ def round_textured(
     middle = ways[mesh.faces].mean(1)
     side = np.argmax([(middle @ fold.T)[:, 2] for fold in folds], 0)
     # Stems and leaves are as thin as they are seen, and show the same from behind.
-    side = np.where(beside[mesh.faces].sum(1) > 1, _PART, side)
+    side = np.where(beside[mesh.faces].sum(1) > 1, _Side.PART, side)
     return _laid_out(ball, mesh, ways, turned, side, folds)
 
 
@@ -350,13 +371,13 @@ def _laid_out(
     turned: (V, 3) vertices from the middle, world.
     """
     rows, columns = ball.photo.shape[:2]
-    across = int(np.clip(0.8 * min(rows, columns), *SIDE))
+    across = int(np.clip(0.8 * min(rows, columns), *BALL.side_px))
     texture = np.zeros((max(rows, across), columns + across * (len(folds) - 1), 3), np.uint8)
     texture[:rows, :columns] = ball.photo
     vertices, faces, places = [], [], []
     count = 0
     for number, fold in enumerate([*folds, _FIRST]):
-        number = _PART if number == len(folds) else number
+        number = _Side.PART if number == len(folds) else number
         own = mesh.faces[side == number]
         used, compact = np.unique(own, return_inverse=True)
         vertices.append(mesh.vertices[used])
@@ -365,14 +386,18 @@ def _laid_out(
         if number == 0:
             places.append(ball.pixels(ways[used]))
             continue
-        if number == _PART:
+        if number == _Side.PART:
             places.append(ball.camera.project(ball.place + turned[used])[0] - ball.origin)
             continue
         left = columns + across * (number - 1)
         texture[:across, left : left + across] = _picture(ball, fold, across)
         local = ways[used] @ fold.T
         flat = local[:, :2] / np.maximum(local[:, 2:], 0.2)
-        spot = (np.clip(flat, -WIDE, WIDE) / WIDE + 1) / 2 * across
+        spot = (
+            (np.clip(flat, -BALL.side_half_ratio, BALL.side_half_ratio) / BALL.side_half_ratio + 1)
+            / 2
+            * across
+        )
         places.append(np.clip(spot, 0.5, across - 0.5) + np.array([left, 0]))
     uv = np.concatenate(places)
     edge = np.array([texture.shape[1], texture.shape[0]])
@@ -387,7 +412,7 @@ def _laid_out(
 
 def _picture(ball: _Ball, fold: FloatArray, across: int) -> Image:
     """What a side shows, (across, across, 3)."""
-    y, x = ((np.indices((across, across)) + 0.5) / across * 2 - 1) * WIDE
+    y, x = ((np.indices((across, across)) + 0.5) / across * 2 - 1) * BALL.side_half_ratio
     local = np.stack([x.ravel(), y.ravel(), np.ones(across * across)], 1)
     local /= np.linalg.norm(local, axis=1, keepdims=True)
     colours = ball.colours(local @ fold)  # The folds are their own inverses but for a transpose.

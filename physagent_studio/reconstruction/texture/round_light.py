@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.state import Ellipsoid, Revolved, SceneObject, Sphere
 from physagent_studio.reconstruction.photo.regions import BoolArray
 
-FloatArray = NDArray[np.float64]
-ROUNDISH = 0.45
-"""How flat or slim it may be."""
-SPECK, SEVERAL, LONE = 0.002, 3, 0.7
-"""Least part of that picture that counts, how many of them are a pattern, and what share of all of
-it the largest is where it is none."""
+
+@dataclass(frozen=True, slots=True)
+class RoundSettings:
+    """What is round, and what on it is a pattern."""
+
+    min_aspect_ratio: float = 0.45  # 0.3..0.8: how flat or slim it may be
+    # 0..0.02: of the picture of what is strange; smaller parts are noise
+    min_speck_share: float = 0.002
+    min_parts: int = 3  # count, 2..8: of them that are a pattern
+    # 0.4..0.95: of all of it: a larger part is there by itself, with crumbs
+    max_lone_share: float = 0.7
+
+
+ROUND = RoundSettings()
 
 
 def body_of(item: SceneObject) -> tuple[FloatArray, FloatArray] | None:
@@ -31,7 +41,7 @@ def body_of(item: SceneObject) -> tuple[FloatArray, FloatArray] | None:
         return None
     heights, out = np.array(item.shape.profile, float).T
     wide, tall = max(float(out.max()), 1e-9), max(float(np.abs(heights).max()), 1e-9)
-    if not ROUNDISH < tall / wide < 1 / ROUNDISH:
+    if not ROUND.min_aspect_ratio < tall / wide < 1 / ROUND.min_aspect_ratio:
         return None
     away = np.hypot(out / wide, heights / tall)
     upright = heights / tall / np.maximum(away, 1e-12)
@@ -64,5 +74,5 @@ def is_pattern(strange: BoolArray) -> bool:
     """Whether what is strange (K, K) comes several times, as on a football."""
     stats = cv2.connectedComponentsWithStats(strange.astype(np.uint8))[2][1:]
     areas = np.array([row[cv2.CC_STAT_AREA] for row in stats], float)
-    large = areas[areas > SPECK * strange.size]
-    return len(large) >= SEVERAL and bool(large.max() < LONE * large.sum())
+    large = areas[areas > ROUND.min_speck_share * strange.size]
+    return len(large) >= ROUND.min_parts and bool(large.max() < ROUND.max_lone_share * large.sum())

@@ -22,9 +22,6 @@ from physagent_studio.reconstruction.texture.projection import textured
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Mesh
 
-FRINGE = 3
-"""Pixels beside another thing whose colours are not all a thing's own."""
-
 
 def skinned(
     photo: Image,
@@ -60,7 +57,8 @@ def _own(name: str, masks: Mapping[str, BoolArray]) -> BoolArray:
     others = [other for one, other in masks.items() if one != name and other.any()]
     if not others:
         return masks[name]
-    own = masks[name] & ~grow(np.any(others, axis=0), FRINGE)
+    fringe_px = 3  # 0..10: beside another thing, where colours are not all a thing's own
+    own = masks[name] & ~grow(np.any(others, axis=0), fringe_px)
     return own if np.count_nonzero(own) > np.count_nonzero(masks[name]) / 2 else masks[name]
 
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Inflated, SceneObject
@@ -18,14 +18,6 @@ from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.shapes.inflation import standing_plane
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh
-
-FloatArray = NDArray[np.float64]
-GRAZING = math.sin(math.radians(12.0))
-"""Sine of the angle between a face and the view below which the photo tells little of it."""
-
-
-BACK = 0.5
-"""Cosine between a face and the way back from which it is the far side rather than a side."""
 
 
 def carried_back(
@@ -48,6 +40,10 @@ def carried_back(
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
     view = eye - corners.mean(1)
-    little = (across * view).sum(1) < GRAZING * np.linalg.norm(view, axis=1)
-    back = across @ normal > BACK
+    # sine, 0.05..0.5: of face and view, below which the photo tells little of it
+    min_facing_sine = math.sin(math.radians(12.0))
+    little = (across * view).sum(1) < min_facing_sine * np.linalg.norm(view, axis=1)
+    # cosine, 0.2..0.9: of a face and the way back: from here it is the far side
+    min_back_cosine = 0.5
+    back = across @ normal > min_back_cosine
     return little & ~back, little & back, shown

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-GRID = 40
+from physagent_studio.arrays import FloatArray
 
 
 def vertical_gap(
@@ -23,8 +22,9 @@ def vertical_gap(
     high = np.minimum(upper[:, :2].max(0), lower[:, :2].max(0))
     if np.any(high <= low):
         return None
+    grid_count = 40  # 10..200: heights along each side of the area that two bodies share
     # Vertices of both in the shared area join the grid: corners and poles touch first.
-    axes = [np.linspace(low[k], high[k], GRID) for k in range(2)]
+    axes = [np.linspace(low[k], high[k], grid_count) for k in range(2)]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 2)
     spots = [grid, *(_within(body, low, high) for body in (upper, lower))]
     places = np.vstack(spots)

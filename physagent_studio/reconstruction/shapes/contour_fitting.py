@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.reconstruction.photo.regions import BoolArray
 
-FloatArray = NDArray[np.float64]
-POINTS = 80
-"""Points of the rim that are compared."""
-ROBUST = 1.5
-"""Pixels of the target from which on a point counts less: parts that stick out, shadows."""
-WORTH = 7e-4
-"""What a squared pixel of one point is worth in IoU, for what else speaks for a shape."""
-TRIES = 150
-"""Shapes that are looked at from one beginning."""
+
+@dataclass(frozen=True, slots=True)
+class ContourSettings:
+    """How an outline is drawn to a rim."""
+
+    points_count: int = 80  # 30..400: of the rim that are compared
+    robust_px: float = 1.5  # 0.5..5: from which a point counts less: parts that stick out, shadows
+    # IoU, 1e-4..0.01: of a squared pixel of one point, for what else speaks for a shape
+    pixel_worth: float = 7e-4
+    max_tries: int = 150  # count, 30..1000: shapes looked at from one beginning
+
+
+CONTOUR = ContourSettings()
 
 
 def rim_of(mask: BoolArray, free: BoolArray) -> FloatArray:
@@ -34,7 +40,7 @@ def rim_of(mask: BoolArray, free: BoolArray) -> FloatArray:
     closed = np.vstack([hull, hull[:1]])
     steps = np.linalg.norm(np.diff(closed, axis=0), axis=1)
     where = np.concatenate([[0.0], np.cumsum(steps)])
-    spots = np.linspace(0, where[-1], POINTS, endpoint=False)
+    spots = np.linspace(0, where[-1], CONTOUR.points_count, endpoint=False)
     points = np.column_stack([np.interp(spots, where, closed[:, k]) for k in (0, 1)])
     # The rim runs between pixels: half a pixel outside the outermost centres.
     middle = mask.nonzero()
@@ -80,14 +86,14 @@ def drawn_to(
         corners = outline(p)
         if corners is None:
             return np.full(len(rim) + 1, 1e3)
-        return np.append(gaps(rim, corners), np.sqrt(max(unlikely(p), 0.0) / WORTH))
+        return np.append(gaps(rim, corners), np.sqrt(max(unlikely(p), 0.0) / CONTOUR.pixel_worth))
 
     found = least_squares(
         off,
         first[free],
         loss="soft_l1",
-        f_scale=ROBUST,
-        max_nfev=TRIES // (len(free) + 1),
+        f_scale=CONTOUR.robust_px,
+        max_nfev=CONTOUR.max_tries // (len(free) + 1),
         diff_step=1e-3,
         x_scale=0.1,
     )

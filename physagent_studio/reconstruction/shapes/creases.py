@@ -13,26 +13,33 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray
 
-FloatArray = NDArray[np.float64]
-STRAIGHT = math.radians(12.0)
-"""Edges that turn more from end to end are not straight."""
-INSIDE = 0.03
-"""How far from the outline an edge is inside, as a share of the mask's longer side."""
-REACH = 0.025
-"""How near an edge is on a crease, likewise."""
-UPRIGHT = math.sin(math.radians(6.0))
-"""How far from the vertical an edge has to lead to be level."""
-FINE = math.radians(2.5)
-"""How surely an edge tells a turn."""
-WEIGHT = 0.03
-"""What creases on edges of the picture are worth beside an IoU of one."""
 
-ALIKE = math.radians(15.0)
-"""How far the directions of a crease and of an edge on it may differ."""
+@dataclass(frozen=True, slots=True)
+class CreaseSettings:
+    """Which edges within a mask are creases of a box."""
+
+    # 0.05..0.4: edges that turn more from end to end are not straight
+    max_bend_rad: float = math.radians(12.0)
+    # 0.01..0.1: over the longer side: how far from the outline an edge is inside
+    inside_ratio: float = 0.03
+    # 0.005..0.1: over the longer side: how near to a crease an edge lies
+    reach_ratio: float = 0.025
+    # sine, 0.02..0.3: of an edge and the vertical, to lead level
+    min_level_sine: float = math.sin(math.radians(6.0))
+    turn_spread_rad: float = math.radians(2.5)  # 0.01..0.2: how surely an edge tells a turn
+    # IoU, 0..0.1: what creases on edges are worth beside an overlap of one
+    crease_weight: float = 0.03
+    max_turn_rad: float = math.radians(15.0)  # 0.05..0.5: between a crease and an edge on it
+
+
+CREASE = CreaseSettings()
+
+
 _SHARE = np.linspace(0.1, 0.9, 7)[None, :, None]
 
 
@@ -58,20 +65,22 @@ class Creases:
         spots = found.ends[:, :1] * (1 - _SHARE) + found.ends[:, 1:] * _SHARE
         x = np.clip(spots[..., 0].astype(int), 0, mask.shape[1] - 1)
         y = np.clip(spots[..., 1].astype(int), 0, mask.shape[0] - 1)
-        straight = found.bend < STRAIGHT
-        inside = straight & (np.median(depth[y, x], axis=1) > max(INSIDE * side, 2.0))
+        straight = found.bend < CREASE.max_bend_rad
+        inside = straight & (np.median(depth[y, x], axis=1) > max(CREASE.inside_ratio * side, 2.0))
         rim = cv2.dilate(mask.astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
         around = straight & (rim[y, x].mean(1) > 0.8)
         if not around.any():
             return None
-        return cls(found.ends[inside], found.ends[around], max(REACH * side, 1.0))
+        return cls(found.ends[inside], found.ends[around], max(CREASE.reach_ratio * side, 1.0))
 
     def turns(self, camera: Camera, most: int = 2) -> list[float]:
         """The likeliest turns about the vertical, −45° … 45°, of a box with these edges, rad."""
         one, other = (camera.rays(self.own[:, k]) for k in (0, 1))
         normal = np.cross(one, other)
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        level = (np.abs(normal[:, 2]) > UPRIGHT) & (np.hypot(normal[:, 0], normal[:, 1]) > 0.05)
+        level = (np.abs(normal[:, 2]) > CREASE.min_level_sine) & (
+            np.hypot(normal[:, 0], normal[:, 1]) > 0.05
+        )
         if not level.any():
             return []
         turn = np.arctan2(-normal[level, 0], normal[level, 1])
@@ -79,13 +88,13 @@ class Creases:
         grid = np.radians(np.arange(-45.0, 45.0))
         quarter = math.pi / 2
         off = (turn[None] - grid[:, None] + quarter / 2) % quarter - quarter / 2
-        votes = (length * np.exp(-0.5 * (off / FINE) ** 2)).sum(1)
+        votes = (length * np.exp(-0.5 * (off / CREASE.turn_spread_rad) ** 2)).sum(1)
         found: list[float] = []
         while len(found) < most and votes.max() > 0.25 * length.max():
             best = float(grid[int(votes.argmax())])
             found.append(best)
             away = np.abs((grid - best + quarter / 2) % quarter - quarter / 2)
-            votes[away < 4 * FINE] = 0
+            votes[away < 4 * CREASE.turn_spread_rad] = 0
         return found
 
     def nearness(self, corners: FloatArray, visible: NDArray[np.bool_]) -> float:
@@ -114,6 +123,6 @@ class Creases:
         along = np.clip((off * unit).sum(2), 0, length)
         away = np.linalg.norm(off - along[..., None] * unit, axis=2)
         way = ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9)
-        alike = np.abs(way @ unit.T) > math.cos(ALIKE)
+        alike = np.abs(way @ unit.T) > math.cos(CREASE.max_turn_rad)
         away[~np.repeat(alike, len(points) // len(ways), axis=0)] = np.inf
         return away.min(1)

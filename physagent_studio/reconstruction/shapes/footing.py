@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.reconstruction.camera.rays import on_plane
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.shapes.meshes import volume_and_centre
 from physagent_studio.reconstruction.switches import at_work
 
-FloatArray = NDArray[np.float64]
-CUTS = (0.01, 0.02, 0.035, 0.05, 0.075, 0.1, 0.14, 0.2, 0.28)
-"""Heights, as shares of the body's, at which it may be cut level to stand."""
-MARGIN = 0.12
-"""Least distance of the centre of mass from the rim of the base, as a share of the base."""
-MOST_OBLIQUE = 0.4
-"""Cosine of the largest angle to the picture at which a thing on feet is taken to stand."""
+
+@dataclass(frozen=True, slots=True)
+class FootingSettings:
+    """When a body stands, and how it is made to."""
+
+    # 0..0.5: of a body's height, at which it may be cut level to stand
+    cut_shares: tuple[float, ...] = (0.01, 0.02, 0.035, 0.05, 0.075, 0.1, 0.14, 0.2, 0.28)
+    margin_share: float = 0.12  # 0..0.4: of the base: the centre of mass from its rim at least
+    # cosine, 0.1..0.9: of the picture and a thing on feet, to be so turned
+    min_facing_cosine: float = 0.4
+
+
+FOOTING = FootingSettings()
 
 
 def levelled(vertices: FloatArray, faces: NDArray[np.int32]) -> FloatArray:
@@ -28,7 +37,7 @@ def levelled(vertices: FloatArray, faces: NDArray[np.int32]) -> FloatArray:
     body that would not stand on any cut leans in the picture too, and gets the least one.
     """
     low, high = float(vertices[:, 2].min()), float(vertices[:, 2].max())
-    cuts = [_cut(vertices, low, high, share) for share in CUTS]
+    cuts = [_cut(vertices, low, high, share) for share in FOOTING.cut_shares]
     for cut in cuts:
         _, centre = volume_and_centre(cut, faces)
         if stands(cut, centre):
@@ -58,7 +67,7 @@ def stands(vertices: FloatArray, centre: FloatArray) -> bool:
     narrow = float(min(cv2.minAreaRect(base)[1]))
     middle = (float(centre[0]), float(centre[1]))
     inside = cv2.pointPolygonTest(cv2.convexHull(base), middle, True)
-    return bool(narrow > 0 and inside > MARGIN * narrow)
+    return bool(narrow > 0 and inside > FOOTING.margin_share * narrow)
 
 
 def across_the_feet(mask: BoolArray, camera: Camera, ahead: FloatArray) -> FloatArray:
@@ -75,7 +84,7 @@ def across_the_feet(mask: BoolArray, camera: Camera, ahead: FloatArray) -> Float
     if not np.isfinite(along).all() or float(np.hypot(*along)) < 1e-9:
         return ahead
     across = np.array([-along[1], along[0], 0.0]) / float(np.hypot(*along))
-    return across if float(across @ ahead) > MOST_OBLIQUE else ahead
+    return across if float(across @ ahead) > FOOTING.min_facing_cosine else ahead
 
 
 def _feet(mask: BoolArray) -> FloatArray | None:

@@ -18,27 +18,33 @@ import numpy as np
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.shapes import FloatArray
 
-SAMPLES = 60
-"""Points of the rim that are laid onto the ground, evenly across the picture."""
-FAR = 8.0
-"""Pixels beyond which a point counts as no part of a side: what is off the ground lies far back."""
-ON = 2.0
-"""Pixels within which a point is on a side."""
-CLEAR = 0.6
-"""Share of the usual distance that the best turn may have, to be told from the others."""
-FEWEST = 6
-"""Points that a side has at least, to be seen at all."""
-TURNS = np.radians(np.arange(0.0, 90.0, 2.0))
+
+@dataclass(frozen=True, slots=True)
+class FootprintSettings:
+    """How the lower rim of a mask is read as two sides."""
+
+    samples_count: int = 60  # 20..300: of the rim, evenly across the picture
+    # 3..30: beyond which a point is of no side: what is off the ground lies far back
+    far_px: float = 8.0
+    # 0..90: first, end and step of the turns that are tried: a quarter is all of them
+    turns_deg: tuple[float, float, float] = (0.0, 90.0, 2.0)
+    on_px: float = 2.0  # 0.5..5: within which a point is on a side
+    # 0.2..0.9: of the usual distance, for the best turn to be told from the others
+    max_cost_share: float = 0.6
+    min_points: int = 6  # count, 3..20: of a side, to be seen at all
+    known_px: float = 5.0  # 1..20: a horizon surer than this is not sought
+    widest_px: float = 150.0  # 30..400: off at most, by which a horizon is sought, twice over
+    tried_count: int = 25  # 5..100: horizons on the way
+    below_px: float = 8.0  # 2..30: by which the foot lies below any horizon that is tried
+    length_ratio: float = 2.2  # 1.5..3: over the width, of what drives
+    length_spread_log: float = 0.35  # 0.1..0.8: of that
+    misfit_px: float = 0.35  # 0.1..2: that weigh as much as one standard deviation of the others
+
+
+FOOTPRINT = FootprintSettings()
+
+TURNS = np.radians(np.arange(*FOOTPRINT.turns_deg))
 """Turns that are tried, radians."""
-KNOWN, WIDEST, TRIED = 5.0, 150.0, 25
-"""Pixels: a horizon surer than the first is not sought; it is sought within twice what it may be
-off, at most within twice the second, in so many steps."""
-BELOW = 8.0
-"""Pixels by which the foot lies below any horizon that is tried."""
-LENGTHS, SPREAD = 2.2, 0.35
-"""Length over width of what drives, and how far its logarithm strays."""
-MISFIT = 0.35
-"""Pixels of distance that weigh as much as one standard deviation of the others."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,8 +77,10 @@ def footprint_of(mask: np.ndarray, camera: Camera, height: float) -> Footprint |
     rows, columns = mask.shape
     pixels = rim * np.array([camera.size[0] / columns, camera.size[1] / rows])
     guess = camera.horizon
-    unsure = 0.0 if camera.confirmed else min(camera.horizon_sigma or 0.0, WIDEST)
-    strays = np.linspace(-2, 2, TRIED) if unsure > KNOWN else np.zeros(1)
+    unsure = 0.0 if camera.confirmed else min(camera.horizon_sigma or 0.0, FOOTPRINT.widest_px)
+    strays = (
+        np.linspace(-2, 2, FOOTPRINT.tried_count) if unsure > FOOTPRINT.known_px else np.zeros(1)
+    )
     laid = [_laid(pixels, camera, guess + by * unsure, eye, by) for by in strays.tolist()]
     best = min(filter(None, laid), key=lambda found: found.cost, default=None)
     if best is None or not best.clear:
@@ -87,23 +95,24 @@ def _laid(
 ) -> _Laid | None:
     """The rim (n, 2) on the ground that a camera at that height sees under a horizon, turned as
     fits best; None where it would lie above the horizon. strays: of the horizon, in deviations."""
-    if horizon > float(pixels[:, 1].min()) - BELOW:
+    if horizon > float(pixels[:, 1].min()) - FOOTPRINT.below_px:
         return None
     view = Camera.from_horizon(camera.size, horizon, eye, focal=camera.focal, roll=camera.roll)
     places = _on_ground(view, pixels)
     if places is None:
         return None
     found = [_sides(places, view, turn) for turn in TURNS]
-    costs = [float(np.minimum(gaps.min(axis=0), FAR).mean()) for gaps, _ in found]
+    costs = [float(np.minimum(gaps.min(axis=0), FOOTPRINT.far_px).mean()) for gaps, _ in found]
     best = int(np.argmin(costs))
     lengths = _lengths(*found[best])
     odd = (
-        (math.log(max(lengths) / min(lengths)) - math.log(LENGTHS)) / SPREAD
+        (math.log(max(lengths) / min(lengths)) - math.log(FOOTPRINT.length_ratio))
+        / FOOTPRINT.length_spread_log
         if min(lengths) > 0
         else 0.0
     )
-    cost = costs[best] / MISFIT + (strays**2 + odd**2) / 2
-    clear = costs[best] <= CLEAR * float(np.median(costs))
+    cost = costs[best] / FOOTPRINT.misfit_px + (strays**2 + odd**2) / 2
+    clear = costs[best] <= FOOTPRINT.max_cost_share * float(np.median(costs))
     return _Laid(cost, float(TURNS[best]), lengths, clear, view)
 
 
@@ -133,9 +142,9 @@ def _seen_by(camera: Camera, view: Camera, turn: float, pixels: FloatArray) -> f
 
 
 def _rim(mask: np.ndarray) -> FloatArray | None:
-    """(SAMPLES, 2) pixels of the convex rim below a mask, its two ends left out."""
+    """(n, 2) pixels of the convex rim below a mask, its two ends left out."""
     columns = np.flatnonzero(mask.any(axis=0))
-    if len(columns) < SAMPLES // 2:
+    if len(columns) < FOOTPRINT.samples_count // 2:
         return None
     lowest = mask.shape[0] - 1 - np.argmax(mask[::-1], axis=0)
     hull: list[tuple[float, float]] = []
@@ -148,7 +157,7 @@ def _rim(mask: np.ndarray) -> FloatArray | None:
             hull.pop()
         hull.append((x, y))
     corners = np.array(hull)
-    across = np.linspace(corners[0, 0], corners[-1, 0], SAMPLES + 2)[1:-1]
+    across = np.linspace(corners[0, 0], corners[-1, 0], FOOTPRINT.samples_count + 2)[1:-1]
     return np.stack([across, np.interp(across, corners[:, 0], corners[:, 1])], axis=1)
 
 
@@ -177,8 +186,8 @@ def _lengths(gaps: FloatArray, along: FloatArray) -> tuple[float, float]:
     """How much of each side is seen, m; 0 where there are too few points on it."""
     nearer = gaps.argmin(axis=0)
     first, second = (
-        float(np.ptp(along[side][on])) if int(on.sum()) >= FEWEST else 0.0
+        float(np.ptp(along[side][on])) if int(on.sum()) >= FOOTPRINT.min_points else 0.0
         for side in (0, 1)
-        for on in [(nearer == side) & (gaps[side] < ON)]
+        for on in [(nearer == side) & (gaps[side] < FOOTPRINT.on_px)]
     )
     return first, second

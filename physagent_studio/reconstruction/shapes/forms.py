@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.knowledge import Usual
 from physagent_studio.program.base import IDENTITY
 from physagent_studio.program.rotations import matrix_of
@@ -32,24 +32,31 @@ from physagent_studio.reconstruction.shapes.inflation import (
 )
 from physagent_studio.reconstruction.shapes.lying import fit_lying, lies
 from physagent_studio.reconstruction.shapes.meshes import capsule_profile, mesh_of
-from physagent_studio.reconstruction.shapes.primitives import PRIOR, Base, Fit, fit_all
+from physagent_studio.reconstruction.shapes.primitives import PRIMITIVE, Base, Fit, fit_all
 from physagent_studio.reconstruction.shapes.revolution import mirror_symmetry, revolved
 from physagent_studio.reconstruction.shapes.rings import fit_ring, hole_of
 from physagent_studio.reconstruction.shapes.silhouettes import silhouette
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh
 
-FloatArray = NDArray[np.float64]
 PRIMITIVES = ("sphere", "ellipsoid", "cylinder", "frustum", "capsule", "box", "bowl")
-REVOLVED_COST = 0.04
-INFLATED_COST = 0.07
-STRAIGHT_FROM = 0.6
-"""A thing whose usual depth is more of that of the round body over its mask has straight sides:
-what is much flatter (a coat, a scooter) has none that are seen."""
-THIN_FROM, THICK_FROM = 12.0, 30.0
-"""Least angle, degrees, at which one looks down on what is taken to lie, be it thin or thick."""
-FLAT_FROM = 0.94
-"""Share of a round body's half height where the flats of a stack begin."""
+
+
+@dataclass(frozen=True, slots=True)
+class FormSettings:
+    """When a form is taken for another."""
+
+    revolved_cost: float = 0.04  # IoU, 0..0.2: a surface of revolution has to win by: it fits much
+    inflated_cost: float = 0.07  # IoU, 0..0.2: an inflated mask has to win by: it fits anything
+    # 0.2..1: usual depth over the round one: flatter things show no sides
+    min_straight_ratio: float = 0.6
+    thin_deg: float = 12.0  # 3..30: least angle from which one looks down on thin things that lie
+    thick_deg: float = 30.0  # 10..60: on thick ones
+    # 0.8..1: of a round body's half height, where the flats of a stack begin
+    flat_share: float = 0.94
+
+
+FORM = FormSettings()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -130,10 +137,12 @@ def with_flats(form: Form) -> Form:
         whole = np.column_stack([radii[2] * np.sin(turn), radii[0] * np.cos(turn)])
     else:
         return form
-    level = np.sin(np.linspace(-1, 1, 25) * math.asin(FLAT_FROM)) * whole[-1, 0]
+    level = np.sin(np.linspace(-1, 1, 25) * math.asin(FORM.flat_share)) * whole[-1, 0]
     radius = np.interp(level, whole[:, 0], whole[:, 1])
     shape = Revolved(
-        profile=tuple((float(z), float(r)) for z, r in zip(level / FLAT_FROM, radius, strict=True))
+        profile=tuple(
+            (float(z), float(r)) for z, r in zip(level / FORM.flat_share, radius, strict=True)
+        )
     )
     return replace(form, kind="revolved", shape=shape, mesh=mesh_of(shape))
 
@@ -181,7 +190,7 @@ def _revolved_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) ->
         made = _corrected(camera, (shape, position), bounds(seen), bounds(mask), base)
     assert best is not None
     value, shape, position = best
-    merit = value - REVOLVED_COST + PRIOR * ("revolved" in usual.shapes)
+    merit = value - FORM.revolved_cost + PRIMITIVE.named_gain * ("revolved" in usual.shapes)
     return [Form("revolved", shape, mesh_of(shape), position, IDENTITY, value, merit)]
 
 
@@ -218,7 +227,9 @@ def _inflated_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) ->
     natural = natural_depth(mask)
     depth = usual.depth * (x1 - x0) if usual.depth else natural
     straight = (
-        at_work("straight inflated") and usual.depth is not None and depth > STRAIGHT_FROM * natural
+        at_work("straight inflated")
+        and usual.depth is not None
+        and depth > FORM.min_straight_ratio * natural
     )
     extent = upright_extent(mask, camera, depth, straight)
     share = extent[1] / max(extent[0], 1e-9)
@@ -249,7 +260,7 @@ def _inflated_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) ->
             step = float(spots[0, 1] - spots[1, 1])
             y += (1 - base.hold) * step if np.isfinite(step) else 0.0
     value = iou(silhouette(camera, mesh.vertices + np.array(place), mesh.faces), mask)
-    merit = value - INFLATED_COST + PRIOR * ("inflated" in usual.shapes)
+    merit = value - FORM.inflated_cost + PRIMITIVE.named_gain * ("inflated" in usual.shapes)
     return Form("inflated", shape, mesh, place, IDENTITY, value, merit)
 
 
@@ -263,7 +274,7 @@ def flat_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) -> Form
     x0, y0, x1, y1 = bounds(mask)
     down = -float(camera.rays(np.array([[(x0 + x1) / 2, (y0 + y1) / 2]]))[0, 2])
     away = float(np.linalg.norm(camera.rays(np.array([[(x0 + x1) / 2, (y0 + y1) / 2]]))[0]))
-    if down / away < math.sin(math.radians(THIN_FROM if usual.lies <= 0.1 else THICK_FROM)):
+    if down / away < math.sin(math.radians(FORM.thin_deg if usual.lies <= 0.1 else FORM.thick_deg)):
         return None
     round_half = natural_depth(mask) / 2 * metres_per_pixel(camera, (base.x, base.y, base.z))
     length = float(np.ptp(on_plane(camera, _corners(mask), base.z), axis=0)[:2].max())
@@ -277,7 +288,7 @@ def flat_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) -> Form
     mesh = inflated_mesh(mask, camera, shape)
     place = _centred(mesh, (float(low[0] + high[0]) / 2, float(low[1] + high[1]) / 2), base.z)
     value = iou(silhouette(camera, mesh.vertices + np.array(place), mesh.faces), mask)
-    merit = value - INFLATED_COST + PRIOR
+    merit = value - FORM.inflated_cost + PRIMITIVE.named_gain
     return Form("inflated", shape, mesh, place, IDENTITY, value, merit)
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Inflated
 from physagent_studio.reconstruction.camera.rays import depth_of, on_plane, on_upright_through
@@ -23,10 +24,6 @@ from physagent_studio.reconstruction.shapes.meshes import volume_and_centre
 from physagent_studio.reconstruction.shapes.sheets import Sheet, closed, sheet_of, thickness
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh
-
-FloatArray = NDArray[np.float64]
-POST = 0.4
-"""Thickest leg, as a share of the body's depth."""
 
 
 def natural_depth(mask: BoolArray) -> float:
@@ -134,9 +131,10 @@ def _on_legs(
 ) -> tuple[FloatArray, NDArray[np.int64]]:
     """A flat body 2 · half pixels deep on posts, of each leg one at the front, one at the back."""
     parts = [plane.standing(body, half, 0.0, straight=True)]
+    max_post_share = 0.4  # 0.1..0.6: of the body's depth: legs are thinner
     for leg in legs:
         x0, _, x1, _ = bounds(leg)
-        own = min(0.5 * (x1 - x0), POST * half)
+        own = min(0.5 * (x1 - x0), max_post_share * half)
         for side in (-1.0, 1.0):
             parts.append(plane.standing(leg, own, side * (half - own)))
     counts = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])

@@ -6,21 +6,27 @@ behind it, and what is low enough passes between them.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 
-OPEN = 0.5
-"""Most of the width of a row that legs may cover, all together."""
-NARROW = 0.3
-"""Widest leg, as a share of the silhouette."""
-LEAST_HEIGHT = 0.14
-"""Lowest opening between legs, as a share of the silhouette's height."""
-RAGGED = 0.06
-"""Share of the height from below that does not count: feet and rims end at different rows."""
-INTO = 0.08
-"""How far a leg reaches into the body above it, as a share of the silhouette's height."""
+
+@dataclass(frozen=True, slots=True)
+class SplitSettings:
+    """Which narrow parts of a silhouette are legs."""
+
+    max_covered_share: float = 0.5  # 0.2..0.8: of a row's width, by all legs together
+    max_width_share: float = 0.3  # 0.1..0.5: of the silhouette; a wider part is a body
+    min_opening_share: float = 0.14  # 0.05..0.4: of the height; less is a notch
+    # 0..0.2: of the height from below: feet and rims end at different rows
+    ragged_share: float = 0.06
+    into_share: float = 0.08  # 0..0.3: of the height, that a leg reaches into the body
+
+
+SPLIT = SplitSettings()
 
 
 def split_legs(mask: BoolArray) -> tuple[BoolArray, list[BoolArray]]:
@@ -28,7 +34,7 @@ def split_legs(mask: BoolArray) -> tuple[BoolArray, list[BoolArray]]:
     x0, y0, x1, y1 = bounds(mask)
     width, height = x1 - x0, y1 - y0
     top = _opening(mask, (x0, y0, x1, y1))
-    if top is None or y1 - top < LEAST_HEIGHT * height:
+    if top is None or y1 - top < SPLIT.min_opening_share * height:
         return mask, []
     below = np.zeros_like(mask)
     below[top:] = mask[top:]
@@ -38,13 +44,13 @@ def split_legs(mask: BoolArray) -> tuple[BoolArray, list[BoolArray]]:
         _, _, wide, tall, area = (int(value) for value in stats[label])
         if area < 0.002 * np.count_nonzero(mask):
             continue
-        if wide > NARROW * width or tall < 0.5 * (y1 - top):
+        if wide > SPLIT.max_width_share * width or tall < 0.5 * (y1 - top):
             return mask, []
         legs.append(labels == label)
     if len(legs) < 2:
         return mask, []
     body = mask & ~below
-    reach = max(2, round(INTO * height))
+    reach = max(2, round(SPLIT.into_share * height))
     return body, [leg | (_column(leg, top, reach) & mask) for leg in legs]
 
 
@@ -57,9 +63,13 @@ def _opening(mask: BoolArray, box: tuple[int, int, int, int]) -> int | None:
         covered > 0, rows.shape[1] - rows[:, ::-1].argmax(1) - rows.argmax(1), rows.shape[1]
     )
     runs = (np.diff(np.pad(rows, ((0, 0), (1, 1))).astype(np.int8), axis=1) == 1).sum(1)
-    leggy = (runs >= 2) & (covered <= OPEN * spread) & (spread > NARROW * rows.shape[1])
+    leggy = (
+        (runs >= 2)
+        & (covered <= SPLIT.max_covered_share * spread)
+        & (spread > SPLIT.max_width_share * rows.shape[1])
+    )
     last = len(rows) - 1
-    ragged = round(RAGGED * len(rows))
+    ragged = round(SPLIT.ragged_share * len(rows))
     while last > len(rows) - 1 - ragged and not leggy[last]:
         last -= 1
     if not leggy[last]:

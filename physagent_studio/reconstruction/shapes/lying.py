@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.knowledge import Usual
 from physagent_studio.program.rotations import about_axis, about_up, matrix_of, multiply
 from physagent_studio.program.scene.camera import Camera
@@ -22,18 +22,26 @@ from physagent_studio.reconstruction.camera.rays import metres_per_pixel, on_pla
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.shapes.fit_target import Target
 from physagent_studio.reconstruction.shapes.outlines import sphere_rim
-from physagent_studio.reconstruction.shapes.primitives import COST, PRIOR, Base, Fit
+from physagent_studio.reconstruction.shapes.primitives import COST, PRIMITIVE, Base, Fit
 
-FloatArray = NDArray[np.float64]
 KINDS = ("cylinder", "capsule")
-LONG = 1.35
-"""Least length over width of a mask whose thing may lie."""
-LEANING = math.radians(28)
-"""Least angle between the mask's long axis and the picture of an upright line."""
-LIES, LIES_AWAY = 0.01, 0.06
-"""What lying has to win by over standing; where it would point away from the camera."""
-GOOD = 0.93
-"""IoU from which on a standing form explains a mask whose axis leads up."""
+
+
+@dataclass(frozen=True, slots=True)
+class LyingSettings:
+    """When what is long and round lies."""
+
+    min_length_ratio: float = 1.35  # 1.1..2: over the width of the mask
+    # 0.2..0.9: from the picture of an upright line; less is a thing that stands
+    min_lean_rad: float = math.radians(28)
+    lying_cost: float = 0.01  # IoU, 0..0.1: lying has to win by over standing
+    away_cost: float = 0.06  # IoU, 0..0.2: the same where it would point away from the camera
+    # IoU, 0.8..1: a standing form so good explains a mask whose axis leads up
+    good_iou: float = 0.93
+
+
+LYING = LyingSettings()
+
 
 _TURN = np.linspace(0, 2 * math.pi, 32, endpoint=False)
 _RING = np.stack([np.cos(_TURN), np.sin(_TURN)], 1)
@@ -76,7 +84,7 @@ def leans(camera: Camera, axis: Axis, base: Base) -> bool:
     up = camera.project(np.array([[base.x, base.y, base.z], [base.x, base.y, base.z + 0.01]]))[0]
     plumb, own = up[1] - up[0], np.subtract(axis.other, axis.one)
     cosine = abs(float(plumb @ own)) / max(float(np.hypot(*plumb) * np.hypot(*own)), 1e-12)
-    return cosine < math.cos(LEANING)
+    return cosine < math.cos(LYING.min_lean_rad)
 
 
 def fit_lying(
@@ -94,19 +102,19 @@ def fit_lying(
     good and the mask's axis leads up, only what is known to lie is tried.
     """
     axis = axis_of(mask)
-    if axis.length < LONG * axis.width:
+    if axis.length < LYING.min_length_ratio * axis.width:
         return []
     leaning = leans(camera, axis, base)
-    if not leaning and standing > GOOD and usual.lies is None:
+    if not leaning and standing > LYING.good_iou and usual.lies is None:
         return []
-    cost = 0.0 if usual.lies is not None else LIES if leaning else LIES_AWAY
+    cost = 0.0 if usual.lies is not None else LYING.lying_cost if leaning else LYING.away_cost
     target = Target.of(mask, hidden)
     first = _start(camera, axis, base)
     found = []
     for kind in (kind for kind in KINDS if kind in kinds):
         fit = None if first is None else _fit(camera, target, base, kind, first)
         if fit is not None:
-            merit = fit.iou - COST[kind] - cost + PRIOR * (kind in usual.shapes)
+            merit = fit.iou - COST[kind] - cost + PRIMITIVE.named_gain * (kind in usual.shapes)
             found.append(Fit(fit.shape, fit.position, fit.rotation, fit.iou, merit))
     return found
 

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.errors import InputError
 from physagent_studio.program.rotations import about_up, matrix_of
 from physagent_studio.program.scene.boards import Size3, open_box, rails_of
@@ -35,13 +37,18 @@ from physagent_studio.program.scene.state import (
 )
 from physagent_studio.records.scene import Mesh
 
-FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 
-AROUND = 48
-"""Vertices around an axis."""
-TUBE = 20
-"""Vertices around the tube of a ring."""
+
+@dataclass(frozen=True, slots=True)
+class MeshingSettings:
+    """How finely round bodies are divided."""
+
+    around_count: int = 48  # 12..128: vertices about an axis: no corners are seen
+    tube_count: int = 20  # 8..64: about the tube of a ring
+
+
+MESHING = MeshingSettings()
 
 
 def mesh_of(shape: Shape) -> Mesh:
@@ -135,19 +142,21 @@ def _spheroid(radii: tuple[float, float, float]) -> Mesh:
 
 
 def _torus(shape: Torus) -> Mesh:
-    around = np.arange(AROUND) * 2 * math.pi / AROUND
-    along = np.arange(TUBE) * 2 * math.pi / TUBE
+    around = np.arange(MESHING.around_count) * 2 * math.pi / MESHING.around_count
+    along = np.arange(MESHING.tube_count) * 2 * math.pi / MESHING.tube_count
     reach = shape.radius + min(shape.tube, shape.radius) * np.cos(along)
     rise = min(shape.tube, shape.radius) * np.sin(along)
     vertices = np.stack(
         [
             np.cos(around)[:, None] * reach,
             np.sin(around)[:, None] * reach,
-            np.broadcast_to(rise, (AROUND, TUBE)),
+            np.broadcast_to(rise, (MESHING.around_count, MESHING.tube_count)),
         ],
         axis=-1,
     ).reshape(-1, 3)
-    k = np.arange(AROUND * TUBE).reshape(AROUND, TUBE)
+    k = np.arange(MESHING.around_count * MESHING.tube_count).reshape(
+        MESHING.around_count, MESHING.tube_count
+    )
     a, b = k, np.roll(k, -1, axis=0)
     c, d = np.roll(b, -1, axis=1), np.roll(k, -1, axis=1)
     quads = [np.stack([a, b, c], -1), np.stack([a, c, d], -1)]
@@ -164,20 +173,20 @@ def turned(profile: list[tuple[float, float]], *, smooth: bool = False) -> Mesh:
         rings = _divided(rings)
     scale = max(max(r for _, r in rings), 1e-9)
     inner = [(z, r) for z, r in rings if r > 1e-6 * scale]
-    angle = np.arange(AROUND) * 2 * math.pi / AROUND
+    angle = np.arange(MESHING.around_count) * 2 * math.pi / MESHING.around_count
     circle = np.stack([np.cos(angle), np.sin(angle)], 1)
-    parts = [np.column_stack([circle * r, np.full(AROUND, z)]) for z, r in inner]
-    bottom, top = AROUND * len(inner), AROUND * len(inner) + 1
+    parts = [np.column_stack([circle * r, np.full(MESHING.around_count, z)]) for z, r in inner]
+    bottom, top = MESHING.around_count * len(inner), MESHING.around_count * len(inner) + 1
     poles = np.array([[0, 0, rings[0][0]], [0, 0, rings[-1][0]]])
-    here = np.arange(AROUND)
-    after = (here + 1) % AROUND
-    faces = [np.stack([np.full(AROUND, bottom), after, here], 1)]
+    here = np.arange(MESHING.around_count)
+    after = (here + 1) % MESHING.around_count
+    faces = [np.stack([np.full(MESHING.around_count, bottom), after, here], 1)]
     for k in range(len(inner) - 1):
-        low, high = k * AROUND, (k + 1) * AROUND
+        low, high = k * MESHING.around_count, (k + 1) * MESHING.around_count
         faces.append(np.stack([low + here, low + after, high + after], 1))
         faces.append(np.stack([low + here, high + after, high + here], 1))
-    last = (len(inner) - 1) * AROUND
-    faces.append(np.stack([np.full(AROUND, top), last + here, last + after], 1))
+    last = (len(inner) - 1) * MESHING.around_count
+    faces.append(np.stack([np.full(MESHING.around_count, top), last + here, last + after], 1))
     return Mesh(np.vstack([*parts, poles]), np.vstack(faces).astype(np.int32))
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.base import IDENTITY
 from physagent_studio.program.rotations import about_up
 from physagent_studio.program.scene.camera import Camera
@@ -28,14 +29,11 @@ from physagent_studio.reconstruction.camera.rays import metres_per_pixel
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.shapes.contour_fitting import drawn_to, rim_of
-from physagent_studio.reconstruction.shapes.creases import WEIGHT as CREASES
-from physagent_studio.reconstruction.shapes.creases import Creases
+from physagent_studio.reconstruction.shapes.creases import CREASE, Creases
 from physagent_studio.reconstruction.shapes.fit_target import Target
 from physagent_studio.reconstruction.shapes.meshes import frustum_centre, profile_centre
 from physagent_studio.reconstruction.shapes.outlines import bowl_profile, faces_seen, outline
 from physagent_studio.reconstruction.switches import at_work
-
-FloatArray = NDArray[np.float64]
 
 COST = {
     "sphere": 0.0,
@@ -47,16 +45,22 @@ COST = {
     "bowl": 0.028,
 }
 """What a kind has to win by: more freedom fits anything."""
-BOWL_RINGS = 16
-"""Rings between the foot and the rim of a bowl."""
-PRIOR = 0.04
-"""What a kind gains if the name suggests it."""
 
-TURNED = 3
-"""How many of the beginnings of a turned box are refined."""
-POLISHED = (0.1, 0.04)
-"""Steps by which the best box is refined again: a simplex that has shrunk may be stuck."""
-_YAWS = (-0.7, -0.45, -0.2, 0.2, 0.45, 0.7)
+
+@dataclass(frozen=True, slots=True)
+class PrimitiveSettings:
+    """How primitives are fitted and compared."""
+
+    bowl_rings: int = 16  # count, 6..60: between the foot and the rim of a bowl
+    named_gain: float = 0.04  # IoU, 0..0.2: of a kind that the name suggests
+    refined_turns: int = 3  # count, 1..10: beginnings of a turned box that are refined
+    # 0.005..0.5: with which the best box is refined again: a simplex may be stuck
+    polish_steps: tuple[float, float] = (0.1, 0.04)
+    # -0.8..0.8: of boxes that are tried where no edge tells
+    yaws_rad: tuple[float, ...] = (-0.7, -0.45, -0.2, 0.2, 0.45, 0.7)
+
+
+PRIMITIVE = PrimitiveSettings()
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +124,13 @@ def fit_all(
         creases = Creases.within(mask, found)
     fits = [_fit(camera, target, base, kind, creases if kind == "box" else None) for kind in kinds]
     graded = [
-        Fit(f.shape, f.position, f.rotation, f.iou, f.iou - COST[k] + PRIOR * (k in suggested))
+        Fit(
+            f.shape,
+            f.position,
+            f.rotation,
+            f.iou,
+            f.iou - COST[k] + PRIMITIVE.named_gain * (k in suggested),
+        )
         for k, f in zip(kinds, fits, strict=True)
         if f is not None
     ]
@@ -199,7 +209,7 @@ class _Search:
         value = 1 - self.target.iou(pixels) + self.unlikely(p)
         if self.creases is not None:
             faces = faces_seen(self.placed(p), np.array(self.camera.position))
-            value -= CREASES * self.creases.nearness(pixels, faces)
+            value -= CREASE.crease_weight * self.creases.nearness(pixels, faces)
         return value
 
     def best(self) -> FloatArray:
@@ -222,7 +232,7 @@ class _Search:
             for start in (starts if at_work("snug boxes") else ())
         ]
         first = min((*snug, *map(np.array, starts)), key=self.loss)
-        tried = [_refined(self.loss, first, free, step, 200) for step in POLISHED]
+        tried = [_refined(self.loss, first, free, step, 200) for step in PRIMITIVE.polish_steps]
         return min(tried, key=lambda one: one[0])[1]
 
     def _turned(self) -> list[list[float]]:
@@ -230,10 +240,10 @@ class _Search:
         yaws = self.creases.turns(self.camera) if self.creases is not None else []
         each = [
             min(_turned_boxes(self.width, self.height, yaw), key=lambda s: self.loss(np.array(s)))
-            for yaw in (*yaws, *_YAWS)
+            for yaw in (*yaws, *PRIMITIVE.yaws_rad)
         ]
         rest = sorted(each[len(yaws) :], key=lambda start: self.loss(np.array(start)))
-        starts = [*each[: len(yaws)], *rest][: max(TURNED, len(yaws))]
+        starts = [*each[: len(yaws)], *rest][: max(PRIMITIVE.refined_turns, len(yaws))]
         if self.base.below is not None and at_work("as what is below"):
             starts += _stacked(self.base, self.base.below, self.width, self.height)
         return starts
@@ -340,7 +350,7 @@ def _named(kind: str, q: FloatArray, iou: float) -> Fit:
         shape = Frustum(bottom_radius=size[0], height=size[1], top_radius=size[2])
         lift = frustum_centre(shape)
     elif kind == "bowl":
-        curve = bowl_profile(np.array(size), float(q[6]), BOWL_RINGS)
+        curve = bowl_profile(np.array(size), float(q[6]), PRIMITIVE.bowl_rings)
         lift = profile_centre(curve)
         shape = Revolved(profile=tuple((rise - lift, radius) for rise, radius in curve))
     else:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Revolved
 from physagent_studio.reconstruction.camera.rays import on_plane, on_upright
@@ -14,11 +15,17 @@ from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, iou
 from physagent_studio.reconstruction.shapes.meshes import profile_centre
 from physagent_studio.reconstruction.shapes.primitives import Base
 
-FloatArray = NDArray[np.float64]
-RINGS = 44
-NARROW, WIDENS = 0.12, 2.5
-"""What is narrower at an end than this share of the silhouette, and widens so many times within two
-rows, is no part of the thing."""
+
+@dataclass(frozen=True, slots=True)
+class RevolutionSettings:
+    """How a silhouette is turned about its axis."""
+
+    rings_count: int = 44  # 12..200: from its foot to its top
+    spur_share: float = 0.12  # 0.03..0.4: of the silhouette: a narrower end may be a spur of shade
+    spur_factor: float = 2.5  # 1.5..6: by which the silhouette widens within two rows behind a spur
+
+
+REVOLUTION = RevolutionSettings()
 
 
 def mirror_symmetry(mask: BoolArray) -> float:
@@ -59,8 +66,8 @@ def revolved(
     if base.hold < 1 and not base.free_z:
         seen = on_plane(camera, [(axis, centres[-1])], base.z)[0, 1]
         y = float((1 - base.hold) * seen + base.hold * base.y) if np.isfinite(seen) else base.y
-    sample = np.linspace(centres[-1], centres[0], RINGS)
-    points = on_upright(camera, np.column_stack([np.full(RINGS, axis), sample]), y)
+    sample = np.linspace(centres[-1], centres[0], REVOLUTION.rings_count)
+    points = on_upright(camera, np.column_stack([np.full(REVOLUTION.rings_count, axis), sample]), y)
     depth = camera.project(points)[1]
     radius = np.interp(sample, centres, half[first : last + 1]) * depth / camera.focal
     radius = np.convolve(np.pad(radius, 1, mode="edge"), (0.25, 0.5, 0.25), mode="valid")
@@ -91,6 +98,6 @@ def _spur(half: FloatArray, most: float) -> int:
 
     What comes to a point widens row by row and has none.
     """
-    wider = half[2:] > WIDENS * half[:-2] + 2.0
-    found = np.flatnonzero(wider & (half[:-2] < NARROW * most))
+    wider = half[2:] > REVOLUTION.spur_factor * half[:-2] + 2.0
+    found = np.flatnonzero(wider & (half[:-2] < REVOLUTION.spur_share * most))
     return int(found[-1]) + 1 if len(found) else 0

@@ -6,7 +6,7 @@ The near half of the circle that a can stands on ends its silhouette below.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -15,23 +15,26 @@ from physagent_studio.knowledge import is_disc, is_open
 from physagent_studio.reconstruction.camera.estimate import Disc
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 
-OFF = 0.012
-"""How far the silhouette may lie off the ellipse, root mean square, as a share of its width."""
-FLATTEST, ROUNDEST = 0.06, 0.9
-"""Height over width of an ellipse that says something."""
-SURE = 1.5
-"""How surely a rim tells the slope at which it is seen, degrees."""
-WIDEST = 0.96
-"""Share of the width of the whole that the rim has: such things are widest there."""
-BASE_SURE, CUT = 3.0, 3.0
-"""The same for the base of a can, degrees; how many times less surely it is not steeper: shadows
-and the colour of the ground cut it flat."""
-SIDES = (0.3, 0.7)
-"""Shares of the height of a can between which its sides are straight lines."""
-ROUGH = 0.008
-"""How far they may lie off them, as a share of its width."""
-NARROWEST = 24
-"""Pixels across from which on a rim is looked at."""
+
+@dataclass(frozen=True, slots=True)
+class RimSettings:
+    """When the end of a silhouette is a level circle."""
+
+    # 0.003..0.05: over the width: of the silhouette from the ellipse, root mean square
+    max_off_ratio: float = 0.012
+    flattest_ratio: float = 0.06  # 0.01..0.2: height over width of an ellipse that says something
+    roundest_ratio: float = 0.9  # 0.6..1: likewise: nearer to a circle, its slope is not told
+    rim_spread_deg: float = 1.5  # 0.5..5: of the slope that a rim tells
+    widest_share: float = 0.96  # 0.8..1: of the whole's width: such things are widest at the rim
+    base_spread_deg: float = 3.0  # 1..10: of the slope that the base of a can tells
+    cut_factor: float = 3.0  # 1..10: less surely it is not steeper: shadows cut a base flat
+    # 0..1: of a can's height, between which its sides are straight
+    side_shares: tuple[float, float] = (0.3, 0.7)
+    rough_ratio: float = 0.008  # 0.002..0.05: over the width: of those sides from their lines
+    min_width_px: int = 24  # 10..100: of a rim that is looked at
+
+
+RIM = RimSettings()
 
 
 def has_a_rim(name: str) -> bool:
@@ -42,10 +45,10 @@ def has_a_rim(name: str) -> bool:
 def rim_of(mask: BoolArray) -> Disc | None:
     """The ellipse whose upper half ends a silhouette above; None where there is none."""
     x0, y0, x1, y1 = bounds(mask)
-    if x1 - x0 < NARROWEST:
+    if x1 - x0 < RIM.min_width_px:
         return None
     part = mask[y0:y1, x0:x1]
-    wide = np.flatnonzero(part.sum(1) >= WIDEST * (x1 - x0))
+    wide = np.flatnonzero(part.sum(1) >= RIM.widest_share * (x1 - x0))
     if not len(wide):
         return None
     ends = np.flatnonzero(part[wide[0]])
@@ -58,9 +61,13 @@ def rim_of(mask: BoolArray) -> Disc | None:
     (row, rise), *_ = np.linalg.lstsq(np.column_stack([np.ones_like(bulge), -bulge]), top)
     off = float(np.sqrt(np.mean((top - row + rise * bulge) ** 2))) / (2 * half)
     flatness = float(rise) / half
-    if off > OFF + 0.3 / half or not -FLATTEST < flatness < ROUNDEST or row > 1.2 * (x1 - x0):
+    if (
+        off > RIM.max_off_ratio + 0.3 / half
+        or not -RIM.flattest_ratio < flatness < RIM.roundest_ratio
+        or row > 1.2 * (x1 - x0)
+    ):
         return None
-    sigma = math.hypot(SURE, math.degrees(1 / half))
+    sigma = math.hypot(RIM.rim_spread_deg, math.degrees(1 / half))
     return Disc(y0 + float(row), max(flatness, 0.0), sigma, either=True)
 
 
@@ -71,7 +78,7 @@ def base_of(mask: BoolArray) -> Disc | None:
     no ellipse between the sides ends it.
     """
     x0, y0, x1, y1 = bounds(mask)
-    if x1 - x0 < NARROWEST or y1 >= mask.shape[0] - 1:
+    if x1 - x0 < RIM.min_width_px or y1 >= mask.shape[0] - 1:
         return None
     part = mask[y0:y1, x0:x1]
     lean = _lean(part)
@@ -82,11 +89,11 @@ def base_of(mask: BoolArray) -> Disc | None:
     if fit is None:
         return None
     column, row, half, flatness = fit
-    if not -FLATTEST < flatness < ROUNDEST:
+    if not -RIM.flattest_ratio < flatness < RIM.roundest_ratio:
         return None
     seen = float(back @ np.array([column, row, 1.0]))
-    sigma = math.hypot(BASE_SURE, math.degrees(1 / half))
-    return Disc(y0 + seen, max(flatness, 0.0), sigma, cut=CUT)
+    sigma = math.hypot(RIM.base_spread_deg, math.degrees(1 / half))
+    return Disc(y0 + seen, max(flatness, 0.0), sigma, cut=RIM.cut_factor)
 
 
 def top_of(mask: BoolArray) -> Disc | None:
@@ -98,7 +105,7 @@ def top_of(mask: BoolArray) -> Disc | None:
 def _sides(part: BoolArray) -> tuple[np.ndarray, np.ndarray] | None:
     """The lines (slope, column at row 0) of the left and the right side; None if not straight."""
     height, width = part.shape
-    rows = np.arange(round(SIDES[0] * height), round(SIDES[1] * height))
+    rows = np.arange(round(RIM.side_shares[0] * height), round(RIM.side_shares[1] * height))
     if len(rows) < 6 or not part[rows].any(1).all():
         return None
     left, right = part[rows].argmax(1), width - part[rows][:, ::-1].argmax(1)
@@ -108,7 +115,7 @@ def _sides(part: BoolArray) -> tuple[np.ndarray, np.ndarray] | None:
         for side, line in zip((left, right), lines, strict=True)
     ]
     across = float(np.median(right - left))
-    return (lines[0], lines[1]) if max(off) < ROUGH * across + 0.25 else None
+    return (lines[0], lines[1]) if max(off) < RIM.rough_ratio * across + 0.25 else None
 
 
 def _lean(part: BoolArray) -> float | None:
@@ -141,16 +148,16 @@ def _lower_half(part: BoolArray) -> tuple[float, float, float, float] | None:
     for _ in range(6):
         left, right = (float(np.polyval(line, row)) for line in sides)
         column, half = (left + right) / 2, (right - left) / 2
-        if half < NARROWEST / 3:
+        if half < RIM.min_width_px / 3:
             return None
         across = (np.arange(width) + 0.5 - column) / half
         inner = (np.abs(across) < 0.93) & part.any(0)
-        if np.count_nonzero(inner) < NARROWEST / 3:
+        if np.count_nonzero(inner) < RIM.min_width_px / 3:
             return None
         bulge = np.sqrt(1 - across[inner] ** 2)
         lower = low[inner]
         (row, rise), *_ = np.linalg.lstsq(np.column_stack([np.ones_like(bulge), bulge]), lower)
         off = float(np.sqrt(np.mean((lower - row - rise * bulge) ** 2)))
-    if off > (OFF + 0.3 / half) * 2 * half:
+    if off > (RIM.max_off_ratio + 0.3 / half) * 2 * half:
         return None
     return x0 + column, y0 + float(row), half, float(rise) / half

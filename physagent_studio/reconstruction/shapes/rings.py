@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.base import IDENTITY
 from physagent_studio.program.rotations import about_up, matrix_of, multiply
 from physagent_studio.program.scene.camera import Camera
@@ -18,21 +19,24 @@ from physagent_studio.program.scene.state import Torus
 from physagent_studio.reconstruction.camera.rays import metres_per_pixel
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
 from physagent_studio.reconstruction.shapes.fit_target import Target
-from physagent_studio.reconstruction.shapes.primitives import PRIOR, Base, Fit
+from physagent_studio.reconstruction.shapes.primitives import PRIMITIVE, Base, Fit
 
-FloatArray = NDArray[np.float64]
 Quat = tuple[float, float, float, float]
 
-COST = 0.02
-"""What a ring has to win by."""
-LEAST_HOLE = 0.04
-"""Smallest hole of a ring, as a share of what its outline encloses."""
-OFF_CENTRE = 0.12
-"""How far the middle of the hole may be from that of the outline, as a share of its size."""
-ROUND = 0.9
-"""How well an ellipse has to cover the filled outline of a ring (IoU)."""
-USUAL_TUBE = 0.3
-"""Radius of the tube over that of the ring where no hole shows it."""
+
+@dataclass(frozen=True, slots=True)
+class RingSettings:
+    """When a silhouette is a ring."""
+
+    ring_cost: float = 0.02  # IoU, 0..0.1: a ring has to win by
+    min_hole_share: float = 0.04  # 0.01..0.2: of what its outline encloses; less is a spot
+    max_off_share: float = 0.12  # 0.03..0.3: of its size: of the hole's middle from the outline's
+    min_round_iou: float = 0.9  # IoU, 0.7..1: of an ellipse with the filled outline
+    usual_tube_ratio: float = 0.3  # 0.1..0.5: over the ring's radius, where no hole shows it
+
+
+RING = RingSettings()
+
 _TURN = np.linspace(0, 2 * math.pi, 40, endpoint=False)
 _RING = np.stack([np.cos(_TURN), np.sin(_TURN), np.zeros(40)], 1)
 
@@ -61,7 +65,11 @@ def hole_of(mask: BoolArray, hidden: BoolArray | None = None) -> Hole | None:
         inner &= ~hidden
     x0, y0, x1, y1 = bounds(mask)
     size = max(x1 - x0, y1 - y0)
-    if len(outline) < 5 or inner.sum() < LEAST_HOLE * filled.sum() or not _is_round(filled):
+    if (
+        len(outline) < 5
+        or inner.sum() < RING.min_hole_share * filled.sum()
+        or not _is_round(filled)
+    ):
         return None
     count, labels, stats, centres = cv2.connectedComponentsWithStats(inner.astype(np.uint8))
     largest = max((int(stats[label, cv2.CC_STAT_AREA]) for label in range(1, count)), default=0)
@@ -70,16 +78,16 @@ def hole_of(mask: BoolArray, hidden: BoolArray | None = None) -> Hole | None:
     parts = [
         label
         for label in range(1, count)
-        if np.linalg.norm(centres[label] - middle) < OFF_CENTRE * size
+        if np.linalg.norm(centres[label] - middle) < RING.max_off_share * size
         # What passes in front of a ring cuts its hole in two.
         or (stats[label, cv2.CC_STAT_AREA] > 0.2 * largest and cover[labels == label].any())
     ]
     hole = np.isin(labels, parts)
-    if hole.sum() < LEAST_HOLE * filled.sum():
+    if hole.sum() < RING.min_hole_share * filled.sum():
         return None
     left, top, right, bottom = bounds(hole)
     off = np.array([(left + right - 1) / 2, (top + bottom - 1) / 2]) - middle
-    if np.linalg.norm(off) > OFF_CENTRE * size or min(left - x0, x1 - right) <= 0:
+    if np.linalg.norm(off) > RING.max_off_share * size or min(left - x0, x1 - right) <= 0:
         return None
     return Hole((right - left) / (x1 - x0), (bottom - top) / (y1 - y0))
 
@@ -90,7 +98,7 @@ def _is_round(filled: NDArray[np.uint8]) -> bool:
     drawn = np.zeros_like(filled)
     cv2.ellipse(drawn, cv2.fitEllipse(outline[0]), (1,), -1)
     both, either = int((drawn & filled).sum()), int((drawn | filled).sum())
-    return both > ROUND * either
+    return both > RING.min_round_iou * either
 
 
 def fit_ring(
@@ -116,11 +124,11 @@ def fit_ring(
     ]
     loss, made = min(tries, key=lambda one: one[0])
     iou = target.iou_of(made.drawn(camera, target))
-    gain = PRIOR * ("torus" in suggested)
+    gain = PRIMITIVE.named_gain * ("torus" in suggested)
     if made.tube > made.radius or loss >= 2.0:
         return None
     shape = Torus(radius=made.radius, tube=made.tube)
-    return Fit(shape, made.place, made.rotation, iou, iou - COST + gain)
+    return Fit(shape, made.place, made.rotation, iou, iou - RING.ring_cost + gain)
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,7 +178,7 @@ def _starts(
 
     def sizes(extent: float, inner: float | None) -> tuple[float, float]:
         if inner is None:
-            return extent / 2 / (1 + USUAL_TUBE), USUAL_TUBE
+            return extent / 2 / (1 + RING.usual_tube_ratio), RING.usual_tube_ratio
         inner = min(inner, 0.95)
         return extent * (1 + inner) / 4, (1 - inner) / (1 + inner)
 

@@ -10,20 +10,25 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
 
-FloatArray = NDArray[np.float64]
-FOOT = 0.04
-"""Lowest share of a silhouette's height that may touch the ground."""
-ROUND = 1.6
-"""A body deeper than this times the round one over its silhouette has flat sides; what is made a
-little deeper so that it stands stays round."""
-BEVEL, CHAMFER = (1.0, 0.5), (0.25, 0.2)
-"""Width of a rounded rim, in the usual distance to the outline, and its share of the depth: of what
-is cut straight through, and of what is deeper than round."""
-CELLS = 60
-FINEST = 110
-"""Cells of the grid along the longer side of the silhouette: usual, and at most."""
+
+@dataclass(frozen=True, slots=True)
+class SheetSettings:
+    """How a silhouette becomes a body."""
+
+    foot_share: float = 0.04  # 0..0.2: of its height from below, that may touch the ground
+    # 1..3: of depth over the round body's: deeper ones have flat sides
+    max_round_ratio: float = 1.6
+    # 0..2: over the usual inset and the depth: rim of what is cut straight through
+    bevel_ratios: tuple[float, float] = (1.0, 0.5)
+    chamfer_ratios: tuple[float, float] = (0.25, 0.2)  # 0..2: the same of what is deeper than round
+    cells_count: int = 60  # 20..200: of the grid along the longer side
+    max_cells: int = 110  # count, 40..400: along it, for thin parts
+
+
+SHEET = SheetSettings()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -43,14 +48,14 @@ class Sheet:
 
     def straight_at(self, half: float) -> bool:
         """Whether a body that is 2 · half pixels deep has flat sides."""
-        return self.straight or half > ROUND * float(self.swell.max(initial=1e-9))
+        return self.straight or half > SHEET.max_round_ratio * float(self.swell.max(initial=1e-9))
 
 
 def thickness(sheet: Sheet, half: float) -> FloatArray:
     """Half thickness (V,) of a body that is 2 · half pixels deep: round, or flat with a bevel."""
     if not sheet.straight_at(half):
         return sheet.swell * (half / float(sheet.swell.max(initial=1e-9)))
-    wide, deep = BEVEL if sheet.straight else CHAMFER
+    wide, deep = SHEET.bevel_ratios if sheet.straight else SHEET.chamfer_ratios
     bevel = wide * float(np.median(sheet.inset[~sheet.rim])) + 1.0
     rise = np.sqrt(1 - (1 - np.clip(sheet.inset / bevel, 0, 1)) ** 2)
     return half * (1 - deep * (1 - rise))
@@ -97,7 +102,7 @@ def sheet_of(mask: BoolArray, straight: bool = False) -> Sheet:
     inset = signed[signed > 0]
     thin = float(np.median(inset)) if len(inset) else 1.0
     longest = max(x1 - x0, y1 - y0)
-    step = max(1.0, longest / FINEST, min(longest / CELLS, thin))
+    step = max(1.0, longest / SHEET.max_cells, min(longest / SHEET.cells_count, thin))
     gx, gy = np.meshgrid(
         np.arange(pad - step, pad + x1 - x0 + 2 * step, step),
         np.arange(pad - step, pad + y1 - y0 + 2 * step, step),
@@ -145,7 +150,7 @@ def _foot(inside: BoolArray) -> BoolArray:
     rows = np.flatnonzero(inside.any(1))
     out = np.zeros_like(inside)
     if len(rows):
-        from_row = rows[-1] - max(1, round(FOOT * len(rows))) + 1
+        from_row = rows[-1] - max(1, round(SHEET.foot_share * len(rows))) + 1
         out[from_row:] = inside[from_row:]
     return out
 

@@ -6,9 +6,10 @@ with it. They lie on the upright plane through its middle, as thick as they are 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from physagent_studio.knowledge.things import Usual
 from physagent_studio.program.rotations import matrix_of
@@ -20,15 +21,20 @@ from physagent_studio.reconstruction.shapes.silhouettes import in_world, silhoue
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh
 
-FloatArray = NDArray[np.float64]
-LEAST_AREA = 0.003
-"""Smallest part, as a share of the mask."""
-LARGEST_AREA = 0.3
-"""What is larger is no part: the body is another one than the mask shows."""
-LEAST_REACH = 0.03
-"""How far a part sticks out at least, as a share of the silhouette's longer side."""
-FOOT = 0.15
-"""Nothing is a part in the lowest share of the silhouette: shadows and reflections are there."""
+
+@dataclass(frozen=True, slots=True)
+class StemSettings:
+    """Which parts beside a body are drawn with it."""
+
+    min_area_share: float = 0.003  # 0..0.02: of the mask; smaller parts are its ragged rim
+    max_area_share: float = 0.3  # 0.1..0.6: of the mask; larger, the body is another one than shown
+    min_reach_share: float = 0.03  # 0.005..0.1: of the longer side, that a part sticks out
+    # 0..0.4: of the silhouette from below: shadows and reflections are there
+    foot_share: float = 0.15
+
+
+STEM = StemSettings()
+
 _PRIMITIVES = frozenset(
     ["sphere", "ellipsoid", "box", "cylinder", "capsule", "frustum", "revolved", "torus"]
 )
@@ -68,18 +74,18 @@ def _blobs(mask: BoolArray, body: BoolArray) -> list[BoolArray]:
     x0, y0, x1, y1 = bounds(mask)
     side = max(x1 - x0, y1 - y0)
     beside = (mask & ~body).astype(np.uint8)
-    if np.count_nonzero(beside) > LARGEST_AREA * np.count_nonzero(mask) or not body.any():
+    if np.count_nonzero(beside) > STEM.max_area_share * np.count_nonzero(mask) or not body.any():
         return []
     away = cv2.distanceTransform((~body).astype(np.uint8), cv2.DIST_L2, 5)
     # A rim of a pixel or two all around is no part, and would join those that are.
     rim = max(1.5, 0.006 * side)
     count, labels, stats, centres = cv2.connectedComponentsWithStats(beside * (away > rim))
-    low = y1 - FOOT * (y1 - y0)
+    low = y1 - STEM.foot_share * (y1 - y0)
     out = []
     for label in range(1, count):
         own = labels == label
-        large = stats[label, cv2.CC_STAT_AREA] >= LEAST_AREA * np.count_nonzero(mask)
-        if large and away[own].max() >= LEAST_REACH * side and centres[label][1] < low:
+        large = stats[label, cv2.CC_STAT_AREA] >= STEM.min_area_share * np.count_nonzero(mask)
+        if large and away[own].max() >= STEM.min_reach_share * side and centres[label][1] < low:
             reach = 2 * int(np.ceil(rim)) + 5
             kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach))
             out.append((cv2.dilate(own.astype(np.uint8), kernel) > 0) & mask)

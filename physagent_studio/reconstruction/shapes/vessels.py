@@ -10,9 +10,6 @@ from physagent_studio.program.scene.state import Box, Cylinder, Frustum, Revolve
 from physagent_studio.reconstruction.shapes.forms import Form
 from physagent_studio.reconstruction.shapes.meshes import mesh_of
 
-WALL, THINNEST = 0.06, 0.0015
-"""Thickness of a wall over the width of the rim, and the thinnest, m."""
-
 CAN_BE_HOLLOW = ("box", "cylinder", "frustum", "revolved")
 """Kinds of forms that walls can be given."""
 
@@ -55,4 +52,6 @@ def _hollow(shape: Shape) -> Shape | None:
 
 
 def _wall(radius: float, height: float) -> float:
-    return min(max(2 * WALL * radius, THINNEST), 0.3 * height, 0.4 * radius)
+    wall_ratio = 0.06  # 0.01..0.2: over the width of the rim
+    min_wall_m = 0.0015  # 0.0005..0.005: so thin is a cup; thinner walls are passed through
+    return min(max(2 * wall_ratio * radius, min_wall_m), 0.3 * height, 0.4 * radius)

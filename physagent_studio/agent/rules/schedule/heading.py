@@ -30,7 +30,7 @@ from physagent_studio.agent.rules.schedule.ramps import down_ramp, rolling_for
 from physagent_studio.agent.rules.schedule.scripts import Task
 from physagent_studio.knowledge import kind_of
 from physagent_studio.program.scene.state import SceneObject, Wheels
-from physagent_studio.reconstruction.shapes.footprint import LENGTHS, footprint_of
+from physagent_studio.reconstruction.shapes.footprint import FOOTPRINT, footprint_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +150,7 @@ def _seen_axis(name: str, layout: Layout, mask: np.ndarray | None) -> FloatArray
         return along
     rows, columns = (np.ptp(where) + 1 for where in np.nonzero(mask))
     # Halfway between a side and an end, both as high: what is seen of it alone is one of them.
-    side = columns / rows > 1 / (kind.aspect[0] * math.sqrt(LENGTHS))
+    side = columns / rows > 1 / (kind.aspect[0] * math.sqrt(FOOTPRINT.length_ratio))
     return along if side else np.array([-along[1], along[0], 0.0])
 
 

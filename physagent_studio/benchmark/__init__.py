@@ -17,15 +17,14 @@ BENCHES = {
     "reconstruction": "physagent_studio.benchmark.reconstruction.bench",
     "ledger": "physagent_studio.benchmark.reconstruction.ledger",
     "events": "physagent_studio.benchmark.events.bench",
-    "ablation": "physagent_studio.benchmark.events.ablation",
-    "view": "physagent_studio.benchmark.events.view",
+    "view": "physagent_studio.benchmark.events.bench",
     "words": "physagent_studio.benchmark.events.words",
     "paper": "physagent_studio.benchmark.paper.bench",
     "motion-prior": "physagent_studio.benchmark.motion_prior.bench",
     "sweep": "physagent_studio.benchmark.sweep",
 }
-_ON_EVENTS = ("events", "ablation", "view")
-"""Benches that run events of cases and take annotations, references and a choice of them."""
+_ON_EVENTS = ("events", "view")
+"""Two names of the bench that runs events of cases: it takes annotations, references, a choice."""
 
 
 def run_bench(
@@ -47,7 +46,7 @@ def run_bench(
     cases: folder of case folders. out: a Markdown file to write. annotations, references:
     folders of clicks and of contracts per case. only: `case` or `case/event`. full: all
     of the benches of physics and durability, not a dose. sheets: folder for the contact sheets
-    of `view` and for all that `paper` makes. left_out: heuristics that the bench of reconstruction
+    of events and for all that `paper` makes. left_out: heuristics that the bench of reconstruction
     does without. count, variants: how many events of `paper`, and in which variants.
     """
     if name not in BENCHES:
@@ -62,8 +61,8 @@ def run_bench(
         raise InputError(f"--annotations, --references and --only are for the benches {listed}")
     if (count is not None or variants) and name != "paper":
         raise InputError("--events and --variant are for the bench paper")
-    if sheets is not None and name not in ("view", "paper"):
-        raise InputError("--sheets is for the benches view and paper")
+    if sheets is not None and name not in (*_ON_EVENTS, "paper"):
+        raise InputError("--sheets is for the benches events and paper")
     if sheets is not None:
         options["sheets"] = sheets
     if full and name not in ("physics", "durability", "sweep"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 
@@ -18,13 +18,7 @@ class Row:
 
     def as_dict(self) -> dict[str, Any]:
         """The row for `--json`."""
-        return {
-            "name": self.name,
-            "value": self.value,
-            "unit": self.unit,
-            "bound": self.bound,
-            "ok": self.ok,
-        }
+        return asdict(self)
 
 
 def at_most(name: str, value: float, bound: float, unit: str = "") -> Row:

@@ -30,10 +30,8 @@ def study(
     browser: Annotated[bool, typer.Option(help="Open it in a browser.")] = True,
 ) -> None:
     """Ask people which of two clips is better; answers go to answers.csv in the folder."""
-    from physagent_studio.benchmark.study.answers import read_answers
-    from physagent_studio.benchmark.study.figures import summary
     from physagent_studio.benchmark.study.server import QUESTION, StudyServer
-    from physagent_studio.benchmark.study.trials import study_of
+    from physagent_studio.benchmark.study.trials import read_answers, study_of, summary
 
     asked = study_of(folder, seed)
     if not figures:

@@ -6,8 +6,7 @@ import numpy as np
 
 from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.contract.facts import Facts
-from physagent_studio.contract.outcome import bounded
-from physagent_studio.contract.track import Window
+from physagent_studio.contract.track import Window, bounded
 from physagent_studio.contract.words import number
 from physagent_studio.program.actions import FixObject
 from physagent_studio.program.scene.bodies import DEFORMABLE
@@ -65,7 +64,7 @@ def energy(facts: Facts) -> Check:
 
     Not judged where something is elastic, see `Rollout`.
     """
-    if _stores_energy(facts):
+    if any(item.body.kind in DEFORMABLE for item in facts.program.scene.objects):
         text = "energy rises only where an action does work: {answer}, not judged: elastic bodies"
         return physics_check("energy", text + " keep energy that is not recorded", 0.0)
     kinetic, potential = facts.rollout.kinetic, facts.rollout.potential
@@ -110,10 +109,6 @@ def _any_action(facts: Facts) -> BoolArray:
             end = facts.rollout.steps if span.end is None else span.end
             acted[span.start : end + 2] = True
     return acted
-
-
-def _stores_energy(facts: Facts) -> bool:
-    return any(item.body.kind in DEFORMABLE for item in facts.program.scene.objects)
 
 
 # --- causes ----------------------------------------------------------------------------------

@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.arrays import FloatArray
 from physagent_studio.contract.facts import Facts
-from physagent_studio.contract.outcome import Outcome, bounded, excess
-from physagent_studio.contract.track import Track, Window
+from physagent_studio.contract.track import Outcome, Track, Window, bounded, excess
 from physagent_studio.contract.words import number
 from physagent_studio.program.statements import Breaks, Deforms, Spreads, Sways
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
 
 from physagent_studio.contract.facts import Facts
-from physagent_studio.contract.outcome import Outcome, bounded, opposite, unmeasurable
+from physagent_studio.contract.track import Outcome, bounded, opposite, unmeasurable
 from physagent_studio.program.contract import (
     AllOf,
     AnyOf,
@@ -110,15 +109,12 @@ def _in_turn(parts: list[Outcome], apart: float, ordered: bool, facts: Facts) ->
     moments = _moments(parts, facts)
     if isinstance(moments, Outcome):
         return moments
-    gaps = _gaps(moments if ordered else sorted(moments))
+    pairs = itertools.pairwise(moments if ordered else sorted(moments))
+    gaps = [later - earlier for earlier, later in pairs]
     least, last = min(gaps), round(max(moments) / facts.dt)
     margin = bounded((least - apart) / max(apart, facts.dt))
     note = f"two are {abs(least):.2f} s apart" if least >= 0 else "two are the other way round"
     return Outcome(margin, least, apart, "s", "", last, note)
-
-
-def _gaps(moments: Sequence[float]) -> list[float]:
-    return [later - earlier for earlier, later in itertools.pairwise(moments)]
 
 
 def _together(parts: list[Outcome], within: float, facts: Facts) -> Outcome:

@@ -10,9 +10,8 @@ from physagent_studio.contract import change, motion, relations, touch
 from physagent_studio.contract.always import always_on
 from physagent_studio.contract.composites import composed
 from physagent_studio.contract.facts import Facts
-from physagent_studio.contract.outcome import Outcome, bounded, opposite, unmeasurable
 from physagent_studio.contract.places import lands_in, passes_over
-from physagent_studio.contract.track import Window
+from physagent_studio.contract.track import Outcome, Window, bounded, opposite, unmeasurable
 from physagent_studio.contract.view import Drawn, view_checks
 from physagent_studio.contract.words import MEASURED, SIDES, claim, compared, window_text
 from physagent_studio.program.contract import Before, Composite, Statement
@@ -112,11 +111,9 @@ def _honest(outcome: Outcome, facts: Facts, window: Window) -> Outcome:
     if facts.complete or decided or (facts.last > window.last):
         return outcome
     margin = min(outcome.margin, -1.0)
-    return replace(outcome, margin=margin, note=_ending(facts), measurable=False)
-
-
-def _ending(facts: Facts) -> str:
-    return f"the run ended at step {facts.last}"
+    return replace(
+        outcome, margin=margin, note=f"the run ended at step {facts.last}", measurable=False
+    )
 
 
 def _negated(statement: Statement, outcome: Outcome, facts: Facts) -> Outcome:

@@ -7,16 +7,17 @@ from numpy.typing import NDArray
 
 from physagent_studio.arrays import FloatArray
 from physagent_studio.contract.facts import Facts
-from physagent_studio.contract.outcome import (
+from physagent_studio.contract.places import Place, distance_to, place_of
+from physagent_studio.contract.track import (
     Outcome,
+    Track,
+    Window,
     bounded,
     excess,
     shortfall,
     unmeasurable,
     worst,
 )
-from physagent_studio.contract.places import Place, distance_to, place_of
-from physagent_studio.contract.track import Track, Window
 from physagent_studio.program import statements
 from physagent_studio.program.base import DIRECTIONS
 

@@ -9,9 +9,16 @@ import numpy as np
 
 from physagent_studio.arrays import FloatArray
 from physagent_studio.contract.facts import Facts
-from physagent_studio.contract.outcome import Outcome, bounded, unmeasurable, worst
-from physagent_studio.contract.outlines import in_order, inside_depth
-from physagent_studio.contract.track import Track, Window
+from physagent_studio.contract.track import (
+    Outcome,
+    Track,
+    Window,
+    bounded,
+    in_order,
+    inside_depth,
+    unmeasurable,
+    worst,
+)
 from physagent_studio.contract.words import number
 from physagent_studio.program.scene.boards import is_hollow
 from physagent_studio.program.scene.shapes import Outline, Placed, gap

@@ -8,8 +8,6 @@ import numpy as np
 
 from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.contract.facts import Facts
-from physagent_studio.contract.outcome import Outcome, bounded, unmeasurable
-from physagent_studio.contract.outlines import inside_depth
 from physagent_studio.contract.places import (
     Place,
     at_the_end,
@@ -17,7 +15,14 @@ from physagent_studio.contract.places import (
     place_of,
     reached_once,
 )
-from physagent_studio.contract.track import Track, Window
+from physagent_studio.contract.track import (
+    Outcome,
+    Track,
+    Window,
+    bounded,
+    inside_depth,
+    unmeasurable,
+)
 from physagent_studio.contract.words import number
 from physagent_studio.program.statements import Bounces, Covers, SideOf
 

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from physagent_studio.arrays import FloatArray
 from physagent_studio.contract.facts import Facts
-from physagent_studio.contract.outcome import Outcome, bounded, slowness, unmeasurable, worst
-from physagent_studio.contract.outlines import inside_depth
 from physagent_studio.contract.places import (
     Place,
     distance_to,
@@ -18,7 +16,16 @@ from physagent_studio.contract.places import (
     line_progress,
     place_of,
 )
-from physagent_studio.contract.track import Track, Window
+from physagent_studio.contract.track import (
+    Outcome,
+    Track,
+    Window,
+    bounded,
+    inside_depth,
+    slowness,
+    unmeasurable,
+    worst,
+)
 from physagent_studio.contract.words import number
 from physagent_studio.program import statements
 

@@ -1,7 +1,8 @@
-"""One object over a window of steps: its path, speed and tilt."""
+"""One object over a window of steps, what measuring a statement gives, and flat outlines."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -103,3 +104,95 @@ class Track:
     def first(self, condition: BoolArray) -> int | None:
         """The step at which a per-step condition (W,) is first true."""
         return self.window.first + int(np.argmax(condition)) if condition.any() else None
+
+
+LIMIT = 100.0
+"""Margins are kept within ± this, so that a sum of them stays meaningful."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """The plain (not negated) statement, measured.
+
+    margin: signed, ≥ 0 holds. op: how `value` must compare with `threshold`; "" where the
+    statement is a yes or no. step: when it was decided (became true, or failed). note: what an
+    English reader wants beside it. lasting: the verdict speaks of the end of the window, so a
+    run that ended early cannot give it. measurable: False when there was nothing to measure.
+    claim: the statement's words where they depend on what was measured.
+    """
+
+    margin: float
+    value: float | None = None
+    threshold: float | None = None
+    unit: str = ""
+    op: str = ""
+    step: int | None = None
+    note: str = ""
+    claim: str = ""
+    lasting: bool = False
+    measurable: bool = True
+
+    @property
+    def holds(self) -> bool:
+        """Whether the plain statement is true."""
+        return self.margin >= 0
+
+
+def unmeasurable(reason: str) -> Outcome:
+    """Nothing could be measured: the statement fails, and its opposite as well."""
+    return Outcome(margin=-1.0, note=reason, measurable=False)
+
+
+def bounded(margin: float) -> float:
+    """The margin within ± `LIMIT`."""
+    return float(max(-LIMIT, min(LIMIT, margin)))
+
+
+def opposite(margin: float) -> float:
+    """The margin of the opposite; a statement that just holds leaves its opposite just failed."""
+    return -margin if margin != 0 else -1e-9
+
+
+def excess(value: float, threshold: float) -> float:
+    """Margin of value ≥ threshold, relative to the threshold."""
+    return bounded((value - threshold) / max(abs(threshold), 1e-3))
+
+
+def shortfall(value: float, threshold: float) -> float:
+    """Margin of value ≤ threshold, relative to the threshold."""
+    return bounded((threshold - value) / max(abs(threshold), 1e-3))
+
+
+def slowness(value: float, threshold: float) -> float:
+    """Margin of value ≤ threshold for speeds over many scales, within −1 … 1."""
+    total = value + threshold
+    return (threshold - value) / total if total > 0 else 1.0
+
+
+def worst(outcomes: Sequence[Outcome]) -> Outcome:
+    """The one with the least margin, the first of equals."""
+    return min(outcomes, key=lambda one: one.margin)
+
+
+def in_order(outline: FloatArray) -> FloatArray:
+    """A quadrilateral's corners in order round it, however they were clicked."""
+    if len(outline) != 4:
+        return outline
+    off = outline - outline.mean(axis=0)
+    return outline[np.argsort(np.arctan2(off[:, 1], off[:, 0]))]
+
+
+def inside_depth(points: FloatArray, outline: FloatArray) -> FloatArray:
+    """(T,) signed distance of points (T, 2) to a simple polygon (K, 2), positive inside, m."""
+    start, end = outline, np.roll(outline, -1, axis=0)
+    along = end - start
+    to_point = points[:, None] - start
+    square = np.maximum(np.sum(along**2, -1), 1e-12)
+    share = np.clip(np.sum(to_point * along, -1) / square, 0, 1)
+    distance = np.linalg.norm(to_point - share[..., None] * along, axis=-1).min(axis=1)
+    y = points[:, 1:2]
+    spans = (start[:, 1] > y) != (end[:, 1] > y)
+    rise = np.where(np.abs(along[:, 1]) < 1e-12, 1e-12, along[:, 1])
+    crossing = start[:, 0] + (y - start[:, 1]) / rise * along[:, 0]
+    inside = (spans & (points[:, :1] < crossing)).sum(axis=1) % 2 == 1
+    return np.where(inside, distance, -distance)

@@ -1,9 +1,14 @@
-"""Exports a rollout as an animated GLB: textured objects that move, supports, the camera."""
+"""Exports a rollout as animated binary glTF 2.0: textured objects that move, supports, camera.
+
+Source: Khronos glTF 2.0 specification, sections 3.6 (accessors) and 4.4 (GLB).
+"""
 
 from __future__ import annotations
 
+import json
 import math
-from dataclasses import replace
+import struct
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +18,6 @@ from numpy.typing import NDArray
 
 from physagent_studio.errors import InputError
 from physagent_studio.exchange.files import written
-from physagent_studio.exchange.gltf import INDICES, VERTICES, GltfWriter
 from physagent_studio.program.rotations import quaternion_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.records.rollout import Rollout
@@ -60,7 +64,8 @@ def write_glb(path: Path | str, scene: Scene, rollout: Rollout, fps: float) -> N
         for target, sampler in tracks:
             channels.append({"sampler": len(samplers), "target": {"node": node, "path": target}})
             samplers.append(sampler)
-    children += [_still(gltf, name, mesh) for name, mesh in scene.support_meshes.items()]
+    for name, mesh in scene.support_meshes.items():
+        children.append(gltf.add("nodes", {"name": name, "mesh": _mesh(gltf, name, mesh)}))
     if scene.state.camera is not None:
         children.append(_camera(gltf, scene.state.camera))
     root = gltf.add("nodes", {"name": "world", "rotation": _Y_UP, "children": children})
@@ -121,10 +126,6 @@ def _deforming(
     times = gltf.add_array((keys / fps).astype(np.float32))
     output = gltf.add_array(weights.ravel().astype(np.float32))
     return node, [("weights", {"input": times, "output": output})]
-
-
-def _still(gltf: GltfWriter, name: str, mesh: Mesh) -> int:
-    return gltf.add("nodes", {"name": name, "mesh": _mesh(gltf, name, mesh)})
 
 
 def _mesh(gltf: GltfWriter, name: str, mesh: Mesh, light: NDArray[np.float64] | None = None) -> int:
@@ -198,3 +199,72 @@ def _camera(gltf: GltfWriter, camera: Camera) -> int:
     w, x, y, z = quaternion_of(camera.matrix @ np.diag([1.0, -1.0, -1.0]))
     pose = {"translation": list(camera.position), "rotation": [x, y, z, w]}
     return gltf.add("nodes", {"name": "camera", "camera": index, **pose})
+
+
+_COMPONENTS = {"float32": 5126, "uint32": 5125, "uint16": 5123, "uint8": 5121}
+_SHAPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
+_JSON, _BIN = 0x4E4F534A, 0x004E4942
+VERTICES, INDICES = 34962, 34963
+"""Targets of buffer views that hold vertex attributes and indices."""
+
+
+@dataclass(slots=True)
+class GltfWriter:
+    """Collects one glTF document; `glb()` gives its bytes.
+
+    Every `add_*` returns the index by which other parts refer to what was added.
+    """
+
+    document: dict[str, Any] = field(
+        default_factory=lambda: {"asset": {"version": "2.0", "generator": "physagent-studio"}}
+    )
+    binary: bytearray = field(default_factory=bytearray)
+
+    def add(self, room: str, item: dict[str, Any]) -> int:
+        """Append to one of the document's arrays (`nodes`, `meshes`, …)."""
+        items = self.document.setdefault(room, [])
+        items.append(item)
+        return len(items) - 1
+
+    def add_bytes(self, data: bytes, target: int | None = None) -> int:
+        """A buffer view over these bytes, aligned to four."""
+        self.binary += b"\0" * (-len(self.binary) % 4)
+        view = {"buffer": 0, "byteOffset": len(self.binary), "byteLength": len(data)}
+        if target is not None:
+            view["target"] = target
+        self.binary += data
+        return self.add("bufferViews", view)
+
+    def add_array(self, values: NDArray[Any], target: int | None = None) -> int:
+        """An accessor over (N,) or (N, k) float32 or unsigned values, with its bounds."""
+        values = np.ascontiguousarray(values)
+        columns = 1 if values.ndim == 1 else values.shape[1]
+        flat = values.reshape(len(values), columns)
+        accessor: dict[str, Any] = {
+            "bufferView": self.add_bytes(values.tobytes(), target),
+            "componentType": _COMPONENTS[values.dtype.name],
+            "count": len(values),
+            "type": _SHAPES[columns],
+        }
+        if len(values):
+            accessor["min"] = flat.min(0).tolist()
+            accessor["max"] = flat.max(0).tolist()
+        return self.add("accessors", accessor)
+
+    def extension(self, name: str) -> None:
+        """Note that the document uses an extension."""
+        used = self.document.setdefault("extensionsUsed", [])
+        if name not in used:
+            used.append(name)
+
+    def glb(self) -> bytes:
+        """The whole file."""
+        self.document["buffers"] = [{"byteLength": len(self.binary)}]
+        text = json.dumps(self.document, separators=(",", ":")).encode()
+        text += b" " * (-len(text) % 4)
+        binary = bytes(self.binary) + b"\0" * (-len(self.binary) % 4)
+        total = 12 + 8 + len(text) + 8 + len(binary)
+        parts = [struct.pack("<4sII", b"glTF", 2, total)]
+        for kind, chunk in ((_JSON, text), (_BIN, binary)):
+            parts += [struct.pack("<II", len(chunk), kind), chunk]
+        return b"".join(parts)

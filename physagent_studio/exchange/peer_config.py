@@ -156,20 +156,19 @@ def load_peer_config(
     path: Path | str,
     photo: Path | str | None = None,
     names: Sequence[str] = (),
-    handler: Path | str | None = None,
 ) -> PeerSetup:
     """Read a peer's configuration.
 
     photo: None for the picture beside it. names: of the objects, in its order; the format has
-    none, so the default is object_1, object_2, … handler: None for the one beside it, which is
-    called `handler.py` or like the example.
+    none, so the default is object_1, object_2, … A schedule is read from the handler beside it,
+    which is called `handler.py` or like the example.
 
     Raises:
         InputError: in one sentence, with file and line: what is wrong and what is allowed.
     """
     path = Path(path)
     reader = _PeerReader(path)
-    pixels, image_hash = read_photo(_photo(path, photo))
+    pixels, image_hash = read_photo(Path(photo) if photo else photo_beside(path, _PHOTOS))
     size = (pixels.shape[1], pixels.shape[0])
     groundings = reader.groundings("all_object_points", size)
     if not groundings:
@@ -197,7 +196,7 @@ def load_peer_config(
         for key in reader.data
         if key not in reader.asked and (key not in _KNOWN or key in _OF_MATERIALS)
     )
-    motion, unread = reader.motion(_handler(path, handler, reader.data), len(chosen))
+    motion, unread = reader.motion(_handler(path, reader.data), len(chosen))
     return PeerSetup(
         case=case,
         objects=objects,
@@ -209,21 +208,18 @@ def load_peer_config(
     )
 
 
-def _handler(path: Path, given: Path | str | None, data: dict[str, Any]) -> Path | None:
+def _handler(path: Path, data: dict[str, Any]) -> Path | None:
     """The handler file that goes with a configuration; None where there is none."""
-    if given is not None:
-        return Path(given)
     names = ("handler.py", f"{slug(str(data.get('example_name') or path.parent.name))}.py")
     return next((path.parent / one for one in names if (path.parent / one).is_file()), None)
 
 
-def _photo(path: Path, given: Path | str | None) -> Path:
-    if given is not None:
-        return Path(given)
-    for name in _PHOTOS:
+def photo_beside(path: Path, names: Sequence[str]) -> Path:
+    """The first of these pictures that lies beside a file; raises InputError where none does."""
+    for name in names:
         if (path.parent / name).is_file():
             return path.parent / name
-    raise InputError(f"there is no photo beside {path} ({', '.join(_PHOTOS)}); name it")
+    raise InputError(f"there is no photo beside {path} ({', '.join(names)}); name it")
 
 
 class _PeerReader:

@@ -7,13 +7,13 @@
 
 from physagent_studio.records.case import Case, Image
 from physagent_studio.records.doubts import Doubt, doubts_of
-from physagent_studio.records.evidence import Evidence, RolloutEvidence, SceneEvidence
 from physagent_studio.records.judgement import (
     CRITERIA,
     Assessment,
     Check,
     Criterion,
     Decision,
+    Evidence,
     Hunk,
     Lesson,
     Memory,
@@ -22,7 +22,9 @@ from physagent_studio.records.judgement import (
     Override,
     Preview,
     Proposal,
+    RolloutEvidence,
     Round,
+    SceneEvidence,
 )
 from physagent_studio.records.loop_state import LoopState
 from physagent_studio.records.rollout import CONTACT_DTYPE, ActionSpan, Alarm, Release, Rollout

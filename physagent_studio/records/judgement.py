@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -10,6 +11,9 @@ from pydantic import Field
 from physagent_studio.program.base import Frozen
 from physagent_studio.program.edits import Edit, Hunk
 from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.records.case import Image
+from physagent_studio.records.rollout import Rollout
+from physagent_studio.records.scene import Scene
 
 Stage = Literal["reconstruction", "simulation"]
 CRITERIA = ("object trajectory", "contact timing", "force direction", "material response")
@@ -274,3 +278,30 @@ class Memory(Frozen):
     rejected: tuple[tuple[Proposal, str], ...] = ()
     lessons: tuple[Lesson, ...] = ()
     said: str = ""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SceneEvidence:
+    """Stage 1: the scene with its findings, and its rendered view beside the photo."""
+
+    program: PhysicalProgram
+    scene: Scene
+    view: Image | None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class RolloutEvidence:
+    """Stage 2: measured facts and every third frame (x1, x4 … x79 of the paper).
+
+    checks: the contract and the always-on physical checks, measured. frames: 27 images, or
+    empty where nothing was rendered.
+    """
+
+    program: PhysicalProgram
+    scene: Scene
+    rollout: Rollout
+    checks: tuple[Check, ...]
+    frames: tuple[Image, ...] = ()
+
+
+Evidence = SceneEvidence | RolloutEvidence

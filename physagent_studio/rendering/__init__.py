@@ -2,6 +2,5 @@
 
 from physagent_studio.rendering.clip import frame_of, render_clip
 from physagent_studio.rendering.compositor import Compositor
-from physagent_studio.rendering.flow import flow_between, normals_of
+from physagent_studio.rendering.flow import Tracked, Tracks, flow_between, normals_of
 from physagent_studio.rendering.frame import Flow, Frame
-from physagent_studio.rendering.tracks import Tracked, Tracks

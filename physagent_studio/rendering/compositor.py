@@ -111,8 +111,10 @@ class Compositor:
         itself is the better picture; this is how a reconstruction shows its faults.
         """
         pose = self._posed(positions, rotations, vertices)
-        standing = np.zeros(len(self.names)) if as_built else self._scenery.standing(pose.points)
-        backdrop = self._scenery.behind(pose.world, standing, shadows)
+        standing, lingering = self._scenery.standing(pose.points)
+        if as_built:
+            standing = lingering = np.zeros(len(self.names))
+        backdrop = self._scenery.behind(pose.world, standing, lingering, shadows)
         colors = self._skin.colors(pose.hits, pose.turned, pose.world if pose.soft else None)
         frame = self._composed(pose, backdrop, colors, standing)
         if pose.hidden.any():

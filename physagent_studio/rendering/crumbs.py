@@ -13,10 +13,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.rotations import matrices_of
 from physagent_studio.records.scene import Mesh
 
-FloatArray = NDArray[np.float64]
 STRAINED = 1.3
 """How many times longer or shorter than it was an edge is when its face comes loose."""
 LONGEST, HALVINGS = 0.05, 16

@@ -14,9 +14,9 @@ from physagent_studio.records.scene import Scene
 from physagent_studio.rendering.batch import Batch
 from physagent_studio.rendering.contact import contact_light, deepening, tinted
 from physagent_studio.rendering.frame import Picture
-from physagent_studio.rendering.grid import enlarged
+from physagent_studio.rendering.grid import enlarged, reduced
 from physagent_studio.rendering.raster import FloatArray, Lens
-from physagent_studio.rendering.settled import Settled
+from physagent_studio.rendering.settled import Settled, apart_from
 from physagent_studio.rendering.shadow import Ground, Shadows
 from physagent_studio.rendering.sun import CONTACT, DEFAULT, Sun, estimate_sun, shading_around
 
@@ -34,6 +34,7 @@ class Scenery:
     plate: (H, W, 3) without objects and their shadows. settled: the photo around objects that
     stand still, None without a photo. lights: the sun and the sky, with their shadows. deep:
     (3, h, w) by how much shadows whose colour is not seen are deepened by that of the ground.
+    apart: (h, w) 0 at the objects' places in the photo, 1 far from all of them.
     """
 
     plate: Picture
@@ -41,6 +42,7 @@ class Scenery:
     sun: Sun
     lights: tuple[tuple[Sun, Shadows], ...]
     deep: NDArray[np.float32]
+    apart: NDArray[np.float32]
 
     @classmethod
     def of(
@@ -57,6 +59,7 @@ class Scenery:
         """Prepare. world, points: (V, 3) vertices at the initial pose, world and camera frame.
         lit: whether the photo's light is looked for, which takes most of the time."""
         sun, sky, settled, photo = DEFAULT, CONTACT, None, scene.photo
+        apart = np.ones(ground.shape, np.float32)
         if lit and photo is not None and photo.shape == plate.shape:
             masks = [scene.masks.get(item.name) for item in scene.state.objects]
             free = _free(masks, photo.shape[:2])
@@ -65,14 +68,18 @@ class Scenery:
             sky = contact_light(seen, sun, batch, world, ground)
             cast = _cast(sun, batch, world, ground, plate.shape)
             settled = Settled.of(photo, plate, masks, cast, batch, points, lens)
+            away = apart_from(masks, photo.shape[:2])
+            apart = np.asarray(reduced(away, ground.step, ground.shape), np.float32)
         lights = tuple((one, Shadows.of(batch, ground, one.lamp)) for one in (sun, sky))
         deep = deepening(plate, ground.step, ground.shape)
-        return cls(plate, settled, sun, lights, deep)
+        return cls(plate, settled, sun, lights, deep, apart)
 
-    def standing(self, points: FloatArray) -> FloatArray:
-        """(N,) how much each object is still where the photo shows it; 0 without a photo."""
+    def standing(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(N,) how much each object is still where the photo shows it, and (N,) how much its
+        shadow; 0 without a photo."""
         if self.settled is None:
-            return np.zeros(len(self.lights[0][1].batch.first) - 1)
+            none = np.zeros(len(self.lights[0][1].batch.first) - 1)
+            return none, none
         return self.settled.weights(points)
 
     def shares(
@@ -95,14 +102,23 @@ class Scenery:
             return colors
         return self.settled.keep(colors, pixel, self.shares(pixel, owner, standing))
 
-    def behind(self, world: FloatArray, standing: FloatArray, shadows: bool) -> Picture:
-        """The picture without objects: shadows of those that have left their place are new."""
+    def behind(
+        self, world: FloatArray, standing: FloatArray, lingering: FloatArray, shadows: bool
+    ) -> Picture:
+        """The picture without objects: shadows of those that have left their place are new.
+
+        lingering: (N,) how much of an object's shadow in the photo is left.
+        """
         picture = self.plate
         if self.settled is not None:
-            picture = self.settled.restore(picture, standing)
+            picture = self.settled.restore(picture, standing, lingering)
         if not shadows:
             return picture
         blocked = [cast.blocked(world, 1 - standing) for _, cast in self.lights]
+        if (lingering > standing).any():
+            # Away from the objects the photo's shadows give way more slowly.
+            later = self.lights[0][1].blocked(world, 1 - lingering)
+            blocked[0] += (later - blocked[0]) * self.apart
         window = _shaded(blocked)
         if window is None:
             return picture

@@ -24,6 +24,8 @@ _GONE = 0.02
 """Share of its own size on the picture after which an object has left its place."""
 _PIXELS = (2.0, 6.0)
 """The same in pixels, at least and at most."""
+_LINGERS = 0.3
+"""Share of its own size over which its shadow in the photo gives way to one that is drawn."""
 _RIM = 6.0
 """Pixels around an object's mask that are its own, whatever falls there."""
 _DIMMER = 0.5
@@ -72,15 +74,16 @@ class Settled:
         """
         near = _reasons(masks, shadows, photo.shape[:2]).ravel()
         pixel = np.flatnonzero((photo != plate).any(-1).ravel() & (near >= 0))
-        apart = _apart(masks, photo.shape[:2]).ravel()[pixel]
+        apart = apart_from(masks, photo.shape[:2]).ravel()[pixel]
         flat = np.ascontiguousarray(photo).reshape(-1, 3)
         rows = np.concatenate([caster.rows for caster in batch.casters] or [[]]).astype(np.int32)
         outline, owner = _projected(points[rows], lens), batch.owner[rows]
         size = _sizes(outline, owner, len(batch.casters))
         return cls(pixel, apart, near, flat, rows, owner, outline, size, lens)
 
-    def weights(self, points: FloatArray) -> FloatArray:
-        """(N,) how much each object is still where the photo shows it: 1 exactly, 0 not at all.
+    def weights(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(N,) how much each object is still where the photo shows it: 1 exactly, 0 not at all;
+        and (N,) how much of the shade and shine that the photo shows away from it still holds.
 
         points: (V, 3) camera frame, now.
         """
@@ -88,13 +91,15 @@ class Settled:
         farthest = np.zeros(len(self.size))
         np.maximum.at(farthest, self.owner, moved)
         reach = np.clip(_GONE * self.size, *_PIXELS)
-        return 1 - np.clip((farthest - _STILL) / reach, 0, 1)
+        slower = np.maximum(_LINGERS * self.size, reach)
+        still, lingering = (1 - np.clip((farthest - _STILL) / r, 0, 1) for r in (reach, slower))
+        return still, lingering
 
-    def restore(self, plate: Picture, weights: FloatArray) -> Picture:
-        """The plate with the photo where its objects still stand."""
+    def restore(self, plate: Picture, weights: FloatArray, lingering: FloatArray) -> Picture:
+        """The plate with the photo where its objects still stand, and their shade beside them."""
         share = weights[self.near[self.pixel]]
-        if len(share) and share.min() < share.max():
-            share = share + (self._soft(weights) - share) * self.apart
+        if len(share) and min(share.min(), lingering.min()) < 1:
+            share = share + (self._soft(lingering) - share) * self.apart
         mine = np.flatnonzero(share > 0)
         if not len(mine):
             return plate
@@ -146,7 +151,9 @@ def _sizes(outline: FloatArray, owner: IntArray, count: int) -> FloatArray:
     return sizes
 
 
-def _apart(masks: list[NDArray[np.bool_] | None], shape: tuple[int, ...]) -> NDArray[np.float32]:
+def apart_from(
+    masks: list[NDArray[np.bool_] | None], shape: tuple[int, ...]
+) -> NDArray[np.float32]:
     """(H, W) 0 within the rims of the masks, 1 far from all of them."""
     things = [mask for mask in masks if mask is not None and mask.shape == shape]
     free = ~np.any([np.zeros(shape, bool), *things], axis=0)

@@ -13,9 +13,8 @@ from physagent_studio.program.rotations import matrices_of
 from physagent_studio.records.scene import Mesh, Shading
 from physagent_studio.rendering.batch import Batch, corner_normals
 from physagent_studio.rendering.light import lambert, relative
-from physagent_studio.rendering.lit import lit
+from physagent_studio.rendering.lit import Paint, lit
 from physagent_studio.rendering.raster import FloatArray, Hits, Lens, between
-from physagent_studio.rendering.texture import Paint
 
 _SAME = 1e-12
 

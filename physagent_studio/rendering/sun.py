@@ -7,6 +7,7 @@ what is dark is taken, if it agrees well enough, and new shadows fall the same w
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
@@ -24,6 +25,11 @@ _AZIMUTHS = 16
 _ELEVATIONS = (20, 32, 46, 62)
 _PENUMBRA = 0.12
 _REACH = 6.0
+_TURN = np.pi / 16
+"""First step by which the best lamp of the sky is turned, rad."""
+_LOW_HIGH = (0.2, 1.4)
+"""Lowest and highest that it stands, rad."""
+_PENUMBRAS, _REACHES = (0.02, 0.05, 0.12, 0.25), (6.0, 20.0, 60.0)
 _AGREES = 0.6
 """Least correlation between the darkness found and the shadow computed."""
 _AROUND = 3.2
@@ -86,15 +92,18 @@ def estimate_sun(shading: Shading | None, batch: Batch, world: FloatArray, groun
     places = _around(batch, world, ground)[:, looked_at]
     darkness = darkness[looked_at]
     grey = -darkness.mean(-1)
-    best, lamp = _AGREES, None
-    for candidate in _sky():
-        blocked = Shadows.of(batch, ground, candidate).blocked(world, everyone)[looked_at]
-        agreement = _agreement(blocked, grey, places)
-        if agreement > best:
-            best, lamp = agreement, candidate
-    if lamp is None:
+
+    def blocked_by(lamp: Lamp) -> NDArray:
+        return Shadows.of(batch, ground, lamp).blocked(world, everyone)[looked_at]
+
+    def agreement(lamp: Lamp) -> float:
+        return _agreement(blocked_by(lamp), grey, places)
+
+    best = max(((agreement(lamp), -k, lamp) for k, lamp in enumerate(_sky())), key=lambda x: x[:2])
+    if best[0] <= _AGREES:
         return DEFAULT
-    blocked = Shadows.of(batch, ground, lamp).blocked(world, everyone)[looked_at]
+    lamp = _refined(best[2], best[0], agreement)
+    blocked = blocked_by(lamp)
     strength = _strength(blocked, darkness)
     if strength.max() < _FAINTEST:
         return DEFAULT
@@ -102,13 +111,37 @@ def estimate_sun(shading: Shading | None, batch: Batch, world: FloatArray, groun
 
 
 def _sky() -> list[Lamp]:
-    lamps = []
-    for elevation in np.radians(_ELEVATIONS):
-        for azimuth in np.arange(_AZIMUTHS) * (2 * np.pi / _AZIMUTHS):
-            flat = np.cos(elevation)
-            direction = (flat * np.cos(azimuth), flat * np.sin(azimuth), np.sin(elevation))
-            lamps.append(Lamp(np.array(direction), _PENUMBRA, _REACH))
-    return lamps
+    return [
+        _lamp(azimuth, elevation, _PENUMBRA, _REACH)
+        for elevation in np.radians(_ELEVATIONS)
+        for azimuth in np.arange(_AZIMUTHS) * (2 * np.pi / _AZIMUTHS)
+    ]
+
+
+def _lamp(azimuth: float, elevation: float, penumbra: float, reach: float) -> Lamp:
+    flat = np.cos(elevation)
+    direction = (flat * np.cos(azimuth), flat * np.sin(azimuth), np.sin(elevation))
+    return Lamp(np.array(direction), penumbra, reach)
+
+
+def _refined(lamp: Lamp, value: float, agreement: Callable[[Lamp], float]) -> Lamp:
+    """The lamp near this one, turned a little, harder or softer, that agrees best with the photo.
+
+    value: how well this one agrees.
+    """
+    x, y, z = lamp.direction.tolist()
+    best = (float(np.arctan2(y, x)), float(np.arcsin(z)), lamp.penumbra, lamp.reach)
+    for finer in (1.0, 0.5, 0.25):
+        turns = [
+            (best[0] + a * finer, np.clip(best[1] + b * finer, *_LOW_HIGH), *best[2:])
+            for a in (-_TURN, 0, _TURN)
+            for b in (-_TURN / 2, 0, _TURN / 2)
+        ]
+        hardness = [(*best[:2], p, r) for p in _PENUMBRAS for r in _REACHES]
+        for tried in (*turns, *hardness):
+            if (found := agreement(_lamp(*tried))) > value:
+                value, best = found, tried
+    return _lamp(*best)
 
 
 def _around(batch: Batch, world: FloatArray, ground: Ground) -> NDArray[np.bool_]:

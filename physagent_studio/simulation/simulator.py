@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from threading import Lock
 from types import MappingProxyType
 from typing import TypeVar
@@ -29,38 +28,35 @@ from physagent_studio.simulation.bodies.undercarriage import on_wheels
 from physagent_studio.simulation.contacts.wheels import wheels_of
 from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.model.build import compile_model
-from physagent_studio.simulation.model.collision import outlines
+from physagent_studio.simulation.model.collision import outlines, settle, substeps_for
 from physagent_studio.simulation.model.model import Compiled, configure
 from physagent_studio.simulation.model.parts import part_of
-from physagent_studio.simulation.model.settle import settle
-from physagent_studio.simulation.model.tunnelling import substeps_for
 from physagent_studio.simulation.stepping.engine import run
 from physagent_studio.simulation.stepping.measure import rollout_of, with_alarms, with_vertices
 from physagent_studio.simulation.stepping.resume import first_effect, restore, setting_key
 from physagent_studio.simulation.stepping.trace import Trace, new_trace
-from physagent_studio.simulation.surfaces import FloatArray, Surface
+from physagent_studio.simulation.surfaces import FloatArray
 
 K = TypeVar("K")
 V = TypeVar("V")
 
+CAPACITY = 16
+"""Compiled models that are kept."""
 NO_MESHES: Mapping[str, Mesh] = MappingProxyType({})
 
 
 class Simulator:
     """Runs programs and keeps the last compiled models, so that an edit costs only the run.
 
-    One run at a time; a second caller waits. capacity: compiled models and solids kept.
-    folder: where convex parts of meshes are kept between runs.
+    One run at a time; a second caller waits.
     """
 
-    def __init__(self, capacity: int = 16, folder: Path | None = None) -> None:
-        self._folder = folder
+    def __init__(self) -> None:
         self._models: OrderedDict[str, Compiled] = OrderedDict()
         self._solids: OrderedDict[str, Solid] = OrderedDict()
         self._digests: OrderedDict[tuple[int, int], tuple[tuple[np.ndarray, ...], str]] = (
             OrderedDict()
         )
-        self._capacity = capacity
         self._lock = Lock()
 
     def simulate(
@@ -69,17 +65,16 @@ class Simulator:
         meshes: Mapping[str, Mesh] = NO_MESHES,
         *,
         cancelled: Callable[[], bool] | None = None,
-        progress: Callable[[float], None] | None = None,
     ) -> Rollout:
         """Runs a program whose scene is resolved.
 
         meshes: visual mesh per object name, body frame; shapes that are no primitives collide as
-        its convex hull, or as convex parts. progress: called with 0 … 1 at every frame. The same
-        program and meshes give the same bits. Raises SimulationError for a scene that cannot run
-        and Cancelled when `cancelled` says so. A blow-up is no error: the rollout ends before it
+        its convex hull, or as convex parts. The same program and meshes give the same bits.
+        Raises SimulationError for a scene that cannot run and Cancelled when `cancelled` says
+        so. A blow-up is no error: the rollout ends before it
         with a warning of kind `blow_up`.
         """
-        return self._run(program, meshes, None, 0, cancelled, progress)
+        return self._run(program, meshes, None, 0, cancelled)
 
     def resimulate(
         self,
@@ -89,7 +84,6 @@ class Simulator:
         from_step: int,
         *,
         cancelled: Callable[[], bool] | None = None,
-        progress: Callable[[float], None] | None = None,
     ) -> Rollout:
         """The rollout of an edited program, taking over what `previous` did before `from_step`.
 
@@ -97,7 +91,7 @@ class Simulator:
         later, and from the very start where more than actions was edited; so the result always
         has the same bits as `simulate(program, meshes)`.
         """
-        return self._run(program, meshes, previous, from_step, cancelled, progress)
+        return self._run(program, meshes, previous, from_step, cancelled)
 
     def outlines(
         self, program: PhysicalProgram, meshes: Mapping[str, Mesh]
@@ -122,7 +116,6 @@ class Simulator:
         previous: Rollout | None,
         from_step: int,
         cancelled: Callable[[], bool] | None,
-        progress: Callable[[float], None] | None,
     ) -> Rollout:
         _require_resolved(program)
         with self._lock:
@@ -135,7 +128,7 @@ class Simulator:
             step = 0
             if frame > 0 and previous is not None:
                 step = restore(world, trace, previous, frame)
-            run(world, trace, step, cancelled, progress)
+            run(world, trace, step, cancelled)
             rollout = with_vertices(world, trace, rollout_of(world, trace, setting))
             return with_alarms(world, rollout)
 
@@ -143,11 +136,8 @@ class Simulator:
         assert shape is not None
         key = f"{name}|{shape.model_dump_json()}|{self._digest(mesh)}"
         if key not in self._solids:
-            self._solids[key] = solid_of(name, shape, mesh, self._split)
-        return _recent(self._solids, key, 8 * self._capacity)
-
-    def _split(self, surface: Surface) -> tuple[Surface, ...] | None:
-        return split(surface, self._folder)
+            self._solids[key] = solid_of(name, shape, mesh, split)
+        return _recent(self._solids, key, 8 * CAPACITY)
 
     def _compiled(
         self, program: PhysicalProgram, meshes: Mapping[str, Mesh]
@@ -184,7 +174,7 @@ class Simulator:
         key = hashlib.sha256("\n".join(parts).encode()).hexdigest()
         if key not in self._models:
             self._models[key] = compile_model(scene, solids, meshed, fixed, meshes)
-        return key, _recent(self._models, key, self._capacity)
+        return key, _recent(self._models, key, CAPACITY)
 
     def _digest(self, mesh: Mesh | None) -> str:
         """Content hash of a mesh's surface, remembered per pair of arrays."""
@@ -199,7 +189,7 @@ class Simulator:
                 digest.update(part.tobytes())
             # The arrays are kept as well: an id is only theirs while they are there.
             self._digests[key] = (arrays, digest.hexdigest())
-        return _recent(self._digests, key, 64 * self._capacity)[1]
+        return _recent(self._digests, key, 64 * CAPACITY)[1]
 
 
 def _recent(cache: OrderedDict[K, V], key: K, capacity: int) -> V:

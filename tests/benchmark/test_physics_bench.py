@@ -1,7 +1,7 @@
 """The bench of physics prints every figure and writes them down."""
 
 from physagent_studio.benchmark.physics import bench as physics
-from physagent_studio.benchmark.physics.programs import malformed
+from physagent_studio.benchmark.physics.bench import malformed
 
 
 def test_malformed_programs_are_read_or_refused_in_order():
@@ -13,7 +13,7 @@ def test_malformed_programs_are_read_or_refused_in_order():
 def test_the_bench_writes_a_page_with_every_row(tmp_path, monkeypatch):
     quick = {name: physics.FIGURES[name] for name in ("projectile", "angled_force")}
     monkeypatch.setattr(physics, "FIGURES", quick)
-    monkeypatch.setattr(physics.physics_programs, "DOSE", 50)
+    monkeypatch.setattr(physics, "DOSE", 50)
     rows = physics.bench(out=tmp_path / "physics.md")
     page = (tmp_path / "physics.md").read_text()
     names = [row.name for row in rows]

@@ -11,10 +11,8 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from physagent_studio.benchmark.study.answers import read_answers
-from physagent_studio.benchmark.study.figures import counted, pairs
 from physagent_studio.benchmark.study.server import StudyServer
-from physagent_studio.benchmark.study.trials import study_of
+from physagent_studio.benchmark.study.trials import counted, pairs, read_answers, study_of
 
 pytestmark = pytest.mark.browser
 CLIPS = 24

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from physagent_studio.contract.outlines import inside_depth
+from physagent_studio.contract.track import inside_depth
 
 
 def test_a_line_counts_between_its_ends_only(stage, time):

@@ -8,7 +8,7 @@ import pytest
 
 from physagent_studio.errors import ProgramError
 from physagent_studio.program.scene.state import Sphere
-from physagent_studio.program.text import migrations
+from physagent_studio.program.text import document
 from physagent_studio.program.text.document import load_program
 
 FIRST_DAY = Path(__file__).parents[1] / "data" / "program_of_the_first_day.yaml"
@@ -23,7 +23,7 @@ def test_a_program_of_the_first_day_opens_with_all_that_it_says() -> None:
     assert (ball.density, ball.friction, ball.restitution) == (900, 0.5, 0.6)
     assert [action.id for action in program.event.actions] == ["push", "wind", "kick"]
     assert (program.clip.frames, program.clip.substeps) == (41, 5)
-    assert program.version == migrations.VERSION
+    assert program.version == document.VERSION
 
 
 def test_older_data_is_brought_up_a_version_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -31,7 +31,7 @@ def test_older_data_is_brought_up_a_version_at_a_time(monkeypatch: pytest.Monkey
         rest = {key: value for key, value in data.items() if key != "sentence"}
         return rest | {"event": {"prompt": data["sentence"]}}
 
-    monkeypatch.setitem(migrations.FROM, 0, from_before)
+    monkeypatch.setitem(document.FROM, 0, from_before)
     program = load_program("version: 0\nsentence: it falls\n")
     assert (program.version, program.event.prompt) == (1, "it falls")
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from physagent_studio.benchmark.reconstruction.bench import reference_masks
-from physagent_studio.benchmark.reconstruction.synthetic import scene
-from physagent_studio.benchmark.reconstruction.truth import TrueMasks
+from physagent_studio.benchmark.reconstruction.synthetic import TrueMasks, scene
 from physagent_studio.errors import Cancelled, InputError
 from physagent_studio.exchange import load_case
 from physagent_studio.program.scene.camera import Camera

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.reconstruction.synthetic import scene
-from physagent_studio.benchmark.reconstruction.truth import TrueMasks
+from physagent_studio.benchmark.reconstruction.synthetic import TrueMasks, scene
 from physagent_studio.program.scene.state import (
     Box,
     Click,

@@ -73,7 +73,7 @@ def test_the_sun_is_read_off_the_photo(direction):
     assert scenery.sun.seen
     truth = np.arctan2(direction[1], direction[0])
     found = np.arctan2(scenery.sun.lamp.direction[1], scenery.sun.lamp.direction[0])
-    assert abs((found - truth + np.pi) % (2 * np.pi) - np.pi) < np.radians(30)
+    assert abs((found - truth + np.pi) % (2 * np.pi) - np.pi) < np.radians(3)
     assert 0.25 < scenery.sun.strength.mean() < 0.7
 
 
@@ -187,3 +187,18 @@ def test_a_shadow_stays_while_its_thing_stands_though_another_leaves_from_nearer
     assert between.sum() > 40
     kept = (floor.astype(int) - frame.rgb).mean(-1)[:, 96:116][between]
     assert kept.mean() > 0.7 * (floor.astype(int) - scene.photo).mean(-1)[:, 96:116][between].mean()
+
+
+def test_a_shadow_of_the_photo_gives_way_little_by_little():
+    scene, floor, hole = sunlit((-1.0, 0.1, 0.7))
+    scene = replace(scene, plate=floor)
+    compositor = Compositor(scene)
+    positions, rotations = initial_poses(scene)
+    shadow = (np.abs(scene.photo.astype(int) - floor).mean(-1) > 15) & ~hole
+    shadow &= cv2.dilate(hole.astype(np.uint8), np.ones((41, 41))) == 0
+    assert shadow.sum() > 100
+    away = np.linspace(0, 0.3, 31)[:, None] * np.array([1.0, 0, 0])
+    frames = [compositor.frame(positions + step, rotations, shadows=False) for step in away]
+    tones = np.array([frame.rgb[shadow].mean() for frame in frames])
+    assert tones[0] < floor[shadow].mean() - 15
+    assert np.abs(np.diff(tones)).max() < 0.15 * (floor[shadow].mean() - tones[0])

@@ -116,15 +116,13 @@ def test_a_concave_mesh_without_the_extra_says_so_in_the_rollout():
 
 @pytest.mark.slow
 @pytest.mark.skipif(not convex.is_available(), reason="the extra 'convex' is not installed")
-def test_a_ring_falls_over_a_peg(tmp_path):
+def test_a_ring_falls_over_a_peg():
     assert all(row.ok for row in physics_bodies.ring())
     ring = ring_mesh(0.1, 0.03)
     surface = (np.asarray(ring.vertices), np.asarray(ring.faces))
-    parts = convex.split(surface, tmp_path)
+    parts = convex.split(surface)
     assert parts is not None
-    again = convex.split(surface, tmp_path)
-    assert again is not None
-    assert len(again) == len(parts) == len(list(tmp_path.iterdir())) * len(parts)
+    assert len(parts) > 3
 
 
 @pytest.mark.parametrize(

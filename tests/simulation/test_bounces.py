@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.physics.bounces import SHAPES, tumbling
+from physagent_studio.benchmark.physics.bodies import SHAPES, tumbling
 from physagent_studio.benchmark.physics.scenes import ground, program, thing
 from physagent_studio.program.actions import SetAngularVelocity, SetVelocity
 from physagent_studio.program.scene.state import Box, Frustum, Ramp, Sphere, Torus

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from physagent_studio.program import PhysicalProgram, SceneState
+from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.materials import density_of, touch_of
 from physagent_studio.program.scene.shapes import outline_of
 from physagent_studio.records import Check, Finding, Rollout
@@ -138,15 +139,7 @@ def _motion(rollout: Rollout, index: int) -> str:
 
 def _tilt(first: np.ndarray, last: np.ndarray) -> float:
     """Degrees between the first and last direction of the body's first up axis."""
-    w, x, y, z = last
-    a, b, c, d = first
-    # last · conjugate(first): the turn between them; its effect on the vertical.
-    rw = w * a + x * b + y * c + z * d
-    rx = -w * b + x * a - y * d + z * c
-    ry = -w * c + x * d + y * a - z * b
-    rz = -w * d - x * c + y * b + z * a
-    norm = max(rw * rw + rx * rx + ry * ry + rz * rz, 1e-12)
-    up = 1 - 2 * (rx * rx + ry * ry) / norm
+    up = (matrix_of(tuple(last)) @ matrix_of(tuple(first)).T)[2, 2]
     return math.degrees(math.acos(float(np.clip(up, -1, 1))))
 
 

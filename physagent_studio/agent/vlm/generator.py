@@ -7,12 +7,10 @@ from dataclasses import dataclass
 
 from physagent_studio.agent.vlm import facts, reference
 from physagent_studio.agent.vlm.dialogue import converse
-from physagent_studio.agent.vlm.failures import Invalid, VlmError
 from physagent_studio.agent.vlm.forms import EventReply, SceneReply, SeenObject
 from physagent_studio.agent.vlm.line import Line
-from physagent_studio.agent.vlm.messages import Picture, Turn
+from physagent_studio.agent.vlm.messages import Invalid, Picture, Turn, VlmError, prompt, quoted
 from physagent_studio.agent.vlm.pictures import fitted, marked, with_rulers
-from physagent_studio.agent.vlm.prompting import prompt, quoted
 from physagent_studio.errors import InputError
 from physagent_studio.knowledge import support_kind
 from physagent_studio.program import (

@@ -10,14 +10,20 @@ from datetime import UTC, datetime
 from typing import Any
 
 from physagent_studio.agent.vlm import wire
-from physagent_studio.agent.vlm.background import wait
 from physagent_studio.agent.vlm.config import Endpoint
-from physagent_studio.agent.vlm.failures import Invalid, Unreachable
-from physagent_studio.agent.vlm.messages import Answer, Part, Question, Usage
+from physagent_studio.agent.vlm.messages import (
+    Answer,
+    Invalid,
+    Part,
+    Question,
+    Unreachable,
+    Usage,
+    prompt,
+)
 from physagent_studio.agent.vlm.pictures import data_url, fitted
-from physagent_studio.agent.vlm.prompting import prompt
 from physagent_studio.agent.vlm.spending import CallRecord, Ledger, price
 from physagent_studio.agent.vlm.tape import Tape
+from physagent_studio.agent.vlm.wire import wait
 from physagent_studio.errors import Cancelled
 from physagent_studio.records.loop_state import RoleName
 

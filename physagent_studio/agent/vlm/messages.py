@@ -1,13 +1,16 @@
-"""What is said to a model and what comes back, independent of any wire format."""
+"""What is said to a model, what comes back and what can go wrong, whatever the wire format."""
 
 from __future__ import annotations
 
 import functools
 import hashlib
 import json
+import re
 from dataclasses import dataclass, field
+from importlib.resources import files
 from typing import Any, Literal
 
+from physagent_studio.errors import StudioError
 from physagent_studio.records import Image
 
 
@@ -85,3 +88,52 @@ class Answer:
     finish: str = "stop"
     refusal: str = ""
     usage: Usage = field(default_factory=Usage)
+
+
+class VlmError(StudioError):
+    """Root: the model gave nothing that can be used. The roles turn it into a legal outcome."""
+
+
+class BudgetSpent(VlmError):
+    """A limit on calls, tokens or money is reached; nothing more is sent."""
+
+
+class Unreachable(VlmError):
+    """The server cannot be reached, refuses the request, or keeps failing after the retries."""
+
+
+class NoAnswer(VlmError):
+    """The model was asked again as often as is allowed and its reply is still not valid."""
+
+
+class TapeMiss(VlmError):
+    """Replaying, and this call was not recorded."""
+
+
+class Invalid(VlmError):
+    """One reply that is not accepted; `str(error)` is the exact message the model gets back."""
+
+
+_SLOT = re.compile(r"\{\{(\w+)\}\}")
+
+
+def prompt(name: str, **values: str) -> str:
+    """The prompt file `name` with its `{{slots}}` filled.
+
+    One pass: a slot that stands in a filled-in text (a person's sentence) stays as it is.
+    """
+    text = (files("physagent_studio.agent.vlm") / "prompts" / f"{name}.md").read_text(
+        encoding="utf-8"
+    )
+    wanted = set(_SLOT.findall(text))
+    if wanted != set(values):
+        raise KeyError(f"prompt {name} has the slots {sorted(wanted)}, not {sorted(values)}")
+    return _SLOT.sub(lambda slot: values[slot[1]], text).strip()
+
+
+def quoted(text: str) -> str:
+    """A person's words or a picture's text, fenced, so that they read as data.
+
+    The fence is stripped from the text itself, so nothing in it can close it early.
+    """
+    return f"<<<DATA\n{text.replace('<<<', '<').replace('>>>', '>').strip()}\nDATA>>>"

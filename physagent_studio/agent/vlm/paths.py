@@ -141,9 +141,5 @@ def entailed(program: PhysicalProgram, edits: tuple[Edit, ...]) -> tuple[Edit, .
     return tuple(
         SetField(path=path, value=None)
         for path in opened
-        if overlap(path, own) is None and _is_set(program, path)
+        if overlap(path, own) is None and value_at(program, path) is not None
     )
-
-
-def _is_set(program: PhysicalProgram, path: str) -> bool:
-    return value_at(program, path) is not None

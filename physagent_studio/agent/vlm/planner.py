@@ -10,11 +10,9 @@ from physagent_studio.agent.memory import changed_among
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.vlm import facts, paths, reference
 from physagent_studio.agent.vlm.dialogue import converse
-from physagent_studio.agent.vlm.failures import Invalid, VlmError
 from physagent_studio.agent.vlm.forms import EventPlan, PlannedEdit, PlannedHunk, ScenePlan
 from physagent_studio.agent.vlm.line import Line
-from physagent_studio.agent.vlm.messages import Turn
-from physagent_studio.agent.vlm.prompting import prompt, quoted
+from physagent_studio.agent.vlm.messages import Invalid, Turn, VlmError, prompt, quoted
 from physagent_studio.program import AddItem, Edit, MoveItem, RemoveItem, SetField, apply
 from physagent_studio.records import Assessment, Hunk, Memory, MemoryEntry, Proposal
 

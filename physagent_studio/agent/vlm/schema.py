@@ -56,14 +56,10 @@ def _close(found: dict[str, Any], required: set[str]) -> None:
     properties = found.setdefault("properties", {})
     for name, value in properties.items():
         # A tag with a single value stays as it is: null would say nothing.
-        if name not in required and not _is_tag(value):
+        if name not in required and len(value.get("enum", ())) != 1:
             properties[name] = _nullable(value)
     found["additionalProperties"] = False
     found["required"] = list(properties)
-
-
-def _is_tag(value: dict[str, Any]) -> bool:
-    return len(value.get("enum", ())) == 1
 
 
 def _nullable(value: dict[str, Any]) -> dict[str, Any]:

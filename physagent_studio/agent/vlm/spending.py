@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from physagent_studio.agent.vlm.config import Limits, Prices
-from physagent_studio.agent.vlm.failures import BudgetSpent
-from physagent_studio.agent.vlm.messages import Usage
+from physagent_studio.agent.vlm.messages import BudgetSpent, Usage
 from physagent_studio.errors import InputError
 from physagent_studio.program.base import Frozen
 

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from physagent_studio.agent.vlm.failures import TapeMiss
-from physagent_studio.agent.vlm.messages import Answer, Question, Turn, Usage
+from physagent_studio.agent.vlm.messages import Answer, Question, TapeMiss, Turn, Usage
 from physagent_studio.errors import InputError
 
 FORMAT = 1

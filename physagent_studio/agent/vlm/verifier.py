@@ -7,12 +7,18 @@ from typing import Literal
 
 from physagent_studio.agent.vlm import facts
 from physagent_studio.agent.vlm.dialogue import converse
-from physagent_studio.agent.vlm.failures import Invalid, VlmError
 from physagent_studio.agent.vlm.forms import StageOneReply, StageTwoReply
 from physagent_studio.agent.vlm.line import Line
-from physagent_studio.agent.vlm.messages import Part, Picture, Turn
+from physagent_studio.agent.vlm.messages import (
+    Invalid,
+    Part,
+    Picture,
+    Turn,
+    VlmError,
+    prompt,
+    quoted,
+)
 from physagent_studio.agent.vlm.pictures import contact_sheet, marked, side_by_side
-from physagent_studio.agent.vlm.prompting import prompt, quoted
 from physagent_studio.agent.vlm.verdicts import (
     no_rollout_verdict,
     no_scene_verdict,

@@ -6,18 +6,19 @@ cancellable. Bodies are read here and not by the SDK, so that a reply of any siz
 
 from __future__ import annotations
 
+import asyncio
+import concurrent.futures
 import importlib
 import json
 import logging
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
-from physagent_studio.agent.vlm.background import run_cancellable
 from physagent_studio.agent.vlm.config import Endpoint
-from physagent_studio.agent.vlm.failures import VlmError
-from physagent_studio.agent.vlm.messages import Answer, Usage
-from physagent_studio.errors import BackendMissing
+from physagent_studio.agent.vlm.messages import Answer, Usage, VlmError
+from physagent_studio.errors import BackendMissing, Cancelled
 
 MOST_BYTES = 2_000_000
 MOST_ERROR_BYTES = 20_000
@@ -249,3 +250,59 @@ def _usage(data: Any) -> Usage:
 
 def _count(value: Any) -> int | None:
     return value if type(value) is int and 0 <= value < 10**9 else None
+
+
+T = TypeVar("T")
+POLL_SECONDS = 0.05
+
+
+def run_cancellable(
+    work: Callable[[], Coroutine[Any, Any, T]], timeout: float, cancelled: Callable[[], bool]
+) -> T:
+    """The coroutine's result.
+
+    It runs in an event loop of its own in a daemon thread, so that cancelling it closes its
+    sockets even while a server drips one byte at a time.
+
+    Raises:
+        TimeoutError: it took longer than `timeout` seconds in all.
+        Cancelled: `cancelled()` became true; the caller is free within `POLL_SECONDS`.
+    """
+    loop = asyncio.new_event_loop()
+    thread = threading.Thread(target=_serve, args=(loop,), name="vlm-call", daemon=True)
+    thread.start()
+    future = asyncio.run_coroutine_threadsafe(asyncio.wait_for(work(), timeout), loop)
+    try:
+        while not future.done():
+            if cancelled():
+                raise Cancelled("cancelled")
+            concurrent.futures.wait([future], POLL_SECONDS)
+        return future.result()
+    finally:
+        # Also where the caller is interrupted: nothing goes on behind its back.
+        future.cancel()
+        loop.call_soon_threadsafe(loop.stop)
+
+
+def _serve(loop: asyncio.AbstractEventLoop) -> None:
+    asyncio.set_event_loop(loop)
+    loop.run_forever()
+    left = asyncio.all_tasks(loop)
+    for task in left:
+        task.cancel()
+    loop.run_until_complete(asyncio.gather(*left, return_exceptions=True))
+    loop.run_until_complete(loop.shutdown_asyncgens())
+    loop.close()
+
+
+def wait(seconds: float, cancelled: Callable[[], bool]) -> None:
+    """Sleeps, or raises `Cancelled` as soon as `cancelled()` is true."""
+    quiet = threading.Event()
+    left = seconds
+    while True:
+        if cancelled():
+            raise Cancelled("cancelled")
+        if left <= 0:
+            return
+        quiet.wait(min(left, POLL_SECONDS))
+        left -= POLL_SECONDS

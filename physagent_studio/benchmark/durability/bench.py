@@ -1,24 +1,34 @@
-"""`physagent bench durability`: a dose that ends in minutes, or (`full`) all of it."""
+"""`physagent bench durability`: kills, cancels, a failing disk, clients and very many rounds.
+
+A dose ends in minutes; `full` is all of it. A disk fails by limits of the kernel: errors are real.
+"""
 
 from __future__ import annotations
 
+import os
+import random
+import resource
+import signal
 import tempfile
 import time
+from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from physagent_studio.agent.loop import add_round
-from physagent_studio.benchmark.durability.cancelling import cancelled
-from physagent_studio.benchmark.durability.disk import faults
+from physagent_studio.assets import assets_dir
 from physagent_studio.benchmark.durability.kills import kills
 from physagent_studio.benchmark.rows import Row, at_most, shown
-from physagent_studio.errors import InputError
+from physagent_studio.errors import InputError, StorageError
+from physagent_studio.jobs import Processes
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.text.document import load_program
 from physagent_studio.records import Case, LoopState, Round
 from physagent_studio.session import Session, Store
-from physagent_studio.workbench import Workbench, commands
+from physagent_studio.session.care import check
+from physagent_studio.workbench import Workbench, commands, tasks
 
 PROGRAM = """
 scene:
@@ -132,3 +142,150 @@ def _grown(first: Round, number: int) -> Round:
     return first.model_copy(
         update={"id": f"r{number}", "number": number, "parent": parent, "rollout": None}
     )
+
+
+OPENING = commands.OpenCase(assets_dir() / "demo", "block_stays_standing")
+"""An event of which every phase is long: its first program has to be repaired."""
+LONGEST = {"opening": 6.0, "running": 9.0, "rendering": 4.0}
+"""Seconds at most between the start of a command and its cancellation."""
+PATIENCE = 300.0
+"""Seconds for a command that nobody cancels."""
+
+
+def cancelled(root: Path, times: int) -> list[Row]:
+    """Figures over that many cancelled commands: photos opened, steps of the loop, videos."""
+    executor, store = Processes(1, keeping=True), Store(root)
+    executor.warm(*tasks.MODULES).join()
+    workbench = Workbench(store, executor=executor)
+    rng, waits, doing = random.Random(0), [], Counter[str]()
+    try:
+        begun, ended = _prepared(workbench, store)
+        for number in range(times):
+            kind = ("opening", "running", "rendering")[number % 3]
+            command = _command(kind, workbench, store, begun, ended)
+            workbench.post(command)
+            time.sleep(rng.uniform(0.1, LONGEST[kind]))
+            doing[(workbench.snapshot().busy or "nothing").rpartition(": ")[2]] += 1
+            began = time.perf_counter()
+            workbench.cancel()
+            workbench.wait(PATIENCE)
+            waits.append(time.perf_counter() - began)
+        # Whatever was cut short goes on from where it was, to its end.
+        _prepared(workbench, store)
+        realised = workbench.snapshot().state.outcome == "realised"
+    finally:
+        workbench.close()
+        executor.close()
+    spread = ", ".join(f"{what} {count}" for what, count in sorted(doing.items()))
+    loaded = os.getloadavg()[0] > (os.cpu_count() or 1) + 1
+    words = f"longest of {times} cancels{', on a loaded machine' if loaded else ''}"
+    return [
+        at_most(f"until the worker is free, {words}", max(waits), 3.0 if loaded else 1.0, "s"),
+        at_most("runs that do not reach their end after these", not realised, 0),
+        shown("what was cancelled", spread),
+    ]
+
+
+def _prepared(workbench: Workbench, store: Store) -> tuple[str, str]:
+    """Two sessions: one that has been reconstructed, and one that has run to its end."""
+    workbench.post(OPENING)
+    workbench.wait(PATIENCE)
+    begun = store.duplicate(workbench.snapshot().session_id or "")
+    workbench.post(commands.Run())
+    workbench.wait(PATIENCE)
+    return begun, workbench.snapshot().session_id or ""
+
+
+def _command(
+    kind: str, workbench: Workbench, store: Store, begun: str, ended: str
+) -> commands.Command:
+    if kind == "opening":
+        return OPENING
+    running = kind == "running"
+    workbench.post(commands.OpenSession(store.duplicate(begun) if running else ended))
+    workbench.wait(PATIENCE)
+    return commands.Run() if running else commands.Render(store.root / "clip.mp4")
+
+
+PAGE = 4096 + 24
+"""Bytes of a page in SQLite's log of writes: each limit falls into another of them."""
+
+
+def faults(root: Path, program: PhysicalProgram, times: int, kind: str) -> tuple[int, str]:
+    """How often something was damaged or went unsaid, with the disk full or (`io`) failing.
+
+    Runs in a process of its own, since the limits hold for all of one. Also what was said.
+    """
+    reading, writing = os.pipe()
+    pid = os.fork()
+    if pid == 0:
+        try:
+            wrong, said = _faults(root, program, times, kind)
+            os.write(writing, f"{wrong} {said}".encode())
+        finally:
+            os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading) as stream:
+        wrong, _, said = stream.read().partition(" ")
+    os.waitpid(pid, 0)
+    return (int(wrong) if wrong else times), said
+
+
+def _faults(root: Path, program: PhysicalProgram, times: int, kind: str) -> tuple[int, str]:
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    case = Case("bench", None, "", (), (), (), "bench")
+    session = Store(root).create(case, LoopState(draft=program), title=kind)
+    wrong, said = 0, ""
+    for number in range(times):
+        before = session.load()
+        state = add_round(before, program, "person", None)
+        lift = _full(session, number) if kind == "full" else _failing(session)
+        try:
+            session.files.put(os.urandom(3 * PAGE), ".bin")
+            session.save(state, checkpoint="step")
+        except StorageError as error:
+            said = str(error)
+            kept = len(session.load().rounds) == len(before.rounds)
+        else:
+            kept = len(session.load().rounds) == len(state.rounds)
+        lift()
+        # There is room again: the same goes through, in the same process.
+        session.save(state, checkpoint="again")
+        wrong += (not kept) + (len(session.load().rounds) != len(state.rounds))
+    folder = session.folder
+    session.close()
+    return wrong + len(check(folder)), said or "nothing was said"
+
+
+def _full(session: Session, number: int) -> Callable[[], None]:
+    """No file may grow beyond a size that lies in its next writes, part of one of them included."""
+    log = session.folder / "session.db-wal"
+    size = (log.stat().st_size if log.exists() else 0) + number % 24 * PAGE // 3
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, resource.RLIM_INFINITY))
+    endless = (resource.RLIM_INFINITY, resource.RLIM_INFINITY)
+    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, endless)
+
+
+def _failing(session: Session) -> Callable[[], None]:
+    """The file behind SQLite's log of writes can be read, and every write to it fails."""
+    log = session.folder / "session.db-wal"
+    own = [int(one) for one in os.listdir("/proc/self/fd") if _leads(one) == str(log)]
+    kept = [(one, os.dup(one)) for one in own]
+    for one in own:
+        only_read = os.open(log, os.O_RDONLY)
+        os.dup2(only_read, one)
+        os.close(only_read)
+
+    def lift() -> None:
+        for one, other in kept:
+            os.dup2(other, one)
+            os.close(other)
+
+    return lift
+
+
+def _leads(descriptor: str) -> str:
+    try:
+        return os.readlink(f"/proc/self/fd/{descriptor}")
+    except OSError:
+        return ""

@@ -112,13 +112,10 @@ def _from_notes(lines: list[str], times: int) -> list[Row]:
                 arrived.clear()
             doing = ""
     spread = ", ".join(f"{kind} {count}" for kind, count in sorted(cut.items()))
+    most = max((count - 1 for count in flying.values()), default=0)
     return [
         at_most(f"calls repeated whose answer had arrived, {times} kills", again, 0),
-        at_most("calls in flight at a kill that were repeated, most for one", _most(flying), 1),
+        at_most("calls in flight at a kill that were repeated, most for one", most, 1),
         at_most("seconds to open after a kill, longest", max(open_ones), 2.0, "s"),
         shown("what the kills cut short", spread),
     ]
-
-
-def _most(flying: Counter[str]) -> int:
-    return max((count - 1 for count in flying.values()), default=0)

@@ -1,1 +1,1 @@
-"""Events run end to end: `bench` against references, `view` as a viewer sees them, `ablation`."""
+"""Events run end to end: `bench`, as references and a viewer see them; `words` to a planner."""

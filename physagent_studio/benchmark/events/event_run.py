@@ -10,22 +10,26 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import cv2
+import numpy as np
 from pydantic import TypeAdapter
 
-from physagent_studio.benchmark.events.bare_scenes import BareEngine, BareScene, load_bare_scene
+from physagent_studio.agent.vlm.pictures import contact_sheet
+from physagent_studio.benchmark.events.plain_vectors import plain_crew
 from physagent_studio.benchmark.events.references import judge, load_reference
-from physagent_studio.benchmark.events.sheets import write_sheet
-from physagent_studio.benchmark.events.variants import variant_of
 from physagent_studio.errors import StudioError
 from physagent_studio.exchange import annotated, load_case
 from physagent_studio.program.contract import Contract
-from physagent_studio.records import Case, Check, LoopState, Round
+from physagent_studio.records import Check, Image, LoopState, Rollout, Round, Scene
+from physagent_studio.rendering import Compositor, frame_of
 from physagent_studio.session import Session, Store
 from physagent_studio.simulation import simulate
 from physagent_studio.workbench.desk import Desk
 from physagent_studio.workbench.engine import Control
 from physagent_studio.workbench.report import report_of
 
+ROUNDS = 10
+"""Most rounds of a run."""
 PATIENCE = 900.0
 """Seconds after which a process is given up."""
 
@@ -34,9 +38,9 @@ PATIENCE = 900.0
 class EventTask:
     """What to run. folder: of the case. annotation, reference: files, or None.
 
-    Without a photo, folder is the file of a `BareScene` and event is `name#wording`.
-    variant: a name of `benchmark.variants.VARIANTS`. sheet: where a contact sheet of the final
-    rollout is written.
+    variant: `full`, `no_semantics` for plain vectors instead of the semantic actions, or `model`
+    for a model behind an endpoint in all roles. sheet: where a contact sheet of the final rollout
+    is written.
     """
 
     folder: Path
@@ -49,7 +53,7 @@ class EventTask:
     @property
     def label(self) -> str:
         """`case/event`."""
-        return f"{self.folder.stem}/{self.event}"
+        return f"{self.folder.name}/{self.event}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,18 +106,17 @@ def run_event(task: EventTask) -> EventResult:
 
     Raises StudioError where the case or the annotation is bad.
     """
-    case, truth = _case_of(task)
+    case = load_case(task.folder, task.event)
+    if task.annotation is not None:
+        case = annotated(case, task.annotation)
+    agent = "vlm" if task.variant == "model" else "rules"
     with tempfile.TemporaryDirectory() as home:
-        variant = variant_of(task.variant)
-        state = LoopState(policy="auto", budget=variant.rounds)
-        session = Store(Path(home)).create(case, state)
+        session = Store(Path(home)).create(case, LoopState(policy="auto", budget=ROUNDS))
         # The embedded verifier reads numbers; a model looks at frames.
-        desk = Desk(session, Control(), evidence=variant.agent == "vlm", agent=variant.agent)
-        if truth is not None:
-            desk.engine = BareEngine(session, desk.case, evidence=False, truth=truth)
+        desk = Desk(session, Control(), evidence=agent == "vlm", agent=agent)
         started, worked = time.perf_counter(), time.process_time()
-        if variant.crew is not None:
-            desk.engine.members = variant.crew()
+        if task.variant == "no_semantics":
+            desk.engine.members = plain_crew()
         problem = ""
         try:
             desk.advance(policy="auto")
@@ -138,15 +141,6 @@ def _draw(path: Path, state: LoopState, session: Session) -> None:
     if best is not None and best.rollout is not None and best.scene is not None:
         scene, rollout = session.scene(best.scene), session.rollout(best.rollout)
         write_sheet(path, scene, rollout, best.program.event.prompt)
-
-
-def _case_of(task: EventTask) -> tuple[Case, BareScene | None]:
-    if task.folder.suffix == ".yaml":
-        scene = load_bare_scene(task.folder)
-        event, _, number = task.event.partition("#")
-        return scene.case(task.folder.stem, scene.prompts[event][int(number)]), scene
-    case = load_case(task.folder, task.event)
-    return (case if task.annotation is None else annotated(case, task.annotation)), None
 
 
 def _judged(
@@ -263,3 +257,25 @@ def _safely(task: EventTask) -> EventResult:
 
 if __name__ == "__main__":
     _main()
+
+
+FRAMES = 8
+"""Frames of a sheet, evenly spread from the first to the last."""
+COLUMNS, WIDTH = 4, 480
+"""Pictures in a row, and their width in pixels."""
+
+
+def sheet_of(scene: Scene, rollout: Rollout) -> Image:
+    """Eight frames of a clip with their numbers."""
+    compositor = Compositor(scene)
+    numbers = np.linspace(0, rollout.frames - 1, FRAMES).round().astype(int)
+    frames = [frame_of(compositor, rollout, int(number)).rgb for number in numbers]
+    labels = [f"frame {number} of {rollout.frames - 1}" for number in numbers]
+    return contact_sheet(frames, labels, COLUMNS, WIDTH)
+
+
+def write_sheet(path: Path, scene: Scene, rollout: Rollout, sentence: str) -> None:
+    """Writes the sheet as PNG, and the sentence beside it as text."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    cv2.imwrite(str(path), sheet_of(scene, rollout)[:, :, ::-1])
+    path.with_suffix(".txt").write_text(sentence + "\n", encoding="utf-8")

@@ -7,15 +7,15 @@ out once, for the scene as it is at the start; what cannot be said so is left ou
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.agent.crew import Crew
 from physagent_studio.agent.roles import Situation
-from physagent_studio.agent.rules import RuleGenerator, RulePlanner
+from physagent_studio.agent.rules import RuleGenerator, RulePlanner, RuleVerifier
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.actions import (
     Action,
     ApplyAngledForce,
@@ -32,9 +32,7 @@ from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.scene.shapes import outline_of
 from physagent_studio.program.scene.state import SceneState
 from physagent_studio.records import Case, Proposal, Scene
-from physagent_studio.simulation.actions.vectors import support_centre, unit_of
-
-FloatArray = NDArray[np.float64]
+from physagent_studio.simulation.actions.vectors import support_centre, turned, unit_of
 
 STRIKE = 5
 """Steps over which a force gives a velocity that an action would have set at once."""
@@ -68,6 +66,11 @@ class PlainPlanner:
         ]
         kept = tuple(hunk for hunk in hunks if hunk.edits)
         return proposal.model_copy(update={"hunks": kept})
+
+
+def plain_crew() -> Crew:
+    """The embedded agent with plain vectors alone."""
+    return Crew(PlainGenerator(), RuleVerifier(), PlainPlanner())
 
 
 def _plain_edits(edits: Sequence[Edit], program: PhysicalProgram) -> tuple[Edit, ...]:
@@ -140,7 +143,7 @@ class _Compiler:
                 )
             case ApplyAngledForce():
                 ahead = self.heading.get(action.name, np.array([1.0, 0.0, 0.0]))
-                force = _turned(ahead, action.angle) * action.magnitude
+                force = turned(ahead, action.angle) * action.magnitude
                 return self._force(action, force, start, action.duration, follow=False)
             case ApplyDisturbance():
                 force = self._pushing(action, item.name)
@@ -229,11 +232,6 @@ class _Compiler:
             torque=_triple(torque),
             duration=max(min(duration, self.steps - start), 1),
         )
-
-
-def _turned(way: FloatArray, degrees: float) -> FloatArray:
-    cos, sin = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
-    return np.array([cos * way[0] - sin * way[1], sin * way[0] + cos * way[1], way[2]])
 
 
 def _triple(vector: FloatArray) -> tuple[float, float, float]:

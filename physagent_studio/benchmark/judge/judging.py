@@ -15,12 +15,10 @@ from pydantic import BaseModel, ConfigDict, Field
 from physagent_studio.agent.vlm import Ledger, load_settings
 from physagent_studio.agent.vlm.dialogue import converse
 from physagent_studio.agent.vlm.line import Line
-from physagent_studio.agent.vlm.messages import Picture, Turn
+from physagent_studio.agent.vlm.messages import Picture, Turn, prompt, quoted
 from physagent_studio.agent.vlm.pictures import contact_sheet
-from physagent_studio.agent.vlm.prompting import prompt, quoted
 from physagent_studio.agent.vlm.wire import check_installed
-from physagent_studio.benchmark.study.answers import keep, read_rows
-from physagent_studio.benchmark.study.trials import Study
+from physagent_studio.benchmark.study.trials import Study, keep, read_rows
 from physagent_studio.errors import InputError
 from physagent_studio.records import Image
 

@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.benchmark.motion_prior.beside_mujoco import beside_mujoco
-from physagent_studio.benchmark.motion_prior.demo import demo_run
 from physagent_studio.benchmark.motion_prior.hostile import hostile
 from physagent_studio.benchmark.motion_prior.scenes import (
     MOTIONS,
     PLACE,
     SIZE,
     Motion,
+    demo_run,
     pair_scene,
     plate,
     plate_scene,

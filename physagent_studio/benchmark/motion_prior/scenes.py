@@ -1,4 +1,4 @@
-"""Scenes whose flow is known in closed form: a textured plate, or a ball, that moves."""
+"""Scenes whose flow is known in closed form, a plate or a ball that moves; and the demo event."""
 
 from __future__ import annotations
 
@@ -12,12 +12,19 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from physagent_studio.agent.rules import RuleGenerator
+from physagent_studio.arrays import FloatArray
+from physagent_studio.assets import assets_dir
+from physagent_studio.exchange import load_case
+from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Box, SceneObject, SceneState, Sphere
-from physagent_studio.records.scene import Mesh, Scene
+from physagent_studio.reconstruction import reconstruct
+from physagent_studio.records import Rollout, Scene
+from physagent_studio.records.scene import Mesh
+from physagent_studio.simulation import simulate
 
-FloatArray = NDArray[np.float64]
 SIZE = (832, 480)
 PLATE = (1.6, 0.2, 1.0)
 """Metres; it stands upright before the camera."""
@@ -144,3 +151,17 @@ def seen_on_ball(pixels: FloatArray, where: FloatArray, radius: float) -> NDArra
     off = np.asarray(eye.position) - where
     along = rays @ off
     return along**2 - off @ off + radius**2 > 0
+
+
+def demo_run() -> tuple[Scene, Rollout, PhysicalProgram]:
+    """Scene, rollout and program of the demo's first event."""
+    case = load_case(assets_dir() / "demo")
+    found: list[Scene] = []
+
+    def seen(state: SceneState) -> Scene:
+        found.append(reconstruct(case, state, previous=found[-1] if found else None))
+        return found[-1]
+
+    program = RuleGenerator().first(case, seen)
+    scene = seen(program.scene)
+    return scene, simulate(program, scene.meshes), program

@@ -9,11 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from physagent_studio.benchmark.physics import bodies as physics_bodies
-from physagent_studio.benchmark.physics import bounces as physics_bounces
-from physagent_studio.benchmark.physics import programs as physics_programs
 from physagent_studio.benchmark.physics import speed as physics_speed
 from physagent_studio.benchmark.physics.scenes import EARTH, STILL, ground, program, thing
-from physagent_studio.benchmark.rows import Row, at_most
+from physagent_studio.benchmark.rows import Row, at_least, at_most
 from physagent_studio.program.actions import (
     ApplyAngledForce,
     FixObject,
@@ -22,9 +20,12 @@ from physagent_studio.program.actions import (
 )
 from physagent_studio.program.rotations import about_axis, angle_between
 from physagent_studio.program.scene.state import Box, Cylinder, Ramp, Slab, Sphere
+from physagent_studio.program.text.fuzz import fuzz_programs
 from physagent_studio.simulation import simulate
 
 G = 9.81
+COUNT, DOSE, SEED = 100_000, 3_000, 1
+"""Malformed programs of all of it and of a dose, and the seed that makes them."""
 
 
 def projectile() -> list[Row]:
@@ -231,13 +232,23 @@ def tunnelling() -> list[Row]:
     return [at_most("ball through a 2 mm wall, 36 shots", through, 0, "shots")]
 
 
+def malformed(count: int = DOSE) -> list[Row]:
+    """Mutated programs: each is read or refused with path and line, none slowly."""
+    report = fuzz_programs(count, SEED)
+    return [
+        at_least("malformed programs read", report.count, count, "programs"),
+        at_most("uncaught errors and errors without a line", len(report.failures), 0, "programs"),
+        at_most("slowest malformed program", report.seconds, 1.0, "s"),
+    ]
+
+
 FIGURES: dict[str, Callable[[], list[Row]]] = {
     "projectile": projectile,
     "sliding": sliding_stop,
     "rolling": rolling,
     "rolling_resistance": rolling_resistance,
     "restitution": restitution,
-    "bounces": physics_bounces.bounces,
+    "bounces": physics_bodies.bounces,
     "topple": topple,
     "stack": stack,
     "mass_ratio": mass_ratio,
@@ -264,7 +275,7 @@ def bench(*, cases: Path | None = None, out: Path | None = None, full: bool = Fa
     out: a Markdown file for them; the sections that it has below the table are kept.
     """
     rows = [row for figure in FIGURES.values() for row in figure()]
-    rows += physics_programs.malformed(physics_programs.COUNT if full else physics_programs.DOSE)
+    rows += malformed(COUNT if full else DOSE)
     if out is not None:
         _, mark, notes = out.read_text().partition("\n## ") if out.is_file() else ("", "", "")
         out.write_text(_page(rows) + mark + notes)

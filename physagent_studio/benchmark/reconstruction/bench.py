@@ -13,17 +13,22 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from physagent_studio.benchmark.reconstruction.at_rest import movers, standing
+from physagent_studio.arrays import BoolArray
 from physagent_studio.benchmark.reconstruction.bad_pictures import cost_of, make_all
-from physagent_studio.benchmark.reconstruction.cover import Cover, cover_rows, covers_of
+from physagent_studio.benchmark.reconstruction.cover import (
+    Cover,
+    cover_rows,
+    covers_of,
+    movers,
+    standing,
+)
 from physagent_studio.benchmark.reconstruction.lookalikes import scooter, stack
 from physagent_studio.benchmark.reconstruction.many_parts import many_part_rows
 from physagent_studio.benchmark.reconstruction.plates import plate_rows
-from physagent_studio.benchmark.reconstruction.synthetic import Drawn, scene
-from physagent_studio.benchmark.reconstruction.truth import TrueMasks
+from physagent_studio.benchmark.reconstruction.synthetic import Drawn, TrueMasks, scene
 from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
+from physagent_studio.benchmark.scenes.pictures import boxed
 from physagent_studio.exchange import load_case
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Click, Grounding, Ramp, SceneObject, SceneState
@@ -36,7 +41,6 @@ from physagent_studio.reconstruction.supports.ramps import three_click_ramp
 from physagent_studio.records.case import Case, Image
 from physagent_studio.records.scene import Scene
 
-BoolArray = NDArray[np.bool_]
 SCENES = 16
 LOOKALIKES = 8
 POLYGONS = Path(__file__).resolve().parents[3] / "tests" / "data" / "reference_polygons.json"
@@ -283,8 +287,4 @@ def _mask_scores(
 
 def _boxed(grounding: Grounding, mask: BoolArray) -> Grounding:
     """The clicks with a box drawn by hand: 4 % wider than the object on each side."""
-    rows, columns = np.nonzero(mask)
-    pad_x, pad_y = 0.04 * np.ptp(columns) + 1, 0.04 * np.ptp(rows) + 1
-    low = (float(columns.min() - pad_x), float(rows.min() - pad_y))
-    high = (float(columns.max() + pad_x), float(rows.max() + pad_y))
-    return grounding.model_copy(update={"box": (*low, *high)})
+    return grounding.model_copy(update={"box": boxed(mask).box})

@@ -1,7 +1,8 @@
-"""How well the drawn things cover their masks before anything has moved."""
+"""Reconstructed scenes: whether they cover their masks, and stay at rest while nothing is done."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,10 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
+from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.program.scene.aloft import AIR, in_air
+from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.photo.regions import iou
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Scene
 from physagent_studio.rendering import Compositor
+from physagent_studio.simulation import simulate
 
 LEAST = 300
 """Pixels of a mask from which on a thing counts."""
@@ -77,3 +82,44 @@ def _psnr(drawn: Image, photo: Image | None, where: NDArray[np.bool_]) -> float:
 def _middle(area: NDArray[np.bool_]) -> NDArray[np.float64]:
     rows, columns = area.nonzero()
     return np.array([columns.mean(), rows.mean()])
+
+
+SECONDS = 2.0
+FAR = 0.02
+"""How far a thing may move and still be at rest, m."""
+TURNED = math.radians(5)
+
+
+def movers(scene: Scene) -> tuple[str, ...]:
+    """Names of objects that move or turn by themselves within two seconds.
+
+    What the picture shows in the air is left out: it falls, and may fall on what stands.
+    """
+    grounded = _grounded(scene)
+    program = PhysicalProgram(scene=scene.state.model_copy(update={"objects": grounded}))
+    rollout = simulate(program, scene.meshes)
+    last = min(round(SECONDS / program.clip.step_seconds), len(rollout.positions) - 1)
+    moved = np.linalg.norm(rollout.positions[last] - rollout.positions[0], axis=1)
+    same = np.abs((rollout.rotations[last] * rollout.rotations[0]).sum(-1)).clip(0, 1)
+    turned = 2 * np.arccos(same)
+    blown = rollout.blown_up is not None
+    return tuple(
+        item.name
+        for k, item in enumerate(grounded)
+        if blown or moved[k] > FAR or turned[k] > TURNED
+    )
+
+
+def _grounded(scene: Scene) -> tuple[SceneObject, ...]:
+    """The objects but those in the air, and what stands on such a one."""
+    kept = scene.state.objects
+    falling = {item.name for item in kept if in_air(item)} | {AIR}
+    while any(item.support in falling for item in kept):
+        falling |= {item.name for item in kept if item.support in falling}
+        kept = tuple(item for item in kept if item.name not in falling)
+    return kept
+
+
+def standing(scene: Scene) -> int:
+    """How many objects stand on something."""
+    return sum(not in_air(item) for item in scene.state.objects)

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.benchmark.reconstruction.synthetic import LIGHT, backdrop
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Box, Cylinder, Shape
@@ -19,8 +20,6 @@ from physagent_studio.reconstruction import mesh_of
 from physagent_studio.reconstruction.shapes.silhouettes import look
 from physagent_studio.records.case import Image
 
-BoolArray = NDArray[np.bool_]
-FloatArray = NDArray[np.float64]
 SIZE = (832, 480)
 PAPER = np.array([212.0, 203.0, 186.0])
 COVER = 0.012
@@ -61,7 +60,11 @@ def stack(seed: int, alike: bool = False) -> Lookalike:
         yaw = turn + float(rng.uniform(-0.08, 0.08))
         place = (x + rng.uniform(-0.03, 0.03), y + rng.uniform(-0.03, 0.03), height)
         color = tone + rng.normal(0, 12, 3) if alike else rng.uniform(30, 230, 3)
-        pieces = _book(size, bool(rng.random() < 0.5)) if books else _block(size)
+        pieces = (
+            _book(size, bool(rng.random() < 0.5))
+            if books
+            else [("block", Box(size=size), (0.0, 0.0, high / 2))]
+        )
         for kind, shape, middle in pieces:
             body = _placed(shape, middle, yaw, place)
             paper = kind == "paper"
@@ -71,10 +74,6 @@ def stack(seed: int, alike: bool = False) -> Lookalike:
 
 
 _Piece = tuple[str, Shape, tuple[float, float, float]]
-
-
-def _block(size: tuple[float, float, float]) -> list[_Piece]:
-    return [("block", Box(size=size), (0.0, 0.0, size[2] / 2))]
 
 
 def _book(size: tuple[float, float, float], left: bool) -> list[_Piece]:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.benchmark.reconstruction.ledger import WAYS, plain_cut
 from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
 from physagent_studio.benchmark.scenes import Pictured, scene
@@ -19,7 +20,6 @@ from physagent_studio.reconstruction.masks.sureness import sureness
 from physagent_studio.reconstruction.photo.regions import iou
 from physagent_studio.records.doubts import DOUBTED_BELOW, SURE_FROM
 
-FloatArray = NDArray[np.float64]
 SEEDS = range(2000, 2060)
 """Pictures that are only measured on."""
 POOR = 0.6

@@ -14,14 +14,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.benchmark.rows import Row, at_most
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.reconstruction.background.plate import background, hole_of
 from physagent_studio.reconstruction.photo.line_segments import segments
 from physagent_studio.records.case import Image
 
-BoolArray = NDArray[np.bool_]
-FloatArray = NDArray[np.float64]
 SIZE = (416, 256)
 SEEDS = 2
 WALL = 5.0

@@ -6,12 +6,13 @@ They are plainer than photographs on purpose: what they measure is geometry, not
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.program.rotations import about_up, matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import (
@@ -19,6 +20,7 @@ from physagent_studio.program.scene.state import (
     Capsule,
     Cylinder,
     Ellipsoid,
+    Grounding,
     SceneObject,
     Shape,
     Sphere,
@@ -26,9 +28,25 @@ from physagent_studio.program.scene.state import (
 from physagent_studio.reconstruction import mesh_of
 from physagent_studio.reconstruction.shapes.silhouettes import look
 from physagent_studio.records.case import Image
+from physagent_studio.records.scene import Candidate
 
-BoolArray = NDArray[np.bool_]
-FloatArray = NDArray[np.float64]
+
+class TrueMasks:
+    """A `Segmenter` that knows the answer: it measures everything after the masks alone."""
+
+    def __init__(self, masks: Mapping[str, BoolArray]) -> None:
+        self.masks = masks
+
+    def segment(
+        self,
+        image: Image,
+        groundings: Sequence[tuple[str, Grounding]],
+        cancelled: Callable[[], bool] | None = None,
+    ) -> dict[str, tuple[Candidate, ...]]:
+        """The known masks, one candidate each."""
+        return {name: (Candidate(self.masks[name], 1.0, "truth"),) for name, _ in groundings}
+
+
 SIZE = (640, 400)
 LIGHT = np.array([-0.45, -0.5, 0.74])
 

@@ -11,13 +11,12 @@ from typing import Any
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.benchmark.scenes import forms
 from physagent_studio.benchmark.scenes.forms import Form
 from physagent_studio.benchmark.scenes.paints import Paint, drawn_colour
 
-FloatArray = NDArray[np.float64]
 LIST = Path(__file__).with_name("things.yaml")
 STRAY, STRETCH = 0.06, 0.1
 """Spread (log) of the sizes of round parts, and of heights over widths, among things of a name."""

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from physagent_studio.arrays import FloatArray
+
 IntArray = NDArray[np.int32]
 ROWS, COLUMNS = 14, 26
 """Points of a grid along and around a body."""

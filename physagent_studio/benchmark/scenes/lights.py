@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.rendering.raster import Lens, rasterise
 
-FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 MAP, FAR = 320, 30.0
 """Pixels of a shadow map, and how far away lamps are, metres."""

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from physagent_studio.arrays import FloatArray
 
 ROLES = {
     "any": ((0, 180), (20, 235), (50, 245)),

@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.benchmark.scenes.catalogue import Part, Thing, built, names_of, placed, turned
 from physagent_studio.benchmark.scenes.lights import Lamp, lamps, shaded
 from physagent_studio.benchmark.scenes.paints import painted
@@ -21,8 +22,6 @@ from physagent_studio.reconstruction.photo.colours import said_of
 from physagent_studio.records.case import Image
 from physagent_studio.rendering.raster import Lens, rasterise
 
-BoolArray = NDArray[np.bool_]
-FloatArray = NDArray[np.float64]
 SIZE = (640, 480)
 LEAST = 1500
 """Pixels of a mask below which a thing is not asked for."""
@@ -312,7 +311,7 @@ def _subjects(
             name = f"{said_of(image, clicked)} {name}"
         out.append(
             Subject(
-                name.strip().replace(" ", "_"), mask, Grounding(points=(spot,)), _box(mask), thing
+                name.strip().replace(" ", "_"), mask, Grounding(points=(spot,)), boxed(mask), thing
             )
         )
     return tuple(out)
@@ -334,7 +333,7 @@ def _click(rng: np.random.Generator, mask: BoolArray, part: NDArray[np.int64]) -
     return Click(x=float(columns[near]), y=float(rows[near]))
 
 
-def _box(mask: BoolArray) -> Grounding:
+def boxed(mask: BoolArray) -> Grounding:
     """A box as a hand draws it around a mask, a little wide."""
     rows, columns = mask.nonzero()
     pad_x, pad_y = WIDER * np.ptp(columns) + 1, WIDER * np.ptp(rows) + 1

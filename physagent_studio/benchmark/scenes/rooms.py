@@ -7,13 +7,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.benchmark.scenes.paints import drawn_colour
 from physagent_studio.program.scene.camera import Camera
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 PLACES = {
     "toys": (("planks", "carpet", "check", "tiles"), ("plain", "paper", "shelves", "curtain")),

@@ -15,8 +15,7 @@ from urllib.parse import parse_qs, urlsplit
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from physagent_studio.benchmark.study.answers import Answer, keep, read_answers
-from physagent_studio.benchmark.study.trials import BLANK, MEDIA, Study
+from physagent_studio.benchmark.study.trials import BLANK, MEDIA, Answer, Study, keep, read_answers
 
 QUESTION = "In which clip does what the sentence says happen more as it would in the real world?"
 LOOPBACK = "127.0.0.1"

@@ -12,11 +12,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from physagent_studio.contract.facts import Facts
-from physagent_studio.contract.view.amounts import amounts, on_wheels
 from physagent_studio.contract.view.basics import (
     INSIDE,
     acting_objects,
+    amounts,
     nothing_happens,
+    on_wheels,
     subject_of,
     view_code,
 )

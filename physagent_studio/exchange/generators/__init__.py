@@ -6,8 +6,7 @@ keep to the `VideoGenerator` Protocol.
 """
 
 from physagent_studio.exchange.generators.comfyui import ComfyUI
-from physagent_studio.exchange.generators.composite import Composite
 from physagent_studio.exchange.generators.diffusers import Diffusers
-from physagent_studio.exchange.generators.protocol import VideoGenerator
+from physagent_studio.exchange.generators.protocol import Composite, VideoGenerator
 
 __all__ = ["ComfyUI", "Composite", "Diffusers", "VideoGenerator"]

@@ -129,7 +129,7 @@ class _Reader(Effects):
                     return True
             except (Unread, *_REFUSED) as error:
                 reason = error if isinstance(error, Unread) else Unread("values that do not fit")
-                self.note(node, f"{_head(node)} ({reason})")
+                self.note(node, f"{ast.unparse(node).splitlines()[0][:80]} ({reason})")
                 self._forget(node, reason)
         return False
 
@@ -286,7 +286,3 @@ def _silent(node: ast.stmt) -> bool:
         said = ast.unparse(node.value) if isinstance(node.value, ast.Call) else ""
         return isinstance(node.value, ast.Constant) or said.startswith(("print(", "super()"))
     return False
-
-
-def _head(node: ast.stmt) -> str:
-    return ast.unparse(node).split("\n")[0][:80]

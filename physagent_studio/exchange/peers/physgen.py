@@ -18,7 +18,7 @@ import numpy as np
 from physagent_studio.errors import InputError
 from physagent_studio.exchange.case_reader import slug
 from physagent_studio.exchange.files import text_of
-from physagent_studio.exchange.peer_config import PeerObject, PeerSetup
+from physagent_studio.exchange.peer_config import PeerObject, PeerSetup, photo_beside
 from physagent_studio.exchange.peers.schedule import Motion, Push
 from physagent_studio.exchange.plain_yaml import MAX_BYTES, PlainYaml, read_yaml
 from physagent_studio.program.scene.state import Click, Grounding
@@ -45,7 +45,7 @@ def load_physgen(path: Path, names: Sequence[str] = (), prompt: str = "") -> Pee
         InputError: in one sentence, with file and line.
     """
     doc = _document(path)
-    pixels, image_hash = read_photo(_photo(path))
+    pixels, image_hash = read_photo(photo_beside(path, _PHOTOS))
     labels = _labels(path, (pixels.shape[1], pixels.shape[0]))
     things = _things(path, doc)
     called = [slug(name) for name in names] or _names([one for _, one in things])
@@ -92,13 +92,6 @@ def _document(path: Path) -> PlainYaml:
     if not isinstance(doc.data, dict) or not isinstance(doc.data.get("obj_info"), dict):
         raise InputError(f"{path} is no sim.yaml of PhysGen (no obj_info)")
     return doc
-
-
-def _photo(path: Path) -> Path:
-    for name in _PHOTOS:
-        if (path.parent / name).is_file():
-            return path.parent / name
-    raise InputError(f"there is no photo beside {path} ({', '.join(_PHOTOS)})")
 
 
 def _labels(path: Path, size: tuple[int, int]) -> np.ndarray:

@@ -20,7 +20,7 @@ from physagent_studio.exchange.prior.export import nearest_shown, nearness
 from physagent_studio.exchange.prior.folder import Prior
 from physagent_studio.exchange.prior.framing import Framing
 from physagent_studio.exchange.prior.noise import warped
-from physagent_studio.exchange.prior.sink import Sink
+from physagent_studio.exchange.prior.stretches import Sink
 from physagent_studio.exchange.video import write_video
 from physagent_studio.rendering import Flow
 

@@ -11,7 +11,7 @@ import yaml
 from physagent_studio.exchange.files import text_of
 from physagent_studio.exchange.prior.folder import MAX_PROGRAM, Prior
 from physagent_studio.exchange.prior.generators import SDEDIT
-from physagent_studio.exchange.prior.sink import Sink
+from physagent_studio.exchange.prior.stretches import Sink
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.scene.bodies import Body, Granular, Plastic, Soft
 from physagent_studio.program.scene.state import Grounding

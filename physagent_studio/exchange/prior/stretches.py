@@ -7,15 +7,21 @@ kind is taken over; the bytes of a file depend on its content alone.
 
 from __future__ import annotations
 
+import hashlib
+import io
+import json
 import struct
 import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from physagent_studio.exchange.files import written
 
 STRETCH = 2**15
 """Bytes that are compressed together: the window in which deflate looks for repetitions."""
@@ -163,3 +169,50 @@ def _npy_head(array: NDArray[Any]) -> bytes:
     text = f"{{'descr': '{array.dtype.str}', 'fortran_order': False, 'shape': {shape}, }}"
     length = -(-(len(text) + 11) // 64) * 64 - 10
     return b"\x93NUMPY\x01\x00" + struct.pack("<H", length) + f"{text:<{length - 1}}\n".encode()
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Sink:
+    """A folder that is written into. hashes: SHA-256 by path within it."""
+
+    folder: Path
+    hashes: dict[str, str] = field(default_factory=dict)
+    stretches: Stretches = field(default_factory=Stretches)
+
+    def data(self, name: str, data: bytes) -> None:
+        """Writes bytes. Raises InputError where the place cannot be written."""
+        with written(self.folder / name) as partial:
+            partial.write_bytes(data)
+        self.hashes[name] = hashlib.sha256(data).hexdigest()
+
+    def text(self, name: str, text: str) -> None:
+        """Writes UTF-8."""
+        self.data(name, text.encode("utf-8"))
+
+    def json(self, name: str, value: Any) -> None:
+        """Writes JSON that a person can read."""
+        self.text(name, json.dumps(value, indent=2) + "\n")
+
+    def png(self, name: str, picture: NDArray[Any]) -> None:
+        """Writes a PNG of (H, W) or of (H, W, 3) RGB, 8 or 16 bit, as it is."""
+        self.data(name, self.stretches.png(_kind(name), picture))
+
+    def npz(self, name: str, **arrays: NDArray[Any]) -> None:
+        """Writes arrays as `numpy.load` reads them."""
+        self.data(name, self.stretches.npz(_kind(name), arrays))
+
+    def npy(self, name: str, array: NDArray[Any]) -> None:
+        """Writes one array, not compressed, as generators map it into memory."""
+        out = io.BytesIO()
+        np.lib.format.write_array(out, np.ascontiguousarray(array))
+        self.data(name, out.getvalue())
+
+    def adopt(self, name: str) -> None:
+        """Takes down the hash of a file that another writer has made there."""
+        with open(self.folder / name, "rb") as file:
+            self.hashes[name] = hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _kind(name: str) -> str:
+    """What files of a clip have in common: folder, ending, and name but for digits."""
+    return name.rstrip("0123456789.npgz") + name[-3:]

@@ -1,14 +1,15 @@
-"""Preflight of two actions on one object: what excludes, repeats or cancels the other."""
+"""What preflight says, and of two actions on one object what excludes or repeats the other."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Literal
 
 import numpy as np
 
 from physagent_studio.program import actions
+from physagent_studio.program.base import Frozen
 from physagent_studio.program.edits import Edit, RemoveItem, SetField
-from physagent_studio.program.preflight.findings import PreflightFinding, finding
 from physagent_studio.program.preflight.mechanics import vector_of
 
 
@@ -91,3 +92,29 @@ def _cancel(first: actions.Action, second: actions.Action) -> bool:
         return False
     left, size = np.add(one, two), max(float(np.linalg.norm(one)), float(np.linalg.norm(two)))
     return size > 0 and float(np.linalg.norm(left)) < 0.05 * size
+
+
+Code = Literal[
+    "fixed_target", "past_end", "below_friction", "contradiction", "overlapping", "collision",
+    "in_the_air", "not_on_support", "tunnelling", "cannot_act", "never_starts",
+    "implausible_density", "implausible_size", "implausible_speed", "no_effect", "untestable",
+    "unplaced",
+]  # fmt: skip
+
+
+class PreflightFinding(Frozen):
+    """Something that will probably not do what was meant.
+
+    path: the field it is about. message: what is wrong and why, in a sentence with figures.
+    edits: a suggestion that settles it; empty where only a person can know what was meant.
+    """
+
+    code: Code
+    path: str
+    message: str
+    edits: tuple[Edit, ...] = ()
+
+
+def finding(code: Code, path: str, message: str, edits: tuple[Edit, ...]) -> PreflightFinding:
+    """The finding with its parts in order."""
+    return PreflightFinding(code=code, path=path, message=message, edits=edits)

@@ -9,8 +9,12 @@ import numpy as np
 
 from physagent_studio.program import actions
 from physagent_studio.program.edits import RemoveItem, SetField
-from physagent_studio.program.preflight.clashes import clashes, path_of_action
-from physagent_studio.program.preflight.findings import PreflightFinding, finding
+from physagent_studio.program.preflight.clashes import (
+    PreflightFinding,
+    clashes,
+    finding,
+    path_of_action,
+)
 from physagent_studio.program.preflight.mechanics import (
     friction_between,
     gravity_of,

@@ -1,10 +1,14 @@
-"""Programs as text: strict YAML in, readable YAML out."""
+"""Programs as text: strict YAML in, readable YAML out, older versions brought up to this one.
+
+Within a version fields are only added, and what a program does not say has its default: so far all
+programs that were ever written are of version 1.
+"""
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import yaml
@@ -13,7 +17,6 @@ from pydantic import ValidationError
 from physagent_studio.errors import Problem, ProgramError
 from physagent_studio.program.program import PhysicalProgram, unsigned_zeros
 from physagent_studio.program.text.json_schema import Location, fields_at, json_schema, tags_at
-from physagent_studio.program.text.migrations import brought_up
 from physagent_studio.program.text.problems import problems_of
 from physagent_studio.program.text.yaml_nodes import Node, parse
 
@@ -170,10 +173,6 @@ def _string(dumper: yaml.SafeDumper, value: str) -> yaml.ScalarNode:
     return dumper.represent_scalar("tag:yaml.org,2002:str", value, style=style)
 
 
-def _number(dumper: yaml.SafeDumper, value: float) -> yaml.ScalarNode:
-    return _plain_scalar(dumper, repr(value))
-
-
 def _plain_scalar(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
     # The tag of the resolver above, so that the emitter writes it without quotes or tag.
     return dumper.represent_scalar("tag:physagent:not-a-word", text)
@@ -216,7 +215,7 @@ def _has_text(value: Any) -> bool:
 
 
 _Dumper.add_representer(str, _string)
-_Dumper.add_representer(float, _number)
+_Dumper.add_representer(float, lambda dumper, value: _plain_scalar(dumper, repr(value)))
 _Dumper.add_representer(int, lambda dumper, value: _plain_scalar(dumper, str(value)))
 _Dumper.add_representer(
     bool, lambda dumper, value: _plain_scalar(dumper, "true" if value else "false")
@@ -242,3 +241,25 @@ _FlowDumper.add_representer(
         "tag:yaml.org,2002:seq", value, flow_style=True
     ),
 )
+
+
+VERSION = 1
+FROM: dict[int, Callable[[dict[str, Any]], dict[str, Any]]] = {}
+"""By version: plain data of a program of the next one."""
+
+
+def brought_up(data: Any, line: int | None = None) -> Any:
+    """Plain data of the present version; what is no program of an older one is left as it is.
+
+    line: where its text names the version. Raises ProgramError for a program of a newer version.
+    """
+    version = data.get("version", VERSION) if isinstance(data, dict) else VERSION
+    if type(version) is not int:
+        return data
+    if version > VERSION:
+        message = f"the program is of version {version}, which a newer physagent has written"
+        raise ProgramError((Problem("version", message, f"1 … {VERSION}", line),))
+    while version < VERSION and version in FROM:
+        data = FROM[version](data) | {"version": version + 1}
+        version += 1
+    return data

@@ -33,7 +33,7 @@ from physagent_studio.reconstruction.texture.round_light import (
 )
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Mesh
-from physagent_studio.rendering.texture import bilinear
+from physagent_studio.rendering.lit import bilinear
 
 FloatImage = NDArray[np.float32]
 

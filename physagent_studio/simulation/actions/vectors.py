@@ -31,10 +31,11 @@ def unit_of(
             raw = raw * [1, 1, 0]
     length = float(np.linalg.norm(raw))
     unit = raw / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
-    return _raised(_turned(unit, vector.azimuth), vector.elevation)
+    return _raised(turned(unit, vector.azimuth), vector.elevation)
 
 
-def _turned(unit: FloatArray, degrees: float) -> FloatArray:
+def turned(unit: FloatArray, degrees: float) -> FloatArray:
+    """A vector (3,) turned about the vertical."""
     if degrees == 0:
         return unit
     cos, sin = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))

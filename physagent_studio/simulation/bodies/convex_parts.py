@@ -1,19 +1,17 @@
 """Convex decomposition of concave meshes by CoACD, in a process of its own.
 
 CoACD (Wei et al. 2022) is optional: `pip install 'physagent-studio[convex]'`. It takes seconds
-per mesh, so parts are kept by the content hash of the mesh, on disk too where a folder is given.
+per mesh, which the simulator keeps.
 """
 
 from __future__ import annotations
 
-import hashlib
 import importlib.util
 import io
 import os
 import subprocess
 import sys
 import zipfile
-from pathlib import Path
 
 import numpy as np
 
@@ -32,27 +30,9 @@ def is_available() -> bool:
     return importlib.util.find_spec("coacd") is not None
 
 
-def split(surface: Surface, folder: Path | None = None) -> tuple[Surface, ...] | None:
-    """Convex parts of a surface, or None where CoACD is missing or found none.
-
-    folder: where parts are kept between runs.
-    """
-    key = hashlib.sha256(surface[0].tobytes() + surface[1].tobytes()).hexdigest()[:32]
-    path = folder / f"{key}-{THRESHOLD:g}-{MAX_PARTS}.npz" if folder is not None else None
-    if path is not None and path.is_file():
-        parts = _unpacked(path.read_bytes())
-        if parts:
-            return parts
-    if not is_available():
-        return None
-    data = _run(surface)
-    parts = _unpacked(data)
-    if parts and path is not None:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary = path.with_suffix(f".{os.getpid()}")
-        temporary.write_bytes(data)
-        temporary.replace(path)
-    return parts or None
+def split(surface: Surface) -> tuple[Surface, ...] | None:
+    """Convex parts of a surface, or None where CoACD is missing or found none."""
+    return (_unpacked(_run(surface)) or None) if is_available() else None
 
 
 def _run(surface: Surface) -> bytes:

@@ -11,14 +11,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.rotations import cross, matrix_of
 from physagent_studio.program.scene.state import SceneObject, Wheels
-from physagent_studio.simulation.bodies.primitives import Primitive
-from physagent_studio.simulation.bodies.solids import Hull, Solid
-
-FloatArray = NDArray[np.float64]
+from physagent_studio.simulation.bodies.solids import Hull, Primitive, Solid
 
 UPRIGHT = math.cos(math.radians(40))
 """Least cosine between its own up and the normal of what carries it, standing on its wheels."""

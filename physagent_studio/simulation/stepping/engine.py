@@ -1,4 +1,4 @@
-"""The stepping loop: control steps cut into engine steps, actions at their edges."""
+"""The stepping loop: control steps cut into engine steps, and whether a run is still physics."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, TypeAlias
 
+import numpy as np
+
 from physagent_studio.contract import met
 from physagent_studio.errors import Cancelled
+from physagent_studio.records import Alarm
 from physagent_studio.simulation.actions.schedule import Slot
 from physagent_studio.simulation.actions.world import World
 from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.stepping.measure import rollout_of
-from physagent_studio.simulation.stepping.soundness import is_sound
 from physagent_studio.simulation.stepping.trace import SNAPSHOT, Trace
 
 Reached: TypeAlias = Callable[[int], bool]
@@ -26,11 +28,10 @@ def run(
     trace: Trace,
     first: int,
     cancelled: Callable[[], bool] | None,
-    progress: Callable[[float], None] | None,
 ) -> None:
     """Runs the control steps from `first` to the end of the clip, or to a blow-up."""
     steps, step = world.program.clip.steps, first
-    reached = partial(_reached, world, trace, partial(_report, cancelled, progress))
+    reached = partial(_reached, world, trace, cancelled)
     while reached(step):
         if step == steps:
             _finish(world, trace)
@@ -39,7 +40,7 @@ def run(
         step = _advance(world, trace, step, reached)
 
 
-def _reached(world: World, trace: Trace, report: Callable[[float], None], step: int) -> bool:
+def _reached(world: World, trace: Trace, cancelled: Callable[[], bool] | None, step: int) -> bool:
     """Writes the state down, at a frame with all that it takes to go on from it."""
     if trace.over:
         return False
@@ -49,7 +50,8 @@ def _reached(world: World, trace: Trace, report: Callable[[float], None], step: 
     if step % clip.steps_per_frame == 0:
         if not is_sound(world, trace, step):
             return False
-        report(step / clip.steps)
+        if cancelled is not None and cancelled():
+            raise Cancelled("the simulation was cancelled")
         _snapshot(world, trace, step // clip.steps_per_frame)
     return True
 
@@ -81,15 +83,6 @@ def _memory(world: World, trace: Trace) -> str:
 
 
 _compact = json.JSONEncoder(separators=(",", ":")).encode
-
-
-def _report(
-    cancelled: Callable[[], bool] | None, progress: Callable[[float], None] | None, share: float
-) -> None:
-    if cancelled is not None and cancelled():
-        raise Cancelled("the simulation was cancelled")
-    if progress is not None:
-        progress(share)
 
 
 def _edges(world: World, trace: Trace, step: int) -> None:
@@ -289,3 +282,53 @@ def _finish(world: World, trace: Trace) -> None:
     """Settles the actions that reach the end of the clip."""
     for slot in trace.schedule.active:
         slot.effect.end(world)
+
+
+FASTEST = 5e3
+"""m/s or rad/s above which a state is absurd and the run has blown up."""
+
+
+def is_sound(world: World, trace: Trace, step: int) -> bool:
+    """False, with an alarm, where the state is no longer physics; cuts the trace before it."""
+    since = max(step - world.program.clip.steps_per_frame, 0)
+    rates = trace.velocities[since : step + 1]
+    # The sum of squares bounds every rate, and is NaN where one of them is.
+    if np.vdot(rates, rates) < FASTEST**2:
+        return True
+    speeds = np.abs(rates)
+    # NaN compares false, so an unsound row is one that is not provably slow.
+    rows = (~(speeds < FASTEST)).any(axis=1)
+    if not rows.any():
+        return True
+    row = since + int(np.argmax(rows))
+    column = int(
+        np.argmax(~(trace.velocities[row] < FASTEST) | ~(trace.velocities[row] > -FASTEST))
+    )
+    name = _object_at(world, column)
+    trace.alarms.append(Alarm(row, "blow_up", _diagnosis(trace, row, name)))
+    trace.rows, trace.over = max(row, 1), True
+    return False
+
+
+def _object_at(world: World, dof: int) -> str:
+    names = [item.name for item in world.program.scene.objects]
+    for name, handle in zip(names, world.compiled.handles, strict=True):
+        starts = np.atleast_1d(handle.velocity)
+        if ((starts <= dof) & (dof < starts + 6)).any():
+            return name
+    return names[0] if names else "the scene"
+
+
+def _diagnosis(trace: Trace, row: int, name: str) -> str:
+    """A sentence: when, what, and which action most likely did it."""
+    recent = [
+        slot
+        for slot in trace.schedule.slots
+        if slot.start is not None and slot.start < row and (slot.end or 0) >= row - 20
+    ]
+    own = [slot for slot in recent if slot.action.name == name]
+    text = f"the simulation blew up at step {row}: the motion of {name} became absurd"
+    if own or recent:
+        slot = (own or recent)[-1]
+        return f"{text}; likely cause: action {slot.action.id} ({slot.action.operator})"
+    return f"{text}; no action was at work, so look at overlaps, sizes and densities"

@@ -86,12 +86,13 @@ def new_trace(program: PhysicalProgram, compiled: Compiled, substeps: int) -> Tr
     model, clip = compiled.model, program.clip
     dt = clip.step_seconds / substeps
     size = mj.mj_stateSize(model, SNAPSHOT)
+    hanging = tuple(item.name for item in program.scene.objects if hangs(item))
     return Trace(
         np.zeros((clip.steps + 1, model.nq)),
         np.zeros((clip.steps + 1, model.nv)),
         np.empty((clip.frames, size + EXTRA + model.npair)),
         ContactLog(compiled, substeps, dt),
-        Schedule(program.event.actions, clip.steps, _hanging(program)),
+        Schedule(program.event.actions, clip.steps, hanging),
         Grip(compiled, dt),
         Calm(compiled, np.array(program.scene.gravity), clip.step_seconds),
         Fracture(program, compiled),
@@ -99,7 +100,3 @@ def new_trace(program: PhysicalProgram, compiled: Compiled, substeps: int) -> Tr
         substeps,
         size,
     )
-
-
-def _hanging(program: PhysicalProgram) -> tuple[str, ...]:
-    return tuple(item.name for item in program.scene.objects if hangs(item))

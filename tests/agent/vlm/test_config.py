@@ -16,7 +16,7 @@ from physagent_studio.agent.vlm import (
     crew_from_environment,
 )
 from physagent_studio.agent.vlm.config import Settings, load_settings
-from physagent_studio.agent.vlm.failures import BudgetSpent
+from physagent_studio.agent.vlm.messages import BudgetSpent
 from physagent_studio.errors import BackendMissing, InputError
 from physagent_studio.records import Case, LoopState
 from physagent_studio.records.loop_state import ROLES

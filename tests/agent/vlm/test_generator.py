@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from physagent_studio.agent.vlm import VlmGenerator
-from physagent_studio.agent.vlm.failures import NoAnswer
+from physagent_studio.agent.vlm.messages import NoAnswer
 from physagent_studio.errors import InputError
 from physagent_studio.program import (
     Click,

@@ -12,8 +12,7 @@ from physagent_studio.agent.crew import Crew
 from physagent_studio.agent.loop import advance
 from physagent_studio.agent.vlm import crew_of, wire
 from physagent_studio.agent.vlm.config import Endpoint, Limits, Settings, TapeSettings
-from physagent_studio.agent.vlm.failures import TapeMiss
-from physagent_studio.agent.vlm.messages import Picture, Question, Turn
+from physagent_studio.agent.vlm.messages import Picture, Question, TapeMiss, Turn
 from physagent_studio.agent.vlm.spending import CallRecord, Ledger
 from physagent_studio.agent.vlm.tape import Tape
 from physagent_studio.errors import InputError

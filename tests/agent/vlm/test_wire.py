@@ -15,9 +15,15 @@ import pytest
 
 from physagent_studio.agent.vlm import wire
 from physagent_studio.agent.vlm.config import Limits, Patience
-from physagent_studio.agent.vlm.failures import BudgetSpent, Invalid, Unreachable
 from physagent_studio.agent.vlm.line import Line
-from physagent_studio.agent.vlm.messages import Picture, Question, Turn
+from physagent_studio.agent.vlm.messages import (
+    BudgetSpent,
+    Invalid,
+    Picture,
+    Question,
+    Turn,
+    Unreachable,
+)
 from physagent_studio.agent.vlm.spending import CallLog, CallRecord, Ledger
 from physagent_studio.errors import BackendMissing, Cancelled, InputError
 from tests.agent.vlm.server import Asked, Model, ModelServer, Reply, failing, says

@@ -16,8 +16,7 @@ from physagent_studio.agent.vlm.line import Line
 from physagent_studio.benchmark.judge.agreement import agreement, scores, summary
 from physagent_studio.benchmark.judge.judging import FILE, Judgement, judge
 from physagent_studio.benchmark.judge.vbench import read_output, vbench_scores, write_input
-from physagent_studio.benchmark.study.answers import read_rows
-from physagent_studio.benchmark.study.trials import Study, study_of
+from physagent_studio.benchmark.study.trials import Study, read_rows, study_of
 from physagent_studio.errors import BackendMissing, InputError
 from physagent_studio.exchange import write_video
 from tests.agent.vlm.server import Asked, Model, ModelServer, Reply, says

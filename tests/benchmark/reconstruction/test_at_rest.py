@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from physagent_studio.benchmark.reconstruction.at_rest import movers, standing
 from physagent_studio.benchmark.reconstruction.bench import _with_truth
+from physagent_studio.benchmark.reconstruction.cover import movers, standing
 from physagent_studio.benchmark.reconstruction.synthetic import scene
 
 

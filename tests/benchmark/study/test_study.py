@@ -10,10 +10,18 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.study.answers import Answer, keep, read_answers
-from physagent_studio.benchmark.study.figures import counted, pairs, summary
 from physagent_studio.benchmark.study.server import StudyServer
-from physagent_studio.benchmark.study.trials import PER_CATCH, Study, study_of
+from physagent_studio.benchmark.study.trials import (
+    PER_CATCH,
+    Answer,
+    Study,
+    counted,
+    keep,
+    pairs,
+    read_answers,
+    study_of,
+    summary,
+)
 from physagent_studio.errors import InputError
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from physagent_studio.program import Clip, Contract, PhysicalProgram, apply
 from physagent_studio.program.actions import duration_of
-from physagent_studio.program.preflight.findings import Code
+from physagent_studio.program.preflight.clashes import Code
 from physagent_studio.program.preflight.preflight import preflight
 from physagent_studio.program.statements import Moves, StopsBefore
 

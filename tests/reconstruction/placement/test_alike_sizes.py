@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.reconstruction.truth import TrueMasks
+from physagent_studio.benchmark.reconstruction.synthetic import TrueMasks
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Click, Cylinder, Grounding, SceneObject, SceneState
 from physagent_studio.reconstruction import photo_hash, reconstruct

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.reconstruction.at_rest import movers
-from physagent_studio.benchmark.reconstruction.truth import TrueMasks
+from physagent_studio.benchmark.reconstruction.cover import movers
+from physagent_studio.benchmark.reconstruction.synthetic import TrueMasks
 from physagent_studio.program.rotations import about_axis, matrix_of, multiply
 from physagent_studio.program.rotations import about_up as yawed
 from physagent_studio.program.scene.camera import Camera

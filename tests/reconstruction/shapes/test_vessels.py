@@ -6,6 +6,7 @@ import pytest
 from physagent_studio.benchmark.physics.scenes import ground, program, thing
 from physagent_studio.language import hints
 from physagent_studio.program.base import IDENTITY
+from physagent_studio.program.preflight.mechanics import volume_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import (
     Box,
@@ -19,7 +20,6 @@ from physagent_studio.program.scene.state import (
     Support,
     Vessel,
 )
-from physagent_studio.program.scene.volumes import volume_of
 from physagent_studio.reconstruction import photo_hash, reconstruct
 from physagent_studio.reconstruction.shapes.forms import Form
 from physagent_studio.reconstruction.shapes.meshes import mesh_of, volume_and_centre

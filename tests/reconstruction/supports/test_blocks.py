@@ -12,7 +12,7 @@ import pytest
 
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.assets import assets_dir
-from physagent_studio.benchmark.reconstruction.truth import TrueMasks
+from physagent_studio.benchmark.reconstruction.synthetic import TrueMasks
 from physagent_studio.exchange import load_case
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import (

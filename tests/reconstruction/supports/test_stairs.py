@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from physagent_studio.benchmark.physics.scenes import ground, program, thing
-from physagent_studio.benchmark.reconstruction.truth import TrueMasks
+from physagent_studio.benchmark.reconstruction.synthetic import TrueMasks
 from physagent_studio.knowledge import is_stairs, support_kind
 from physagent_studio.program.actions import SetVelocity
 from physagent_studio.program.scene.camera import Camera

@@ -10,8 +10,7 @@ import pytest
 
 from physagent_studio.benchmark.reconstruction.bench import _case
 from physagent_studio.benchmark.reconstruction.cover import covers_of
-from physagent_studio.benchmark.reconstruction.synthetic import scene
-from physagent_studio.benchmark.reconstruction.truth import TrueMasks
+from physagent_studio.benchmark.reconstruction.synthetic import TrueMasks, scene
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import (
     Box,

@@ -8,6 +8,7 @@ import pytest
 from physagent_studio.benchmark.physics.scenes import ground, program, thing
 from physagent_studio.program import SceneObject, Support
 from physagent_studio.program.actions import FixObject, SetVelocity
+from physagent_studio.program.preflight.mechanics import volume_of
 from physagent_studio.program.scene.state import (
     Box,
     Cylinder,
@@ -18,10 +19,9 @@ from physagent_studio.program.scene.state import (
     Sphere,
     Torus,
 )
-from physagent_studio.program.scene.volumes import volume_of
 from physagent_studio.reconstruction.shapes.meshes import mesh_of
 from physagent_studio.simulation import simulate
-from physagent_studio.simulation.bodies.rings import ring
+from physagent_studio.simulation.bodies.solids import ring
 from physagent_studio.simulation.surfaces import is_closed, mass_properties
 
 RADIUS, TUBE = 0.2, 0.04

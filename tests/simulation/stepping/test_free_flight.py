@@ -83,7 +83,7 @@ def test_what_rests_and_flies_is_run_at_a_stretch(monkeypatch):
 def test_the_view_of_contacts_is_that_of_the_bindings():
     clip, meshes = stones(3)
     compiled, world, trace = Simulator().prepared(clip, meshes)
-    run(world, trace, 0, None, None)
+    run(world, trace, 0, None)
     data, view = compiled.data, compiled.contacts
     for _ in range(50):
         mj.mj_step(compiled.model, data, 20)

@@ -54,6 +54,9 @@ def opposite_sides(
             sought = places[own]
             sought[:, [axis, source]] = sought[:, [source, axis]]
             sought[:, source] = facing[source]
+            if way * facing[source] * (1 if source == axis else -1) < 0:
+                # What is written there reads as it does here, as turned around, not mirrored.
+                sought[:, 1 if source == 0 else 0] *= -1
             near = KDTree(places[other]).query(sought)[1]
             drawn, border = (
                 mesh.vertices[other],

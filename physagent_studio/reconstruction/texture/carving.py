@@ -19,8 +19,9 @@ from physagent_studio.reconstruction.texture.outline_fitting import (
 )
 from physagent_studio.records.scene import Mesh
 
-CARVED = ("inflated", "revolved")
-"""Kinds made from the rows or the outline of a mask, which fill what it leaves open."""
+CARVED = ("inflated",)
+"""Kinds made from the outline of a mask, which fill what it leaves open. What is turned about an
+axis has no openings, and would be torn at its far rim."""
 
 
 def carved(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:

@@ -6,6 +6,7 @@ from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Box, SceneObject
 from physagent_studio.reconstruction import mesh_of
 from physagent_studio.reconstruction.shapes.silhouettes import in_world, silhouette
+from physagent_studio.reconstruction.texture.block_sides import opposite_sides
 from physagent_studio.reconstruction.texture.projection import textured
 
 CAMERA = Camera.from_horizon((320, 240), 20, 1.0, focal=420.0)
@@ -53,3 +54,14 @@ def test_the_far_sides_have_the_paint_of_their_opposites():
             side = way * normal[:, k] > 0.99
             right = np.abs(colours[side] - PAINTS[k]).max(1) < 60
             assert right.mean() > 0.9
+
+
+def test_what_is_written_on_a_far_side_is_not_mirrored():
+    assert BLOCK.shape is not None
+    body = mesh_of(BLOCK.shape)
+    found = opposite_sides(CAMERA, BLOCK, body)
+    assert found is not None
+    chosen, shown = found
+    a, b, c = (shown[body.faces[chosen][:, k]] for k in range(3))
+    outward = (np.cross(b - a, c - a) * (a + b + c)).sum(1)
+    assert (outward > 0).mean() > 0.95

@@ -129,6 +129,18 @@ def test_openings_between_legs_stay_open() -> None:
     assert np.count_nonzero(drawn & shown) > 0.97 * np.count_nonzero(seen & shown)
 
 
+def test_what_is_turned_about_an_axis_is_not_torn_at_its_rim() -> None:
+    """A mask that is cut in at a side takes no faces off the far side of the body."""
+    shape, lift = SHAPES["pin"]
+    item = _thing("pin", shape, 0.0, lift)
+    mask = _drawn(item)
+    columns = np.flatnonzero(mask.any(0))
+    mask[:, : columns[0] + 6] = False
+    mesh = mesh_of(shape)
+    sights = sights_of(CAMERA, {"pin": mask}, (item,), {"pin": mesh}, ())
+    assert len(carved(sights["pin"], item, mesh).faces) == len(mesh.faces)
+
+
 def test_a_ball_stays_round() -> None:
     """A lump on its mask is no lump on the ball."""
     shape, lift = SHAPES["ball"]

@@ -6,7 +6,7 @@ import itertools
 import shutil
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -268,7 +268,8 @@ def waiting(
 def brief_search(monkeypatch: pytest.MonkeyPatch) -> None:
     """A repair is searched for in few runs: here only what is done with it matters."""
     monkeypatch.setattr(engine, "RulePlanner", lambda: RulePlanner(limit=8))
-    monkeypatch.setattr(goal_search, "LIMIT", 12)
+    brief = replace(goal_search.GOAL, max_runs=12)
+    monkeypatch.setattr(goal_search, "GOAL", brief)
 
 
 def running(

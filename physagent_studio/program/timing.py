@@ -50,21 +50,18 @@ def clip_at(clip: Clip, factor: float) -> Clip:
     )
 
 
-def retimed(
-    program: PhysicalProgram, factor: float, *, skip: float = 0.0, frames: int | None = None
-) -> tuple[Edit, ...]:
+def retimed(program: PhysicalProgram, factor: float, *, skip: float = 0.0) -> tuple[Edit, ...]:
     """The edits that give a program another time factor, to be applied together.
 
     All starts, durations and windows keep their seconds; what reached beyond the shorter clip
     ends with it. An action that would begin after the end begins on the last step. skip: seconds
-    by which everything is earlier, at most `wait_of`. frames: of the clip, else as many as now.
+    by which everything is earlier, at most `wait_of`.
     """
     clip = clip_at(program.clip, factor)
-    clip = clip.model_copy(update={"frames": frames or clip.frames})
     ratio = program.clip.step_seconds / clip.step_seconds
     earlier = round(skip / clip.step_seconds)
     found: list[Edit] = []
-    for field in ("frames", "step_seconds", "steps_per_frame", "substeps"):
+    for field in ("step_seconds", "steps_per_frame", "substeps"):
         if getattr(clip, field) != getattr(program.clip, field):
             found.append(SetField(path=f"clip.{field}", value=getattr(clip, field)))
     for action in program.event.actions:

@@ -188,7 +188,7 @@ def test_what_is_held_first_is_let_go_sooner_and_all_that_follows_with_it() -> N
         {"scene": {"objects": [{"name": "ball"}]}, "event": {"actions": [hold, push]}}
     )
     assert wait_of(program) == pytest.approx(0.4)
-    sooner = apply(program, retimed(program, 1.0, skip=0.3, frames=41))
+    sooner = apply(program, retimed(program, 1.0, skip=0.3))
     first, second = sooner.event.actions
-    assert (sooner.clip.frames, sooner.clip.time_factor) == (41, 1.0)
+    assert sooner.clip == program.clip
     assert (duration_of(first), second.start_step, duration_of(second)) == (10, 30, 10)

@@ -6,7 +6,6 @@ and how much slower the clip; a handful of such programs is tried before any num
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -36,8 +35,6 @@ class DirectingSettings:
     time_factors: tuple[float, ...] = (0.25, 1 / 3, 0.4, 0.5, 2 / 3, 0.8, 1.0)
     comfort_share: float = 0.6  # 0.3..1: of the clip that a motion shall fill
     lead_frames: int = 6  # frames, 2..20: that show how things stand before anything moves
-    tail_frames: int = 8  # frames, 4..40: that show how things are when all is over
-    min_frames: int = 41  # frames, 17..81: of a clip that is cut to its event
     blow_seconds: float = 0.06  # s, 0.02..0.2: a push shorter than this is a blow, and stays one
 
 
@@ -222,22 +219,13 @@ def replanned(
     return (*edits, *retimed(changed, changed.clip.time_factor * slower))
 
 
-def trimmed(program: PhysicalProgram, rollout: Rollout, decided: int) -> tuple[Edit, ...]:
-    """Edits with which the clip begins and ends with what is seen in it; () where it does so.
-
-    It waits for a moment at most, where nothing but the schedule has it wait, and shows for
-    a moment how things are when all is over. decided: the frame by which all has happened.
-    """
+def begun_sooner(program: PhysicalProgram, rollout: Rollout) -> tuple[Edit, ...]:
+    """Edits with which nothing waits for more than a moment before the first motion, where it is
+    the schedule alone that has it wait; () where it does not."""
     pacing = pacing_of(Facts.of(program, rollout))
-    if pacing is None or pacing.first is None or pacing.last is None:
+    if pacing is None or pacing.first is None:
         return ()
-    clip = program.clip
-    frame = clip.steps_per_frame * clip.step_seconds
+    frame = program.clip.steps_per_frame * program.clip.step_seconds
     wait = max(int(wait_of(program) / frame) - 1, 0)
     skip = min(max(pacing.first - DIRECTING.lead_frames, 0), wait)
-    after = max(DIRECTING.tail_frames, round(0.15 * pacing.last))
-    needed = max(pacing.last + after, decided + 4) - skip
-    frames = min(max(4 * math.ceil(needed / 4) + 1, DIRECTING.min_frames), clip.frames)
-    if not skip and frames > clip.frames - DIRECTING.tail_frames:
-        return ()
-    return retimed(program, clip.time_factor, skip=skip * frame, frames=frames)
+    return retimed(program, program.clip.time_factor, skip=skip * frame) if skip else ()

@@ -13,9 +13,9 @@ from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.planner.costs import cost_of
 from physagent_studio.agent.rules.planner.directing import (
     DIRECTING,
+    begun_sooner,
     pace_is_pinned,
     replanned,
-    trimmed,
 )
 from physagent_studio.agent.rules.planner.factors import may_change
 from physagent_studio.agent.rules.planner.trials import TRIAL, Candidate, Search
@@ -43,8 +43,8 @@ EASING = EasingSettings()
 
 
 class Easing:
-    """Lowers efforts and speeds of a program that holds, while all margins stay, and has the clip
-    begin and end with its event."""
+    """Lowers efforts and speeds of a program that holds, while all margins stay, and lets nothing
+    wait for long before it moves."""
 
     def ease(self, situation: Situation) -> Proposal:
         """A gentler program; without hunks where there is none."""
@@ -57,11 +57,11 @@ class Easing:
                 told = f"It happens as well with {100 * ratio:.0f} % of the speeds"
                 told += f" and {longer:.0f} times as long a push" if longer > 1 else ""
                 told += f": the gentlest of {search.runs} tried that holds everything. "
-        best, cut = self._trimmed(situation, search, best)
+        best, cut = self._begun_sooner(situation, search, best)
         if best is None:
             why = f"nothing gentler holds everything ({search.runs} tried)"
             return _told(situation, why, search, confidence=1.0)
-        told += "The clip begins and ends with what happens in it." if cut else ""
+        told += "It begins sooner." if cut else ""
         return _told(situation, told.strip(), search, best.edits, confidence=0.9)
 
     def _gentlest(
@@ -82,17 +82,16 @@ class Easing:
                 low = ratio
         return best
 
-    def _trimmed(
+    def _begun_sooner(
         self, situation: Situation, search: Search, best: Candidate | None
     ) -> tuple[Candidate | None, bool]:
-        """The best program, or the present one, without a wait before and an empty end after what
-        happens, and whether that is another one."""
+        """The best program, or the present one, without a wait before what happens, and whether
+        that is another one."""
         program = situation.program if best is None else best.program
         rollout = situation.rollout if best is None else best.rollout
         if rollout is None or pace_is_pinned(situation):
             return best, False
-        decided = _decided(situation.assessment.checks if best is None else best.checks)
-        cut = trimmed(program, rollout, decided)
+        cut = begun_sooner(program, rollout)
         edits = (*(best.edits if best else ()), *cut)
         search.limit += 1
         found = search.run(edits) if cut and may_change(situation, edits) else None
@@ -127,11 +126,6 @@ def _haste(found: Candidate) -> float:
     return max(
         (c.measured or 0.0 for c in found.checks if c.id.startswith("view.pace.")), default=0.0
     )
-
-
-def _decided(checks: tuple[Check, ...]) -> int:
-    """The frame by which all that is demanded has happened."""
-    return next((int(c.measured or 0) for c in checks if c.id == "view.in_time"), 0)
 
 
 def _filled(checks: tuple[Check, ...]) -> float:

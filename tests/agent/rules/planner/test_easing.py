@@ -7,7 +7,6 @@ from dataclasses import replace
 import pytest
 
 from physagent_studio.agent.rules import Easing
-from physagent_studio.agent.rules.planner.directing import DIRECTING
 from physagent_studio.agent.rules.planner.easing import EASING
 from physagent_studio.agent.rules.planner.trials import TRIAL
 from physagent_studio.program import PhysicalProgram, SetField, apply, value_at
@@ -105,15 +104,10 @@ def test_the_gentlest_is_left_as_it_is() -> None:
     assert "nothing gentler" in proposal.rationale
 
 
-def test_where_nothing_is_pushed_only_the_clip_is_cut_to_what_happens() -> None:
+def test_where_nothing_is_pushed_the_clip_keeps_its_frames() -> None:
     falls = filmed(
         [BALL | {"position": [0.0, 4.0, 1.2], "support": "air"}],
         [],
         {"id": "falls", "kind": "falls", "subject": "ball"},
     )
-    proposal = Easing().ease(situation_of(falls))
-    assert [edit.path for edit in proposal.edits if isinstance(edit, SetField)] == ["clip.frames"]
-    cut = apply(falls, proposal.edits)
-    assert DIRECTING.min_frames <= cut.clip.frames < falls.clip.frames
-    assert cut.clip.time_factor == falls.clip.time_factor
-    assert failing(cut) == []
+    assert Easing().ease(situation_of(falls)).hunks == ()

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from physagent_studio.agent.rules.contract.intents import Intent
 from physagent_studio.agent.rules.contract.specs import place_name
 from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout, level, unit
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.framing import free_way, good_way
 from physagent_studio.agent.rules.schedule.paths import arc_length, clearance, free_turn
-from physagent_studio.agent.rules.schedule.scripts.task import TASK, UP, Task
+from physagent_studio.agent.rules.schedule.scripts.blows import blow, sent_off
+from physagent_studio.agent.rules.schedule.scripts.task import TASK, Task
 from physagent_studio.language import Place
 from physagent_studio.program.actions import Action, Directed, Direction
 from physagent_studio.program.scene.state import Slab
@@ -29,8 +29,6 @@ class GroundSettings:
     max_out_sizes: float = 40.0  # own sizes, 10..100: to leave the picture; farther, it stays in it
     # 0.2..1: over that of a fall by half its size: a heap collapses on the spot
     heap_speed_ratio: float = 0.5
-    # count, 2..20: of things that hit one another, looked at for the first's speed
-    max_links: int = 8
     # ratio, 0.02..0.15: below which a thing goes on, as a stone on ice does
     max_glide_friction: float = 0.08
     # cosine, 0.9..1: of what lies ahead of wheels, within 15 degrees
@@ -248,80 +246,19 @@ def _ground_speed(task: Task, target: Place | None) -> float:
     speed = min(max(arrive, math.sqrt(2 * slowing * distance) * 1.05, 0.05), TASK.max_speed_mps)
     if task.intent.manner("slow", "gentle"):
         speed = max(min(speed, 0.8), 0.2)
-    blow = _blow(task.layout, task.intent)
-    return max(speed, _sent_off(blow, slowing, distance) if blow else 0.0)
+    needed = blow(task.layout, task.intent)
+    return max(speed, sent_off(needed, slowing, distance) if needed else 0.0)
 
 
 def _shoved_speed(task: Task, distance: float) -> float:
     """Speed at the end of a push that lasts for the whole way, enough for what it shall do."""
     speed = 2 * distance / task.seconds(GROUND.max_push_share)
-    return min(max(speed, _blow(task.layout, task.intent), 0.05), TASK.max_speed_mps)
+    return min(max(speed, blow(task.layout, task.intent), 0.05), TASK.max_speed_mps)
 
 
 def way_to_go(task: Task) -> float:
     """Way along the ground that it shall cover, m."""
     return _distance(task, task.target())
-
-
-def _blow(layout: Layout, intent: Intent, links: int = GROUND.max_links) -> float:
-    """Least speed with which a thing has to meet what it hits, so that all of that does its part.
-
-    links: how many of those that hit one another in turn are looked at.
-    """
-    own = intent.name
-    felled = (_knocking_speed(layout, own, other) for other in intent.fells)
-    shoved = (_shoving_speed(layout, own, other) for other in intent.shoves)
-    onward = (_handing_on(layout, own, one, links - 1) for one in intent.strikes if links > 1)
-    return max((*felled, *shoved, *onward), default=0.0)
-
-
-def _sent_off(arrives: float, slowing: float, distance: float) -> float:
-    """Speed at the start of a way against a constant deceleration that leaves `arrives`."""
-    return min(math.sqrt(arrives**2 + 2 * slowing * distance), TASK.max_speed_mps)
-
-
-def _knocking_speed(layout: Layout, own: str, other: str) -> float:
-    """Speed with which the other one is hit and is knocked over."""
-    if layout.rolls(other):
-        return 0.0
-    at = min(layout.extent(own, UP) + 0.0, 0.6 * layout.height(other)) or 0.05
-    width = layout.extent(other, unit(level(layout.position(other) - layout.position(own))))
-    knock = mech.speed_to_knock(
-        layout.mass(other), layout.height(other), width, layout.mass(own),
-        layout.touch(own, other).restitution, max(at, 0.2 * layout.height(other)),
-    )  # fmt: skip
-    return 1.3 * knock
-
-
-def _shoving_speed(layout: Layout, own: str, other: str) -> float:
-    """Speed with which the other one is hit and goes on visibly."""
-    if layout.rolls(other):
-        return 0.0
-    friction = layout.friction(other, layout.carrier(other) or layout.ground())
-    after = math.sqrt(2 * mech.G * friction * 0.6 * layout.size(other))
-    return _to_hand_on(layout, own, other, after)
-
-
-def _handing_on(layout: Layout, own: str, struck: Intent, links: int) -> float:
-    """Speed with which a thing is hit that shall then hit others as hard as they need it."""
-    other, blow = struck.name, _blow(layout, struck, links)
-    if not blow:
-        return 0.0
-    base, rolls = layout.carrier(other) or layout.ground(), layout.rolls(other)
-    slowing = mech.G * layout.friction(other, base)
-    if rolls:
-        slowing = mech.rolling_slowing(layout.touch(other, base).rolling)
-    aim = level(layout.position(struck.hits[0]) - layout.position(other))
-    after = _sent_off(blow, slowing, float(np.linalg.norm(aim)))
-    # A ball slides off and has 5/7 of its speed when it rolls.
-    return _to_hand_on(layout, own, other, after * (7 / 5 if rolls else 1.0))
-
-
-def _to_hand_on(layout: Layout, own: str, other: str, after: float) -> float:
-    """Speed of a blow that leaves the other one with the speed `after`, m/s."""
-    mass = layout.mass(own)
-    gained = (1 + layout.touch(own, other).restitution) * mass
-    return after * (mass + layout.mass(other)) / gained
 
 
 def _stopping_speed(task: Task, distance: float, friction: float) -> float:

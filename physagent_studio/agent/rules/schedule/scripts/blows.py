@@ -1,0 +1,85 @@
+"""How fast a thing has to meet what it hits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from physagent_studio.agent.rules.contract.intents import Intent
+from physagent_studio.agent.rules.scene import mechanics as mech
+from physagent_studio.agent.rules.scene.measures import Layout, level, unit
+from physagent_studio.agent.rules.schedule.scripts.task import TASK, UP
+
+
+@dataclass(frozen=True, slots=True)
+class BlowSettings:
+    """How chains of blows are looked at."""
+
+    # count, 2..20: of things that hit one another, looked at for the first's speed
+    max_links: int = 8
+
+
+BLOW = BlowSettings()
+
+
+def blow(layout: Layout, intent: Intent, links: int = BLOW.max_links) -> float:
+    """Least speed with which a thing has to meet what it hits, so that all of that does its part.
+
+    links: how many of those that hit one another in turn are looked at.
+    """
+    own = intent.name
+    felled = (_knocking_speed(layout, own, other) for other in intent.fells)
+    shoved = (_shoving_speed(layout, own, other) for other in intent.shoves)
+    onward = (_handing_on(layout, own, one, links - 1) for one in intent.strikes if links > 1)
+    return max((*felled, *shoved, *onward), default=0.0)
+
+
+def sent_off(arrives: float, slowing: float, distance: float) -> float:
+    """Speed at the start of a way against a constant deceleration that leaves `arrives`."""
+    return min(math.sqrt(arrives**2 + 2 * slowing * distance), TASK.max_speed_mps)
+
+
+def _knocking_speed(layout: Layout, own: str, other: str) -> float:
+    """Speed with which the other one is hit and is knocked over."""
+    if layout.rolls(other):
+        return 0.0
+    at = min(layout.extent(own, UP) + 0.0, 0.6 * layout.height(other)) or 0.05
+    width = layout.extent(other, unit(level(layout.position(other) - layout.position(own))))
+    knock = mech.speed_to_knock(
+        layout.mass(other), layout.height(other), width, layout.mass(own),
+        layout.touch(own, other).restitution, max(at, 0.2 * layout.height(other)),
+    )  # fmt: skip
+    return 1.3 * knock
+
+
+def _shoving_speed(layout: Layout, own: str, other: str) -> float:
+    """Speed with which the other one is hit and goes on visibly."""
+    if layout.rolls(other):
+        return 0.0
+    friction = layout.friction(other, layout.carrier(other) or layout.ground())
+    after = math.sqrt(2 * mech.G * friction * 0.6 * layout.size(other))
+    return _to_hand_on(layout, own, other, after)
+
+
+def _handing_on(layout: Layout, own: str, struck: Intent, links: int) -> float:
+    """Speed with which a thing is hit that shall then hit others as hard as they need it."""
+    other, needed = struck.name, blow(layout, struck, links)
+    if not needed:
+        return 0.0
+    base, rolls = layout.carrier(other) or layout.ground(), layout.rolls(other)
+    slowing = mech.G * layout.friction(other, base)
+    if rolls:
+        slowing = mech.rolling_slowing(layout.touch(other, base).rolling)
+    aim = level(layout.position(struck.hits[0]) - layout.position(other))
+    after = sent_off(needed, slowing, float(np.linalg.norm(aim)))
+    # A ball slides off and has 5/7 of its speed when it rolls.
+    return _to_hand_on(layout, own, other, after * (7 / 5 if rolls else 1.0))
+
+
+def _to_hand_on(layout: Layout, own: str, other: str, after: float) -> float:
+    """Speed of a blow that leaves the other one with the speed `after`, m/s."""
+    mass = layout.mass(own)
+    gained = (1 + layout.touch(own, other).restitution) * mass
+    return after * (mass + layout.mass(other)) / gained

@@ -255,10 +255,6 @@ def _safely(task: EventTask) -> EventResult:
         return _failed(task, str(error))
 
 
-if __name__ == "__main__":
-    _main()
-
-
 FRAMES = 8
 """Frames of a sheet, evenly spread from the first to the last."""
 COLUMNS, WIDTH = 4, 480
@@ -279,3 +275,7 @@ def write_sheet(path: Path, scene: Scene, rollout: Rollout, sentence: str) -> No
     path.parent.mkdir(parents=True, exist_ok=True)
     cv2.imwrite(str(path), sheet_of(scene, rollout)[:, :, ::-1])
     path.with_suffix(".txt").write_text(sentence + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    _main()

@@ -260,7 +260,7 @@ class Studio:
                 return
         asked, seen = read_letter(item.text)
         watches = self.hub.role(item.browser) == "viewer"
-        if watches and asked.may != "watch":
+        if watches and asked.may != "follow":
             raise InputError("you are here to watch; whoever has the other address changes things")
         if item.browser in self.presenting and asked.may == "change":
             raise InputError("this page presents and changes nothing; Escape ends that")

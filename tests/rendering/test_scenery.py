@@ -194,6 +194,7 @@ def test_a_shadow_of_the_photo_gives_way_little_by_little():
     scene = replace(scene, plate=floor)
     compositor = Compositor(scene)
     positions, rotations = initial_poses(scene)
+    assert scene.photo is not None
     shadow = (np.abs(scene.photo.astype(int) - floor).mean(-1) > 15) & ~hole
     shadow &= cv2.dilate(hole.astype(np.uint8), np.ones((41, 41))) == 0
     assert shadow.sum() > 100

@@ -317,7 +317,8 @@ def _led_inward(ways: FloatArray) -> FloatArray:
 def _bent(values: FloatArray, least: FloatArray, most: FloatArray) -> FloatArray:
     """Values (N, 3) drawn in towards least < 0 and most > 0 (3,), without flats where they end."""
     bound = BALL.knee_ratio * np.where(values < 0, np.minimum(least, -1e-6), np.maximum(most, 1e-6))
-    return np.where(np.isfinite(bound), bound * np.tanh(values / bound), values)
+    known = np.where(np.isfinite(bound), bound, 1.0)
+    return np.where(np.isfinite(bound), known * np.tanh(values / known), values)
 
 
 def round_textured(

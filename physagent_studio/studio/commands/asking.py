@@ -35,8 +35,8 @@ FileText = Annotated[str, Field(max_length=23_000_000)]
 """A file in base64."""
 
 Act = TypeVar("Act", bound=Callable[..., None])
-May = Literal["change", "look", "watch"]
-"""Who may ask: what is to `look` a page that presents, what is to `watch` any viewer as well."""
+May = Literal["change", "look", "follow"]
+"""Who may ask: what is to `look` a page that presents, what is to `follow` any viewer as well."""
 
 
 @dataclass(frozen=True, slots=True)

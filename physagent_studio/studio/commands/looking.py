@@ -97,7 +97,7 @@ def hide(
     studio.set_view(replace(studio.view, hidden=hidden))
 
 
-@asked("viewer", "watch")
+@asked("viewer", "follow")
 def viewer(
     studio: Studio, browser: int, token: Annotated[str, Field(pattern=r"^[0-9a-f]{8,64}$")]
 ) -> None:
@@ -105,7 +105,7 @@ def viewer(
     studio.tokens[browser] = token
 
 
-@asked("look", "watch")
+@asked("look", "follow")
 def look(
     studio: Studio,
     browser: int,
@@ -121,7 +121,7 @@ def look(
     studio.painter.cameras.look(studio.viewer_of(browser), view, target)
 
 
-@asked("bookmark", "watch")
+@asked("bookmark", "follow")
 def bookmark(
     studio: Studio, browser: int, slot: Annotated[int, Field(ge=1, le=9)], keep: bool = False
 ) -> None:

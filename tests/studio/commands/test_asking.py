@@ -45,7 +45,7 @@ def test_edits_are_the_programs_own_models() -> None:
 
 def test_a_page_that_presents_or_watches_is_told_what_it_may() -> None:
     may = {do: known.may for do, known in asking._KNOWN.items()}
-    assert {do for do, one in may.items() if one == "watch"} == {"viewer", "look", "bookmark"}
+    assert {do for do, one in may.items() if one == "follow"} == {"viewer", "look", "bookmark"}
     page = (files("physagent_studio.studio") / "pages/wire.js").read_text()
     listed = re.search(r"const LOOKING = new Set\((.+?)\)", page)
     assert listed is not None

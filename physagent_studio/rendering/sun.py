@@ -29,7 +29,6 @@ _TURN = np.pi / 16
 """First step by which the best lamp of the sky is turned, rad."""
 _LOW_HIGH = (0.2, 1.4)
 """Lowest and highest that it stands, rad."""
-_PENUMBRAS, _REACHES = (0.02, 0.05, 0.12, 0.25), (6.0, 20.0, 60.0)
 _AGREES = 0.6
 """Least correlation between the darkness found and the shadow computed."""
 _AROUND = 3.2
@@ -112,33 +111,32 @@ def estimate_sun(shading: Shading | None, batch: Batch, world: FloatArray, groun
 
 def _sky() -> list[Lamp]:
     return [
-        _lamp(azimuth, elevation, _PENUMBRA, _REACH)
+        _lamp(azimuth, elevation)
         for elevation in np.radians(_ELEVATIONS)
         for azimuth in np.arange(_AZIMUTHS) * (2 * np.pi / _AZIMUTHS)
     ]
 
 
-def _lamp(azimuth: float, elevation: float, penumbra: float, reach: float) -> Lamp:
+def _lamp(azimuth: float, elevation: float) -> Lamp:
     flat = np.cos(elevation)
     direction = (flat * np.cos(azimuth), flat * np.sin(azimuth), np.sin(elevation))
-    return Lamp(np.array(direction), penumbra, reach)
+    return Lamp(np.array(direction), _PENUMBRA, _REACH)
 
 
 def _refined(lamp: Lamp, value: float, agreement: Callable[[Lamp], float]) -> Lamp:
-    """The lamp near this one, turned a little, harder or softer, that agrees best with the photo.
+    """The lamp near this one, turned a little, that agrees best with the photo.
 
     value: how well this one agrees.
     """
     x, y, z = lamp.direction.tolist()
-    best = (float(np.arctan2(y, x)), float(np.arcsin(z)), lamp.penumbra, lamp.reach)
+    best = (float(np.arctan2(y, x)), float(np.arcsin(z)))
     for finer in (1.0, 0.5, 0.25):
         turns = [
-            (best[0] + a * finer, np.clip(best[1] + b * finer, *_LOW_HIGH), *best[2:])
+            (best[0] + a * finer, float(np.clip(best[1] + b * finer, *_LOW_HIGH)))
             for a in (-_TURN, 0, _TURN)
             for b in (-_TURN / 2, 0, _TURN / 2)
         ]
-        hardness = [(*best[:2], p, r) for p in _PENUMBRAS for r in _REACHES]
-        for tried in (*turns, *hardness):
+        for tried in turns:
             if (found := agreement(_lamp(*tried))) > value:
                 value, best = found, tried
     return _lamp(*best)

@@ -11,7 +11,7 @@ import json
 import operator
 from collections import OrderedDict
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Self
@@ -50,11 +50,10 @@ class Session:
         self.read_only = "" if self._lock and self._lock.taken else self._why_not()
         self._db = connect(path, writing=not self.read_only)
         self._reader = RoundReader(path)
-        try:
+        with ExitStack() as opening:
+            opening.callback(self.close)
             self._version = migrate(self._db, folder.name, writing=not self.read_only)
-        except BaseException:
-            self.close()
-            raise
+            opening.pop_all()
         self._scenes: dict[str, Scene] = {}
         self._meshes: dict[str, Mesh] = {}
         self._known_rounds: dict[str, Round] = {}

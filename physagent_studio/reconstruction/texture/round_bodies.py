@@ -1,21 +1,14 @@
 """The photo on a ball, an egg or a fruit, of which it shows less than half.
 
-The rim of that is seen at too flat an angle to be of use when the thing has rolled.
-
-The body is covered by the six sides of a cube around it, the first of which looks at the camera.
-The others show the first one again, folded over the edges that they share with it, in the light
-that falls on them; where they meet they pass into one another. What is there once, as the calyx of
-a fruit is, is not repeated; where it lies about the axis, it is led around that.
+The rim of that is seen at too flat an angle to be of use when the thing has rolled. The body is
+covered by the six sides of a cube around it: the first looks at the camera and is the photo, the
+others are painted by `ball.Ball`; where they meet they pass into one another.
 """
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field, replace
 from enum import IntEnum
-from typing import Self
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,302 +16,18 @@ from physagent_studio.arrays import FloatArray
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Revolved, SceneObject
-from physagent_studio.reconstruction.photo.regions import BoolArray, grow
+from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.switches import at_work
-from physagent_studio.reconstruction.texture.round_light import (
-    body_of,
-    fitted,
-    is_pattern,
-    terms_of,
-)
+from physagent_studio.reconstruction.texture.ball import BALL, FOLDS, Ball
+from physagent_studio.reconstruction.texture.round_light import body_of
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Mesh
-from physagent_studio.rendering.lit import bilinear
-
-FloatImage = NDArray[np.float32]
-
-
-@dataclass(frozen=True, slots=True)
-class BallSettings:
-    """How the sides of a ball are painted from its first one."""
-
-    max_off_ratio: float = 0.05  # 0.01..0.2: over the radius: what has stems is no ball
-    # 0.5..1: over the radius: how near to its middle an outline may come
-    min_outline_ratio: float = 0.72
-    # 40..85: from the view: the photo itself within the first, not beyond the second
-    shown_deg: tuple[float, float] = (60.0, 70.0)
-    # exponent, 2..20: how narrow the zones are in which sides pass into one another
-    zone_power: int = 8
-    # 1..2: over the middle's distance: half the extent of a side's picture
-    side_half_ratio: float = 1.3
-    side_px: tuple[int, int] = (16, 256)  # 8..512: across such a picture, least and most
-    lit_deg: float = 62.0  # 45..75: from the view within which the photo tells how light falls
-    # 4..40: added to colours before their log, so that dark noise stays small
-    dark_levels: float = 16.0
-    spot_percent: float = 8.0  # %, 1..20: below it what is dark is a spot that is there once
-    # %, 80..99: beyond it what is bright is gloss and stays on the first side
-    gloss_percent: float = 92.0
-    knee_ratio: float = 1.5  # 1..3: over those two: how far detail comes
-    # 1..4: over the middle's distance: half the picture of what is repeated
-    span_ratio: float = 2.0
-    detail_px: int = 160  # 64..400: across it
-    min_strange_log: float = 0.3  # 0.1..0.8: of detail that is there once
-    strange_factor: float = 4.0  # 2..10: of what is usual on the body, likewise
-    # 0.4..1.5: of such detail, from which a body is of several colours
-    many_colours_log: float = 0.8
-    widest_cap_deg: float = 45.0  # 20..80: farther down reaches a second colour, no cap
-    painted_log: float = 0.45  # 0.2..1: of such detail, from which a body is painted in patches
-    cap_turn_deg: float = 75.0  # 45..85: about the axis, within which a cap shows as in the photo
-    # cosine, 0..0.3: of axis and view; below, a top is not seen
-    min_cap_cosine: float = math.sin(math.radians(4.0))
-    # cosine, 0.6..1: beyond, it is seen from above and needs no turning
-    max_cap_cosine: float = math.cos(math.radians(35.0))
-    # cosine, 0.02..0.3: of surface and view, at which something is told
-    min_facing_cosine: float = math.cos(math.radians(85.0))
-    min_cap_share: float = 0.25  # 0.1..0.6: of a circle about the axis that is strange on a cap
-    min_cap_deg: float = 8.0  # 2..20: smaller caps are stems
-    soft_deg: float = 10.0  # 2..20: width of a cap's rim
-
-
-BALL = BallSettings()
-
-SEEN_WELL = math.cos(math.radians(BALL.lit_deg))
-
-# x is right and y up as the camera sees the body, z looks at the camera.
-_FIRST = np.eye(3)
-_SIDES = {
-    "right": np.array([[0, 0, 1], [0, 1, 0], [1, 0, 0]], float),
-    "left": np.array([[0, 0, -1], [0, 1, 0], [-1, 0, 0]], float),
-    "up": np.array([[1, 0, 0], [0, 0, 1], [0, 1, 0]], float),
-    "down": np.array([[1, 0, 0], [0, 0, -1], [0, -1, 0]], float),
-    "back": np.array([[-1, 0, 0], [0, 1, 0], [0, 0, -1]], float),
-}
-"""By which map each side's directions become those of the first one."""
 
 
 class _Side(IntEnum):
     """What belongs to no side of the body: stems and leaves."""
 
     PART = -1
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Ball:
-    """A body as a unit sphere. frame: (3, 3) columns are its x, y and z in the world. stretch:
-    (3, 3) from the unit sphere to the ellipsoid, world. axis: (3,) unit, and outline: (K, 2) how
-    far out the body is, in the ellipsoid's radii, by the cosine with that axis. photo, origin:
-    the crop, and its corner in the photo. light: (6, 3) see `terms_of`, log. mean: (3,) of it.
-    least, most: (3,) darkest and brightest detail, log. strange: from what detail on something is
-    there once, log. cap: angle from the axis within which most is so, °. detail: (K, K, 3) of the
-    first side, see `_usual`.
-    """
-
-    frame: FloatArray
-    stretch: FloatArray
-    place: FloatArray
-    camera: Camera
-    axis: FloatArray
-    outline: FloatArray
-    photo: Image
-    origin: FloatArray
-    light: FloatArray
-    mean: FloatArray
-    least: FloatArray
-    most: FloatArray
-    strange: float = math.inf
-    cap: float = 0.0
-    patterned: bool = False
-    detail: FloatImage = field(default_factory=lambda: np.zeros((2, 2, 3), np.float32))
-
-    @classmethod
-    def of(
-        cls,
-        camera: Camera,
-        item: SceneObject,
-        radii: FloatArray,
-        outline: FloatArray,
-        crop: tuple[Image, tuple[int, int]],
-    ) -> Self:
-        """Without any light on it yet."""
-        place = np.asarray(item.position, float)
-        turn = matrix_of(item.rotation)
-        stretch = turn @ np.diag(radii) @ turn.T
-        view = np.linalg.solve(stretch, np.asarray(camera.position) - place)
-        view /= np.linalg.norm(view)
-        across = np.cross(-camera.matrix[:, 1], view)
-        across /= np.linalg.norm(across)
-        frame = np.stack([across, np.cross(view, across), view], 1)
-        dull = np.zeros((6, 3)), np.zeros(3), np.full(3, -np.inf), np.full(3, np.inf)
-        where = crop[0], np.array(crop[1], float)
-        return cls(frame, stretch, place, camera, turn[:, 2], outline, *where, *dull)
-
-    def pixels(self, ways: FloatArray) -> FloatArray:
-        """Where in the crop (N, 2) directions (N, 3) of the first side are seen."""
-        unit = ways @ self.frame.T
-        upright = np.clip(unit @ self.axis, -1, 1)
-        out = np.interp(upright, self.outline[:, 0], self.outline[:, 1])
-        world = self.place + (out[:, None] * unit) @ self.stretch.T
-        return self.camera.project(world)[0] - self.origin
-
-    def colours(self, ways: FloatArray) -> FloatArray:
-        """Colours (N, 3) in all directions (N, 3)."""
-        angle = np.degrees(np.arccos(np.clip(ways[:, 2], -1, 1)))
-        if self.patterned:
-            return self._photographed(_led_inward(ways))
-        first = np.clip(
-            (BALL.shown_deg[1] - angle) / (BALL.shown_deg[1] - BALL.shown_deg[0]), 0, 1
-        )[:, None]
-        detail, total = np.zeros((len(ways), 3)), np.zeros((len(ways), 1))
-        for fold in (_FIRST, *_SIDES.values()):
-            own = ways @ fold.T
-            weight = (
-                np.maximum(own[:, 2:] - math.cos(math.radians(BALL.lit_deg)), 0) ** BALL.zone_power
-            )
-            detail += weight * _bent(self._repeated(own), self.least, self.most)
-            total += weight
-        others = np.exp(self._tone(ways) + detail / np.maximum(total, 1e-12)) - BALL.dark_levels
-        if self.cap > 0:
-            around, off = self._led_around(ways)
-            capped = np.clip((self.cap + BALL.soft_deg - off) / BALL.soft_deg, 0, 1)[:, None]
-            others = capped * self._photographed(around) + (1 - capped) * others
-        return first * self._photographed(ways) + (1 - first) * others
-
-    def _repeated(self, ways: FloatArray) -> FloatArray:
-        """Detail (N, 3) that may be there several times, in directions of the first side."""
-        flat = ways[:, :2] / np.maximum(ways[:, 2:], 0.2)
-        where = (flat / BALL.span_ratio + 1) / 2 * len(self.detail) - 0.5
-        return bilinear(self.detail, where).astype(np.float64)
-
-    def _usual(self, mask: BoolArray) -> tuple[FloatImage, bool]:
-        """(K, K, 3) the detail of the first side without what is there once: a calyx, a bruise;
-
-        and whether what stands out there is a pattern.
-        """
-        y, x = (
-            (np.indices((BALL.detail_px, BALL.detail_px)) + 0.5) / BALL.detail_px * 2 - 1
-        ) * BALL.span_ratio
-        ways = np.stack([x.ravel(), y.ravel(), np.ones(x.size)], 1)
-        ways /= np.linalg.norm(ways, axis=1, keepdims=True)
-        detail = self._detail(ways)
-        strange = (np.abs(detail).mean(-1) > self.strange) & (ways[:, 2] > SEEN_WELL)
-        patterned = is_pattern(strange.reshape(x.shape))
-        if not at_work("things once") or patterned:
-            return np.asarray(detail.reshape(*x.shape, 3), np.float32), patterned
-        strange |= ~self._within(ways, mask)
-        wide = cv2.dilate(strange.reshape(x.shape).astype(np.uint8), np.ones((5, 5), np.uint8))
-        kept = cv2.GaussianBlur(1 - grow(wide > 0, 3).astype(np.float32), (0, 0), 1.5)
-        kept = np.where(wide > 0, 0, kept)[..., None]
-        return np.asarray(kept * detail.reshape(*x.shape, 3), np.float32), False
-
-    def _poles(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Unit vectors in the body's frame of view: the axis' end that is seen, front and side."""
-        axis = self.axis @ self.frame
-        axis = axis if axis[2] > 0 else -axis
-        front = np.array([0.0, 0.0, 1.0]) - axis[2] * axis
-        front /= max(float(np.linalg.norm(front)), 1e-9)
-        return axis, front, np.asarray(np.cross(axis, front), np.float64)
-
-    def _led_around(self, ways: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Directions (N, 3) turned about the axis to where they are seen, angles (N,) to it, °."""
-        axis, front, side = self._poles()
-        turn = np.arctan2(ways @ side, ways @ front)
-        limit = math.radians(BALL.cap_turn_deg)
-        back = limit * (np.pi - np.abs(turn)) / (np.pi - limit)
-        turn = np.where(np.abs(turn) > limit, np.sign(turn) * back, turn)
-        along = np.clip(ways @ axis, -1, 1)
-        flat = np.cos(turn)[:, None] * front + np.sin(turn)[:, None] * side
-        led = along[:, None] * axis + np.sqrt(1 - along**2)[:, None] * flat
-        return led, np.degrees(np.arccos(along))
-
-    def capped(self, mask: BoolArray) -> Self:
-        """The same, knowing how far something that is there once reaches down from its top."""
-        axis, front, side = self._poles()
-        if not BALL.min_cap_cosine < axis[2] < BALL.max_cap_cosine:
-            return self
-        turn = np.radians(np.linspace(-60, 60, 13))
-        flat = np.cos(turn)[:, None] * front + np.sin(turn)[:, None] * side
-        cap = 0.0
-        for angle in range(4, 72, 4):
-            off = math.radians(angle)
-            ways = math.cos(off) * axis + math.sin(off) * flat
-            ways = ways[(ways[:, 2] > BALL.min_facing_cosine) & self._within(ways, mask)]
-            if not len(ways):
-                continue
-            rest = np.log(self._photographed(ways) + BALL.dark_levels) - self._tone(ways)
-            if (np.abs(rest).mean(-1) > self.strange).mean() < BALL.min_cap_share:
-                break
-            cap = float(angle)
-        return replace(self, cap=cap if cap >= BALL.min_cap_deg else 0.0)
-
-    def _within(self, ways: FloatArray, mask: BoolArray) -> BoolArray:
-        """(N,) whether directions (N, 3) of the first side are seen in the mask (H, W)."""
-        column, row = (self.pixels(ways) + self.origin).astype(int).T
-        inside = (column >= 0) & (row >= 0) & (column < mask.shape[1]) & (row < mask.shape[0])
-        inside[inside] = mask[row[inside], column[inside]]
-        return np.asarray(inside, bool)
-
-    def _detail(self, ways: FloatArray) -> FloatArray:
-        """What the photo shows (N, 3) beside the light, log, in directions of the first side."""
-        return np.log(self._photographed(ways) + BALL.dark_levels) - terms_of(ways) @ self.light
-
-    def _tone(self, ways: FloatArray) -> FloatArray:
-        """The log of the body's colour in its light (N, 3), evener the farther from the view."""
-        angle = np.arccos(np.clip(ways[:, 2], -1, 1))
-        limit = math.radians(BALL.lit_deg)
-        flat = ways[:, :2] / np.maximum(np.linalg.norm(ways[:, :2], axis=1, keepdims=True), 1e-9)
-        near = np.minimum(angle, limit)[:, None]
-        seen = np.column_stack([flat * np.sin(near), np.cos(near)])
-        share = np.clip((angle - limit) / (math.pi - limit), 0, 1)[:, None]
-        even = (1 - share) ** 2
-        return even * (terms_of(seen) @ self.light) + (1 - even) * self.mean
-
-    def _photographed(self, ways: FloatArray) -> FloatArray:
-        where = self.pixels(np.where(ways[:, 2:] > 0, ways, (0.0, 0, 1))) - 0.5
-        return bilinear(self.photo, where).astype(np.float64)
-
-    def lit(self, mask: BoolArray) -> Self:
-        """The same, with the light that the photo shows on it where the mask (H, W) is."""
-        share = (np.arange(24) + 0.5) / 24
-        around = np.linspace(0, 2 * np.pi, 48, endpoint=False)
-        # Evenly spread over the cap that the camera sees well.
-        up = np.repeat(1 - share * (1 - math.cos(math.radians(BALL.lit_deg))), len(around))
-        flat = np.sqrt(1 - up**2)
-        turn = np.tile(around, len(share))
-        ways = np.stack([flat * np.cos(turn), flat * np.sin(turn), up], 1)
-        inside = self._within(ways, mask)
-        if np.count_nonzero(inside) < 40:
-            return self
-        ways = ways[inside]
-        tone = np.log(self._photographed(ways) + BALL.dark_levels)
-        fit = fitted(terms_of(ways), tone)
-        rest = tone - terms_of(ways) @ fit
-        mean = (terms_of(ways) @ fit).mean(0)
-        least, most = np.percentile(rest, (BALL.spot_percent, BALL.gloss_percent), axis=0)
-        strange = max(
-            BALL.min_strange_log, BALL.strange_factor * float(np.median(np.abs(rest).mean(-1)))
-        )
-        lit = replace(self, light=fit, mean=mean, least=least, most=most, strange=strange)
-        detail, patterned = lit._usual(mask)
-        return replace(lit, detail=detail, patterned=patterned or strange > BALL.painted_log)
-
-
-def _led_inward(ways: FloatArray) -> FloatArray:
-    """Directions (N, 3), those beyond the rim of what is shown led back, farthest to its middle.
-
-    So patches of paint go on over the rim and stay patches, if larger ones.
-    """
-    angle = np.arccos(np.clip(ways[:, 2], -1, 1))
-    rim = math.radians(BALL.shown_deg[1])
-    led = np.where(angle > rim, rim * (np.pi - angle) / (np.pi - rim), angle)
-    flat = ways[:, :2] / np.maximum(np.linalg.norm(ways[:, :2], axis=1, keepdims=True), 1e-9)
-    return np.column_stack([flat * np.sin(led)[:, None], np.cos(led)])
-
-
-def _bent(values: FloatArray, least: FloatArray, most: FloatArray) -> FloatArray:
-    """Values (N, 3) drawn in towards least < 0 and most > 0 (3,), without flats where they end."""
-    bound = BALL.knee_ratio * np.where(values < 0, np.minimum(least, -1e-6), np.maximum(most, 1e-6))
-    known = np.where(np.isfinite(bound), bound, 1.0)
-    return np.where(np.isfinite(bound), known * np.tanh(values / known), values)
 
 
 def round_textured(
@@ -343,7 +52,7 @@ def round_textured(
     away = np.linalg.norm(unit, axis=1)
     upright = unit[:, 2] / np.maximum(away, 1e-12)
     beside = away - np.interp(upright, *outline.T) > BALL.max_off_ratio
-    ball = _Ball.of(camera, item, radii, outline, crop).lit(mask)
+    ball = Ball.of(camera, item, radii, outline, crop).lit(mask)
     ball = ball.capped(mask) if isinstance(item.shape, Revolved) and at_work("caps") else ball
     if beside.any() and (ball.strange > BALL.many_colours_log or ball.cap > BALL.widest_cap_deg):
         # A body of several colours with a handle on it: its front says little of its other sides.
@@ -351,21 +60,19 @@ def round_textured(
     turned = mesh.vertices @ matrix_of(item.rotation).T
     ways = np.linalg.solve(ball.stretch, turned.T).T @ ball.frame
     ways /= np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-12)
-    folds = [_FIRST, *_SIDES.values()]
     middle = ways[mesh.faces].mean(1)
-    side = np.argmax([(middle @ fold.T)[:, 2] for fold in folds], 0)
+    side = np.argmax([(middle @ fold.T)[:, 2] for fold in FOLDS], 0)
     # Stems and leaves are as thin as they are seen, and show the same from behind.
     side = np.where(beside[mesh.faces].sum(1) > 1, _Side.PART, side)
-    return _laid_out(ball, mesh, ways, turned, side, folds)
+    return _laid_out(ball, mesh, ways, turned, side)
 
 
 def _laid_out(
-    ball: _Ball,
+    ball: Ball,
     mesh: Mesh,
     ways: FloatArray,
     turned: FloatArray,
     side: NDArray[np.intp],
-    folds: list[FloatArray],
 ) -> Mesh:
     """Every side's faces with vertices of their own, and the sides' pictures beside the crop.
 
@@ -373,12 +80,12 @@ def _laid_out(
     """
     rows, columns = ball.photo.shape[:2]
     across = int(np.clip(0.8 * min(rows, columns), *BALL.side_px))
-    texture = np.zeros((max(rows, across), columns + across * (len(folds) - 1), 3), np.uint8)
+    texture = np.zeros((max(rows, across), columns + across * (len(FOLDS) - 1), 3), np.uint8)
     texture[:rows, :columns] = ball.photo
     vertices, faces, places = [], [], []
     count = 0
-    for number, fold in enumerate([*folds, _FIRST]):
-        number = _Side.PART if number == len(folds) else number
+    for number, fold in enumerate([*FOLDS, FOLDS[0]]):
+        number = _Side.PART if number == len(FOLDS) else number
         own = mesh.faces[side == number]
         used, compact = np.unique(own, return_inverse=True)
         vertices.append(mesh.vertices[used])
@@ -411,7 +118,7 @@ def _laid_out(
     )
 
 
-def _picture(ball: _Ball, fold: FloatArray, across: int) -> Image:
+def _picture(ball: Ball, fold: FloatArray, across: int) -> Image:
     """What a side shows, (across, across, 3)."""
     y, x = ((np.indices((across, across)) + 0.5) / across * 2 - 1) * BALL.side_half_ratio
     local = np.stack([x.ravel(), y.ravel(), np.ones(across * across)], 1)

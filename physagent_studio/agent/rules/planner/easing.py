@@ -21,8 +21,7 @@ from physagent_studio.agent.rules.planner.factors import may_change
 from physagent_studio.agent.rules.planner.trials import TRIAL, Candidate, Search
 from physagent_studio.agent.rules.planner.wording import proposal
 from physagent_studio.contract import Facts
-from physagent_studio.contract.picture import sight_of
-from physagent_studio.contract.view import INSIDE, acting_objects, pacing_of
+from physagent_studio.contract.view import acting_objects, pacing_of
 from physagent_studio.program.edits import Edit
 from physagent_studio.records import Check, Proposal, Rollout
 
@@ -134,7 +133,7 @@ def _filled(checks: tuple[Check, ...]) -> float:
 
 
 def _is_seen_as_well(situation: Situation, found: Candidate, before: Rollout) -> bool:
-    """Whether each goes as far in the picture, and something moves as soon."""
+    """Whether each goes as far, and something moves as soon."""
     assert found.rollout is not None
     now, was = Facts.of(found.program, found.rollout), Facts.of(situation.program, before)
     names = [name for name in before.objects if name in acting_objects(situation.program)]
@@ -149,12 +148,10 @@ def _first(facts: Facts) -> int:
 
 
 def _way(facts: Facts, name: str) -> float:
-    """How far it gets from where it began while it is in the picture, m."""
+    """How far it gets from where it began, in the picture and beyond it, m."""
     rows = np.minimum(facts.rollout.frame_steps(), facts.last)
     path = facts.rollout.positions[rows, facts.rollout.objects.index(name)]
-    sight = sight_of(facts, name)
-    seen = sight.share >= INSIDE if sight is not None else np.ones(len(path), bool)
-    return float(np.linalg.norm(path - path[0], axis=1)[seen].max(initial=0.0))
+    return float(np.linalg.norm(path - path[0], axis=1).max(initial=0.0))
 
 
 def _told(

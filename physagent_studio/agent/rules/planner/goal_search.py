@@ -45,9 +45,8 @@ class GoalSettings:
     turn_stride_rad: float = math.radians(6)  # 0.02..0.5: about the vertical
     # strides, -5..5: of strength and of turn, looked at first: one is near, three is far
     probe_strides: tuple[int, int, int, int] = (1, -1, 3, -3)
-    raise_stride_rad: float = math.radians(
-        5
-    )  # 0.02..0.5: upwards, where little decides what is passed over
+    # 0.02..0.5: upwards, where little decides what is passed over
+    raise_stride_rad: float = math.radians(5)
 
 
 GOAL = GoalSettings()

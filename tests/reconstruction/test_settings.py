@@ -30,6 +30,7 @@ DONE = (
     "reconstruction/camera",
     "reconstruction/grounding",
     "reconstruction/learned",
+    "reconstruction/masks",
     "reconstruction/photo",
     "reconstruction/placement",
     "reconstruction/supports",

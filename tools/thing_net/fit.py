@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from physagent_studio.reconstruction.masks.thing_map import CANVAS, LAYERS
+from physagent_studio.reconstruction.masks.thing_map import MAP
 from tools.thing_net.pictures import FIRST_SEED, picture
 from tools.thing_net.samples import Pictures, sample
 
@@ -61,8 +61,8 @@ def network() -> Any:
             super().__init__()
             first, last = WIDTHS[0], WIDTHS[-1]
             pairs = list(itertools.pairwise(WIDTHS))
-            stem = nn.Conv2d(LAYERS, first, 4, 2, 1, bias=False)
-            self.fine = joined(LAYERS, 8)
+            stem = nn.Conv2d(MAP.canvas_layers, first, 4, 2, 1, bias=False)
+            self.fine = joined(MAP.canvas_layers, 8)
             self.stem = nn.Sequential(stem, nn.BatchNorm2d(first), nn.ReLU(inplace=True))
             self.down = nn.ModuleList([Residual(first)])
             for level, (a, b) in enumerate(pairs):
@@ -183,7 +183,11 @@ def main() -> None:
 
         net = fitted(asked.folder, asked.minutes)
         torch.onnx.export(
-            net, (torch.zeros(1, LAYERS, CANVAS, CANVAS),), str(OUT), opset_version=13, dynamo=False
+            net,
+            (torch.zeros(1, MAP.canvas_layers, MAP.canvas_px, MAP.canvas_px),),
+            str(OUT),
+            opset_version=13,
+            dynamo=False,
         )
 
 

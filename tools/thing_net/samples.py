@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.reconstruction.masks.thing_map import CANVAS, Marks, Square, shown
+from physagent_studio.reconstruction.masks.thing_map import MAP, Marks, Square, shown
 
 Floats = NDArray[np.float32]
 Bools = NDArray[np.bool_]
@@ -245,8 +245,8 @@ def _turned(
     moved = Marks(_moved(matrix, marks.inside), _moved(matrix, marks.outside), box)
     seen = shown(turned, moved, square, was)
     to = square.matrix
-    truth = cv2.warpAffine(cut, to, (CANVAS, CANVAS))
-    inside = cv2.warpAffine(held, to, (CANVAS, CANVAS))
+    truth = cv2.warpAffine(cut, to, (MAP.canvas_px, MAP.canvas_px))
+    inside = cv2.warpAffine(held, to, (MAP.canvas_px, MAP.canvas_px))
     return Sample(seen, truth, inside)
 
 

@@ -28,7 +28,7 @@ from physagent_studio.program.scene.state import SceneObject, SceneState
 from physagent_studio.reconstruction import photo_hash
 from physagent_studio.reconstruction.background.plate import background, hole_of
 from physagent_studio.reconstruction.masks.foot_spill import sound_masks
-from physagent_studio.reconstruction.masks.grabcut import SEED
+from physagent_studio.reconstruction.masks.grabcut import CUT
 from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter, choose
 from physagent_studio.reconstruction.photo.line_segments import segments
 from physagent_studio.reconstruction.photo.regions import iou
@@ -225,7 +225,7 @@ def plain_cut(image: Image, box: tuple[float, float, float, float]) -> NDArray[n
     x0, y0 = (max(0, int(value)) for value in box[:2])
     x1, y1 = min(image.shape[1], int(box[2]) + 1), min(image.shape[0], int(box[3]) + 1)
     labels = np.zeros(image.shape[:2], np.uint8)
-    cv2.setRNGSeed(SEED)
+    cv2.setRNGSeed(CUT.random_seed)
     models = np.zeros((1, 65)), np.zeros((1, 65))
     area = (x0, y0, x1 - x0, y1 - y0)
     cv2.grabCut(image, labels, area, *models, ROUNDS, cv2.GC_INIT_WITH_RECT)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -23,12 +23,18 @@ from physagent_studio.reconstruction.photo.regions import (
 )
 
 Box = tuple[float, float, float, float]
-LEAST = 30
-"""Pixels of a draft."""
-BELIEVED = 0.2
-"""Mean chance on a hole, by the map, from which it is filled."""
-LARGEST_WINDOW = 0.1
-"""Share of the mask that such a hole may have."""
+
+
+@dataclass(frozen=True, slots=True)
+class DraftSettings:
+    """What is a draft, and which of its holes are filled."""
+
+    min_draft_px: int = 30  # 10..200: of the view: less is a speck
+    min_window_share: float = 0.2  # 0.05..0.5: mean of the map on a hole that belongs to the thing
+    max_window_share: float = 0.1  # 0.01..0.3: of the mask, of such a hole
+
+
+DRAFTS = DraftSettings()
 
 
 def found_in(view: View, task: Task, maps: Sequence[NDArray[np.float32]]) -> list[Scored]:
@@ -42,7 +48,7 @@ def found_in(view: View, task: Task, maps: Sequence[NDArray[np.float32]]) -> lis
     shown = [one > 0.5 for one in maps]
     drafts = _cut(view.small, task, task.box, None) + _cut(view.small, task, task.box, shown[0])
     drafts += [Draft(mask, "map", "map") for mask in shown]
-    drafts = [one for one in drafts if np.count_nonzero(one.mask) >= LEAST]
+    drafts = [one for one in drafts if np.count_nonzero(one.mask) >= DRAFTS.min_draft_px]
     drafts = [replace(draft, mask=_without_windows(draft.mask, maps[0])) for draft in drafts]
     found = weighed(ranked(view.lab, drafts, task, task.box), maps[0])
     # What a person said is no part of the thing outweighs what the map shows.
@@ -84,9 +90,9 @@ def _without_windows(mask: BoolArray, chance: NDArray[np.float32]) -> BoolArray:
     for label in range(1, count):
         x, y, width, height, size = (int(value) for value in stats[label])
         inside = x > 0 and y > 0 and x + width < columns and y + height < rows
-        if inside and size < LARGEST_WINDOW * area:
+        if inside and size < DRAFTS.max_window_share * area:
             hole = labels == label
-            out[hole] = float(chance[hole].mean()) > BELIEVED
+            out[hole] = float(chance[hole].mean()) > DRAFTS.min_window_share
     return out
 
 

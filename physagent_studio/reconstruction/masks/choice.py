@@ -8,6 +8,7 @@ all likely, each is there, instead of four readings of the likeliest.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +19,20 @@ from physagent_studio.reconstruction.photo.regions import iou
 from physagent_studio.reconstruction.switches import at_work
 
 Scored = tuple[Draft, float]
-CANDIDATES = 4
-ALMOST = 0.95
-"""IoU from which two masks need not both be offered."""
-DOUBT = 0.1
-"""Step of the score by which a draft is e times as likely as another."""
-WORTH = 0.004
-"""Expected gain in IoU below which another draft is not worth its place."""
+
+
+@dataclass(frozen=True, slots=True)
+class ChoiceSettings:
+    """How many masks are offered, and which of them are worth it."""
+
+    max_offers_count: int = 4  # 2..8: as many as are told apart at a glance
+    same_ratio: float = 0.95  # 0.8..1: IoU from which two need not both be offered
+    # score, 0.02..0.5: by which a draft is e times as likely as another, as scores err by it
+    likelier_by: float = 0.1
+    min_gain_ratio: float = 0.004  # 0..0.05: IoU expected of another offer, less is not worth it
+
+
+CHOICE = ChoiceSettings()
 
 
 def agreed(ranked: Sequence[Scored], lab: NDArray[np.float32]) -> list[Scored]:
@@ -51,16 +59,16 @@ def _hopeful(like: NDArray[np.float64], scores: NDArray[np.float64]) -> list[int
     says; what is expected of some is the mean IoU of the best of them with it. Greedily chosen.
     """
     if not at_work("expected gain"):
-        return [int(k) for k in np.argsort(-scores, kind="stable")[:CANDIDATES]]
-    chance = np.exp((scores - scores.max()) / DOUBT)
+        return [int(k) for k in np.argsort(-scores, kind="stable")[: CHOICE.max_offers_count]]
+    chance = np.exp((scores - scores.max()) / CHOICE.likelier_by)
     chance /= chance.sum()
     chosen = [int(scores.argmax())]
     reached = like[chosen[0]]
-    while len(chosen) < CANDIDATES:
+    while len(chosen) < CHOICE.max_offers_count:
         gain = np.maximum(like - reached, 0) @ chance
-        gain[(like[chosen] >= ALMOST).any(axis=0)] = 0.0
+        gain[(like[chosen] >= CHOICE.same_ratio).any(axis=0)] = 0.0
         best = int(gain.argmax())
-        if gain[best] < WORTH:
+        if gain[best] < CHOICE.min_gain_ratio:
             break
         chosen.append(best)
         reached = np.maximum(reached, like[best])
@@ -72,8 +80,8 @@ def _filled_up(chosen: list[Scored], lab: NDArray[np.float32]) -> list[Scored]:
     if not at_work("variants"):
         return chosen
     first, value = chosen[0]
-    for draft in variants(lab, first) if len(chosen) < CANDIDATES else ():
-        if len(chosen) == CANDIDATES:
+    for draft in variants(lab, first) if len(chosen) < CHOICE.max_offers_count else ():
+        if len(chosen) == CHOICE.max_offers_count:
             break
         if _differs(draft, chosen) and np.count_nonzero(draft.mask) > 12:
             chosen.append((draft, min(0.5 * value, chosen[-1][1])))
@@ -82,11 +90,11 @@ def _filled_up(chosen: list[Scored], lab: NDArray[np.float32]) -> list[Scored]:
 
 def _with_shade(chosen: list[Scored], lab: NDArray[np.float32]) -> list[Scored]:
     """The choice with the first mask and its shadow in it: in place of the last, if need be."""
-    shaded = shadowed(lab, chosen[0][0]) if len(chosen) == CANDIDATES else None
+    shaded = shadowed(lab, chosen[0][0]) if len(chosen) == CHOICE.max_offers_count else None
     if shaded is None or not _differs(shaded, chosen):
         return chosen
     return [*chosen[:-1], (shaded, chosen[-1][1])]
 
 
 def _differs(draft: Draft, chosen: Sequence[Scored]) -> bool:
-    return all(iou(draft.mask, other.mask) < ALMOST for other, _ in chosen)
+    return all(iou(draft.mask, other.mask) < CHOICE.same_ratio for other, _ in chosen)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from itertools import combinations
 
 import cv2
@@ -11,21 +12,27 @@ from numpy.typing import NDArray
 
 from physagent_studio.program.scene.state import Grounding, SceneObject, SceneState
 from physagent_studio.reconstruction.masks.draft_score import outline_contrast
-from physagent_studio.reconstruction.masks.thing_map import WORKED_ON, ThingMap, thing_map
+from physagent_studio.reconstruction.masks.thing_map import MAP, ThingMap, thing_map
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow, iou
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Finding
 
 Bounds = tuple[float, float, float, float]
-FAINT = 10.0
-"""Median step of colour (Lab, 0 … 255 each) across an outline, from which there is one."""
-NEAR = 1.5
-"""Distance of clicks, in roots of the larger area, from which things are surely two."""
-SAME = 0.75
-"""Least overlap of two masks for one thing with two names."""
-HELD_BY = 0.75
-"""Share of looks at a thing that hold clicks on another, from which they may be one."""
-SIDE = 480
+
+
+@dataclass(frozen=True, slots=True)
+class ClickSettings:
+    """When a click is on nothing, and when two are on one thing."""
+
+    side_px: int = 480  # 240..960: the picture's longer side on which outlines are looked at
+    min_step_lab: float = 10.0  # 3..25: median step across an outline; below, nothing stands out
+    max_near_factor: float = 1.5  # 0.5..4: between clicks in roots of the larger area: two beyond
+    min_same_ratio: float = 0.75  # 0.5..0.95: IoU of two masks of one thing with two names
+    # 0.4..1: of the looks at a thing, holding clicks on another: things in a stack are parted
+    min_held_share: float = 0.75
+
+
+CLICKS = ClickSettings()
 
 
 def measure(state: SceneState, image: Image, masks: Mapping[str, BoolArray]) -> list[Finding]:
@@ -33,7 +40,7 @@ def measure(state: SceneState, image: Image, masks: Mapping[str, BoolArray]) -> 
 
     masks: (H, W) of the objects, at the size of `image`. What a person has settled is not asked.
     """
-    factor = min(1.0, SIDE / max(image.shape[:2]))
+    factor = min(1.0, CLICKS.side_px / max(image.shape[:2]))
     size = (round(image.shape[1] * factor), round(image.shape[0] * factor))
     small = cv2.resize(image, size, interpolation=cv2.INTER_AREA).astype(np.uint8)
     lab = cv2.cvtColor(small, cv2.COLOR_RGB2LAB).astype(np.float32)
@@ -47,7 +54,7 @@ def measure(state: SceneState, image: Image, masks: Mapping[str, BoolArray]) -> 
         for item in (one, other):
             if item.name not in alone:
                 alone[item.name] = _alone(image, item)
-        same = _one_thing(one, other, alone, min(1.0, WORKED_ON / max(image.shape[:2])))
+        same = _one_thing(one, other, alone, min(1.0, MAP.picture_px / max(image.shape[:2])))
         found += same
         twice |= {one.name, other.name} if same else set()
     for item in asked:
@@ -62,10 +69,10 @@ def _on_nothing(name: str, lab: NDArray[np.float32], mask: BoolArray) -> list[Fi
     if np.count_nonzero(mask) < 12:
         return []
     step, _ = outline_contrast(lab, mask)
-    if step >= FAINT:
+    if step >= CLICKS.min_step_lab:
         return []
     text = f"nothing stands out where {name} is clicked; click on it, or draw a box around it"
-    return [Finding("stands out", name, step, FAINT, "Lab", False, "points", text)]
+    return [Finding("stands out", name, step, CLICKS.min_step_lab, "Lab", False, "points", text)]
 
 
 def _near(one: SceneObject, other: SceneObject, masks: Mapping[str, BoolArray]) -> bool:
@@ -76,7 +83,7 @@ def _near(one: SceneObject, other: SceneObject, masks: Mapping[str, BoolArray]) 
     sizes = sorted((np.count_nonzero(mine), np.count_nonzero(theirs)))
     if sizes[0] > 0.1 * sizes[1] and not (grow(mine, 3) & theirs).any():
         return False
-    reach = NEAR * float(np.sqrt(sizes[1]))
+    reach = CLICKS.max_near_factor * float(np.sqrt(sizes[1]))
     return any(
         np.hypot(a.x - b.x, a.y - b.y) < reach
         for a in one.grounding.points
@@ -93,7 +100,7 @@ def _boxed_apart(one: Bounds | None, other: Bounds | None) -> bool:
     height = min(one[3], other[3]) - max(one[1], other[1])
     shared = max(width, 0.0) * max(height, 0.0)
     area = sum((box[2] - box[0]) * (box[3] - box[1]) for box in (one, other)) - shared
-    return shared < SAME * area
+    return shared < CLICKS.min_same_ratio * area
 
 
 def _alone(image: Image, item: SceneObject) -> ThingMap | None:
@@ -113,10 +120,10 @@ def _one_thing(
         return []
     shared = iou(first.chance > 0.5, second.chance > 0.5)
     both = min(_held(first, other, factor), _held(second, one, factor))
-    if shared < SAME or both < HELD_BY:
+    if shared < CLICKS.min_same_ratio or both < CLICKS.min_held_share:
         return []
     text = f"{one.name} and {other.name} are clicked on the same thing; take one name away"
-    return [Finding("one name", one.name, shared, SAME, "", False, "points", text)]
+    return [Finding("one name", one.name, shared, CLICKS.min_same_ratio, "", False, "points", text)]
 
 
 def _held(seen: ThingMap, item: SceneObject, factor: float) -> float:

@@ -7,6 +7,7 @@ what sticks out at its foot belongs to what it lies on; stems and leaves are lef
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -15,8 +16,6 @@ from physagent_studio.language import SceneHints
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.masks.ground_spill import without_ground
 from physagent_studio.reconstruction.masks.round_outlines import (
-    NEAR,
-    PIXELS,
     ROUND,
     as_ball,
     round_outline,
@@ -25,14 +24,18 @@ from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
-FOOT = 0.6
-"""How far below the middle a foot begins, in radii."""
-BIN = 16
-"""Width of a bin of colours, in values of 8-bit Lab."""
-RATHER = 4.0
-"""How many times as usual a colour has to be on a ball as on what seems to be before it."""
-MUCH = 0.2
-"""Share of the mask from which on what sticks out is no mere shade."""
+
+@dataclass(frozen=True, slots=True)
+class FootSettings:
+    """What is shade at a round thing's foot, and what is a panel of it."""
+
+    foot_ratio: float = 0.6  # 0.2..0.9: below the middle, in radii, where a foot begins
+    bin_levels: int = 16  # 4..32: of 8-bit Lab, in which colours count as one
+    min_own_factor: float = 4.0  # 1.5..10: as usual on a ball as on what seems to be before it
+    max_spill_share: float = 0.2  # 0.05..0.4: of the mask: more that sticks out is no mere shade
+
+
+FOOT = FootSettings()
 
 
 def sound_masks(
@@ -78,25 +81,25 @@ def _with_ball(
 
 def _rather(photo: Image, mask: BoolArray, others: BoolArray) -> BoolArray:
     """(H, W) where the colours are much rather those of a mask than those of the others'."""
-    lab = cv2.cvtColor(np.ascontiguousarray(photo), cv2.COLOR_RGB2LAB) // BIN
+    lab = cv2.cvtColor(np.ascontiguousarray(photo), cv2.COLOR_RGB2LAB) // FOOT.bin_levels
     index = (lab[..., 0].astype(int) * 16 + lab[..., 1]) * 16 + lab[..., 2]
     own, other = (
         np.bincount(index[area], minlength=16**3) / max(np.count_nonzero(area), 1)
         for area in (mask, others & ~mask)
     )
-    return np.asarray((own > RATHER * other)[index])
+    return np.asarray((own > FOOT.min_own_factor * other)[index])
 
 
 def without_spill(mask: BoolArray) -> BoolArray:
     """The mask (H, W) of a ball without what sticks out of its circle at its foot."""
     found = round_outline(mask, stretches=(1.0,))
-    if found is None or found.share < ROUND:
+    if found is None or found.share < ROUND.min_share:
         return mask
     rows, columns = np.indices(mask.shape)
     beyond = (
         np.hypot(columns + 0.5 - found.x, rows + 0.5 - found.y)
-        > (1 + NEAR / 2) * found.radius + PIXELS
+        > (1 + ROUND.near_ratio / 2) * found.radius + ROUND.near_px
     )
-    spill = mask & beyond & (rows > found.y + FOOT * found.radius)
+    spill = mask & beyond & (rows > found.y + FOOT.foot_ratio * found.radius)
     share = np.count_nonzero(spill) / np.count_nonzero(mask)
-    return mask & ~spill if 0 < share < MUCH else mask
+    return mask & ~spill if 0 < share < FOOT.max_spill_share else mask

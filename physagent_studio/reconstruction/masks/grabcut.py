@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -11,8 +12,17 @@ from scipy.ndimage import gaussian_filter
 
 from physagent_studio.reconstruction.photo.regions import BoolArray, Pixel
 
-SEED = 20
-_BINS = (16, 24, 24)
+
+@dataclass(frozen=True, slots=True)
+class CutSettings:
+    """What a graph cut begins with, and how finely colours are told apart."""
+
+    # number, 0..1000: of OpenCV's generator, from which its k-means draws: the same bits each time
+    random_seed: int = 20
+    bins_count: tuple[int, int, int] = (16, 24, 24)  # 4..64: of lightness and of the two hues
+
+
+CUT = CutSettings()
 
 
 def cut(image: NDArray[np.uint8], trimap: NDArray[np.uint8], rounds: int = 3) -> BoolArray | None:
@@ -21,7 +31,7 @@ def cut(image: NDArray[np.uint8], trimap: NDArray[np.uint8], rounds: int = 3) ->
     if np.count_nonzero(sure_or_likely) < 10 or np.count_nonzero(~sure_or_likely) < 10:
         return None
     labels = trimap.copy()
-    cv2.setRNGSeed(SEED)  # its k-means draws from the global generator
+    cv2.setRNGSeed(CUT.random_seed)  # its k-means draws from the global generator
     background, foreground = np.zeros((1, 65)), np.zeros((1, 65))
     cv2.grabCut(image, labels, (0, 0, 0, 0), background, foreground, rounds, cv2.GC_INIT_WITH_MASK)
     return _inside(labels)
@@ -33,12 +43,16 @@ def _inside(labels: NDArray[np.uint8]) -> BoolArray:
 
 def likelihood_ratio(lab: NDArray[np.float32], inside: BoolArray, outside: BoolArray) -> NDArray:
     """Log ratio of smoothed colour histograms of two regions, at every pixel; (H, W)."""
-    scaled = np.clip((lab / 256 * _BINS).astype(int), 0, np.array(_BINS) - 1)
-    index = (scaled[..., 0] * _BINS[1] + scaled[..., 1]) * _BINS[2] + scaled[..., 2]
-    size = int(np.prod(_BINS))
+    scaled = np.clip((lab / 256 * CUT.bins_count).astype(int), 0, np.array(CUT.bins_count) - 1)
+    index = (scaled[..., 0] * CUT.bins_count[1] + scaled[..., 1]) * CUT.bins_count[2] + scaled[
+        ..., 2
+    ]
+    size = int(np.prod(CUT.bins_count))
 
     def histogram(region: BoolArray) -> NDArray:
-        counts = np.bincount(index[region], minlength=size).astype(np.float32).reshape(_BINS)
+        counts = (
+            np.bincount(index[region], minlength=size).astype(np.float32).reshape(CUT.bins_count)
+        )
         smoothed = gaussian_filter(counts, 1.2)
         return smoothed / (smoothed.sum() + 1e-9)
 

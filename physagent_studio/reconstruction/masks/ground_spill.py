@@ -7,6 +7,8 @@ of the ground and none of the thing's: panels, cuffs and poles in a colour of th
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 
@@ -14,19 +16,22 @@ from physagent_studio.reconstruction.masks.grabcut import cut, likelihood_ratio
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow, shrink
 from physagent_studio.records.case import Image
 
-LOW = 0.4
-"""Lowest share of a mask's height in which ground may be."""
-AROUND = 0.25
-"""How far around the mask ground is looked at, in its longer side."""
-LEAST, LARGEST = 0.004, 0.12
-"""Share of the mask that ground covers, at least and at most."""
-SURELY, MOSTLY = 1.4, 0.2
-"""Log ratio from which a colour is the ground's rather than the thing's, and the share of what is
-taken off that has such colours: shade is of colours that both have."""
-FEWEST = 30
-"""Pixels of ground from which its colours are told."""
-SOFT = 1 / 250
-"""Blur of the picture, in the mask's longer side: sand and pebbles are no edges."""
+
+@dataclass(frozen=True, slots=True)
+class GroundSettings:
+    """Where ground may be in a mask, and what it looks like."""
+
+    low_share: float = 0.4  # 0.1..0.7: of a mask's height, at its foot, in which ground may be
+    around_ratio: float = 0.25  # 0.1..1: over the mask's longer side, around it: ground to look at
+    area_shares: tuple[float, float] = (0.004, 0.12)  # 0..0.3: of the mask that ground covers
+    min_ground_log: float = 1.4  # 0.5..4: ratio, from which a colour is rather the ground's
+    # 0.05..0.8: of what is taken off, in such colours: shade is of colours that both have
+    min_ground_share: float = 0.2
+    min_told_px: int = 30  # 10..300: of ground, from which its colours are told
+    blur_ratio: float = 1 / 250  # 0..0.02: over the mask's longer side: sand has no edges
+
+
+GROUND = GroundSettings()
 
 
 def without_ground(photo: Image, mask: BoolArray, others: BoolArray) -> BoolArray:
@@ -38,19 +43,26 @@ def without_ground(photo: Image, mask: BoolArray, others: BoolArray) -> BoolArra
         return mask
     x0, y0, x1, y1 = bounds(mask)
     side = max(x1 - x0, y1 - y0)
-    pad = max(6, round(AROUND * side))
+    pad = max(6, round(GROUND.around_ratio * side))
     window = slice(max(0, y0 - pad), y1 + pad), slice(max(0, x0 - pad), x1 + pad)
     own = mask[window]
     low = np.zeros_like(own)
-    low[y1 - window[0].start - round(LOW * (y1 - y0)) :] = True
+    low[y1 - window[0].start - round(GROUND.low_share * (y1 - y0)) :] = True
     ground = low & ~own & ~others[window]
     upper = shrink(own, 2) & ~low
-    if np.count_nonzero(ground) < FEWEST or np.count_nonzero(upper) < FEWEST:
+    if (
+        np.count_nonzero(ground) < GROUND.min_told_px
+        or np.count_nonzero(upper) < GROUND.min_told_px
+    ):
         return mask
-    calm = np.asarray(cv2.GaussianBlur(photo[window], (0, 0), max(0.6, SOFT * side)), np.uint8)
+    calm = np.asarray(
+        cv2.GaussianBlur(photo[window], (0, 0), max(0.6, GROUND.blur_ratio * side)), np.uint8
+    )
     gone = _cut_off(calm, own, low, ground)
     share = np.count_nonzero(gone) / np.count_nonzero(own)
-    if not LEAST < share < LARGEST or not _of_the_ground(calm, gone, upper, ground):
+    if not GROUND.area_shares[0] < share < GROUND.area_shares[1] or not _of_the_ground(
+        calm, gone, upper, ground
+    ):
         return mask
     out = mask.copy()
     out[window] = own & ~gone
@@ -80,4 +92,4 @@ def _cut_off(calm: Image, own: BoolArray, low: BoolArray, ground: BoolArray) -> 
 def _of_the_ground(calm: Image, gone: BoolArray, upper: BoolArray, ground: BoolArray) -> bool:
     lab = cv2.cvtColor(calm, cv2.COLOR_RGB2LAB).astype(np.float32)
     ratio = likelihood_ratio(lab, upper, ground)
-    return float((ratio[gone] < -SURELY).mean()) > MOSTLY
+    return float((ratio[gone] < -GROUND.min_ground_log).mean()) > GROUND.min_ground_share

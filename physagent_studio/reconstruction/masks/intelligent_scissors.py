@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
 from physagent_studio.records.case import Image
 
-REACH = 260
-"""Pixels of the working picture around the anchor in which a way is looked for."""
-SIDE = 1100
-"""Longest side of the working picture; larger photos are shrunk to it."""
-CANNY = (32, 100)
-STRONGEST = 200.0
-"""Gradient from which an edge is as strong as can be."""
+
+@dataclass(frozen=True, slots=True)
+class ScissorsSettings:
+    """Where ways are sought, and what is an edge for them."""
+
+    side_px: int = 1100  # 400..2000: the picture's longer side, larger ones are shrunk to it
+    reach_px: int = 260  # 100..600: around the anchor, in which a way is looked for in time
+    canny_levels: tuple[float, float] = (32, 100)  # 5..300: gradients of weak and strong edges
+    full_levels: float = 200.0  # 50..500: gradient from which an edge is as strong as can be
+
+
+SCISSORS = ScissorsSettings()
 
 
 class LiveEdge:
@@ -23,7 +29,7 @@ class LiveEdge:
 
     def __init__(self, image: Image) -> None:
         self.image = image
-        self.factor = min(1.0, SIDE / max(image.shape[:2]))
+        self.factor = min(1.0, SCISSORS.side_px / max(image.shape[:2]))
         small = image
         if self.factor < 1:
             size = (round(image.shape[1] * self.factor), round(image.shape[0] * self.factor))
@@ -65,11 +71,13 @@ class LiveEdge:
 
     def _map(self, anchor: tuple[int, int]) -> None:
         x, y = anchor
-        self._origin = (max(0, x - REACH), max(0, y - REACH))
+        self._origin = (max(0, x - SCISSORS.reach_px), max(0, y - SCISSORS.reach_px))
         x0, y0 = self._origin
-        self._part = np.ascontiguousarray(self._small[y0 : y + REACH, x0 : x + REACH])
-        self._tool.setEdgeFeatureCannyParameters(*CANNY)
-        self._tool.setGradientMagnitudeMaxLimit(STRONGEST)
+        self._part = np.ascontiguousarray(
+            self._small[y0 : y + SCISSORS.reach_px, x0 : x + SCISSORS.reach_px]
+        )
+        self._tool.setEdgeFeatureCannyParameters(*SCISSORS.canny_levels)
+        self._tool.setGradientMagnitudeMaxLimit(SCISSORS.full_levels)
         self._tool.applyImage(self._part)
         self._tool.buildMap(self._local(anchor))
         self._anchor = anchor

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from physagent_studio.reconstruction.masks.choice import ALMOST, CANDIDATES
+from physagent_studio.reconstruction.masks.choice import CHOICE
 from physagent_studio.reconstruction.photo.regions import iou
 from physagent_studio.records.scene import Candidate
 
@@ -21,6 +21,8 @@ def ranked_together(
         return tuple(embedded)
     out: list[Candidate] = []
     for one in sorted((*embedded, *learned), key=lambda candidate: -candidate.score):
-        if len(out) < CANDIDATES and all(iou(one.mask, other.mask) < ALMOST for other in out):
+        if len(out) < CHOICE.max_offers_count and all(
+            iou(one.mask, other.mask) < CHOICE.same_ratio for other in out
+        ):
             out.append(one)
     return tuple(out)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -13,10 +14,17 @@ from physagent_studio.reconstruction.masks.task import Task
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 
 Box = tuple[float, float, float, float]
-DENIED = 0.5
-"""What a draft loses that covers all clicks outside."""
-SPOT = 8
-"""Radius of what counts as clicked, pixels of the view."""
+
+
+@dataclass(frozen=True, slots=True)
+class RankingSettings:
+    """What clicks outside cost a draft."""
+
+    denied_loss: float = 0.5  # score, 0.1..1: of a draft that covers all of them
+    spot_px: int = 8  # 2..20: of the view, about a click: a person points no better
+
+
+RANKING = RankingSettings()
 
 
 def ranked(
@@ -46,9 +54,9 @@ def denied(mask: BoolArray, task: Task) -> float:
         return 0.0
     shares = []
     for x, y in task.outside:
-        spot = cv2.circle(np.zeros(mask.shape, np.uint8), (int(x), int(y)), SPOT, 1, -1)
+        spot = cv2.circle(np.zeros(mask.shape, np.uint8), (int(x), int(y)), RANKING.spot_px, 1, -1)
         shares.append(float(mask[spot.astype(bool)].mean()) if spot.any() else 0.0)
-    return DENIED * float(np.mean(shares))
+    return RANKING.denied_loss * float(np.mean(shares))
 
 
 def fills(mask: BoolArray, box: Box) -> float:

@@ -16,24 +16,29 @@ from numpy.typing import NDArray
 from physagent_studio.reconstruction.photo.regions import BoolArray, iou
 
 FloatArray = NDArray[np.float64]
-NEAR, PIXELS = 0.03, 0.7
-"""How far from its circle an outline may run: in radii, and in pixels besides."""
-LOW = 0.2
-"""Lowest share of a mask, whose outline is not asked what circle it is: shade sticks out there."""
-STRETCHED = (1.0, 1.03, 1.06, 1.1, 1.15)
-"""How much longer than wide a ball may look, away from the middle of the picture."""
-WIDEST = 0.5
-"""How much a ball at the border of the widest picture is stretched at most, over its width."""
-TRIPLES, POINTS, SETTLED = 400, 240, 5
-"""Circles tried, points of the outline asked about each, and fits to those that agree."""
-RADII = (0.3, 0.8)
-"""Radii of circles that are tried, in sides of the outline's box."""
-ROUND = 0.6
-"""Least share of an outline that lies on the circle of what is round."""
-OVAL = 0.97
-"""IoU with its own ellipse from which on a mask is left as it is: it lost and took on nothing."""
-LOST = 0.15
-"""Share of a mask from which on what is missing of its ball was hidden, and not lost."""
+
+
+@dataclass(frozen=True, slots=True)
+class RoundSettings:
+    """Which outline is round, and which circle it is."""
+
+    near_ratio: float = 0.03  # 0.01..0.1: over the radius: how far from its circle it may run
+    near_px: float = 0.7  # 0.3..2: besides, as outlines run along whole pixels
+    low_share: float = 0.2  # 0..0.4: of a mask, at its foot, not asked: shade sticks out there
+    # 1..1.5: longer than wide, as wide lenses show balls away from the middle
+    stretch_ratios: tuple[float, ...] = (1.0, 1.03, 1.06, 1.1, 1.15)
+    max_stretch_ratio: float = 0.5  # 0.2..1: at the border of the widest picture, over its width
+    triples_count: int = 400  # 100..2000: circles that are tried
+    points_count: int = 240  # 60..1000: of the outline that are asked about each
+    fits_count: int = 5  # 1..20: to the points that agree, until they do
+    radius_ratios: tuple[float, float] = (0.3, 0.8)  # 0.1..2: of circles tried, over the box's side
+    min_share: float = 0.6  # 0.4..0.9: of the outline, on the circle of what is round
+    # 0.9..1: IoU with its own ellipse, beyond which a mask lost and took on nothing
+    min_oval_ratio: float = 0.97
+    max_lost_share: float = 0.15  # 0.05..0.4: of a mask: more that is missing was hidden, not lost
+
+
+ROUND = RoundSettings()
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,19 +71,21 @@ def as_ball(mask: BoolArray, others: BoolArray) -> BoolArray:
     others: (H, W) what is in front of it. A mask that is a clean oval, or hardly round, stays.
     """
     outline = outline_of(mask)
-    if len(outline) < 16 or iou(_oval(outline, mask.shape), mask) >= OVAL:
+    if len(outline) < 16 or iou(_oval(outline, mask.shape), mask) >= ROUND.min_oval_ratio:
         return mask
     found = round_outline(mask)
-    if found is None or found.share < ROUND:
+    if found is None or found.share < ROUND.min_share:
         return mask
     ball = found.area(mask.shape)
     lost = ball & ~mask & ~others
-    if np.count_nonzero(lost) > LOST * np.count_nonzero(mask):
+    if np.count_nonzero(lost) > ROUND.max_lost_share * np.count_nonzero(mask):
         return mask & ball
     return (mask & ball) | lost
 
 
-def round_outline(mask: BoolArray, stretches: tuple[float, ...] = STRETCHED) -> RoundOutline | None:
+def round_outline(
+    mask: BoolArray, stretches: tuple[float, ...] = ROUND.stretch_ratios
+) -> RoundOutline | None:
     """The circle on which most of a mask's outline lies; None where it is too small for one.
 
     stretches: how much longer than wide it may be.
@@ -87,7 +94,7 @@ def round_outline(mask: BoolArray, stretches: tuple[float, ...] = STRETCHED) -> 
     if not len(outline):
         return None
     top, bottom = outline[:, 1].min(), outline[:, 1].max()
-    outline = outline[outline[:, 1] < bottom - LOW * (bottom - top)]
+    outline = outline[outline[:, 1] < bottom - ROUND.low_share * (bottom - top)]
     height, width = mask.shape
     rows, columns = mask.nonzero()
     middle = np.array([columns.mean(), rows.mean()]) + 0.5
@@ -96,7 +103,7 @@ def round_outline(mask: BoolArray, stretches: tuple[float, ...] = STRETCHED) -> 
     along = away / max(far, 1e-9)
     best: tuple[float, RoundOutline] | None = None
     for stretch in stretches:
-        if stretch > 1 + WIDEST * far / width + 0.02:
+        if stretch > 1 + ROUND.max_stretch_ratio * far / width + 0.02:
             continue
         flat = _pressed(outline, middle, along, stretch)
         circle = _circle(flat)
@@ -139,16 +146,21 @@ def _circle(points: FloatArray) -> tuple[float, float, float] | None:
     """Middle and radius of the circle that most points (N, 2) lie on; None for too few of them."""
     if len(points) < 16:
         return None
-    asked = points[np.linspace(0, len(points) - 1, min(POINTS, len(points))).astype(int)]
+    asked = points[
+        np.linspace(0, len(points) - 1, min(ROUND.points_count, len(points))).astype(int)
+    ]
     rng = np.random.default_rng(0)
-    circles = _through(asked[rng.integers(0, len(asked), (TRIPLES, 3))])
+    circles = _through(asked[rng.integers(0, len(asked), (ROUND.triples_count, 3))])
     side = float(np.ptp(points, axis=0).max())
-    circles = circles[(circles[:, 2] > RADII[0] * side) & (circles[:, 2] < RADII[1] * side)]
+    circles = circles[
+        (circles[:, 2] > ROUND.radius_ratios[0] * side)
+        & (circles[:, 2] < ROUND.radius_ratios[1] * side)
+    ]
     if not len(circles):
         return None
     agreed = np.maximum(1 - _off(asked, circles) ** 2, 0).sum(axis=1)
     x, y, radius = circles[int(agreed.argmax())]
-    for _ in range(SETTLED):
+    for _ in range(ROUND.fits_count):
         own = points[_off(points, (x, y, radius))[0] < 1]
         if len(own) < 3:
             return None
@@ -175,4 +187,4 @@ def _off(points: FloatArray, circles: tuple[float, float, float] | FloatArray) -
     """(M, N) how far points (N, 2) lie from circles (M, 3), in parts of how far they may."""
     each = np.atleast_2d(np.asarray(circles, np.float64))
     away = np.linalg.norm(points[None] - each[:, None, :2], axis=2)
-    return np.abs(away - each[:, 2:]) / (NEAR * each[:, 2:] + PIXELS)
+    return np.abs(away - each[:, 2:]) / (ROUND.near_ratio * each[:, 2:] + ROUND.near_px)

@@ -39,14 +39,21 @@ from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 
-SIDE = 240
-"""Longest side in pixels of the picture on which candidates are found."""
-LEAST, LOST = 12, 0.03
-"""Pixels, and share of what it had before others took theirs, below which a mask is none."""
-STACK_ROOM = 0.1
-"""By how much a stack is sought beyond what its clicks show, in its longer sides."""
-SPOT = 0.012
-"""Radius of the spot in its place, as a share of the picture's longer side."""
+
+@dataclass(frozen=True, slots=True)
+class SegmenterSettings:
+    """On what masks are sought, and what is none."""
+
+    view_side_px: int = 240  # 120..640: the longer side of the part that drafts are found on
+    min_mask_px: int = 12  # 4..100: what is left below it when others took theirs is no mask
+    min_left_share: float = 0.03  # 0..0.2: of what it had, likewise
+    # 0..0.4: of its longer side: around what its clicks show a stack may go on
+    stack_margin_ratio: float = 0.1
+    # 0.004..0.05: radius of the spot that stands for a lost mask, of the picture's longer side
+    spot_ratio: float = 0.012
+
+
+SEGMENTER = SegmenterSettings()
 
 Offers = tuple[Candidate, ...]
 Meanwhile = Callable[[str, Callable[[], Offers]], None]
@@ -74,7 +81,7 @@ class EmbeddedSegmenter:
     are ranked among these.
     """
 
-    side: int = SIDE
+    side: int = SEGMENTER.view_side_px
     learned: Learned = NOTHING
 
     def segment(
@@ -158,7 +165,7 @@ class EmbeddedSegmenter:
     ) -> list[tuple[tuple[Draft, float], View]]:
         """What is found in a box a little wider than a map, which may end above the last layer."""
         x0, y0, x1, y1 = extent_of(chance, grounding, image.shape)
-        wide = STACK_ROOM * max(x1 - x0, y1 - y0)
+        wide = SEGMENTER.stack_margin_ratio * max(x1 - x0, y1 - y0)
         box = (x0 - wide, y0 - wide, x1 + wide, y1 + wide)
         seen = thing_map(image, Grounding(box=box))
         every = chance if seen is None else np.maximum(chance, seen.chance)
@@ -266,7 +273,9 @@ def choose(
     masks = compete(picked, owned)
     for name, grounding in groundings:
         left, had = np.count_nonzero(masks[name]), np.count_nonzero(picked[name])
-        if left < max(LEAST, LOST * had) and any(click.label for click in grounding.points):
+        if left < max(SEGMENTER.min_mask_px, SEGMENTER.min_left_share * had) and any(
+            click.label for click in grounding.points
+        ):
             masks = _with_spot(masks, name, grounding, shape)
     return masks
 
@@ -279,6 +288,6 @@ def _with_spot(
     It shows where it was clicked, and that it has no mask of its own is told as a finding.
     """
     click = next(c for c in grounding.points if c.label)
-    radius = max(4.0, SPOT * max(shape))
+    radius = max(4.0, SEGMENTER.spot_ratio * max(shape))
     spot = covered(Stroke(radius=radius, points=((click.x, click.y),)), shape)
     return {other: spot if other == name else mask & ~spot for other, mask in masks.items()}

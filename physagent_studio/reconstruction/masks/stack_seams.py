@@ -18,16 +18,22 @@ from physagent_studio.reconstruction.switches import at_work
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-KNOWN = 11
-"""How many seams are weighed against one another at most."""
-APART = 0.045
-"""Least distance of two seams, as a share of the stack's height."""
-SLOPES = np.linspace(-0.9, 0.9, 25)
-"""Rise over run, rows per column, of the straight parts of a seam."""
-ENDS = 0.15
-"""What each end of a seam costs that lies where the outline is straight, or a corner."""
-NOISE, FAINT = 2.0, 6.0
-"""Steps of colour (Lab, 0 … 255 each) of no edge, and of one where nothing else is near."""
+
+
+@dataclass(frozen=True, slots=True)
+class SeamSettings:
+    """What a seam may look like."""
+
+    max_seams_count: int = 11  # 4..20: weighed against one another: all choices of some are tried
+    min_apart_share: float = 0.045  # 0.01..0.1: of the stack's height: thinner than any layer
+    max_slope_ratio: float = 0.9  # 0.3..2: rise over run of a seam's straight parts
+    slopes_count: int = 25  # 9..60: that are tried
+    end_cost: float = 0.15  # cost, 0..0.5: of an end where the outline is straight, or a corner
+    noise_lab: float = 2.0  # 0..5: steps of no edge
+    faint_lab: float = 6.0  # 2..15: steps of an edge where nothing else is near
+
+
+SEAM = SeamSettings()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -67,12 +73,12 @@ def _different(
     height: int,
 ) -> list[Seam]:
     """The lines of least cost through each pixel that lie apart from better ones."""
-    reach = max(2.0, APART * height)
+    reach = max(2.0, SEAM.min_apart_share * height)
     kept: list[Seam] = []
     across = np.arange(*span)
     for flat in np.argsort(total, axis=None, kind="stable")[:6000]:
         i, j = np.unravel_index(flat, total.shape)
-        if not np.isfinite(total[i, j]) or len(kept) == KNOWN:
+        if not np.isfinite(total[i, j]) or len(kept) == SEAM.max_seams_count:
             break
         slope = np.where(across < columns[j], left[i, j], right[i, j])
         line = float(rows[i]) + slope * (across - columns[j]).astype(float)
@@ -96,7 +102,7 @@ def _sides(
     best = [(np.full(shape, np.inf), np.zeros(shape), np.zeros(shape)) for _ in range(2)]
     height, width = inner.shape
     x = np.arange(width)
-    for slope in SLOPES:
+    for slope in np.linspace(-SEAM.max_slope_ratio, SEAM.max_slope_ratio, SEAM.slopes_count):
         shift = np.rint(slope * x).astype(int)
         start = np.arange(-int(shift.max(initial=0)), height - int(shift.min(initial=0)))
         y = start[:, None] + shift[None]
@@ -129,7 +135,7 @@ def _along(
     mean += 0.5 * (1 - count / np.maximum(index - first[:, None] + 1, 1)).clip(0, 1)
     ends = np.clip(first[:, None] - np.arange(1, 9)[None], 0, None)
     step = np.take_along_axis(rim, ends, axis=1).max(1)
-    mean += (ENDS * np.clip(0.08 - step, 0, 0.2) / 0.2)[:, None]
+    mean += (SEAM.end_cost * np.clip(0.08 - step, 0, 0.2) / 0.2)[:, None]
     mean[count == 0] = 0.0
     return (mean[:, ::-1], count[:, ::-1]) if reverse else (mean, count)
 
@@ -149,7 +155,7 @@ def _edges(lab: NDArray[np.float32], slope: float) -> NDArray[np.float32]:
     strong = np.maximum(step, 1.5 * np.clip(darker, 0, None)).astype(np.float32)
     # In the dark a small step is an edge where nothing near is a larger one.
     around = cv2.dilate(strong, np.ones((15, 15), np.uint8))
-    clear = np.clip(strong - NOISE, 0, None) / (FAINT + 0.5 * np.asarray(around))
+    clear = np.clip(strong - SEAM.noise_lab, 0, None) / (SEAM.faint_lab + 0.5 * np.asarray(around))
     return np.exp(-2.0 * clear).astype(np.float32)
 
 
@@ -158,7 +164,7 @@ def settled(seam: Seam, lab: NDArray[np.float32], stack: BoolArray) -> Seam:
     if not at_work("settled seams"):
         return seam
     x0, y0, x1, y1 = bounds(stack)
-    reach = max(2, round(0.4 * APART * (y1 - y0)))
+    reach = max(2, round(0.4 * SEAM.min_apart_share * (y1 - y0)))
     offsets = np.arange(-reach, reach + 1)
     at = np.rint(seam.rows[None] + offsets[:, None]).astype(int)
     cost = _edges(lab, 0.0)[np.clip(at, 0, len(lab) - 1), np.arange(x0, x1)[None]].astype(float)

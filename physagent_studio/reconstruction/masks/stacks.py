@@ -30,19 +30,24 @@ from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 
 FloatArray = NDArray[np.float64]
-SIDE = 280
-"""Longest side in pixels of the picture of a stack on which seams are found."""
-FEWEST, LEAST = 3, 12
-"""Things in a stack, and pixels of a layer, below which there is none."""
-WHOLE, TWICE = 0.92, 1.1
-"""IoU of what masks cover with the stack, and how often they do, from which they part it."""
-SLIVER = 0.3
-"""Share of its like's area below which a mask is a part of a thing, not one."""
-FITS = 0.6
-"""Least IoU of a layer's bounds with the box that a person drew."""
 METHOD = "stack"
-WORST = 0.6
-"""Cost of a seam from which there is none."""
+
+
+@dataclass(frozen=True, slots=True)
+class StackSettings:
+    """What a stack is, and when it is parted."""
+
+    side_px: int = 280  # 140..560: its longer side on the picture on which seams are found
+    min_layers_count: int = 3  # 2..6: two things above one another are told apart by themselves
+    min_layer_px: int = 12  # 4..100: less of a layer is none
+    parted_ratio: float = 0.92  # 0.7..1: IoU of what masks cover with the stack that they part
+    max_covered_ratio: float = 1.1  # 1..1.5: of their areas and what they cover, likewise
+    min_alike_share: float = 0.3  # 0.1..0.8: of its like's area; below, a mask is a part of a thing
+    min_box_ratio: float = 0.6  # 0.3..0.9: IoU of a layer's bounds with the box drawn for it
+    max_seam_cost: float = 0.6  # cost, 0.2..1: beyond, nothing is seen to part there
+
+
+STACK = StackSettings()
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +81,7 @@ def stacked(
         if layers is None or not _in_boxes(layers, [said[name].box for name in names]):
             continue
         for name, layer in zip(names, layers, strict=True):
-            if np.count_nonzero(layer) > LEAST:
+            if np.count_nonzero(layer) > STACK.min_layer_px:
                 out[name] = (Candidate(layer, out[name][0].score, METHOD), *out[name])
     return out
 
@@ -112,7 +117,7 @@ def _groups(groundings: Sequence[tuple[str, Grounding]]) -> list[dict[str, Mark]
         if mark is not None and not (said.strokes or said.settled or said.proposed):
             kind = kind_name(name).split()[-1]
             kinds.setdefault((kind, said.box is not None), {})[name] = mark
-    found = [spots for spots in kinds.values() if len(spots) >= FEWEST]
+    found = [spots for spots in kinds.values() if len(spots) >= STACK.min_layers_count]
     found = [spots for spots in found if _upright(list(spots.values()))]
     return found if found and at_work("stacks") else []
 
@@ -129,7 +134,7 @@ def _in_boxes(
         x0, y0, x1, y1 = bounds(layer)
         reach = np.zeros_like(layer)
         reach[y0:y1, x0:x1] = True
-        if iou(drawn, reach) < FITS:
+        if iou(drawn, reach) < STACK.min_box_ratio:
             return False
     return True
 
@@ -158,8 +163,12 @@ def _parted(stack: BoolArray, masks: Sequence[BoolArray]) -> bool:
     covered = np.any(masks, axis=0)
     areas = np.array([np.count_nonzero(mask) for mask in masks], float)
     shared = areas.sum() / max(int(np.count_nonzero(covered)), 1)
-    alike = bool(areas.min() > SLIVER * np.median(areas))
-    return count != 2 or (alike and iou(covered, stack) > WHOLE and bool(shared < TWICE))
+    alike = bool(areas.min() > STACK.min_alike_share * np.median(areas))
+    return count != 2 or (
+        alike
+        and iou(covered, stack) > STACK.parted_ratio
+        and bool(shared < STACK.max_covered_ratio)
+    )
 
 
 def layers_of(image: Image, stack: BoolArray, marks: Sequence[Mark]) -> list[BoolArray] | None:
@@ -168,13 +177,13 @@ def layers_of(image: Image, stack: BoolArray, marks: Sequence[Mark]) -> list[Boo
     if len(marks) < 2 or box[2] - box[0] < 12 or box[3] - box[1] < 12:
         return None
     part = part_around((float(box[0]), float(box[1]), float(box[2]), float(box[3])), image.shape)
-    view = view_of(image, part, SIDE)
+    view = view_of(image, part, STACK.side_px)
     size = (view.lab.shape[1], view.lab.shape[0])
     crop = stack[part[1] : part[3], part[0] : part[2]].astype(np.float32)
     small = np.asarray(cv2.resize(crop, size, interpolation=cv2.INTER_AREA) > 0.5)
     inward = [_inward(mark, view) for mark in marks]
     chosen = _chosen(seams_of(view.lab, small), small, inward)
-    if chosen is None or max(seam.cost for seam in chosen[0]) > WORST:
+    if chosen is None or max(seam.cost for seam in chosen[0]) > STACK.max_seam_cost:
         return None
     layers = _cut(stack, [settled(seam, view.lab, small) for seam in chosen[0]], view, small)
     return [layers[k] for k in chosen[1]]

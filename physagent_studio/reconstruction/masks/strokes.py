@@ -13,10 +13,17 @@ from physagent_studio.reconstruction.masks import grabcut
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
 from physagent_studio.records.case import Image
 
-REACH = 1.5
-"""How far beside a brush line the outline may move to an edge, in its radii."""
-SHIFT = 4
-"""Binary digits of a pixel's fraction when strokes are drawn."""
+
+@dataclass(frozen=True, slots=True)
+class StrokeSettings:
+    """How strokes are drawn, and how far they reach."""
+
+    reach_ratio: float = 1.5  # 0..4: over a brush's radius: how far beside it outlines may move
+    # binary digits, 0..8: of a pixel's fraction when strokes are drawn, as OpenCV takes them
+    fraction_bits: int = 4
+
+
+STROKE = StrokeSettings()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -32,15 +39,15 @@ def covered(stroke: Stroke, shape: tuple[int, int]) -> BoolArray:
     """The pixels (H, W) that a stroke covers; at least one where it lies in the picture."""
     canvas = np.zeros(shape, np.uint8)
     # A pixel (i, j) covers [i, i + 1), OpenCV draws its centre at (i, j).
-    points = np.round((np.array(stroke.points) - 0.5) * 2**SHIFT).astype(np.int32)
+    points = np.round((np.array(stroke.points) - 0.5) * 2**STROKE.fraction_bits).astype(np.int32)
     if stroke.tool == "scissors":
-        cv2.fillPoly(canvas, [points], 1, shift=SHIFT)
+        cv2.fillPoly(canvas, [points], 1, shift=STROKE.fraction_bits)
         return canvas.astype(bool)
     width = max(1, round(2 * stroke.radius))
-    cv2.polylines(canvas, [points], False, 1, width, shift=SHIFT)
+    cv2.polylines(canvas, [points], False, 1, width, shift=STROKE.fraction_bits)
     for x, y in points:
-        radius = round(stroke.radius * 2**SHIFT)
-        cv2.circle(canvas, (int(x), int(y)), radius, 1, -1, shift=SHIFT)
+        radius = round(stroke.radius * 2**STROKE.fraction_bits)
+        cv2.circle(canvas, (int(x), int(y)), radius, 1, -1, shift=STROKE.fraction_bits)
     return canvas.astype(bool)
 
 
@@ -57,7 +64,7 @@ def drawn(strokes: Sequence[Stroke], shape: tuple[int, int]) -> Drawn:
         own |= region
         other &= ~region
         if stroke.tool == "brush":
-            near |= grow(region, max(2, round(REACH * stroke.radius)))
+            near |= grow(region, max(2, round(STROKE.reach_ratio * stroke.radius)))
     return Drawn(inside, outside, near & ~inside & ~outside)
 
 

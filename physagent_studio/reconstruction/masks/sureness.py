@@ -10,6 +10,7 @@ calibrated on scenes that it keeps out of the fit.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -31,15 +32,6 @@ from physagent_studio.reconstruction.photo.regions import (
 )
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
-
-LOOK_SIDE = 320
-"""Longest side (pixels) of the piece of the picture, about the mask, that is measured."""
-LOOK_MARGIN = 0.6
-"""What of the mask's longer side the piece shows around it."""
-SCORE_STEP = 0.1
-"""Step of the score by which a candidate is e times as likely as another."""
-OTHER_READING = 0.8
-"""IoU below which a candidate is another reading of the picture."""
 
 Features = dict[str, float]
 
@@ -83,6 +75,20 @@ BOX_WEIGHTS: Mapping[str, float] = {
     "seen again": 3.01,
     "clear": 1.23,
 }
+
+
+@dataclass(frozen=True, slots=True)
+class SurenessSettings:
+    """What of a mask is measured."""
+
+    look_side_px: int = 320  # 120..640: the longer side of the piece around it that is looked at
+    look_margin_ratio: float = 0.6  # 0.2..1.5: of its longer side, what that piece shows around it
+    # score, 0.02..0.5: by which a candidate is e times as likely as another, as in the choice
+    likelier_by: float = 0.1
+    other_reading_ratio: float = 0.8  # 0.5..0.95: IoU below which a candidate is another reading
+
+
+SURENESS = SurenessSettings()
 
 
 def sureness(
@@ -145,12 +151,12 @@ def _agreement(mask: BoolArray, offers: Sequence[Candidate]) -> Features:
     overlaps = np.array([iou(mask, offer.mask) for offer in offers])
     scores = np.array([offer.score for offer in offers])
     lead = float(scores[int(overlaps.argmax())])
-    chance = np.exp((scores - scores.max()) / SCORE_STEP)
+    chance = np.exp((scores - scores.max()) / SURENESS.likelier_by)
     area = max(np.count_nonzero(mask), 1)
     larger = smaller = 0.0
     for offer, overlap in zip(offers, overlaps, strict=True):
-        if overlap < OTHER_READING:
-            share = float(np.exp(min(offer.score - lead, 0.0) / SCORE_STEP))
+        if overlap < SURENESS.other_reading_ratio:
+            share = float(np.exp(min(offer.score - lead, 0.0) / SURENESS.likelier_by))
             bigger = np.count_nonzero(offer.mask) > area
             larger = max(larger, share) if bigger else larger
             smaller = smaller if bigger else max(smaller, share)
@@ -166,11 +172,11 @@ def _agreement(mask: BoolArray, offers: Sequence[Candidate]) -> Features:
 def _outline(image: Image, mask: BoolArray) -> Features:
     """Whether the outline runs along edges, and whether the colours inside go on beyond it."""
     x0, y0, x1, y1 = bounds(mask)
-    margin = int(LOOK_MARGIN * max(x1 - x0, y1 - y0)) + 4
+    margin = int(SURENESS.look_margin_ratio * max(x1 - x0, y1 - y0)) + 4
     height, width = mask.shape
     left, top = max(0, x0 - margin), max(0, y0 - margin)
     right, bottom = min(width, x1 + margin), min(height, y1 + margin)
-    view = view_of(image, (left, top, right, bottom), LOOK_SIDE)
+    view = view_of(image, (left, top, right, bottom), SURENESS.look_side_px)
     own = mask[top:bottom, left:right].astype(np.uint8)
     size = (view.lab.shape[1], view.lab.shape[0])
     small = cv2.resize(own, size, interpolation=cv2.INTER_AREA).astype(bool)

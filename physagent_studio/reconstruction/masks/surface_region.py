@@ -9,6 +9,7 @@ one counts whose rim lies on the strongest edges.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -24,27 +25,31 @@ from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 
 FloatArray = NDArray[np.float32]
-SIDE = 256
-"""Longest side in pixels on which a surface is sought."""
-PATCH, ALIKE = 6, 14
-"""Radii of the mean shift in pixels and in grey levels: grain vanishes, edges of things stay."""
-TOLERANCES = range(3, 40)
-"""How far colours may lie from that of a click, levels of Lab; the lightness 1.6 times as far."""
-LIGHTNESS = 1.6
-"""How much more a surface differs in lightness than in hue, by shading."""
-STRONGEST = 60.0
-"""Step of an edge from which on it is strong enough."""
-WIDENED = 0.3
-"""What a level of tolerance costs, in steps of edges: of like rims the narrower counts."""
-LEAST, MOST = 0.002, 0.8
-"""Shares of the picture that a surface fills."""
+
+
+@dataclass(frozen=True, slots=True)
+class SurfaceSettings:
+    """How far a surface goes on from where it was clicked."""
+
+    side_px: int = 256  # 128..640: the picture's longer side on which it is sought
+    patch_px: int = 6  # 2..15: of the mean shift: grain vanishes
+    patch_levels: int = 14  # 5..30: of the mean shift: edges of things stay
+    tolerance_lab: tuple[int, int] = (3, 40)  # 1..60: from a click's colour, from and below
+    lightness_factor: float = 1.6  # 1..3: as far in lightness as in hue, by shading
+    full_step_lab: float = 60.0  # 20..150: an edge is strong enough from here on
+    # 0..2: edges' steps that one of tolerance is worth: of like rims the narrower
+    wider_step_lab: float = 0.3
+    area_shares: tuple[float, float] = (0.002, 0.8)  # 0..1: of the picture that a surface fills
+
+
+SURFACE = SurfaceSettings()
 
 
 def with_surface(
     image: Image, grounding: Grounding, offers: Sequence[Candidate]
 ) -> tuple[Candidate, ...]:
     """Candidates of a clicked surface (H, W), that first whose rim lies on the strongest edges."""
-    factor = min(1.0, SIDE / max(image.shape[:2]))
+    factor = min(1.0, SURFACE.side_px / max(image.shape[:2]))
     sized = cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
     small = np.asarray(sized, np.uint8)
     steps = _steps(small)
@@ -52,13 +57,13 @@ def with_surface(
     best = max((_rim(resized(one.mask, size), steps) for one in offers), default=0.0)
     found, strength = None, best
     for tolerance, mask in _flooded(small, grounding, factor):
-        rim = _rim(mask, steps) - WIDENED * tolerance
+        rim = _rim(mask, steps) - SURFACE.wider_step_lab * tolerance
         if rim > strength:
             found, strength = mask, rim
     if found is None:
         return tuple(offers)
     whole = resized(without_pinholes(found, 0.02), (image.shape[1], image.shape[0]))
-    first = Candidate(whole, min(strength / STRONGEST, 1.0), "surface")
+    first = Candidate(whole, min(strength / SURFACE.full_step_lab, 1.0), "surface")
     return (first, *offers[:3])
 
 
@@ -67,7 +72,7 @@ def _flooded(
 ) -> list[tuple[int, BoolArray]]:
     """Regions (h, w) around the clicks that hold none of those beside it, by their tolerance."""
     rows, columns = small.shape[:2]
-    patches = cv2.pyrMeanShiftFiltering(small, PATCH, ALIKE)
+    patches = cv2.pyrMeanShiftFiltering(small, SURFACE.patch_px, SURFACE.patch_levels)
     lab = cv2.cvtColor(patches, cv2.COLOR_RGB2Lab)
     on, off = (
         [
@@ -79,16 +84,16 @@ def _flooded(
     )
     flags = 4 | cv2.FLOODFILL_FIXED_RANGE | cv2.FLOODFILL_MASK_ONLY | 255 << 8
     out = []
-    for tolerance in TOLERANCES:
+    for tolerance in range(*SURFACE.tolerance_lab):
         reached = np.zeros((rows + 2, columns + 2), np.uint8)
-        within = (LIGHTNESS * tolerance, tolerance, tolerance)
+        within = (SURFACE.lightness_factor * tolerance, tolerance, tolerance)
         for seed in on:
             cv2.floodFill(lab, reached, seed, (0, 0, 0), within, within, flags)
         mask = reached[1:-1, 1:-1] > 0
         share = float(mask.mean())
-        if share > MOST or any(mask[y, x] for x, y in off):
+        if share > SURFACE.area_shares[1] or any(mask[y, x] for x, y in off):
             break
-        if share >= LEAST:
+        if share >= SURFACE.area_shares[0]:
             out.append((tolerance, mask))
     return out
 
@@ -99,7 +104,9 @@ def _steps(small: NDArray[np.uint8]) -> FloatArray:
     soft = cv2.GaussianBlur(lab, (0, 0), 1.0)
     across, down = (cv2.Sobel(soft, cv2.CV_32F, *way) for way in ((1, 0), (0, 1)))
     size = np.sqrt((across**2 + down**2).sum(axis=2))
-    return np.asarray(cv2.dilate(np.minimum(size, STRONGEST), np.ones((3, 3))), np.float32)
+    return np.asarray(
+        cv2.dilate(np.minimum(size, SURFACE.full_step_lab), np.ones((3, 3))), np.float32
+    )
 
 
 def _rim(mask: BoolArray, steps: FloatArray) -> float:

@@ -25,10 +25,16 @@ from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 
-WIDE = 6.0
-"""Enlargement from which only the surroundings of a mask are worked on."""
-LARGEST = 384
-"""Longest side in pixels of a piece of picture on which an outline is settled."""
+
+@dataclass(frozen=True, slots=True)
+class OutlineSettings:
+    """How outlines are brought to the picture's size."""
+
+    whole_factor: float = 6.0  # 2..20: enlarged by more, only a mask's surroundings are, for speed
+    settled_px: int = 384  # 128..1024: the longer side on which an outline is settled
+
+
+OUTLINE = OutlineSettings()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -125,7 +131,7 @@ def _enlarge(mask: BoolArray, out: BoolArray) -> None:
     rows, columns = mask.shape
     x0, y0, x1, y1 = bounds(mask)
     by = out.shape[1] / columns
-    if by < WIDE or x1 <= x0:
+    if by < OUTLINE.whole_factor or x1 <= x0:
         out[:] = resized(mask, (out.shape[1], out.shape[0]))
         return
     x0, y0, x1, y1 = max(0, x0 - 3), max(0, y0 - 3), min(columns, x1 + 3), min(rows, y1 + 3)
@@ -146,7 +152,7 @@ def snapped(image: Image, mask: BoolArray, band: int, least: float = 0.85) -> Bo
     pad = 4 * band + 8
     crop = (slice(max(0, y0 - pad), y1 + pad), slice(max(0, x0 - pad), x1 + pad))
     part, own = np.ascontiguousarray(image[crop]), np.ascontiguousarray(mask[crop])
-    factor = min(1.0, LARGEST / max(own.shape))
+    factor = min(1.0, OUTLINE.settled_px / max(own.shape))
     if factor < 1:
         size = (round(own.shape[1] * factor), round(own.shape[0] * factor))
         part = cv2.resize(part, size, interpolation=cv2.INTER_AREA).astype(np.uint8)

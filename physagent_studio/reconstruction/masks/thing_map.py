@@ -29,37 +29,37 @@ from physagent_studio.records.case import Image
 FloatArray = NDArray[np.float32]
 Point = tuple[float, float]
 Box = tuple[float, float, float, float]
-CANVAS = 128
-"""Sides in pixels of the square that the network sees."""
-LAYERS = 7
-"""Layers of it: red, green, blue, clicks on the thing and off it, the box, what was seen before."""
-WORKED_ON = 640
-"""Longest side in pixels to which a picture is reduced before it is looked at."""
-MARK_RADIUS = 3
-"""Radius of a click as the network is shown it, pixels of the square."""
-AROUND_BOX, AROUND_FOUND = 1.4, 1.5
-"""Sides of the squares that are looked at, in longer sides of the box and of what was found."""
-NEARER = (0.6, 0.36, 0.22, 0.14)
-"""Sides of squares around clicks, as shares of the picture's longer one, that are looked at besides
-all of the picture; that leads in which the network is sure and which agrees with the others."""
-AGREED = 0.6
-"""How much it counts that looks agree, against how sure the network is at both sights of one."""
-PIECES = (0.8, 0.55)
-"""Sides of overlapping squares, in longer sides of the box, in which a thing is looked at piece by
-piece at the end; what they show is averaged with what was seen of it as a whole."""
-APART, REACH = 0.5, 0.9
-"""Steps between such squares, in their sides, at most, and by how much of half of one the outermost
-lie within the box."""
-FAINT = 1e-3
-"""Weight of what was seen before among what squares show, which fades to nothing at their rims."""
-SPREAD = 1.2
-"""How many times as wide as the clicks are apart a square has to be."""
-WIDER = 0.02
-"""By how much what is taken for a thing's box is wider than it, on each side."""
-MAP_SHARE = 0.4
-"""What the map says of a draft, as a share of its score."""
-SMALLEST = 24.0
-"""Least side of a square, pixels of the picture."""
+
+
+@dataclass(frozen=True, slots=True)
+class MapSettings:
+    """What the network is shown of a picture, and how what it says is put together."""
+
+    canvas_px: int = 128  # 64..512: sides of the square that the network sees, as it was fitted
+    # count, 7..7: of it: red, green, blue, clicks on and off the thing, box, what was seen before
+    canvas_layers: int = 7
+    picture_px: int = 640  # 256..1280: the picture's longer side, reduced to it before looking
+    mark_px: int = 3  # 1..8: of the square: radius of a click, as the network was fitted
+    box_ratio: float = 1.4  # 1..2: side of the square that is looked at, over the box's longer one
+    found_ratio: float = 1.5  # 1..2: the same over what was found, which may be too small
+    # 0.05..1: over the picture's longer side: squares around clicks besides all of the picture
+    nearer_ratios: tuple[float, ...] = (0.6, 0.36, 0.22, 0.14)
+    # exponent, 0..3: of how looks agree, against how sure the network is at both sights of one
+    agreement_power: float = 0.6
+    # 0.3..1: over the box's longer side: overlapping squares, in which a thing is looked at piece
+    # by piece at the end; what they show is averaged with what was seen of it as a whole
+    piece_ratios: tuple[float, ...] = (0.8, 0.55)
+    max_apart_ratio: float = 0.5  # 0.2..1: over their sides: steps between such squares
+    inset_ratio: float = 0.9  # 0.5..1: over half of one, by which the outermost lie in the box
+    # weight, 0.00001..0.1: of what was seen before, as squares fade to nothing at their rims
+    before_weight: float = 1e-3
+    min_spread_factor: float = 1.2  # 1..3: as wide as the clicks are apart a square has to be
+    wider_ratio: float = 0.02  # 0..0.1: on each side, what is taken for a box is wider than found
+    map_share: float = 0.4  # 0..1: of a draft's score, by its IoU with the map
+    min_square_px: float = 24.0  # 8..64: of the picture: smaller ones show nothing more
+
+
+MAP = MapSettings()
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,19 +94,19 @@ class Square:
     @classmethod
     def around(cls, box: Sequence[float], share: float) -> Square:
         """Around x0, y0, x1, y1, so many of its longer sides wide."""
-        side = max(share * max(box[2] - box[0], box[3] - box[1]), SMALLEST)
+        side = max(share * max(box[2] - box[0], box[3] - box[1]), MAP.min_square_px)
         return cls((box[0] + box[2]) / 2, (box[1] + box[3]) / 2, side)
 
     @property
     def matrix(self) -> FloatArray:
         """(2, 3) from pixels of the picture to those of the canvas."""
-        s, half = CANVAS / self.side, CANVAS / 2
+        s, half = MAP.canvas_px / self.side, MAP.canvas_px / 2
         return np.array([[s, 0, half - s * self.x], [0, s, half - s * self.y]], np.float32)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ThingMap:
-    """Where a thing is, on the picture with its longer side at most `WORKED_ON`.
+    """Where a thing is, on the picture with its longer side at most `picture_px`.
 
     chance: (h, w) the probability of each pixel that it belongs to the thing, 0 … 1. agreement: how
     much different looks at it show the same, 0 … 1. looks: maps (h, w) of each of them, and of its
@@ -120,12 +120,12 @@ class ThingMap:
 
 def thing_map(image: Image, grounding: Grounding) -> ThingMap | None:
     """Where a marked thing is; None where nothing was marked."""
-    factor = min(1.0, WORKED_ON / max(image.shape[:2]))
+    factor = min(1.0, MAP.picture_px / max(image.shape[:2]))
     sized = cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
     small = np.asarray(sized, np.uint8)
     marks = Marks.of(grounding, factor)
     if marks.box is not None:
-        square = Square.around(marks.box, AROUND_BOX)
+        square = Square.around(marks.box, MAP.box_ratio)
         first = _looked(small, marks, square, None)
         second = _looked(small, marks, square, first)
         return _in_pieces(small, marks, ThingMap(second, soft_iou(first, second)), marks.box)
@@ -135,7 +135,7 @@ def thing_map(image: Image, grounding: Grounding) -> ThingMap | None:
     near = [_closer(small, marks, found) for found in far]
     agreement = [float(np.mean([soft_iou(one, other) for other in near])) for one in near]
     sure = [expected_iou(a) * expected_iou(b) for a, b in zip(far, near, strict=True)]
-    best = int(np.argmax(np.array(agreement) ** AGREED * sure))
+    best = int(np.argmax(np.array(agreement) ** MAP.agreement_power * sure))
     last = _closer(small, marks, near[best])
     found = ThingMap(last, agreement[best], tuple(near))
     return _in_pieces(small, marks, found, _extent(last, marks))
@@ -148,7 +148,7 @@ def extent_of(chance: FloatArray, grounding: Grounding, shape: tuple[int, ...]) 
     factor = max(shape[:2]) / max(chance.shape)
     marks = Marks.of(grounding, 1 / factor)
     x0, y0, x1, y1 = (factor * v for v in _extent(chance, marks))
-    wide = WIDER * max(x1 - x0, y1 - y0)
+    wide = MAP.wider_ratio * max(x1 - x0, y1 - y0)
     return x0 - wide, y0 - wide, x1 + wide, y1 + wide
 
 
@@ -162,7 +162,9 @@ def seen_in(chance: FloatArray, view: View, shape: tuple[int, ...]) -> FloatArra
     return np.asarray(cv2.warpAffine(chance, scale, (columns, rows)), np.float32)
 
 
-def weighed(drafts: Sequence[Scored], chance: FloatArray, share: float = MAP_SHARE) -> list[Scored]:
+def weighed(
+    drafts: Sequence[Scored], chance: FloatArray, share: float = MAP.map_share
+) -> list[Scored]:
     """Drafts, best first, each by its own score and by its IoU with the map (h, w)."""
     again = [
         (draft, (1 - share) * value + share * soft_iou(draft.mask, chance))
@@ -184,17 +186,21 @@ def expected_iou(chance: FloatArray) -> float:
 def shown(image: Image, marks: Marks, square: Square, before: FloatArray | None) -> FloatArray:
     """(7, S, S) what the network is shown of a square of a picture (H, W, 3)."""
     height, width = image.shape[:2]
-    matrix, canvas, scale = square.matrix, (CANVAS, CANVAS), CANVAS / square.side
+    matrix, canvas, scale = (
+        square.matrix,
+        (MAP.canvas_px, MAP.canvas_px),
+        MAP.canvas_px / square.side,
+    )
     soft = cv2.GaussianBlur(image, (0, 0), 0.45 / scale) if scale < 0.8 else image
     colours = cv2.warpAffine(soft, matrix, canvas).astype(np.float32) / 255
     held = cv2.warpAffine(np.ones((height, width), np.float32), matrix, canvas) > 0.5
-    out = np.zeros((LAYERS, CANVAS, CANVAS), np.float32)
+    out = np.zeros((MAP.canvas_layers, MAP.canvas_px, MAP.canvas_px), np.float32)
     out[:3] = (colours.transpose(2, 0, 1) - 0.5) * held
     out[3], out[4] = _spots(marks.inside, matrix), _spots(marks.outside, matrix)
     if marks.box is not None:
         corners = np.reshape(marks.box, (2, 2)) @ matrix[:, :2].T + matrix[:, 2]
-        low = np.clip(corners[0], 0, CANVAS).astype(int)
-        high = np.clip(np.ceil(corners[1]), 0, CANVAS).astype(int)
+        low = np.clip(corners[0], 0, MAP.canvas_px).astype(int)
+        high = np.clip(np.ceil(corners[1]), 0, MAP.canvas_px).astype(int)
         out[5, low[1] : high[1], low[0] : high[0]] = 1
     if before is not None:
         out[6] = cv2.warpAffine(before, matrix, canvas) * held
@@ -204,7 +210,7 @@ def shown(image: Image, marks: Marks, square: Square, before: FloatArray | None)
 def _looked(image: Image, marks: Marks, square: Square, before: FloatArray | None) -> FloatArray:
     """(H, W) what the network says of a square; nothing of what lies beyond it."""
     seen = shown(image, marks, square, before)
-    (found,) = _network().run({"": seen[None]}, {"": (1, 1, CANVAS, CANVAS)})
+    (found,) = _network().run({"": seen[None]}, {"": (1, 1, MAP.canvas_px, MAP.canvas_px)})
     chance = 1.0 / (1.0 + np.exp(-np.clip(found[0, 0], -12.0, 12.0)))
     size, back = (image.shape[1], image.shape[0]), cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     return np.asarray(cv2.warpAffine(chance, square.matrix, size, flags=back), np.float32)
@@ -215,9 +221,9 @@ def _squares(image: Image, marks: Marks) -> list[Square]:
     height, width = image.shape[:2]
     low, high = np.min(marks.inside, axis=0), np.max(marks.inside, axis=0)
     out = [Square(width / 2, height / 2, max(width, height))]
-    for share in NEARER:
+    for share in MAP.nearer_ratios:
         half = share * max(width, height) / 2
-        if 2 * half > SPREAD * float((high - low).max()):
+        if 2 * half > MAP.min_spread_factor * float((high - low).max()):
             x, y = (
                 float(np.clip(at, min(half, length / 2), max(length - half, length / 2)))
                 for at, length in zip((low + high) / 2, (width, height), strict=True)
@@ -228,14 +234,14 @@ def _squares(image: Image, marks: Marks) -> list[Square]:
 
 def _closer(image: Image, marks: Marks, found: FloatArray) -> FloatArray:
     """What is seen when what was found is looked at again from close by."""
-    return _looked(image, marks, Square.around(_extent(found, marks), AROUND_FOUND), found)
+    return _looked(image, marks, Square.around(_extent(found, marks), MAP.found_ratio), found)
 
 
 def _in_pieces(image: Image, marks: Marks, seen: ThingMap, box: Sequence[float]) -> ThingMap:
     """The map of a thing in a box (x0, y0, x1, y1), with its pieces looked at from closer by."""
     maps = [seen.chance]
-    for share in PIECES:
-        side = max(share * max(box[2] - box[0], box[3] - box[1]), SMALLEST)
+    for share in MAP.piece_ratios:
+        side = max(share * max(box[2] - box[0], box[3] - box[1]), MAP.min_square_px)
         across, down = (_middles(box[k], box[k + 2], side) for k in (0, 1))
         squares = [Square(x, y, side) for x in across for y in down]
         maps.append(_put_together(image, marks, squares, maps[-1]))
@@ -245,8 +251,12 @@ def _in_pieces(image: Image, marks: Marks, seen: ThingMap, box: Sequence[float])
 
 def _middles(low: float, high: float, side: float) -> list[float]:
     """Middles of squares of a side that cover a stretch, the outer ones a little beyond it."""
-    inset = REACH * min(side, high - low) / 2
-    count = math.ceil((high - low) / (APART * side)) if high - low > REACH * side else 1
+    inset = MAP.inset_ratio * min(side, high - low) / 2
+    count = (
+        math.ceil((high - low) / (MAP.max_apart_ratio * side))
+        if high - low > MAP.inset_ratio * side
+        else 1
+    )
     return (
         [float(x) for x in np.linspace(low + inset, high - inset, count)]
         if count > 1
@@ -258,7 +268,7 @@ def _put_together(
     image: Image, marks: Marks, squares: Sequence[Square], before: FloatArray
 ) -> FloatArray:
     """(H, W) what squares show, each by its middle more than by its rim; `before` beside them."""
-    total, weights = before * FAINT, np.full_like(before, FAINT)
+    total, weights = before * MAP.before_weight, np.full_like(before, MAP.before_weight)
     rows, columns = np.ogrid[: before.shape[0], : before.shape[1]]
     for square in squares:
         near = [
@@ -268,7 +278,7 @@ def _put_together(
         weight = near[0] * near[1]
         total += weight * _looked(image, marks, square, before)
         weights += weight
-    return np.where(weights < 20 * FAINT, before, total / weights).astype(np.float32)
+    return np.where(weights < 20 * MAP.before_weight, before, total / weights).astype(np.float32)
 
 
 def _extent(chance: FloatArray, marks: Marks) -> Box:
@@ -278,7 +288,7 @@ def _extent(chance: FloatArray, marks: Marks) -> Box:
     rows, columns = labels.shape
     at = [(min(int(y), rows - 1), min(int(x), columns - 1)) for x, y in marks.inside]
     if count == 1:
-        (y, x), half = at[0], SMALLEST / 2
+        (y, x), half = at[0], MAP.min_square_px / 2
         return (x - half, y - half, x + half, y + half)
     own = {int(labels[pixel]) for pixel in at} - {0}
     own = own or {1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())}
@@ -286,10 +296,10 @@ def _extent(chance: FloatArray, marks: Marks) -> Box:
 
 
 def _spots(points: Sequence[Point], matrix: FloatArray) -> FloatArray:
-    out = np.zeros((CANVAS, CANVAS), np.float32)
+    out = np.zeros((MAP.canvas_px, MAP.canvas_px), np.float32)
     for x, y in points:
         at = matrix @ np.array([x, y, 1.0])
-        cv2.circle(out, (round(float(at[0])), round(float(at[1]))), MARK_RADIUS, 1.0, -1)
+        cv2.circle(out, (round(float(at[0])), round(float(at[1]))), MAP.mark_px, 1.0, -1)
     return out
 
 

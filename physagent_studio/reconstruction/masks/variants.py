@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -21,11 +22,18 @@ from physagent_studio.reconstruction.photo.statistics import lengths
 
 VARIANT = "variant"
 """Family of drafts whose outline is meant to stay beside the picture's edges."""
-DARKER = 14.0
-"""Lightness (0 … 255) by which a shadow lies below the ground around it."""
-SAME_TINT = 12.0
-RIM = 0.05
-"""By how much of its size a mask is widened or tightened."""
+
+
+@dataclass(frozen=True, slots=True)
+class VariantSettings:
+    """What else a mask may have been meant to be."""
+
+    min_darker_levels: float = 14.0  # 4..40: lightness of shade below that of the ground around
+    max_tint_lab: float = 12.0  # 3..30: from the ground's, of what is its shade and no thing
+    rim_ratio: float = 0.05  # 0.01..0.2: of its size, by which a mask is made wider or tighter
+
+
+VARIANTS = VariantSettings()
 
 
 def variants(lab: NDArray[np.float32], leader: Draft) -> Iterator[Draft]:
@@ -38,7 +46,7 @@ def variants(lab: NDArray[np.float32], leader: Draft) -> Iterator[Draft]:
     mirrored = reflection_of(lab, mask)
     if np.count_nonzero(mirrored) > 0.1 * area:
         yield Draft(mask | mirrored, "with reflection", VARIANT)
-    rim = max(2, round(RIM * float(np.sqrt(area))))
+    rim = max(2, round(VARIANTS.rim_ratio * float(np.sqrt(area))))
     yield Draft(shrink(mask, rim), "tighter", VARIANT)
     yield Draft(grow(mask, rim), "wider", VARIANT)
 
@@ -61,7 +69,11 @@ def shadow_of(lab: NDArray[np.float32], mask: BoolArray) -> BoolArray:
         return np.zeros_like(mask)
     ground = np.percentile(lab[near], 70, axis=0)
     tint = lengths(lab[..., 1:] - ground[1:])
-    dark = near & (lab[..., 0] < ground[0] - DARKER) & (tint < SAME_TINT)
+    dark = (
+        near
+        & (lab[..., 0] < ground[0] - VARIANTS.min_darker_levels)
+        & (tint < VARIANTS.max_tint_lab)
+    )
     return _touching(smooth(dark), mask)
 
 

@@ -15,7 +15,7 @@ from websockets.sync.connection import Connection
 from physagent_studio.arrays import BoolArray
 from physagent_studio.assets import assets_dir
 from physagent_studio.program.scene.state import Grounding
-from physagent_studio.reconstruction.masks.choice import CANDIDATES
+from physagent_studio.reconstruction.masks.choice import CHOICE
 from physagent_studio.records import Scene
 from physagent_studio.studio.figures.wire import Figure, open_page, running, settle, until
 from physagent_studio.studio.studio import Studio
@@ -102,7 +102,7 @@ def _answered(page: Connection, name: str, said: Grounding, ticket: int) -> tupl
     page.send(text)
     answer = next_one()
     while answer.get("early"):
-        if four is None and len(answer["masks"]) >= CANDIDATES:
+        if four is None and len(answer["masks"]) >= CHOICE.max_offers_count:
             four = time.perf_counter() - started
         answer = next_one()
     took = time.perf_counter() - started

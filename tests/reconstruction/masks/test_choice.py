@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from physagent_studio.reconstruction.masks.choice import CANDIDATES, agreed
+from physagent_studio.reconstruction.masks.choice import CHOICE, agreed
 from physagent_studio.reconstruction.masks.draft_score import Draft
 
 ROWS, COLUMNS = np.mgrid[:90, :120]
@@ -22,7 +22,7 @@ def test_less_likely_readings_of_another_size_come_before_more_of_the_same():
     parts = [(_disc(18, 60 + 0.6 * k), 0.8 - 0.01 * k) for k in range(4)]
     ranked = _scored([*parts, (_disc(30), 0.7), (_disc(42), 0.66)])
     offered = agreed(ranked, GREY)
-    assert len(offered) <= CANDIDATES
+    assert len(offered) <= CHOICE.max_offers_count
     methods = [draft.method for draft, _ in offered]
     assert methods[:2] == ["draft-0", "draft-4"]
     assert "draft-5" in methods

@@ -9,8 +9,7 @@ from physagent_studio.reconstruction.masks.draft_score import Draft
 from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter
 from physagent_studio.reconstruction.masks.task import view_of
 from physagent_studio.reconstruction.masks.thing_map import (
-    CANVAS,
-    LAYERS,
+    MAP,
     Marks,
     Square,
     expected_iou,
@@ -81,8 +80,8 @@ def test_what_the_network_is_shown() -> None:
     marks = Marks(((120.0, 90.0),), ((20.0, 20.0),), (70.0, 40.0, 170.0, 140.0))
     square = Square(120, 90, 240)
     layers = shown(image, marks, square, disc.astype(np.float32))
-    middle = CANVAS // 2
-    assert layers.shape == (LAYERS, CANVAS, CANVAS)
+    middle = MAP.canvas_px // 2
+    assert layers.shape == (MAP.canvas_layers, MAP.canvas_px, MAP.canvas_px)
     assert layers[3, middle, middle] == 1
     assert layers[4].sum() > 0
     assert layers[4, middle, middle] == 0

@@ -43,6 +43,7 @@ from physagent_studio.knowledge.things import (
     kind_of,
     kinds_in,
     material_words,
+    stiffness_of,
     support_height,
     support_kind,
     usual_size,

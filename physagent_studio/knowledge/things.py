@@ -195,6 +195,12 @@ def density_of(name: str) -> float | None:
     return None if kind is None else kind.density
 
 
+def stiffness_of(name: str) -> float | None:
+    """Young's modulus, Pa, of a thing that is known to wobble and give way; None for others."""
+    kind = kind_of(name)
+    return None if kind is None else kind.young
+
+
 def grows(name: str) -> bool:
     """Whether a thing of that name is rooted where it stands; a pine table is not."""
     return _is(name, "body", "plant")

@@ -113,11 +113,13 @@ def _may_stir(facts: Facts, name: str) -> bool:
 
 
 def ends(facts: Facts, names: tuple[str, ...]) -> list[Check]:
-    """What stops is at rest for the last tenth; what shall go on moving still moves."""
+    """What stops is at rest for the last tenth; what is kept swaying still moves: what a blow sets
+    swaying comes to rest in its own time."""
     found = []
     last = max(round(SETTLED * facts.rollout.frames), 2)
     for name in names:
         steps = sight_in(facts, name).steps[-last:]
+        driven = facts.acted_on(name)[-last * facts.rollout.steps_per_frame :].any()
         if said(facts.program, name, STOPPING):
             most = float(steps.max())
             text = f"{name} is at rest at the end: {{answer}}"
@@ -126,7 +128,7 @@ def ends(facts: Facts, names: tuple[str, ...]) -> list[Check]:
                 view_check("ends", name, text, max(margin, -3.0), measured=most,
                            threshold=2 * NOTICED, unit="width")
             )  # fmt: skip
-        elif said(facts.program, name, ("sways",)):
+        elif said(facts.program, name, ("sways",)) and driven:
             most = float(steps.max())
             text = f"{name} still moves at the end: {{answer}}"
             found.append(

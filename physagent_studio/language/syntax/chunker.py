@@ -101,7 +101,7 @@ class Chunker(NounPhrases):
         if word in self.nouns or singular(word) in self.nouns:
             follows_name = previous in self.nouns or singular(previous) in self.nouns
             return not follows_name or "_" in word
-        if (verb_base(previous) or "", word) in v.WITH_OBJECT:
+        if (verb_base(previous) or "", word) in v.WITH_OBJECT or self._one(i):
             return True
         if previous in ("below", "above", "underneath", "beneath") and is_number(self.word(i - 2)):
             # "The two below stay".
@@ -118,6 +118,15 @@ class Chunker(NounPhrases):
         if previous in v.PREPOSITIONS and previous != "to":
             return not word.endswith("ing") or following in self.nouns
         return previous == "to" and (word.endswith(("s", "ing")) or verb_base(word) != word)
+
+    def _one(self, i: int) -> bool:
+        """ "A high arc": of one that does something the verb would have its ending."""
+        back = i - 1
+        while i - back < 4 and self.word(back).isalpha() and self.word(back) not in ("a", "an"):
+            if self._after_noun(back + 1) or self.word(back) in v.PREPOSITIONS:
+                return False
+            back -= 1
+        return verb_base(self.word(i)) == self.word(i) and self.word(back) in ("a", "an")
 
     def _after_noun(self, i: int) -> bool:
         previous = self.word(i - 1)

@@ -137,7 +137,8 @@ PLAIN_ADJECTIVES = words_of(
     "ripe flat round square long narrow wide original new same whole single nearby hanging "
     "resting moving rolling falling flying standing sliding empty full shifting stationary "
     "old heavy light hard soft loose entire final initial side opposite grassy inside "
-    "open free shiny smooth rough"
+    "open free shiny smooth rough high low sharp steep great perfect graceful deep shallow mighty "
+    "brisk firm complete tight lazy clean beautiful thin thick"
 )
 
 DETERMINERS = words_of(

@@ -75,12 +75,14 @@ class Intent:
     def _explained(self, frame: EventFrame) -> bool:
         """Whether that it is struck is reason enough for what is said of it."""
         told_after = not any(frame is other for other in self.frames[: self.untouched])
-        return frame.sense in _GIVING_WAY or (told_after and frame.sense in _CARRIED_ON)
+        after = told_after and frame.sense in (*_CARRIED_ON, *_YIELDING)
+        return frame.sense in _GIVING_WAY or after
 
 
 _GIVING_WAY = words_of("topple knock_over lose_balance stay rest fall stack be")
 _CARRIED_ON = words_of("slide move roll drift slip tip_over collapse break spread deform dislodge")
-"""What a blow explains: always, and where it is told after the blow."""
+_YIELDING = words_of("sway bend deform crush")
+"""What a blow explains: always, where it is told after the blow, and of what gives way."""
 
 
 def intents_of(reading: Reading) -> dict[str, Intent]:
@@ -114,6 +116,7 @@ def intents_of(reading: Reading) -> dict[str, Intent]:
             for name in (n for n in frame.patient if n in found and n not in struck):
                 if not found[name].hits:
                     found[name].struck_by += struck
+    _fallen_on(reading, found)
     for one in found.values():
         one.strikes = [found[other] for other in one.hits]
         own = {f.sense for f in one.frames if one.name in f.agent}
@@ -124,6 +127,17 @@ def intents_of(reading: Reading) -> dict[str, Intent]:
             elif after & _CARRIED_ON or "push" in own:
                 one.shoves.append(other)
     return {name: one for name, one in found.items() if one.frames or one.hits}
+
+
+def _fallen_on(reading: Reading, found: dict[str, Intent]) -> None:
+    """ "The plum falls on the jelly, and the jelly wobbles": by the plum."""
+    for frame in reading.frames:
+        if frame.negated or frame.agent or frame.sense not in ("fall", "land", "descend"):
+            continue
+        below = [found.get(place.name) for relation, place in frame.places if relation == "on"]
+        for one in below:
+            if one is not None and not one.struck_by and one.has(*_YIELDING):
+                one.struck_by += [name for name in frame.patient if name != one.name]
 
 
 _FALLS_OVER = words_of(

@@ -6,7 +6,7 @@ import math
 
 from physagent_studio.agent.rules.scene.measures import WAYS, Layout
 from physagent_studio.agent.rules.scene.mechanics import G
-from physagent_studio.knowledge import grows, is_flag, is_loose, is_sheet
+from physagent_studio.knowledge import grows, is_flag, is_loose, is_sheet, stiffness_of
 from physagent_studio.language import EventFrame, Reading
 from physagent_studio.program.scene.bodies import Body, Breakable, Cloth, Granular, Soft
 from physagent_studio.program.scene.plants import plant_body
@@ -47,6 +47,9 @@ def _body(frame: EventFrame, name: str, layout: Layout) -> Body | None:
         return Cloth(pinned="top")
     if sense in ("wind", "sway", "bend", "lean") and grows(name):
         return _plant(name, layout)
+    yielding = stiffness_of(name)
+    if yielding is not None and sense in ("sway", "bend", "deform"):
+        return Soft(young=yielding)
     if sense == "deform":
         return Soft(young=1e5)
     return None

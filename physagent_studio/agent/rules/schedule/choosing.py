@@ -316,6 +316,7 @@ def _is_blown(task: Task) -> bool:
     item, intent = task.layout.state.object(task.name), task.intent
     gives = item is not None and item.body.kind in ("soft", "cloth")
     moved = intent.struck_by or any(f.agent or f.cause not in ("", "wind") for f in intent.frames)
+    moved = moved or intent.has("push", "pull", "kick", "knock", "hit", "throw", "fall")
     return gives and intent.has("sway", "bend") and not moved
 
 

@@ -110,6 +110,9 @@ def _on_something(c: Context) -> Spec:
     leaps = any(f.sense in ("jump", "rise", "bounce", "flip") for f in c.earlier)
     falls = any(f.sense in ("fall", "leave") or f.place("off", "from") for f in c.earlier)
     on_ground = spec("contacts", c.subject, other=ground)
+    if leaps and below == ground and is_last(c):
+        # It touched the ground before it leapt, too.
+        return spec("reaches", c.subject, other=ground)
     if not leaps or falls or below in (None, ground):
         return on_ground
     return any_of(on_ground, spec("reaches", c.subject, other=below))

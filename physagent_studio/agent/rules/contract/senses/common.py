@@ -39,6 +39,7 @@ def travel(c: Context) -> list[Spec]:
     if _comes_back_down(c):
         return [spec("falls", c.subject, drop=c.length(0.3, 0.015, 0.1))]
     ways = [w for w in c.ways() if w != "down" or c.layout.is_raised(c.subject)]
+    ways = ways or _carried_on(c)
     found = (
         [any_of(*(spec("moves", c.subject, distance=distance, direction=w) for w in ways))]
         if ways
@@ -52,6 +53,18 @@ def travel(c: Context) -> list[Spec]:
         nearer = spec("moves", c.subject, distance=distance, toward=place_name(gone))
         found += [spec("moves", c.subject, distance=distance), nearer.opposite()]
     return found or [spec("moves", c.subject, distance=distance)]
+
+
+def _carried_on(c: Context) -> list[Direction]:
+    """ "The puck slides to the left and hits the can, which slides on": to the left as well."""
+    if c.frame.places or c.frame.agent:
+        return []
+    for index, frame in enumerate(c.reading.frames[: c.index]):
+        if c.subject not in frame.patient or frame.sense != "hit" or len(frame.agent) != 1:
+            continue
+        told = [f for f in c.reading.frames[:index] if frame.agent[0] in f.patient]
+        return [w for f in told[-1:] for w in ways_of(f.direction, f, frame.agent[0], c.layout)]
+    return []
 
 
 def _comes_back_down(c: Context) -> bool:
@@ -94,6 +107,10 @@ def _pace(c: Context) -> list[Spec]:
     return []
 
 
+FLIGHTS = ("fly", "jump", "throw", "bounce")
+"""What goes through the air while it is told."""
+
+
 def bent_path(c: Context) -> list[Spec]:
     """The shape of its path, where the prompt says one."""
     if not c.frame.path:
@@ -102,6 +119,9 @@ def bent_path(c: Context) -> list[Spec]:
         return [spec("path_bends", c.subject, angle=15.0, negated=True)]
     angle = 150.0 if c.frame.path == "circle" else 10.0
     side = c.frame.direction if c.frame.direction in ("left", "right") else "either"
+    if c.frame.path == "curve" and side == "either" and c.frame.sense in FLIGHTS:
+        # Weight bends its way by itself, seen from the side.
+        return []
     return [spec("path_bends", c.subject, side=side, angle=angle)]
 
 

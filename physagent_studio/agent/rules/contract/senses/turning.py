@@ -65,13 +65,20 @@ def flip(c: Context) -> list[Spec]:
 
 def spin(c: Context) -> list[Spec]:
     """Turns about itself."""
-    turns = spec("rotates", c.subject, angle=_least_turn(c, 180.0))
+    turns = spec("rotates", c.subject, angle=_least_turn(c, 180.0), **_about(c))
     told = any(f.negated or f.sense == "stay" for f in c.later)
     if c.frame.posture == "still" and not told:
         # "Spins on the spot".
         aside = spec("moves", c.subject, distance=c.length(0.5, 0.03, 0.2))
         return [turns, aside.opposite()]
     return [turns, *along(c)]
+
+
+def _about(c: Context) -> dict[str, object]:
+    """The upright axis, of what spins where it stands: falling over is no spinning."""
+    aloft = c.layout.carrier(c.subject) is None
+    thrown = any(f.sense in ("fly", "throw", "kick", "jump", "fall", "flip") for f in c.earlier)
+    return {} if aloft or thrown or c.layout.rolls(c.subject) else {"axis": (0.0, 0.0, 1.0)}
 
 
 def _least_turn(c: Context, plain: float) -> float:

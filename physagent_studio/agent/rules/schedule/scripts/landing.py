@@ -29,7 +29,8 @@ def landed_on(task: Task) -> str | None:
 
 
 def off_what_it_fell_on(task: Task) -> list[Action]:
-    """Falls by itself; once it has landed, a push gets it over the edge of what it landed on."""
+    """Hangs for a moment and falls; once it has landed, a push gets it over the edge of what it
+    landed on."""
     other = landed_on(task)
     if other is None:
         return []
@@ -37,7 +38,8 @@ def off_what_it_fell_on(task: Task) -> list[Action]:
     distance = task.layout.extent(other, way) + task.layout.extent(task.name, way)
     force = act.toward_or_along(max(distance / 0.6, 0.5), way=_way(task))
     when = act.on_contact(task.name, other, 10)
-    return [act.push(task.name, force, duration=15, when=when, label="roll_off")]
+    pushed = act.push(task.name, force, duration=15, when=when, label="roll_off")
+    return [act.hold(task.name, act.STEPS.hang_steps), pushed]
 
 
 def _way(task: Task) -> Direction:

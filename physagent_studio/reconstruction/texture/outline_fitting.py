@@ -55,8 +55,8 @@ WHOLE = ("sphere", "ellipsoid")
 """What rolls stays round: it is moved and scaled as a whole alone."""
 AS_DRAWN = ("inflated",)
 """Kinds that collide as their mesh."""
-LEFT = ("meshed", "torus")
-"""Bodies whose looks are given, or have a hole."""
+LEFT = ("meshed",)
+"""Bodies whose looks are given."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -196,10 +196,11 @@ def _pairs(sight: Sight, drawn: BoolArray) -> tuple[FloatArray, FloatArray] | No
 
 
 def _outline(mask: BoolArray) -> FloatArray:
-    """Points (N, 2), evenly along the outlines of a region and not too many, pixel edges."""
+    """Points (N, 2), evenly along the outlines of a region and of its holes and not too many, pixel
+    edges."""
     found, _ = cv2.findContours(
         cv2.resize(_cut(mask).astype(np.uint8), None, fx=2, fy=2, interpolation=cv2.INTER_NEAREST),
-        cv2.RETR_EXTERNAL,
+        cv2.RETR_LIST,
         cv2.CHAIN_APPROX_NONE,
     )
     points = np.vstack([part[:, 0] for part in found]).astype(float)

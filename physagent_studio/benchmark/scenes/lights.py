@@ -67,6 +67,8 @@ def _reached(
     way: FloatArray, points: FloatArray, vertices: FloatArray, faces: IntArray
 ) -> FloatArray:
     """(N,) 1 where nothing is between a place and a lamp, 0 where something is."""
+    if not len(faces):
+        return np.ones(len(points))
     right = np.cross(way, (0.0, 1.0, 0.0))
     right /= np.linalg.norm(right)
     axes = np.stack([right, np.cross(way, right), -way])

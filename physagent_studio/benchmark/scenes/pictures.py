@@ -206,8 +206,9 @@ def _others(
 def _mesh(parts: Sequence[Part]) -> tuple[FloatArray, NDArray[np.int32], NDArray[np.int64]]:
     """Vertices (V, 3) and faces (F, 3) of all parts, and the part (F,) of each face."""
     sizes = np.cumsum([0, *(len(part.form.vertices) for part in parts)])
-    vertices = np.vstack([part.form.vertices for part in parts])
-    faces = np.vstack([p.form.faces + s for p, s in zip(parts, sizes, strict=False)])
+    vertices = np.vstack([np.zeros((0, 3)), *(part.form.vertices for part in parts)])
+    faces = [p.form.faces + s for p, s in zip(parts, sizes, strict=False)]
+    faces = np.vstack([np.zeros((0, 3), np.int32), *faces])
     owner = np.repeat(np.arange(len(parts)), [len(part.form.faces) for part in parts])
     return vertices, faces.astype(np.int32), owner
 
@@ -225,7 +226,7 @@ def _looked_at(camera: Camera, things: Sequence[Thing]) -> _Seen:
     # What is seen of an open form from within faces the camera all the same.
     away = ((points - np.asarray(camera.position)) * normals).sum(1) > 0
     normals[away] *= -1
-    local = np.vstack([part.form.local for part in parts])
+    local = np.vstack([np.zeros((0, 3)), *(part.form.local for part in parts)])
     at = (local[corners] * weights).sum(1)
     number = owner[hits.face]
     colour = np.zeros((len(number), 3))

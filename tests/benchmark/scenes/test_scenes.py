@@ -30,3 +30,13 @@ def test_every_thing_is_clicked_on_and_boxed(seed: int) -> None:
         assert rows.max() < box[3]
     owners = sum(subject.mask.astype(int) for subject in drawn.subjects)
     assert np.max(owners) == 1
+
+
+@pytest.mark.parametrize("seed", [4, 36])
+def test_a_picture_is_emptied_also_where_nothing_else_stands(seed: int) -> None:
+    drawn = scene(seed)
+    assert bool(drawn.stage.others) == (seed != 36)
+    empty, covered = drawn.emptied(), np.any([s.mask for s in drawn.subjects], axis=0)
+    off = np.abs(empty.astype(float) - drawn.image).mean(-1)
+    assert np.median(off[covered]) > 20
+    assert np.median(off[~covered]) < 5

@@ -58,7 +58,7 @@ def is_number(value: ast.expr | None) -> bool:
             return is_number(one)
         case ast.BinOp(left=left, right=right):
             return is_number(left) and is_number(right)
-        case ast.Call(func=ast.Attribute(attr="array" | "diag" | "eye" | "linspace")):
+        case ast.Call(func=ast.Attribute(attr="array" | "diag" | "eye" | "linspace" | "zeros")):
             return False
         case ast.Tuple(elts=parts) | ast.List(elts=parts) | ast.Call(args=parts):
             return bool(parts) and all(is_number(part) for part in parts)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.background.ground_tones import Tones
-from physagent_studio.reconstruction.background.surfaces import BEYOND, under
+from physagent_studio.reconstruction.background.surfaces import SURFACE, under
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow, without_pinholes
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
@@ -80,7 +80,7 @@ def shaded(
         own = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_AREA) > 0
         if own.any():
             found = _around(lab, own, inside, under(own, kinds), round(top * factor))
-            out |= _below(found, kinds == BEYOND, lab, inside)
+            out |= _below(found, kinds == SURFACE.beyond_number, lab, inside)
     wide = cv2.resize(out.astype(np.float32), hole.shape[::-1], interpolation=cv2.INTER_LINEAR)
     return np.asarray(cv2.GaussianBlur(wide, (0, 0), 0.7 / factor) > 0.4)
 

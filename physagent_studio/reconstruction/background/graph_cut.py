@@ -18,10 +18,16 @@ from physagent_studio.reconstruction.photo.regions import BoolArray
 
 FloatImage = NDArray[np.float32]
 FloatArray = NDArray[np.float64]
-NEVER = 4000.0
-"""Price of a place that a copy does not reach, grey levels."""
-UNITS = 8.0
-"""Capacities are whole numbers: so many to a grey level."""
+
+
+@dataclass(frozen=True, slots=True)
+class CutSettings:
+    """What a minimum cut counts in."""
+
+    never_levels: float = 4000.0  # 2000..20000: price of a place that a copy does not reach
+
+
+CUT = CutSettings()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -66,7 +72,7 @@ def _expanded(
 ) -> NDArray[np.int64]:
     """The best choice in which every place keeps its copy or takes this one."""
     # Only where it can be taken at all: elsewhere every place keeps what it has.
-    able = np.flatnonzero((prices[label] < NEVER) & (chosen != label))
+    able = np.flatnonzero((prices[label] < CUT.never_levels) & (chosen != label))
     if not len(able):
         return chosen
     local = np.full(len(chosen), -1)
@@ -116,7 +122,8 @@ def _cut(
     columns = np.concatenate([q, p, places, np.full(count, sink)])
     nothing = np.zeros(len(p))
     values = np.concatenate([between, nothing, np.maximum(change, 0), np.maximum(-change, 0)])
-    whole = np.minimum(np.round(values * UNITS), 2**28).astype(np.int32)
+    units_ratio = 8.0  # 1..32: capacities are whole numbers: so many to a grey level
+    whole = np.minimum(np.round(values * units_ratio), 2**28).astype(np.int32)
     graph = sparse.csr_matrix((whole, (rows, columns)), (count + 2, count + 2))
     left = graph - maximum_flow(graph, source, sink).flow
     left.data = np.maximum(left.data, 0)

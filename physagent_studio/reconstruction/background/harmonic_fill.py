@@ -12,12 +12,6 @@ from physagent_studio.reconstruction.background.structure import Structure
 from physagent_studio.reconstruction.photo.regions import BoolArray
 
 FloatImage = NDArray[np.float32]
-ACROSS_ROWS = 3.0
-"""How much farther a pixel above or below is than one beside."""
-ROW_MEAN = 1.2
-"""Standard deviation of the mean along a row from which a guess is made, pixels."""
-OVER_LINE = 500.0
-"""How far it is to the other side of a line, pixels."""
 
 
 def reduced(
@@ -37,7 +31,9 @@ def nearest_along(image: FloatImage, hole: BoolArray, structure: Structure) -> F
     run across pictures.
     """
     right, below = structure.crossed(hole.shape)
-    cost = {1: 1 + OVER_LINE * right, 0: ACROSS_ROWS + OVER_LINE * below}
+    over_line_px = 500.0  # 100..2000: how far it is to the other side of a line
+    across_rows_ratio = 3.0  # 1..10: how much farther a pixel above or below is than one beside
+    cost = {1: 1 + over_line_px * right, 0: across_rows_ratio + over_line_px * below}
     far = np.where(hole, np.inf, 0.0)
     source = np.arange(hole.size).reshape(hole.shape)
     for _ in range(4 * max(hole.shape)):
@@ -55,10 +51,13 @@ def nearest_along(image: FloatImage, hole: BoolArray, structure: Structure) -> F
             break
     # The mean along its row is more the ground's colour than the one pixel at the rim is.
     known = (~hole).astype(np.float32)
-    total = cv2.GaussianBlur(image * known[..., None], (0, 0), sigmaX=ROW_MEAN, sigmaY=0.7)
+    row_mean_px = 1.2  # 0.5..4: spread of the mean along a row from which a guess is made
+    total = cv2.GaussianBlur(image * known[..., None], (0, 0), sigmaX=row_mean_px, sigmaY=0.7)
     mean = (
         total
-        / np.maximum(cv2.GaussianBlur(known, (0, 0), sigmaX=ROW_MEAN, sigmaY=0.7), 1e-3)[..., None]
+        / np.maximum(cv2.GaussianBlur(known, (0, 0), sigmaX=row_mean_px, sigmaY=0.7), 1e-3)[
+            ..., None
+        ]
     )
     guess = mean.reshape(-1, image.shape[2])[source]
     return np.where(hole[..., None], guess, image).astype(np.float32)

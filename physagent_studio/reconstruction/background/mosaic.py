@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.reconstruction.background.graph_cut import NEVER, Grid, choose
+from physagent_studio.reconstruction.background.graph_cut import CUT, Grid, choose
 from physagent_studio.reconstruction.background.harmonic_fill import nearest_along
 from physagent_studio.reconstruction.background.poisson_blend import (
     View,
@@ -363,5 +363,5 @@ def _shown(
     price = away + COARSER * np.maximum(coarse - 0.3, 0)
     if at_work("bent copies"):
         price += bent_price(bent(copy, columns, rows, x, y))
-    price = np.where(blocked(barred, x, y), NEVER, price)
+    price = np.where(blocked(barred, x, y), CUT.never_levels, price)
     return np.column_stack([shown, last]).astype(np.float32), price

@@ -27,7 +27,7 @@ from physagent_studio.reconstruction.background.lines_behind import (
 from physagent_studio.reconstruction.background.mosaic import mosaic
 from physagent_studio.reconstruction.background.shift_map import shift, to_level
 from physagent_studio.reconstruction.background.structure import Structure
-from physagent_studio.reconstruction.background.surfaces import BEYOND, surfaces
+from physagent_studio.reconstruction.background.surfaces import SURFACE, surfaces
 from physagent_studio.reconstruction.photo.line_segments import Segments, with_hues
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
 from physagent_studio.reconstruction.switches import at_work
@@ -87,7 +87,7 @@ def background(
 
 def _beyond(hole: BoolArray, faces: NDArray[np.int64] | None) -> BoolArray:
     """(H, W) the hole where no known plane is behind it."""
-    return hole if faces is None else hole & (faces == BEYOND)
+    return hole if faces is None else hole & (faces == SURFACE.beyond_number)
 
 
 def taken_out(

@@ -18,14 +18,6 @@ from physagent_studio.reconstruction.switches import at_work
 
 FloatImage = NDArray[np.float32]
 FloatArray = NDArray[np.float64]
-JOINING = 300
-"""Longer side of the picture in which pieces are joined."""
-STRAY = 14.0
-"""Difference between two pieces at a seam from which it is an edge, grey levels."""
-BESIDE = 3
-"""How far beside a line two pieces may part at it, in pixels of that picture."""
-ANCHOR = 4e-4
-"""How much the copied colours count beside the steps between them."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -106,7 +98,8 @@ def joined(
     smooth: (H, W, 3) what a copy that is None shows. structure: at which pieces do
     not have to meet.
     """
-    view = View.of(part, missing, barred, JOINING)
+    joining_px = 300  # 150..600: longer side of the picture in which pieces are joined
+    view = View.of(part, missing, barred, joining_px)
     hole = view.missing
     even = np.asarray(cv2.resize(smooth, hole.shape[::-1], interpolation=cv2.INTER_AREA), "f4")
     small = [copy if copy is None else rescaled(copy, *view.ratio) for copy in copies]
@@ -234,13 +227,16 @@ def _levelled(
     ]
     weights = []
     even = np.isin(laid, [k for k, copy in enumerate(copies) if copy is None])
+    stray_levels = 14.0  # 5..40: between two pieces at a seam, from which it is an edge
+    beside_px = 3  # 0..8: of that picture, how far beside a line two pieces may part at it
     for axis, step, edge in zip((1, 0), steps, edges, strict=True):
         miss = np.abs(np.roll(rough, -1, axis) - rough - step).mean(-1)
-        weight = 1 / (1 + (miss / STRAY) ** 4)
+        weight = 1 / (1 + (miss / stray_levels) ** 4)
         # The smooth fill has no edges: where it meets a copy there is none either.
         weight = np.where(hole & (even != np.roll(even, -1, axis)), 1.0, weight)
         # Within one piece a line is the piece's own; between two it is where they part.
-        parting = grow(edge, BESIDE) & (laid != np.roll(laid, -1, axis))
+        parting = grow(edge, beside_px) & (laid != np.roll(laid, -1, axis))
         parting &= at_work("parting at lines")
         weights.append(np.where(parting, 1e-3, weight).astype(np.float32))
-    return from_steps(rough, hole, (steps[0], steps[1]), (weights[0], weights[1]), ANCHOR)
+    anchor_weight = 4e-4  # weight, 1e-5..1e-2: of the copied colours beside the steps between them
+    return from_steps(rough, hole, (steps[0], steps[1]), (weights[0], weights[1]), anchor_weight)

@@ -15,14 +15,6 @@ from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 
 FloatImage = NDArray[np.float32]
 FloatArray = NDArray[np.float64]
-PATCHES = 16
-"""Patches along the rim that are looked for elsewhere."""
-BEST = 2
-"""Places taken of each."""
-LIFT = 20.0
-"""How much brighter or darker, grey levels, a place may be at little cost: it can be levelled."""
-SIDE = 260
-"""Longer side of the flattened plane, pixels."""
 
 
 class _Searched:
@@ -45,7 +37,9 @@ class _Searched:
         square -= 2 * cv2.matchTemplate(self.image, masked, cv2.TM_CCORR)
         square = (square + float((masked * patch).sum())) / count
         mean = cv2.matchTemplate(self.level, mask, cv2.TM_CCORR) / count
-        lifted = np.minimum(np.abs(mean - masked.sum() / (3 * count)), LIFT)
+        # 0..60: by which a place may be brighter or darker at little cost: it is levelled
+        lift_levels = 20.0
+        lifted = np.minimum(np.abs(mean - masked.sum() / (3 * count)), lift_levels)
         cost = square - 0.8 * 3 * lifted**2
         return np.where(self.whole, cost, np.inf).astype(np.float32)
 
@@ -74,13 +68,14 @@ def shifts_in(image: FloatImage, hole: BoolArray, barred: BoolArray) -> list[Flo
     inside = cv2.boxFilter(usable, -1, (side, side), borderType=cv2.BORDER_CONSTANT)
     seen = _Searched(framed, inside[half:-half, half:-half] > 0.97)
     out = []
+    best_count = 2  # 1..6: places taken of each
     for x, y in _along_rim(hole, half):
         box = slice(y, y + side), slice(x, x + side)
         mask = usable[box]
         if not 0.15 * mask.size < mask.sum() < mask.size:
             continue
         cost = seen.unlike(framed[box], mask)
-        for _ in range(BEST):
+        for _ in range(best_count):
             row, column = np.unravel_index(int(cost.argmin()), cost.shape)
             if not np.isfinite(cost[row, column]):
                 break
@@ -98,7 +93,8 @@ def _along_rim(hole: BoolArray, half: int) -> list[tuple[int, int]]:
         return []
     rows, columns = hole.shape
     inner = [(int(x), int(y)) for x, y in border if 0 < x < columns - 1 and 0 < y < rows - 1]
-    step = max(1, half, len(inner) // PATCHES)
+    patches_count = 16  # 4..64: along the rim that are looked for elsewhere
+    step = max(1, half, len(inner) // patches_count)
     return inner[::step]
 
 
@@ -161,7 +157,8 @@ def _canvas(level: FloatArray, hole: BoolArray) -> tuple[FloatArray, tuple[int, 
     low = max(foot[1] - wide, near[1]) if np.isfinite(near).all() else foot[1] - wide
     high = foot[1] + 1.5 * wide
     left = foot[0] - wide
-    factor = min(pixels, SIDE / max(high - low, 2 * wide))
+    flat_px = 260  # 100..600: longer side of the flattened plane
+    factor = min(pixels, flat_px / max(high - low, 2 * wide))
     size = (max(16, round(2 * wide * factor)), max(16, round((high - low) * factor)))
     # Far is up, as in the picture.
     view = np.array([[factor, 0, -left * factor], [0, -factor, high * factor], [0, 0, 1]])

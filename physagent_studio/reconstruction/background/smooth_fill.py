@@ -18,17 +18,6 @@ from physagent_studio.reconstruction.photo.regions import BoolArray
 
 FloatImage = NDArray[np.float32]
 FloatArray = NDArray[np.float64]
-SIDE = 220
-"""Longer side of the picture in which colours run on."""
-UPWARDS = 0.15
-"""How much less they run up and down than along a row: floors and walls run across pictures."""
-ANCHOR = 1e-4
-"""How much the nearest colour counts beside those around: what no rim reaches gets it."""
-GRAIN = 1.2
-"""What is finer than this standard deviation is grain, pixels."""
-AROUND = 15
-"""Side of the square over which grain is measured, pixels."""
-SEED = 11
 
 
 def smooth_fill(
@@ -38,19 +27,24 @@ def smooth_fill(
 
     missing: (H, W) the hole. structure: over which no colour runs.
     """
-    view = View.of(part, missing, barred, SIDE)
+    longer_px = 220  # 100..400: side of the picture in which colours run on
+    view = View.of(part, missing, barred, longer_px)
     own = structure.scaled(view.ratio)
     rough = cv2.resize(_grain(part, barred), view.missing.shape[::-1])
     known = np.dstack([view.image, rough]).astype(np.float32)
     start = nearest_along(known, view.barred, own)
     right, below = own.crossed(view.missing.shape)
-    weights = (np.where(right, 1e-6, 1.0), np.where(below, 1e-6, UPWARDS))
-    filled = from_steps(start[..., :3].copy(), view.barred, None, weights, ANCHOR)
+    # 0.05..1: up and down against along a row: floors and walls run across pictures
+    upwards_ratio = 0.15
+    weights = (np.where(right, 1e-6, 1.0), np.where(below, 1e-6, upwards_ratio))
+    anchor_weight = 1e-4  # weight, 1e-5..1e-2: of the nearest colour: what no rim reaches gets it
+    filled = from_steps(start[..., :3].copy(), view.barred, None, weights, anchor_weight)
     colour = _enlarged(
         np.dstack([filled, start[..., 3]]), barred, structure.clear(missing), view.ratio
     )
+    random_seed = 11  # number, 0..1000: of the generator of grain: the same bits each time
     noise = cv2.GaussianBlur(
-        np.random.default_rng(SEED).normal(0, 1, barred.shape), (0, 0), 0.6
+        np.random.default_rng(random_seed).normal(0, 1, barred.shape), (0, 0), 0.6
     ).astype(np.float32)
     noise *= colour[..., 3] / noise.std()
     return np.where(barred[..., None], colour[..., :3] + noise[..., None], part).astype(np.float32)
@@ -81,8 +75,10 @@ def _grain(part: FloatImage, barred: BoolArray) -> FloatImage:
         np.float32
     )
     grey = part.mean(-1)
-    fine = (grey - cv2.GaussianBlur(grey, (0, 0), GRAIN)) * known
-    size = (AROUND, AROUND)
+    grain_px = 1.2  # 0.6..3: what is finer than this spread is grain
+    fine = (grey - cv2.GaussianBlur(grey, (0, 0), grain_px)) * known
+    around_px = 15  # 7..31: side of the square over which grain is measured
+    size = (around_px, around_px)
     count = cv2.blur(known, size)
     # Outlines of things are no grain: many pixels have to be like that.
     level = cv2.blur(np.minimum(np.abs(fine), 6.0), size) / np.maximum(count, 1e-3)

@@ -12,13 +12,7 @@ from numpy.typing import NDArray
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 
 FloatArray = NDArray[np.float64]
-SHARP = 8
-"""The most lines that are kept sharp."""
-LONG = 0.2
-"""How long those are at least, in extents of the hole."""
 
-JOINED = 1e-3
-"""Pixels between the end of a line and the beginning of one that leads on from it, at most."""
 NO_LINES: FloatArray = np.zeros((0, 2, 2))
 
 
@@ -42,15 +36,23 @@ class Structure:
         missing: (h, w) the hole.
         """
         x0, y0, x1, y1 = bounds(missing)
-        least = LONG * max(x1 - x0, y1 - y0)
-        kept = [one for one in self.chains() if _length(one) > least][:SHARP]
+        min_length_share = 0.2  # 0.05..0.5: of the hole's extent, for a line to be kept sharp
+        least = min_length_share * max(x1 - x0, y1 - y0)
+        max_lines = 8  # count, 1..20: that are kept, the longest
+        kept = [one for one in self.chains() if _length(one) > least][:max_lines]
         return type(self)(np.concatenate([NO_LINES, *kept]))
 
     def chains(self) -> list[FloatArray]:
         """The lines (n, 2, 2) apart, but for those that begin where the one before ends."""
         out: list[list[FloatArray]] = []
+        # 1e-4..0.5: from the end of a line to the beginning of one that leads on from it
+        joined_px = 1e-3
         for line in self.lines:
-            if out and np.abs(out[-1][-1][1] - line[0]).max() < JOINED and _bulges(out[-1], line):
+            if (
+                out
+                and np.abs(out[-1][-1][1] - line[0]).max() < joined_px
+                and _bulges(out[-1], line)
+            ):
                 out[-1].append(line)
             else:
                 out.append([line])

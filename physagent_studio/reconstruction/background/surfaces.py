@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -16,11 +17,18 @@ from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, gro
 from physagent_studio.records.case import Image
 
 IntArray = NDArray[np.int64]
-BORNE_OUT = 0.5
-"""Share of a face's outline that has to be seen as an edge, at least."""
-BEYOND = -1
-FOOT = 0.15
-"""How much of a thing, from below, is its foot."""
+
+
+@dataclass(frozen=True, slots=True)
+class SurfaceSettings:
+    """Which faces a picture bears out."""
+
+    min_seen_share: float = 0.5  # 0.2..0.9: of a face's outline, to be seen as an edge
+    beyond_number: int = -1  # number, -1..-1: of what lies above the horizon, where no ground is
+    foot_share: float = 0.15  # 0.05..0.4: of a thing, from below: what stands on the face
+
+
+SURFACE = SurfaceSettings()
 
 
 def surfaces(
@@ -41,12 +49,12 @@ def surfaces(
             seen = [along_edge(grey, hole, edge)[1] for edge in edges]
             long = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)
             number += 1
-            if float(np.average(seen, weights=long + 1e-9)) > BORNE_OUT:
+            if float(np.average(seen, weights=long + 1e-9)) > SURFACE.min_seen_share:
                 corners = np.clip(np.round(face), -20000, 20000).astype(np.int32)
                 cv2.fillPoly(out, [corners], number)
     rows, columns = np.indices(hole.shape) + 0.5
     level = to_level(camera)[2]
-    out[(level[0] * columns + level[1] * rows + level[2] <= 0) & (out == 0)] = BEYOND
+    out[(level[0] * columns + level[1] * rows + level[2] <= 0) & (out == 0)] = SURFACE.beyond_number
     return out.astype(np.int64)
 
 
@@ -54,6 +62,10 @@ def under(own: BoolArray, faces: IntArray) -> BoolArray:
     """(H, W) the face on which a thing (H, W) stands; 0, with what is `BEYOND`, counts as one."""
     _, y0, _, y1 = bounds(own)
     foot = grow(own, 4) & ~own
-    foot[: y1 - max(1, round(FOOT * (y1 - y0)))] = False
-    most = np.bincount(faces[foot] - BEYOND).argmax() + BEYOND if foot.any() else 0
+    foot[: y1 - max(1, round(SURFACE.foot_share * (y1 - y0)))] = False
+    most = (
+        np.bincount(faces[foot] - SURFACE.beyond_number).argmax() + SURFACE.beyond_number
+        if foot.any()
+        else 0
+    )
     return faces <= 0 if most <= 0 else faces == most

@@ -21,7 +21,7 @@ from physagent_studio.reconstruction.background.lines_behind import (
 from physagent_studio.reconstruction.background.plate import background, fill, hole_of, taken_out
 from physagent_studio.reconstruction.background.smooth_fill import smooth_fill
 from physagent_studio.reconstruction.background.structure import Structure
-from physagent_studio.reconstruction.background.surfaces import BEYOND, surfaces
+from physagent_studio.reconstruction.background.surfaces import SURFACE, surfaces
 from physagent_studio.reconstruction.photo.line_segments import Segments, segments
 
 SHAPE = (240, 320)
@@ -214,13 +214,13 @@ def test_a_stack_shades_the_ground_as_one_and_a_dark_wall_is_no_shade():
     assert (both & dark)[:150].sum() > 0.8 * (dark & ~hole)[:150].sum() > 0
     assert not both[:110].any()
     wall = (y < 120) & (x > 100)
-    faces = np.where(y < 120, BEYOND, 0)
+    faces = np.where(y < 120, SURFACE.beyond_number, 0)
     photo[wall & ~(lower | upper)] *= 0.55
     assert not shaded(_rgb(photo), [lower, upper], hole, faces)[:115].any()
     # Where its foot is below the horizon, what is dark above the foot is the wall all the same.
     taller = upper | ((np.abs(x - 90) < 18) & (y > 65) & (y < 143))
     photo[taller] = (40, 90, 160)
-    faces = np.where(y < 100, BEYOND, 0)
+    faces = np.where(y < 100, SURFACE.beyond_number, 0)
     both = shaded(_rgb(photo), [lower, taller], hole_of([lower, taller], SHAPE), faces)
     assert not both[:112].any()
     assert (both & dark)[125:].sum() > 0.9 * (dark & ~hole)[125:].sum()

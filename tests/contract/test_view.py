@@ -258,6 +258,19 @@ def test_both_are_seen_before_and_after_they_meet(seed: int) -> None:
         assert check.ok == ok, check.text
 
 
+@seeds
+def test_a_blow_is_seen_on_one_of_the_two(seed: int) -> None:
+    """Straight on the ball stops or the box is shifted; it passes a heavy box that it grazes."""
+    rng = np.random.default_rng(seed)
+    speed, way = rng.uniform(0.8, 1.2), side(rng)
+    for density, aside, ok in ((100, 0.0, True), (20_000, 0.0, True), (20_000, 0.195, False)):
+        things = [at(BALL, -0.5 * way, y=4.0 + aside), at(BOX, 0.0, density=density)]
+        told = scene_of(things, [go("ball", way * speed, 0, 0)], says("contacts", other="box"))
+        check = views(told)["view.act.ball.box"]
+        agrees(check)
+        assert check.ok == ok, check.text
+
+
 def test_what_touches_from_the_start_does_not_meet() -> None:
     touching = (
         says("contacts", other="floor"),

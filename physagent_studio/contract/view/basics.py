@@ -32,7 +32,7 @@ TIMED = frozenset(
 VIEW_CODES = {
     "inside": "framing", "pace": "pace", "fills": "pace", "meeting": "pace", "in_time": "pace",
     "ends": "not_stopped", "something": "not_visible", "calm": "stirs", "wheels": "heading",
-    "amount": "pace", "gone": "falls_short", "apart": "not_broken",
+    "amount": "pace", "gone": "falls_short", "act": "falls_short", "apart": "not_broken",
 }  # fmt: skip
 """Code of a failed view check, by its rule: the second word of its id."""
 

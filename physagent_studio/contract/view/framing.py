@@ -24,6 +24,8 @@ LEAVES = 0.4
 """Part of the clip for which what leaves the picture is at least seen in it."""
 BESIDE = 3
 """Frames that show each of two things before they meet, and after."""
+STIRRED, STOPPED = 0.25, 0.5
+"""What is struck stirs by so much of its own size, or what strikes loses so much of its speed."""
 
 
 def inside(facts: Facts, name: str) -> Check:
@@ -101,35 +103,58 @@ def _height(facts: Facts, name: str) -> float:
 
 
 def meetings(facts: Facts) -> list[Check]:
-    """Where one thing acts on another, the first is seen before they meet, the other after."""
+    """Where one thing acts on another, the first is seen before they meet, the other after, and
+    that they met is seen on one of them."""
     found, met = [], set()
     for statement in facts.program.contract.statements:
         if not isinstance(statement, Contacts) or statement.negated:
             continue
         one, other = statement.subject, statement.other
-        if (one, other) in met:
-            continue
         known = facts.rollout.objects
         window = facts.window(statement.from_step, statement.to_step)
-        if one not in known or other not in known or window is None:
+        if (one, other) in met or one not in known or other not in known or window is None:
             continue
         touching = np.flatnonzero(facts.touching(one, other, window))
         if not len(touching) or facts.touching(one, other, Window(0, 0)).any():
             continue
         met.add((one, other))
-        frame = facts.rollout.frame_of(window.first + int(touching[0]))
-        before = int((sight_in(facts, one).share[: frame + 1] >= INSIDE).sum())
-        after = int((sight_in(facts, other).share[frame + 1 :] >= INSIDE).sum())
-        fewest = min(before, after)
-        text = (
-            f"{one} is seen for {before} frames before it meets {other}, and {other} for "
-            f"{after} after: {{answer}}"
-        )
-        found.append(
-            view_check(
-                "meeting", f"{one}.{other}", text, (fewest - BESIDE) / BESIDE,
-                measured=fewest, threshold=BESIDE, unit="frames",
-                step=window.first + int(touching[0]),
-            )
-        )  # fmt: skip
+        step = window.first + int(touching[0])
+        found += [_seen_to_meet(facts, one, other, step), _seen_to_act(facts, one, other, step)]
     return found
+
+
+def _seen_to_meet(facts: Facts, one: str, other: str, step: int) -> Check:
+    """Enough frames show the one before they meet at a step, and the other after."""
+    frame = facts.rollout.frame_of(step)
+    before = int((sight_in(facts, one).share[: frame + 1] >= INSIDE).sum())
+    after = int((sight_in(facts, other).share[frame + 1 :] >= INSIDE).sum())
+    fewest = min(before, after)
+    text = (
+        f"{one} is seen for {before} frames before it meets {other}, and {other} for "
+        f"{after} after: {{answer}}"
+    )
+    return view_check(
+        "meeting", f"{one}.{other}", text, (fewest - BESIDE) / BESIDE,
+        measured=fewest, threshold=BESIDE, unit="frames", step=step,
+    )  # fmt: skip
+
+
+def _seen_to_act(facts: Facts, one: str, other: str, step: int) -> Check:
+    """The other stirs once they have met at a step, or the one is stopped or turned back by it."""
+    frame = facts.rollout.frame_of(step)
+    struck, striker = sight_in(facts, other), sight_in(facts, one).centre
+    away = np.linalg.norm(struck.marks[frame:] - struck.marks[frame], axis=-1)
+    stirred = float(away.max()) / max(float(struck.length[frame]), 1.0)
+    back = max(frame - BESIDE, 0)
+    came = (striker[frame] - striker[back]) / max(frame - back, 1)
+    ahead = min(frame + 2 * BESIDE, len(striker) - 1)
+    goes = (striker[ahead] - striker[frame]) / max(ahead - frame, 1)
+    kept = float(came @ goes) / max(float(came @ came), 1e-9)
+    seen = max(stirred / STIRRED, (1 - kept) / STOPPED)
+    text = (
+        f"that {one} meets {other} is seen: {other} stirs by {number(100 * stirred, '%')} of its "
+        f"size, {one} keeps {number(100 * kept, '%')} of its speed: {{answer}}"
+    )
+    return view_check(
+        "act", f"{one}.{other}", text, seen - 1, measured=stirred, threshold=STIRRED, step=step
+    )

@@ -6,8 +6,9 @@ import pytest
 
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.program import PhysicalProgram
+from physagent_studio.program.actions import ApplyForce, Directed
 from physagent_studio.program.scene.bodies import Soft
-from physagent_studio.program.scene.state import Cylinder, Frustum, Sphere
+from physagent_studio.program.scene.state import Box, Cylinder, Frustum, Slab, Sphere
 from physagent_studio.simulation import simulate
 from tests.agent.rules.scenes import STAGES, Stage
 
@@ -55,6 +56,48 @@ def test_what_slides_on_goes_the_way_of_what_struck_it() -> None:
     statements = program_of(STAGES["ice"], said).contract.statements
     ways = [s.direction for s in statements if s.kind == "moves" and s.subject == "yellow_stone"]
     assert "left" in ways
+
+
+FRUIT = Stage(
+    "fruit",
+    {
+        "left_melon": (Sphere(radius=0.08), (-0.5, 2.5, 0.1), "board"),
+        "right_melon": (Sphere(radius=0.08), (0.3, 2.75, 0.08), "floor"),
+    },
+    {"board": Slab(position=(-0.5, 2.5, 0.01), size=(0.3, 0.3, 0.02))},
+)
+PILE = Stage(
+    "pile",
+    {
+        "top_box": (Box(size=(0.1, 0.1, 0.1)), (0.0, 2.5, 0.25), "middle_box"),
+        "middle_box": (Box(size=(0.1, 0.1, 0.1)), (0.0, 2.5, 0.15), "bottom_box"),
+        "bottom_box": (Box(size=(0.1, 0.1, 0.1)), (0.0, 2.5, 0.05), "floor"),
+    },
+)
+
+
+@pytest.mark.parametrize(
+    ("prompt", "met"),
+    [
+        ("The left melon rolls to the right off the board and bumps into the right melon.", True),
+        ("The left melon rolls to the right off the board.", False),
+    ],
+)
+def test_off_an_edge_it_is_aimed_at_what_it_shall_meet(prompt: str, met: bool) -> None:
+    push = program_of(FRUIT, prompt).event.actions[0]
+    assert isinstance(push, ApplyForce)
+    assert isinstance(push.force, Directed)
+    assert push.force.toward == ("right_melon" if met else None)
+
+
+def test_a_stack_comes_down_to_one_side() -> None:
+    program = program_of(PILE, "The top box and the middle box are pushed off the stack.")
+    ways = {
+        (a.force.direction, a.force.toward)
+        for a in program.event.actions
+        if isinstance(a, ApplyForce) and isinstance(a.force, Directed)
+    }
+    assert ways == {("right", None)}
 
 
 def test_falling_over_is_no_spinning() -> None:

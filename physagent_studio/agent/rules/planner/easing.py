@@ -23,6 +23,8 @@ from physagent_studio.agent.rules.planner.wording import proposal
 from physagent_studio.contract import Facts
 from physagent_studio.contract.view import acting_objects, pacing_of
 from physagent_studio.program.edits import Edit
+from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.program.statements import Contacts
 from physagent_studio.records import Check, Proposal, Rollout
 
 
@@ -136,9 +138,16 @@ def _is_seen_as_well(situation: Situation, found: Candidate, before: Rollout) ->
     """Whether each goes as far, and something moves as soon."""
     assert found.rollout is not None
     now, was = Facts.of(found.program, found.rollout), Facts.of(situation.program, before)
-    names = [name for name in before.objects if name in acting_objects(situation.program)]
+    meant = acting_objects(situation.program) | _met(situation.program)
+    names = [name for name in before.objects if name in meant]
     far = all(_way(now, name) >= EASING.min_way_share * _way(was, name) for name in names)
     return far and _first(now) <= max(_first(was), EASING.soon_frames)
+
+
+def _met(program: PhysicalProgram) -> set[str]:
+    """What another thing shall meet: how hard it does is seen on what is met."""
+    told = program.contract.statements
+    return {one.other for one in told if isinstance(one, Contacts) and not one.negated}
 
 
 def _first(facts: Facts) -> int:

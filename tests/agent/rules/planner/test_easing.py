@@ -72,6 +72,16 @@ def test_each_goes_nearly_as_far(hard: PhysicalProgram, eased: Proposal) -> None
         assert after >= 0.9 * EASING.min_way_share * before
 
 
+def test_what_is_met_is_not_met_more_gently_than_is_seen() -> None:
+    """A ball rolls to the right and meets another, of which nothing else is told."""
+    other = BALL | {"name": "other", "position": [0.5, 4.0, 0.1]}
+    hit = {"id": "hit", "kind": "contacts", "subject": "ball", "other": "other"}
+    hard = filmed([BALL | {"rolling": 0.03}, other | {"rolling": 0.03}], [push(1.2)], hit)
+    gentle = apply(hard, Easing().ease(situation_of(hard)).edits)
+    far = [try_out(one).rollout.positions[:, 1, 0].max() - 0.5 for one in (hard, gentle)]
+    assert far[1] >= 0.9 * EASING.min_way_share * far[0] > 0.05
+
+
 def test_only_how_hard_it_is_pushed_is_changed(hard: PhysicalProgram, eased: Proposal) -> None:
     assert [edit.path for edit in eased.edits if isinstance(edit, SetField)] == [SPEED]
     gentle = apply(hard, eased.edits)

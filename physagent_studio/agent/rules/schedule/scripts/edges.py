@@ -10,7 +10,7 @@ from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, level, named_way, unit
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts.task import UP, Task
-from physagent_studio.program.actions import Action
+from physagent_studio.program.actions import Action, Directed
 
 
 def off_edge(task: Task) -> list[Action]:
@@ -21,14 +21,20 @@ def off_edge(task: Task) -> list[Action]:
     needed = math.sqrt(2 * mech.G * friction * distance) * 1.25
     speed = max(needed, distance / task.seconds(0.3), math.sqrt(mech.G * size) * 0.6)
     speed = task.speed or speed
-    vector = act.toward_or_along(speed, vector=way) if _is_oblique(way) else act.toward_or_along(
-        speed, way=named_way(way)
-    )  # fmt: skip
+    vector = _aimed(task, way, speed)
     flips = task.intent.has("flip", "topple", "lose_balance")
     point = act.top_point(task.layout, task.name) if flips and not _counts(task) else None
     start = _start_of_row(task)
     first = act.push(task.name, vector, start=start, point=point)
     return [first, *_tumble(task, way, distance, speed, start)]
+
+
+def _aimed(task: Task, way: FloatArray, speed: float) -> Directed:
+    if task.wheels is None and (onto := task.onto()) is not None:
+        return act.toward_or_along(speed, toward=onto)
+    if _is_oblique(way):
+        return act.toward_or_along(speed, vector=way)
+    return act.toward_or_along(speed, way=named_way(way))
 
 
 def _start_of_row(task: Task) -> int:
@@ -66,15 +72,15 @@ def way_off(task: Task) -> tuple[FloatArray, float]:
     onto_stack = carrier is not None and layout.state.object(carrier) is not None
     if (axis := task.axis_way()) is not None:
         way = axis
+    elif (onto := task.onto()) is not None:
+        way = task.way_onto(onto)
     elif said in ("left", "right", "away", "toward_camera"):
         way = WAYS[said]
-    elif (aim := _aim_beyond(task)) is not None:
-        way = aim
     elif (edge := _clicked_edge(task) or layout.nearest_edge(task.name)) is not None:
         way = _common_way(task, edge[0])
     else:
-        # On a stack without an edge near: by turns to either side.
-        way = WAYS["right" if task.rank % 2 == 0 else "left"]
+        # A stack without an edge near comes down to one side: what goes takes the next along.
+        way = WAYS["right"]
     distance = layout.way_to_edge(task.name, way)
     if not math.isfinite(distance) or (onto_stack and not _off_support(task)):
         distance = layout.extent(carrier, way) if onto_stack and carrier else layout.size(task.name)
@@ -104,11 +110,3 @@ def _off_support(task: Task) -> bool:
     """Whether it shall leave the table too, and not only the stack."""
     place = task.intent.place("off", "from")
     return place is not None and place.kind == "support"
-
-
-def _aim_beyond(task: Task) -> FloatArray | None:
-    """The way to something that it shall hit below."""
-    if not task.intent.hits:
-        return None
-    other = task.intent.hits[0]
-    return unit(level(task.layout.position(other) - task.layout.position(task.name)))

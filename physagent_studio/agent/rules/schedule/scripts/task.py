@@ -33,6 +33,8 @@ class TaskSettings:
     """How far and how fast a first program sends things."""
 
     max_speed_mps: float = 8.0  # 3..20: along the ground
+    # cosine, 0.5..0.95: what lies so far beside the way that is said is not met on it
+    min_onto_cosine: float = math.cos(math.radians(45.0))
     short_share: float = 0.75  # 0.4..0.95: of the way, gone by what stops before a thing
 
 
@@ -95,6 +97,19 @@ class Task:
             return self._side()
         ways = ways_of(said, frame, self.name, self.layout)
         return ways[self.rank % len(ways)] if ways else None
+
+    def onto(self) -> str | None:
+        """The first thing that it shall meet, where that lies the way that is said, if one is."""
+        hits, way = self.intent.hits, self.way()
+        if not hits or not self.layout.has(hits[0]):
+            return None
+        if way is None or float(self.way_onto(hits[0]) @ WAYS[way]) > TASK.min_onto_cosine:
+            return hits[0]
+        return None
+
+    def way_onto(self, name: str) -> FloatArray:
+        """Level unit direction (3,) from its centre to another thing's."""
+        return unit(level(self.layout.position(name) - self.layout.position(self.name)))
 
     def down_the_steps(self) -> FloatArray | None:
         """Level unit direction (3,) to the next lower step, where it shall go down them."""

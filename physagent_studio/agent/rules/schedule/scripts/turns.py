@@ -19,8 +19,8 @@ def tip(task: Task) -> list[Action]:
     way = WAYS[task.way() or _free_way(task)]
     if abs(way[2]) > 0.5:
         way = WAYS["right"]
-    onto = _onto(task, way)
-    way = way if onto is None else unit(level(layout.position(onto) - layout.position(task.name)))
+    onto = task.onto()
+    way = way if onto is None else task.way_onto(onto)
     height = layout.height(task.name)
     width = layout.extent(task.name, way)
     speed = 1.2 * mech.speed_to_topple(height, width) / 2
@@ -28,16 +28,6 @@ def tip(task: Task) -> list[Action]:
     force = act.toward_or_along(max(speed, 0.3), toward=onto, way=named)
     point = act.top_point(layout, task.name)
     return [act.push(task.name, force, start=task.delay, duration=15, point=point, label="tip")]
-
-
-def _onto(task: Task, way: FloatArray) -> str | None:
-    """What it shall knock down as it falls, where that lies the way that is said, if one is."""
-    layout, hits = task.layout, task.intent.hits
-    if not hits or not layout.has(hits[0]):
-        return None
-    ahead = unit(level(layout.position(hits[0]) - layout.position(task.name)))
-    least = math.cos(math.radians(45.0))
-    return hits[0] if task.way() is None or float(ahead @ way) > least else None
 
 
 def _free_way(task: Task) -> Direction:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.background.ground_tones import Tones
-from physagent_studio.reconstruction.background.surfaces import SURFACE, under
+from physagent_studio.reconstruction.background.surfaces import under
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow, without_pinholes
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
@@ -28,14 +28,8 @@ FADES = 0.94
 """By how much fainter it gets from pixel to pixel where shade is told from paint."""
 REACH = 1.5
 """How far from a thing its shade is looked for, in sizes of it."""
-ENDS = 6
-"""Pixels far out on a side from which darkness reaches that far."""
-EVER = 1.15
-"""How much darker it is far out than at the thing if it is something else that begins there."""
 GLOW = (6.0, 3.0)
 """How much of the thing's colour lies on ground that it shines on, in a*, b*; at its faint rim."""
-OUTER = 0.8
-"""Where what is looked at ends, as a share of `REACH`."""
 SEED = 5
 """Pixels that are surely shade, at least, for there to be any."""
 DEEPER = (1.0, 1.7, 2.6)
@@ -51,10 +45,6 @@ SOLE = 0.4
 """How much of a thing, from below, may touch what it stands on, in its widths."""
 ON = 0.4
 """Share of the narrower one's width over which it does, at least."""
-ENDLESS = 0.5
-"""Share of its greatest extent that darkness on a wall still has where no more is looked at."""
-STEP, FOOT = 4.0, 4
-"""Step of colour from pixel to pixel, in L*a*b*, at which a wall ends; how wide that edge is."""
 ABOVE = (0.3, 1.0)
 """Shade begins this share of a thing's height above its foot, and ends below that one."""
 
@@ -79,8 +69,7 @@ def shaded(
     for mask, top in zip(masks, tops_of(masks), strict=True):
         own = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_AREA) > 0
         if own.any():
-            found = _around(lab, own, inside, under(own, kinds), round(top * factor))
-            out |= _below(found, kinds == SURFACE.beyond_number, lab, inside)
+            out |= _around(lab, own, inside, under(own, kinds), round(top * factor))
     wide = cv2.resize(out.astype(np.float32), hole.shape[::-1], interpolation=cv2.INTER_LINEAR)
     return np.asarray(cv2.GaussianBlur(wide, (0, 0), 0.7 / factor) > 0.4)
 
@@ -113,42 +102,6 @@ def _stands_on(upper: BoolArray, lower: BoolArray) -> bool:
     return bool(touching.sum() > ON * min(x1 - x0, right - left))
 
 
-def _below(found: BoolArray, sky: BoolArray, lab: FloatImage, inside: BoolArray) -> BoolArray:
-    """Shade without a dark wall that has no end: it goes on above the horizon, and is no shade.
-
-    Below the horizon it leads down to its foot. sky: (H, W) what is above the horizon. inside:
-    (H, W) what is filled in anyway.
-    """
-    wall = found & sky
-    rows = np.nonzero(wall.any(1))[0]
-    if not len(rows):
-        return found
-    columns, lines = wall.sum(0), wall.sum(1)
-    goes_on = lines[rows[0]] > ENDLESS * lines.max()
-    goes_on |= max(columns[0], columns[-1]) > ENDLESS * columns.max()
-    if not goes_on or not at_work("shade of walls"):
-        return found
-    rest = found & ~sky & ~grow(_leading_down(wall, found, lab), FOOT)
-    rest = cv2.morphologyEx(rest.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
-    _, labels = cv2.connectedComponents(rest.astype(np.uint8))
-    return rest & np.isin(labels, np.unique(labels[grow(inside, 2) & rest]))
-
-
-def _leading_down(wall: BoolArray, found: BoolArray, lab: FloatImage) -> BoolArray:
-    """The wall (H, W) and what is found below it, down to the edge at which the ground begins."""
-    steps = [cv2.Sobel(lab, cv2.CV_32F, dx, 1 - dx, scale=0.125) for dx in (1, 0)]
-    calm = found & (np.linalg.norm(np.concatenate(steps, -1), axis=-1) < STEP)
-    _, labels = cv2.connectedComponents(calm.astype(np.uint8))
-    out = calm & np.isin(labels, np.unique(labels[wall & calm]))
-    # Shade on the ground that runs up to it is narrower than it is.
-    last = int(np.nonzero(wall.any(1))[0][-1])
-    wide = np.array([np.ptp(np.flatnonzero(row)) if row.any() else 0 for row in out[last:]])
-    narrow = np.flatnonzero(wide < ENDLESS * wide.max())
-    if len(narrow):
-        out[last + narrow[0] :] = False
-    return out
-
-
 def _reduced(faces: NDArray[np.int64], size: tuple[int, int]) -> NDArray[np.int64]:
     small = cv2.resize(faces.astype(np.int32), size, interpolation=cv2.INTER_NEAREST_EXACT)
     return np.asarray(small, np.int64)
@@ -172,7 +125,7 @@ def _around(
     if np.count_nonzero(far) < 30 or not near.any():
         return np.zeros_like(own)
     tones = Tones.of(lab, far | (near & low), own)
-    place = _Place(own, inside, near, ground & ~inside, low, reach)
+    place = _Place(own, inside, near, ground & ~inside, low)
     for times, bare in zip(DEEPER, BARE, strict=True):
         if times > 1 and not at_work("deeper shade"):
             break
@@ -185,14 +138,13 @@ def _around(
 @dataclass(frozen=True, eq=False, slots=True)
 class _Place:
     """A thing, what is filled in, the ground near the thing, all ground, and what is low; (H, W)
-    each. reach: how far what is near may be, pixels."""
+    each."""
 
     own: BoolArray
     inside: BoolArray
     near: BoolArray
     ground: BoolArray
     low: BoolArray
-    reach: int
 
 
 def _shade(place: _Place, tones: Tones, times: float) -> BoolArray:
@@ -211,10 +163,6 @@ def _shade(place: _Place, tones: Tones, times: float) -> BoolArray:
     mine = _joined_to(theirs & deep & wide, own | place.inside, own, place.low)
     if np.count_nonzero(mine) < SEED:
         return np.zeros_like(own)
-    outer = near & ~grow(own, round(OUTER * place.reach))
-    # What is dark there beside another thing is that one's.
-    outer &= ~grow(place.inside & ~grow(own, 4), max(3, side // 3))
-    mine = _fading(mine, tones, own, outer)
     # Shade fades out: its faint rim belongs to it.
     faint = theirs & _faint(tones)
     wide = mine
@@ -252,30 +200,6 @@ def _ends_lit(shade: BoolArray, tones: Tones, ground: BoolArray, bare: float) ->
     counts = np.bincount(tones.which[shade] + 1, minlength=2)
     main = int(counts[1:].argmax())
     return float((tones.which[rim] == main).mean()) > bare
-
-
-def _fading(dark: BoolArray, tones: Tones, own: BoolArray, outer: BoolArray) -> BoolArray:
-    """What is dark without what goes on beyond, on both sides as a belt does or ever darker.
-
-    Light has a side, and shade is darkest at its thing. outer: (H, W) the end of what is looked at.
-    """
-    x0, _, x1, _ = bounds(own)
-    if not at_work("belts"):
-        return dark
-    middle = (x0 + x1) // 2
-    columns = np.arange(own.shape[1])[None] * np.ones((own.shape[0], 1))
-    out = dark.copy()
-    ends = 0
-    for half in (columns < middle, columns >= middle):
-        rim = dark & outer & half & ((columns < x0) | (columns >= x1))
-        if np.count_nonzero(rim) <= ENDS:
-            continue
-        ends += 1
-        inner = dark & half & grow(own, max(2, (x1 - x0) // 4))
-        if inner.any() and tones.darker[rim].mean() > EVER * tones.darker[inner].mean():
-            out &= ~half | grow(own, max(2, (x1 - x0) // 4))
-            ends -= 1
-    return out if ends < 2 else np.zeros_like(dark)
 
 
 def _joined_to(dark: BoolArray, through: BoolArray, own: BoolArray, low: BoolArray) -> BoolArray:

@@ -1,10 +1,9 @@
-"""Edges that run into what is taken out of a picture and meet behind it, in a corner or a bow."""
+"""Edges that run into what is taken out of a picture and meet behind it in a corner."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from itertools import pairwise
+from collections.abc import Sequence
 
 import cv2
 import numpy as np
@@ -12,7 +11,6 @@ from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray
-from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
 FloatArray = NDArray[np.float64]
@@ -20,10 +18,6 @@ STRAIGHT = math.radians(8.0)
 """Edges that bend less than this where they meet are one straight line, and no corner."""
 FAR = 1.6
 """How far an edge may run to its corner, in extents of the hole."""
-ALIKE = 32.0
-"""Largest difference in colour between the two sides of a corner, grey levels."""
-CLEAR = 10.0
-"""Least difference in colour across an edge that is followed, grey levels."""
 BROAD = (5, 9, 13, 17)
 """How far off an edge its sides are compared, pixels: wider than joints and painted stripes."""
 BEFORE = (5, 9, 13, 20, 28)
@@ -46,8 +40,6 @@ BENT = (math.radians(3.0), math.radians(50.0))
 """By how much an outline that is round turns from one edge to the next."""
 CURVED = 0.15
 """From how much of a bend on, rad, an edge is curved itself, and has no corner."""
-PIECES = 8
-"""Lines along a bow."""
 MOST = 8
 """Edges beyond which they are a pattern and not outlines."""
 INSIDE = 0.75
@@ -58,51 +50,31 @@ def corners(
     photo: Image,
     ends: FloatArray,
     ways: FloatArray,
-    colours: FloatArray,
     free: Sequence[int],
     hole: BoolArray,
     found: Segments,
 ) -> FloatArray:
-    """Lines (N, 2, 2), pixels, from where edges end to where they meet.
+    """Lines (N, 2, 2), pixels, from where edges that part surfaces end to where they meet.
 
-    Two for each corner; several along a bow where both edges are part of a round outline, for
-    the edges before them bend the same way. Edges that part surfaces meet first, then those of
-    bars and stripes. ends, ways: (E, 2) where edges run into the hole (H, W) and the unit
-    directions in which they do. colours: (E, 2, 3) close by to the left and the right of each.
-    free: those that may meet. found: the picture's edges.
+    Two for each corner. ends, ways: (E, 2) where edges run into the hole (H, W) and the unit
+    directions in which they do. free: those that may meet. found: the picture's edges.
     """
     longer = max(hole.shape)
     parts = _parted(photo, hole, ends, ways)
     broad = _foremost([_of(end, found, found.length) for end in ends], parts)
     found = found.only(_beside(hole, found))
-    free = [k for k in free if not _goes_on(ends[k], ways[k], found, longer)]
-
-    def surfaces(i: int, j: int) -> float:
-        # Seen from the corner the left of one edge is the right of the other.
-        return _apart(parts[i], parts[j, ::-1])
-
-    def stripes(i: int, j: int) -> float:
-        return float(np.abs(colours[i] - colours[j, ::-1]).mean(-1).max()) / ALIKE
-
     # What bends before it is hidden is round, and goes on to no corner.
-    bent = {k: _turn_before(ends[k], ways[k], found, longer) for k in free}
-    straight = {k for k in free if _of(ends[k], found, found.bend) < CURVED}
-    sharp = [k for k in free if k in broad and k in straight and bent[k] == 0]
-    met = _meetings(ends, ways, sharp, hole, surfaces) if at_work("surfaces of corners") else []
-    used = {k for i, j, _ in met for k in (i, j)}
-    clear = np.abs(colours[:, 0] - colours[:, 1]).mean(-1)
-    if len(free) <= MOST:
-        thin = [k for k in free if k not in used and clear[k] > CLEAR]
-        met += _meetings(ends, ways, thin, hole, stripes)
-    out = []
-    for i, j, spot in met:
-        turn = _turn(ways[i], -ways[j])
-        bow = bent[i] * turn > 0 and bent[j] * -turn > 0
-        if bow and at_work("bows"):
-            out += _bow(ends[i], spot, ends[j])
-        elif {i, j} <= straight:
-            out += [(ends[i], spot), (spot, ends[j])]
-    return np.array(out).reshape(-1, 2, 2)
+    sharp = [
+        k
+        for k in free
+        if k in broad
+        and _of(ends[k], found, found.bend) < CURVED
+        and not _goes_on(ends[k], ways[k], found, longer)
+        and not _bends_before(ends[k], ways[k], found, longer)
+    ]
+    met = _meetings(ends, ways, sharp, hole, parts)
+    lines = [line for i, j, spot in met for line in ((ends[i], spot), (spot, ends[j]))]
+    return np.array(lines).reshape(-1, 2, 2)
 
 
 def _meetings(
@@ -110,11 +82,11 @@ def _meetings(
     ways: FloatArray,
     free: Sequence[int],
     hole: BoolArray,
-    apart: Callable[[int, int], float],
+    parts: FloatArray,
 ) -> list[tuple[int, int, FloatArray]]:
     """Pairs of edges that meet, and where (2,); each edge once, the likest and nearest first.
 
-    apart: how unlike two edges are, 1 for too much.
+    parts: (E, 2, 3) what they part.
     """
     if not hole.any():
         return []
@@ -126,7 +98,8 @@ def _meetings(
             met = _meeting(ends[i], ways[i], ends[j], ways[j])
             if met is None or max(met[1:]) > reach:
                 continue
-            unlike = apart(i, j)
+            # Seen from the corner the left of one edge is the right of the other.
+            unlike = _apart(parts[i], parts[j, ::-1])
             if unlike < 1 and all(_hidden(hole, ends[k], met[0]) for k in (i, j)):
                 meetings.append((sum(met[1:]) / reach + unlike, i, j, met[0]))
     used: set[int] = set()
@@ -197,20 +170,14 @@ def _of(end: FloatArray, found: Segments, values: FloatArray) -> float:
     return float(values[(found.ends == end).all(2).any(1)].max())
 
 
-def _turn(u: FloatArray, v: FloatArray) -> float:
-    """The sine of the turn from one unit direction to another."""
-    return float(u[0] * v[1] - u[1] * v[0])
-
-
-def _turn_before(end: FloatArray, way: FloatArray, found: Segments, longer: int) -> float:
-    """The turn into the edge that ends here from the one that leads to it; 0 for none."""
+def _bends_before(end: FloatArray, way: FloatArray, found: Segments, longer: int) -> bool:
+    """Whether another edge leads to the one that ends here, at some bend."""
     own = np.argwhere((found.ends == end).all(2))[0]
     step = _joined(found.ends[own[0], 1 - own[1]], own[0], found, longer)
     if step is None:
-        return 0.0
-    turn = _turn(-step, way)
-    bent = -step @ way > math.cos(BENT[1]) and abs(turn) > math.sin(BENT[0])
-    return turn if bent else 0.0
+        return False
+    turn = float(step[1] * way[0] - step[0] * way[1])
+    return bool(-step @ way > math.cos(BENT[1]) and abs(turn) > math.sin(BENT[0]))
 
 
 def _goes_on(end: FloatArray, way: FloatArray, found: Segments, longer: int) -> bool:
@@ -236,15 +203,6 @@ def _joined(spot: FloatArray, own: int, found: Segments, longer: int) -> FloatAr
         return None
     step = found.ends[index, 1 - side] - found.ends[index, side]
     return step / max(float(np.linalg.norm(step)), 1e-9)
-
-
-def _bow(
-    one: FloatArray, spot: FloatArray, other: FloatArray
-) -> list[tuple[FloatArray, FloatArray]]:
-    """Pieces of the parabola that touches both ways to the spot where they would meet."""
-    share = np.linspace(0, 1, PIECES + 1)[:, None]
-    along = (1 - share) ** 2 * one + 2 * share * (1 - share) * spot + share**2 * other
-    return list(pairwise(along))
 
 
 def _meeting(

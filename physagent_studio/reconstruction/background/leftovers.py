@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow, shrink
-from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
 FloatImage = NDArray[np.float32]
@@ -24,15 +23,8 @@ REACH = 0.45
 """How far from the thing it is looked for, in sizes of it."""
 GAP = 0.03
 """The same for gaps between thing and leftover."""
-RARE, COMMON = 0.01, 0.08
-"""How usual a colour of the thing is at least, in how usual its commonest is; the latter where it
-is usual elsewhere too."""
-WHOLE = 20
-"""Pixels of a part that may be of a colour which is usual farther off, at least."""
-ALIKE, APART = 16.0, 30.0
-"""How near in L*a*b* (0 … 255) the thing is there to such a part, and the ground is not."""
-PARTLY, HARDLY = 0.12, 0.05
-"""Over what share of either."""
+RARE = 0.01
+"""How usual a colour of the thing is at least, in how usual its commonest is."""
 LARGEST = 0.12
 """A leftover's area at most, as a share of the thing's."""
 
@@ -61,15 +53,8 @@ def _of_one(lab: Image, mask: BoolArray, hole: BoolArray, reach: int) -> BoolArr
     own, other = _usual(lab, inner), _usual(lab, around)
     bins = _bins(lab)
     gap = max(2, round(GAP * reach / REACH))
-    free = near & ~hole
-    found = _small(
-        (own[bins] > MORE * other[bins] + own.max() * RARE) & free, mask, hole, near, gap
-    )
-    if not at_work("lonely leftovers"):
-        return found & ~hole
-    alike = (own[bins] > own.max() * COMMON) & free
-    rest = _small(alike, mask, hole, near, gap) & ~grow(found, 2)
-    return (found | _alone(rest, lab, mask, hole, alike, gap)) & ~hole
+    like = (own[bins] > MORE * other[bins] + own.max() * RARE) & near & ~hole
+    return _small(like, mask, hole, near, gap)
 
 
 def _small(
@@ -89,39 +74,6 @@ def _small(
         if k and k not in beyond and 4 <= stats[k, cv2.CC_STAT_AREA] <= most
     ]
     return np.isin(labels, kept) & ~hole
-
-
-def _alone(
-    parts: BoolArray, lab: Image, mask: BoolArray, hole: BoolArray, alike: BoolArray, gap: int
-) -> BoolArray:
-    """Those parts that go on as the thing is just there, and that nothing around them is like.
-
-    Their colour may be usual farther off: a white cuff under a white ceiling.
-    """
-    out = np.zeros_like(parts)
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(parts.astype(np.uint8))
-    for k in range(1, count):
-        part = labels == k
-        if stats[k, cv2.CC_STAT_AREA] < WHOLE:
-            continue
-        side = int(max(stats[k, cv2.CC_STAT_WIDTH], stats[k, cv2.CC_STAT_HEIGHT]))
-        beside = ~hole & grow(part, max(6, side // 2)) & ~grow(part, 2)
-        joined = mask & grow(part, 3 * gap + 4)
-        if np.count_nonzero(beside) < side or np.count_nonzero(joined) < side // 2:
-            continue
-        colour = np.median(lab[part].astype(float), axis=0)
-        same = np.linalg.norm(lab[joined].astype(float) - colour, axis=1) < ALIKE
-        other = np.linalg.norm(lab[beside].astype(float) - colour, axis=1) < APART
-        # What meets the hole on two sides runs on behind it.
-        sides = cv2.connectedComponents((grow(part, gap) & hole).astype(np.uint8))[0] - 1
-        if (
-            sides == 1
-            and same.mean() > PARTLY
-            and other.mean() < HARDLY
-            and alike[beside].mean() < HARDLY
-        ):
-            out |= part
-    return out
 
 
 def _bins(lab: Image) -> tuple[NDArray[np.intp], ...]:

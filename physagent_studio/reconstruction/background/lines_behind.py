@@ -85,7 +85,7 @@ def lines_through(
     ]
     bent = np.zeros((0, 2, 2))
     if at_work("corners behind"):
-        bent = corners(photo, ends, ways, colours, free, hole, found)
+        bent = corners(photo, ends, ways, free, hole, found)
     lines = np.concatenate([np.array(out).reshape(-1, 2, 2), straight, bent])
     return (
         lines
@@ -134,16 +134,6 @@ def _along(line: FloatArray, spots: FloatArray, near: float = TWIN) -> bool:
     aside = np.abs(off[:, 0] * way[1] - off[:, 1] * way[0])
     inside = (along > -near) & (along < np.linalg.norm(line[1] - line[0]) + near)
     return bool((inside & (aside < near)).all())
-
-
-def ways_into(hole: BoolArray, found: Segments, most: int = 8) -> FloatArray:
-    """Directions (N, 2) of the longest edges that run into the hole (H, W), no two alike."""
-    ends, ways = _heading_in(hole, found)
-    out: list[FloatArray] = []
-    for way in ways[np.argsort(-_lengths(ends, found), kind="stable")]:
-        if all(abs(float(way @ other)) < math.cos(BENT) for other in out):
-            out.append(way)
-    return np.array(out[:most]).reshape(-1, 2)
 
 
 def _lengths(tips: FloatArray, found: Segments) -> FloatArray:

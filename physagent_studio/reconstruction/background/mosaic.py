@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
@@ -66,10 +65,6 @@ LEVEL, HUE = 2.0, 2.0
 """What a difference in brightness counts, and one in colour beyond it."""
 STRAYED = 80.0
 """The most that being farther off costs."""
-DETAIL = 1.2
-"""What detail counts that is finer than `SOFT` and clearer than the ground's own."""
-CLEARER, DETAILED = 4.0, 70.0
-"""From how many times the ground's own on, and the most that it costs."""
 GUESS = 1.0
 """What being farther off counts."""
 BEYOND = 60.0
@@ -80,8 +75,6 @@ FAR = 6.0
 """Price of a copy from one hole's size away."""
 OTHER_HEIGHT = 8.0
 """The same from above or below in the picture: walls, floors and tables run across it."""
-MIRRORED = 8.0
-"""Price of what is mirrored: it always fits its rim, and shows when it is large."""
 BENT, LITTLE_BENT = 10.0, 0.4
 """Price of a copy that is sheared or stretched by its own extent: grass would be combed."""
 TORN, MUCH_BENT = 40.0, 1.5
@@ -95,28 +88,27 @@ def mosaic(
     missing: BoolArray,
     barred: BoolArray,
     structure: Structure,
-    ways: FloatArray,
     level: FloatArray | None,
     share: float = 1.0,
 ) -> FloatImage:
     """The picture (H, W, 3) with its hole (H, W) filled.
 
     barred: (H, W) the hole and what else shall not be copied. structure: what is known
-    to go on behind the hole. ways: (N, 2) directions of edges that run into it. level: (3, 3) from
-    pixels to a level plane, None for unknown. share: how much care it may take, 1 for a lone hole.
+    to go on behind the hole. level: (3, 3) from pixels to a level plane, None for unknown. share:
+    how much care it may take, 1 for a lone hole.
     """
     picture = View.of(part, missing, barred, FINDING)
     guess = nearest_along(picture.image, picture.barred, structure.scaled(picture.ratio))
     wide = cv2.resize(guess, missing.shape[::-1], interpolation=cv2.INTER_LINEAR)
     part = np.where(barred[..., None], wide, part).astype(np.float32)
-    copies = _candidates(picture, missing, structure, ways, level)
+    copies = _candidates(picture, missing, structure, level)
     even = smooth_fill(part, missing, barred, structure)
     if not copies:
         return even
     fine = View.of(part, missing, barred, _fine(missing, share))
     label, used = _laid(fine, even, structure, copies)
     chosen = [copies[k] if k < len(copies) else None for k in used]
-    return joined(part, missing, barred, label, chosen, even, structure)
+    return joined(part, missing, barred, label, chosen, even)
 
 
 def _fine(missing: BoolArray, share: float) -> float:
@@ -128,7 +120,6 @@ def _candidates(
     view: View,
     missing: BoolArray,
     structure: Structure,
-    ways: FloatArray,
     level: FloatArray | None,
 ) -> list[FloatArray]:
     """Copies (3, 3), in pixels."""
@@ -140,16 +131,12 @@ def _candidates(
         small = level @ np.diag([x, y, 1.0])
         found += level_shifts(view.image, view.missing, view.barred, small)
     out = [rescaled(copy, x, y) for copy in found]
-    x0, y0, x1, y1 = bounds(missing)
-    for way in (*ways, np.array([1.0, 0.0])):
-        reach = min((x1 - x0) / max(abs(way[0]), 1e-6), (y1 - y0) / max(abs(way[1]), 1e-6))
-        out += [shift(*(sign * share * reach * way)) for sign in (1, -1) for share in SHARES]
+    x0, _, x1, _ = bounds(missing)
+    out += [shift(sign * share * (x1 - x0), 0.0) for sign in (1, -1) for share in SHARES]
     lines = structure.lines if at_work("shifts along lines") else structure.lines[:0]
     spans = np.array([_hidden(line, missing) for line in lines]).reshape(-1, 2)
     for span in spans[np.argsort(-np.linalg.norm(spans, axis=1), kind="stable")]:
         out += [shift(*(sign * share * span)) for sign in (1, -1) for share in SHARES]
-    if at_work("mirrored copies"):
-        out += [np.array([[-1.0, 0, 2 * x], [0, 1, 0], [0, 0, 1]]) for x in (x0, x1)]
     return _distinct(out, missing)
 
 
@@ -195,8 +182,6 @@ def _laid(
     expected = _Expected.of(view, smooth, side)
     feature = _features(view.image)
     soft = cv2.GaussianBlur(smooth, (0, 0), SOFT)
-    fine = np.where(view.barred, 0, np.abs(view.image - soft).sum(-1)).astype(np.float32)
-    lined = grow(np.any(structure.scaled(view.ratio).crossed(places.shape), axis=0), 2)
     rows, columns = np.nonzero(places)
     looks, prices = [], []
     for copy in copies:
@@ -206,8 +191,6 @@ def _laid(
         x, y, _ = sources(own, columns, rows)
         if at_work("expected colours"):
             price += expected.price(taken(np.asarray(soft, np.float32), x, y), places, view.missing)
-        if at_work("strange detail"):
-            price += expected.strange(taken(fine, x, y), places, view.missing & ~lined)
         price += np.where(rim[places], np.minimum(off, WRONG), 0)
         row = np.clip(np.round(y).astype(int), 0, side.shape[0] - 1)
         column = np.clip(np.round(x).astype(int), 0, side.shape[1] - 1)
@@ -263,11 +246,6 @@ class _Expected:
         wrong = LEVEL * np.abs(level[:, 0]) + HUE * np.abs(off - level).sum(-1)
         wrong = np.minimum(GUESS * np.maximum(wrong - self.stray[places], 0), STRAYED)
         return np.where(missing[places], wrong, 0).astype(np.float32)
-
-    def strange(self, fine: FloatImage, places: BoolArray, missing: BoolArray) -> FloatImage:
-        """(N,) what it costs to show so much detail (N,) at the places (h, w)."""
-        wrong = DETAIL * np.maximum(fine - CLEARER * self.rough[places] - STRAY, 0)
-        return np.where(missing[places], np.minimum(wrong, DETAILED), 0).astype(np.float32)
 
 
 def _around(values: FloatImage, view: View, side: NDArray[np.int64]) -> FloatImage:
@@ -331,9 +309,8 @@ def bent(
     """(N,) how far a copy is from a mere shift where it takes (x, y) to places (N,)."""
     depth = copy[2, 0] * (columns + 0.5) + copy[2, 1] * (rows + 0.5) + copy[2, 2]
     depth = np.where(depth > 1e-6, depth, 1.0)
-    own = np.diag([math.copysign(1.0, copy[0, 0]), 1.0])
     off = [
-        (copy[i, j] - (place + 0.5) * copy[2, j]) / depth - own[i, j]
+        (copy[i, j] - (place + 0.5) * copy[2, j]) / depth - (i == j)
         for i, place in enumerate((x, y))
         for j in range(2)
     ]
@@ -357,8 +334,6 @@ def _shown(
     away = FAR * np.hypot(x - columns, y - rows) / size
     if copy[2, 1] == 0:
         away += (OTHER_HEIGHT - FAR) * np.abs(y - rows) / size
-    if copy[0, 0] < 0:
-        away += MIRRORED
     coarse = np.log2(1 / np.maximum(finer, 1e-3)) / 2
     price = away + COARSER * np.maximum(coarse - 0.3, 0)
     if at_work("bent copies"):

@@ -22,7 +22,6 @@ from physagent_studio.reconstruction.background.lines_behind import (
     each_once,
     edges_of,
     lines_through,
-    ways_into,
 )
 from physagent_studio.reconstruction.background.mosaic import mosaic
 from physagent_studio.reconstruction.background.shift_map import shift, to_level
@@ -79,7 +78,7 @@ def background(
         for part in (hole, things) if at_work("lines of masks") else (hole,):
             lines = np.concatenate([lines, lines_through(photo, part, found, hole, lines)])
         lines = each_once(lines)
-    plate = fill(photo, hole, lines, camera, found)
+    plate = fill(photo, hole, lines, camera)
     if inpaint is not None:
         plate = inpaint(plate, _beyond(hole, faces))
     return plate
@@ -141,12 +140,11 @@ def fill(
     hole: BoolArray,
     lines: FloatArray = NO_LINES,
     camera: Camera | None = None,
-    found: Segments | None = None,
 ) -> Image:
     """The photo (H, W, 3) with the hole (H, W) filled; the rest is untouched.
 
     Every piece of the hole is filled by itself, nothing is copied from any of them. lines:
-    (N, 2, 2) pixels, edges that go on behind the hole. camera, found: as for `background`.
+    (N, 2, 2) pixels, edges that go on behind the hole. camera: as for `background`.
     """
     if hole.all():
         return np.full_like(photo, 128)
@@ -156,11 +154,6 @@ def fill(
     for missing, root in zip(pieces, roots, strict=True):
         crop = _surroundings(missing)
         own = lines[_touching(missing, lines)] if len(lines) else lines
-        ways = (
-            ways_into(missing, found)
-            if found is not None and at_work("shifts along ways")
-            else np.zeros((0, 2))
-        )
         origin = np.array([crop[1].start, crop[0].start])
         level = (
             to_level(camera) @ shift(*origin)
@@ -173,7 +166,6 @@ def fill(
             missing[crop],
             hole[crop],
             Structure(own).moved(*origin.tolist()),
-            ways,
             level,
             max(0.4, root / sum(roots)),
         )

@@ -12,9 +12,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.background.harmonic_fill import from_steps, reduced
 from physagent_studio.reconstruction.background.shift_map import rescaled
-from physagent_studio.reconstruction.background.structure import Structure
-from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
-from physagent_studio.reconstruction.switches import at_work
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 
 FloatImage = NDArray[np.float32]
 FloatArray = NDArray[np.float64]
@@ -91,12 +89,10 @@ def joined(
     label: NDArray[np.int64],
     copies: Sequence[FloatArray | None],
     smooth: FloatImage,
-    structure: Structure,
 ) -> FloatImage:
     """The pieces at full size, shifted in colour so that they meet the photo and one another.
 
-    smooth: (H, W, 3) what a copy that is None shows. structure: at which pieces do
-    not have to meet.
+    smooth: (H, W, 3) what a copy that is None shows.
     """
     joining_px = 300  # 150..600: longer side of the picture in which pieces are joined
     view = View.of(part, missing, barred, joining_px)
@@ -105,8 +101,7 @@ def joined(
     small = [copy if copy is None else rescaled(copy, *view.ratio) for copy in copies]
     laid = _outlined(hole, view.barred, label, small)
     rough = _pasted(view.image, hole, laid, small, even)
-    edges = structure.scaled(view.ratio).crossed(hole.shape)
-    joined = _levelled(view.image, hole, laid, small, rough, even, edges)
+    joined = _levelled(view.image, hole, laid, small, rough, even)
     change = np.where(hole[..., None], joined - rough, 0).astype(np.float32)
     whole = _outlined(missing, barred, label, copies)
     out = _pasted(part, missing, whole, copies, smooth)
@@ -202,7 +197,6 @@ def _levelled(
     copies: Sequence[FloatArray | None],
     rough: FloatImage,
     smooth: FloatImage,
-    edges: tuple[BoolArray, BoolArray],
 ) -> FloatImage:
     """The composed hole with the steps of its pieces, no steps of brightness between them."""
     totals = [np.zeros(image.shape, np.float32) for _ in range(2)]
@@ -228,15 +222,11 @@ def _levelled(
     weights = []
     even = np.isin(laid, [k for k, copy in enumerate(copies) if copy is None])
     stray_levels = 14.0  # 5..40: between two pieces at a seam, from which it is an edge
-    beside_px = 3  # 0..8: of that picture, how far beside a line two pieces may part at it
-    for axis, step, edge in zip((1, 0), steps, edges, strict=True):
+    for axis, step in zip((1, 0), steps, strict=True):
         miss = np.abs(np.roll(rough, -1, axis) - rough - step).mean(-1)
         weight = 1 / (1 + (miss / stray_levels) ** 4)
         # The smooth fill has no edges: where it meets a copy there is none either.
         weight = np.where(hole & (even != np.roll(even, -1, axis)), 1.0, weight)
-        # Within one piece a line is the piece's own; between two it is where they part.
-        parting = grow(edge, beside_px) & (laid != np.roll(laid, -1, axis))
-        parting &= at_work("parting at lines")
-        weights.append(np.where(parting, 1e-3, weight).astype(np.float32))
+        weights.append(weight.astype(np.float32))
     anchor_weight = 4e-4  # weight, 1e-5..1e-2: of the copied colours beside the steps between them
     return from_steps(rough, hole, (steps[0], steps[1]), (weights[0], weights[1]), anchor_weight)

@@ -31,7 +31,7 @@ class Structure:
         return type(self)(self.lines - np.array([x, y]))
 
     def clear(self, missing: BoolArray) -> Self:
-        """With the longest of the lines alone, none that is only a piece of a bow.
+        """With the longest of the lines alone.
 
         missing: (h, w) the hole.
         """

@@ -22,7 +22,8 @@ RISER = 0.17
 class Usual:
     """metres: longer visible side. spread: of its logarithm. shapes: likely ones, best first.
 
-    known: whether the name said it. depth, aspect, lies: as in `objects.yaml`.
+    known: whether the name said it. depth, aspect, lies: as in `objects.yaml`. drives: whether it
+    stands on wheels under its length.
     """
 
     metres: float
@@ -32,6 +33,7 @@ class Usual:
     depth: float | None = None
     aspect: tuple[float, float] | None = None
     lies: float | None = None
+    drives: bool = False
 
 
 UNKNOWN = Usual(0.3, 1.0, (), False)
@@ -98,7 +100,8 @@ def usual_size(name: str) -> Usual:
         if word in word_lists().times:
             metres, spread = metres * word_lists().times[word], spread + ADJECTIVE_SPREAD
     aspect = kind.aspect or (BALL_ASPECT if kind.shapes[0] == "sphere" else None)
-    return Usual(metres, spread, kind.shapes, True, kind.depth, aspect, kind.lies)
+    drives = kind.wheels == "long_axis"
+    return Usual(metres, spread, kind.shapes, True, kind.depth, aspect, kind.lies, drives)
 
 
 def support_height(name: str) -> float | None:

@@ -109,6 +109,8 @@ class Inflated(Frozen):
     `size` is the bounding box (x, y, z) of the result in the body frame, metres. `flat`: the thing
     lies, so that its outline is that of the level plane rather than of an upright one. `straight`:
     front and back are flat, and its sides run straight from one to the other, with a rounded rim.
+    `turn`: degrees of its length, seen from above: one side of it over all its width, which is
+    `thickness` times its length; None for what faces the view.
     """
 
     kind: Literal["inflated"] = "inflated"
@@ -116,6 +118,7 @@ class Inflated(Frozen):
     thickness: Annotated[float, Field(gt=0, le=5)] = 1.0
     flat: bool = False
     straight: bool = False
+    turn: Annotated[float, Field(ge=-360, le=360)] | None = None
 
 
 class Meshed(Frozen):

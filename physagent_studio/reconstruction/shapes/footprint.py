@@ -24,11 +24,12 @@ class FootprintSettings:
     """How the lower rim of a mask is read as two sides."""
 
     samples_count: int = 60  # 20..300: of the rim, evenly across the picture
-    # 3..30: beyond which a point is of no side: what is off the ground lies far back
-    far_px: float = 8.0
+    # 0.01..0.1: over the rim's width, beyond which a point is of no side: it is off the ground
+    far_ratio: float = 0.02
+    least_far_px: float = 2.0  # 1..8: the same at least, for rims are whole pixels
     # 0..90: first, end and step of the turns that are tried: a quarter is all of them
     turns_deg: tuple[float, float, float] = (0.0, 90.0, 2.0)
-    on_px: float = 2.0  # 0.5..5: within which a point is on a side
+    on_share: float = 0.25  # 0.1..0.5: of that, and a pixel, within which a point is on a side
     # 0.2..0.9: of the usual distance, for the best turn to be told from the others
     max_cost_share: float = 0.6
     min_points: int = 6  # count, 3..20: of a side, to be seen at all
@@ -70,7 +71,7 @@ class _Laid(NamedTuple):
 
 def footprint_of(mask: np.ndarray, camera: Camera, height: float) -> Footprint | None:
     """How the thing of a mask (H, W) bool stands on ground at that height, m; None if unclear."""
-    rim = _rim(mask)
+    rim = rim_below(mask)
     eye = camera.position[2] - height
     if rim is None or eye <= 0:
         return None
@@ -101,10 +102,11 @@ def _laid(
     places = _on_ground(view, pixels)
     if places is None:
         return None
+    far = max(FOOTPRINT.far_ratio * float(np.ptp(pixels[:, 0])), FOOTPRINT.least_far_px)
     found = [_sides(places, view, turn) for turn in TURNS]
-    costs = [float(np.minimum(gaps.min(axis=0), FOOTPRINT.far_px).mean()) for gaps, _ in found]
+    costs = [float(np.minimum(gaps.min(axis=0), far).mean()) for gaps, _ in found]
     best = int(np.argmin(costs))
-    lengths = _lengths(*found[best])
+    lengths = _lengths(*found[best], max(FOOTPRINT.on_share * far, 1.0))
     odd = (
         (math.log(max(lengths) / min(lengths)) - math.log(FOOTPRINT.length_ratio))
         / FOOTPRINT.length_spread_log
@@ -141,7 +143,7 @@ def _seen_by(camera: Camera, view: Camera, turn: float, pixels: FloatArray) -> f
     return math.degrees(math.atan2(*(here[1] - here[0])[::-1])) % 180
 
 
-def _rim(mask: np.ndarray) -> FloatArray | None:
+def rim_below(mask: np.ndarray) -> FloatArray | None:
     """(n, 2) pixels of the convex rim below a mask, its two ends left out."""
     columns = np.flatnonzero(mask.any(axis=0))
     if len(columns) < FOOTPRINT.samples_count // 2:
@@ -182,12 +184,12 @@ def _sides(places: FloatArray, view: Camera, turn: float) -> tuple[FloatArray, F
     return np.array(gaps), np.array(along)
 
 
-def _lengths(gaps: FloatArray, along: FloatArray) -> tuple[float, float]:
+def _lengths(gaps: FloatArray, along: FloatArray, on_px: float) -> tuple[float, float]:
     """How much of each side is seen, m; 0 where there are too few points on it."""
     nearer = gaps.argmin(axis=0)
     first, second = (
         float(np.ptp(along[side][on])) if int(on.sum()) >= FOOTPRINT.min_points else 0.0
         for side in (0, 1)
-        for on in [(nearer == side) & (gaps[side] < FOOTPRINT.on_px)]
+        for on in [(nearer == side) & (gaps[side] < on_px)]
     )
     return first, second

@@ -33,6 +33,7 @@ from physagent_studio.reconstruction.shapes.inflation import (
 from physagent_studio.reconstruction.shapes.lying import fit_lying, lies
 from physagent_studio.reconstruction.shapes.meshes import capsule_profile, mesh_of
 from physagent_studio.reconstruction.shapes.primitives import PRIMITIVE, Base, Fit, fit_all
+from physagent_studio.reconstruction.shapes.prisms import plan_seen, prism_mesh
 from physagent_studio.reconstruction.shapes.revolution import mirror_symmetry, revolved
 from physagent_studio.reconstruction.shapes.rings import fit_ring, hole_of
 from physagent_studio.reconstruction.shapes.silhouettes import silhouette
@@ -48,6 +49,7 @@ class FormSettings:
 
     revolved_cost: float = 0.04  # IoU, 0..0.2: a surface of revolution has to win by: it fits much
     inflated_cost: float = 0.07  # IoU, 0..0.2: an inflated mask has to win by: it fits anything
+    min_turned_iou: float = 0.9  # IoU, 0.7..1: with its mask, of what stands over its footprint
     # 0.2..1: usual depth over the round one: flatter things show no sides
     min_straight_ratio: float = 0.6
     thin_deg: float = 12.0  # 3..30: least angle from which one looks down on thin things that lie
@@ -107,7 +109,8 @@ def forms(
         made += _revolved_form(camera, mask, base, usual)
     if "inflated" in wanted or not made:
         lying = flat_form(camera, mask, base, usual)
-        made.append(lying or _inflated_form(camera, mask, base, usual))
+        turned = _turned_form(camera, mask, base, usual)
+        made.append(lying or turned or _inflated_form(camera, mask, base, usual))
     made.sort(key=lambda form: (form.kind != kind, -form.merit))
     best: dict[str, Form] = {}
     for form in made:
@@ -260,6 +263,28 @@ def _inflated_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) ->
             step = float(spots[0, 1] - spots[1, 1])
             y += (1 - base.hold) * step if np.isfinite(step) else 0.0
     value = iou(silhouette(camera, mesh.vertices + np.array(place), mesh.faces), mask)
+    merit = value - FORM.inflated_cost + PRIMITIVE.named_gain * ("inflated" in usual.shapes)
+    return Form("inflated", shape, mesh, place, IDENTITY, value, merit)
+
+
+def _turned_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) -> Form | None:
+    """The mask over the footprint that is seen; None for what has no wheels, or shows none."""
+    if not usual.drives or base.free_z or base.hold >= 1:
+        return None
+    aspect = usual.aspect[0] if usual.aspect else None
+    plan = plan_seen(mask, camera, base.z, usual.depth, aspect)
+    if plan is None or not plan.shown:
+        return None
+    body, _ = prism_mesh(mask, camera, plan)
+    eye = np.asarray(camera.position)
+    low, high = (eye + (end - eye) * (eye[2] - base.z) for end in (body.min(0), body.max(0)))
+    x, y, z = (float(value) for value in high - low)
+    shape = Inflated(size=(x, y, z), turn=round(plan.turn, 2), thickness=round(plan.slim, 4))
+    mesh = inflated_mesh(mask, camera, shape)
+    place = _centred(mesh, (float(low[0] + high[0]) / 2, float(low[1] + high[1]) / 2), base.z)
+    value = iou(silhouette(camera, mesh.vertices + np.array(place), mesh.faces), mask)
+    if value < FORM.min_turned_iou:
+        return None
     merit = value - FORM.inflated_cost + PRIMITIVE.named_gain * ("inflated" in usual.shapes)
     return Form("inflated", shape, mesh, place, IDENTITY, value, merit)
 

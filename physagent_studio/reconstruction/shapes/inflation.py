@@ -21,6 +21,7 @@ from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 from physagent_studio.reconstruction.shapes.footing import across_the_feet, levelled
 from physagent_studio.reconstruction.shapes.legs import split_legs
 from physagent_studio.reconstruction.shapes.meshes import volume_and_centre
+from physagent_studio.reconstruction.shapes.prisms import plan_of, prism_mesh
 from physagent_studio.reconstruction.shapes.sheets import Sheet, closed, sheet_of, thickness
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh
@@ -39,7 +40,11 @@ def inflated_mesh(mask: BoolArray, camera: Camera, shape: Inflated) -> Mesh:
     """
     lay, part = (_level, 2) if shape.flat else (_upright, 1)
     share = shape.size[part] / max(shape.size[0], 1e-9)
-    vertices, faces = lay(mask, camera, share, shape.straight)
+    plan = None if shape.turn is None else plan_of(mask, camera, shape.turn, shape.thickness)
+    if plan is not None:
+        vertices, faces = prism_mesh(mask, camera, plan)
+    else:
+        vertices, faces = lay(mask, camera, share, shape.straight)
     low, high = vertices.min(0), vertices.max(0)
     scale = np.array(shape.size) / np.maximum(high - low, 1e-12)
     vertices = levelled((vertices - (low + high) / 2) * scale, faces.astype(np.int32))

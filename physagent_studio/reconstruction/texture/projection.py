@@ -20,6 +20,7 @@ from physagent_studio.reconstruction.texture.lighting import unlit
 from physagent_studio.reconstruction.texture.revolved import hidden_caps, turned_sides
 from physagent_studio.reconstruction.texture.round_bodies import round_textured
 from physagent_studio.reconstruction.texture.straight_sides import carried_back
+from physagent_studio.reconstruction.texture.turned_prisms import opposite_parts
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Mesh
 
@@ -46,12 +47,18 @@ class _Look(IntEnum):
     LED = 2
     COPIED = 3
     CARRIED = 4
+    ACROSS = 5
+    BEHIND = 6
+    AROUND = 7
 
 
 RINGS = {
     _Look.MIRRORED: PROJECTION.ring_ratio,
     _Look.LED: PROJECTION.thin_ring_ratio,
     _Look.CARRIED: PROJECTION.thin_ring_ratio,
+    _Look.ACROSS: PROJECTION.thin_ring_ratio,
+    _Look.BEHIND: PROJECTION.thin_ring_ratio,
+    _Look.AROUND: PROJECTION.thin_ring_ratio,
 }
 """The rings that give way to what lies inside of them."""
 
@@ -120,6 +127,9 @@ def _elsewhere(
     if straight is not None:
         sides, back, places = straight
         found |= {_Look.CARRIED: (sides, places), _Look.COPIED: (back, places)}
+    opposite = opposite_parts(camera, item, mesh)
+    looks = (_Look.ACROSS, _Look.BEHIND, _Look.AROUND, _Look.CARRIED)
+    found |= dict(zip(looks, opposite, strict=False))
     return {kind: own for kind, own in found.items() if own is not None}
 
 

@@ -1,8 +1,7 @@
 """Which way things on wheels face, and what the prompt lets them do on their wheels.
 
-The axis is what the picture shows: the longer one of the two sides on which it is seen to stand;
-where one is seen only, that or the way across it, by how wide it looks beside its height; else the
-longer side of the reconstructed outline from above. Its front end is not measured: it is
+The axis is what the picture shows: the longer side of the rectangle on which it is seen to stand;
+else that of the reconstructed outline from above. Its front end is not measured: it is
 the end with which the thing goes first, as the prompt has it go, or the other one where the prompt
 has it go backwards.
 """
@@ -28,9 +27,9 @@ from physagent_studio.agent.rules.schedule import scripts
 from physagent_studio.agent.rules.schedule.choosing import script_for
 from physagent_studio.agent.rules.schedule.ramps import down_ramp, rolling_for
 from physagent_studio.agent.rules.schedule.scripts import Task
-from physagent_studio.knowledge import kind_of
+from physagent_studio.knowledge import kind_of, usual_size
 from physagent_studio.program.scene.state import SceneObject, Wheels
-from physagent_studio.reconstruction.shapes.footprint import FOOTPRINT, footprint_of
+from physagent_studio.reconstruction.shapes.prisms import plan_seen
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,18 +139,9 @@ def _seen_axis(name: str, layout: Layout, mask: np.ndarray | None) -> FloatArray
     if mask is None or camera is None or slope is not None or layout.carrier(name) is None:
         return None
     foot = float(layout.position(name)[2]) - layout.extent(name, -WAYS["up"])
-    seen = footprint_of(mask, camera, foot)
-    if seen is None or seen.along < HEADING.min_long_ratio * seen.across:
-        return None
-    kind = kind_of(name)
-    angle = math.radians(seen.angle)
-    along = np.array([math.cos(angle), math.sin(angle), 0.0])
-    if seen.across > 0 or kind is None or kind.aspect is None:
-        return along
-    rows, columns = (np.ptp(where) + 1 for where in np.nonzero(mask))
-    # Halfway between a side and an end, both as high: what is seen of it alone is one of them.
-    side = columns / rows > 1 / (kind.aspect[0] * math.sqrt(FOOTPRINT.length_ratio))
-    return along if side else np.array([-along[1], along[0], 0.0])
+    usual = usual_size(name)
+    plan = plan_seen(mask, camera, foot, usual.depth, usual.aspect[0] if usual.aspect else None)
+    return None if plan is None else np.array([*plan.axes[0], 0.0])
 
 
 def _axis(item: SceneObject, layout: Layout) -> tuple[FloatArray, bool]:
